@@ -1,0 +1,60 @@
+# Everything runs in .venv, built from requirements.lock. `make` alone lists the targets.
+# Another interpreter: make PYTHON=python3.12 setup
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+CREATED := $(VENV)/.created
+INSTALLED := $(VENV)/.installed
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.NOTPARALLEL:
+.PHONY: help setup study test test-slow lint lock clean
+
+help: ## list the targets
+	@grep -E '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)$$/\1|\2/' | awk -F'|' '{printf "  make %-10s %s\n", $$1, $$2}'
+
+# A virtual environment whose creation was interrupted has no pip: it is made again.
+$(CREATED):
+	@command -v $(PYTHON) >/dev/null 2>&1 || { \
+	  echo "error: '$(PYTHON)' not found. Install Python 3.11 or newer (Debian, Ubuntu: sudo apt-get install python3 python3-venv)." >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "error: '$(PYTHON)' is $$($(PYTHON) --version 2>&1); 3.11 or newer is needed. Install one (Ubuntu 22.04: sudo apt-get install python3.11 python3.11-venv) and run: make PYTHON=python3.11 $(MAKECMDGOALS)" >&2; exit 1; }
+	@$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || { \
+	  v=$$($(PYTHON) -c 'import sys; print("python%d.%d-venv" % sys.version_info[:2])'); \
+	  echo "error: '$(PYTHON)' cannot make virtual environments (module venv or ensurepip is missing). Debian, Ubuntu: sudo apt-get install python3-venv (or $$v)" >&2; exit 1; }
+	@$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv --clear $(VENV)
+	@touch $@
+
+$(INSTALLED): requirements.lock pyproject.toml $(CREATED)
+	@echo "Installing the locked packages into $(VENV) (several minutes the first time)"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@
+
+setup: $(INSTALLED) ## make .venv from requirements.lock and check the system libraries
+	@$(BIN)/python -m fecontact.system_check
+
+study: setup ## run the first study; results in out/first_light
+	$(BIN)/fecontact run studies/first_light.py --out out/first_light
+
+test: setup ## run the tests that are not slow
+	@$(BIN)/python -m pytest -q -m "not slow"
+
+test-slow: setup ## run the slow tests only
+	@$(BIN)/python -m pytest -q -m slow
+
+lint: $(INSTALLED) ## ruff check, ruff format --check, mypy
+	$(BIN)/python -m ruff check .
+	$(BIN)/python -m ruff format --check .
+	$(BIN)/python -m mypy
+
+lock: $(CREATED) ## write requirements.lock again from pyproject.toml
+	@test -x $(BIN)/uv || $(BIN)/python -m pip install --quiet --disable-pip-version-check uv
+	$(BIN)/uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --generate-hashes \
+	  --no-header --no-emit-index-url --no-emit-find-links --no-annotate -o requirements.lock
+
+clean: ## remove .venv, caches and out/
+	rm -rf $(VENV) out build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find fecontact tests studies -type d -name __pycache__ -prune -exec rm -rf {} +

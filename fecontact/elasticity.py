@@ -1,0 +1,249 @@
+"""Linear elasticity of one body: stiffness by scikit-fem, factorisation or algebraic multigrid, stresses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import bsr_matrix, csr_matrix, diags, triu
+from scipy.sparse.linalg import cg
+
+from fecontact.errors import ConvergenceError, InputError
+from fecontact.material import Material
+from fecontact.meshing import BodyMesh
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+SolverName = Literal["pardiso", "amg"]
+LinearSolver = Callable[[Floats], Floats]
+
+# scikit-fem's corner order of a hexahedron, as positions in the VTK order.
+_TO_SKFEM = np.array([0, 4, 3, 1, 7, 5, 2, 6])
+# Far below the contact solver's own tolerance, so that its residuals are those of the contact problem.
+AMG_TOLERANCE = 1e-11
+_AMG_ITERATIONS = 400
+
+
+def stiffness(mesh: BodyMesh, material: Material) -> csr_matrix:
+    """Stiffness matrix (3n, 3n) in N/mm, three displacement components per node in turn.
+
+    Assembled from the scalar forms int d_i u d_j v of trilinear hexahedra, which scikit-fem does an order of magnitude
+    faster than the vector form; isotropic Hooke's law, small strains.
+    """
+    from skfem import Basis, BilinearForm, ElementHex1
+
+    basis = Basis(_skfem_mesh(mesh), ElementHex1(), intorder=3)
+
+    def form(i: int, j: int) -> csr_matrix:
+        # v carries the row, u the column
+        return BilinearForm(lambda u, v, _: u.grad[j] * v.grad[i]).assemble(basis).tocsr()
+
+    parts: dict[tuple[int, int], Any] = {(i, j): form(i, j) for i in range(3) for j in range(i, 3)}
+    pattern = parts[0, 0]
+    for (i, j), matrix in list(parts.items()):
+        matrix.sort_indices()
+        assert np.array_equal(matrix.indices, pattern.indices)
+        if i != j:
+            transposed = matrix.T.tocsr()
+            transposed.sort_indices()
+            parts[j, i] = transposed
+    lame, shear = material.lame_MPa, material.shear_MPa
+    blocks = np.empty((pattern.nnz, 3, 3))
+    laplace = parts[0, 0].data + parts[1, 1].data + parts[2, 2].data
+    for i in range(3):
+        for j in range(3):
+            blocks[:, i, j] = lame * parts[i, j].data + shear * parts[j, i].data
+        blocks[:, i, i] += shear * laplace
+    return bsr_matrix((blocks, pattern.indices, pattern.indptr)).tocsr()
+
+
+def _skfem_mesh(mesh: BodyMesh) -> Any:
+    from skfem import MeshHex1
+
+    return MeshHex1(mesh.points.T.copy(), mesh.hexes[:, _TO_SKFEM].T.copy(), sort_t=False)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ElasticBody:
+    """A meshed body with its stiffness ready to be solved; held at its base and on its plane of symmetry.
+
+    Attributes
+    ----------
+    solve
+        Displacements (3n,) in mm under forces (3n,) in N; zero where the body is held.
+    """
+
+    mesh: BodyMesh
+    material: Material
+    solve: LinearSolver
+    solver: SolverName
+
+    def displacements(self, nodes: Integers, forces: Floats) -> Floats:
+        """Displacements (n, 3) in mm of all nodes under forces (k, 3) in N on `nodes` (k,)."""
+        load = np.zeros(3 * len(self.mesh.points))
+        np.add.at(load.reshape(-1, 3), nodes, forces)
+        return self.solve(load).reshape(-1, 3)
+
+    def close(self) -> None:
+        """Release the factor's memory now."""
+        release = getattr(self.solve, "release", None)
+        if release is not None:
+            release()
+
+
+def elastic_body(mesh: BodyMesh, material: Material, solver: SolverName) -> ElasticBody:
+    """Assemble and factorise (or set up the multigrid hierarchy of) one body."""
+    matrix = stiffness(mesh, material)
+    held = np.zeros((len(mesh.points), 3), dtype=bool)
+    held[np.unique(mesh.surfaces["fixed" if mesh.name == "rail" else "driven"])] = True
+    if mesh.half:
+        held[np.unique(mesh.surfaces["symmetry"]), 0] = True
+    free = np.flatnonzero(~held.ravel())
+    make = _pardiso_solver if solver == "pardiso" else _amg_solver
+    return ElasticBody(mesh=mesh, material=material, solve=make(matrix, free, mesh.points), solver=solver)
+
+
+def pardiso_available() -> bool:
+    """Whether MKL PARDISO can be loaded on this machine."""
+    try:
+        import pypardiso
+    except (ImportError, OSError):
+        return False
+    return pypardiso is not None
+
+
+def choose_solver(wanted: Literal["auto", "pardiso", "amg"]) -> SolverName:
+    """Name of the solver path to take.
+
+    Raises
+    ------
+    InputError
+        If PARDISO is asked for and this platform does not have it.
+    """
+    if wanted == "auto":
+        return "pardiso" if pardiso_available() else "amg"
+    if wanted == "pardiso" and not pardiso_available():
+        raise InputError("solver pardiso: MKL is not installed on this platform; use auto or amg")
+    return wanted
+
+
+class _PardisoFactor:
+    """Cholesky factor by MKL PARDISO (symmetric positive definite, upper triangle)."""
+
+    def __init__(self, matrix: csr_matrix, free: Integers) -> None:
+        from pypardiso import PyPardisoSolver
+
+        self._free = free
+        self._upper = triu(matrix[free][:, free], format="csr")
+        self._upper.sort_indices()
+        self._pardiso = PyPardisoSolver(mtype=2)
+        self._pardiso.set_phase(12)
+        self._pardiso._call_pardiso(self._upper, np.zeros(free.size))
+        self._pardiso.set_phase(33)
+
+    def __call__(self, forces: Floats) -> Floats:
+        u = np.zeros_like(forces)
+        u[self._free] = self._pardiso._call_pardiso(self._upper, np.ascontiguousarray(forces[self._free]))
+        return u
+
+    def release(self) -> None:
+        if self._upper is not None:
+            self._pardiso.free_memory()
+            self._upper = None
+
+    def __del__(self) -> None:
+        if getattr(self, "_upper", None) is not None:
+            self.release()
+
+
+def _pardiso_solver(matrix: csr_matrix, free: Integers, points: Floats) -> LinearSolver:
+    return _PardisoFactor(matrix, free)
+
+
+def _amg_solver(matrix: csr_matrix, free: Integers, points: Floats) -> LinearSolver:
+    """Conjugate gradients with smoothed aggregation; held degrees of freedom stay as decoupled rows, so that the
+    3 x 3 blocks of the nodes stay whole.
+    """
+    import pyamg
+
+    moves = np.zeros(matrix.shape[0])
+    moves[free] = 1.0
+    keep = diags(moves)
+    scale = float(matrix.diagonal().mean())
+    held = (keep @ matrix @ keep + diags(scale * (1.0 - moves))).tobsr(blocksize=(3, 3))
+    hierarchy = pyamg.smoothed_aggregation_solver(
+        held,
+        B=rigid_body_modes(points) * moves[:, None],
+        strength=("symmetric", {"theta": 0.0}),
+        presmoother=("block_gauss_seidel", {"sweep": "symmetric"}),
+        postsmoother=("block_gauss_seidel", {"sweep": "symmetric"}),
+        improve_candidates=None,
+        max_coarse=500,
+    )
+    preconditioner = hierarchy.aspreconditioner()
+
+    def solve(forces: Floats) -> Floats:
+        load = forces * moves
+        u, info = cg(held, load, rtol=AMG_TOLERANCE, maxiter=_AMG_ITERATIONS, M=preconditioner)
+        if info != 0:
+            norm = float(np.linalg.norm(load))
+            residual = float(np.linalg.norm(load - held @ u))
+            raise ConvergenceError(
+                f"multigrid: residual {residual / norm:.1e} after {_AMG_ITERATIONS} iterations"
+                f" (wanted {AMG_TOLERANCE:g}); use the pardiso solver or a coarser resolution"
+            )
+        return np.asarray(u)
+
+    return solve
+
+
+def rigid_body_modes(points: Floats) -> Floats:
+    """The six rigid body displacements (3n, 6) of points (n, 3), about their centre and scaled to its size."""
+    p = (points - points.mean(axis=0)) / np.ptp(points, axis=0).max()
+    modes = np.zeros((len(points), 3, 6))
+    modes[:, [0, 1, 2], [0, 1, 2]] = 1.0
+    for k, (i, j) in enumerate(((0, 1), (1, 2), (2, 0))):
+        modes[:, i, 3 + k] = -p[:, j]
+        modes[:, j, 3 + k] = p[:, i]
+    return modes.reshape(-1, 6)
+
+
+def nodal_stress(body: ElasticBody, displacements: Floats) -> Floats:
+    """Stress (n, 6) in MPa at the nodes: XX YY ZZ XY YZ XZ, the mean of the adjacent elements' corner values.
+
+    Corner values are extrapolated from the 2 x 2 x 2 Gauss points, where trilinear elements are most accurate.
+    """
+    mesh = body.mesh
+    gauss = 1.0 / np.sqrt(3.0)
+    signs = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]])
+    from fecontact.meshing import _shape_gradients
+
+    p, u = mesh.points[mesh.hexes], displacements[mesh.hexes]
+    at_gauss = np.empty((len(mesh.hexes), 8, 6))
+    lame, shear = body.material.lame_MPa, body.material.shear_MPa
+    for k, (r, s, t) in enumerate(gauss * signs):
+        dn = _shape_gradients(r, s, t)
+        jacobian = p.transpose(0, 2, 1) @ dn
+        grad = np.linalg.solve(jacobian.transpose(0, 2, 1), dn.T[None].repeat(len(p), axis=0)) @ u
+        trace = lame * np.trace(grad, axis1=1, axis2=2)
+        for m, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))):
+            at_gauss[:, k, m] = shear * (grad[:, i, j] + grad[:, j, i]) + (trace if i == j else 0.0)
+    # value at corner c = sum over Gauss points of their trilinear functions at the scaled corner position
+    weights = np.prod(1.0 + signs[:, None, :] * signs[None, :, :] * np.sqrt(3.0), axis=2) / 8.0
+    corners = np.einsum("cg,mgs->mcs", weights, at_gauss)
+    total = np.zeros((len(mesh.points), 6))
+    count = np.zeros(len(mesh.points))
+    np.add.at(total, mesh.hexes.ravel(), corners.reshape(-1, 6))
+    np.add.at(count, mesh.hexes.ravel(), 1.0)
+    return total / count[:, None]
+
+
+def von_mises(stress: Floats) -> Floats:
+    """Von Mises stress (n,) of stresses (n, 6) in the order XX YY ZZ XY YZ XZ."""
+    xx, yy, zz, xy, yz, xz = np.moveaxis(stress, -1, 0)
+    return np.asarray(
+        np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * (xy**2 + yz**2 + xz**2))
+    )

@@ -1,0 +1,36 @@
+"""Errors which the package raises on purpose; each carries the exit code that the command line returns."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+
+class FecontactError(Exception):
+    """Base of every error that the package raises on purpose."""
+
+    exit_code: ClassVar[int] = 1
+
+
+class InputError(FecontactError, ValueError):
+    """A value given by the caller is outside its allowed range; the message says which, and what to do."""
+
+    exit_code: ClassVar[int] = 2
+
+
+class ConvergenceError(FecontactError):
+    """An iteration did not reach its tolerance; the message gives the cause and the remedy."""
+
+    exit_code: ClassVar[int] = 3
+
+
+def check_positive(name: str, value: float, unit: str, remedy: str, *, zero_allowed: bool = False) -> float:
+    """Return `value` if it is finite and > 0 (or >= 0 with `zero_allowed`), otherwise raise `InputError`.
+
+    Raises:
+        InputError: the message names the value, its unit, the allowed range and the remedy.
+    """
+    if math.isfinite(value) and (value > 0.0 or (zero_allowed and value == 0.0)):
+        return float(value)
+    allowed = "finite and >= 0" if zero_allowed else "finite and > 0"
+    raise InputError(f"{name} is {float(value)!r} {unit}; allowed: {allowed}; {remedy}")

@@ -1,0 +1,78 @@
+"""Elastic constants of the two bodies and the contact modulus of the pair."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fecontact.errors import InputError, check_positive
+
+
+def check_poisson(poisson: float) -> float:
+    """Return Poisson's ratio if it lies in the open range (-1, 0.5), otherwise raise `InputError`."""
+    if -1.0 < poisson < 0.5:
+        return float(poisson)
+    raise InputError(
+        f"Poisson's ratio is {float(poisson)!r} (no unit); allowed: -1 < nu < 0.5; "
+        "use 0.27 to 0.30 for steel, and a value below 0.5 for a nearly incompressible material"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Material:
+    """Isotropic linear elastic material, optionally with a yield stress.
+
+    Attributes:
+        name: label used in reports.
+        young_MPa: Young's modulus E in MPa, finite and > 0.
+        poisson: Poisson's ratio nu, in the open range (-1, 0.5).
+        yield_MPa: uniaxial yield stress in MPa, finite and > 0, or None if unknown.
+
+    Raises:
+        InputError: a constant is outside its range.
+
+    Range of validity: small strains, isotropy; an incompressible material (nu = 0.5) has no finite stiffness matrix.
+    """
+
+    name: str
+    young_MPa: float
+    poisson: float
+    yield_MPa: float | None = None
+
+    def __post_init__(self) -> None:
+        check_positive("Young's modulus", self.young_MPa, "MPa", "give it in MPa, for example 210000 for steel")
+        check_poisson(self.poisson)
+        if self.yield_MPa is not None:
+            check_positive("yield stress", self.yield_MPa, "MPa", "leave it out (None) if it is not known")
+
+    @classmethod
+    def from_shear(cls, *, name: str, shear_MPa: float, poisson: float, yield_MPa: float | None = None) -> Material:
+        """Make a material from its shear modulus G in MPa and Poisson's ratio: E = 2 G (1 + nu).
+
+        Raises:
+            InputError: a constant is outside its range.
+        """
+        check_positive("shear modulus", shear_MPa, "MPa", "give it in MPa, for example 82000 for steel")
+        check_poisson(poisson)
+        return cls(name=name, young_MPa=2.0 * shear_MPa * (1.0 + poisson), poisson=poisson, yield_MPa=yield_MPa)
+
+    @property
+    def shear_MPa(self) -> float:
+        """Shear modulus G = E / (2 (1 + nu)) in MPa."""
+        return self.young_MPa / (2.0 * (1.0 + self.poisson))
+
+    @property
+    def lame_MPa(self) -> float:
+        """First Lame constant lambda = E nu / ((1 + nu) (1 - 2 nu)) in MPa."""
+        return self.young_MPa * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
+
+
+STEEL = Material(name="steel", young_MPa=210_000.0, poisson=0.3)
+"""Rail and wheel steel, elastic constants only: E 210000 MPa, nu 0.3."""
+
+
+def contact_modulus_MPa(first: Material, second: Material) -> float:
+    """Contact modulus E* of a pair in MPa: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2.
+
+    Source: Johnson (1985), Contact Mechanics, section 4.2.
+    """
+    return 1.0 / ((1.0 - first.poisson**2) / first.young_MPa + (1.0 - second.poisson**2) / second.young_MPa)

@@ -1,0 +1,89 @@
+"""What a profile file in TOML may hold; any other key is an error."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+Point = tuple[Finite, Finite]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
+
+
+class LineEntry(_Strict):
+    """Straight segment between two points."""
+
+    type: Literal["line"]
+    from_: Point = Field(alias="from")
+    to: Point
+
+
+class ArcEntry(_Strict):
+    """Arc shorter than a half circle between two points."""
+
+    type: Literal["arc"]
+    from_: Point = Field(alias="from")
+    to: Point
+    centre: Point
+    radius: Positive
+
+
+class PolynomialEntry(_Strict):
+    """Segment z = sum_k coefficients[k] y^k."""
+
+    type: Literal["polynomial"]
+    y_from: Finite
+    y_to: Finite
+    coefficients: Annotated[list[Finite], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _ordered(self) -> PolynomialEntry:
+        if not self.y_from < self.y_to:
+            raise ValueError(f"y_from = {self.y_from:g} must be smaller than y_to = {self.y_to:g}")
+        return self
+
+
+Entry = LineEntry | ArcEntry | PolynomialEntry
+Entries = list[Annotated[Entry, Field(discriminator="type")]]
+
+
+class Head(_Strict):
+    """Mirror-symmetric rail head of tangent arcs with straight sides, crown at (0, 0)."""
+
+    radii: Annotated[list[Positive], Field(min_length=1)]
+    half_widths: list[Positive]
+    side_one_in: Annotated[float, Field(gt=0.0)]
+    side_to_z: Finite
+
+    @model_validator(mode="after")
+    def _one_joint_between_arcs(self) -> Head:
+        if len(self.half_widths) != len(self.radii) - 1:
+            raise ValueError(
+                f"{len(self.radii)} radii need {len(self.radii) - 1} half_widths, but there are {len(self.half_widths)}"
+            )
+        return self
+
+
+class ProfileFile(_Strict):
+    """A whole file."""
+
+    kind: Literal["rail", "wheel"]
+    units: Literal["mm"]
+    source: str = ""
+    notes: list[str] = []
+    head: Head | None = None
+    surface: Entries = []
+    body: Entries = []
+
+    @model_validator(mode="after")
+    def _one_surface(self) -> ProfileFile:
+        if (self.head is None) == (not self.surface):
+            raise ValueError("give the running surface once, either as [head] or as [[surface]] segments")
+        if self.head is not None and self.kind != "rail":
+            raise ValueError("[head] describes a rail; give a wheel as [[surface]] segments")
+        return self

@@ -1,0 +1,260 @@
+"""Plane quadrilateral meshes of a body's cross-section: a uniform block under the contact zone, graded outwards.
+
+The outline is meshed here, node by node, so that its nodes lie exactly on the true line; gmsh fills the inside with
+triangles and quadrilaterals twice as large as wanted, and one subdivision makes every cell a quadrilateral.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.profiles.curve import Profile
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# A turn of the outline above this between two neighbouring points is a corner and keeps a node.
+_CORNER_RAD = 0.3
+_TRACE_STEP_MM = 0.1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Zone:
+    """Uniform part of a contact line: arc lengths from `low_mm` to `high_mm` of the profile in `intervals` steps.
+
+    `depth_step_mm` is the thickness of the first layer below it, `depth_mm` how far the layers follow the line.
+    """
+
+    low_mm: float
+    high_mm: float
+    intervals: int
+    depth_step_mm: float
+    depth_mm: float
+
+    @property
+    def step_mm(self) -> float:
+        """Spacing of the nodes."""
+        return (self.high_mm - self.low_mm) / self.intervals
+
+
+@dataclass(frozen=True, kw_only=True)
+class Grading:
+    """How elements grow away from the zone: size = step + rate * distance, up to `largest_mm`."""
+
+    layer_ratio: float = 1.2
+    rate: float = 0.3
+    largest_mm: float = 9.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Section:
+    """A quadrilateral mesh of a cross-section (mm), cells counter-clockwise.
+
+    Attributes
+    ----------
+    points (n, 2), quads (m, 4)
+    zone_nodes (intervals + 1,), zone_arc_length_mm (intervals + 1,)
+        Nodes of the contact zone from the gauge to the field side, and their arc lengths along the profile.
+    edges
+        Named boundary edges (k, 2): `contact`, `base`, `free`.
+    outline_area_mm2, true_area_mm2
+        Area inside the meshed outline, and inside the outline that it follows.
+    """
+
+    points: Floats
+    quads: Integers
+    zone_nodes: Integers
+    zone_arc_length_mm: Floats
+    edges: dict[str, Integers]
+    outline_area_mm2: float
+    true_area_mm2: float
+
+
+def mesh_section(profile: Profile, closure: Floats, base: tuple[int, int], zone: Zone, grading: Grading) -> Section:
+    """Mesh the cross-section between a running surface and the polyline that closes it.
+
+    Parameters
+    ----------
+    closure (n, 2)
+        Points from the field-side end of the running surface around the body to its gauge-side end, both excluded (mm).
+    base
+        Index of the first and last point of `closure` on the straight edge that is held.
+    zone
+        `intervals` must be even.
+    """
+    zone_s = np.linspace(zone.low_mm, zone.high_mm, zone.intervals + 1)
+    block = _block(profile, zone_s, zone, grading)
+    columns = zone_s.size
+    trace = np.vstack([_along(profile, zone.high_mm, profile.length_mm), closure, _along(profile, 0.0, zone.low_mm)])
+    outer = _graded(trace, zone.step_mm, grading)
+    ring = np.vstack([outer, block[1:, 0], block[-1, 1:], block[-2:0:-1, -1]])
+    fill_points, fill_quads = _fill(ring)
+
+    ids = np.arange(block.shape[0] * columns).reshape(block.shape[:2])
+    outer_ids = np.concatenate([[ids[0, -1]], ids.size + np.arange(len(outer) - 2), [ids[0, 0]]])
+    inner_ids = ids.size + len(outer) - 2 + np.arange(len(fill_points) - len(ring))
+    fill_ids = np.concatenate([outer_ids, ids[1:, 0], ids[-1, 1:], ids[-2:0:-1, -1], inner_ids])
+    points = np.vstack([block.reshape(-1, 2), outer[1:-1], fill_points[len(ring) :]])
+    block_quads = np.stack([ids[:-1, :-1], ids[:-1, 1:], ids[1:, 1:], ids[1:, :-1]], axis=-1).reshape(-1, 4)
+    quads = _counter_clockwise(points, np.vstack([block_quads, fill_ids[fill_quads]]))
+
+    edges = np.column_stack([outer_ids[:-1], outer_ids[1:]])
+    held = _on_segment(points[edges], closure[base[0]], closure[base[1]])
+    return Section(
+        points=points,
+        quads=quads,
+        zone_nodes=ids[0],
+        zone_arc_length_mm=zone_s,
+        edges={
+            "contact": np.column_stack([ids[0, :-1], ids[0, 1:]]),
+            "base": edges[held],
+            "free": edges[~held],
+        },
+        outline_area_mm2=polygon_area(np.vstack([block[0], outer[1:-1]])),
+        true_area_mm2=polygon_area(np.vstack([_along(profile, zone.low_mm, zone.high_mm), trace[1:-1]])),
+    )
+
+
+def polygon_area(points: Floats) -> float:
+    """Area inside a closed polygon (n, 2)."""
+    y, z = points.T
+    return float(0.5 * abs(np.dot(y, np.roll(z, -1)) - np.dot(np.roll(y, -1), z)))
+
+
+def layer_depths(first: float, total: float, ratio: float) -> Floats:
+    """Depths from 0 to `total` in an even number of layers that grow by about `ratio` from about `first`."""
+    if first * 2 >= total:
+        return np.linspace(0.0, total, 3)
+    count = int(np.ceil(np.log1p((ratio - 1.0) * total / first) / np.log(ratio)))
+    count += count % 2
+    depths = np.concatenate(([0.0], np.cumsum(first * ratio ** np.arange(count))))
+    return depths * (total / depths[-1])
+
+
+def _block(profile: Profile, zone_s: Floats, zone: Zone, grading: Grading) -> Floats:
+    """Nodes (layers, columns, 2) of the uniform block: copies of the line, moved inwards along its normals."""
+    line = profile.evaluate(profile.at_arc_length(zone_s))
+    inward = profile.convex_sign * np.column_stack([-line.dz, line.dy]) / np.hypot(line.dy, line.dz)[:, None]
+    depths = layer_depths(zone.depth_step_mm, zone.depth_mm, grading.layer_ratio)
+    return np.asarray(np.column_stack([line.y, line.z])[None] + depths[:, None, None] * inward[None])
+
+
+def _along(profile: Profile, low: float, high: float) -> Floats:
+    """Points of the running surface between two arc lengths, closely spaced."""
+    count = max(2, int(np.ceil((high - low) / _TRACE_STEP_MM)) + 1)
+    p = profile.evaluate(profile.at_arc_length(np.linspace(low, high, count)))
+    return np.column_stack([p.y, p.z])
+
+
+def _graded(trace: Floats, first: float, grading: Grading) -> Floats:
+    """Nodes along a polyline, small at both of its ends; an even number of steps between any two corners."""
+    chords = np.diff(trace, axis=0)
+    lengths = np.hypot(*chords.T)
+    arc = np.concatenate(([0.0], np.cumsum(lengths)))
+    heading = np.unwrap(np.arctan2(chords[:, 1], chords[:, 0]))
+    corners = np.flatnonzero(np.abs(np.diff(heading)) > _CORNER_RAD) + 1
+    breaks = np.concatenate(([0.0], arc[corners], [arc[-1]]))
+    fine = np.unique(np.concatenate([np.linspace(0.0, arc[-1], 4000), breaks]))
+    middle = 0.5 * (fine[1:] + fine[:-1])
+    size = np.minimum(first + grading.rate * np.minimum(middle, arc[-1] - middle), grading.largest_mm)
+    count = np.concatenate(([0.0], np.cumsum(np.diff(fine) / size)))
+    nodes = [np.zeros(1)]
+    for start, stop in zip(breaks[:-1], breaks[1:], strict=True):
+        c0, c1 = np.interp([start, stop], fine, count)
+        steps = 2 * max(1, round((c1 - c0) / 2))
+        nodes.append(np.interp(np.linspace(c0, c1, steps + 1)[1:], count, fine))
+    s = np.concatenate(nodes)
+    return np.column_stack([np.interp(s, arc, trace[:, k]) for k in (0, 1)])
+
+
+def _on_segment(edges: Floats, start: Floats, end: Floats) -> NDArray[np.bool_]:
+    """Which edges (k, 2, 2) lie on the straight line between two points."""
+    direction = (end - start) / np.hypot(*(end - start))
+    offset = edges - start
+    along = offset @ direction
+    across = offset @ np.array([-direction[1], direction[0]])
+    length = float(np.hypot(*(end - start)))
+    return np.asarray(np.all((np.abs(across) < 1e-6) & (along > -1e-6) & (along < length + 1e-6), axis=1))
+
+
+@contextmanager
+def _gmsh_session() -> Iterator[ModuleType]:
+    """The one place that owns gmsh's global state; never to be entered from a thread."""
+    import gmsh
+
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("General.NumThreads", 1)
+        gmsh.option.setNumber("Mesh.RandomSeed", 1)
+        yield gmsh
+    finally:
+        gmsh.finalize()
+
+
+def _fill(ring: Floats) -> tuple[Floats, Integers]:
+    """Quadrilaterals inside a closed polygon with an even number of nodes; its nodes come first and in their order."""
+    corners = ring[::2]
+    n = len(corners)
+    with _gmsh_session() as gmsh:
+        gmsh.option.setNumber("Mesh.Algorithm", 8)
+        gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 1)
+        geo = gmsh.model.geo
+        for k, (y, z) in enumerate(corners):
+            geo.addPoint(y, z, 0.0, 0.0, k + 1)
+        for k in range(n):
+            geo.addLine(k + 1, (k + 1) % n + 1, k + 1)
+            geo.mesh.setTransfiniteCurve(k + 1, 2)
+        geo.addCurveLoop(list(range(1, n + 1)), 1)
+        geo.addPlaneSurface([1], 1)
+        geo.synchronize()
+        gmsh.model.mesh.setRecombine(2, 1)
+        gmsh.model.mesh.generate(2)
+        tags, coordinates, _ = gmsh.model.mesh.getNodes()
+        order = np.argsort(tags)
+        assert np.array_equal(tags[order], np.arange(1, len(tags) + 1))
+        points = coordinates.reshape(-1, 3)[order, :2]
+        assert np.allclose(points[:n], corners, atol=1e-9)
+        kinds, _, nodes = gmsh.model.mesh.getElements(2)
+        cells = {int(k): np.asarray(c, dtype=np.int64).reshape(-1, {2: 3, 3: 4}[int(k)]) - 1 for k, c in zip(kinds, nodes, strict=True)}
+    return _subdivide(points, cells.get(2, np.zeros((0, 3), np.int64)), cells.get(3, np.zeros((0, 4), np.int64)), ring)
+
+
+def _subdivide(points: Floats, triangles: Integers, quads: Integers, ring: Floats) -> tuple[Floats, Integers]:
+    """Cut triangles into three and quadrilaterals into four quadrilaterals, new boundary nodes on the true ring."""
+    n = len(ring) // 2
+    sides = np.vstack([np.stack([c, np.roll(c, -1, axis=1)], axis=-1).reshape(-1, 2) for c in (triangles, quads)])
+    unique, inverse = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
+    middles = points[unique].mean(axis=1)
+    low, high = unique.T
+    on_ring = (high < n) & ((high - low == 1) | ((low == 0) & (high == n - 1)))
+    ring_index = np.where(high - low == 1, low, high)
+    middles[on_ring] = ring[1::2][ring_index[on_ring]]
+    centres = np.vstack([points[triangles].mean(axis=1), points[quads].mean(axis=1)])
+
+    # numbering: ring (corner, middle, corner, ...), inner nodes of gmsh, inner middles, centres
+    corner_id = np.concatenate([2 * np.arange(n), 2 * n + np.arange(len(points) - n)])
+    middle_id = np.where(on_ring, 2 * ring_index + 1, len(points) + n + np.cumsum(~on_ring) - 1)
+    centre_id = len(points) + n + np.count_nonzero(~on_ring) + np.arange(len(centres))
+    all_points = np.vstack([ring, points[n:], middles[~on_ring], centres])
+    out, side = [], 0
+    for cells, first in ((triangles, 0), (quads, len(triangles))):
+        corners = cells.shape[1]
+        mids = middle_id[inverse.ravel()[side : side + cells.size]].reshape(cells.shape)
+        side += cells.size
+        for k in range(corners):
+            out.append(np.column_stack([corner_id[cells[:, k]], mids[:, k], centre_id[first : first + len(cells)], mids[:, k - 1]]))
+    return all_points, np.vstack(out)
+
+
+def _counter_clockwise(points: Floats, quads: Integers) -> Integers:
+    p = points[quads]
+    d1, d2 = p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]
+    turned = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0] < 0.0
+    return np.where(turned[:, None], quads[:, ::-1], quads)
