@@ -116,7 +116,9 @@ def solve_contact(
     for iteration in range(1, iterations + 1):
         total = g0 + opening
         active = p > 0.0
-        approach = float(np.dot((w * c)[active], total[active]) / np.dot((w * c * c)[active], np.ones(int(active.sum()))))
+        approach = float(
+            np.dot((w * c)[active], total[active]) / np.dot((w * c * c)[active], np.ones(int(active.sum())))
+        )
         gap = total - approach * c
         contact = float(np.abs(gap[active]).max() / abs(approach))
         penetration = float(max(0.0, -gap[~active].min(initial=0.0)) / abs(approach))

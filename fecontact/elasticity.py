@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import bsr_matrix, csr_matrix, diags, triu
+from scipy.sparse import bsr_matrix, coo_matrix, csr_matrix, diags, triu
 from scipy.sparse.linalg import cg
 
 from fecontact.errors import ConvergenceError, InputError
@@ -38,18 +38,17 @@ def stiffness(mesh: BodyMesh, material: Material) -> csr_matrix:
     basis = Basis(_skfem_mesh(mesh), ElementHex1(), intorder=3)
 
     def form(i: int, j: int) -> csr_matrix:
-        # v carries the row, u the column
-        return BilinearForm(lambda u, v, _: u.grad[j] * v.grad[i]).assemble(basis).tocsr()
-
-    parts: dict[tuple[int, int], Any] = {(i, j): form(i, j) for i in range(3) for j in range(i, 3)}
-    pattern = parts[0, 0]
-    for (i, j), matrix in list(parts.items()):
+        # v carries the row, u the column; zeros are kept, so that all forms share one pattern
+        entries = BilinearForm(lambda u, v, _: u.grad[j] * v.grad[i]).coo_data(basis)
+        matrix = coo_matrix((entries.data, tuple(entries.indices)), shape=entries.shape).tocsr()
         matrix.sort_indices()
-        assert np.array_equal(matrix.indices, pattern.indices)
-        if i != j:
-            transposed = matrix.T.tocsr()
-            transposed.sort_indices()
-            parts[j, i] = transposed
+        return matrix
+
+    parts: dict[tuple[int, int], csr_matrix] = {(i, j): form(i, j) for i in range(3) for j in range(i, 3)}
+    pattern = parts[0, 0]
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        parts[j, i] = parts[i, j].T.tocsr()
+        parts[j, i].sort_indices()
     lame, shear = material.lame_MPa, material.shear_MPa
     blocks = np.empty((pattern.nnz, 3, 3))
     laplace = parts[0, 0].data + parts[1, 1].data + parts[2, 2].data
@@ -218,7 +217,9 @@ def nodal_stress(body: ElasticBody, displacements: Floats) -> Floats:
     """
     mesh = body.mesh
     gauss = 1.0 / np.sqrt(3.0)
-    signs = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]])
+    signs = np.array(
+        [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]
+    )
     from fecontact.meshing import _shape_gradients
 
     p, u = mesh.points[mesh.hexes], displacements[mesh.hexes]
@@ -244,6 +245,4 @@ def nodal_stress(body: ElasticBody, displacements: Floats) -> Floats:
 def von_mises(stress: Floats) -> Floats:
     """Von Mises stress (n,) of stresses (n, 6) in the order XX YY ZZ XY YZ XZ."""
     xx, yy, zz, xy, yz, xz = np.moveaxis(stress, -1, 0)
-    return np.asarray(
-        np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * (xy**2 + yz**2 + xz**2))
-    )
+    return np.asarray(np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * (xy**2 + yz**2 + xz**2)))

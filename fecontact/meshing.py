@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 
 from fecontact.errors import InputError
 from fecontact.placement import Placement
-from fecontact.profiles.curve import Profile
+from fecontact.profiles.curve import Line, Profile, Segment
 from fecontact.section import Grading, Section, Zone, mesh_section
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 _SWEEP_RATIO = 1.35
+# Points of an outline closer than this are one point: published coordinates are rounded to micrometres.
+_SAME_POINT_MM = 1e-3
 # The wheel's uniform zone reaches this many steps further than the rail's, so that it covers it wholly.
 _COVER_STEPS = 2
 
@@ -84,7 +86,9 @@ class BodyMesh:
     volume_mm3: float
 
 
-def rail_mesh(placement: Placement, zone: FineZone, *, half: bool, size: BodySize, grading: Grading | None = None) -> BodyMesh:
+def rail_mesh(
+    placement: Placement, zone: FineZone, *, half: bool, size: BodySize, grading: Grading | None = None
+) -> BodyMesh:
     """Extrude the rail's head along x.
 
     Raises
@@ -112,7 +116,9 @@ def rail_mesh(placement: Placement, zone: FineZone, *, half: bool, size: BodySiz
     return _swept("rail", section, points, zone_layers, half=half, outward=-1, base="fixed", volume=volume)
 
 
-def wheel_mesh(placement: Placement, zone: FineZone, *, half: bool, size: BodySize, grading: Grading | None = None) -> BodyMesh:
+def wheel_mesh(
+    placement: Placement, zone: FineZone, *, half: bool, size: BodySize, grading: Grading | None = None
+) -> BodyMesh:
     """Revolve the wheel's rim about the axle.
 
     Raises
@@ -121,7 +127,7 @@ def wheel_mesh(placement: Placement, zone: FineZone, *, half: bool, size: BodySi
         If the cut planes do not leave room for the uniform zone.
     """
     pose, touch = placement.wheel, placement.first
-    middle = float(pose.profile.arc_length(touch.wheel_u))
+    low, high = _wheel_arc_lengths(placement, zone)
     margin = _COVER_STEPS * zone.step_s_mm
     y_low, y_high = pose.profile.y_range_mm
     z_inner = size.rim_thickness_mm
@@ -129,13 +135,7 @@ def wheel_mesh(placement: Placement, zone: FineZone, *, half: bool, size: BodySi
         pose.profile,
         np.array([[y_high, z_inner], [y_low, z_inner]]),
         (0, 1),
-        _section_zone(
-            pose.profile,
-            zone,
-            middle + zone.s_low_mm - margin,
-            middle + zone.s_high_mm + margin,
-            zone.intervals_s + 2 * _COVER_STEPS,
-        ),
+        _section_zone(pose.profile, zone, low - margin, high + margin, zone.intervals_s + 2 * _COVER_STEPS),
         grading or Grading(),
     )
     x, zone_layers = _sweep_positions(zone, size.rim_half_length_mm, half, _COVER_STEPS, "the rim's half length")
@@ -149,6 +149,22 @@ def wheel_mesh(placement: Placement, zone: FineZone, *, half: bool, size: BodySi
     return _swept("wheel", section, points, zone_layers, half=half, outward=1, base="driven", volume=volume)
 
 
+def _wheel_arc_lengths(placement: Placement, zone: FineZone) -> tuple[float, float]:
+    """Arc lengths on the wheel's profile that face the ends of the rail's zone, along the rail's normals."""
+    pose = placement.wheel
+    middle = float(pose.profile.arc_length(placement.first.wheel_u))
+    ends = np.array([zone.s_low_mm, zone.s_high_mm])
+    # on a steep flange the wheel's lines drift across the rail's zone towards its ends in x
+    x = np.array([-zone.half_length_mm, 0.0, zone.half_length_mm])
+    points, normals = placement.surface(x[:, None], ends[None, :])
+    facing = points + pose.distance_along(points, normals)[..., None] * normals
+    y = ((facing - pose.centre_mm) @ pose.axes)[..., 1] - pose.tape_circle_y_mm
+    arcs = pose.profile.arc_length(np.nan_to_num(pose.profile.locate(y)))
+    # where a normal misses the wheel's line the same length on both surfaces is the best guess
+    arcs = np.where(np.isfinite(y), arcs, middle + ends)
+    return min(float(arcs.min()), middle + zone.s_low_mm), max(float(arcs.max()), middle + zone.s_high_mm)
+
+
 def _section_zone(profile: Profile, zone: FineZone, low: float, high: float, intervals: int) -> Zone:
     if low <= 0.0 or high >= profile.length_mm:
         raise InputError(
@@ -160,12 +176,16 @@ def _section_zone(profile: Profile, zone: FineZone, low: float, high: float, int
     # layers follow the normals: they must end before the normals of a convex line meet
     tightest = float(np.max(profile.convex_sign * p.curvature_per_mm))
     depth = min(0.45 * min(high - low, 2.0 * zone.half_length_mm), 0.35 / tightest if tightest > 0 else np.inf)
-    return Zone(low_mm=low, high_mm=high, intervals=intervals, depth_step_mm=depth_step, depth_mm=max(depth, 2 * depth_step))
+    return Zone(
+        low_mm=low, high_mm=high, intervals=intervals, depth_step_mm=depth_step, depth_mm=max(depth, 2 * depth_step)
+    )
 
 
 def _rail_closure(profile: Profile, depth: float) -> Floats:
     """Polyline around the body, from the field-side end of the running surface to its gauge-side end."""
-    start, end = ([float(p.y), float(p.z)] for p in (profile.evaluate(float(len(profile.segments))), profile.evaluate(0.0)))
+    start, end = (
+        [float(p.y), float(p.z)] for p in (profile.evaluate(float(len(profile.segments))), profile.evaluate(0.0))
+    )
     if -depth >= min(start[1], end[1]) - 1.0:
         raise InputError(
             f"rail depth {depth:g} mm: the running surface of {profile.name} reaches down to {-min(start[1], end[1]):.1f} mm;"
@@ -173,33 +193,27 @@ def _rail_closure(profile: Profile, depth: float) -> Floats:
         )
     if not profile.outline:
         return np.array([[start[0], -depth], [end[0], -depth]])
-    line = np.vstack([_segment_points(segment) for segment in profile.outline])
+    # the outline begins with the running surface and goes on around the foot to its gauge-side end
+    line = np.vstack([_segment_points(segment) for segment in profile.outline[len(profile.segments) :]])
+    line = line[np.append(True, np.hypot(*np.diff(line, axis=0).T) > _SAME_POINT_MM)][1:-1]
     if depth >= -line[:, 1].min():
         raise InputError(f"rail depth {depth:g} mm: {profile.name} is only {-line[:, 1].min():.1f} mm high")
-    right = _side_above(line, np.array(start), depth, +1)
-    left = _side_above(line, np.array(end), depth, -1)
-    return np.vstack([right, left[::-1]])
+    below = np.flatnonzero(line[:, 1] <= -depth)
+    first, last = int(below[0]), int(below[-1])
+    right = _cut(line[first - 1] if first > 0 else np.array(start), line[first], depth)
+    left = _cut(line[last + 1] if last < len(line) - 1 else np.array(end), line[last], depth)
+    return np.vstack([line[:first], [right, left], line[last + 1 :]])
 
 
-def _segment_points(segment: object) -> Floats:
-    from fecontact.profiles.curve import Line
-
-    v = np.linspace(0.0, 1.0, 2 if isinstance(segment, Line) else 40)
-    p = segment.evaluate(v)  # type: ignore[attr-defined]
+def _segment_points(segment: Segment) -> Floats:
+    p = segment.evaluate(np.linspace(0.0, 1.0, 2 if isinstance(segment, Line) else 40))
     return np.column_stack([p.y, p.z])
 
 
-def _side_above(line: Floats, start: Floats, depth: float, side: int) -> Floats:
-    """The outline of one side from just below `start` down to the cut, its last point on the cut."""
-    points = line[(line[:, 0] * side > 0.0)]
-    # the lines of a rail's side run monotonously downwards from the head to the foot
-    points = points[np.argsort(-points[:, 1], kind="stable")]
-    below = points[points[:, 1] < start[1] - 1e-6]
-    above = below[below[:, 1] > -depth + 1e-6]
-    rest = below[below[:, 1] <= -depth + 1e-6]
-    last = above[-1] if len(above) else start
-    t = (-depth - last[1]) / (rest[0][1] - last[1])
-    return np.vstack([above, [last + t * (rest[0] - last)]])
+def _cut(above: Floats, below: Floats, depth: float) -> Floats:
+    """Point at the depth on the line between two points."""
+    t = (-depth - above[1]) / (below[1] - above[1])
+    return np.asarray(above + t * (below - above))
 
 
 def _held_edge(closure: Floats) -> tuple[int, int]:
@@ -214,7 +228,9 @@ def _sweep_positions(zone: FineZone, end: float, half: bool, cover: int, what: s
     step = zone.half_length_mm / zone.intervals_x
     start = intervals * step
     if end < start + 2.0 * step:
-        raise InputError(f"{what} of {end:g} mm must reach at least two elements past the contact zone ({start:.2f} mm)")
+        raise InputError(
+            f"{what} of {end:g} mm must reach at least two elements past the contact zone ({start:.2f} mm)"
+        )
     count = int(np.ceil(np.log1p((_SWEEP_RATIO - 1.0) * (end - start) / step) / np.log(_SWEEP_RATIO)))
     steps = np.minimum(step * _SWEEP_RATIO ** np.arange(1, count + 8), 0.2 * end)
     tail = np.cumsum(steps)
@@ -307,10 +323,15 @@ def mesh_volume(mesh: BodyMesh) -> float:
 
 
 def _shape_gradients(r: float, s: float, t: float) -> Floats:
-    signs = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]])
+    signs = np.array(
+        [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]
+    )
     f = 1.0 + signs * np.array([r, s, t])
     return np.asarray(
-        0.125 * np.column_stack([signs[:, 0] * f[:, 1] * f[:, 2], signs[:, 1] * f[:, 0] * f[:, 2], signs[:, 2] * f[:, 0] * f[:, 1]])
+        0.125
+        * np.column_stack(
+            [signs[:, 0] * f[:, 1] * f[:, 2], signs[:, 1] * f[:, 0] * f[:, 2], signs[:, 2] * f[:, 0] * f[:, 1]]
+        )
     )
 
 
@@ -332,7 +353,9 @@ def _check(mesh: BodyMesh) -> None:
             " check the profile for sharp corners next to the contact zone"
         )
     volume = mesh_volume(mesh)
-    assert abs(volume - mesh.volume_mm3) < 1e-9 * volume, f"{mesh.name}: volume {volume} instead of {mesh.volume_mm3} mm^3"
+    assert abs(volume - mesh.volume_mm3) < 1e-9 * volume, (
+        f"{mesh.name}: volume {volume} instead of {mesh.volume_mm3} mm^3"
+    )
     up = 1.0 if mesh.name == "rail" else -1.0
     middle = len(mesh.surfaces["contact"]) // 2
     assert up * surface_normals(mesh, "contact")[middle, 2] > 0.0, f"{mesh.name}: contact normals point inwards"

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csr_matrix
 
 from fecontact.elasticity import ElasticBody
+from fecontact.errors import InputError
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -100,8 +101,8 @@ def mortar_matrix(grid: ContactGrid, master_xs: Floats, master_quads: Integers) 
 
     Raises
     ------
-    AssertionError
-        If the master does not cover the slave grid: then the contact force would be lost there.
+    InputError
+        If the master does not cover the slave grid: the pressure there would press on nothing.
     """
     nx, ns = grid.shape
     corners = master_xs[master_quads]
@@ -111,7 +112,11 @@ def mortar_matrix(grid: ContactGrid, master_xs: Floats, master_quads: Integers) 
     polygon, count = _clip(corners[quad], low, high)
     points, weights, pair = _triangle_rule(polygon, count)
     covered, wanted = float(weights.sum()), float(np.ptp(grid.x_mm) * np.ptp(grid.s_mm))
-    assert abs(covered - wanted) < 1e-9 * wanted, f"the wheel's surface covers {covered} of {wanted} mm^2 of the zone"
+    if abs(covered - wanted) > 1e-9 * wanted:
+        raise InputError(
+            f"the wheel's surface covers {covered:.3f} of the {wanted:.3f} mm^2 of the rail's contact zone; use smaller"
+            " elements or another lateral position"
+        )
 
     xi = (points - low[pair]) / (high - low)[pair]
     dual_x, dual_s = (np.stack([2.0 - 3.0 * t, 3.0 * t - 1.0], axis=1) for t in xi.T)

@@ -139,7 +139,9 @@ class WheelPose:
 
     def point(self, y: ArrayLike, radius: ArrayLike, theta: ArrayLike) -> Floats:
         """Track position (..., 3) of a point at y (mm) across the profile, at a radius (mm) and an angle (rad) from below."""
-        y, radius, theta = np.broadcast_arrays(np.asarray(y, float), np.asarray(radius, float), np.asarray(theta, float))
+        y, radius, theta = np.broadcast_arrays(
+            np.asarray(y, float), np.asarray(radius, float), np.asarray(theta, float)
+        )
         local = np.stack([radius * np.sin(theta), self.tape_circle_y_mm + y, -radius * np.cos(theta)], axis=-1)
         return np.asarray(self.centre_mm + local @ self.axes.T)
 
@@ -278,7 +280,9 @@ class Placement:
             y, z, angle = rail.section(u)
             dy, dz = points[..., 1] - y, points[..., 2] - z
             curvature = rail.profile.evaluate(u).curvature_per_mm
-            step = (dy * np.cos(angle) + dz * np.sin(angle)) / (1.0 - curvature * (dz * np.cos(angle) - dy * np.sin(angle)))
+            step = (dy * np.cos(angle) + dz * np.sin(angle)) / (
+                1.0 - curvature * (dz * np.cos(angle) - dy * np.sin(angle))
+            )
             s = s + np.clip(step, -2.0, 2.0)
             if not np.any(np.abs(step) > 1e-11):
                 break
@@ -401,7 +405,9 @@ def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float) -> Placement | str
     if not (0 < lowest < u.size - 1 and over[lowest - 1] and over[lowest + 1]):
         return "the wheel leaves the rail: the end of one of the running surfaces carries it"
     inner = np.flatnonzero(over[:-2] & over[1:-1] & over[2:]) + 1
-    minima = inner[(gap[inner] <= gap[inner - 1]) & (gap[inner] < gap[inner + 1]) & (gap[inner] <= gap[lowest] + reach_mm)]
+    minima = inner[
+        (gap[inner] <= gap[inner - 1]) & (gap[inner] < gap[inner + 1]) & (gap[inner] <= gap[lowest] + reach_mm)
+    ]
     found = []
     for i in minima:
         low, high = u[i - 1], u[i + 1]
@@ -448,7 +454,8 @@ def _touch_point(rail: RailPose, wheel: WheelPose, u_wheel: float, u_rail: float
     rail_u = {s: rail.profile.snap(u_rail, AT_JUNCTION_MM) for s in sides}
     wheel_u = {s: wheel.profile.snap(u_wheel, AT_JUNCTION_MM) for s in sides}
     both = tuple(
-        _relative_curvature(rail, wheel, float(wheel_u[s]), float(rail_u[s]), float(theta), float(angle), s) for s in sides
+        _relative_curvature(rail, wheel, float(wheel_u[s]), float(rail_u[s]), float(theta), float(angle), s)
+        for s in sides
     )
     left, right = (c.rail_per_mm + c.wheel_lateral_per_mm for c in both)
     smooth = abs(left - right) <= 1e-6 * (abs(left) + abs(right)) + 1e-9

@@ -205,6 +205,8 @@ def _fill(ring: Floats) -> tuple[Floats, Integers]:
     with _gmsh_session() as gmsh:
         gmsh.option.setNumber("Mesh.Algorithm", 8)
         gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 1)
+        # a poor quadrilateral would fold when it is subdivided; its two triangles never do
+        gmsh.option.setNumber("Mesh.RecombineMinimumQuality", 0.3)
         geo = gmsh.model.geo
         for k, (y, z) in enumerate(corners):
             geo.addPoint(y, z, 0.0, 0.0, k + 1)
@@ -222,7 +224,10 @@ def _fill(ring: Floats) -> tuple[Floats, Integers]:
         points = coordinates.reshape(-1, 3)[order, :2]
         assert np.allclose(points[:n], corners, atol=1e-9)
         kinds, _, nodes = gmsh.model.mesh.getElements(2)
-        cells = {int(k): np.asarray(c, dtype=np.int64).reshape(-1, {2: 3, 3: 4}[int(k)]) - 1 for k, c in zip(kinds, nodes, strict=True)}
+        cells = {
+            int(k): np.asarray(c, dtype=np.int64).reshape(-1, {2: 3, 3: 4}[int(k)]) - 1
+            for k, c in zip(kinds, nodes, strict=True)
+        }
     return _subdivide(points, cells.get(2, np.zeros((0, 3), np.int64)), cells.get(3, np.zeros((0, 4), np.int64)), ring)
 
 
@@ -249,7 +254,11 @@ def _subdivide(points: Floats, triangles: Integers, quads: Integers, ring: Float
         mids = middle_id[inverse.ravel()[side : side + cells.size]].reshape(cells.shape)
         side += cells.size
         for k in range(corners):
-            out.append(np.column_stack([corner_id[cells[:, k]], mids[:, k], centre_id[first : first + len(cells)], mids[:, k - 1]]))
+            out.append(
+                np.column_stack(
+                    [corner_id[cells[:, k]], mids[:, k], centre_id[first : first + len(cells)], mids[:, k - 1]]
+                )
+            )
     return all_points, np.vstack(out)
 
 

@@ -73,7 +73,9 @@ Installer = Callable[[Sequence[str]], Outcome]
 def run_probe(probe: Probe, *, timeout: float = PROBE_SECONDS) -> Outcome:
     """Run `probe` in a process of its own, at most `timeout` seconds for each environment.
 
-    Returns:
+    Returns
+    -------
+    Outcome
         Success, or the reason of the first failure.
     """
     failures: list[Outcome] = []
@@ -117,7 +119,9 @@ def check(
 ) -> int:
     """Run both probes, install the `missing` packages if `install` is given, and report through `say`.
 
-    Returns:
+    Returns
+    -------
+    int
         0 if gmsh works, else 1. A failure of `rendering` alone is reported and returns 0.
     """
     results = (run_probe(gmsh), run_probe(rendering))

@@ -362,7 +362,7 @@ class Profile:
         return self.evaluate(self.locate(y)).z
 
     def slope(self, y: ArrayLike, side: Side = "right") -> Floats:
-        """Slope dz/dy at y (mm), one-sided at a junction, infinite where the line is vertical."""
+        """Slope dz/dy at y (mm), one-sided at a junction; huge and of either sign where the line is vertical."""
         points = self.evaluate(self.snap(self.locate(y)), side)
         with np.errstate(divide="ignore"):
             return np.asarray(points.dz / points.dy)

@@ -94,8 +94,8 @@ def read_toml(path: str | Path) -> Profile:
         text = path.read_text("utf-8")
     except UnicodeDecodeError:
         raise InputError(f"{path} is not a text file in UTF-8; save the profile as plain text") from None
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}; check the path") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot read {path}: {getattr(error, 'strerror', error)}; check the path") from None
     return parse_toml(text, name=path.stem)
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from fecontact.errors import InputError
-from fecontact.profiles.curve import Floats, Kind, Line, Profile, Segment, Spline
+from fecontact.profiles.curve import Floats, Integers, Kind, Line, Profile, Segment, Spline
 
 FEWEST_POINTS = 10
 SPAN_RANGE_MM = (10.0, 500.0)
@@ -67,10 +67,9 @@ def profile_from_points(y: Floats, z: Floats, *, kind: Kind, name: str, source: 
 
     check_shape(points[:, 0], points[:, 1], kind=kind, what=name)
     notes += _check_order(points, name)
-    notes += _check_spacing(points, name)
+    corners = np.flatnonzero(np.abs(_turning_angles(points)) > SPLIT_RAD) + 1
+    notes += _check_spacing(points, corners, name)
     notes += _assumptions(points, kind)
-    turns = _turning_angles(points)
-    corners = np.flatnonzero(np.abs(turns) > SPLIT_RAD) + 1
     if corners.size:
         where = ", ".join(f"{points[i, 0]:.2f}" for i in corners[:6]) + (" ..." if corners.size > 6 else "")
         notes.append(f"split at {_count(corners.size, 'corner')}: y = {where} mm")
@@ -209,8 +208,13 @@ def _check_order(points: Floats, name: str) -> list[str]:
     return []
 
 
-def _check_spacing(points: Floats, name: str) -> list[str]:
+def _check_spacing(points: Floats, corners: Integers, name: str) -> list[str]:
     chord = np.hypot(*np.diff(points, axis=0).T)
+    # a face between two corners needs only its ends
+    is_end = np.ones(len(points), dtype=bool)
+    is_end[1:-1] = False
+    is_end[corners] = True
+    chord[is_end[:-1] & is_end[1:]] = 0.0
     typical, i = float(np.median(chord)), int(chord.argmax())
     if chord[i] > max(2.0, 10.0 * typical):
         raise InputError(

@@ -1,0 +1,339 @@
+"""The pipeline from a case to its result: profiles, placement, meshes, elasticity, contact, Hertz, comparison."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.case import RESOLUTIONS, Case
+from fecontact.comparison import Comparison, compare
+from fecontact.contact import ContactProblem, ContactSolution, solve_contact
+from fecontact.elasticity import SolverName, choose_solver, elastic_body
+from fecontact.errors import InputError
+from fecontact.expected_patch import ExpectedPatch, approach_direction, expected_patch
+from fecontact.halfspace import half_space_compliance
+from fecontact.hertz import HertzContact, hertz_from_hessian
+from fecontact.material import contact_modulus_MPa
+from fecontact.meshing import BodyMesh, FineZone, rail_mesh, wheel_mesh
+from fecontact.mortar import ContactGrid, CoupledBodies, mortar_matrix
+from fecontact.placement import Placement, place
+from fecontact.profiles import resolve_rail, resolve_wheel
+
+Floats = NDArray[np.float64]
+Status = Literal["converged", "not converged", "patch at the edge of the fine mesh"]
+Progress = Callable[[str], None]
+
+# Free room around the expected patch, in elements; a patch within EDGE_ELEMENTS of the edge enlarges the zone.
+_MARGIN_ELEMENTS = 4
+EDGE_ELEMENTS = 2
+_ENLARGEMENTS = 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolverRecord:
+    """How the contact was solved: path, work, residuals, and seconds by step."""
+
+    path: SolverName
+    iterations: int
+    compliance_calls: int
+    contact_residual: float
+    penetration_residual: float
+    load_balance: float
+    degrees_of_freedom: dict[str, int]
+    elements: dict[str, int]
+    element_size_mm: tuple[float, float]
+    zone_enlarged: int
+    seconds: dict[str, float]
+    peak_memory_MB: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CaseResult:
+    """Everything that a case gives.
+
+    Attributes
+    ----------
+    status
+        `converged`, or why the result must not be used.
+    normal_force_N
+        Force along the contact normal at first touch that the finite elements carry.
+    grid, pressure_MPa, gap_mm (nx, ns), in_contact
+        Pressure nodes, the finite-element pressure and the deformed gap on them.
+    surface_points_mm (nx, ns, 3)
+        The pressure nodes on the true rail, in the track frame.
+    hertz
+        Hertz's ellipse at the first touch point under `normal_force_N`.
+    displacement_mm
+        Displacements (n, 3) of the meshes' nodes, base held and driver held: the rigid approach is not in them.
+    """
+
+    case: Case
+    status: Status
+    placement: Placement
+    expected: ExpectedPatch
+    normal_force_N: float
+    grid: ContactGrid
+    pressure_MPa: Floats
+    gap_mm: Floats
+    surface_points_mm: Floats
+    hertz: HertzContact
+    comparison: Comparison
+    bodies: CoupledBodies
+    displacement_mm: dict[str, Floats]
+    solver: SolverRecord
+    warnings: tuple[str, ...] = field(default=())
+
+    @property
+    def meshes(self) -> dict[str, BodyMesh]:
+        """Meshes of rail and wheel."""
+        return {"rail": self.bodies.rail.mesh, "wheel": self.bodies.wheel.mesh}
+
+
+class _Clock:
+    """Wall seconds by step."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        self.seconds: dict[str, float] = {}
+        self._progress = progress
+
+    @contextmanager
+    def step(self, name: str) -> Iterator[None]:
+        if self._progress is not None:
+            self._progress(name)
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
+
+
+def place_case(case: Case) -> Placement:
+    """Put the wheel of a case on its rail.
+
+    Raises
+    ------
+    InputError
+        For profiles that cannot be read and positions in which the wheel does not run on the rail.
+    """
+    rail = resolve_rail(case.rail)
+    wheel = resolve_wheel(case.wheel)
+    track = case.track
+    if case.rail.startswith("circle:") and track.rail_crown_y_mm is None:
+        # a circular head has no gauge face: its crown lies under the tape circle
+        track = replace(track, rail_crown_y_mm=track.tape_circle_y_mm)
+    return place(
+        rail,
+        wheel.profile,
+        inclination_rad=case.inclination_rad,
+        lateral_shift_mm=case.lateral_shift_mm,
+        roll_rad=case.roll_rad,
+        yaw_rad=case.yaw_rad,
+        rolling_radius_mm=wheel.rolling_radius_mm or case.rolling_radius_mm,
+        track=track,
+    )
+
+
+def hertz_of_case(case: Case, placement: Placement, normal_force_N: float | None = None) -> HertzContact:
+    """Hertz's ellipse at the first touch point; at a junction that of its field side.
+
+    Raises
+    ------
+    InputError
+        If the surfaces conform at the touch point, so that there is no ellipse.
+    """
+    touch = placement.first
+    if normal_force_N is None:
+        tilted = float(touch.normal @ approach_direction(placement, normal_force=case.load_kind == "normal"))
+        normal_force_N = case.load_N / tilted
+    return hertz_from_hessian(
+        touch.curvatures[-1].hessian,
+        normal_force_N=normal_force_N,
+        contact_modulus_MPa=contact_modulus_MPa(case.rail_material, case.wheel_material),
+    )
+
+
+def fine_zone(case: Case, expected: ExpectedPatch, hertz: HertzContact, *, enlarge: float = 1.0) -> FineZone:
+    """The uniform zone: the expected patch and a margin, with the resolution's elements on its narrowest semi-axis."""
+    if isinstance(case.resolution, str):
+        count = RESOLUTIONS[case.resolution]
+        step_x = min(expected.semi_axis_x_mm, hertz.a_mm) / count
+        step_s = min(expected.semi_axis_s_mm, hertz.b_mm) / count
+    else:
+        step_x, step_s = case.resolution
+    length = enlarge * (max(expected.x_high_mm, -expected.x_low_mm) + _MARGIN_ELEMENTS * step_x)
+    middle = 0.5 * (expected.s_low_mm + expected.s_high_mm)
+    width = enlarge * (0.5 * (expected.s_high_mm - expected.s_low_mm) + _MARGIN_ELEMENTS * step_s)
+    return FineZone(
+        half_length_mm=step_x * np.ceil(length / step_x),
+        s_low_mm=middle - step_s * np.ceil(width / step_s),
+        s_high_mm=middle + step_s * np.ceil(width / step_s),
+        step_x_mm=step_x,
+        step_s_mm=step_s,
+    )
+
+
+def couple(case: Case, placement: Placement, zone: FineZone, clock: _Clock, path: SolverName) -> CoupledBodies:
+    """Mesh both bodies, assemble and factorise them, and couple their surfaces."""
+    with clock.step("mesh"):
+        rail = rail_mesh(placement, zone, half=case.half, size=case.size)
+        wheel = wheel_mesh(placement, zone, half=case.half, size=case.size)
+    with clock.step("assemble and factorise"):
+        rail_body = elastic_body(rail, case.rail_material, path)
+        wheel_body = elastic_body(wheel, case.wheel_material, path)
+    with clock.step("couple"):
+        x = np.linspace(0.0 if case.half else -zone.half_length_mm, zone.half_length_mm, rail.contact_nodes.shape[0])
+        s = np.linspace(zone.s_low_mm, zone.s_high_mm, rail.contact_nodes.shape[1])
+        grid = ContactGrid(x_mm=x, s_mm=s, half=case.half)
+        _, normals = placement.surface(x[:, None], s[None, :])
+        wheel_nodes = np.unique(wheel.surfaces["contact"])
+        local = np.full(len(wheel.points), -1)
+        local[wheel_nodes] = np.arange(wheel_nodes.size)
+        return CoupledBodies(
+            rail=rail_body,
+            wheel=wheel_body,
+            grid=grid,
+            normals=normals.reshape(-1, 3),
+            rail_nodes=rail.contact_nodes.ravel(),
+            wheel_nodes=wheel_nodes,
+            coupling=mortar_matrix(
+                grid, placement.project(wheel.points[wheel_nodes]), local[wheel.surfaces["contact"]]
+            ),
+        )
+
+
+def solve_coupled(
+    case: Case, placement: Placement, bodies: CoupledBodies, gap_mm: Floats, direction: Floats
+) -> ContactSolution:
+    """Solve the contact of coupled bodies under the case's load, started from the half-space pressure."""
+    grid = bodies.grid
+    area = grid.nodal_area_mm2() * (2.0 if grid.half else 1.0)
+    closing = bodies.normals @ direction
+    half_space = half_space_compliance(
+        nodes_x=grid.shape[0],
+        nodes_s=grid.shape[1],
+        step_x_mm=grid.steps_mm[0],
+        step_s_mm=grid.steps_mm[1],
+        contact_modulus_MPa=contact_modulus_MPa(case.rail_material, case.wheel_material),
+        half=grid.half,
+    )
+    problem = ContactProblem(compliance=half_space, gap_mm=gap_mm, closing=closing, area_mm2=area)
+    start = solve_contact(problem, case.load_N, tolerance=1e-5).pressure_MPa
+    return solve_contact(replace(problem, compliance=bodies.compliance), case.load_N, start_MPa=start)
+
+
+def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
+    """Solve one case.
+
+    Parameters
+    ----------
+    progress
+        Called with the name of each step as it begins.
+
+    Raises
+    ------
+    InputError
+        For inputs that cannot be solved, naming value, range and remedy. A contact that does not converge is not an
+        error but a result whose `status` says so.
+    """
+    clock = _Clock(progress)
+    path = choose_solver(case.solver)
+    with clock.step("place"):
+        placement = place_case(case)
+        direction = approach_direction(placement, normal_force=case.load_kind == "normal")
+        expected_hertz = hertz_of_case(case, placement)
+    with clock.step("expect the patch"):
+        expected = expected_patch(
+            placement,
+            case.load_N,
+            contact_modulus_MPa=contact_modulus_MPa(case.rail_material, case.wheel_material),
+            direction=direction,
+            half=case.half,
+            guess_mm=1.1 * expected_hertz.approach_mm,
+        )
+    for enlarged in range(_ENLARGEMENTS + 1):
+        zone = fine_zone(case, expected, expected_hertz, enlarge=1.3**enlarged)
+        bodies = couple(case, placement, zone, clock, path)
+        with clock.step("contact"):
+            gap = bodies.grid.weighted_mean(placement.gap)
+            solution = solve_coupled(case, placement, bodies, gap, direction)
+        at_edge = _reaches_edge(bodies.grid, solution.in_contact.reshape(bodies.grid.shape))
+        if not at_edge:
+            break
+    with clock.step("recover"):
+        u_rail, u_wheel = bodies.displacements(solution.pressure_MPa)
+    with clock.step("compare"):
+        grid = bodies.grid
+        pressure = solution.pressure_MPa.reshape(grid.shape)
+        area = grid.nodal_area_mm2() * (2.0 if grid.half else 1.0)
+        normal_force = float(np.dot(area * (bodies.normals @ placement.first.normal), solution.pressure_MPa))
+        hertz = hertz_of_case(case, placement, normal_force)
+        approach = solution.approach_mm * float(direction @ placement.first.normal)
+        comparison = compare(grid, pressure, approach, hertz)
+    status: Status = "patch at the edge of the fine mesh" if at_edge else solution.status
+    return CaseResult(
+        case=case,
+        status=status,
+        placement=placement,
+        expected=expected,
+        normal_force_N=normal_force,
+        grid=grid,
+        pressure_MPa=pressure,
+        gap_mm=solution.gap_mm.reshape(grid.shape),
+        surface_points_mm=placement.surface(grid.x_mm[:, None], grid.s_mm[None, :])[0],
+        hertz=hertz,
+        comparison=comparison,
+        bodies=bodies,
+        displacement_mm={"rail": u_rail, "wheel": u_wheel},
+        solver=SolverRecord(
+            path=path,
+            iterations=solution.iterations,
+            compliance_calls=solution.compliance_calls,
+            contact_residual=solution.contact_residual,
+            penetration_residual=solution.penetration_residual,
+            load_balance=solution.load_balance,
+            degrees_of_freedom={b.mesh.name: 3 * len(b.mesh.points) for b in (bodies.rail, bodies.wheel)},
+            elements={b.mesh.name: len(b.mesh.hexes) for b in (bodies.rail, bodies.wheel)},
+            element_size_mm=grid.steps_mm,
+            zone_enlarged=enlarged,
+            seconds=clock.seconds,
+            peak_memory_MB=_peak_memory_MB(),
+        ),
+        warnings=_warnings(placement, comparison),
+    )
+
+
+def _reaches_edge(grid: ContactGrid, contact: NDArray[np.bool_]) -> bool:
+    rows = slice(0 if grid.half else EDGE_ELEMENTS, -EDGE_ELEMENTS)
+    inner = np.zeros_like(contact)
+    inner[rows, EDGE_ELEMENTS:-EDGE_ELEMENTS] = True
+    return bool(np.any(contact & ~inner))
+
+
+def _warnings(placement: Placement, comparison: Comparison) -> tuple[str, ...]:
+    found = [*placement.rail.profile.notes, *placement.wheel.profile.notes]
+    if not placement.rail.profile.outline:
+        found.append(
+            f"rail {placement.rail.profile.name}: only its running surface is known; the body below it is a block down to the cut"
+        )
+    if placement.first.at_junction:
+        found.append("the touch point lies at a curvature junction: Hertz takes the curvature of its field side")
+    if comparison.pieces > 1:
+        found.append(
+            f"the contact has {comparison.pieces} separate patches; Hertz stands for the first touch point alone"
+        )
+    return tuple(found)
+
+
+def _peak_memory_MB() -> float:
+    import resource
+
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+
+
+__all__ = ["CaseResult", "InputError", "SolverRecord", "solve"]

@@ -1,0 +1,257 @@
+"""Files of points: what is understood, what is refused with which remedy, and how well a curvature survives."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fecontact.errors import InputError
+from fecontact.profiles import Line, load, profile_from_points, read_points, resolve_rail, resolve_wheel
+from fecontact.profiles.reader import SPLINE_NOISE
+
+
+def rail_points(step=0.5):
+    y = np.arange(-35.0, 35.0 + step / 2, step)
+    return y, load("60E1").height(y)
+
+
+def wheel_points(step=0.5, y_to=60.0):
+    y = np.arange(-69.5, y_to + step / 2, step)
+    return y, load("S1002").height(y)
+
+
+def text_of(y, z, separator=" "):
+    return "".join(f"{a:.6f}{separator}{b:.6f}\n" for a, b in zip(y, z, strict=True))
+
+
+@pytest.fixture
+def write(tmp_path):
+    def writer(content):
+        path = tmp_path / "measured.txt"
+        path.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8"))
+        return path
+
+    return writer
+
+
+@pytest.mark.parametrize("separator", [" ", "\t", ",", ";", " ; ", "   "])
+def test_separators_comments_and_a_header(write, separator):
+    y, z = rail_points()
+    path = write("# a comment\n! another\n% a third\n\ny [mm]" + separator + "z [mm]\n" + text_of(y, z, separator))
+    rail = read_points(path, kind="rail")
+    assert rail.name == "measured"
+    assert rail.height(y) == pytest.approx(z, abs=1e-6)
+    assert rail.notes[0] == "taken as: mm, y positive to the field side, z up, not canted"
+
+
+def test_byte_order_mark_windows_line_ends_and_an_old_encoding(write):
+    y, z = rail_points()
+    lines = text_of(y, z).replace("\n", "\r\n").encode()
+    assert read_points(write(b"\xef\xbb\xbf" + lines), kind="rail").height(0.0) == pytest.approx(0.0, abs=1e-6)
+    assert read_points(write("# Prüfling\n".encode("latin-1") + lines), kind="rail").y_range_mm == (-35.0, 35.0)
+
+
+def test_resolve_reads_a_file_of_points(write):
+    assert resolve_rail(str(write(text_of(*rail_points())))).kind == "rail"
+    assert resolve_wheel(str(write(text_of(*wheel_points())))).profile.kind == "wheel"
+
+
+def test_descending_points_are_reversed_with_a_note():
+    y, z = rail_points()
+    rail = profile_from_points(y[::-1], z[::-1], kind="rail", name="r")
+    assert rail.height(y) == pytest.approx(z, abs=1e-12)
+    assert any("reversed" in note for note in rail.notes)
+
+
+def test_repeated_points_are_dropped_with_a_note():
+    y, z = rail_points()
+    rail = profile_from_points(np.insert(y, 7, y[7]), np.insert(z, 7, z[7]), kind="rail", name="r")
+    assert rail.curvature(0.0) == pytest.approx(1 / 300, rel=1e-4)
+    assert "1 repeated point dropped" in rail.notes
+
+
+def good():
+    return text_of(*rail_points())
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"PK\x03\x04\0\0\0", "not plain text"),
+        ("1 2\n3 4\n".encode("utf-16"), "not plain text"),
+        ("", "no numbers"),
+        ("# only a comment\n", "no numbers"),
+        ("y z\n1 2\nleft right\n", "line 3: 'left right' is not two numbers"),
+        ("y z\nhead\n1 2\n", "line 2: 1 column instead of 2"),
+        ("\x01\x02\x03\xff\n1 2 3\n", "line 2: 3 columns instead of 2"),
+        ("140\n" + good(), "line 1: 1 column instead of 2 in '140'"),
+        ("1,5;2,5\n", "line 1: '1,5;2,5' has decimal commas; write decimal points"),
+        ("1,5 2,5\n", "decimal commas"),
+        (good() + "36.0 nan\n", "line 142: '36.0 nan' is not finite"),
+        (good() + "inf 3.0\n", "not finite"),
+        ("".join(f"{y} {-y * y / 50}\n" for y in range(-4, 5)), "there are 9 different points; at least 10"),
+        ("1.0 2.0\n" * 40, "there are 1 different point; at least 10"),
+    ],
+)
+def test_refused_files(write, content, message):
+    with pytest.raises(InputError, match=message):
+        read_points(write(content), kind="rail")
+
+
+def test_unreadable_files(tmp_path):
+    with pytest.raises(InputError, match=r"cannot read .*No such file"):
+        read_points(tmp_path / "none.txt", kind="rail")
+    with pytest.raises(InputError, match="cannot read"):
+        read_points(tmp_path, kind="rail")
+
+
+@given(st.binary(max_size=300))
+def test_any_bytes_end_in_an_input_error_or_a_profile(data):
+    from fecontact.profiles import reader
+
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError:
+        text = data.decode("latin-1")
+    with pytest.raises(InputError):
+        profile_from_points(*reader._parse(text, what="file"), kind="rail", name="file")
+
+
+@given(
+    st.lists(st.tuples(st.floats(-60.0, 60.0), st.floats(-30.0, 30.0)), min_size=1, max_size=40),
+    st.sampled_from(["rail", "wheel"]),
+    st.booleans(),
+)
+def test_any_points_end_in_an_input_error_or_a_profile(points, kind, ordered):
+    y, z = np.array(sorted(points) if ordered else points).T
+    try:
+        profile = profile_from_points(y, z, kind=kind, name="points")
+    except InputError:
+        return
+    assert np.isfinite(profile.length_mm)
+    assert profile.notes
+
+
+@pytest.mark.parametrize("kind", ["rail", "wheel"])
+def test_units_other_than_mm_are_refused(kind):
+    y, z = rail_points() if kind == "rail" else wheel_points()
+    with pytest.raises(InputError, match=r"spans 0\.\d+ mm; allowed: 10 to 500 mm; .*metres, so multiply by 1000"):
+        profile_from_points(y / 1e3, z / 1e3, kind=kind, name="p")
+    with pytest.raises(InputError, match=r"inches: multiply by 25\.4"):
+        profile_from_points(y / 25.4, z / 25.4, kind=kind, name="p")
+    with pytest.raises(InputError, match="allowed: 10 to 500 mm"):
+        profile_from_points(y * 1e3, z * 1e3, kind=kind, name="p")
+
+
+def test_axes_pointing_the_wrong_way_are_refused():
+    y, z = rail_points()
+    with pytest.raises(InputError, match=r"middle of the rail lies .* below .*; flip the sign of z"):
+        profile_from_points(y, -z, kind="rail", name="p")
+    half = y <= 0.0
+    with pytest.raises(InputError, match="flip the sign of z"):
+        profile_from_points(y[half], -z[half], kind="rail", name="p")
+    y, z = wheel_points()
+    with pytest.raises(InputError, match=r"rises to 2\d\.\d mm above the tread at y = -55.*; flip the sign of z"):
+        profile_from_points(y, -z, kind="wheel", name="p")
+    with pytest.raises(InputError, match="flip the sign of y"):
+        profile_from_points(-y, z, kind="wheel", name="p")
+
+
+def test_a_long_flange_back_is_no_reason_to_refuse():
+    y, z = wheel_points()
+    back = np.arange(40.0, -9.6, -0.5)
+    wheel = profile_from_points(
+        np.concatenate((np.full(back.size, -70.0), y)), np.concatenate((back, z)), kind="wheel", name="p"
+    )
+    assert any("kept as a steep side" in note for note in wheel.notes)
+    assert wheel.height(0.0) == pytest.approx(0.0, abs=1e-6)
+    assert wheel.height(-69.0) == pytest.approx(load("S1002").height(-69.0), abs=0.02)
+
+
+def test_folded_and_unordered_lines_are_refused():
+    y, z = rail_points()
+    swapped = np.arange(y.size)
+    swapped[[60, 61]] = 61, 60
+    with pytest.raises(InputError, match="turns back at point"):
+        profile_from_points(y[swapped], z[swapped], kind="rail", name="p")
+    rng = np.random.default_rng(3)
+    order = rng.permutation(y.size)
+    with pytest.raises(InputError, match="turns back at point"):
+        profile_from_points(y[order], z[order], kind="rail", name="p")
+    closed = np.concatenate((y, y[::-1])), np.concatenate((z, np.full(y.size, -20.0)))
+    with pytest.raises(InputError, match="turns back at point"):
+        profile_from_points(*closed, kind="rail", name="p")
+
+
+def test_a_gap_is_refused_and_a_coarse_file_is_noted():
+    y, z = rail_points()
+    keep = (y < 5.0) | (y > 12.0)
+    with pytest.raises(InputError, match=r"gap of 8\.\d+ mm after \(4\.5, -0\.03.*\) mm"):
+        profile_from_points(y[keep], z[keep], kind="rail", name="p")
+    rail = profile_from_points(y[::7], z[::7], kind="rail", name="p")
+    assert any("apart, at" in note for note in rail.notes)
+
+
+def test_doubtful_origins_are_noted():
+    y, z = rail_points()
+    tilt = 1 / 40
+    canted = profile_from_points(y + tilt * z, z - tilt * y, kind="rail", name="p")
+    assert any("may be canted already" in note for note in canted.notes)
+    y, z = wheel_points()
+    lifted = profile_from_points(y, z + 3.0, kind="wheel", name="p")
+    assert any("at z = 3 mm, not 0" in note for note in lifted.notes)
+    cut = profile_from_points(y[y < -5], z[y < -5], kind="wheel", name="p")
+    assert any("tape circle y = 0 lies outside" in note for note in cut.notes)
+
+
+def test_corners_split_the_spline():
+    y, z = wheel_points(y_to=65.0)
+    wheel = profile_from_points(y, z, kind="wheel", name="p")
+    assert any("split at 1 corner: y = 60.00 mm" in note for note in wheel.notes)
+    (corner,) = wheel.junctions
+    assert corner.is_corner
+    assert corner.y_mm == pytest.approx(60.0, abs=1e-9)
+    # the straight pieces on both sides stay straight: no overshoot from one into the other
+    assert wheel.curvature([59.0, 60.5, 64.0]) == pytest.approx(0.0, abs=1e-9)
+    # a piece of two points is a line
+    last = profile_from_points(np.append(y[y <= 60], 65.0), np.append(z[y <= 60], z[-1]), kind="wheel", name="p")
+    assert isinstance(last.segments[-1], Line)
+
+
+@pytest.mark.parametrize(
+    ("y_from", "y_to", "tolerance_per_mm"),
+    [
+        # The spline errs by about h^2 / 12 times the second derivative of the curvature: 2.5e-5 in the throat...
+        (-25.0, 31.0, 3e-5),
+        # ...and nothing where the line is straight, away from the junction at 32.16 mm.
+        (35.0, 59.0, 2e-6),
+        # Within a point or two of the junction the spline rounds off the jump of 4.1e-3: half of it at the junction.
+        (31.0, 35.0, 2.6e-3),
+    ],
+)
+def test_curvature_of_an_interpolated_s1002(y_from, y_to, tolerance_per_mm):
+    wheel = load("S1002")
+    interpolated = profile_from_points(*wheel_points(), kind="wheel", name="p")
+    y = np.linspace(y_from, y_to, 5001)
+    assert np.abs(interpolated.curvature(y) - wheel.curvature(y)).max() < tolerance_per_mm
+    assert np.abs(interpolated.height(y) - wheel.height(y)).max() < 3e-5
+
+
+@pytest.mark.parametrize("scatter_mm", [1e-4, 1e-3])
+def test_the_noted_curvature_noise_is_the_one_that_arises(scatter_mm):
+    y, z = wheel_points()
+    noisy = z + scatter_mm * np.random.default_rng(7).normal(size=y.size)
+    profile = profile_from_points(y, noisy, kind="wheel", name="p")
+    noted = float(profile.notes[-1].split("uncertain by about ")[1].split()[0])
+    tread = y[(y > -20.0) & (y < 30.0)]
+    arisen = np.std(profile.curvature(tread) - load("S1002").curvature(tread))
+    # one significant digit in the note, and a sample of a hundred points
+    assert noted == pytest.approx(arisen, rel=0.5)
+
+
+def test_noise_factor_is_the_mean_of_the_transfer_function():
+    w = np.linspace(0.0, math.pi, 20001)
+    power = (12.0 * (1.0 - np.cos(w)) / (4.0 + 2.0 * np.cos(w))) ** 2
+    assert math.sqrt(np.trapezoid(power, w) / math.pi) == pytest.approx(SPLINE_NOISE, rel=1e-9)
