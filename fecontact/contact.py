@@ -17,7 +17,8 @@ Floats = NDArray[np.float64]
 Compliance = Callable[[Floats], Floats]
 ContactStatus = Literal["converged", "not converged"]
 
-CONTACT_TOLERANCE = 1e-8
+# Largest error of the gap relative to the approach: 1e-7 leaves about 2e-7 in the pressure, far below any mesh error.
+CONTACT_TOLERANCE = 1e-7
 CONTACT_ITERATIONS = 300
 
 
@@ -103,8 +104,8 @@ def solve_contact(
 
     Notes
     -----
-    Polonsky and Keer (1999), with nodal areas as weights and normals that need not be parallel. The load is held exactly
-    in every iteration.
+    Polonsky and Keer (1999), with nodal areas as weights and normals that need not be parallel. Every iteration
+    holds the load exactly.
     """
     g0, c, w = problem.gap_mm, problem.closing, problem.area_mm2
     p = _start(problem, load_N) if start_MPa is None else np.maximum(start_MPa, 0.0)
@@ -113,7 +114,9 @@ def solve_contact(
     norm_old, conjugate = 1.0, False
     calls = 1
     opening = problem.compliance(p)
-    for iteration in range(1, iterations + 1):
+    iteration = 0
+    while True:
+        iteration += 1
         total = g0 + opening
         active = p > 0.0
         approach = float(
@@ -122,7 +125,8 @@ def solve_contact(
         gap = total - approach * c
         contact = float(np.abs(gap[active]).max() / abs(approach))
         penetration = float(max(0.0, -gap[~active].min(initial=0.0)) / abs(approach))
-        if contact <= tolerance and penetration <= tolerance:
+        converged = contact <= tolerance and penetration <= tolerance
+        if converged or iteration == iterations:
             break
         norm = float(np.dot(w[active], gap[active] ** 2))
         direction = np.where(active, gap + (norm / norm_old if conjugate else 0.0) * direction, 0.0)
@@ -147,7 +151,7 @@ def solve_contact(
             opening = scale * (opening - step * moved)
         p = scale * new
     return ContactSolution(
-        status="converged" if contact <= tolerance and penetration <= tolerance else "not converged",
+        status="converged" if converged else "not converged",
         pressure_MPa=p,
         gap_mm=gap,
         approach_mm=approach,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -23,7 +24,7 @@ LinearSolver = Callable[[Floats], Floats]
 # scikit-fem's corner order of a hexahedron, as positions in the VTK order.
 _TO_SKFEM = np.array([0, 4, 3, 1, 7, 5, 2, 6])
 # Far below the contact solver's own tolerance, so that its residuals are those of the contact problem.
-AMG_TOLERANCE = 1e-11
+AMG_TOLERANCE = 1e-10
 _AMG_ITERATIONS = 400
 
 
@@ -129,6 +130,24 @@ def choose_solver(wanted: Literal["auto", "pardiso", "amg"]) -> SolverName:
     return wanted
 
 
+def check_memory(needed_bytes: float, what: str) -> None:
+    """Refuse what the machine cannot hold before it is begun.
+
+    Raises
+    ------
+    InputError
+        If more is needed than is available now.
+    """
+    import psutil
+
+    available = float(psutil.virtual_memory().available)
+    if needed_bytes > available:
+        raise InputError(
+            f"{what} needs about {needed_bytes / 1e9:.1f} GB of memory, {available / 1e9:.1f} GB are available; use a"
+            " coarser resolution, the amg solver, or a larger machine"
+        )
+
+
 class _PardisoFactor:
     """Cholesky factor by MKL PARDISO (symmetric positive definite, upper triangle)."""
 
@@ -139,9 +158,16 @@ class _PardisoFactor:
         self._upper = triu(matrix[free][:, free], format="csr")
         self._upper.sort_indices()
         self._pardiso = PyPardisoSolver(mtype=2)
-        self._pardiso.set_phase(12)
-        self._pardiso._call_pardiso(self._upper, np.zeros(free.size))
+        self._run(11)
+        # the analysis knows the size of the factor (KB): peak while ordering, or factor and its work space
+        peak, permanent, factor = (self._pardiso.get_iparm(k) for k in (15, 16, 17))
+        check_memory(1024.0 * max(peak, permanent + factor), f"the factor of {free.size} degrees of freedom")
+        self._run(22)
         self._pardiso.set_phase(33)
+
+    def _run(self, phase: int) -> None:
+        self._pardiso.set_phase(phase)
+        self._pardiso._call_pardiso(self._upper, np.zeros(self._free.size))
 
     def __call__(self, forces: Floats) -> Floats:
         u = np.zeros_like(forces)
@@ -154,7 +180,8 @@ class _PardisoFactor:
             self._upper = None
 
     def __del__(self) -> None:
-        if getattr(self, "_upper", None) is not None:
+        # MKL's memory is not Python's; at the interpreter's end the process gives it back anyway
+        if getattr(self, "_upper", None) is not None and not sys.is_finalizing():
             self.release()
 
 
@@ -176,9 +203,10 @@ def _amg_solver(matrix: csr_matrix, free: Integers, points: Floats) -> LinearSol
     hierarchy = pyamg.smoothed_aggregation_solver(
         held,
         B=rigid_body_modes(points) * moves[:, None],
-        strength=("symmetric", {"theta": 0.0}),
-        presmoother=("block_gauss_seidel", {"sweep": "symmetric"}),
-        postsmoother=("block_gauss_seidel", {"sweep": "symmetric"}),
+        strength=("evolution", {"k": 2, "epsilon": 4.0}),
+        smooth=("energy", {"krylov": "cg", "maxiter": 3}),
+        presmoother=("block_gauss_seidel", {"sweep": "forward"}),
+        postsmoother=("block_gauss_seidel", {"sweep": "backward"}),
         improve_candidates=None,
         max_coarse=500,
     )

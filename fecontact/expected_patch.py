@@ -28,7 +28,7 @@ _VALLEY = 0.15
 
 @dataclass(frozen=True, kw_only=True)
 class ExpectedPatch:
-    """Extent of the patch on the rail's surface, from the first touch point, and the size of its narrowest lobe (mm)."""
+    """Extent of the patch on the rail's surface from the first touch point, and its narrowest lobe's size (mm)."""
 
     x_low_mm: float
     x_high_mm: float
@@ -54,7 +54,7 @@ def expected_patch(
     half: bool,
     guess_mm: float = 0.1,
 ) -> ExpectedPatch:
-    """Solve the true gap on a half-space over all of the surface within reach, then again on a grid that fits the patch.
+    """Solve the true gap on a half-space over all of the surface in reach, then again on a grid that fits the patch.
 
     Parameters
     ----------
@@ -70,9 +70,9 @@ def expected_patch(
     """
     reach = guess_mm
     for _ in range(12):
-        x, s = _region(placement, reach, direction, half)
-        x = np.linspace(0.0 if half else x[0], x[1], _COARSE_NODES_X if half else 2 * _COARSE_NODES_X - 1)
-        s = np.linspace(s[0], s[1], max(33, int(np.ceil((s[1] - s[0]) / _COARSE_STEP_S_MM)) + 1))
+        (x_low, x_high), (s_low, s_high) = _region(placement, reach, direction, half)
+        x = np.linspace(0.0 if half else x_low, x_high, _COARSE_NODES_X if half else 2 * _COARSE_NODES_X - 1)
+        s = np.linspace(s_low, s_high, max(33, int(np.ceil((s_high - s_low) / _COARSE_STEP_S_MM)) + 1))
         solution = _solve(placement, x, s, load_N, contact_modulus_MPa, direction, half)
         if solution.approach_mm < reach:
             break
@@ -104,8 +104,8 @@ def _region(
         return (-width, width), (-1.0, 1.0)
     if columns[0] == 0 or columns[-1] == s.size - 1:
         raise InputError(
-            f"the contact reaches the end of the running surface of rail {profile.name}; reduce the load or the lateral shift,"
-            " or give a longer profile line"
+            f"the contact reaches the end of the running surface of rail {profile.name}; reduce the load or the"
+            " lateral shift, or give a longer profile line"
         )
     dx = x[1] - x[0]
     return (x[rows[0]] - dx, x[rows[-1]] + dx), (s[columns[0]] - _COARSE_STEP_S_MM, s[columns[-1]] + _COARSE_STEP_S_MM)
@@ -136,7 +136,7 @@ def _fitted_grid(box: ExpectedPatch, half: bool) -> tuple[Floats, Floats]:
     s_low = box.s_low_mm - 3.0 * step_s
     count_x = int(np.ceil((box.x_high_mm + 3.0 * step_x - x_low) / step_x))
     count_s = int(np.ceil((box.s_high_mm + 3.0 * step_s - s_low) / step_s))
-    return x_low + step_x * np.arange(count_x + 1), s_low + step_s * np.arange(count_s + 1)
+    return np.asarray(x_low + step_x * np.arange(count_x + 1)), np.asarray(s_low + step_s * np.arange(count_s + 1))
 
 
 def _box(x: Floats, s: Floats, solution: ContactSolution, half: bool) -> ExpectedPatch:

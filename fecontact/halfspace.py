@@ -17,14 +17,17 @@ def half_space_compliance(
     """Compliance of a pair of half-spaces on nodes (nodes_x, nodes_s), flattened in this order.
 
     Each node carries its pressure on a rectangle of one step by one step around it (Love 1929; Johnson 1985, eq. 3.25);
-    convolution by FFT with zero padding, exact for these rectangles. In a half model row 0 lies on the plane of symmetry
-    x = 0 and the mirrored pressure acts as well.
+    convolution by FFT with zero padding, exact for these rectangles. In a half model row 0 lies on the plane of
+    symmetry x = 0 and the mirrored pressure acts as well.
 
     Range of validity: flat surfaces; over a curved surface it takes arc lengths for distances.
     """
     rows = 2 * nodes_x - 1 if half else nodes_x
     kernel = love_influence(
-        np.arange(rows)[:, None] * step_x_mm, np.arange(nodes_s)[None, :] * step_s_mm, step_x_mm, step_s_mm
+        np.asarray(np.arange(rows)[:, None] * step_x_mm),
+        np.asarray(np.arange(nodes_s)[None, :] * step_s_mm),
+        step_x_mm,
+        step_s_mm,
     ) / (np.pi * contact_modulus_MPa)
     shape = (next_fast_len(2 * rows - 1, real=True), next_fast_len(2 * nodes_s - 1, real=True))
     wrapped = np.zeros(shape)
@@ -53,6 +56,6 @@ def love_influence(x: Floats, y: Floats, step_x: float, step_y: float) -> Floats
 
     def term(u: Floats, v: Floats, w: Floats) -> Floats:
         # u * ln((v + r(u, v)) / (w + r(u, w))), with asinh for accuracy where v, w < 0
-        return u * (np.arcsinh(v / np.abs(u)) - np.arcsinh(w / np.abs(u)))
+        return np.asarray(u * (np.arcsinh(v / np.abs(u)) - np.arcsinh(w / np.abs(u))))
 
-    return term(x1, y1, y2) - term(x2, y1, y2) + term(y1, x1, x2) - term(y2, x1, x2)
+    return np.asarray(term(x1, y1, y2) - term(x2, y1, y2) + term(y1, x1, x2) - term(y2, x1, x2))

@@ -86,6 +86,17 @@ class BodyMesh:
     volume_mm3: float
 
 
+# Bytes a node while the mesh is made and the stiffness assembled (8 to 12 kB measured, with small factors).
+_BYTES_A_NODE = 8e3
+
+
+def least_memory_bytes(zone: FineZone) -> float:
+    """A lower bound of the memory that both bodies need, from the nodes of the uniform blocks under the zone."""
+    layers = 0.45 * min(zone.s_high_mm - zone.s_low_mm, 2.0 * zone.half_length_mm) / min(zone.step_x_mm, zone.step_s_mm)
+    nodes = zone.intervals_x * zone.intervals_s * max(2.0, np.log1p(0.2 * layers) / np.log(1.2))
+    return float(2.0 * nodes * _BYTES_A_NODE)
+
+
 def rail_mesh(
     placement: Placement, zone: FineZone, *, half: bool, size: BodySize, grading: Grading | None = None
 ) -> BodyMesh:
@@ -168,8 +179,8 @@ def _wheel_arc_lengths(placement: Placement, zone: FineZone) -> tuple[float, flo
 def _section_zone(profile: Profile, zone: FineZone, low: float, high: float, intervals: int) -> Zone:
     if low <= 0.0 or high >= profile.length_mm:
         raise InputError(
-            f"{profile.kind} {profile.name}: the contact zone from {low:.2f} to {high:.2f} mm along the profile leaves its"
-            f" running surface (0 to {profile.length_mm:.2f} mm); give a longer profile line or another lateral position"
+            f"{profile.kind} {profile.name}: the contact zone from {low:.2f} to {high:.2f} mm along the profile leaves"
+            f" its running surface (0 to {profile.length_mm:.2f} mm); give a longer line or another lateral position"
         )
     depth_step = 0.8 * min(zone.step_x_mm, zone.step_s_mm)
     p = profile.evaluate(profile.at_arc_length(np.linspace(low, high, 200)))
@@ -188,8 +199,8 @@ def _rail_closure(profile: Profile, depth: float) -> Floats:
     )
     if -depth >= min(start[1], end[1]) - 1.0:
         raise InputError(
-            f"rail depth {depth:g} mm: the running surface of {profile.name} reaches down to {-min(start[1], end[1]):.1f} mm;"
-            " cut the rail at least 1 mm below that"
+            f"rail depth {depth:g} mm: the running line of {profile.name} reaches down to {-min(start[1], end[1]):.1f}"
+            " mm; cut the rail at least 1 mm below that"
         )
     if not profile.outline:
         return np.array([[start[0], -depth], [end[0], -depth]])
@@ -349,8 +360,8 @@ def _check(mesh: BodyMesh) -> None:
     worst = float(corner_jacobians(mesh).min())
     if worst <= 0.0:
         raise InputError(
-            f"{mesh.name}: the mesh folds (smallest Jacobian {worst:.3g} mm^3); use a coarser resolution, another cut, or"
-            " check the profile for sharp corners next to the contact zone"
+            f"{mesh.name}: the mesh folds (smallest Jacobian {worst:.3g} mm^3); use a coarser resolution, another cut,"
+            " or check the profile for sharp corners next to the contact zone"
         )
     volume = mesh_volume(mesh)
     assert abs(volume - mesh.volume_mm3) < 1e-9 * volume, (

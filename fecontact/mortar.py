@@ -1,15 +1,16 @@
 """Dual mortar coupling of two non-matching surfaces, and the compliance of the pair of elastic bodies.
 
 The pressure lives on the nodes of the rail's uniform zone (the slave), which is a tensor grid in x and in the arc
-length s of the rail's profile. The wheel's surface (the master) is projected on the same plane along the rail's normals;
+length s of the rail's profile. The wheel's surface (the master) is projected on this plane along the rail's normals;
 integrals over both meshes are taken on their common refinement, so that every linear function is transferred exactly.
 
-Dual shape functions psi_i (Wohlmuth 2000), with int psi_i N_j = 0 for i != j: the pressure p_i of a node presses on this
-node alone, with the area D_i = int N_i.
+Dual shape functions psi_i (Wohlmuth 2000), with int psi_i N_j = 0 for i != j: the pressure p_i of a node presses on
+this node alone, with the area D_i = int N_i.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,12 +64,11 @@ class ContactGrid:
         """Area int N_i (n,) of each node in the model, not doubled by symmetry."""
         return np.outer(_line_areas(self.x_mm), _line_areas(self.s_mm)).ravel()
 
-    def weighted_mean(self, values_at: object) -> Floats:
+    def weighted_mean(self, values_at: Callable[[Floats, Floats], Floats]) -> Floats:
         """Mean (n,) of a function of (x, s) weighted by the dual shape functions: int psi_i f / D_i.
 
         Three Gauss points a cell and direction.
         """
-        assert callable(values_at)
         nodes, weights = np.polynomial.legendre.leggauss(3)
         xi = 0.5 + 0.5 * nodes
         dual = 0.5 * weights * np.array([2.0 - 3.0 * xi, 3.0 * xi - 1.0])
@@ -146,7 +146,7 @@ def _overlaps(grid: ContactGrid, corners: Floats) -> tuple[Integers, Integers, I
 
 
 def _clip(polygons: Floats, low: Floats, high: Floats) -> tuple[Floats, Integers]:
-    """Cut convex quadrilaterals (k, 4, 2) to boxes: polygons (k, 8, 2), padded with their last vertex, and vertex counts.
+    """Cut convex quadrilaterals (k, 4, 2) to boxes: polygons (k, 8, 2), padded with their last one, and counts.
 
     Sutherland and Hodgman (1974), one half-plane after the other.
     """
@@ -242,6 +242,11 @@ class CoupledBodies:
             self.rail.displacements(self.rail_nodes, on_rail),
             self.wheel.displacements(self.wheel_nodes, self.coupling.T @ push),
         )
+
+    def close(self) -> None:
+        """Release the memory of both factors; displacements can no longer be computed."""
+        self.rail.close()
+        self.wheel.close()
 
     def compliance(self, pressure: Floats) -> Floats:
         """Opening (n,) in mm along the normals, in the mean of the dual functions, under pressures (n,) in MPa."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +46,7 @@ class Patch:
 
 
 def measure_patch(x_mm: Floats, s_mm: Floats, pressure_MPa: Floats, *, half: bool) -> Patch:
-    """Measure the pressure (nx, ns) in MPa on a uniform grid x (nx,), s (ns,) in mm; a half model is mirrored at x = 0."""
+    """Measure a pressure (nx, ns) in MPa on a uniform grid x (nx,), s (ns,) in mm; a half model is mirrored."""
     if half:
         x_mm = np.concatenate([-x_mm[:0:-1], x_mm])
         pressure_MPa = np.concatenate([pressure_MPa[:0:-1], pressure_MPa])
@@ -100,7 +101,7 @@ def _outline(x: Floats, s: Floats, p: Floats) -> tuple[float, tuple[float, float
     hx, hs = x[1] - x[0], s[1] - s[0]
     x = np.concatenate([[x[0] - hx], x, [x[-1] + hx]])
     s = np.concatenate([[s[0] - hs], s, [s[-1] + hs]])
-    lines = contour_generator(x=s, y=x, z=signed_square(p)).lines(0.0)
+    lines = cast(list[Floats], contour_generator(x=s, y=x, z=signed_square(p)).lines(0.0))
     area = 0.0
     for line in lines:
         u, v = np.asarray(line).T

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -14,16 +16,18 @@ from numpy.typing import NDArray
 from fecontact.case import RESOLUTIONS, Case
 from fecontact.comparison import Comparison, compare
 from fecontact.contact import ContactProblem, ContactSolution, solve_contact
-from fecontact.elasticity import SolverName, choose_solver, elastic_body
+from fecontact.elasticity import SolverName, check_memory, choose_solver, elastic_body
 from fecontact.errors import InputError
 from fecontact.expected_patch import ExpectedPatch, approach_direction, expected_patch
 from fecontact.halfspace import half_space_compliance
 from fecontact.hertz import HertzContact, hertz_from_hessian
 from fecontact.material import contact_modulus_MPa
-from fecontact.meshing import BodyMesh, FineZone, rail_mesh, wheel_mesh
+from fecontact.meshing import BodyMesh, FineZone, least_memory_bytes, rail_mesh, wheel_mesh
 from fecontact.mortar import ContactGrid, CoupledBodies, mortar_matrix
 from fecontact.placement import Placement, place
 from fecontact.profiles import resolve_rail, resolve_wheel
+
+_log = logging.getLogger(__name__)
 
 Floats = NDArray[np.float64]
 Status = Literal["converged", "not converged", "patch at the edge of the fine mesh"]
@@ -158,28 +162,53 @@ def hertz_of_case(case: Case, placement: Placement, normal_force_N: float | None
     )
 
 
-def fine_zone(case: Case, expected: ExpectedPatch, hertz: HertzContact, *, enlarge: float = 1.0) -> FineZone:
+@dataclass(frozen=True, kw_only=True)
+class _Room:
+    """Free room around the expected patch (mm), where the contact may turn out larger than expected."""
+
+    x: float = 0.0
+    s_low: float = 0.0
+    s_high: float = 0.0
+
+
+def fine_zone(case: Case, expected: ExpectedPatch, hertz: HertzContact, room: _Room | None = None) -> FineZone:
     """The uniform zone: the expected patch and a margin, with the resolution's elements on its narrowest semi-axis."""
+    room = room or _Room()
     if isinstance(case.resolution, str):
         count = RESOLUTIONS[case.resolution]
         step_x = min(expected.semi_axis_x_mm, hertz.a_mm) / count
         step_s = min(expected.semi_axis_s_mm, hertz.b_mm) / count
     else:
         step_x, step_s = case.resolution
-    length = enlarge * (max(expected.x_high_mm, -expected.x_low_mm) + _MARGIN_ELEMENTS * step_x)
-    middle = 0.5 * (expected.s_low_mm + expected.s_high_mm)
-    width = enlarge * (0.5 * (expected.s_high_mm - expected.s_low_mm) + _MARGIN_ELEMENTS * step_s)
+    length = max(expected.x_high_mm, -expected.x_low_mm) + _MARGIN_ELEMENTS * step_x + room.x
+    low = expected.s_low_mm - _MARGIN_ELEMENTS * step_s - room.s_low
+    high = expected.s_high_mm + _MARGIN_ELEMENTS * step_s + room.s_high
+    steps = 2 * math.ceil(0.5 * (high - low) / step_s)
+    middle = 0.5 * (low + high)
     return FineZone(
-        half_length_mm=step_x * np.ceil(length / step_x),
-        s_low_mm=middle - step_s * np.ceil(width / step_s),
-        s_high_mm=middle + step_s * np.ceil(width / step_s),
+        half_length_mm=step_x * math.ceil(length / step_x),
+        s_low_mm=middle - 0.5 * steps * step_s,
+        s_high_mm=middle + 0.5 * steps * step_s,
         step_x_mm=step_x,
         step_s_mm=step_s,
     )
 
 
+def _more_room(room: _Room, grid: ContactGrid, contact: NDArray[np.bool_], expected: ExpectedPatch) -> _Room:
+    """More room where the contact comes within EDGE_ELEMENTS of the edge; the same room if it nowhere does."""
+    rows, columns = np.asarray(contact.any(axis=1)), np.asarray(contact.any(axis=0))
+    at_end = bool(rows[-EDGE_ELEMENTS:].any() or (not grid.half and rows[:EDGE_ELEMENTS].any()))
+    quarter = 0.25 * (expected.s_high_mm - expected.s_low_mm)
+    return _Room(
+        x=room.x + (0.25 * expected.x_high_mm if at_end else 0.0),
+        s_low=room.s_low + (quarter if columns[:EDGE_ELEMENTS].any() else 0.0),
+        s_high=room.s_high + (quarter if columns[-EDGE_ELEMENTS:].any() else 0.0),
+    )
+
+
 def couple(case: Case, placement: Placement, zone: FineZone, clock: _Clock, path: SolverName) -> CoupledBodies:
     """Mesh both bodies, assemble and factorise them, and couple their surfaces."""
+    check_memory(least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements")
     with clock.step("mesh"):
         rail = rail_mesh(placement, zone, half=case.half, size=case.size)
         wheel = wheel_mesh(placement, zone, half=case.half, size=case.size)
@@ -248,25 +277,13 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
         direction = approach_direction(placement, normal_force=case.load_kind == "normal")
         expected_hertz = hertz_of_case(case, placement)
     with clock.step("expect the patch"):
-        expected = expected_patch(
-            placement,
-            case.load_N,
-            contact_modulus_MPa=contact_modulus_MPa(case.rail_material, case.wheel_material),
-            direction=direction,
-            half=case.half,
-            guess_mm=1.1 * expected_hertz.approach_mm,
-        )
-    for enlarged in range(_ENLARGEMENTS + 1):
-        zone = fine_zone(case, expected, expected_hertz, enlarge=1.3**enlarged)
-        bodies = couple(case, placement, zone, clock, path)
-        with clock.step("contact"):
-            gap = bodies.grid.weighted_mean(placement.gap)
-            solution = solve_coupled(case, placement, bodies, gap, direction)
-        at_edge = _reaches_edge(bodies.grid, solution.in_contact.reshape(bodies.grid.shape))
-        if not at_edge:
-            break
+        expected = _expect(case, placement, expected_hertz)
+    bodies, solution, enlarged, at_edge = _solve_in_zone(
+        case, placement, direction, expected, expected_hertz, clock, path
+    )
     with clock.step("recover"):
         u_rail, u_wheel = bodies.displacements(solution.pressure_MPa)
+        bodies.close()
     with clock.step("compare"):
         grid = bodies.grid
         pressure = solution.pressure_MPa.reshape(grid.shape)
@@ -308,18 +325,68 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
     )
 
 
-def _reaches_edge(grid: ContactGrid, contact: NDArray[np.bool_]) -> bool:
-    rows = slice(0 if grid.half else EDGE_ELEMENTS, -EDGE_ELEMENTS)
-    inner = np.zeros_like(contact)
-    inner[rows, EDGE_ELEMENTS:-EDGE_ELEMENTS] = True
-    return bool(np.any(contact & ~inner))
+def mesh_case(case: Case, body: Literal["rail", "wheel"]) -> BodyMesh:
+    """Mesh one body of a case, without solving it.
+
+    Raises
+    ------
+    InputError
+        As `solve` does.
+    """
+    placement = place_case(case)
+    hertz = hertz_of_case(case, placement)
+    zone = fine_zone(case, _expect(case, placement, hertz), hertz)
+    check_memory(least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements")
+    make = rail_mesh if body == "rail" else wheel_mesh
+    return make(placement, zone, half=case.half, size=case.size)
+
+
+def _expect(case: Case, placement: Placement, hertz: HertzContact) -> ExpectedPatch:
+    return expected_patch(
+        placement,
+        case.load_N,
+        contact_modulus_MPa=contact_modulus_MPa(case.rail_material, case.wheel_material),
+        direction=approach_direction(placement, normal_force=case.load_kind == "normal"),
+        half=case.half,
+        guess_mm=1.1 * hertz.approach_mm,
+    )
+
+
+def _solve_in_zone(
+    case: Case,
+    placement: Placement,
+    direction: Floats,
+    expected: ExpectedPatch,
+    hertz: HertzContact,
+    clock: _Clock,
+    path: SolverName,
+) -> tuple[CoupledBodies, ContactSolution, int, bool]:
+    """Solve, with a larger zone where the patch comes to its edge; how often that was, and whether it did not help."""
+    room = _Room()
+    enlarged = 0
+    bodies = couple(case, placement, fine_zone(case, expected, hertz, room), clock, path)
+    while True:
+        with clock.step("contact"):
+            gap = bodies.grid.weighted_mean(placement.gap)
+            solution = solve_coupled(case, placement, bodies, gap, direction)
+        more = _more_room(room, bodies.grid, solution.in_contact.reshape(bodies.grid.shape), expected)
+        if more == room or enlarged == _ENLARGEMENTS:
+            return bodies, solution, enlarged, more != room
+        try:
+            larger = couple(case, placement, fine_zone(case, expected, hertz, more), clock, path)
+        except InputError as error:
+            _log.warning("the contact zone cannot be enlarged: %s", error)
+            return bodies, solution, enlarged, True
+        bodies.close()
+        bodies, room, enlarged = larger, more, enlarged + 1
 
 
 def _warnings(placement: Placement, comparison: Comparison) -> tuple[str, ...]:
     found = [*placement.rail.profile.notes, *placement.wheel.profile.notes]
     if not placement.rail.profile.outline:
         found.append(
-            f"rail {placement.rail.profile.name}: only its running surface is known; the body below it is a block down to the cut"
+            f"rail {placement.rail.profile.name}: only its running surface is known; the body below"
+            " it is a block down to the cut"
         )
     if placement.first.at_junction:
         found.append("the touch point lies at a curvature junction: Hertz takes the curvature of its field side")
@@ -334,6 +401,3 @@ def _peak_memory_MB() -> float:
     import resource
 
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-
-
-__all__ = ["CaseResult", "InputError", "SolverRecord", "solve"]

@@ -8,6 +8,7 @@ positive roll lifts this wheel and positive yaw moves it backwards).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -81,7 +82,7 @@ def place_rail(profile: Profile, inclination_rad: float, track: Track) -> RailPo
     """
     at_origin = RailPose(profile=profile, inclination_rad=inclination_rad, crown_y_mm=0.0, crown_z_mm=0.0)
     u = _sample(profile)
-    y, z, _ = at_origin.section(u)
+    _, z, _ = at_origin.section(u)
     top = int(np.argmax(z))
     u_top = u[top]
     if 0 < top < u.size - 1:
@@ -95,7 +96,7 @@ def place_rail(profile: Profile, inclination_rad: float, track: Track) -> RailPo
         if not np.isfinite(u_gauge):
             raise InputError(
                 f"rail {profile.name}: its gauge side ends {z_top - z[0]:.2f} mm below the highest point, but the gauge"
-                f" is measured {track.gauge_depth_mm:g} mm below it; give a rail line that reaches down there, a smaller"
+                f" is measured {track.gauge_depth_mm:g} mm below it; give a rail line that reaches there, a smaller"
                 " gauge depth, or the position of the rail's crown"
             )
         crown_y = 0.5 * track.gauge_mm - float(at_origin.section(u_gauge)[0])
@@ -118,7 +119,7 @@ class WheelPose:
 
     def radius(self, u: ArrayLike) -> Floats:
         """Distance (mm) of the running surface from the axle at the profile parameter u."""
-        return self.rolling_radius_mm - self.profile.evaluate(u).z
+        return np.asarray(self.rolling_radius_mm - self.profile.evaluate(u).z)
 
     def silhouette(self, u: ArrayLike) -> tuple[Floats, Floats, Floats, Floats]:
         """Outline of the wheel as seen along the rail: angle theta (rad) about the axle, and x-, y-, z-position (mm).
@@ -135,10 +136,10 @@ class WheelPose:
         # the normal (e_r - r' e_axle) has no x-component there
         forward, axle, up = self.axes[0]
         size = np.hypot(up, forward)
-        return np.arcsin(np.clip(radius_rate * axle / size, -1.0, 1.0)) + np.arctan2(up, forward)
+        return np.asarray(np.arcsin(np.clip(radius_rate * axle / size, -1.0, 1.0)) + np.arctan2(up, forward))
 
     def point(self, y: ArrayLike, radius: ArrayLike, theta: ArrayLike) -> Floats:
-        """Track position (..., 3) of a point at y (mm) across the profile, at a radius (mm) and an angle (rad) from below."""
+        """Track position (..., 3) in mm of a point at y (mm) across, at a radius (mm) and an angle (rad) from below."""
         y, radius, theta = np.broadcast_arrays(
             np.asarray(y, float), np.asarray(radius, float), np.asarray(theta, float)
         )
@@ -288,12 +289,13 @@ class Placement:
                 break
         if not np.all(np.abs(step) < 1e-8):
             raise InputError(
-                "the wheel's contact zone reaches past the rail's running surface; use a smaller zone or a longer rail line"
+                "the wheel's contact zone reaches past the rail's running surface; use a smaller zone or a longer"
+                " rail line"
             )
         return np.stack([points[..., 0] - self.first.x_mm, s - self.first_arc_length_mm], axis=-1)
 
     def gap(self, x: ArrayLike, s: ArrayLike) -> Floats:
-        """True undeformed gap (mm) along the rail's normal at (x, s) of its surface; OPEN_GAP_MM where they never meet."""
+        """True undeformed gap (mm) along the rail's normal at (x, s); OPEN_GAP_MM where the surfaces never meet."""
         points, normals = self.surface(x, s)
         return np.nan_to_num(self.wheel.distance_along(points, normals), nan=OPEN_GAP_MM)
 
@@ -360,8 +362,7 @@ def place(
     return placed
 
 
-def _possible_shifts(at: object) -> str:
-    assert callable(at)
+def _possible_shifts(at: Callable[[float], Placement | str]) -> str:
     good = [shift for shift in np.arange(-40.0, 40.5, 0.5) if not isinstance(at(float(shift)), str)]
     if not good:
         return "no shift between -40 and 40 mm is possible for this wheel, rail and track"
@@ -380,8 +381,8 @@ def _sample(profile: Profile) -> Floats:
     return profile.at_arc_length(np.linspace(0.0, profile.length_mm, count))
 
 
-def _root(f: object, low: float, high: float) -> float:
-    return float(brentq(f, low, high, xtol=1e-14, rtol=1e-14))  # type: ignore[arg-type]
+def _root(f: Callable[[float], float], low: float, high: float) -> float:
+    return float(brentq(f, low, high, xtol=1e-14, rtol=1e-14))
 
 
 def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float) -> Placement | str:

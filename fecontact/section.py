@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from types import ModuleType
 
 import numpy as np
@@ -134,7 +135,7 @@ def layer_depths(first: float, total: float, ratio: float) -> Floats:
     count = int(np.ceil(np.log1p((ratio - 1.0) * total / first) / np.log(ratio)))
     count += count % 2
     depths = np.concatenate(([0.0], np.cumsum(first * ratio ** np.arange(count))))
-    return depths * (total / depths[-1])
+    return np.asarray(depths * (total / depths[-1]))
 
 
 def _block(profile: Profile, zone_s: Floats, zone: Zone, grading: Grading) -> Floats:
@@ -165,7 +166,7 @@ def _graded(trace: Floats, first: float, grading: Grading) -> Floats:
     size = np.minimum(first + grading.rate * np.minimum(middle, arc[-1] - middle), grading.largest_mm)
     count = np.concatenate(([0.0], np.cumsum(np.diff(fine) / size)))
     nodes = [np.zeros(1)]
-    for start, stop in zip(breaks[:-1], breaks[1:], strict=True):
+    for start, stop in pairwise(breaks):
         c0, c1 = np.interp([start, stop], fine, count)
         steps = 2 * max(1, round((c1 - c0) / 2))
         nodes.append(np.interp(np.linspace(c0, c1, steps + 1)[1:], count, fine))

@@ -1,0 +1,286 @@
+"""The command line: parse, call, print; nothing heavy is imported before a command needs it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import App, CycloptsError, Parameter
+
+from fecontact import __version__
+from fecontact.errors import FecontactError, InputError
+
+if TYPE_CHECKING:
+    from fecontact.case import Case
+
+app = App(
+    name="fecontact",
+    version=__version__,
+    help="Where does Hertz's ellipse hold for a railway wheel on a rail?",
+    help_epilogue="Exit codes: 0 solved, 2 bad input, 3 a case did not converge or could not be solved.",
+)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class CaseOptions:
+    """Options that describe one wheel-rail position."""
+
+    rail: str = "60E1"
+    "Rail: library name, profile file, or circle:R (radius in mm)."
+    wheel: str = "S1002"
+    "Wheel: library name, profile file, or cylinder:R (rolling radius in mm, flat across)."
+    inclination: str = "1:40"
+    "Rail inclination: 1:N, none (profile already canted), or an angle such as 25mrad."
+    shift: float = 0.0
+    "Lateral shift of the wheelset towards this rail, mm."
+    load_kn: Annotated[float, Parameter(name="--load-kn")] = 100.0
+    "Wheel load, kN."
+    normal_force: Annotated[bool, Parameter(negative="")] = False
+    "The load acts along the contact normal instead of vertically."
+    roll_mrad: float = 0.0
+    "Roll of the wheelset about x, mrad; positive lifts this wheel."
+    yaw_mrad: float = 0.0
+    "Yaw of the wheelset about z, mrad."
+    rolling_radius_mm: float = 460.0
+    "Rolling radius at the tape circle, mm."
+    young_mpa: Annotated[float, Parameter(name="--young-mpa")] = 210_000.0
+    "Young's modulus of both bodies, MPa."
+    poisson: float = 0.3
+    "Poisson's ratio of both bodies."
+    yield_mpa: Annotated[float | None, Parameter(name="--yield-mpa")] = None
+    "Yield stress of both bodies, MPa."
+    resolution: str = "standard"
+    "quick, standard, fine, or two element sizes in mm such as 0.5,0.4 (along x, across)."
+    solver: Literal["auto", "pardiso", "amg"] = "auto"
+    "Linear solver."
+
+    def case(self) -> Case:
+        """The case that the options describe."""
+        from fecontact.case import Case
+        from fecontact.casefile import parse_inclination, parse_resolution
+        from fecontact.material import Material
+
+        material = Material(name="steel", young_MPa=self.young_mpa, poisson=self.poisson, yield_MPa=self.yield_mpa)
+        return Case(
+            rail=self.rail,
+            wheel=self.wheel,
+            inclination_rad=parse_inclination(self.inclination),
+            lateral_shift_mm=self.shift,
+            roll_rad=1e-3 * self.roll_mrad,
+            yaw_rad=1e-3 * self.yaw_mrad,
+            load_N=1e3 * self.load_kn,
+            load_kind="normal" if self.normal_force else "vertical",
+            rolling_radius_mm=self.rolling_radius_mm,
+            rail_material=material,
+            wheel_material=material,
+            resolution=parse_resolution(self.resolution),
+            solver=self.solver,
+        )
+
+
+_DEFAULTS = CaseOptions()
+
+
+@app.command
+def run(study: Path, *, out: Path, quick: Annotated[bool, Parameter(negative="")] = False) -> int:
+    """Run a study and write its tables, figures and ParaView files.
+
+    Parameters
+    ----------
+    study
+        A script of studies/ or a TOML file of cases.
+    out
+        Folder for the results.
+    quick
+        The small version of the study.
+    """
+    from fecontact.casefile import load_study
+    from fecontact.outputs.tables import print_table
+    from fecontact.study import run_study
+
+    loaded = load_study(study, quick=quick)
+    with _progress(len(loaded.cases)) as progress:
+        outcome = run_study(loaded, out, progress=progress)
+    print_table(outcome.rows)
+    if outcome.conclusion:
+        print(outcome.conclusion)
+    print(f"Results in {out}: study.csv, study.png, study.pvd (ParaView), cases/")
+    return 0 if outcome.all_converged else 3
+
+
+@app.command
+def solve(
+    options: CaseOptions = _DEFAULTS,
+    *,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    out: Path | None = None,
+) -> int:
+    """Solve one position with finite elements and compare it with Hertz.
+
+    Parameters
+    ----------
+    json
+        Print the result as JSON and nothing else.
+    out
+        Folder for the case's JSON, ParaView files and figure.
+    """
+    from fecontact.outputs.files import json_text
+    from fecontact.outputs.record import result_record, row
+    from fecontact.outputs.tables import print_case, print_table
+    from fecontact.pipeline import solve as solve_case
+    from fecontact.study import case_id, write_case
+
+    case = options.case()
+    with _progress(1) as progress:
+        result = solve_case(case, progress=lambda step: progress(0, 1, step))
+        if out is not None:
+            write_case(result, out, case_id(case))
+    record = result_record(result)
+    if json:
+        print(json_text(record))
+    else:
+        print_table([{"id": case_id(case), **row(record)}])
+        print_case(record)
+    return 0 if result.status == "converged" else 3
+
+
+@app.command
+def hertz(options: CaseOptions = _DEFAULTS, *, json: Annotated[bool, Parameter(negative="")] = False) -> int:
+    """Hertz's ellipse at the touch points, analytic only (no mesh, no gmsh).
+
+    Parameters
+    ----------
+    json
+        Print the result as JSON and nothing else.
+    """
+    from fecontact.outputs.files import json_text
+    from fecontact.outputs.record import hertz_record
+    from fecontact.outputs.tables import print_hertz
+
+    record = hertz_record(options.case())
+    if json:
+        print(json_text(record))
+    else:
+        print_hertz(record)
+    return 0
+
+
+@app.command
+def profiles(name: str | None = None, *, out: Path | None = None) -> int:
+    """List the profile library, or show one profile and plot its line and curvature.
+
+    Parameters
+    ----------
+    name
+        Library name or profile file.
+    out
+        File of the picture (PNG); NAME.png if not given.
+    """
+    from fecontact.outputs.tables import print_library, print_profile
+    from fecontact.profiles import resolve_rail, resolve_wheel
+
+    if name is None:
+        print_library()
+        return 0
+    try:
+        profile = resolve_rail(name)
+    except InputError as as_rail:
+        try:
+            profile = resolve_wheel(name).profile
+        except InputError:
+            raise as_rail from None
+    from fecontact.outputs.figures import profile_figure
+
+    print_profile(profile)
+    path = out or Path(f"{Path(name).stem.replace(':', '-')}.png")
+    profile_figure(profile, path)
+    print(f"picture: {path}")
+    return 0
+
+
+@app.command
+def mesh(body: Literal["rail", "wheel"], options: CaseOptions = _DEFAULTS, *, out: Path) -> int:
+    """Write the mesh of one body, refined about the contact of the given position.
+
+    Parameters
+    ----------
+    body
+        Which of the two bodies.
+    out
+        File to write: .msh (gmsh 4.1), .inp (CalculiX, Abaqus) or .vtu.
+    """
+    from fecontact.outputs.meshfile import write_mesh
+    from fecontact.pipeline import mesh_case
+
+    made = mesh_case(options.case(), body)
+    write_mesh(made, out)
+    print(f"{out}: {len(made.points)} nodes, {len(made.hexes)} hexahedra, surfaces {', '.join(made.surfaces)}")
+    return 0
+
+
+@contextmanager
+def _progress(total: int) -> Iterator[Callable[[int, int, str], None]]:
+    """A progress line on a terminal's standard error, plain lines a case elsewhere."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        last = ""
+
+        def plain(number: int, count: int, text: str) -> None:
+            nonlocal last
+            name = text.partition(":")[0]
+            if count > 1 and name != last:
+                print(f"{number + 1}/{count} {name}", file=sys.stderr, flush=True)
+            last = name
+
+        yield plain
+        return
+    columns = (BarColumn(20), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("", total=total)
+
+        def show(number: int, count: int, text: str) -> None:
+            bar.update(task, completed=number, description=text)
+
+        yield show
+
+
+def run_script(path: str, arguments: Sequence[str] | None = None) -> None:
+    """Run a study script as a program: `python studies/NAME.py [--out DIR] [--quick]`; ends the process."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if "--out" not in given and "--help" not in given:
+        given += ["--out", f"out/{Path(path).stem}"]
+    main(["run", path, *given])
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Entry point of the program `fecontact`."""
+    sys.exit(call(arguments))
+
+
+def call(arguments: Sequence[str] | None = None) -> int:
+    """Run a command and return its exit code."""
+    try:
+        code: Any = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+        return int(code or 0)
+    except CycloptsError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return InputError.exit_code
+    except FecontactError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return error.exit_code
+    except OSError as error:
+        print(
+            f"error: {error.filename or ''}: {error.strerror or error}; choose another file or folder", file=sys.stderr
+        )
+        return InputError.exit_code
+    except KeyboardInterrupt:
+        print("interrupted; what was finished is kept", file=sys.stderr)
+        return 130

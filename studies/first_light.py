@@ -1,0 +1,42 @@
+"""Does Hertz's ellipse hold for a new S1002 wheel on a new 60E1 rail, inclined 1:40, under 100 kN?
+
+Reference: the finite elements of this package, at nine lateral positions of the wheelset. Expected: Hertz holds within
+3 % in peak pressure at -4 mm and near 4 mm, where the patch stays on one curvature; between 0 and 2 mm the patch lies
+across the R300/R80 junction, and Hertz is a fifth too low on one side of the jump and more than 40 % too high on the
+other.
+"""
+
+from pathlib import Path
+from typing import Any
+
+from fecontact.case import Case
+
+SHIFTS_MM = (-4.0, -2.0, -1.0, 0.0, 0.25, 1.0, 2.0, 3.0, 4.0)
+
+
+def cases(quick: bool = False) -> list[Case]:
+    """The nine positions, or three of them at `quick` resolution."""
+    shifts = (-4.0, 0.0, 4.0) if quick else SHIFTS_MM
+    return [Case(lateral_shift_mm=shift, resolution="quick" if quick else "standard") for shift in shifts]
+
+
+def conclude(rows: list[dict[str, Any]], out: Path) -> str:
+    """Where Hertz's peak pressure lies within 5 % of the finite elements."""
+    solved = [row for row in rows if row["status"] == "converged"]
+    good = [row["lateral_shift_mm"] for row in solved if abs(row["p_max_deviation_percent"]) < 5.0]
+    worst = max(solved, key=lambda row: abs(row["p_max_deviation_percent"]))
+    return (
+        f"Hertz's peak pressure is within 5 % of the finite elements at {len(good)} of {len(solved)} positions"
+        f" ({', '.join(f'{shift:g}' for shift in good)} mm); it is furthest off at {worst['lateral_shift_mm']:g} mm,"
+        f" by {worst['p_max_deviation_percent']:+.1f} %."
+    )
+
+
+def main() -> None:
+    from fecontact.cli import run_script
+
+    run_script(__file__)
+
+
+if __name__ == "__main__":
+    main()
