@@ -108,7 +108,7 @@ def solve_contact(
     holds the load exactly.
     """
     g0, c, w = problem.gap_mm, problem.closing, problem.area_mm2
-    p = _start(problem, load_N) if start_MPa is None else np.maximum(start_MPa, 0.0)
+    p = _start(problem, load_N) if start_MPa is None or not np.any(start_MPa > 0.0) else np.maximum(start_MPa, 0.0)
     p = p * (load_N / problem.load_N(p))
     direction = np.zeros_like(p)
     norm_old, conjugate = 1.0, False
@@ -119,21 +119,24 @@ def solve_contact(
         iteration += 1
         total = g0 + opening
         active = p > 0.0
-        approach = float(
-            np.dot((w * c)[active], total[active]) / np.dot((w * c * c)[active], np.ones(int(active.sum())))
-        )
+        approach = _mean(problem, total, active)
         gap = total - approach * c
         contact = float(np.abs(gap[active]).max() / abs(approach))
         penetration = float(max(0.0, -gap[~active].min(initial=0.0)) / abs(approach))
         converged = contact <= tolerance and penetration <= tolerance
         if converged or iteration == iterations:
             break
+        if contact <= tolerance:
+            # the nodes in contact are settled (a single one always is): those that overlap decide about the step
+            active = active | (gap < 0.0)
+            gap = total - _mean(problem, total, active) * c
+            conjugate = False
         norm = float(np.dot(w[active], gap[active] ** 2))
         direction = np.where(active, gap + (norm / norm_old if conjugate else 0.0) * direction, 0.0)
         norm_old = norm
         moved = problem.compliance(direction)
         calls += 1
-        moved_mean = np.dot((w * c)[active], moved[active]) / np.dot((w * c * c)[active], np.ones(int(active.sum())))
+        moved_mean = _mean(problem, moved, active)
         curvature = float(np.dot((w * direction)[active], (moved - moved_mean * c)[active]))
         step = float(np.dot((w * gap)[active], direction[active])) / curvature
         trial = p - step * direction
@@ -161,6 +164,12 @@ def solve_contact(
         penetration_residual=penetration,
         load_balance=abs(problem.load_N(p) / load_N - 1.0),
     )
+
+
+def _mean(problem: ContactProblem, values: Floats, nodes: NDArray[np.bool_]) -> float:
+    """Approach that fits displacements (n,) on some nodes best: their mean where all normals are parallel to it."""
+    c, w = problem.closing[nodes], problem.area_mm2[nodes]
+    return float(np.dot(w * c, values[nodes]) / np.dot(w * c, c))
 
 
 def _start(problem: ContactProblem, load: float) -> Floats:

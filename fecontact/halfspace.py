@@ -56,6 +56,7 @@ def love_influence(x: Floats, y: Floats, step_x: float, step_y: float) -> Floats
 
     def term(u: Floats, v: Floats, w: Floats) -> Floats:
         # u * ln((v + r(u, v)) / (w + r(u, w))), with asinh for accuracy where v, w < 0
-        return np.asarray(u * (np.arcsinh(v / np.abs(u)) - np.arcsinh(w / np.abs(u))))
+        size = np.maximum(np.abs(u), 1e-300)  # on the line of an edge the limit is zero
+        return np.asarray(u * (np.arcsinh(v / size) - np.arcsinh(w / size)))
 
     return np.asarray(term(x1, y1, y2) - term(x2, y1, y2) + term(y1, x1, x2) - term(y2, x1, x2))

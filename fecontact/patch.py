@@ -7,7 +7,7 @@ from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import label
+from scipy.ndimage import binary_erosion, label
 
 Floats = NDArray[np.float64]
 
@@ -25,6 +25,8 @@ class Patch:
         Largest nodal pressure.
     area_mm2, extent_x_mm, extent_y_mm
         Area of the patch and full lengths of its bounding box, from the line where p^2 falls to zero between nodes.
+    area_spread_mm2
+        Difference between the areas with and without the outermost nodes: how well the area can be read at all.
     a_mm, b_mm
         Semi-axes along x and across of the ellipsoid p^2 = p0^2 (1 - (x/a)^2 - (y/b)^2) fitted around the peak; NaN
         where the pressure around the peak is no ellipsoid (fewer than 6 nodes, or not concave).
@@ -36,6 +38,7 @@ class Patch:
 
     p_max_MPa: float
     area_mm2: float
+    area_spread_mm2: float
     a_mm: float
     b_mm: float
     extent_x_mm: float
@@ -46,69 +49,93 @@ class Patch:
 
 
 def measure_patch(x_mm: Floats, s_mm: Floats, pressure_MPa: Floats, *, half: bool) -> Patch:
-    """Measure a pressure (nx, ns) in MPa on a uniform grid x (nx,), s (ns,) in mm; a half model is mirrored."""
+    """Measure a pressure (nx, ns) in MPa on a uniform grid x (nx,), s (ns,) in mm; mirrored if `half`."""
     if half:
         x_mm = np.concatenate([-x_mm[:0:-1], x_mm])
         pressure_MPa = np.concatenate([pressure_MPa[:0:-1], pressure_MPa])
     p = pressure_MPa
-    area, low, high = _outline(x_mm, s_mm, p)
+    # A node at the edge stands for a cell that is only partly in contact: with it the line of zero pressure lies too
+    # far out, without it too far in, both by an error of first order in the element size; their mean is of higher order.
+    outer, inner = (_outline(x_mm, s_mm, signed_square(p, without_edge=w)) for w in (False, True))
     a, b = _fitted_axes(x_mm, s_mm, p)
     total = float(p.sum())
     return Patch(
         p_max_MPa=float(p.max()),
-        area_mm2=area,
+        area_mm2=0.5 * (outer.area + inner.area),
+        area_spread_mm2=abs(outer.area - inner.area),
         a_mm=a,
         b_mm=b,
-        extent_x_mm=high[0] - low[0],
-        extent_y_mm=high[1] - low[1],
+        extent_x_mm=0.5 * (outer.length_x + inner.length_x),
+        extent_y_mm=0.5 * (outer.length_s + inner.length_s),
         centre_x_mm=float(x_mm @ p.sum(axis=1)) / total,
         centre_y_mm=float(s_mm @ p.sum(axis=0)) / total,
         pieces=int(label(p > 0.0, structure=np.ones((3, 3)))[1]),
     )
 
 
-def signed_square(pressure: Floats) -> Floats:
-    """p^2 inside the patch, continued by extrapolation to negative values on the nodes around it.
+def signed_square(pressure: Floats, *, without_edge: bool = False) -> Floats:
+    """p^2 inside the patch (nx, ns), continued to negative values around it: an array (nx + 2, ns + 2).
 
     p^2 of a Hertz contact is a paraboloid, so the continuation along a grid line through its last three nodes is exact.
+    With `without_edge` the outermost nodes of the patch are replaced by the continuation from the nodes inside of them.
     """
-    q = pressure**2
-    inside = pressure > 0.0
-    padded_q, padded_in = np.pad(q, 3), np.pad(inside, 3)
-    total, count = np.zeros_like(padded_q), np.zeros_like(padded_q)
-    for axis in (0, 1):
-        for step in (1, -1):
-            q1, q2, q3 = (np.roll(padded_q, step * k, axis) for k in (1, 2, 3))
-            i1, i2, i3 = (np.roll(padded_in, step * k, axis) for k in (1, 2, 3))
-            value = np.where(i3, 3.0 * q1 - 3.0 * q2 + q3, np.where(i2, 2.0 * q1 - q2, -q1))
-            here = i1 & ~padded_in
-            total += np.where(here, np.minimum(value, -1e-3 * q1), 0.0)
-            count += here
-    outside = np.where(count > 0, total / np.maximum(count, 1), np.nan)
-    # nodes that touch the patch by a corner only: the mean of their extrapolated neighbours on both sides of it
-    corner = np.zeros_like(outside)
-    known = np.nan_to_num(outside)
-    for axis in (0, 1):
-        for step in (1, -1):
-            corner += np.roll(known, step, axis)
-    outside = np.where(np.isnan(outside), np.minimum(corner, -1e-9 * q.max()), outside)
-    return np.asarray(np.where(padded_in, padded_q, outside)[2:-2, 2:-2])
+    margin = 5
+    value = np.pad(pressure**2, margin)
+    known = value > 0.0
+    core = binary_erosion(known, structure=np.ones((3, 3)))
+    if without_edge and np.any(core):
+        known = core
+    outside = value == 0.0
+    for _ in range(3):
+        continued, here = _continue_once(value, known)
+        value = np.where(here, continued, value)
+        known = known | here
+    lowest = -1e-3 * float(value.max())
+    value = np.where(outside & ~without_edge, np.minimum(value, lowest), value)
+    value = np.where(known, value, lowest)
+    return np.asarray(value[margin - 1 : 1 - margin, margin - 1 : 1 - margin])
 
 
-def _outline(x: Floats, s: Floats, p: Floats) -> tuple[float, tuple[float, float], tuple[float, float]]:
+def _continue_once(value: Floats, known: NDArray[np.bool_]) -> tuple[Floats, NDArray[np.bool_]]:
+    """Extrapolate along both grid directions to the nodes next to known ones.
+
+    The mean where several continuations reach a node; the negative neighbour where none has two nodes to start from.
+    """
+    total, count, bare = np.zeros_like(value), np.zeros_like(value), np.zeros_like(value)
+    for axis in (0, 1):
+        for step in (1, -1):
+            q1, q2, q3 = (np.roll(value, step * k, axis) for k in (1, 2, 3))
+            i1, i2, i3 = (np.roll(known, step * k, axis) for k in (1, 2, 3))
+            guess = np.where(i3, 3.0 * q1 - 3.0 * q2 + q3, 2.0 * q1 - q2)
+            # beyond the line of zero pressure the sign must not come back
+            guess = np.where(q1 < 0.0, q1, guess)
+            total += np.where(i1 & i2 & ~known, guess, 0.0)
+            count += i1 & i2 & ~known
+            bare = np.where(i1 & ~known, np.minimum(bare, -np.abs(q1)), bare)
+    return np.where(count > 0.0, total / np.maximum(count, 1.0), bare), (count > 0.0) | (bare < 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Outline:
+    area: float
+    length_x: float
+    length_s: float
+
+
+def _outline(x: Floats, s: Floats, square: Floats) -> _Outline:
+    """Area and bounding box inside the line where a signed square (nx + 2, ns + 2) is zero."""
     from contourpy import contour_generator
 
     hx, hs = x[1] - x[0], s[1] - s[0]
     x = np.concatenate([[x[0] - hx], x, [x[-1] + hx]])
     s = np.concatenate([[s[0] - hs], s, [s[-1] + hs]])
-    lines = cast(list[Floats], contour_generator(x=s, y=x, z=signed_square(p)).lines(0.0))
+    lines = cast(list[Floats], contour_generator(x=s, y=x, z=square).lines(0.0))
     area = 0.0
     for line in lines:
-        u, v = np.asarray(line).T
+        u, v = line.T
         area += 0.5 * float(np.dot(u[:-1], v[1:]) - np.dot(u[1:], v[:-1]))
-    points = np.vstack(lines)
-    low, high = points.min(axis=0), points.max(axis=0)
-    return abs(area), (float(low[1]), float(low[0])), (float(high[1]), float(high[0]))
+    span = np.ptp(np.vstack(lines), axis=0)
+    return _Outline(area=abs(area), length_x=float(span[1]), length_s=float(span[0]))
 
 
 def _fitted_axes(x: Floats, s: Floats, p: Floats) -> tuple[float, float]:

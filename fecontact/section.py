@@ -15,6 +15,7 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.errors import InputError
 from fecontact.profiles.curve import Profile
 
 Floats = NDArray[np.float64]
@@ -88,6 +89,11 @@ def mesh_section(profile: Profile, closure: Floats, base: tuple[int, int], zone:
         Index of the first and last point of `closure` on the straight edge that is held.
     zone
         `intervals` must be even.
+
+    Raises
+    ------
+    InputError
+        If the outline crosses itself or the uniform block: gmsh would never come back from it.
     """
     zone_s = np.linspace(zone.low_mm, zone.high_mm, zone.intervals + 1)
     block = _block(profile, zone_s, zone, grading)
@@ -95,6 +101,12 @@ def mesh_section(profile: Profile, closure: Floats, base: tuple[int, int], zone:
     trace = np.vstack([_along(profile, zone.high_mm, profile.length_mm), closure, _along(profile, 0.0, zone.low_mm)])
     outer = _graded(trace, zone.step_mm, grading)
     ring = np.vstack([outer, block[1:, 0], block[-1, 1:], block[-2:0:-1, -1]])
+    if _crosses_itself(ring):
+        raise InputError(
+            f"{profile.kind} {profile.name}: the body is cut too close below its running surface for a contact zone of"
+            f" {zone.high_mm - zone.low_mm:.2f} mm, which is meshed {zone.depth_mm:.2f} mm deep; cut it deeper (rail"
+            " depth, rim thickness)"
+        )
     fill_points, fill_quads = _fill(ring)
 
     ids = np.arange(block.shape[0] * columns).reshape(block.shape[:2])
@@ -126,6 +138,19 @@ def polygon_area(points: Floats) -> float:
     """Area inside a closed polygon (n, 2)."""
     y, z = points.T
     return float(0.5 * abs(np.dot(y, np.roll(z, -1)) - np.dot(np.roll(y, -1), z)))
+
+
+def _crosses_itself(ring: Floats) -> bool:
+    """Whether two sides of a closed polygon (n, 2) cut through each other."""
+    start, end = ring, np.roll(ring, -1, axis=0)
+
+    def side(of: Floats) -> Floats:
+        # on which side of each polygon side (rows) the points lie
+        d, r = end - start, of[None] - start[:, None]
+        return np.asarray(d[:, None, 0] * r[..., 1] - d[:, None, 1] * r[..., 0])
+
+    parted = side(start) * side(end) < 0.0
+    return bool(np.any(parted & parted.T))
 
 
 def layer_depths(first: float, total: float, ratio: float) -> Floats:

@@ -21,7 +21,7 @@ from fecontact.meshing import (
     wheel_mesh,
 )
 from fecontact.placement import Placement, Track, place
-from fecontact.profiles import load, resolve_rail, resolve_wheel
+from fecontact.profiles import circular_rail_head, cylinder_wheel, load, resolve_rail, resolve_wheel
 from fecontact.section import Grading, Zone, layer_depths, mesh_section, polygon_area
 
 INCLINATION = math.atan(1.0 / 40.0)
@@ -367,7 +367,7 @@ def test_meshes_are_the_same_bytes_in_every_run(request):
 @pytest.mark.parametrize(
     ("rail", "depth", "message"),
     [
-        ("60E1", 5.0, r"rail depth 5 mm: the running surface of 60E1 reaches down to"),
+        ("60E1", 5.0, r"rail depth 5 mm: .* 60E1 reaches down to 35\.3 mm; cut the rail at least 1 mm below"),
         ("circle:300", 2.0, r"rail depth 2 mm: .* at least 1 mm below"),
         ("60E1", 500.0, r"60E1 is only 172\.0 mm high"),
     ],
@@ -402,14 +402,21 @@ def test_short_sweeps_are_refused():
 
 def test_zone_past_the_running_surface_is_refused():
     pair = placed("60E1", "S1002", 6.0)
-    wide = FineZone(half_length_mm=9.0, s_low_mm=-30.0, s_high_mm=3.0, step_x_mm=1.5, step_s_mm=0.5)
+    wide = FineZone(half_length_mm=9.0, s_low_mm=-45.0, s_high_mm=3.0, step_x_mm=1.5, step_s_mm=0.5)
     with pytest.raises(InputError, match=r"leaves its running surface"):
         rail_mesh(pair, wide, half=True, size=BodySize())
 
 
-@pytest.mark.parametrize(("rim", "shift"), [(5.0, 6.0), (4.0, 7.0)])
-def test_rim_thinner_than_the_tread_is_high_is_refused(rim, shift):
-    # the outer end of the S1002 rises to 7.6 mm above the tape circle: a rim of 5 mm would cut through its own surface
-    pair = placed("60E1", "S1002", shift)
-    with pytest.raises(InputError):
-        wheel_mesh(pair, SMALL, half=True, size=BodySize(rim_thickness_mm=rim))
+@pytest.mark.parametrize("rim", [2.0, 5.0, 7.0])
+def test_rim_thinner_than_the_tread_is_high_is_refused(rim):
+    # the field side of the S1002 rises to 7.6 mm above its tape circle: such a rim is cut through its own surface
+    with pytest.raises(InputError, match=r"wheel S1002: the body is cut too close .* \(rail depth, rim thickness\)"):
+        wheel_mesh(placed("60E1", "S1002", 2.0), SMALL, half=True, size=BodySize(rim_thickness_mm=rim))
+
+
+def test_cut_through_the_uniform_block_is_refused():
+    # a zone 14 mm wide is meshed 6.3 mm deep, this rail has 4 mm below its crown
+    rail = circular_rail_head(300.0, 20.0)
+    pair = place(rail, cylinder_wheel(), inclination_rad=0.0, track=Track(rail_crown_y_mm=750.0))
+    with pytest.raises(InputError, match=r"rail circle:300: the body is cut too close .* 14\.00 mm, .* 6\.30 mm deep"):
+        rail_mesh(pair, ZONE, half=True, size=BodySize(rail_depth_mm=4.0))

@@ -1,0 +1,1 @@
+"""Everything that fecontact writes: records, tables, figures, ParaView files and meshes."""

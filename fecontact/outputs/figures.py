@@ -1,0 +1,376 @@
+"""Pictures of a case, of a study and of a profile, as PNG files that are the same every time they are drawn."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.errors import InputError
+from fecontact.hertz import HertzContact
+from fecontact.outputs.files import write_atomically
+from fecontact.pipeline import CaseResult
+from fecontact.placement import Placement
+from fecontact.profiles.curve import Profile
+from fecontact.profiles.library import resolve_rail
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Floats = NDArray[np.float64]
+Row = Mapping[str, Any]
+
+_DPI = 130
+_FE, _HERTZ, _RAIL_JUNCTION, _WHEEL_JUNCTION = "#0b5fa5", "#d1495b", "0.35", "0.65"
+_ACROSS, _ROLLING = "s across in mm", "x (rolling) in mm"
+_SIDES = "gauge side ←            → field side"
+
+
+def case_figure(result: CaseResult, path: str | Path) -> Path:
+    """Draw one case.
+
+    Top: finite-element pressure, Hertz pressure (same scale) and their difference over the rail's surface, with the
+    outline of Hertz's ellipse. Below: cuts through the peak of the finite elements, with the junctions of both
+    profiles in the lateral one, and the case in words.
+    """
+    figure = _figure(15.0, 9.6)
+    grid = figure.add_gridspec(2, 3, height_ratios=(1.15, 1.0))
+    field = _covering_field(result)
+    _draw_maps(figure, [figure.add_subplot(grid[0, k]) for k in range(3)], field, result.hertz)
+    i, j = np.unravel_index(int(np.argmax(field.fe)), field.fe.shape)
+    _draw_lateral_cut(figure.add_subplot(grid[1, 0]), field, int(i), result)
+    _draw_rolling_cut(figure.add_subplot(grid[1, 1]), field, int(j), result.hertz)
+    words = figure.add_subplot(grid[1, 2])
+    words.axis("off")
+    words.text(0.0, 1.0, _case_text(result), va="top", ha="left", family="monospace", fontsize=10.5, linespacing=1.45)
+    return _save(figure, path)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Field:
+    """Both pressures (nx, ns) in MPa on the nodes of the whole contact, far enough to hold Hertz's ellipse."""
+
+    x_mm: Floats
+    s_mm: Floats
+    fe: Floats
+    hertz: Floats
+
+
+def _covering_field(result: CaseResult) -> _Field:
+    grid, p = result.grid, result.pressure_MPa
+    x = grid.x_mm
+    if grid.half:
+        x, p = np.concatenate([-x[:0:-1], x]), np.concatenate([p[:0:-1], p])
+    x, more_x = _extended(x, 0.5 * result.hertz.extent_x_mm)
+    s, more_s = _extended(grid.s_mm, 0.5 * result.hertz.extent_y_mm)
+    hertz = result.hertz.pressure_MPa(x[:, None], s[None, :])
+    return _Field(x_mm=x, s_mm=s, fe=np.pad(p, (more_x, more_s)), hertz=hertz)
+
+
+def _extended(line: Floats, reach: float) -> tuple[Floats, tuple[int, int]]:
+    """A uniform line continued in its own steps until it goes past -reach and reach, and how many steps that took."""
+    step = float(line[1] - line[0])
+    before = max(0, math.ceil((reach + line[0]) / step) + 1)
+    after = max(0, math.ceil((reach - line[-1]) / step) + 1)
+    return line[0] + step * np.arange(-before, line.size + after), (before, after)
+
+
+def _draw_maps(figure: Figure, axes: Sequence[Axes], field: _Field, hertz: HertzContact) -> None:
+    top = float(max(field.fe.max(), field.hertz.max()))
+    difference = field.fe - field.hertz
+    most = float(np.abs(difference).max()) or 1.0
+    titles = ("finite elements", "Hertz", "finite elements minus Hertz")
+    scales: tuple[dict[str, Any], ...] = (
+        {"cmap": "viridis", "vmin": 0.0, "vmax": top},
+        {"cmap": "viridis", "vmin": 0.0, "vmax": top},
+        {"cmap": "RdBu_r", "vmin": -most, "vmax": most},
+    )
+    for ax, title, values, scale in zip(axes, titles, (field.fe, field.hertz, difference), scales, strict=True):
+        image = ax.pcolormesh(field.s_mm, field.x_mm, values, shading="gouraud", rasterized=True, **scale)
+        outline = "white" if scale["cmap"] == "viridis" else "0.1"
+        ax.plot(*_outline(hertz), color=outline, lw=1.4, ls="--")
+        ax.set(title=title, xlabel=f"{_ACROSS}\n{_SIDES}", ylabel=_ROLLING, aspect="equal")
+        ax.set(xlim=_limits(field, hertz, axis=1), ylim=_limits(field, hertz, axis=0))
+        # nothing presses outside of the grid
+        ax.set_facecolor(image.cmap(image.norm(0.0)))
+        bar = figure.colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.045, 1.0)))
+        bar.set_label("pressure in MPa" if title != titles[2] else "difference in MPa")
+
+
+def _outline(hertz: HertzContact) -> tuple[Floats, Floats]:
+    """Edge of Hertz's ellipse: s and x (mm)."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 181)
+    first, second = hertz.a_mm * np.cos(turn), hertz.b_mm * np.sin(turn)
+    c, s = np.cos(hertz.orientation_rad), np.sin(hertz.orientation_rad)
+    return first * s + second * c, first * c - second * s
+
+
+def _limits(field: _Field, hertz: HertzContact, *, axis: int) -> tuple[float, float]:
+    """Range that shows both patches with some room, and not the whole grid."""
+    line = (field.x_mm, field.s_mm)[axis]
+    pressed = line[np.flatnonzero(np.any(field.fe > 0.0, axis=1 - axis))]
+    reach = 0.5 * (hertz.extent_x_mm, hertz.extent_y_mm)[axis]
+    low, high = min(float(pressed[0]), -reach), max(float(pressed[-1]), reach)
+    room = 0.12 * (high - low)
+    return low - room, high + room
+
+
+def _draw_lateral_cut(ax: Axes, field: _Field, i: int, result: CaseResult) -> None:
+    s = np.linspace(field.s_mm[0], field.s_mm[-1], 400)
+    _draw_cut(ax, (field.s_mm, field.fe[i]), (s, result.hertz.pressure_MPa(field.x_mm[i], s)))
+    low, high = _limits(field, result.hertz, axis=1)
+    for junctions, colour, style, label in (
+        (_rail_junctions(result.placement), _RAIL_JUNCTION, "-", "rail junction"),
+        (_wheel_junctions(result.placement), _WHEEL_JUNCTION, ":", "wheel junction"),
+    ):
+        shown = junctions[(junctions > low) & (junctions < high)]
+        for number, position in enumerate(shown):
+            ax.axvline(float(position), color=colour, ls=style, lw=1.3, label=label if number == 0 else None, zorder=0)
+    ax.set(xlabel=f"{_ACROSS}\n{_SIDES}", title=f"lateral cut at x = {field.x_mm[i]:z.2f} mm", xlim=(low, high))
+    ax.legend(loc="best", fontsize=9)
+
+
+def _draw_rolling_cut(ax: Axes, field: _Field, j: int, hertz: HertzContact) -> None:
+    x = np.linspace(field.x_mm[0], field.x_mm[-1], 400)
+    _draw_cut(ax, (field.x_mm, field.fe[:, j]), (x, hertz.pressure_MPa(x, field.s_mm[j])))
+    ax.set(xlabel=_ROLLING, title=f"rolling cut at s = {field.s_mm[j]:z.2f} mm", xlim=_limits(field, hertz, axis=0))
+    ax.legend(loc="best", fontsize=9)
+
+
+def _draw_cut(ax: Axes, fe: tuple[Floats, Floats], hertz: tuple[Floats, Floats]) -> None:
+    ax.plot(*fe, color=_FE, marker="o", ms=3.5, lw=1.3, label="finite elements")
+    ax.plot(*hertz, color=_HERTZ, ls="--", lw=1.6, label="Hertz")
+    ax.set(ylabel="pressure in MPa", ylim=(0.0, 1.12 * max(float(fe[1].max()), float(hertz[1].max()), 1.0)))
+    ax.grid(alpha=0.3)
+
+
+def _rail_junctions(placement: Placement) -> Floats:
+    """Positions s (mm) of the rail's junctions."""
+    profile = placement.rail.profile
+    y = np.array([junction.y_mm for junction in profile.junctions])
+    return profile.arc_length(profile.snap(profile.locate(y))) - placement.first_arc_length_mm
+
+
+def _wheel_junctions(placement: Placement) -> Floats:
+    """Positions (mm) of the wheel's junctions along its own line, which lies on the rail's near the touch point."""
+    profile = placement.wheel.profile
+    y = np.array([junction.y_mm for junction in profile.junctions])
+    at_touch = float(profile.arc_length(placement.first.wheel_u))
+    return profile.arc_length(profile.snap(profile.locate(y))) - at_touch
+
+
+def _case_text(result: CaseResult) -> str:
+    case, comparison, first = result.case, result.comparison, result.placement.first
+    fe, hertz, deviation = comparison.fe, comparison.hertz, comparison.deviation
+    lines = [
+        f"rail {_short(case.rail)}, wheel {_short(case.wheel)}",
+        f"lateral shift   {case.lateral_shift_mm:+z.2f} mm",
+        f"{case.load_kind + ' load':<15} {case.load_N / 1e3:.1f} kN",
+        f"touch point     {first.rail_y_mm:+z.2f} mm on the rail",
+        f"contact angle   {1e3 * first.contact_angle_rad:+z.1f} mrad",
+        "",
+        f"{'':<15} {'FE':>8} {'Hertz':>8} {'dev %':>7}",
+    ]
+    for title, name, digits in (
+        ("peak MPa", "p_max_MPa", 0),
+        ("area mm²", "area_mm2", 1),
+        ("a mm (rolling)", "a_mm", 2),
+        ("b mm (across)", "b_mm", 2),
+    ):
+        cells = (_cell(getattr(fe, name), f">8.{digits}f"), _cell(getattr(hertz, name), f">8.{digits}f"))
+        lines.append(f"{title:<15} {cells[0]} {cells[1]} {_cell(1e2 * deviation[name], '>+z7.1f')}")
+    lines += [
+        "",
+        f"L2 {1e2 * comparison.pressure_l2:.1f} %, overlap {comparison.overlap:.2f}, patches {comparison.pieces}",
+        f"status: {result.status}",
+    ]
+    if first.at_junction:
+        lines.append("touch point at a junction: field side taken")
+    return "\n".join(lines)
+
+
+def _cell(value: float, form: str) -> str:
+    """A number, or a dash of the same width where it is NaN: not every pressure has semi-axes."""
+    text = format(value, form)
+    return text if math.isfinite(value) else "-".rjust(len(text))
+
+
+def _short(name: str) -> str:
+    return Path(name).stem if name.endswith(".toml") or "/" in name else name
+
+
+def study_figure(rows: Sequence[Row], path: str | Path) -> Path:
+    """Draw a study over the lateral shift: peak pressures, deviations of Hertz, and where the wheel touches the rail.
+
+    One colour for each pair and load. A row whose status is not `converged` is a cross that no line goes through; it
+    lies at its value, or at the bottom of the first panel if it has none.
+
+    Raises
+    ------
+    InputError
+        If there are no rows.
+    """
+    if not rows:
+        raise InputError("study figure: there are no rows to draw")
+    figure = _figure(10.0, 11.0)
+    peak, deviation, touch = figure.subplots(3, 1, sharex=True, height_ratios=(1.2, 1.2, 0.9))
+    groups = _groups(rows)
+    for number, (label, group) in enumerate(groups.items()):
+        colour = f"C{number % 10}"
+        _draw_series(peak, group, "p_max_fe_MPa", color=colour, marker="o", label=f"FE{label}")
+        _draw_series(
+            peak, group, "p_max_hertz_MPa", color=colour, marker="s", ls="--", mfc="white", label=f"Hertz{label}"
+        )
+        _draw_series(deviation, group, "p_max_deviation_percent", color=colour, marker="o", label=f"peak{label}")
+        _draw_series(
+            deviation,
+            group,
+            "area_deviation_percent",
+            color=colour,
+            marker="^",
+            ls=":",
+            mfc="white",
+            label=f"area{label}",
+        )
+        _draw_series(touch, group, "touch_rail_y_mm", color=colour, marker="o")
+        _draw_without_value(peak, group)
+    _finish_study(peak, deviation, touch, rows)
+    return _save(figure, path)
+
+
+def _groups(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    """Rows of one pair and load, by lateral shift, under a label that says only what differs."""
+
+    def key(row: Row) -> tuple[str, str, float]:
+        return str(row["rail"]), str(row["wheel"]), float(row["load_kN"])
+
+    groups = {k: list(g) for k, g in groupby(sorted(rows, key=lambda row: (*key(row), row["lateral_shift_mm"])), key)}
+    several_pairs = len({k[:2] for k in groups}) > 1
+    several_loads = len({k[2] for k in groups}) > 1
+    labelled = {}
+    for (rail, wheel, load), group in groups.items():
+        words = [f"{_short(rail)} / {_short(wheel)}"] if several_pairs else []
+        words += [f"{load:g} kN"] if several_loads else []
+        labelled[", ".join(["", *words])] = group
+    return labelled
+
+
+def _draw_series(ax: Axes, group: Sequence[Row], key: str, **style: Any) -> None:
+    shift = np.array([float(row["lateral_shift_mm"]) for row in group])
+    value = np.array([np.nan if row.get(key) is None else float(row[key]) for row in group])
+    good = np.array([row["status"] == "converged" for row in group])
+    # NaN breaks the line, so that nobody reads a value between a good and a bad row
+    ax.plot(shift, np.where(good, value, np.nan), lw=1.6, ms=5.5, **style)
+    ax.plot(shift[~good], value[~good], color=style["color"], marker="x", ms=9, mew=2.0, ls="none")
+
+
+def _draw_without_value(ax: Axes, group: Sequence[Row]) -> None:
+    lost = [float(row["lateral_shift_mm"]) for row in group if row.get("p_max_fe_MPa") is None]
+    ax.plot(
+        lost, [0.04] * len(lost), transform=ax.get_xaxis_transform(), color="0.2", marker="x", ms=9, mew=2.0, ls="none"
+    )
+
+
+def _finish_study(peak: Axes, deviation: Axes, touch: Axes, rows: Sequence[Row]) -> None:
+    pairs = sorted({(_short(str(row["rail"])), _short(str(row["wheel"]))) for row in rows})
+    loads = sorted({float(row["load_kN"]) for row in rows})
+    title = "; ".join(f"rail {rail}, wheel {wheel}" for rail, wheel in pairs[:3]) + ("; ..." if len(pairs) > 3 else "")
+    peak.set(title=title + (f", {loads[0]:g} kN" if len(loads) == 1 else ""), ylabel="peak pressure in MPa")
+    peak.set_ylim(bottom=0.0)
+    deviation.axhspan(-10.0, 10.0, color="0.93", zorder=0)
+    deviation.axhspan(-5.0, 5.0, color="0.86", zorder=0)
+    deviation.axhline(0.0, color="0.4", lw=0.8)
+    deviation.set(ylabel="Hertz against FE in %\n(bands ±5 %, ±10 %)")
+    _draw_junction_levels(touch, rows)
+    touch.set(xlabel="lateral shift of the wheelset in mm  (positive: towards this rail)")
+    touch.set(ylabel="touch point on the rail\ny in mm  (gauge side negative)")
+    if any(row["status"] != "converged" for row in rows):
+        peak.plot([], [], color="0.2", marker="x", ms=9, mew=2.0, ls="none", label="not usable")
+    for ax in (peak, deviation):
+        ax.legend(fontsize=9, ncols=2 if len(ax.get_legend_handles_labels()[0]) > 4 else 1)
+    for ax in (peak, deviation, touch):
+        ax.grid(alpha=0.3)
+
+
+def _draw_junction_levels(ax: Axes, rows: Sequence[Row]) -> None:
+    """The junctions of a study's only rail; those of several rails would be told apart by nobody."""
+    rails = {str(row["rail"]) for row in rows}
+    if len(rails) > 1:
+        return
+    try:
+        profile = resolve_rail(rails.pop())
+    except InputError:
+        # rows outlive the profile file that they were made with
+        return
+    low, high = ax.get_ylim()
+    room = 0.15 * (high - low) + 2.0
+    for junction in profile.junctions:
+        if low - room < junction.y_mm < high + room:
+            ax.axhline(junction.y_mm, color=_RAIL_JUNCTION, lw=1.0, ls="-.", zorder=0)
+            radii = (_radius(junction.curvature_left_per_mm), _radius(junction.curvature_right_per_mm))
+            ax.annotate(
+                f"{radii[0]} | {radii[1]}",
+                (0.995, junction.y_mm),
+                xycoords=("axes fraction", "data"),
+                xytext=(0, 2),
+                textcoords="offset points",
+                ha="right",
+                va="bottom",
+                fontsize=8.5,
+                color=_RAIL_JUNCTION,
+            )
+    ax.set_ylim(low - room, high + room)
+
+
+def _radius(curvature_per_mm: float) -> str:
+    return "straight" if abs(curvature_per_mm) < 1e-9 else f"R{1.0 / curvature_per_mm:.4g}"
+
+
+def profile_figure(profile: Profile, path: str | Path) -> Path:
+    """Draw a profile: its line, and its curvature (positive where convex) over y, with the junctions marked."""
+    figure = _figure(10.0, 8.0)
+    line, curvature = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.0))
+    for number in range(len(profile.segments)):
+        # a hair inside the ends, so that each segment shows its own curvature up to them
+        p = profile.evaluate(number + np.linspace(1e-9, 1.0 - 1e-9, 200))
+        line.plot(p.y, p.z, color=f"C{number % 2}", lw=2.0)
+        curvature.plot(p.y, profile.convex_sign * p.curvature_per_mm, color=f"C{number % 2}", lw=2.0)
+    for junction in profile.junctions:
+        line.plot(junction.y_mm, junction.z_mm, "o", color=_RAIL_JUNCTION, ms=5)
+        for ax in (line, curvature):
+            ax.axvline(junction.y_mm, color=_RAIL_JUNCTION, lw=0.8, ls=":", zorder=0)
+    # curvatures of a head span four decades of either sign
+    curvature.set_yscale("symlog", linthresh=1e-3)
+    curvature.margins(y=0.08)
+    curvature.axhline(0.0, color="0.5", lw=0.8)
+    line.set(title=f"{profile.kind} {_short(profile.name)}", ylabel="z (up) in mm")
+    curvature.set(ylabel="curvature in 1/mm\n(convex positive)", xlabel=f"y in mm\n{_SIDES}")
+    for ax in (line, curvature):
+        ax.grid(alpha=0.3)
+    return _save(figure, path)
+
+
+def _figure(width: float, height: float) -> Figure:
+    # Figure itself, not pyplot: a study draws hundreds, and pyplot would keep them all
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), dpi=_DPI)
+    figure.set_layout_engine("constrained", w_pad=0.12, h_pad=0.12)
+    return figure
+
+
+def _save(figure: Figure, path: str | Path) -> Path:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    canvas = FigureCanvasAgg(figure)
+    # no version in the file either: the picture is all that may differ between two runs
+    return write_atomically(
+        path, lambda temporary: canvas.print_figure(temporary, dpi=_DPI, format="png", metadata={"Software": None})
+    )

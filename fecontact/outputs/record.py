@@ -1,0 +1,246 @@
+"""Cases and results as plain dictionaries with units in their keys: what the JSON and CSV files hold."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict
+from importlib import metadata
+from typing import Any
+
+from fecontact import __version__
+from fecontact.case import Case
+from fecontact.comparison import MEASURES, hertz_measures
+from fecontact.errors import InputError
+from fecontact.expected_patch import approach_direction
+from fecontact.hertz import HertzContact, hertz_from_hessian
+from fecontact.material import Material, contact_modulus_MPa
+from fecontact.meshing import BodySize
+from fecontact.pipeline import CaseResult, SolverRecord, hertz_of_case, place_case
+from fecontact.placement import RelativeCurvature, TouchPoint, Track
+
+Record = dict[str, Any]
+
+_PACKAGES = ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "pyvista", "vtk", "pypardiso", "pyamg", "matplotlib")
+_PARTS = {"rail_material": Material, "wheel_material": Material, "track": Track, "size": BodySize}
+
+
+def case_record(case: Case) -> Record:
+    """All inputs of a case; of `resolution` and `element_size_mm` (along x, across) one is None."""
+    record: Record = {}
+    for name, value in asdict(case).items():
+        record[name] = value
+        if name == "resolution":
+            named = isinstance(value, str)
+            record[name], record["element_size_mm"] = (value, None) if named else (None, list(value))
+    return record
+
+
+def case_from_record(record: Mapping[str, Any]) -> Case:
+    """The case of a record; a key that is missing takes the case's default.
+
+    Raises
+    ------
+    InputError
+        If there is a key or a value that a case cannot have.
+    """
+    inputs = dict(record)
+    sizes = inputs.pop("element_size_mm", None)
+    if inputs.get("resolution") is None:
+        inputs.pop("resolution", None)
+    try:
+        if sizes is not None:
+            along_x, across = sizes
+            inputs["resolution"] = (float(along_x), float(across))
+        for name, part in _PARTS.items():
+            if name in inputs:
+                inputs[name] = part(**inputs[name])
+        return Case(**inputs)
+    except InputError:
+        raise
+    except (TypeError, ValueError) as error:
+        raise InputError(f"case record: {error}; keys that exist: {', '.join(case_record(Case()))}") from error
+
+
+def result_record(result: CaseResult) -> Record:
+    """Everything that a case gives, without its fields; lengths of infinite radii are None."""
+    comparison = result.comparison
+    return {
+        "schema": "fecontact/result/1",
+        "status": result.status,
+        "case": case_record(result.case),
+        "normal_force_N": result.normal_force_N,
+        "contact_angle_rad": result.placement.first.contact_angle_rad,
+        "touch_points": [touch_record(touch) for touch in result.placement.touch_points],
+        "fe": comparison.fe.as_dict(),
+        "hertz": comparison.hertz.as_dict(),
+        "deviation": {name: float(comparison.deviation[name]) for name in MEASURES},
+        "pressure_l2": comparison.pressure_l2,
+        "overlap": comparison.overlap,
+        "centre_of_pressure_mm": [comparison.centre_x_mm, comparison.centre_y_mm],
+        "pieces": comparison.pieces,
+        "hertz_stiffness_GN_per_m15": result.hertz.stiffness_GN_per_m15,
+        "solver": _solver_record(result.solver),
+        "warnings": list(result.warnings),
+        "versions": versions(),
+    }
+
+
+def touch_record(touch: TouchPoint) -> Record:
+    """A touch point with its curvatures: one entry, or two (gauge side, field side) at a junction."""
+    return {
+        "x_mm": touch.x_mm,
+        "y_mm": touch.y_mm,
+        "z_mm": touch.z_mm,
+        "rail_y_mm": touch.rail_y_mm,
+        "wheel_y_mm": touch.wheel_y_mm,
+        "contact_angle_rad": touch.contact_angle_rad,
+        "vertical_gap_mm": touch.vertical_gap_mm,
+        "at_junction": touch.at_junction,
+        "curvatures": [
+            _curvature_record(side, curvature) for side, curvature in zip(_sides(touch), touch.curvatures, strict=True)
+        ],
+    }
+
+
+def _sides(touch: TouchPoint) -> tuple[str, ...]:
+    return ("gauge", "field") if touch.at_junction else ("both",)
+
+
+def _curvature_record(side: str, curvature: RelativeCurvature) -> Record:
+    return {
+        "side": side,
+        **asdict(curvature),
+        "rail_radius_mm": _radius_mm(curvature.rail_per_mm),
+        "wheel_lateral_radius_mm": _radius_mm(curvature.wheel_lateral_per_mm),
+        "wheel_rolling_radius_mm": _radius_mm(curvature.wheel_rolling_per_mm),
+    }
+
+
+def _radius_mm(curvature_per_mm: float) -> float | None:
+    # straight lines come out of sums of large numbers with a curvature of rounding size
+    return 1.0 / curvature_per_mm if abs(curvature_per_mm) > 1e-9 else None
+
+
+def _solver_record(solver: SolverRecord) -> Record:
+    record = asdict(solver)
+    record["element_size_mm"] = list(solver.element_size_mm)
+    return record
+
+
+def versions() -> dict[str, str | None]:
+    """Versions of this package, of Python and of the packages that decide about numbers; None where one is absent."""
+    found: dict[str, str | None] = {
+        "fecontact": __version__,
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+    }
+    for package in _PACKAGES:
+        try:
+            found[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            found[package] = None
+    return found
+
+
+def row(record: Mapping[str, Any]) -> Record:
+    """A result record as one flat row; deviations and L2 in percent, degrees of freedom and seconds summed up."""
+    case, solver, touch = record["case"], record["solver"], record["touch_points"][0]
+    flat: Record = {
+        "status": record["status"],
+        "rail": case["rail"],
+        "wheel": case["wheel"],
+        "lateral_shift_mm": case["lateral_shift_mm"],
+        "load_kN": case["load_N"] / 1e3,
+        "load_kind": case["load_kind"],
+        "inclination_rad": case["inclination_rad"],
+        "roll_mrad": 1e3 * case["roll_rad"],
+        "yaw_mrad": 1e3 * case["yaw_rad"],
+        "normal_force_kN": record["normal_force_N"] / 1e3,
+        "contact_angle_mrad": 1e3 * record["contact_angle_rad"],
+        "touch_rail_y_mm": touch["rail_y_mm"],
+        "touch_wheel_y_mm": touch["wheel_y_mm"],
+        "at_junction": touch["at_junction"],
+        "touch_points": len(record["touch_points"]),
+    }
+    for measure in MEASURES:
+        name, unit = measure.rsplit("_", 1)
+        flat[f"{name}_fe_{unit}"] = record["fe"][measure]
+        flat[f"{name}_hertz_{unit}"] = record["hertz"][measure]
+        flat[f"{name}_deviation_percent"] = 1e2 * record["deviation"][measure]
+    return flat | {
+        "pressure_l2_percent": 1e2 * record["pressure_l2"],
+        "overlap": record["overlap"],
+        "centre_x_mm": record["centre_of_pressure_mm"][0],
+        "centre_y_mm": record["centre_of_pressure_mm"][1],
+        "pieces": record["pieces"],
+        "hertz_stiffness_GN_per_m15": record["hertz_stiffness_GN_per_m15"],
+        "resolution": case["resolution"],
+        "element_size_x_mm": solver["element_size_mm"][0],
+        "element_size_y_mm": solver["element_size_mm"][1],
+        "degrees_of_freedom": sum(solver["degrees_of_freedom"].values()),
+        "iterations": solver["iterations"],
+        "load_balance": solver["load_balance"],
+        "seconds": sum(solver["seconds"].values()),
+        "peak_memory_MB": solver["peak_memory_MB"],
+        "warnings": "; ".join(record["warnings"]),
+    }
+
+
+def hertz_record(case: Case) -> Record:
+    """Hertz's theory alone at a case's position: `hertz` is what a result is compared with.
+
+    `ellipses` has every touch point, and both sides of a junction, as if each carried the whole load; where the
+    surfaces conform there is no ellipse, and `problem` says so.
+
+    Raises
+    ------
+    InputError
+        As `place_case` and `hertz_of_case` do.
+    """
+    placement = place_case(case)
+    hertz = hertz_of_case(case, placement)
+    direction = approach_direction(placement, normal_force=case.load_kind == "normal")
+    ellipses = [
+        {
+            "touch_point": number,
+            "side": side,
+            **_ellipse(case, case.load_N / float(touch.normal @ direction), curvature),
+        }
+        for number, touch in enumerate(placement.touch_points)
+        for side, curvature in zip(_sides(touch), touch.curvatures, strict=True)
+    ]
+    return {
+        "schema": "fecontact/hertz/1",
+        "case": case_record(case),
+        "normal_force_N": hertz.normal_force_N,
+        "contact_angle_rad": placement.first.contact_angle_rad,
+        "touch_points": [touch_record(touch) for touch in placement.touch_points],
+        "hertz": _ellipse_record(hertz),
+        "ellipses": ellipses,
+        "warnings": [*placement.rail.profile.notes, *placement.wheel.profile.notes],
+        "versions": versions(),
+    }
+
+
+def _ellipse(case: Case, normal_force_N: float, curvature: RelativeCurvature) -> Record:
+    try:
+        hertz = hertz_from_hessian(
+            curvature.hessian,
+            normal_force_N=normal_force_N,
+            contact_modulus_MPa=contact_modulus_MPa(case.rail_material, case.wheel_material),
+        )
+    except InputError as error:
+        return {"problem": str(error)}
+    return _ellipse_record(hertz)
+
+
+def _ellipse_record(hertz: HertzContact) -> Record:
+    return {
+        "normal_force_N": hertz.normal_force_N,
+        **hertz_measures(hertz).as_dict(),
+        "orientation_rad": hertz.orientation_rad,
+        "A_per_mm": hertz.A_per_mm,
+        "B_per_mm": hertz.B_per_mm,
+        "stiffness_GN_per_m15": hertz.stiffness_GN_per_m15,
+    }

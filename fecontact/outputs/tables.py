@@ -1,0 +1,276 @@
+"""Tables: CSV for other programs, and texts for the terminal."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fecontact.comparison import MEASURES
+from fecontact.outputs.files import write_text
+from fecontact.profiles.curve import Arc, Line, Profile, Segment
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+Record = Mapping[str, Any]
+
+# Width of a table that goes to a file or a pipe.
+_PLAIN_WIDTH = 120
+
+# Heading, key and format of each column; deviations are Hertz minus finite elements.
+_COLUMNS = (
+    ("shift\nmm", "lateral_shift_mm", "{:+z.2f}"),
+    ("load\nkN", "load_kN", "{:g}"),
+    ("status", "status", "{}"),
+    ("p_max\nFE MPa", "p_max_fe_MPa", "{:.0f}"),
+    ("\nHertz", "p_max_hertz_MPa", "{:.0f}"),
+    ("\ndev %", "p_max_deviation_percent", "{:+z.1f}"),
+    ("area\nFE mm²", "area_fe_mm2", "{:.1f}"),
+    ("\nHertz", "area_hertz_mm2", "{:.1f}"),
+    ("\ndev %", "area_deviation_percent", "{:+z.1f}"),
+    ("L2\n%", "pressure_l2_percent", "{:.1f}"),
+    ("over-\nlap", "overlap", "{:.2f}"),
+    ("y rail\nmm", "touch_rail_y_mm", "{:+z.2f}"),
+    ("angle\nmrad", "contact_angle_mrad", "{:+z.1f}"),
+    ("DOF", "degrees_of_freedom", "{}"),
+    ("time\ns", "seconds", "{:.0f}"),
+)
+
+
+def write_csv(rows: Iterable[Record], path: str | Path) -> Path:
+    """Write rows as CSV: the columns in the order in which they first occur, missing values and NaN empty."""
+    rows = list(rows)
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    text = io.StringIO()
+    table = csv.DictWriter(text, columns, restval="", lineterminator="\n")
+    table.writeheader()
+    table.writerows({key: None if _missing(value) else value for key, value in row.items()} for row in rows)
+    return write_text(path, text.getvalue())
+
+
+def _missing(value: object) -> bool:
+    return value is None or (isinstance(value, float) and not math.isfinite(value))
+
+
+def print_table(rows: Sequence[Record], *, console: Console | None = None) -> None:
+    """Print one line a case, a table for each pair of profiles, and in full what makes a row unusable."""
+    console = console or _console()
+    pairs = dict.fromkeys((str(row["rail"]), str(row["wheel"])) for row in rows)
+    for rail, wheel in pairs:
+        table = _table(console, title=f"rail {rail}, wheel {wheel}")
+        for heading, _, _ in _COLUMNS:
+            table.add_column(heading, justify="left" if heading == "status" else "right", no_wrap=True)
+        for row in rows:
+            if (row["rail"], row["wheel"]) == (rail, wheel):
+                table.add_row(*(_cell(row, key, form) for _, key, form in _COLUMNS), style=_row_style(row))
+        console.print(table)
+    for row in rows:
+        if row["status"] != "converged":
+            console.print(
+                f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN: {row['status']}",
+                markup=False,
+                highlight=False,
+            )
+
+
+def _cell(row: Record, key: str, form: str) -> str:
+    value = row.get(key)
+    if _missing(value):
+        return "-"
+    if key == "status":
+        return {"converged": "ok", "patch at the edge of the fine mesh": "at edge"}.get(
+            str(value), "failed" if str(value).startswith("failed") else "not conv."
+        )
+    return form.format(value)
+
+
+def _row_style(row: Record) -> str:
+    return "" if row["status"] == "converged" else "red"
+
+
+def print_case(record: Record, *, console: Console | None = None) -> None:
+    """Print a result record: touch points, all measures of both solutions, warnings."""
+    console = console or _console()
+    _print_touch_points(record, console)
+    table = _table(console, title="Hertz against finite elements")
+    for heading in ("measure", "FE", "Hertz", "deviation %"):
+        table.add_column(heading, justify="left" if heading == "measure" else "right")
+    for name in MEASURES:
+        fe, hertz, deviation = (record[part][name] for part in ("fe", "hertz", "deviation"))
+        table.add_row(_with_unit(name), _number(fe), _number(hertz), _number(1e2 * deviation, "{:+z.2f}"))
+    console.print(table)
+    _say(
+        console,
+        f"pressure field: L2 difference {1e2 * record['pressure_l2']:.1f} %, overlap of the patches"
+        f" {record['overlap']:.3f}, separate patches {record['pieces']}",
+    )
+    _say(
+        console,
+        f"normal force {record['normal_force_N'] / 1e3:.3f} kN,"
+        f" Hertz stiffness {record['hertz_stiffness_GN_per_m15']:.2f} GN/m^1.5",
+    )
+    _print_warnings(record, console)
+
+
+def print_hertz(record: Record, *, console: Console | None = None) -> None:
+    """Print a Hertz record: touch points and the ellipse of each, and of each side of a junction."""
+    console = console or _console()
+    _print_touch_points(record, console)
+    table = _table(console, title="Hertz's ellipse, each with the whole load")
+    for heading in (
+        "point",
+        "side",
+        "F_n\nkN",
+        "p0\nMPa",
+        "a\nmm",
+        "b\nmm",
+        "turned\nmrad",
+        "area\nmm²",
+        "approach\nmm",
+    ):
+        table.add_column(heading, justify="left" if heading == "side" else "right")
+    keys = ("p_max_MPa", "a_mm", "b_mm", "orientation_rad", "area_mm2", "approach_mm")
+    forms = ("{:.1f}", "{:.3f}", "{:.3f}", "{:+z.1f}", "{:.2f}", "{:.5f}")
+    for ellipse in record["ellipses"]:
+        point = str(ellipse["touch_point"] + 1)
+        if "problem" in ellipse:
+            table.add_row(point, ellipse["side"], *["-"] * (len(keys) + 1))
+            continue
+        values = [1e3 * ellipse[key] if key == "orientation_rad" else ellipse[key] for key in keys]
+        cells = (form.format(value) for form, value in zip(forms, values, strict=True))
+        table.add_row(point, ellipse["side"], f"{ellipse['normal_force_N'] / 1e3:.3f}", *cells)
+    console.print(table)
+    for ellipse in record["ellipses"]:
+        if "problem" in ellipse:
+            _say(console, f"point {ellipse['touch_point'] + 1}, {ellipse['side']} side: {ellipse['problem']}")
+    _print_warnings(record, console)
+
+
+def _print_touch_points(record: Record, console: Console) -> None:
+    table = _table(console, title="Touch points (radii positive where convex)")
+    headings: tuple[str, ...] = ("point", "y rail\nmm", "y wheel\nmm", "angle\nmrad", "gap\nmm", "side")
+    headings += ("R rail\nmm", "R wheel\nacross mm", "R wheel\nrolling mm")
+    for heading in headings:
+        table.add_column(heading, justify="left" if heading == "side" else "right")
+    for number, touch in enumerate(record["touch_points"], start=1):
+        position: tuple[str, ...] = (
+            str(number),
+            f"{touch['rail_y_mm']:+z.3f}",
+            f"{touch['wheel_y_mm']:+z.3f}",
+            f"{1e3 * touch['contact_angle_rad']:+z.2f}",
+            f"{touch['vertical_gap_mm']:.4f}",
+        )
+        for curvature in touch["curvatures"]:
+            radii = (curvature[f"{name}_radius_mm"] for name in ("rail", "wheel_lateral", "wheel_rolling"))
+            table.add_row(*position, curvature["side"], *("straight" if r is None else f"{r:.1f}" for r in radii))
+            position = ("",) * len(position)
+    console.print(table)
+
+
+def _print_warnings(record: Record, console: Console) -> None:
+    for warning in record["warnings"]:
+        _say(console, f"note: {warning}")
+
+
+def print_library(*, console: Console | None = None) -> None:
+    """Print the profiles of the library, and what else may be given in place of a name."""
+    from rich.text import Text
+
+    from fecontact.profiles import load, names
+
+    console = console or _console()
+    table = _table(console, title="Profile library")
+    for heading in ("name", "kind", "y from\nmm", "y to\nmm", "junctions", "source"):
+        table.add_column(heading, justify="left" if heading in ("name", "kind", "source") else "right")
+    for name in names():
+        profile = load(name)
+        low, high = profile.y_range_mm
+        source = Text(profile.source)  # not as markup: sources may have brackets
+        table.add_row(name, profile.kind, f"{low:.1f}", f"{high:.1f}", str(len(profile.junctions)), source)
+    console.print(table)
+    _say(console, "Also: circle:R (rail) and cylinder:R (wheel), R in mm, or the path of a profile file.")
+
+
+def print_profile(profile: Profile, *, console: Console | None = None) -> None:
+    """Print the segments and the junctions of a profile."""
+    console = console or _console()
+    low, high = profile.y_range_mm
+    _say(console, f"{profile.kind} {profile.name}: y from {low:.3f} to {high:.3f} mm, {profile.length_mm:.2f} mm long")
+    if profile.source:
+        _say(console, f"source: {profile.source}")
+    for note in profile.notes:
+        _say(console, f"note: {note}")
+    console.print(_segment_table(profile, console))
+    table = _table(console, title="Junctions (radii positive where convex)")
+    for heading in ("y mm", "z mm", "R before mm", "R after mm", "kink mrad"):
+        table.add_column(heading, justify="right")
+    for junction in profile.junctions:
+        kink = math.remainder(junction.angle_right_rad - junction.angle_left_rad, math.tau)
+        radii = (_radius(junction.curvature_left_per_mm), _radius(junction.curvature_right_per_mm))
+        table.add_row(f"{junction.y_mm:.4f}", f"{junction.z_mm:.4f}", *radii, f"{1e3 * kink:z.3f}")
+    console.print(table)
+
+
+def _segment_table(profile: Profile, console: Console) -> Table:
+    import numpy as np
+
+    table = _table(console, title="Running surface, from the gauge side to the field side")
+    for heading in ("segment", "kind", "y from mm", "y to mm", "z from mm", "z to mm", "R mm"):
+        table.add_column(heading, justify="left" if heading == "kind" else "right")
+    for number, segment in enumerate(profile.segments, start=1):
+        ends = segment.evaluate(np.array([0.0, 1.0]))
+        positions = (f"{float(value):.4f}" for value in (*ends.y, *ends.z))
+        table.add_row(str(number), type(segment).__name__.lower(), *positions, _segment_radius(segment))
+    return table
+
+
+def _segment_radius(segment: Segment) -> str:
+    if isinstance(segment, Line):
+        return "straight"
+    return f"{segment.radius:.4g}" if isinstance(segment, Arc) else "varies"
+
+
+def _radius(curvature_per_mm: float) -> str:
+    return "straight" if abs(curvature_per_mm) < 1e-9 else f"{1.0 / curvature_per_mm:.2f}"
+
+
+def _with_unit(name: str) -> str:
+    stem, unit = name.rsplit("_", 1)
+    return f"{stem} ({unit.replace('mm2', 'mm²')})"
+
+
+def _number(value: float | None, form: str = "{:.5g}") -> str:
+    return "-" if value is None or _missing(value) else form.format(value)
+
+
+def _console() -> Console:
+    """Standard output: as wide as the terminal, or `_PLAIN_WIDTH` and without any colour where there is none."""
+    from rich.console import Console
+
+    console = Console(highlight=False)
+    return console if console.is_terminal else Console(width=_PLAIN_WIDTH, no_color=True, highlight=False)
+
+
+def _table(console: Console, *, title: str) -> Table:
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    return Table(
+        title=Text(title),
+        title_justify="left",
+        title_style="bold",
+        box=box.SIMPLE_HEAD if console.is_terminal else None,
+        padding=(0, 1),
+        pad_edge=False,
+    )
+
+
+def _say(console: Console, text: str) -> None:
+    # not as markup: profile names and notes may have brackets
+    console.print(text, markup=False, soft_wrap=not console.is_terminal)

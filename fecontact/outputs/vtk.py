@@ -1,0 +1,204 @@
+"""ParaView files: both bodies, the contact surface, one collection a case and one a study.
+
+The files open in ParaView as they are: a case by its `case.vtm` (blocks `rail`, `wheel`, `contact`), a study by its
+`.pvd`, whose time is the lateral shift. Half models are written whole, mirrored at their plane of symmetry.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact import __version__
+from fecontact.elasticity import ElasticBody, nodal_stress, von_mises
+from fecontact.errors import InputError
+from fecontact.expected_patch import approach_direction
+from fecontact.outputs.files import write_atomically, write_text
+from fecontact.pipeline import CaseResult
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+COLLECTION = "case.vtm"
+_BLOCKS = (("rail", "rail.vtu"), ("wheel", "wheel.vtu"), ("contact", "contact.vtp"))
+# Signs of XX YY ZZ XY YZ XZ, and of x y z, under a mirror at x = 0.
+_MIRRORED_STRESS = np.array([1.0, 1.0, 1.0, -1.0, 1.0, -1.0])
+_MIRRORED_VECTOR = np.array([-1.0, 1.0, 1.0])
+
+
+def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
+    """Write `rail.vtu`, `wheel.vtu`, `contact.vtp` and `case.vtm`, which names the three; returns the last one.
+
+    Arrays on the bodies: `displacement_mm`, `stress_MPa` (XX YY ZZ XY YZ XZ) and `von_mises_MPa` at the nodes. The
+    wheel's displacement has the rigid approach in it (elastic displacement minus approach times direction), so that
+    warping both bodies by it makes them meet: the rail's base stays, the wheel's driven surface comes down.
+
+    Arrays on the contact surface: `contact_pressure_MPa`, `hertz_pressure_MPa`, `pressure_difference_MPa` (finite
+    elements minus Hertz), `gap_mm` (deformed) and `in_contact` (0 or 1). The contact pressure integrates to the load
+    on this surface; the Hertz pressure does too unless its ellipse is larger than the surface.
+
+    Field data: `TimeValue` (the lateral shift), `lateral_shift_mm`, `load_kN`, `hertz_p0_MPa`, `hertz_a_mm`,
+    `hertz_b_mm`, and on the contact surface `status` and `version`.
+    """
+    folder = Path(folder)
+    meshes = {
+        "rail": _body(result.bodies.rail, result.displacement_mm["rail"], np.zeros(3)),
+        "wheel": _body(result.bodies.wheel, result.displacement_mm["wheel"], -_approach_mm(result)),
+        "contact": contact_surface(result),
+    }
+    for name, _ in _BLOCKS:
+        _add_numbers(meshes[name], result)
+    # meshio cannot read a .vtu with texts in its field data, and the bodies are what other programs read
+    meshes["contact"].field_data["status"] = [result.status]
+    meshes["contact"].field_data["version"] = [__version__]
+    for name, file in _BLOCKS:
+        write_atomically(folder / file, meshes[name].save)
+    return write_text(folder / COLLECTION, _collection_text())
+
+
+def write_pvd(path: str | Path, entries: Iterable[tuple[float, str | Path]]) -> Path:
+    """Write a collection over time: one case a time.
+
+    Parameters
+    ----------
+    entries
+        Time (the lateral shift in mm) and folder of each case, in the order in which they are to be listed.
+
+    Raises
+    ------
+    InputError
+        If two times are equal (ParaView would merge them) or a case has not been written (ParaView would show
+        nothing, without a message).
+    """
+    path = Path(path)
+    cases = [(float(time), Path(folder) / COLLECTION) for time, folder in entries]
+    times = [time for time, _ in cases]
+    if repeated := sorted({time for time in times if times.count(time) > 1}):
+        raise InputError(
+            f"{path}: the times {', '.join(f'{time:g}' for time in repeated)} occur more than once, and ParaView merges"
+            " equal times; write one collection for each load"
+        )
+    for _, collection in cases:
+        for file in (collection, *(collection.with_name(name) for _, name in _BLOCKS)):
+            if not file.is_file():
+                raise InputError(f"{path}: {file} does not exist; write the case before the collection")
+    lines = [
+        f'    <DataSet timestep="{time!r}" part="0" file={quoteattr(_relative(file, path.parent))}/>'
+        for time, file in cases
+    ]
+    return write_text(path, _xml("Collection", "0.1", ["  <Collection>", *lines, "  </Collection>"]))
+
+
+def _relative(file: Path, folder: Path) -> str:
+    return Path(os.path.relpath(file, folder)).as_posix()
+
+
+def _collection_text() -> str:
+    blocks = [
+        f'    <DataSet index="{index}" name="{name}" file="{file}"/>' for index, (name, file) in enumerate(_BLOCKS)
+    ]
+    return _xml("vtkMultiBlockDataSet", "1.0", ["  <vtkMultiBlockDataSet>", *blocks, "  </vtkMultiBlockDataSet>"])
+
+
+def _xml(kind: str, version: str, lines: list[str]) -> str:
+    head = f'<VTKFile type="{kind}" version="{version}" byte_order="LittleEndian">'
+    return "\n".join(['<?xml version="1.0"?>', head, *lines, "</VTKFile>", ""])
+
+
+def _approach_mm(result: CaseResult) -> Floats:
+    """Rigid approach (3,) of the wheel to the rail, as a vector that points away from the rail."""
+    placement = result.placement
+    direction = approach_direction(placement, normal_force=result.case.load_kind == "normal")
+    # the comparison has the part of the approach along the contact normal
+    return np.asarray(result.comparison.fe.approach_mm / float(direction @ placement.first.normal) * direction)
+
+
+def _add_numbers(mesh: Any, result: CaseResult) -> None:
+    numbers = {
+        "TimeValue": result.case.lateral_shift_mm,
+        "lateral_shift_mm": result.case.lateral_shift_mm,
+        "load_kN": result.case.load_N / 1e3,
+        "hertz_p0_MPa": result.hertz.p0_MPa,
+        "hertz_a_mm": result.hertz.a_mm,
+        "hertz_b_mm": result.hertz.b_mm,
+    }
+    for name, value in numbers.items():
+        mesh.field_data[name] = np.array([value])
+
+
+def _body(body: ElasticBody, displacement: Floats, rigid: Floats) -> Any:
+    """A body as a pyvista grid, mirrored if it is half."""
+    import pyvista
+
+    stress = nodal_stress(body, displacement)
+    whole = _Mirror.of_body(body) if body.mesh.half else None
+    points, hexes = body.mesh.points, body.mesh.hexes
+    if whole is not None:
+        points, displacement = (whole.extended(values, _MIRRORED_VECTOR) for values in (points, displacement))
+        stress = whole.extended(stress, _MIRRORED_STRESS)
+        # the mirror turns cells inside out; exchanging the two layers turns them back
+        hexes = np.concatenate([hexes, whole.image[hexes[:, [4, 5, 6, 7, 0, 1, 2, 3]]]])
+    grid = pyvista.UnstructuredGrid({pyvista.CellType.HEXAHEDRON: hexes}, points)
+    grid.point_data["displacement_mm"] = displacement + rigid
+    # stresses are known to a few per cent: single precision halves the file
+    grid.point_data["stress_MPa"] = stress.astype(np.float32)
+    grid.point_data["von_mises_MPa"] = von_mises(stress).astype(np.float32)
+    return grid
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Mirror:
+    """How nodes continue behind the plane of symmetry: `copied` (k,) nodes get images; `image` (n,) is each one's."""
+
+    copied: Integers
+    image: Integers
+
+    @classmethod
+    def of_body(cls, body: ElasticBody) -> _Mirror:
+        points = body.mesh.points
+        on_plane = np.unique(body.mesh.surfaces["symmetry"])
+        assert float(np.abs(points[on_plane, 0]).max()) < 1e-6, f"{body.mesh.name}: its plane of symmetry is not x = 0"
+        copied = np.setdiff1d(np.arange(len(points)), on_plane)
+        image = np.arange(len(points))
+        image[copied] = len(points) + np.arange(copied.size)
+        return cls(copied=copied, image=image)
+
+    def extended(self, values: Floats, signs: Floats) -> Floats:
+        """Values (n, c) at the nodes, followed by those at the images."""
+        return np.concatenate([values, values[self.copied] * signs])
+
+
+def contact_surface(result: CaseResult) -> Any:
+    """The rail's contact surface as a pyvista mesh of quadrilaterals, their normals out of the rail."""
+    import pyvista
+
+    hertz = result.comparison.hertz_pressure_MPa
+    points = _whole(result, result.surface_points_mm)
+    if result.grid.half:
+        points[: result.grid.x_mm.size - 1, :, 0] *= -1.0
+    index = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape[:2])
+    quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1).reshape(-1, 4)
+    surface = pyvista.PolyData.from_regular_faces(points.reshape(-1, 3), quads)
+    arrays: dict[str, NDArray[Any]] = {
+        "contact_pressure_MPa": result.pressure_MPa,
+        "hertz_pressure_MPa": hertz,
+        "pressure_difference_MPa": result.pressure_MPa - hertz,
+        "gap_mm": result.gap_mm,
+        # ParaView's readers take Booleans for field data
+        "in_contact": (result.pressure_MPa > 0.0).astype(np.uint8),
+    }
+    for name, values in arrays.items():
+        surface.point_data[name] = _whole(result, values).ravel()
+    return surface
+
+
+def _whole(result: CaseResult, values: NDArray[Any]) -> NDArray[Any]:
+    """Values (nx, ns, ...) on the grid of a half model, preceded by their mirror image."""
+    return np.concatenate([values[:0:-1], values]) if result.grid.half else values.copy()

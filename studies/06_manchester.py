@@ -1,0 +1,94 @@
+"""Do the finite elements agree with another code on a published benchmark?
+
+Reference (other code): Manchester Contact Benchmark, case A-2.2, as solved by CONTACT 25 (Vollebregt; half-space
+boundary elements): one wheelset with S1002 wheels on UIC60 benchmark rails, 10 kN a wheel, G 82 GPa, nu 0.28, shifts of
+0 to 4 mm. Expected: peak pressure within 2 % at `standard`. Area is a count of 0.2 mm cells there, and yaw (up to
+9.6 mrad) is taken as zero here; both matter less than that.
+
+The right wheel of the benchmark runs towards its flange; both wheels are one pair here, with the shift towards or away
+from the rail. The wheelset rolls until both wheels touch.
+"""
+
+from functools import cache
+from math import atan
+from pathlib import Path
+from typing import Any
+
+from scipy.optimize import brentq
+
+from fecontact.case import Case
+from fecontact.material import Material
+from fecontact.pipeline import place_case
+
+LIMIT_PERCENT = 2.0
+# Shift towards this rail (mm), normal force (N), peak pressure (MPa), approach (micrometre), area (mm^2).
+REFERENCE = (
+    (-4.0, 10030.0, 527.2, 21.85, 29.08),
+    (-3.0, 10030.0, 498.8, 21.28, 30.64),
+    (-2.0, 10040.0, 465.9, 20.54, 33.20),
+    (-1.0, 10050.0, 423.9, 19.46, 36.64),
+    (0.0, 9997.0, 338.3, 15.96, 51.64),
+    (1.0, 9827.0, 741.3, 24.48, 24.24),
+    (2.0, 9799.0, 744.8, 24.80, 20.20),
+    (3.0, 9774.0, 713.2, 24.39, 21.20),
+    (4.0, 9745.0, 664.4, 23.70, 22.44),
+)
+STEEL = Material.from_shear(name="benchmark steel", shear_MPa=82_000.0, poisson=0.28)
+
+
+def _case(shift_mm: float, roll_rad: float, **more: Any) -> Case:
+    return Case(
+        rail="MBench_UIC60",
+        inclination_rad=atan(1 / 40),
+        lateral_shift_mm=shift_mm,
+        roll_rad=roll_rad,
+        load_kind="normal",
+        rail_material=STEEL,
+        wheel_material=STEEL,
+        **more,
+    )
+
+
+@cache
+def wheelset_roll_rad(shift_mm: float) -> float:
+    """Roll at which both wheels of the wheelset touch their rails: the axle then has one height."""
+
+    def height_difference(roll: float) -> float:
+        here, there = (place_case(_case(sign * shift_mm, sign * roll)).wheel.centre_mm[2] for sign in (1.0, -1.0))
+        return float(here - there)
+
+    return 0.0 if shift_mm == 0.0 else float(brentq(height_difference, -5e-3, 5e-3))
+
+
+def cases(quick: bool = False) -> list[Case]:
+    """All positions at `standard`, or two of them at `quick`."""
+    chosen = [entry for entry in REFERENCE if not quick or entry[0] in (-2.0, 2.0)]
+    resolution = "quick" if quick else "standard"
+    return [_case(s, wheelset_roll_rad(s), load_N=force, resolution=resolution) for s, force, *_ in chosen]
+
+
+def conclude(rows: list[dict[str, Any]], out: Path) -> str:
+    """Peak pressure and area against the reference, position by position."""
+    reference = {entry[0]: entry for entry in REFERENCE}
+    lines = ["shift mm   p_max MPa  CONTACT   deviation   area mm2  CONTACT   deviation"]
+    worst = 0.0
+    for row in rows:
+        _, _, p_ref, _, area_ref = reference[float(row["lateral_shift_mm"])]
+        p, area = float(row["p_max_fe_MPa"]), float(row["area_fe_mm2"])
+        worst = max(worst, abs(p / p_ref - 1.0))
+        lines.append(
+            f"{row['lateral_shift_mm']:8.1f} {p:11.1f} {p_ref:8.1f} {100 * (p / p_ref - 1):+10.2f} %"
+            f" {area:10.2f} {area_ref:8.2f} {100 * (area / area_ref - 1):+10.2f} %"
+        )
+    lines.append(f"Largest deviation of the peak pressure: {100 * worst:.2f} % (limit {LIMIT_PERCENT:g} %).")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    from fecontact.cli import run_script
+
+    run_script(__file__)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,325 @@
+"""The contact solver on half-spaces: against Hertz, a dense reference, and the invariants of the problem."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import dblquad
+from scipy.optimize import nnls
+
+from fecontact.contact import ContactProblem, ContactSolution, solve_contact
+from fecontact.halfspace import half_space_compliance, love_influence
+from fecontact.hertz import HertzContact, hertz_ellipse
+from fecontact.material import STEEL, contact_modulus_MPa
+
+MODULUS = contact_modulus_MPa(STEEL, STEEL)
+WHEEL, LOAD = 460.0, 100e3
+
+
+def hertz(rail: float, load: float = LOAD) -> HertzContact:
+    return hertz_ellipse(0.5 / WHEEL, 0.5 / rail, normal_force_N=load, contact_modulus_MPa=MODULUS)
+
+
+def grid(rail: float, count: int, *, half: bool = True, room: float = 1.3) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes with `count` steps a semi-axis, the centre on one of them."""
+    h, k = hertz(rail), int(room * count) + 1
+    x = h.a_mm / count * np.arange(0 if half else -k, k + 1)
+    return x, h.b_mm / count * np.arange(-k, k + 1)
+
+
+def half_space_problem(x: np.ndarray, s: np.ndarray, gap: np.ndarray, *, half: bool) -> ContactProblem:
+    dx, ds = x[1] - x[0], s[1] - s[0]
+    area = np.full((x.size, s.size), dx * ds)
+    if half:
+        area[1:] *= 2.0
+    return ContactProblem(
+        compliance=half_space_compliance(
+            nodes_x=x.size, nodes_s=s.size, step_x_mm=dx, step_s_mm=ds, contact_modulus_MPa=MODULUS, half=half
+        ),
+        gap_mm=gap.ravel(),
+        closing=np.ones(gap.size),
+        area_mm2=area.ravel(),
+    )
+
+
+def rung_q(rail: float, count: int, *, half: bool = True, load: float = LOAD) -> tuple[np.ndarray, ContactSolution]:
+    """Pressure (nx, ns) and solution of the quadratic gap on half-spaces."""
+    x, s = grid(rail, count, half=half)
+    gap = 0.5 / WHEEL * x[:, None] ** 2 + 0.5 / rail * s[None, :] ** 2
+    solution = solve_contact(half_space_problem(x, s, gap, half=half), load)
+    assert solution.status == "converged"
+    return solution.pressure_MPa.reshape(x.size, s.size), solution
+
+
+def rough_problem(seed: int = 3) -> ContactProblem:
+    """An irregular contact of several pieces, on a full grid."""
+    x, s = np.linspace(-6.0, 6.0, 25), np.linspace(-4.0, 4.0, 21)
+    rng = np.random.default_rng(seed)
+    waves = sum(
+        0.004 * rng.uniform(-1, 1) * np.cos(k * x[:, None] * 0.5 + l * s[None, :] * 0.7 + rng.uniform(0, 6))
+        for k in range(4)
+        for l in range(4)
+    )
+    return half_space_problem(x, s, x[:, None] ** 2 / 900.0 + s[None, :] ** 2 / 500.0 + waves, half=False)
+
+
+# --- the half-space ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (0.7, 0.0), (0.0, -0.4), (1.4, 0.4), (0.35, 0.2), (-2.1, 3.3)])
+def test_love_influence_against_quadrature(x, y):
+    dx, dy = 0.7, 0.4
+    # one direction in closed form, the other by quadrature
+    edges_x, edges_y = (-0.5 * dx - x, 0.5 * dx - x), (-0.5 * dy - y, 0.5 * dy - y)
+
+    def strip(v: np.ndarray) -> np.ndarray:
+        return np.arcsinh(edges_x[1] / np.abs(v)) - np.arcsinh(edges_x[0] / np.abs(v))
+
+    n, w = np.polynomial.legendre.leggauss(100)
+    total = 0.0
+    # split at the observer's own height, where the strips have a logarithm; the substitution v = t^3 removes it
+    for low, high in ((edges_y[0], min(0.0, edges_y[1])), (max(0.0, edges_y[0]), edges_y[1])):
+        if high <= low:
+            continue
+        a, b = np.cbrt(low), np.cbrt(high)
+        t = 0.5 * (a + b) + 0.5 * (b - a) * n
+        total += 0.5 * (b - a) * float(w @ (3.0 * t**2 * strip(t**3)))
+    value = love_influence(np.array(x), np.array(y), dx, dy)
+    # 100 Gauss points on an integrand that is smooth but for t^2 log t
+    assert float(value) == pytest.approx(total, rel=1e-7)
+    if abs(x) > dx:
+        plain = dblquad(lambda v, u: 1 / math.hypot(u, v), *edges_x, *edges_y)[0]
+        assert float(value) == pytest.approx(plain, rel=1e-9)
+
+
+def test_love_influence_far_away_is_a_point_force():
+    # the next term of the expansion is (d/r)^2 / 24 of it
+    assert float(love_influence(np.array(30.0), np.array(40.0), 1.0, 1.0)) == pytest.approx(1.0 / 50.0, rel=1e-4)
+
+
+def test_compliance_is_the_dense_influence_matrix():
+    nx, ns, dx, ds = 6, 5, 0.5, 0.3
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(nx), np.arange(ns), indexing="ij"))
+    dense = love_influence((i[:, None] - i) * dx, (j[:, None] - j) * ds, dx, ds) / (np.pi * MODULUS)
+    p = np.random.default_rng(1).uniform(-1.0, 1.0, nx * ns)
+    apply = half_space_compliance(
+        nodes_x=nx, nodes_s=ns, step_x_mm=dx, step_s_mm=ds, contact_modulus_MPa=MODULUS, half=False
+    )
+    # FFT rounding
+    np.testing.assert_allclose(apply(p), dense @ p, atol=1e-13 * np.abs(dense @ p).max())
+
+
+def test_half_model_mirrors_the_pressure():
+    nx, ns, dx, ds = 7, 6, 0.5, 0.3
+    options = {"nodes_s": ns, "step_x_mm": dx, "step_s_mm": ds, "contact_modulus_MPa": MODULUS}
+    p = np.random.default_rng(1).uniform(0.0, 1.0, (nx, ns))
+    mirrored = np.concatenate([p[:0:-1], p])
+    full = half_space_compliance(nodes_x=2 * nx - 1, half=False, **options)(mirrored.ravel()).reshape(-1, ns)
+    half = half_space_compliance(nodes_x=nx, half=True, **options)(p.ravel()).reshape(nx, ns)
+    np.testing.assert_allclose(half, full[nx - 1 :], rtol=1e-12)
+
+
+# --- rung Q against Hertz ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rail", [300.0, 80.0, 13.0])
+def test_half_space_peak_against_hertz(rail):
+    pressure, solution = rung_q(rail, 8)
+    exact = hertz(rail)
+    # piecewise constant pressures with a node on the peak: measured 0.11, 0.13 and 0.15 % at 8 nodes a semi-axis
+    assert pressure.max() == pytest.approx(exact.p0_MPa, rel=2e-3)
+    # the approach is a mean over the whole patch: measured 0.03 %
+    assert solution.approach_mm == pytest.approx(exact.approach_mm, rel=1e-3)
+
+
+@pytest.mark.parametrize("rail", [300.0, 80.0, 13.0])
+def test_half_space_error_falls_with_second_order(rail):
+    counts = np.array([6, 8, 12, 16, 24])
+    peak = np.array([abs(rung_q(rail, n)[0].max() / hertz(rail).p0_MPa - 1.0) for n in counts])
+    order = -np.polyfit(np.log(counts), np.log(peak), 1)[0]
+    # measured 1.95 to 2.2: the patch's edge moves in whole cells and makes the single errors scatter
+    assert 1.7 < order < 2.5
+    assert np.all(np.diff(peak) < 0.0)
+
+
+def test_half_space_field_converges_with_first_order():
+    # the square-root edge holds the field's norm to first order
+    errors = []
+    for n in (6, 12, 24):
+        x, s = grid(300.0, n)
+        exact = hertz(300.0).pressure_MPa(x[:, None], s[None, :])
+        errors.append(np.linalg.norm(rung_q(300.0, n)[0] - exact) / np.linalg.norm(exact))
+    assert errors[0] < 0.045
+    assert np.log2(errors[0] / errors[2]) / 2.0 == pytest.approx(1.1, abs=0.3)
+
+
+def test_half_and_full_model_are_the_same():
+    half, one = rung_q(300.0, 6)
+    full, two = rung_q(300.0, 6, half=False)
+    # both to the solver's tolerance of 1e-7
+    np.testing.assert_allclose(full[full.shape[0] // 2 :], half, atol=1e-6 * half.max())
+    np.testing.assert_allclose(full, full[::-1], atol=1e-6 * half.max())
+    np.testing.assert_allclose(full, full[:, ::-1], atol=1e-6 * half.max())
+    assert one.approach_mm == pytest.approx(two.approach_mm, rel=1e-7)
+
+
+# --- the solution fulfils the problem ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_conditions_of_contact(seed):
+    problem = rough_problem(seed)
+    solution = solve_contact(problem, 20e3)
+    p, gap = solution.pressure_MPa, solution.gap_mm
+    assert solution.status == "converged"
+    assert problem.load_N(p) == pytest.approx(20e3, rel=1e-8)
+    assert solution.load_balance < 1e-8
+    assert p.min() >= 0.0
+    np.testing.assert_array_equal(solution.in_contact, p > 0.0)
+    # recomputed from the answer: gap, no overlap, and no pressure across a gap, relative to the approach
+    opened = problem.gap_mm + problem.compliance(p) - solution.approach_mm * problem.closing
+    np.testing.assert_allclose(gap, opened, atol=1e-10 * solution.approach_mm)
+    scale = solution.approach_mm
+    assert np.abs(opened[p > 0]).max() < 1.1e-7 * scale
+    assert opened.min() > -1.1e-7 * scale
+    assert np.abs(p * opened).max() < 1.1e-7 * scale * p.max()
+    assert solution.contact_residual == pytest.approx(np.abs(opened[p > 0]).max() / scale, rel=1e-3, abs=1e-10)
+    # some nodes in contact, some not
+    assert 10 < np.count_nonzero(p) < p.size - 10
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_dense_quadratic_programme_agrees(seed):
+    x, s = np.linspace(-3.0, 3.0, 9), np.linspace(-2.0, 2.0, 7)
+    rng = np.random.default_rng(seed)
+    gap = x[:, None] ** 2 / 900.0 + s[None, :] ** 2 / 500.0 + rng.uniform(0.0, 0.01, (x.size, s.size))
+    problem = half_space_problem(x, s, gap, half=False)
+    problem = replace(problem, closing=rng.uniform(0.8, 1.0, gap.size))
+    n = gap.size
+    solution = solve_contact(problem, 8e3, tolerance=1e-10)
+    # complementarity at the given approach is the quadratic programme min 1/2 p C p + (g - approach c) p over p >= 0;
+    # with C = L L^T it is the least-squares problem |L^T p + L^-1 (g - approach c)|, solved by active sets
+    matrix = np.array([problem.compliance(e) for e in np.eye(n)])
+    matrix = 0.5 * (matrix + matrix.T)
+    factor = np.linalg.cholesky(matrix)
+    target = -np.linalg.solve(factor, problem.gap_mm - solution.approach_mm * problem.closing)
+    reference, _ = nnls(factor.T, target, maxiter=10 * n)
+    np.testing.assert_allclose(solution.pressure_MPa, reference, atol=1e-7 * reference.max())
+    assert problem.load_N(reference) == pytest.approx(8e3, rel=1e-7)
+
+
+def test_three_nodes_by_enumeration():
+    matrix = np.array([[2.0, 0.5, 0.2], [0.5, 2.0, 0.5], [0.2, 0.5, 2.0]]) * 1e-5
+    gap, area, load = np.array([0.0, 0.001, 0.004]), np.array([1.0, 1.0, 1.0]), 150.0
+    found = []
+    for mask in range(1, 8):
+        active = np.array([bool(mask >> k & 1) for k in range(3)])
+        # C p - approach = -gap on the active nodes, sum p = load
+        system = np.block([[matrix[np.ix_(active, active)], -np.ones((active.sum(), 1))], [area[active], np.zeros(1)]])
+        answer = np.linalg.solve(system, np.append(-gap[active], load))
+        p = np.zeros(3)
+        p[active] = answer[:-1]
+        if np.all(p >= 0) and np.all((gap + matrix @ p - answer[-1])[~active] >= 0):
+            found.append(p)
+    assert len(found) == 1
+    problem = ContactProblem(compliance=lambda p: matrix @ p, gap_mm=gap, closing=np.ones(3), area_mm2=area)
+    solution = solve_contact(problem, load, tolerance=1e-13)
+    np.testing.assert_allclose(solution.pressure_MPa, found[0], atol=1e-10 * load)
+    assert np.count_nonzero(found[0]) == 2
+
+
+# --- invariants -------------------------------------------------------------------------------------------------
+
+
+def test_constant_gap_only_adds_to_the_approach():
+    problem = rough_problem()
+    base = solve_contact(problem, 20e3, tolerance=1e-9)
+    # residuals are relative to the approach, so a far larger approach needs a smaller tolerance
+    moved = solve_contact(replace(problem, gap_mm=problem.gap_mm + 0.3), 20e3, tolerance=1e-10)
+    np.testing.assert_allclose(moved.pressure_MPa, base.pressure_MPa, atol=1e-7 * base.pressure_MPa.max())
+    assert moved.approach_mm - base.approach_mm == pytest.approx(0.3, abs=1e-9)
+
+
+def test_start_does_not_matter():
+    problem = rough_problem()
+    base = solve_contact(problem, 20e3, tolerance=1e-9).pressure_MPa
+    rng = np.random.default_rng(8)
+    nowhere = np.zeros(base.size)
+    starts = [np.ones(base.size), rng.uniform(0.0, 5.0, base.size), np.eye(base.size)[7], nowhere, base[::-1] - 10.0]
+    for start in starts:
+        other = solve_contact(problem, 20e3, start_MPa=start, tolerance=1e-9)
+        assert other.status == "converged"
+        np.testing.assert_allclose(other.pressure_MPa, base, atol=1e-7 * base.max())
+    again = solve_contact(problem, 20e3, start_MPa=base, tolerance=1e-7)
+    assert again.iterations == 1
+    assert again.compliance_calls == 1
+
+
+def test_scaling_lengths_and_load():
+    x, s = grid(80.0, 6)
+    gap = 0.5 / WHEEL * x[:, None] ** 2 + 0.5 / 80.0 * s[None, :] ** 2
+    base = solve_contact(half_space_problem(x, s, gap, half=True), LOAD, tolerance=1e-9)
+    scale = 2.5
+    # all lengths (gap too) times 2.5, the load times 2.5^2: the same pressures
+    other = solve_contact(
+        half_space_problem(scale * x, scale * s, scale * gap, half=True), scale**2 * LOAD, tolerance=1e-9
+    )
+    np.testing.assert_allclose(other.pressure_MPa, base.pressure_MPa, atol=1e-7 * base.pressure_MPa.max())
+    assert other.approach_mm == pytest.approx(scale * base.approach_mm, rel=1e-8)
+
+
+def test_peak_grows_with_the_cube_root_of_the_load():
+    loads = np.array([0.4, 0.7, 1.0]) * LOAD
+    x, s = grid(300.0, 16)
+    gap = 0.5 / WHEEL * x[:, None] ** 2 + 0.5 / 300.0 * s[None, :] ** 2
+    problem = half_space_problem(x, s, gap, half=True)
+    solutions = [solve_contact(problem, load) for load in loads]
+    peak = np.polyfit(np.log(loads), np.log([q.pressure_MPa.max() for q in solutions]), 1)[0]
+    approach = np.polyfit(np.log(loads), np.log([q.approach_mm for q in solutions]), 1)[0]
+    # on one grid the patch has 12 to 16 nodes a semi-axis, where the peak is 0.05 % off
+    assert peak == pytest.approx(1.0 / 3.0, abs=1e-3)
+    assert approach == pytest.approx(2.0 / 3.0, abs=1e-3)
+
+
+def test_mirrored_gap_mirrors_the_pressure():
+    problem = rough_problem()
+    shape = (25, 21)
+    base = solve_contact(problem, 20e3, tolerance=1e-9).pressure_MPa.reshape(shape)
+    mirrored = problem.gap_mm.reshape(shape)[::-1, ::-1].ravel()
+    other = solve_contact(replace(problem, gap_mm=mirrored), 20e3, tolerance=1e-9).pressure_MPa.reshape(shape)
+    np.testing.assert_allclose(other[::-1, ::-1], base, atol=1e-7 * base.max())
+
+
+def test_tilted_normals_carry_the_load_along_the_approach():
+    x, s = grid(300.0, 6)
+    gap = 0.5 / WHEEL * x[:, None] ** 2 + 0.5 / 300.0 * s[None, :] ** 2
+    upright = half_space_problem(x, s, gap, half=True)
+    straight = solve_contact(upright, LOAD * math.cos(0.3), tolerance=1e-9)
+    # all normals tilted by the same angle: the vertical load is the normal one times cos, the approach its inverse
+    tilted = solve_contact(
+        replace(upright, closing=np.full(gap.size, math.cos(0.3))), LOAD * math.cos(0.3) ** 2, tolerance=1e-9
+    )
+    np.testing.assert_allclose(tilted.pressure_MPa, straight.pressure_MPa, atol=1e-7 * straight.pressure_MPa.max())
+    assert tilted.approach_mm == pytest.approx(straight.approach_mm / math.cos(0.3), rel=1e-8)
+
+
+@pytest.mark.parametrize("iterations", [1, 2, 5])
+def test_too_few_iterations_are_reported(iterations):
+    solution = solve_contact(rough_problem(), 20e3, iterations=iterations)
+    assert solution.status == "not converged"
+    assert solution.iterations == iterations
+    assert max(solution.contact_residual, solution.penetration_residual) > 1e-7
+    # even then the load is held and no pressure is negative
+    assert solution.load_balance < 1e-12
+    assert solution.pressure_MPa.min() >= 0.0
+
+
+def test_residuals_belong_to_the_returned_pressure():
+    problem = rough_problem()
+    for iterations in (1, 4, 9):
+        q = solve_contact(problem, 20e3, iterations=iterations)
+        gap = problem.gap_mm + problem.compliance(q.pressure_MPa) - q.approach_mm
+        np.testing.assert_allclose(q.gap_mm, gap, atol=1e-12)
+        active = q.in_contact
+        assert q.contact_residual == pytest.approx(np.abs(gap[active]).max() / abs(q.approach_mm), rel=1e-6)
