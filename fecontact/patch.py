@@ -55,7 +55,8 @@ def measure_patch(x_mm: Floats, s_mm: Floats, pressure_MPa: Floats, *, half: boo
         pressure_MPa = np.concatenate([pressure_MPa[:0:-1], pressure_MPa])
     p = pressure_MPa
     # A node at the edge stands for a cell that is only partly in contact: with it the line of zero pressure lies too
-    # far out, without it too far in, both by an error of first order in the element size; their mean is of higher order.
+    # far out, without it too far in, both by an error of first order in the element size; their mean is of higher
+    # order.
     outer, inner = (_outline(x_mm, s_mm, signed_square(p, without_edge=w)) for w in (False, True))
     a, b = _fitted_axes(x_mm, s_mm, p)
     total = float(p.sum())
@@ -99,20 +100,25 @@ def signed_square(pressure: Floats, *, without_edge: bool = False) -> Floats:
 def _continue_once(value: Floats, known: NDArray[np.bool_]) -> tuple[Floats, NDArray[np.bool_]]:
     """Extrapolate along both grid directions to the nodes next to known ones.
 
-    The mean where several continuations reach a node; the negative neighbour where none has two nodes to start from.
+    The mean where several continuations reach a node, of those through three nodes if there are any; the negative
+    neighbour where none has two nodes to start from.
     """
-    total, count, bare = np.zeros_like(value), np.zeros_like(value), np.zeros_like(value)
+    total, count = np.zeros((2, *value.shape)), np.zeros((2, *value.shape))
+    bare = np.zeros_like(value)
     for axis in (0, 1):
         for step in (1, -1):
             q1, q2, q3 = (np.roll(value, step * k, axis) for k in (1, 2, 3))
             i1, i2, i3 = (np.roll(known, step * k, axis) for k in (1, 2, 3))
-            guess = np.where(i3, 3.0 * q1 - 3.0 * q2 + q3, 2.0 * q1 - q2)
+            here = i1 & ~known
             # beyond the line of zero pressure the sign must not come back
-            guess = np.where(q1 < 0.0, q1, guess)
-            total += np.where(i1 & i2 & ~known, guess, 0.0)
-            count += i1 & i2 & ~known
-            bare = np.where(i1 & ~known, np.minimum(bare, -np.abs(q1)), bare)
-    return np.where(count > 0.0, total / np.maximum(count, 1.0), bare), (count > 0.0) | (bare < 0.0)
+            for k, (usable, guess) in enumerate(((i2 & i3, 3.0 * q1 - 3.0 * q2 + q3), (i2 & ~i3, 2.0 * q1 - q2))):
+                total[k] += np.where(here & usable, np.where(q1 < 0.0, q1, guess), 0.0)
+                count[k] += here & usable
+            bare = np.where(here, np.minimum(bare, -np.abs(q1)), bare)
+    # a straight line through two nodes lies above a paraboloid: only where no three nodes are in line
+    best = np.where(count[0] > 0.0, total[0] / np.maximum(count[0], 1.0), total[1] / np.maximum(count[1], 1.0))
+    reached = count.sum(axis=0) > 0.0
+    return np.where(reached, best, bare), reached | (bare < 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)

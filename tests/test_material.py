@@ -63,5 +63,6 @@ def test_bad_yield_stress_and_shear_modulus_are_refused(bad: float) -> None:
 
 def test_errors_carry_the_exit_codes_of_the_command_line() -> None:
     assert (InputError.exit_code, ConvergenceError.exit_code) == (2, 3)
-    assert issubclass(InputError, FecontactError) and issubclass(InputError, ValueError)
+    assert issubclass(InputError, FecontactError)
+    assert issubclass(InputError, ValueError)
     assert issubclass(ConvergenceError, FecontactError)

@@ -29,6 +29,8 @@ Row = Mapping[str, Any]
 
 _DPI = 130
 _FE, _HERTZ, _RAIL_JUNCTION, _WHEEL_JUNCTION = "#0b5fa5", "#d1495b", "0.35", "0.65"
+# What the two colour maps show at zero.
+_NO_PRESSURE, _NO_DIFFERENCE = "#440154", "#f7f6f6"
 _ACROSS, _ROLLING = "s across in mm", "x (rolling) in mm"
 _SIDES = "gauge side ←            → field side"
 
@@ -99,7 +101,7 @@ def _draw_maps(figure: Figure, axes: Sequence[Axes], field: _Field, hertz: Hertz
         ax.set(title=title, xlabel=f"{_ACROSS}\n{_SIDES}", ylabel=_ROLLING, aspect="equal")
         ax.set(xlim=_limits(field, hertz, axis=1), ylim=_limits(field, hertz, axis=0))
         # nothing presses outside of the grid
-        ax.set_facecolor(image.cmap(image.norm(0.0)))
+        ax.set_facecolor(_NO_PRESSURE if scale["cmap"] == "viridis" else _NO_DIFFERENCE)
         bar = figure.colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.045, 1.0)))
         bar.set_label("pressure in MPa" if title != titles[2] else "difference in MPa")
 
@@ -311,22 +313,24 @@ def _draw_junction_levels(ax: Axes, rows: Sequence[Row]) -> None:
         return
     low, high = ax.get_ylim()
     room = 0.15 * (high - low) + 2.0
-    for junction in profile.junctions:
-        if low - room < junction.y_mm < high + room:
-            ax.axhline(junction.y_mm, color=_RAIL_JUNCTION, lw=1.0, ls="-.", zorder=0)
-            radii = (_radius(junction.curvature_left_per_mm), _radius(junction.curvature_right_per_mm))
-            ax.annotate(
-                f"{radii[0]} | {radii[1]}",
-                (0.995, junction.y_mm),
-                xycoords=("axes fraction", "data"),
-                xytext=(0, 2),
-                textcoords="offset points",
-                ha="right",
-                va="bottom",
-                fontsize=8.5,
-                color=_RAIL_JUNCTION,
-            )
-    ax.set_ylim(low - room, high + room)
+    shown = [junction for junction in profile.junctions if low - room < junction.y_mm < high + room]
+    for junction in shown:
+        ax.axhline(junction.y_mm, color=_RAIL_JUNCTION, lw=1.0, ls="-.", zorder=0)
+        radii = (_radius(junction.curvature_left_per_mm), _radius(junction.curvature_right_per_mm))
+        ax.annotate(
+            f"{radii[0]} | {radii[1]}",
+            (0.995, junction.y_mm),
+            xycoords=("axes fraction", "data"),
+            xytext=(0, 2),
+            textcoords="offset points",
+            ha="right",
+            va="bottom",
+            fontsize=8.5,
+            color=_RAIL_JUNCTION,
+        )
+    # room for the words above the highest line
+    top = max([high, *(junction.y_mm + 0.5 * room for junction in shown)])
+    ax.set_ylim(low - room, top + 0.5 * room)
 
 
 def _radius(curvature_per_mm: float) -> str:

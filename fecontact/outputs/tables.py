@@ -114,7 +114,25 @@ def print_case(record: Record, *, console: Console | None = None) -> None:
         f"normal force {record['normal_force_N'] / 1e3:.3f} kN,"
         f" Hertz stiffness {record['hertz_stiffness_GN_per_m15']:.2f} GN/m^1.5",
     )
+    _print_work(record["solver"], console)
     _print_warnings(record, console)
+
+
+def _print_work(solver: Record, console: Console) -> None:
+    degrees = ", ".join(f"{name} {count}" for name, count in solver["degrees_of_freedom"].items())
+    _say(
+        console,
+        f"solver {solver['path']}: degrees of freedom {degrees}; {solver['iterations']} iterations, residuals contact"
+        f" {solver['contact_residual']:.0e}, penetration {solver['penetration_residual']:.0e}, load balance"
+        f" {solver['load_balance']:.0e}",
+    )
+    table = _table(console, title="Time and memory")
+    for heading in ("step", "time\ns", "memory after\nMB"):
+        table.add_column(heading, justify="left" if heading == "step" else "right")
+    for step, seconds in solver["seconds"].items():
+        table.add_row(step, f"{seconds:.2f}", f"{solver['memory_MB'][step]:.0f}")
+    table.add_row("all (memory: peak)", f"{sum(solver['seconds'].values()):.2f}", f"{solver['peak_memory_MB']:.0f}")
+    console.print(table)
 
 
 def print_hertz(record: Record, *, console: Console | None = None) -> None:

@@ -42,7 +42,9 @@ def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
 
     Arrays on the contact surface: `contact_pressure_MPa`, `hertz_pressure_MPa`, `pressure_difference_MPa` (finite
     elements minus Hertz), `gap_mm` (deformed) and `in_contact` (0 or 1). The contact pressure integrates to the load
-    on this surface; the Hertz pressure does too unless its ellipse is larger than the surface.
+    on this surface. The Hertz pressure does so but for its sampling: it falls off like a root at its edge, which takes
+    up to 4 % off the integral at 5 elements a semi-axis and below 1 % from 8, and more if its ellipse is larger than
+    the surface.
 
     Field data: `TimeValue` (the lateral shift), `lateral_shift_mm`, `load_kN`, `hertz_p0_MPa`, `hertz_a_mm`,
     `hertz_b_mm`, and on the contact surface `status` and `version`.
@@ -142,6 +144,8 @@ def _body(body: ElasticBody, displacement: Floats, rigid: Floats) -> Any:
     points, hexes = body.mesh.points, body.mesh.hexes
     if whole is not None:
         points, displacement = (whole.extended(values, _MIRRORED_VECTOR) for values in (points, displacement))
+        # on the plane itself both halves meet: their mean has none of the shear that changes sign
+        stress[whole.plane] *= 0.5 * (1.0 + _MIRRORED_STRESS)
         stress = whole.extended(stress, _MIRRORED_STRESS)
         # the mirror turns cells inside out; exchanging the two layers turns them back
         hexes = np.concatenate([hexes, whole.image[hexes[:, [4, 5, 6, 7, 0, 1, 2, 3]]]])
@@ -155,8 +159,12 @@ def _body(body: ElasticBody, displacement: Floats, rigid: Floats) -> Any:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Mirror:
-    """How nodes continue behind the plane of symmetry: `copied` (k,) nodes get images; `image` (n,) is each one's."""
+    """How nodes continue behind the plane of symmetry: those on the `plane` stay, the `copied` ones get images.
 
+    `image` (n,) is the node behind the plane that belongs to each node.
+    """
+
+    plane: Integers
     copied: Integers
     image: Integers
 
@@ -168,7 +176,7 @@ class _Mirror:
         copied = np.setdiff1d(np.arange(len(points)), on_plane)
         image = np.arange(len(points))
         image[copied] = len(points) + np.arange(copied.size)
-        return cls(copied=copied, image=image)
+        return cls(plane=on_plane, copied=copied, image=image)
 
     def extended(self, values: Floats, signs: Floats) -> Floats:
         """Values (n, c) at the nodes, followed by those at the images."""

@@ -1,0 +1,557 @@
+"""What is written, read back by other readers: pyvista, meshio, csv, json."""
+
+import csv
+import json
+import math
+import subprocess
+import sys
+from dataclasses import fields, replace
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+import pyvista
+from scipy.interpolate import LinearNDInterpolator
+
+from fecontact.case import Case
+from fecontact.elasticity import nodal_stress, von_mises
+from fecontact.errors import InputError
+from fecontact.material import Material
+from fecontact.meshing import BodyMesh, BodySize, mesh_volume
+from fecontact.outputs import tables
+from fecontact.outputs.figures import case_figure, profile_figure, study_figure
+from fecontact.outputs.files import json_text, write_atomically, write_json, write_text
+from fecontact.outputs.meshfile import write_mesh
+from fecontact.outputs.record import case_from_record, case_record, hertz_record, result_record, row
+from fecontact.outputs.vtk import contact_surface, write_case_vtk, write_pvd
+from fecontact.pipeline import CaseResult
+from fecontact.placement import Track
+from fecontact.profiles import load
+
+MEASURES = ["p_max_MPa", "area_mm2", "a_mm", "b_mm", "extent_x_mm", "extent_y_mm", "approach_mm"]
+
+
+@pytest.fixture(scope="module")
+def record(elliptic_quick: CaseResult) -> dict:
+    return result_record(elliptic_quick)
+
+
+@pytest.fixture(scope="module")
+def vtk_folder(elliptic_quick: CaseResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("case folder & more")
+    write_case_vtk(elliptic_quick, folder)
+    return folder
+
+
+def size(path: Path) -> tuple[int, int]:
+    head = path.read_bytes()[:24]
+    assert head[:8] == b"\x89PNG\r\n\x1a\n"
+    return int.from_bytes(head[16:20], "big"), int.from_bytes(head[20:24], "big")
+
+
+# Files
+
+
+def test_a_failing_writer_leaves_the_old_file_and_nothing_else(tmp_path):
+    path = tmp_path / "result.json"
+    write_text(path, "old")
+
+    def half(temporary: Path) -> None:
+        temporary.write_text("ha")
+        raise RuntimeError("disk full")
+
+    with pytest.raises(RuntimeError, match="disk full"):
+        write_atomically(path, half)
+    with pytest.raises(FileNotFoundError):
+        write_atomically(tmp_path / "never.txt", lambda temporary: None)
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["result.json"]
+
+
+def test_a_writer_works_in_the_same_folder_with_the_same_ending_and_replaces(tmp_path):
+    path = tmp_path / "new" / "case.vtu"
+    seen: list[Path] = []
+    for text in ("first", "second"):
+        write_atomically(path, lambda temporary, text=text: (seen.append(temporary), temporary.write_text(text)))
+    assert path.read_text() == "second"
+    assert {p.parent for p in seen} == {path.parent}
+    assert {p.suffix for p in seen} == {".vtu"}
+    assert path not in seen
+
+
+def test_json_has_null_for_nan_and_plain_numbers_for_numpy_and_keeps_the_order(tmp_path):
+    value = {
+        "z": math.nan,
+        "a": [np.inf, np.float64(1.5), np.int64(2), np.bool_(True)],
+        "m": {"array": np.array([[1.0, np.nan]]), "pair": (1, "µ"), "none": None, "path": Path("a/b")},
+    }
+    write_json(tmp_path / "v.json", value)
+    read = json.loads((tmp_path / "v.json").read_text("utf-8"))
+    assert read == {
+        "z": None,
+        "a": [None, 1.5, 2, True],
+        "m": {"array": [[1.0, None]], "pair": [1, "µ"], "none": None, "path": "a/b"},
+    }
+    assert list(read) == ["z", "a", "m"]
+    assert (tmp_path / "v.json").read_text("utf-8").endswith("}\n")
+
+
+# Records
+
+
+CASES = [
+    Case(),
+    Case(
+        rail="circle:300",
+        wheel="cylinder:460",
+        inclination_rad=0.0,
+        lateral_shift_mm=-2.5,
+        roll_rad=1e-3,
+        yaw_rad=-2e-3,
+        load_N=87_654.321,
+        load_kind="normal",
+        rail_material=Material(name="R260", young_MPa=206e3, poisson=0.28, yield_MPa=520.0),
+        wheel_material=Material(name="ER7", young_MPa=212e3, poisson=0.29),
+        rolling_radius_mm=425.0,
+        track=Track(gauge_mm=1432.0, rail_crown_y_mm=750.0),
+        size=BodySize(rail_depth_mm=40.0, rim_half_length_mm=50.0),
+        resolution=(0.7, 0.4),
+        solver="amg",
+    ),
+]
+
+
+@pytest.mark.parametrize("case", CASES, ids=["defaults", "nothing default"])
+def test_a_case_survives_json(case):
+    assert case_from_record(json.loads(json_text(case_record(case)))) == case
+
+
+def test_the_second_of_these_cases_differs_from_the_defaults_in_every_field():
+    assert all(getattr(CASES[0], f.name) != getattr(CASES[1], f.name) for f in fields(Case))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"wheel_load": 1.0},
+        {"load_N": "100"},
+        {"load_N": -1.0},
+        {"track": {"gage_mm": 1435.0}},
+        {"element_size_mm": [1.0]},
+    ],
+    ids=lambda change: str(change),
+)
+def test_a_wrong_case_record_is_refused(change):
+    with pytest.raises(InputError):
+        case_from_record(case_record(Case()) | change)
+
+
+def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
+    assert list(record) == [
+        "schema", "status", "case", "normal_force_N", "contact_angle_rad", "touch_points", "fe", "hertz", "deviation",
+        "pressure_l2", "overlap", "centre_of_pressure_mm", "pieces", "hertz_stiffness_GN_per_m15", "solver", "warnings",
+        "versions",
+    ]  # fmt: skip
+    assert record["schema"] == "fecontact/result/1"
+    assert all(list(record[part]) == MEASURES for part in ("fe", "hertz", "deviation"))
+    assert list(record["solver"]) == [
+        "path", "iterations", "compliance_calls", "contact_residual", "penetration_residual", "load_balance",
+        "degrees_of_freedom", "elements", "element_size_mm", "zone_enlarged", "seconds", "peak_memory_MB",
+    ]  # fmt: skip
+    # json_text refuses anything that is not plain, and a second reader must see the same
+    assert json.loads(json_text(record)) == json.loads(json.dumps(record, allow_nan=False))
+    assert case_from_record(record["case"]) == elliptic_quick.case
+    assert record["versions"]["numpy"] == np.__version__
+
+
+def test_a_result_record_says_what_hertz_says(record):
+    """Johnson (1985), section 4.2: two cylinders across each other, 100 kN, E 210 GPa, nu 0.3."""
+    assert record["hertz"]["p_max_MPa"] == pytest.approx(1237.559, abs=1e-3)
+    assert record["hertz"]["a_mm"] == pytest.approx(7.16168, abs=1e-5)
+    assert record["hertz"]["b_mm"] == pytest.approx(5.38717, abs=1e-5)
+    for name in MEASURES:
+        fe, hertz = record["fe"][name], record["hertz"][name]
+        assert record["deviation"][name] == pytest.approx((hertz - fe) / fe, abs=1e-12)
+    (curvature,) = record["touch_points"][0]["curvatures"]
+    assert curvature["rail_radius_mm"] == pytest.approx(300.0)
+    assert curvature["wheel_rolling_radius_mm"] == pytest.approx(460.0)
+    assert curvature["wheel_lateral_radius_mm"] is None
+
+
+def test_a_record_has_both_curvatures_at_a_junction(elliptic_quick):
+    touch = elliptic_quick.placement.first
+    gauge = replace(touch.curvatures[0], rail_per_mm=1.0 / 80.0)
+    placement = replace(
+        elliptic_quick.placement, touch_points=(replace(touch, curvatures=(gauge, touch.curvatures[0])),)
+    )
+    (written,) = result_record(replace(elliptic_quick, placement=placement))["touch_points"]
+    assert written["at_junction"]
+    assert [(c["side"], round(c["rail_radius_mm"])) for c in written["curvatures"]] == [("gauge", 80), ("field", 300)]
+
+
+def test_a_row_is_flat_and_in_the_units_of_its_keys(record):
+    flat = row(record)
+    assert list(flat)[:5] == ["status", "rail", "wheel", "lateral_shift_mm", "load_kN"]
+    assert not any(isinstance(value, dict | list | tuple) for value in flat.values())
+    assert flat["load_kN"] == 100.0
+    assert flat["p_max_fe_MPa"] == record["fe"]["p_max_MPa"]
+    assert flat["area_hertz_mm2"] == record["hertz"]["area_mm2"]
+    assert flat["p_max_deviation_percent"] == pytest.approx(100.0 * record["deviation"]["p_max_MPa"])
+    assert flat["degrees_of_freedom"] == sum(record["solver"]["degrees_of_freedom"].values())
+
+
+def test_hertz_alone_names_every_touch_point_of_a_position():
+    """60E1 and S1002 at 0 mm touch at 0.2 mm, and 8.5 um higher beyond the R80 junction."""
+    record = hertz_record(Case(lateral_shift_mm=0.0))
+    assert json.loads(json_text(record))["schema"] == "fecontact/hertz/1"
+    assert [e["touch_point"] for e in record["ellipses"]] == [0, 1]
+    for e, touch in zip(record["ellipses"], record["touch_points"], strict=True):
+        assert e["normal_force_N"] == pytest.approx(100e3 / math.cos(touch["contact_angle_rad"]))
+        assert e["p_max_MPa"] == pytest.approx(1.5 * e["normal_force_N"] / (math.pi * e["a_mm"] * e["b_mm"]))
+    assert record["hertz"] == {k: record["ellipses"][0][k] for k in record["hertz"]}
+
+
+# ParaView files
+
+
+def test_a_collection_has_the_three_blocks_by_name(vtk_folder):
+    assert sorted(p.name for p in vtk_folder.iterdir()) == ["case.vtm", "contact.vtp", "rail.vtu", "wheel.vtu"]
+    blocks = pyvista.read(vtk_folder / "case.vtm")
+    assert blocks.keys() == ["rail", "wheel", "contact"]
+    bodies = {"displacement_mm": 3, "stress_MPa": 6, "von_mises_MPa": 1}
+    surface = dict.fromkeys(
+        ("contact_pressure_MPa", "hertz_pressure_MPa", "pressure_difference_MPa", "gap_mm", "in_contact"), 1
+    )
+    for name, wanted in (("rail", bodies), ("wheel", bodies), ("contact", surface)):
+        data = blocks[name].point_data
+        assert {k: 1 if data[k].ndim == 1 else data[k].shape[1] for k in data} == wanted
+        assert not list(blocks[name].cell_data)
+        assert all(np.all(np.isfinite(data[k])) for k in data)
+    assert blocks["contact"].point_data["in_contact"].dtype == np.uint8
+
+
+def test_field_data_are_numbers_and_texts_only_where_meshio_does_not_read(vtk_folder, elliptic_quick):
+    hertz = elliptic_quick.hertz
+    numbers = {
+        "TimeValue": 0.0,
+        "lateral_shift_mm": 0.0,
+        "load_kN": 100.0,
+        "hertz_p0_MPa": hertz.p0_MPa,
+        "hertz_a_mm": hertz.a_mm,
+        "hertz_b_mm": hertz.b_mm,
+    }
+    for file in ("rail.vtu", "wheel.vtu", "contact.vtp"):
+        found = pyvista.read(vtk_folder / file).field_data
+        texts = {"status", "version"} if file == "contact.vtp" else set()
+        assert set(found.keys()) == set(numbers) | texts
+        assert {name: float(found[name][0]) for name in numbers} == pytest.approx(numbers)
+    assert list(pyvista.read(vtk_folder / "contact.vtp").field_data["status"]) == ["converged"]
+    # meshio ends the process on a text, so this line is the test
+    assert set(meshio.read(vtk_folder / "rail.vtu").point_data) == {"displacement_mm", "stress_MPa", "von_mises_MPa"}
+
+
+def test_the_contact_pressure_integrates_to_the_load(vtk_folder, elliptic_quick):
+    """0.1 %: the facets are chords of the rail, which loses (h/R)^2/24, far less than that."""
+    surface = pyvista.read(vtk_folder / "contact.vtp")
+    corners = surface.points[surface.regular_faces]
+    area = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    normal = elliptic_quick.placement.first.normal
+    assert np.all(area @ normal > 0.0)
+    mean = surface.point_data["contact_pressure_MPa"][surface.regular_faces].mean(axis=1)
+    assert float(mean @ (area @ normal)) == pytest.approx(elliptic_quick.normal_force_N, rel=1e-3)
+
+
+def test_the_other_arrays_belong_to_the_same_points(vtk_folder, elliptic_quick):
+    surface = pyvista.read(vtk_folder / "contact.vtp")
+    data = surface.point_data
+    x, s = elliptic_quick.placement.project(np.asarray(surface.points)).T
+    np.testing.assert_allclose(data["hertz_pressure_MPa"], elliptic_quick.hertz.pressure_MPa(x, s), atol=0.01)
+    difference = data["contact_pressure_MPa"] - data["hertz_pressure_MPa"]
+    np.testing.assert_allclose(data["pressure_difference_MPa"], difference, atol=1e-9)
+    np.testing.assert_array_equal(data["in_contact"], data["contact_pressure_MPa"] > 0.0)
+    assert float(np.abs(data["gap_mm"][data["in_contact"] == 1]).max()) < 1e-6
+
+
+def test_a_half_surface_is_whole_and_symmetric(vtk_folder, elliptic_quick):
+    nx, ns = elliptic_quick.grid.shape
+    surface = pyvista.read(vtk_folder / "contact.vtp")
+    points = surface.points.reshape(2 * nx - 1, ns, 3)
+    np.testing.assert_allclose(points, points[::-1] * [-1.0, 1.0, 1.0], atol=1e-12)
+    assert np.all(np.diff(points[:, 0, 0]) > 0.0)
+    pressure = surface.point_data["contact_pressure_MPa"].reshape(2 * nx - 1, ns)
+    np.testing.assert_array_equal(pressure, pressure[::-1])
+    np.testing.assert_array_equal(pressure[nx - 1 :], elliptic_quick.pressure_MPa)
+
+
+@pytest.mark.parametrize("name", ["rail", "wheel"])
+def test_a_half_body_is_mirrored_whole(vtk_folder, elliptic_quick, name):
+    mesh = elliptic_quick.meshes[name]
+    body = pyvista.read(vtk_folder / f"{name}.vtu")
+    assert body.n_cells == 2 * len(mesh.hexes)
+    assert body.n_points == 2 * len(mesh.points) - np.unique(mesh.surfaces["symmetry"]).size
+    whole = replace(mesh, points=np.asarray(body.points), hexes=body.cells.reshape(-1, 9)[:, 1:])
+    assert mesh_volume(whole) == pytest.approx(2.0 * mesh.volume_mm3, rel=1e-9)
+    assert float(body.compute_cell_sizes().cell_data["Volume"].min()) > 0.0
+    # one shell: the halves share the nodes of the plane of symmetry
+    assert body.extract_surface(algorithm="dataset_surface").n_open_edges == 0
+    assert body.connectivity().cell_data["RegionId"].max() == 0
+
+
+@pytest.mark.parametrize("name", ["rail", "wheel"])
+def test_the_whole_body_has_the_stress_of_its_own_displacement(vtk_folder, elliptic_quick, name):
+    """Recovered anew from the written displacements of both halves; single precision leaves about 1e-7 of the peak."""
+    body = getattr(elliptic_quick.bodies, name)
+    written = pyvista.read(vtk_folder / f"{name}.vtu")
+    mesh = replace(body.mesh, points=np.asarray(written.points), hexes=written.cells.reshape(-1, 9)[:, 1:], half=False)
+    stress = nodal_stress(replace(body, mesh=mesh), np.asarray(written.point_data["displacement_mm"]))
+    tolerance = 1e-6 * float(np.abs(stress).max())
+    np.testing.assert_allclose(written.point_data["stress_MPa"], stress, atol=tolerance)
+    np.testing.assert_allclose(written.point_data["von_mises_MPa"], von_mises(stress), atol=tolerance)
+
+
+def test_warping_both_bodies_makes_them_meet(vtk_folder, elliptic_quick):
+    """The gap after the warp, from the written displacements alone, is nothing against the approach in the contact.
+
+    2 %: it is taken at nodes and between straight facets, the solver's in the mean around each node.
+    """
+    result = elliptic_quick
+    rail, wheel = (pyvista.read(vtk_folder / f"{name}.vtu") for name in ("rail", "wheel"))
+    u_rail = rail.point_data["displacement_mm"][result.meshes["rail"].contact_nodes]
+    nodes = np.unique(result.meshes["wheel"].surfaces["contact"])
+    u_wheel = LinearNDInterpolator(
+        result.placement.project(wheel.points[nodes]), wheel.point_data["displacement_mm"][nodes]
+    )
+    x, s = result.grid.x_mm[:, None], result.grid.s_mm[None, :]
+    _, normals = result.placement.surface(x, s)
+    gap = result.placement.gap(x, s) + np.einsum("xsd,xsd->xs", u_wheel(*np.broadcast_arrays(x, s)) - u_rail, normals)
+    core = result.pressure_MPa > 0.3 * result.pressure_MPa.max()
+    assert float(np.abs(gap[core]).max()) < 0.02 * result.comparison.fe.approach_mm
+    assert float(gap.min()) > -0.05 * result.comparison.fe.approach_mm
+    # held below, driven above: the ends of the warp are rigid
+    assert (
+        float(np.abs(rail.point_data["displacement_mm"][np.unique(result.meshes["rail"].surfaces["fixed"])]).max()) == 0
+    )
+    driven = wheel.point_data["displacement_mm"][np.unique(result.meshes["wheel"].surfaces["driven"])]
+    np.testing.assert_allclose(driven, [[0.0, 0.0, -result.comparison.fe.approach_mm]] * len(driven), atol=1e-12)
+
+
+def test_a_surface_that_is_not_half_is_not_mirrored(elliptic_quick):
+    grid = replace(elliptic_quick.grid, half=False)
+    surface = contact_surface(replace(elliptic_quick, grid=grid))
+    assert surface.n_points == grid.shape[0] * grid.shape[1]
+
+
+def test_a_study_collection_lists_existing_files_at_its_times(elliptic_quick, tmp_path):
+    folders = [tmp_path / "cases" / name for name in ("a b", "c&d")]
+    for folder in folders:
+        write_case_vtk(elliptic_quick, folder)
+    write_pvd(tmp_path / "study.pvd", [(-2.0, folders[0]), (1.5, folders[1])])
+    reader = pyvista.get_reader(tmp_path / "study.pvd")
+    assert reader.time_values == [-2.0, 1.5]
+    assert [dataset.path for dataset in reader.datasets] == ["cases/a b/case.vtm", "cases/c&d/case.vtm"]
+    reader.set_active_time_value(1.5)
+    assert reader.read()[0].keys() == ["rail", "wheel", "contact"]
+    # moved as a whole, it still opens
+    moved = tmp_path.rename(tmp_path.with_name("moved"))
+    assert pyvista.get_reader(moved / "study.pvd").read()[0]["rail"].n_cells > 0
+
+
+def test_a_study_collection_refuses_what_paraview_would_swallow(vtk_folder, tmp_path):
+    with pytest.raises(InputError, match=r"times 0\.5 occur more than once"):
+        write_pvd(tmp_path / "study.pvd", [(0.5, vtk_folder), (1.0, vtk_folder), (0.5, vtk_folder)])
+    with pytest.raises(InputError, match="does not exist"):
+        write_pvd(tmp_path / "study.pvd", [(0.5, tmp_path / "nowhere")])
+    assert not list(tmp_path.iterdir())
+
+
+# Meshes
+
+
+@pytest.fixture(scope="module", params=["rail", "wheel"])
+def body_mesh(request: pytest.FixtureRequest, elliptic_quick: CaseResult) -> BodyMesh:
+    return elliptic_quick.meshes[request.param]
+
+
+def volume_of(read: meshio.Mesh, like: BodyMesh) -> float:
+    return mesh_volume(replace(like, points=read.points, hexes=read.get_cells_type("hexahedron")))
+
+
+def test_msh_keeps_the_volume_and_every_surface_as_physical_groups(body_mesh, tmp_path):
+    read = meshio.read(write_mesh(body_mesh, tmp_path / "body.msh"))
+    assert (tmp_path / "body.msh").read_bytes().startswith(b"$MeshFormat\n4.1 0 8\n")
+    assert {name: int(group[1]) for name, group in read.field_data.items()} == {
+        body_mesh.name: 3,
+        **dict.fromkeys(body_mesh.surfaces, 2),
+    }
+    assert volume_of(read, body_mesh) == pytest.approx(body_mesh.volume_mm3, rel=1e-9)
+    for name, quads in body_mesh.surfaces.items():
+        found = [read.cells[i].data[c] for i, c in enumerate(read.cell_sets[name]) if len(c)]
+        # the reader puts the nodes in the order of their entities: compare places, not numbers
+        assert len(found) == 1
+        np.testing.assert_allclose(read.points[found[0]], body_mesh.points[quads], atol=1e-12)
+
+
+def test_inp_keeps_node_sets_the_element_set_and_element_faces(body_mesh, tmp_path):
+    path = write_mesh(body_mesh, tmp_path / "body.inp")
+    read = meshio.read(path)
+    assert [block.type for block in read.cells] == ["hexahedron"]
+    assert volume_of(read, body_mesh) == pytest.approx(body_mesh.volume_mm3, rel=1e-9)
+    np.testing.assert_array_equal(read.cell_sets[body_mesh.name][0], np.arange(len(body_mesh.hexes)))
+    assert {k: set(v) for k, v in read.point_sets.items()} == {
+        k: set(np.unique(q)) for k, q in body_mesh.surfaces.items()
+    }
+    # CalculiX manual, *ELEMENT: nodes of the faces of an eight-node brick
+    faces = {"S1": (1, 2, 3, 4), "S2": (5, 8, 7, 6), "S3": (1, 5, 6, 2), "S4": (2, 6, 7, 3), "S5": (3, 7, 8, 4), "S6": (4, 8, 5, 1)}  # fmt: skip  # noqa: E501
+    blocks = path.read_text().split("*SURFACE, NAME=")[1:]
+    assert len(blocks) == len(body_mesh.surfaces)
+    for block in blocks:
+        head, *lines = block.splitlines()
+        pairs = [line.split(", ") for line in lines]
+        quads = [[body_mesh.hexes[int(e) - 1][n - 1] for n in faces[face]] for e, face in pairs]
+        wanted = body_mesh.surfaces[head.split(",")[0]]
+        np.testing.assert_array_equal(np.sort(quads, axis=1), np.sort(wanted, axis=1))
+
+
+def test_vtu_keeps_surfaces_as_cells_and_flags(body_mesh, tmp_path):
+    read = meshio.read(write_mesh(body_mesh, tmp_path / "body.vtu"))
+    assert list(read.point_data) == list(body_mesh.surfaces)
+    assert volume_of(read, body_mesh) == pytest.approx(body_mesh.volume_mm3, rel=1e-9)
+    ids = np.concatenate([read.cell_data["surface_id"][i] for i, b in enumerate(read.cells) if b.type == "quad"])
+    for number, (name, quads) in enumerate(body_mesh.surfaces.items(), start=1):
+        np.testing.assert_array_equal(read.get_cells_type("quad")[ids == number], quads)
+        np.testing.assert_array_equal(np.flatnonzero(read.point_data[name]), np.unique(quads))
+
+
+@pytest.mark.parametrize("name", ["body.stl", "body", "body.msh.gz"])
+def test_an_unknown_mesh_format_is_refused_with_those_that_exist(body_mesh, tmp_path, name):
+    with pytest.raises(InputError, match=r"\.msh .*\.inp .*\.vtu"):
+        write_mesh(body_mesh, tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+# Tables
+
+
+def lost(record: dict) -> dict:
+    return {
+        "id": "lost",
+        "status": "failed: the wheel [left] the rail",
+        "rail": "circle:300",
+        "wheel": "cylinder:460",
+        "lateral_shift_mm": 30.0,
+        "load_kN": 100.0,
+    }
+
+
+@pytest.mark.parametrize("lost_first", [False, True])
+def test_csv_has_a_column_for_every_key_in_a_stable_order(record, tmp_path, lost_first):
+    good = {"id": "good", **row(record), "a_fe_mm": math.nan}
+    rows = [lost(record), good] if lost_first else [good, lost(record)]
+    with tables.write_csv(rows, tmp_path / "study.csv").open(newline="") as file:
+        read = list(csv.DictReader(file))
+    assert list(read[0]) == list(good)
+    by_id = {entry["id"]: entry for entry in read}
+    assert float(by_id["good"]["p_max_fe_MPa"]) == record["fe"]["p_max_MPa"]
+    assert by_id["good"]["a_fe_mm"] == ""
+    assert by_id["lost"]["p_max_fe_MPa"] == ""
+    assert by_id["lost"]["status"] == "failed: the wheel [left] the rail"
+
+
+def test_the_table_fits_its_width_and_names_the_reason_of_a_bad_row(record, capsys):
+    wide = {"lateral_shift_mm": -12.25, "load_kN": 112.5, "degrees_of_freedom": 1_234_567, "seconds": 1234.0}
+    wide |= {"p_max_deviation_percent": -43.21, "area_deviation_percent": 143.2, "contact_angle_mrad": 1234.5}
+    good = {"id": "good", **row(record)}
+    tables.print_table([good, good | wide, good | {"status": "not converged"}, lost(record)])
+    text = capsys.readouterr().out
+    assert "\x1b" not in text
+    assert max(len(line) for line in text.splitlines()) <= 120
+    assert "…" not in text
+    assert "-12.25" in text
+    assert "1234567" in text
+    assert "+30.00 mm, 100 kN: failed: the wheel [left] the rail" in text
+    assert f"{record['fe']['p_max_MPa']:.0f}" in text
+
+
+def test_details_hertz_and_profiles_print_their_numbers(record, capsys):
+    tables.print_case(record)
+    tables.print_hertz(hertz_record(Case(lateral_shift_mm=0.0)))
+    tables.print_library()
+    tables.print_profile(load("60E1"))
+    text = capsys.readouterr().out
+    for part in ("a (mm)", "7.1617", "1237.6", "straight", "-10.425", "1722.", "S1002", "-26.0265", "300.00"):
+        assert part in text
+    assert max(len(line.rstrip()) for line in text.splitlines() if ":" not in line) <= 120
+
+
+# Figures
+
+
+def test_a_case_figure_is_the_same_png_twice_and_not_blank(elliptic_quick, tmp_path):
+    first, second = (case_figure(elliptic_quick, tmp_path / f"{k}.png") for k in (1, 2))
+    assert first.read_bytes() == second.read_bytes()
+    assert size(first)[0] > 1500
+    assert b"Software" not in first.read_bytes()
+    pixels = np.asarray(pyvista.read(first).active_scalars)
+    # a blank or one-coloured map would not use the whole colour scale
+    assert len(np.unique(pixels[:, :3], axis=0)) > 500
+
+
+def test_figures_hold_for_a_patch_larger_than_the_grid_and_for_two_sides(elliptic_quick, tmp_path):
+    large = replace(elliptic_quick.hertz, a_mm=30.0, b_mm=20.0, orientation_rad=0.1)
+    case_figure(replace(elliptic_quick, hertz=large), tmp_path / "large.png")
+    assert size(tmp_path / "large.png")[0] > 1500
+
+
+def drawn_lines(monkeypatch, rows: list[dict]) -> list:
+    from fecontact.outputs import figures
+
+    kept = []
+    monkeypatch.setattr(figures, "_save", lambda figure, path: kept.append(figure))
+    study_figure(rows, "unused.png")
+    return kept[0].axes
+
+
+def test_a_study_figure_never_connects_bad_rows(record, monkeypatch):
+    base = {"id": "x", **row(record), "rail": "60E1"}
+    rows = [base | {"lateral_shift_mm": float(k), "touch_rail_y_mm": -6.0 * k} for k in range(4)]
+    rows[1]["status"] = "not converged"
+    peak, _, touch = drawn_lines(monkeypatch, [*rows, lost(record) | {"rail": "60E1"}])
+    lines = [line for line in peak.get_lines() if line.get_linestyle() != "None"]
+    assert len(lines) == 2
+    good = next(line for line in lines if np.isfinite(line.get_ydata()).any())
+    assert [bool(np.isfinite(y)) for y in good.get_ydata()] == [True, False, True, True, False]
+    crosses = [line for line in peak.get_lines() if line.get_marker() == "x" and len(line.get_xdata())]
+    assert {float(x) for line in crosses for x in line.get_xdata()} == {1.0, 30.0}
+    levels = {round(float(line.get_ydata()[0]), 3) for line in touch.get_lines() if line.get_linestyle() == "-."}
+    assert levels == {-10.228}
+
+
+def test_a_study_figure_has_a_line_for_each_load(record, monkeypatch):
+    base = {"id": "x", **row(record)}
+    rows = [base | {"lateral_shift_mm": s, "load_kN": f} for s in (0.0, 1.0) for f in (60.0, 100.0)]
+    peak, deviation, _ = drawn_lines(monkeypatch, rows)
+    assert [t.get_text() for t in peak.get_legend().get_texts()] == [
+        "FE, 60 kN", "Hertz, 60 kN", "FE, 100 kN", "Hertz, 100 kN",
+    ]  # fmt: skip
+    assert len(deviation.patches) == 2
+
+
+def test_study_and_profile_figures_are_pngs(record, tmp_path):
+    study_figure([{"id": "x", **row(record)}, lost(record)], tmp_path / "study.png")
+    profile_figure(load("S1002"), tmp_path / "profile.png")
+    assert min(size(tmp_path / "study.png") + size(tmp_path / "profile.png")) > 900
+    with pytest.raises(InputError, match="no rows"):
+        study_figure([], tmp_path / "none.png")
+
+
+# Weight
+
+
+def test_importing_the_writers_loads_no_plotting_and_no_vtk():
+    modules = ", ".join(
+        f"fecontact.outputs.{name}" for name in ("files", "record", "vtk", "figures", "tables", "meshfile")
+    )
+    check = f"import sys, {modules}; print(*sorted({{'vtk', 'vtkmodules', 'pyvista', 'meshio', 'matplotlib', 'gmsh', 'rich'}} & set(sys.modules)))"  # noqa: E501
+    done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ""

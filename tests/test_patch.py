@@ -1,0 +1,200 @@
+"""Measures of a contact patch on exact pressures, and the patch that is expected before any mesh is made."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fecontact.case import Case
+from fecontact.errors import InputError
+from fecontact.expected_patch import ExpectedPatch, approach_direction, expected_patch
+from fecontact.hertz import hertz_from_hessian
+from fecontact.material import STEEL, contact_modulus_MPa
+from fecontact.patch import measure_patch, signed_square
+from fecontact.pipeline import place_case
+
+MODULUS = contact_modulus_MPa(STEEL, STEEL)
+A, B, P0 = 7.0, 4.0, 1000.0
+
+
+def sampled(count: float, *, turn: float = 0.0, offset: tuple[float, float] = (0.0, 0.0)):
+    """Ellipsoidal pressure on a grid of `count` nodes a semi-axis; `offset` moves the grid by parts of a step."""
+    dx, ds = A / count, B / count
+    k = int(1.8 * A / min(dx, ds) if turn else 1.3 * count) + 2
+    x, s = dx * (np.arange(-k, k + 1) + offset[0]), ds * (np.arange(-k, k + 1) + offset[1])
+    c, t = math.cos(turn), math.sin(turn)
+    u, v = c * x[:, None] + t * s[None, :], -t * x[:, None] + c * s[None, :]
+    return x, s, P0 * np.sqrt(np.maximum(0.0, 1.0 - (u / A) ** 2 - (v / B) ** 2))
+
+
+@pytest.mark.parametrize("offset", [(0.0, 0.0), (0.3, 0.45), (0.5, 0.5)])
+@pytest.mark.parametrize("count", [5, 8, 12])
+def test_measures_of_an_exact_ellipsoid(count, offset):
+    patch = measure_patch(*sampled(count, offset=offset), half=False)
+    # the outline is a polygon between nodes: its chords cut off the square of a step, in units of the semi-axis
+    # measured: 1.3 % at 5 nodes a semi-axis, 0.45 % at 8, 0.2 % at 12
+    assert patch.area_mm2 == pytest.approx(math.pi * A * B, rel=0.4 / count**2)
+    assert patch.extent_x_mm == pytest.approx(2.0 * A, rel=0.3 / count**2)
+    assert patch.extent_y_mm == pytest.approx(2.0 * B, rel=0.3 / count**2)
+    assert patch.area_spread_mm2 < 0.5 / count**2 * patch.area_mm2
+    # p^2 is a paraboloid, so that the fit is exact
+    assert (patch.a_mm, patch.b_mm) == pytest.approx((A, B), rel=1e-9)
+    # the centre is a sum over nodes of a pressure with vertical edges: cells at the edge count wholly or not
+    assert (patch.centre_x_mm, patch.centre_y_mm) == pytest.approx((0.0, 0.0), abs=0.05 * A / count)
+    # half a step from the peak the ellipsoid is lower by at most (1/2)^2 / count^2
+    assert P0 * (1.0 - 0.3 / count**2) <= patch.p_max_MPa <= P0
+    assert patch.pieces == 1
+
+
+def test_area_error_falls_with_second_order():
+    counts = np.array([6, 9, 13, 19])
+    errors = [
+        abs(measure_patch(*sampled(n, offset=(0.3, 0.2)), half=False).area_mm2 / (math.pi * A * B) - 1) for n in counts
+    ]
+    # at least: the mean of the outlines with and without the edge nodes makes part of the error cancel
+    assert -np.polyfit(np.log(counts), np.log(errors), 1)[0] > 1.7
+    assert errors[-1] < 1e-3
+
+
+@pytest.mark.parametrize("turn", [0.3, -0.6])
+def test_turned_ellipse(turn):
+    patch = measure_patch(*sampled(10, turn=turn), half=False)
+    c, t = math.cos(turn), math.sin(turn)
+    # extents of a turned ellipse, and its half chords along the fixed axes
+    assert patch.extent_x_mm == pytest.approx(2.0 * math.hypot(A * c, B * t), rel=0.01)
+    assert patch.extent_y_mm == pytest.approx(2.0 * math.hypot(A * t, B * c), rel=0.01)
+    assert patch.a_mm == pytest.approx(1.0 / math.hypot(c / A, t / B), rel=1e-9)
+    assert patch.b_mm == pytest.approx(1.0 / math.hypot(t / A, c / B), rel=1e-9)
+    assert patch.area_mm2 == pytest.approx(math.pi * A * B, rel=0.01)
+
+
+def test_half_model_is_mirrored():
+    x, s, p = sampled(8)
+    p = p * (1.0 + 0.2 * s[None, :] / B)
+    middle = x.size // 2
+    half, full = measure_patch(x[middle:], s, p[middle:], half=True), measure_patch(x, s, p, half=False)
+    for name, value in vars(full).items():
+        assert getattr(half, name) == pytest.approx(value, rel=1e-9, abs=1e-12)
+    assert half.centre_y_mm > 0.1
+
+
+def test_two_separate_patches():
+    x, s = np.linspace(-6.0, 6.0, 61), np.linspace(-12.0, 12.0, 121)
+
+    def lobe(middle, a, b, p0):
+        return p0 * np.sqrt(np.maximum(0.0, 1.0 - (x[:, None] / a) ** 2 - ((s[None, :] - middle) / b) ** 2))
+
+    patch = measure_patch(x, s, lobe(-6.0, 4.0, 2.0, 800.0) + lobe(5.0, 3.0, 3.0, 1000.0), half=False)
+    assert patch.pieces == 2
+    assert patch.area_mm2 == pytest.approx(math.pi * (8.0 + 9.0), rel=0.01)
+    assert patch.extent_y_mm == pytest.approx(16.0, rel=0.01)
+    assert patch.extent_x_mm == pytest.approx(8.0, rel=0.01)
+    # the axes are those of the lobe with the peak
+    assert (patch.a_mm, patch.b_mm) == pytest.approx((3.0, 3.0), rel=1e-6)
+    # forces 2/3 pi a b p0: 8 * 800 at -6 and 9 * 1000 at 5
+    assert patch.centre_y_mm == pytest.approx((-6.0 * 6400.0 + 5.0 * 9000.0) / 15400.0, abs=0.05)
+
+
+def test_no_ellipsoid_no_axes():
+    x = s = np.linspace(-3.0, 3.0, 13)
+    single = np.zeros((13, 13))
+    single[6, 6] = 5.0
+    tiny = measure_patch(x, s, single, half=False)
+    assert math.isnan(tiny.a_mm)
+    assert math.isnan(tiny.b_mm)
+    assert tiny.pieces == 1
+    # rising to both ends along x: a saddle, not concave
+    saddle = np.where(np.abs(s[None, :]) < 2.0, 10.0 + x[:, None] ** 2 - s[None, :] ** 2, 0.0)
+    assert math.isnan(measure_patch(x, s, saddle, half=False).a_mm)
+
+
+def test_signed_square_continues_a_paraboloid():
+    x, s, p = sampled(6, offset=(0.2, 0.4))
+    q = signed_square(p)[1:-1, 1:-1]
+    core = signed_square(p, without_edge=True)[1:-1, 1:-1]
+    exact = P0**2 * (1.0 - (x[:, None] / A) ** 2 - (s[None, :] / B) ** 2)
+    inside = p > 0.0
+    np.testing.assert_allclose(q[inside], exact[inside], rtol=1e-12)
+    assert np.all(q[~inside] < 0.0)
+    # one step beyond the ends of the axes, where three nodes of the line lie inside
+    row, column = int(np.argmin(np.abs(x))), int(np.argmin(np.abs(s)))
+    end = int(np.flatnonzero(inside[row])[-1]) + 1
+    assert q[row, end] == pytest.approx(exact[row, end], rel=1e-9)
+    end = int(np.flatnonzero(inside[:, column])[0]) - 1
+    assert q[end, column] == pytest.approx(exact[end, column], rel=1e-9)
+    # without the edge nodes nothing changes on an exact paraboloid, wherever three nodes are in line
+    np.testing.assert_allclose(
+        core[row, 2:-2][inside[row, 2:-2]], exact[row, 2:-2][inside[row, 2:-2]], atol=1e-9 * P0**2
+    )
+
+
+# --- the expected patch -----------------------------------------------------------------------------------------
+
+
+def expected(case: Case) -> ExpectedPatch:
+    placement = place_case(case)
+    return expected_patch(
+        placement,
+        case.load_N,
+        contact_modulus_MPa=MODULUS,
+        direction=approach_direction(placement, normal_force=case.load_kind == "normal"),
+        half=case.half,
+    )
+
+
+@pytest.mark.parametrize("radius", [300.0, 80.0, 13.0])
+def test_expected_patch_of_a_closed_form_pair(radius):
+    case = Case(rail=f"circle:{radius:g}", wheel="cylinder:460", inclination_rad=0.0)
+    patch = expected(case)
+    curvature = place_case(case).first.curvatures[0].hessian
+    hertz = hertz_from_hessian(curvature, normal_force_N=case.load_N, contact_modulus_MPa=MODULUS)
+    # the last node with pressure lies within a step, a sixteenth of a semi-axis, of the edge; R 13 bends away from its
+    # tangent by (1/13)^2 / 8 and the patch shrinks a little
+    assert patch.x_high_mm == pytest.approx(hertz.a_mm, rel=1.5 / 16.0)
+    assert patch.semi_axis_x_mm == pytest.approx(hertz.a_mm, rel=1.5 / 16.0)
+    assert patch.semi_axis_s_mm == pytest.approx(hertz.b_mm, rel=1.5 / 16.0)
+    assert (patch.s_high_mm - patch.s_low_mm) == pytest.approx(2.0 * hertz.b_mm, rel=1.5 / 16.0)
+    assert patch.p_max_MPa == pytest.approx(hertz.p0_MPa, rel=0.01)
+    assert patch.approach_mm == pytest.approx(hertz.approach_mm, rel=0.01)
+
+
+def test_two_lobes_are_measured_by_the_narrower_one():
+    patch = expected(Case(lateral_shift_mm=0.0))
+    # two lobes about rail y 0.19 and -10.4: the box holds both, the semi-axis is that of one
+    assert patch.s_high_mm - patch.s_low_mm > 14.0
+    assert patch.s_low_mm < -10.6 < patch.s_high_mm
+    assert 1.0 < patch.semi_axis_s_mm < 0.3 * (patch.s_high_mm - patch.s_low_mm)
+    # half-space on the true gap, 995 MPa in another programme; here 6 nodes across the narrow lobe: measured 0.9 %
+    assert patch.p_max_MPa == pytest.approx(995.0, rel=0.02)
+
+
+@pytest.mark.parametrize(("shift", "peak"), [(-4.0, 1134.0), (2.0, 1504.0)])
+def test_expected_peak_of_the_standard_pair(shift, peak):
+    # half-space on the true gap in another programme; a coarse solution to 0.5 %
+    assert expected(Case(lateral_shift_mm=shift)).p_max_MPa == pytest.approx(peak, rel=0.01)
+
+
+def test_expected_patch_with_yaw_is_turned_over_by_opposite_yaw():
+    one = expected(Case(lateral_shift_mm=6.0, yaw_rad=0.01))
+    other = expected(Case(lateral_shift_mm=6.0, yaw_rad=-0.01))
+    # the grid starts at one end, so that the mirrored one lies otherwise by up to a step
+    step = one.semi_axis_x_mm / 16.0
+    assert one.x_low_mm == pytest.approx(-other.x_high_mm, abs=step)
+    assert one.x_high_mm == pytest.approx(-other.x_low_mm, abs=step)
+    assert one.s_low_mm == pytest.approx(other.s_low_mm, abs=one.semi_axis_s_mm / 16.0)
+    assert one.p_max_MPa == pytest.approx(other.p_max_MPa, rel=5e-3)
+
+
+def test_first_guess_does_not_matter():
+    case = Case(lateral_shift_mm=-4.0)
+    placement = place_case(case)
+    options = {"contact_modulus_MPa": MODULUS, "direction": np.array([0.0, 0.0, 1.0]), "half": True}
+    small, large = (expected_patch(placement, case.load_N, guess_mm=g, **options) for g in (0.005, 0.3))
+    # grids fitted to slightly different boxes
+    assert small.s_low_mm == pytest.approx(large.s_low_mm, abs=0.5)
+    assert small.p_max_MPa == pytest.approx(large.p_max_MPa, rel=0.01)
+
+
+def test_patch_past_the_end_of_the_rail_is_refused():
+    with pytest.raises(InputError, match="reaches the end of the running surface of rail circle:300"):
+        expected(Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, load_N=2e7))
