@@ -99,6 +99,9 @@ def elastic_body(mesh: BodyMesh, material: Material, solver: SolverName) -> Elas
     matrix = stiffness(mesh, material)
     held = np.zeros((len(mesh.points), 3), dtype=bool)
     held[np.unique(mesh.surfaces["fixed" if mesh.name == "rail" else "driven"])] = True
+    if mesh.name == "rail":
+        # the rail goes on beyond its cut planes and keeps the head from rolling on its slender web
+        held[np.unique(mesh.surfaces["end"]), 1:] = True
     if mesh.half:
         held[np.unique(mesh.surfaces["symmetry"]), 0] = True
     free = np.flatnonzero(~held.ravel())

@@ -25,7 +25,11 @@ _COVER_STEPS = 2
 
 @dataclass(frozen=True, kw_only=True)
 class BodySize:
-    """Where the bodies are cut (mm): the rail's base below its crown, the sweep to each side, the rim's thickness."""
+    """Where the bodies are cut (mm): the rail's base below its crown, the sweep to each side, the rim's thickness.
+
+    The rail is fixed at its base and held across at its ends, where it goes on: otherwise its head would roll on the
+    slender web, which is a matter of the track and not of the contact. The rim is driven at its inner face.
+    """
 
     rail_depth_mm: float = 60.0
     rail_half_length_mm: float = 60.0

@@ -266,7 +266,6 @@ def _subdivide(points: Floats, triangles: Integers, quads: Integers, ring: Float
     low, high = unique.T
     on_ring = (high < n) & ((high - low == 1) | ((low == 0) & (high == n - 1)))
     ring_index = np.where(high - low == 1, low, high)
-    middles[on_ring] = ring[1::2][ring_index[on_ring]]
     centres = np.vstack([points[triangles].mean(axis=1), points[quads].mean(axis=1)])
 
     # numbering: ring (corner, middle, corner, ...), inner nodes of gmsh, inner middles, centres

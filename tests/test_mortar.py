@@ -412,11 +412,11 @@ def quadratic_problem(bodies: CoupledBodies) -> ContactProblem:
 
 def test_full_model_gives_the_pressure_of_the_half(curved):
     half, full = curved[0], curved_pair(half=False)[0]
-    one, two = (solve_contact(quadratic_problem(b), 60e3, tolerance=1e-10) for b in (half, full))
+    one, two = (solve_contact(quadratic_problem(b), 60e3, tolerance=1e-9) for b in (half, full))
     p, q = one.pressure_MPa.reshape(half.grid.shape), two.pressure_MPa.reshape(full.grid.shape)
     # symmetric meshes of the same sections: the same discrete problem
-    np.testing.assert_allclose(q[half.grid.shape[0] - 1 :], p, atol=1e-7 * p.max())
-    np.testing.assert_allclose(q, q[::-1], atol=1e-7 * p.max())
+    np.testing.assert_allclose(q[half.grid.shape[0] - 1 :], p, atol=1e-6 * p.max())
+    np.testing.assert_allclose(q, q[::-1], atol=1e-6 * p.max())
     full.close()
 
 
