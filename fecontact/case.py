@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal
 
+from fecontact.applicability import Criteria
 from fecontact.errors import InputError, check_positive
 from fecontact.material import STEEL, Material
 from fecontact.meshing import BodySize
@@ -36,6 +37,10 @@ class Case:
         Wheel load: vertical, or along the contact normal at first touch.
     resolution
         `quick`, `standard`, `fine`, or the element sizes (along x, across) on the contact surface in mm.
+    criteria
+        Limits within which Hertz holds.
+    refine_seconds
+        An unresolved verdict is refined as long as the next mesh is expected to take less than this; 0 never refines.
     """
 
     rail: str = "60E1"
@@ -53,6 +58,8 @@ class Case:
     size: BodySize = field(default_factory=BodySize)
     resolution: str | tuple[float, float] = "standard"
     solver: SolverChoice = "auto"
+    criteria: Criteria = field(default_factory=Criteria)
+    refine_seconds: float = 120.0
 
     def __post_init__(self) -> None:
         check_positive("load", self.load_N, "N", "give the wheel load, for example 100000 N (100 kN)")
@@ -61,6 +68,7 @@ class Case:
         _check_range("inclination", self.inclination_rad, -0.35, 0.35, "rad", "1:40 is 0.025 rad")
         _check_range("roll", self.roll_rad, -0.1, 0.1, "rad", "wheelsets roll by some mrad")
         _check_range("yaw", self.yaw_rad, -0.1, 0.1, "rad", "wheelsets yaw by some mrad, or some tens in sharp curves")
+        _check_range("refinement limit", self.refine_seconds, 0.0, 1e6, "s", "0 never refines")
         if self.load_kind not in ("vertical", "normal"):
             raise InputError(f"load kind {self.load_kind!r}: allowed are vertical and normal")
         if self.solver not in ("auto", "pardiso", "amg"):

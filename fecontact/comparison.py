@@ -11,7 +11,7 @@ from scipy.ndimage import zoom
 
 from fecontact.hertz import HertzContact
 from fecontact.mortar import ContactGrid
-from fecontact.patch import measure_patch, signed_square
+from fecontact.patch import Patch, measure_patch, signed_square
 
 Floats = NDArray[np.float64]
 
@@ -52,6 +52,9 @@ class Comparison:
         Centre of the finite-element pressure, from the touch point, where Hertz has it.
     pieces
         Number of separate finite-element patches.
+    area_reading
+        Relative uncertainty of reading the area off the finite-element pressure: a quarter of the difference between
+        the areas with and without the outermost nodes.
     hertz_pressure_MPa (nx, ns)
         Hertz pressure on the nodes.
     """
@@ -64,13 +67,17 @@ class Comparison:
     centre_x_mm: float
     centre_y_mm: float
     pieces: int
+    area_reading: float
     hertz_pressure_MPa: Floats
 
 
-def compare(grid: ContactGrid, pressure: Floats, approach_mm: float, hertz: HertzContact) -> Comparison:
-    """Compare a pressure (nx, ns) in MPa on the grid, with its approach, to Hertz's ellipse at the grid's origin."""
-    patch = measure_patch(grid.x_mm, grid.s_mm, pressure, half=grid.half)
-    fe = Measures(
+def measure(grid: ContactGrid, pressure: Floats, approach_mm: float) -> Measures:
+    """Measures of a pressure (nx, ns) in MPa on the grid, with its approach."""
+    return _measures(measure_patch(grid.x_mm, grid.s_mm, pressure, half=grid.half), approach_mm)
+
+
+def _measures(patch: Patch, approach_mm: float) -> Measures:
+    return Measures(
         p_max_MPa=patch.p_max_MPa,
         area_mm2=patch.area_mm2,
         a_mm=patch.a_mm,
@@ -79,6 +86,12 @@ def compare(grid: ContactGrid, pressure: Floats, approach_mm: float, hertz: Hert
         extent_y_mm=patch.extent_y_mm,
         approach_mm=approach_mm,
     )
+
+
+def compare(grid: ContactGrid, pressure: Floats, approach_mm: float, hertz: HertzContact) -> Comparison:
+    """Compare a pressure (nx, ns) in MPa on the grid, with its approach, to Hertz's ellipse at the grid's origin."""
+    patch = measure_patch(grid.x_mm, grid.s_mm, pressure, half=grid.half)
+    fe = _measures(patch, approach_mm)
     analytic = hertz_measures(hertz)
     f, h = fe.as_dict(), analytic.as_dict()
     x, s, padded = _cover_ellipse(grid, pressure, hertz)
@@ -92,6 +105,7 @@ def compare(grid: ContactGrid, pressure: Floats, approach_mm: float, hertz: Hert
         centre_x_mm=patch.centre_x_mm,
         centre_y_mm=patch.centre_y_mm,
         pieces=patch.pieces,
+        area_reading=0.25 * patch.area_spread_mm2 / patch.area_mm2,
         hertz_pressure_MPa=np.asarray(hertz.pressure_MPa(grid.x_mm[:, None], grid.s_mm[None, :])),
     )
 

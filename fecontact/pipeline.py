@@ -14,19 +14,22 @@ import numpy as np
 import psutil
 from numpy.typing import NDArray
 
+from fecontact.applicability import Answer, Judgement, PatchGeometry, cause_of, judge
 from fecontact.case import RESOLUTIONS, Case
-from fecontact.comparison import Comparison, compare
+from fecontact.comparison import MEASURES, Comparison, compare, measure
 from fecontact.contact import ContactProblem, ContactSolution, solve_contact
 from fecontact.elasticity import SolverName, check_memory, choose_solver, elastic_body
 from fecontact.errors import InputError
 from fecontact.expected_patch import ExpectedPatch, approach_direction, expected_patch
 from fecontact.halfspace import half_space_compliance
-from fecontact.hertz import HertzContact, hertz_from_hessian
+from fecontact.hertz import HertzContact, first_yield_p0_MPa, hertz_from_hessian
+from fecontact.ladder import Ladder, patch_geometry, quadratic_rung
 from fecontact.material import contact_modulus_MPa
 from fecontact.meshing import BodyMesh, FineZone, least_memory_bytes, rail_mesh, wheel_mesh
 from fecontact.mortar import ContactGrid, CoupledBodies, mortar_matrix
 from fecontact.placement import Placement, place
 from fecontact.profiles import resolve_rail, resolve_wheel
+from fecontact.uncertainty import MESH_RATIO, estimate
 
 _log = logging.getLogger(__name__)
 
@@ -41,6 +44,8 @@ EDGE_ELEMENTS = 2
 # with zero. A quarter of an element more on a semi-axis takes a third off the L2 error of an elliptic contact.
 _OFF_THE_EDGE = 0.25
 _ENLARGEMENTS = 4
+# The case's own mesh, a coarser one, and two refinements.
+_MOST_MESHES = 4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,10 +61,21 @@ class SolverRecord:
     degrees_of_freedom: dict[str, int]
     elements: dict[str, int]
     element_size_mm: tuple[float, float]
+    meshes: int
     zone_enlarged: int
     seconds: dict[str, float]
     memory_MB: dict[str, float]
     peak_memory_MB: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """Whether Hertz holds, the measure that decided, and why it does not; warnings that do not change it."""
+
+    verdict: Answer
+    measure: str
+    cause: str | None
+    warnings: tuple[str, ...]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -78,6 +94,10 @@ class CaseResult:
         The pressure nodes on the true rail, in the track frame.
     hertz
         Hertz's ellipse at the first touch point under `normal_force_N`.
+    ladder, geometry
+        The rungs between Hertz and the finite elements, and what the profiles do below the patch.
+    uncertainty
+        Numerical uncertainty of each deviation of `comparison`, from the meshes, the residuals and the cut planes.
     displacement_mm
         Displacements (n, 3) of the meshes' nodes, base held and driver held: the rigid approach is not in them.
     """
@@ -93,6 +113,10 @@ class CaseResult:
     surface_points_mm: Floats
     hertz: HertzContact
     comparison: Comparison
+    ladder: Ladder
+    geometry: PatchGeometry
+    uncertainty: dict[str, float]
+    verdict: Verdict
     bodies: CoupledBodies
     displacement_mm: dict[str, Floats]
     solver: SolverRecord
@@ -178,8 +202,13 @@ class _Room:
     s_high: float = 0.0
 
 
-def fine_zone(case: Case, expected: ExpectedPatch, hertz: HertzContact, room: _Room | None = None) -> FineZone:
-    """The uniform zone: the expected patch and a margin, with the resolution's elements on its narrowest semi-axis."""
+def fine_zone(
+    case: Case, expected: ExpectedPatch, hertz: HertzContact, room: _Room | None = None, coarser: float = 1.0
+) -> FineZone:
+    """The uniform zone: the expected patch and a margin, with the resolution's elements on its narrowest semi-axis.
+
+    `coarser` multiplies the element sizes.
+    """
     room = room or _Room()
     if isinstance(case.resolution, str):
         count = RESOLUTIONS[case.resolution] + _OFF_THE_EDGE
@@ -187,6 +216,7 @@ def fine_zone(case: Case, expected: ExpectedPatch, hertz: HertzContact, room: _R
         step_s = min(expected.semi_axis_s_mm, hertz.b_mm) / count
     else:
         step_x, step_s = case.resolution
+    step_x, step_s = coarser * step_x, coarser * step_s
     length = max(expected.x_high_mm, -expected.x_low_mm) + _MARGIN_ELEMENTS * step_x + room.x
     low = expected.s_low_mm - _MARGIN_ELEMENTS * step_s - room.s_low
     high = expected.s_high_mm + _MARGIN_ELEMENTS * step_s + room.s_high
@@ -245,8 +275,8 @@ def couple(case: Case, placement: Placement, zone: FineZone, clock: _Clock, path
 
 def solve_coupled(
     case: Case, placement: Placement, bodies: CoupledBodies, gap_mm: Floats, direction: Floats
-) -> ContactSolution:
-    """Solve the contact of coupled bodies under the case's load, started from the half-space pressure."""
+) -> tuple[ContactSolution, ContactSolution]:
+    """Solve the contact of the case on a half-space, and from there that of the coupled bodies."""
     grid = bodies.grid
     area = grid.nodal_area_mm2() * (2.0 if grid.half else 1.0)
     closing = bodies.normals @ direction
@@ -259,12 +289,46 @@ def solve_coupled(
         half=grid.half,
     )
     problem = ContactProblem(compliance=half_space, gap_mm=gap_mm, closing=closing, area_mm2=area)
-    start = solve_contact(problem, case.load_N, tolerance=1e-5).pressure_MPa
-    return solve_contact(replace(problem, compliance=bodies.compliance), case.load_N, start_MPa=start)
+    on_half_space = solve_contact(problem, case.load_N)
+    with_bodies = replace(problem, compliance=bodies.compliance)
+    return on_half_space, solve_contact(with_bodies, case.load_N, start_MPa=on_half_space.pressure_MPa)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Level:
+    """A case solved on one mesh."""
+
+    bodies: CoupledBodies
+    half_space: ContactSolution
+    solution: ContactSolution
+    enlarged: int
+    at_edge: bool
+    displacement_mm: dict[str, Floats]
+    normal_force_N: float
+    hertz: HertzContact
+    comparison: Comparison
+    seconds: float
+
+    @property
+    def status(self) -> Status:
+        return "patch at the edge of the fine mesh" if self.at_edge else self.solution.status
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Position:
+    """What all meshes of a case share."""
+
+    case: Case
+    placement: Placement
+    direction: Floats
+    expected: ExpectedPatch
+    expected_hertz: HertzContact
+    path: SolverName
+    clock: _Clock
 
 
 def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
-    """Solve one case.
+    """Solve one case on two meshes, climb the ladder from Hertz, and judge; refine where the verdict stays open.
 
     Parameters
     ----------
@@ -285,37 +349,120 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
         expected_hertz = hertz_of_case(case, placement)
     with clock.step("expect the patch"):
         expected = _expect(case, placement, expected_hertz)
-    bodies, solution, enlarged, at_edge = _solve_in_zone(
-        case, placement, direction, expected, expected_hertz, clock, path
+    position = _Position(
+        case=case,
+        placement=placement,
+        direction=direction,
+        expected=expected,
+        expected_hertz=expected_hertz,
+        path=path,
+        clock=clock,
     )
+    levels = [_solve_level(position, 1.0), _solve_level(position, MESH_RATIO)]
+    limits: list[str] = []
+    judged = _judge(case, levels)
+    while judged.verdict == "UNRESOLVED" and levels[0].status == "converged" and len(levels) < _MOST_MESHES:
+        # a back-substitution and a factor grow with the fourth power of the fineness, roughly
+        seconds = levels[0].seconds * MESH_RATIO**4
+        if seconds > case.refine_seconds:
+            limits.append(
+                f"refinement stopped: the next mesh would take about {seconds:.0f} s of {case.refine_seconds:g} s"
+            )
+            break
+        try:
+            levels.insert(0, _solve_level(position, MESH_RATIO ** (1 - len(levels))))
+        except InputError as error:
+            limits.append(f"refinement stopped: {error}")
+            break
+        judged = _judge(case, levels)
+    with clock.step("climb the ladder"):
+        return _result(position, levels, judged, limits)
+
+
+def _solve_level(position: _Position, coarser: float) -> _Level:
+    clock, placement = position.clock, position.placement
+    start = time.perf_counter()
+    bodies, half_space, solution, enlarged, at_edge = _solve_in_zone(position, coarser)
     with clock.step("recover"):
         u_rail, u_wheel = bodies.displacements(solution.pressure_MPa)
         bodies.close()
     with clock.step("compare"):
         grid = bodies.grid
-        pressure = solution.pressure_MPa.reshape(grid.shape)
         area = grid.nodal_area_mm2() * (2.0 if grid.half else 1.0)
         normal_force = float(np.dot(area * (bodies.normals @ placement.first.normal), solution.pressure_MPa))
-        hertz = hertz_of_case(case, placement, normal_force)
-        approach = solution.approach_mm * float(direction @ placement.first.normal)
-        comparison = compare(grid, pressure, approach, hertz)
-    status: Status = "patch at the edge of the fine mesh" if at_edge else solution.status
+        hertz = hertz_of_case(position.case, placement, normal_force)
+        approach = solution.approach_mm * float(position.direction @ placement.first.normal)
+        comparison = compare(grid, solution.pressure_MPa.reshape(grid.shape), approach, hertz)
+    return _Level(
+        bodies=bodies,
+        half_space=half_space,
+        solution=solution,
+        enlarged=enlarged,
+        at_edge=at_edge,
+        displacement_mm={"rail": u_rail, "wheel": u_wheel},
+        normal_force_N=normal_force,
+        hertz=hertz,
+        comparison=comparison,
+        seconds=time.perf_counter() - start,
+    )
+
+
+def _uncertainty(levels: list[_Level]) -> dict[str, float]:
+    """Uncertainty of each deviation (Hertz - FE) / FE, from that of the finite-element measure."""
+    finest = levels[0]
+    residual = finest.solution.contact_residual + finest.solution.penetration_residual
+    found = {}
+    for name in MEASURES:
+        values = [getattr(level.comparison.fe, name) for level in levels]
+        reading = finest.comparison.area_reading if name == "area_mm2" else 0.0
+        relative = estimate(values, residual=residual, reading=reading).relative
+        found[name] = relative * abs(1.0 + finest.comparison.deviation[name])
+    return found
+
+
+def _judge(case: Case, levels: list[_Level]) -> Judgement:
+    return judge(levels[0].comparison.deviation, _uncertainty(levels), case.criteria)
+
+
+def _result(position: _Position, levels: list[_Level], judged: Judgement, limits: list[str]) -> CaseResult:
+    case, placement, clock = position.case, position.placement, position.clock
+    level, grid = levels[0], levels[0].bodies.grid
+    solution, bodies, comparison = level.solution, level.bodies, level.comparison
+    pressure = solution.pressure_MPa.reshape(grid.shape)
+    half_space_approach = level.half_space.approach_mm * float(position.direction @ placement.first.normal)
+    ladder = Ladder(
+        hertz=comparison.hertz,
+        half_space_quadratic=quadratic_rung(grid, placement.first, level.hertz),
+        half_space=measure(grid, level.half_space.pressure_MPa.reshape(grid.shape), half_space_approach),
+        fe=comparison.fe,
+    )
+    geometry = patch_geometry(placement, grid, pressure, level.hertz, comparison.pieces)
+    verdict = Verdict(
+        verdict=judged.verdict if level.status == "converged" else "UNRESOLVED",
+        measure=judged.measure,
+        cause=None if judged.verdict == "HOLDS" else cause_of(ladder.steps, judged.measure, geometry),
+        warnings=(*limits, *_yield_warning(case, comparison)),
+    )
     return CaseResult(
         case=case,
-        status=status,
+        status=level.status,
         placement=placement,
-        expected=expected,
-        normal_force_N=normal_force,
+        expected=position.expected,
+        normal_force_N=level.normal_force_N,
         grid=grid,
         pressure_MPa=pressure,
         gap_mm=solution.gap_mm.reshape(grid.shape),
         surface_points_mm=placement.surface(grid.x_mm[:, None], grid.s_mm[None, :])[0],
-        hertz=hertz,
+        hertz=level.hertz,
         comparison=comparison,
+        ladder=ladder,
+        geometry=geometry,
+        uncertainty=_uncertainty(levels),
+        verdict=verdict,
         bodies=bodies,
-        displacement_mm={"rail": u_rail, "wheel": u_wheel},
+        displacement_mm=level.displacement_mm,
         solver=SolverRecord(
-            path=path,
+            path=position.path,
             iterations=solution.iterations,
             compliance_calls=solution.compliance_calls,
             contact_residual=solution.contact_residual,
@@ -324,13 +471,34 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
             degrees_of_freedom={b.mesh.name: 3 * len(b.mesh.points) for b in (bodies.rail, bodies.wheel)},
             elements={b.mesh.name: len(b.mesh.hexes) for b in (bodies.rail, bodies.wheel)},
             element_size_mm=grid.steps_mm,
-            zone_enlarged=enlarged,
+            meshes=len(levels),
+            zone_enlarged=level.enlarged,
             seconds=clock.seconds,
             memory_MB=clock.memory_MB,
             peak_memory_MB=_peak_memory_MB(),
         ),
         warnings=_warnings(placement, comparison),
     )
+
+
+def _yield_warning(case: Case, comparison: Comparison) -> list[str]:
+    """First yield below a Hertz ellipse of the finite elements' peak pressure."""
+    found = []
+    for name, material in (("rail", case.rail_material), ("wheel", case.wheel_material)):
+        if material.yield_MPa is None:
+            continue
+        limit = first_yield_p0_MPa(
+            a_mm=comparison.hertz.a_mm,
+            b_mm=comparison.hertz.b_mm,
+            poisson=material.poisson,
+            yield_MPa=material.yield_MPa,
+        )
+        if comparison.fe.p_max_MPa > limit:
+            found.append(
+                f"first yield: the {name} yields below the surface at a peak pressure of {limit:.0f} MPa, it is"
+                f" {comparison.fe.p_max_MPa:.0f} MPa; the verdict is that of elastic bodies"
+            )
+    return found
 
 
 def mesh_case(case: Case, body: Literal["rail", "wheel"]) -> BodyMesh:
@@ -361,30 +529,30 @@ def _expect(case: Case, placement: Placement, hertz: HertzContact) -> ExpectedPa
 
 
 def _solve_in_zone(
-    case: Case,
-    placement: Placement,
-    direction: Floats,
-    expected: ExpectedPatch,
-    hertz: HertzContact,
-    clock: _Clock,
-    path: SolverName,
-) -> tuple[CoupledBodies, ContactSolution, int, bool]:
+    position: _Position, coarser: float
+) -> tuple[CoupledBodies, ContactSolution, ContactSolution, int, bool]:
     """Solve, with a larger zone where the patch comes to its edge; how often that was, and whether it did not help."""
+    case, placement, clock = position.case, position.placement, position.clock
     room = _Room()
     enlarged = 0
-    bodies = couple(case, placement, fine_zone(case, expected, hertz, room), clock, path)
+
+    def made(room: _Room) -> CoupledBodies:
+        zone = fine_zone(case, position.expected, position.expected_hertz, room, coarser)
+        return couple(case, placement, zone, clock, position.path)
+
+    bodies = made(room)
     while True:
         with clock.step("contact"):
             gap = bodies.grid.weighted_mean(placement.gap)
-            solution = solve_coupled(case, placement, bodies, gap, direction)
-        more = _more_room(room, bodies.grid, solution.in_contact.reshape(bodies.grid.shape), expected)
+            half_space, solution = solve_coupled(case, placement, bodies, gap, position.direction)
+        more = _more_room(room, bodies.grid, solution.in_contact.reshape(bodies.grid.shape), position.expected)
         if more == room or enlarged == _ENLARGEMENTS:
-            return bodies, solution, enlarged, more != room
+            return bodies, half_space, solution, enlarged, more != room
         try:
-            larger = couple(case, placement, fine_zone(case, expected, hertz, more), clock, path)
+            larger = made(more)
         except InputError as error:
             _log.warning("the contact zone cannot be enlarged: %s", error)
-            return bodies, solution, enlarged, True
+            return bodies, half_space, solution, enlarged, True
         bodies.close()
         bodies, room, enlarged = larger, more, enlarged + 1
 

@@ -193,7 +193,12 @@ def block(name: str, nx: int, ny: int, nz: int, *, graded: float = 0.0, shake: f
         name=name,
         points=points.reshape(-1, 3),
         hexes=hexes,
-        surfaces={"contact": contact, ("fixed" if name == "rail" else "driven"): held},
+        # no cut planes: a rail's ends would be held across, and the stress no longer be uniaxial
+        surfaces={
+            "contact": contact,
+            ("fixed" if name == "rail" else "driven"): held,
+            "end": np.zeros((0, 4), dtype=np.int64),
+        },
         contact_nodes=ids[:, :, -1 if name == "rail" else 0],
         half=False,
         volume_mm3=LENGTH * WIDTH * HEIGHT,

@@ -9,6 +9,7 @@ from importlib import metadata
 from typing import Any
 
 from fecontact import __version__
+from fecontact.applicability import Criteria
 from fecontact.case import Case
 from fecontact.comparison import MEASURES, hertz_measures
 from fecontact.errors import InputError
@@ -22,7 +23,8 @@ from fecontact.placement import RelativeCurvature, TouchPoint, Track
 Record = dict[str, Any]
 
 _PACKAGES = ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "pyvista", "vtk", "pypardiso", "pyamg", "matplotlib")
-_PARTS = {"rail_material": Material, "wheel_material": Material, "track": Track, "size": BodySize}
+_STEP_MEASURES = ("p_max_MPa", "area_mm2", "approach_mm")
+_PARTS = {"rail_material": Material, "wheel_material": Material, "track": Track, "size": BodySize, "criteria": Criteria}
 
 
 def case_record(case: Case) -> Record:
@@ -80,6 +82,18 @@ def result_record(result: CaseResult) -> Record:
         "centre_of_pressure_mm": [comparison.centre_x_mm, comparison.centre_y_mm],
         "pieces": comparison.pieces,
         "hertz_stiffness_GN_per_m15": result.hertz.stiffness_GN_per_m15,
+        "rungs": {name: rung.as_dict() for name, rung in result.ladder.rungs.items()},
+        "steps": {
+            name: {measure: step[measure] for measure in _STEP_MEASURES} for name, step in result.ladder.steps.items()
+        },
+        "uncertainty": {name: result.uncertainty[name] for name in MEASURES},
+        "geometry": asdict(result.geometry),
+        "verdict": {
+            "verdict": result.verdict.verdict,
+            "measure": result.verdict.measure,
+            "cause": result.verdict.cause,
+            "warnings": list(result.verdict.warnings),
+        },
         "solver": _solver_record(result.solver),
         "warnings": list(result.warnings),
         "versions": versions(),
@@ -168,7 +182,13 @@ def row(record: Mapping[str, Any]) -> Record:
         flat[f"{name}_fe_{unit}"] = record["fe"][measure]
         flat[f"{name}_hertz_{unit}"] = record["hertz"][measure]
         flat[f"{name}_deviation_percent"] = 1e2 * record["deviation"][measure]
+        flat[f"{name}_uncertainty_percent"] = 1e2 * record["uncertainty"][measure]
     return flat | {
+        "verdict": record["verdict"]["verdict"],
+        "verdict_measure": record["verdict"]["measure"],
+        "verdict_cause": record["verdict"]["cause"],
+        "verdict_warnings": "; ".join(record["verdict"]["warnings"]),
+        "p_max_half_space_MPa": record["rungs"]["half_space"]["p_max_MPa"],
         "pressure_l2_percent": 1e2 * record["pressure_l2"],
         "overlap": record["overlap"],
         "centre_x_mm": record["centre_of_pressure_mm"][0],

@@ -30,13 +30,14 @@ _COLUMNS = (
     ("p_max\nFE MPa", "p_max_fe_MPa", "{:.0f}"),
     ("\nHertz", "p_max_hertz_MPa", "{:.0f}"),
     ("\ndev %", "p_max_deviation_percent", "{:+z.1f}"),
+    ("\n± %", "p_max_uncertainty_percent", "{:.1f}"),
     ("area\nFE mm²", "area_fe_mm2", "{:.1f}"),
     ("\nHertz", "area_hertz_mm2", "{:.1f}"),
     ("\ndev %", "area_deviation_percent", "{:+z.1f}"),
+    ("\n± %", "area_uncertainty_percent", "{:.1f}"),
+    ("verdict", "verdict", "{}"),
     ("L2\n%", "pressure_l2_percent", "{:.1f}"),
-    ("over-\nlap", "overlap", "{:.2f}"),
     ("y rail\nmm", "touch_rail_y_mm", "{:+z.2f}"),
-    ("angle\nmrad", "contact_angle_mrad", "{:+z.1f}"),
     ("DOF", "degrees_of_freedom", "{}"),
     ("time\ns", "seconds", "{:.0f}"),
 )
@@ -64,12 +65,17 @@ def print_table(rows: Sequence[Record], *, console: Console | None = None) -> No
     for rail, wheel in pairs:
         table = _table(console, title=f"rail {rail}, wheel {wheel}")
         for heading, _, _ in _COLUMNS:
-            table.add_column(heading, justify="left" if heading == "status" else "right", no_wrap=True)
+            table.add_column(heading, justify="left" if heading in ("status", "verdict") else "right", no_wrap=True)
         for row in rows:
             if (row["rail"], row["wheel"]) == (rail, wheel):
                 table.add_row(*(_cell(row, key, form) for _, key, form in _COLUMNS), style=_row_style(row))
         console.print(table)
     for row in rows:
+        if row["status"] == "converged" and row.get("verdict_cause"):
+            text = (
+                f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN: {row['verdict']}: {row['verdict_cause']}"
+            )
+            console.print(text, markup=False, highlight=False)
         if row["status"] != "converged":
             console.print(
                 f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN: {row['status']}",
@@ -98,12 +104,23 @@ def print_case(record: Record, *, console: Console | None = None) -> None:
     console = console or _console()
     _print_touch_points(record, console)
     table = _table(console, title="Hertz against finite elements")
-    for heading in ("measure", "FE", "Hertz", "deviation %"):
+    for heading in ("measure", "FE", "Hertz", "deviation %", "± %"):
         table.add_column(heading, justify="left" if heading == "measure" else "right")
     for name in MEASURES:
         fe, hertz, deviation = (record[part][name] for part in ("fe", "hertz", "deviation"))
-        table.add_row(_with_unit(name), _number(fe), _number(hertz), _number(1e2 * deviation, "{:+z.2f}"))
+        unsure = 1e2 * record["uncertainty"][name]
+        table.add_row(
+            _with_unit(name),
+            _number(fe),
+            _number(hertz),
+            _number(1e2 * deviation, "{:+z.2f}"),
+            _number(unsure, "{:.2f}"),
+        )
     console.print(table)
+    _print_ladder(record, console)
+    verdict = record["verdict"]
+    because = f", because: {verdict['cause']}" if verdict["cause"] else ""
+    _say(console, f"verdict: Hertz {verdict['verdict']} (decided by {_with_unit(verdict['measure'])}{because})")
     _say(
         console,
         f"pressure field: L2 difference {1e2 * record['pressure_l2']:.1f} %, overlap of the patches"
@@ -115,7 +132,16 @@ def print_case(record: Record, *, console: Console | None = None) -> None:
         f" Hertz stiffness {record['hertz_stiffness_GN_per_m15']:.2f} GN/m^1.5",
     )
     _print_work(record["solver"], console)
-    _print_warnings(record, console)
+    _print_warnings({"warnings": [*record["verdict"]["warnings"], *record["warnings"]]}, console)
+
+
+def _print_ladder(record: Record, console: Console) -> None:
+    table = _table(console, title="Ladder")
+    for heading in ("rung", "p_max\nMPa", "area\nmm²", "approach\nmm"):
+        table.add_column(heading, justify="left" if heading == "rung" else "right")
+    for name, rung in record["rungs"].items():
+        table.add_row(name.replace("_", " "), *(_number(rung[m]) for m in ("p_max_MPa", "area_mm2", "approach_mm")))
+    console.print(table)
 
 
 def _print_work(solver: Record, console: Console) -> None:
