@@ -225,14 +225,36 @@ def _gmsh_session() -> Iterator[ModuleType]:
 
 
 def _fill(ring: Floats) -> tuple[Floats, Integers]:
-    """Quadrilaterals inside a closed polygon with an even number of nodes; its nodes come first and in their order."""
-    corners = ring[::2]
+    """Quadrilaterals inside a closed polygon with an even number of nodes; its nodes come first and in their order.
+
+    Recombining triangles to quadrilaterals moves nodes with only the quadrilaterals in view and now and then turns a
+    remaining triangle inside out: then without moving nodes, and at last from triangles alone, which never fold.
+    """
+    for recombine, optimize in ((True, True), (True, False), (False, False)):
+        points, quads = _subdivide(*_gmsh_cells(ring[::2], recombine=recombine, optimize=optimize), ring)
+        if _all_convex(points[quads]):
+            break
+    return points, quads
+
+
+def _all_convex(p: Floats) -> bool:
+    """Whether all quadrilaterals (m, 4, 2) are convex and turn the same way round."""
+    ahead, back = np.roll(p, -1, axis=1) - p, np.roll(p, 1, axis=1) - p
+    turn = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]
+    return bool(np.all(turn > 0.0) or np.all(turn < 0.0))
+
+
+def _gmsh_cells(corners: Floats, *, recombine: bool, optimize: bool) -> tuple[Floats, Integers, Integers]:
+    """Points, triangles and quadrilaterals inside a closed polygon, whose nodes come first; none are added to it."""
     n = len(corners)
     with _gmsh_session() as gmsh:
         gmsh.option.setNumber("Mesh.Algorithm", 8)
         gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 1)
         # a poor quadrilateral would fold when it is subdivided; its two triangles never do
         gmsh.option.setNumber("Mesh.RecombineMinimumQuality", 0.3)
+        if not optimize:
+            gmsh.option.setNumber("Mesh.RecombineNodeRepositioning", 0)
+            gmsh.option.setNumber("Mesh.RecombineOptimizeTopology", 0)
         geo = gmsh.model.geo
         for k, (y, z) in enumerate(corners):
             geo.addPoint(y, z, 0.0, 0.0, k + 1)
@@ -242,7 +264,8 @@ def _fill(ring: Floats) -> tuple[Floats, Integers]:
         geo.addCurveLoop(list(range(1, n + 1)), 1)
         geo.addPlaneSurface([1], 1)
         geo.synchronize()
-        gmsh.model.mesh.setRecombine(2, 1)
+        if recombine:
+            gmsh.model.mesh.setRecombine(2, 1)
         gmsh.model.mesh.generate(2)
         tags, coordinates, _ = gmsh.model.mesh.getNodes()
         order = np.argsort(tags)
@@ -254,7 +277,7 @@ def _fill(ring: Floats) -> tuple[Floats, Integers]:
             int(k): np.asarray(c, dtype=np.int64).reshape(-1, {2: 3, 3: 4}[int(k)]) - 1
             for k, c in zip(kinds, nodes, strict=True)
         }
-    return _subdivide(points, cells.get(2, np.zeros((0, 3), np.int64)), cells.get(3, np.zeros((0, 4), np.int64)), ring)
+    return points, cells.get(2, np.zeros((0, 3), np.int64)), cells.get(3, np.zeros((0, 4), np.int64))
 
 
 def _subdivide(points: Floats, triangles: Integers, quads: Integers, ring: Floats) -> tuple[Floats, Integers]:

@@ -294,6 +294,26 @@ def test_section_reports_its_areas():
     )
 
 
+def test_section_that_recombination_turns_inside_out():
+    # on this zone gmsh moves a node through the corner of the uniform block, as on one of about 200 others
+    zone = Zone(
+        low_mm=60.27262004761905,
+        high_mm=70.17738195238095,
+        intervals=20,
+        depth_step_mm=0.3961904761904764,
+        depth_mm=4.457142857142857,
+    )
+    rail = load("MBench_UIC60")
+    (y_low, _), (y_high, _) = ((float(p.y), float(p.z)) for p in (rail.evaluate(0.0), rail.evaluate(7.0)))
+    section = mesh_section(rail, np.array([[y_high, -60.0], [y_low, -60.0]]), (0, 1), zone, Grading())
+    p = section.points[section.quads]
+    ahead, back = np.roll(p, -1, axis=1) - p, np.roll(p, 1, axis=1) - p
+    assert np.all(ahead[..., 0] * back[..., 1] > ahead[..., 1] * back[..., 0])
+    d1, d2 = p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]
+    total = 0.5 * float(np.sum(d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]))
+    assert total == pytest.approx(section.outline_area_mm2, rel=1e-12)
+
+
 @pytest.mark.parametrize(("first", "total", "ratio"), [(0.5, 6.0, 1.2), (1.0, 1.5, 1.2), (0.1, 20.0, 1.35)])
 def test_layer_depths(first, total, ratio):
     depths = layer_depths(first, total, ratio)

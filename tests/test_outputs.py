@@ -14,6 +14,7 @@ import pytest
 import pyvista
 from scipy.interpolate import LinearNDInterpolator
 
+from fecontact.applicability import Criteria
 from fecontact.case import Case
 from fecontact.elasticity import nodal_stress, von_mises
 from fecontact.errors import InputError
@@ -118,6 +119,8 @@ CASES = [
         size=BodySize(rail_depth_mm=40.0, rim_half_length_mm=50.0),
         resolution=(0.7, 0.4),
         solver="amg",
+        criteria=Criteria(p_max=0.03, area=0.2),
+        refine_seconds=0.0,
     ),
 ]
 
@@ -150,17 +153,25 @@ def test_a_wrong_case_record_is_refused(change):
 def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
     assert list(record) == [
         "schema", "status", "case", "normal_force_N", "contact_angle_rad", "touch_points", "fe", "hertz", "deviation",
-        "pressure_l2", "overlap", "centre_of_pressure_mm", "pieces", "hertz_stiffness_GN_per_m15", "solver", "warnings",
-        "versions",
+        "pressure_l2", "overlap", "centre_of_pressure_mm", "pieces", "hertz_stiffness_GN_per_m15", "rungs", "steps",
+        "uncertainty", "geometry", "verdict", "solver", "warnings", "versions",
     ]  # fmt: skip
     assert record["schema"] == "fecontact/result/1"
     assert all(list(record[part]) == MEASURES for part in ("fe", "hertz", "deviation"))
+    assert list(record["rungs"]) == ["hertz", "half_space_quadratic", "half_space", "fe"]
+    assert all(list(rung) == MEASURES for rung in (*record["rungs"].values(), record["uncertainty"]))
+    assert record["rungs"]["fe"] == record["fe"]
+    assert all(list(step) == ["p_max_MPa", "area_mm2", "approach_mm"] for step in record["steps"].values())
+    assert list(record["verdict"]) == ["verdict", "measure", "cause", "warnings"]
     assert list(record["solver"]) == [
         "path", "iterations", "compliance_calls", "contact_residual", "penetration_residual", "load_balance",
-        "degrees_of_freedom", "elements", "element_size_mm", "zone_enlarged", "seconds", "peak_memory_MB",
+        "degrees_of_freedom", "elements", "element_size_mm", "meshes", "zone_enlarged", "seconds", "memory_MB",
+        "peak_memory_MB",
     ]  # fmt: skip
-    # json_text refuses anything that is not plain, and a second reader must see the same
-    assert json.loads(json_text(record)) == json.loads(json.dumps(record, allow_nan=False))
+    # json_text refuses anything that is not plain; what is no number (no junction on this head) is null
+    plain = json.loads(json_text(record), parse_constant=pytest.fail)
+    assert plain["geometry"].pop("junction_distance_mm") is None
+    assert plain["fe"] == record["fe"]
     assert case_from_record(record["case"]) == elliptic_quick.case
     assert record["versions"]["numpy"] == np.__version__
 

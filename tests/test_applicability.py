@@ -1,0 +1,211 @@
+"""Verdict and cause: the truth table, its boundaries, and what more uncertainty may and may not change."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fecontact.applicability import Criteria, PatchGeometry, cause_of, judge
+from fecontact.errors import InputError
+
+P, A = "p_max_MPa", "area_mm2"
+# limits that are exact in binary, so that a boundary is a boundary
+CRITERIA = Criteria(p_max=0.0625, area=0.125)
+
+
+def verdict(p: float, area: float, u_p: float = 0.0, u_area: float = 0.0, criteria: Criteria = CRITERIA):
+    return judge({P: p, A: area, "b_mm": 9.0}, {P: u_p, A: u_area, "b_mm": 9.0}, criteria)
+
+
+# --- verdict ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("p", "area", "u_p", "u_area", "answer", "measure"),
+    [
+        # clear cases; the measure that uses most of its limit
+        (0.01, 0.01, 0.005, 0.005, "HOLDS", P),
+        (0.01, 0.10, 0.005, 0.005, "HOLDS", A),
+        (0.20, 0.01, 0.005, 0.005, "FAILS", P),
+        (0.01, 0.30, 0.005, 0.005, "FAILS", A),
+        # both beyond: 3.2 limits of the pressure against 4 of the area, and the other way round
+        (0.20, 0.50, 0.005, 0.005, "FAILS", A),
+        (0.20, 0.15, 0.005, 0.005, "FAILS", P),
+        # a limit within the uncertainty, from below and from above
+        (0.06, 0.01, 0.010, 0.005, "UNRESOLVED", P),
+        (0.07, 0.01, 0.010, 0.005, "UNRESOLVED", P),
+        (0.01, 0.12, 0.005, 0.010, "UNRESOLVED", A),
+        # both open: the one with more uncertainty for its limit, not the one with more deviation
+        (0.07, 0.12, 0.010, 0.100, "UNRESOLVED", A),
+        (0.01, 0.13, 0.060, 0.010, "UNRESOLVED", P),
+        # one certainly beyond decides, however open the other
+        (0.20, 0.12, 0.005, 0.100, "FAILS", P),
+        (0.06, 0.30, 0.500, 0.005, "FAILS", A),
+        # beyond by more than its uncertainty although the other deviates more in its own limits, but openly
+        (0.07, 0.40, 0.005, 0.390, "FAILS", P),
+    ],
+)
+def test_truth_table(sign, p, area, u_p, u_area, answer, measure):
+    found = verdict(sign * p, -sign * area, u_p, u_area)
+    assert (found.verdict, found.measure) == (answer, measure)
+
+
+def test_boundaries():
+    # exactly at the limit: neither beyond nor within
+    assert verdict(0.0625, 0.0).verdict == "UNRESOLVED"
+    assert verdict(0.0, 0.125).verdict == "UNRESOLVED"
+    above, below = math.nextafter(0.0625, 1.0), math.nextafter(0.0625, 0.0)
+    assert verdict(above, 0.0).verdict == "FAILS"
+    assert verdict(below, 0.0).verdict == "HOLDS"
+    # the uncertainty just reaches the limit, from both sides
+    assert verdict(0.0625 + 0.03125, 0.0, 0.03125).verdict == "UNRESOLVED"
+    assert verdict(0.0625 - 0.03125, 0.0, 0.03125).verdict == "UNRESOLVED"
+    assert verdict(0.0625 + 0.03125, 0.0, 0.03124).verdict == "FAILS"
+    assert verdict(0.0625 - 0.03125, 0.0, 0.03124).verdict == "HOLDS"
+
+
+@pytest.mark.parametrize(
+    ("p", "area", "u_p", "u_area"),
+    [
+        (math.nan, 0.01, 0.001, 0.001),
+        (0.01, math.nan, 0.001, 0.001),
+        (0.01, 0.01, math.nan, 0.001),
+        (0.01, 0.01, 0.001, math.nan),
+        (0.01, 0.01, 0.001, math.inf),
+        (0.20, 0.01, math.nan, 0.001),
+    ],
+)
+def test_a_measure_that_is_no_number_leaves_it_open(p, area, u_p, u_area):
+    found = verdict(p, area, u_p, u_area)
+    assert found.verdict == "UNRESOLVED"
+    # one measure is fine: the other one is named
+    fine = A if not (math.isfinite(p) and math.isfinite(u_p)) else P
+    assert found.measure == ({P, A} - {fine}).pop()
+
+
+def test_a_certain_failure_needs_no_other_number():
+    assert verdict(0.2, math.nan, 0.001, math.nan).verdict == "FAILS"
+    assert verdict(math.nan, 0.3, math.nan, 0.001).verdict == "FAILS"
+
+
+def test_the_verdict_follows_the_criteria():
+    assert verdict(0.08, 0.01, 0.01, 0.01).verdict == "FAILS"
+    assert verdict(0.08, 0.01, 0.01, 0.01, Criteria(p_max=0.2)).verdict == "HOLDS"
+    assert verdict(0.08, 0.01, 0.01, 0.01, Criteria(p_max=0.085)).verdict == "UNRESOLVED"
+
+
+numbers = st.floats(-1.0, 1.0)
+sizes = st.floats(0.0, 1.0)
+
+
+@given(p=numbers, area=numbers, u_p=sizes, u_area=sizes, more_p=sizes, more_area=sizes)
+def test_more_uncertainty_never_decides(p, area, u_p, u_area, more_p, more_area):
+    before = verdict(p, area, u_p, u_area).verdict
+    after = verdict(p, area, u_p + more_p, u_area + more_area).verdict
+    # an open verdict stays open and a decided one may only become open
+    assert after in (before, "UNRESOLVED")
+
+
+@given(p=numbers, area=numbers, u_p=sizes, u_area=sizes)
+def test_a_decision_is_right_wherever_the_truth_lies_within_the_uncertainty(p, area, u_p, u_area):
+    found = verdict(p, area, u_p, u_area).verdict
+    truths = [(abs(p) + i * u_p, abs(area) + j * u_area) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    held = [max(t_p / CRITERIA.p_max, t_area / CRITERIA.area) <= 1.0 for t_p, t_area in truths]
+    if found == "HOLDS":
+        assert all(held)
+    elif found == "FAILS":
+        assert not any(held)
+    else:
+        # neither answer would be safe: some limit lies within
+        exact = [
+            abs(abs(d) - limit) <= u + 1e-12
+            for d, u, limit in ((p, u_p, CRITERIA.p_max), (area, u_area, CRITERIA.area))
+        ]
+        assert any(exact)
+
+
+@given(p=numbers, area=numbers, u_p=sizes, u_area=sizes, wider=st.floats(1.0, 5.0))
+def test_wider_limits_never_turn_a_yes_into_a_no(p, area, u_p, u_area, wider):
+    order = ("FAILS", "UNRESOLVED", "HOLDS")
+    wide = Criteria(p_max=wider * CRITERIA.p_max, area=wider * CRITERIA.area)
+    strict_, loose = verdict(p, area, u_p, u_area), verdict(p, area, u_p, u_area, wide)
+    assert order.index(loose.verdict) >= order.index(strict_.verdict)
+
+
+# --- criteria ---------------------------------------------------------------------------------------------------
+
+
+def test_default_criteria():
+    assert Criteria().limits == {P: 0.05, A: 0.10}
+
+
+@pytest.mark.parametrize("value", [0.0, -0.05, 1.0, 5.0, math.nan, math.inf])
+@pytest.mark.parametrize(("name", "measure"), [("p_max", P), ("area", A)])
+def test_limits_out_of_range(name, measure, value):
+    with pytest.raises(InputError, match=f"limit of {measure} is .*between 0 and 1.*0.05 for 5 %"):
+        Criteria(**{name: value})
+
+
+@pytest.mark.parametrize("value", [1e-6, 0.999])
+def test_limits_in_range(value):
+    assert Criteria(p_max=value, area=value).limits == {P: value, A: value}
+
+
+# --- cause ------------------------------------------------------------------------------------------------------
+
+PLAIN = {
+    "junction_distance_mm": 5.0,
+    "junction_distance_over_b": 1.2,
+    "junction_in_patch": False,
+    "curvature_variation": 0.1,
+    "normal_turn_rad": 0.05,
+    "pieces": 1,
+}
+
+
+def cause(gap_step: float, body_step: float, **geometry: object) -> str:
+    steps = {
+        "hertz_to_quadratic": {P: 0.9, A: 0.9},  # the discretisation is no cause
+        "quadratic_to_true_gap": {P: gap_step, A: 0.01},
+        "half_space_to_bodies": {P: body_step, A: 0.02},
+    }
+    return cause_of(steps, P, PatchGeometry(**{**PLAIN, **geometry}))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("geometry", "expected"),
+    [
+        ({}, "curvature varies over the patch"),
+        ({"normal_turn_rad": 0.31}, "conformity"),
+        ({"normal_turn_rad": 0.29}, "curvature varies over the patch"),
+        ({"junction_in_patch": True}, "curvature change within the patch"),
+        ({"pieces": 2}, "second patch"),
+        # the more specific one first
+        ({"junction_in_patch": True, "normal_turn_rad": 0.5}, "curvature change within the patch"),
+        ({"pieces": 2, "junction_in_patch": True, "normal_turn_rad": 0.5}, "second patch"),
+    ],
+)
+def test_cause_where_the_gap_decides(geometry, expected, sign):
+    assert cause(sign * 0.2, -sign * 0.1, **geometry) == expected
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_cause_where_the_bodies_decide(sign):
+    everything = {"pieces": 2, "junction_in_patch": True, "normal_turn_rad": 0.5}
+    assert cause(sign * 0.1, -sign * 0.2, **everything) == "finite bodies"
+    # equal steps: the geometry, which says more
+    assert cause(sign * 0.1, -sign * 0.1, **everything) == "second patch"
+
+
+def test_the_cause_is_that_of_the_deciding_measure():
+    steps = {
+        "hertz_to_quadratic": {P: 0.0, A: 0.0},
+        "quadratic_to_true_gap": {P: 0.3, A: 0.01},
+        "half_space_to_bodies": {P: 0.1, A: 0.20},
+    }
+    geometry = PatchGeometry(**PLAIN)
+    assert cause_of(steps, P, geometry) == "curvature varies over the patch"
+    assert cause_of(steps, A, geometry) == "finite bodies"
