@@ -59,7 +59,7 @@ class Case:
     resolution: str | tuple[float, float] = "standard"
     solver: SolverChoice = "auto"
     criteria: Criteria = field(default_factory=Criteria)
-    refine_seconds: float = 120.0
+    refine_seconds: float = 60.0
 
     def __post_init__(self) -> None:
         check_positive("load", self.load_N, "N", "give the wheel load, for example 100000 N (100 kN)")

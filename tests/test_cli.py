@@ -1,0 +1,154 @@
+"""The command line: exit codes, one clear line for bad input, JSON alone on standard output."""
+
+import json
+import math
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from fecontact.case import Case
+from fecontact.casefile import Study, load_study, parse_inclination
+from fecontact.cli import call
+from fecontact.errors import InputError
+from fecontact.study import case_id, run_study
+
+STUDIES = Path(__file__).parents[1] / "studies"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["solve", "--rail", "60X1"], "60E1"),
+        (["solve", "--wheel", "nowhere.txt"], "nowhere.txt"),
+        (["solve", "--load-kn", "0"], "finite and > 0"),
+        (["solve", "--load-kn", "nan"], "finite and > 0"),
+        (["solve", "--load-kn", "heavy"], "heavy"),
+        (["solve", "--poisson", "0.5"], "-1 < nu < 0.5"),
+        (["solve", "--young-mpa", "-1"], "Young"),
+        (["solve", "--shift", "9"], "derails"),
+        (["solve", "--shift", "1e9"], "-60 to 60 mm"),
+        (["solve", "--resolution", "best"], "quick, standard, fine"),
+        (["solve", "--resolution", "1"], "quick, standard, fine"),
+        (["solve", "--resolution", "1,2,3"], "two element sizes"),
+        (["solve", "--resolution", "0.003,0.003"], "GB"),
+        (["solve", "--inclination", "1:x"], "1:40"),
+        (["solve", "--inclination", "1:0"], "1:40"),
+        (["solve", "--solver", "magic"], "magic"),
+        (["hertz", "--rail", "circle:abc"], "circle"),
+        (["mesh", "rail", "--out", "rail.stl"], ".msh"),
+        (["run", "nothing.py", "--out", "x"], "no such file"),
+        (["run", __file__, "--out", "x"], "cases"),
+        (["profiles", "nothing"], "nothing"),
+        (["unknown"], "unknown"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(arguments, says, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert call(arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert says in err
+    assert err.startswith("error: ")
+    assert len(err.strip().splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_written_is_exit_code_2(tmp_path, capsys):
+    (tmp_path / "file").write_text("in the way")
+    study = tmp_path / "one.toml"
+    study.write_text('rail = "circle:300"\nwheel = "cylinder:460"\ninclination = "none"\nload_kN = 1e9\n')
+    assert call(["run", str(study), "--out", str(tmp_path / "file" / "out")]) == 2
+    assert "error: " in capsys.readouterr().err
+
+
+def test_help_and_version_are_instant_and_import_nothing_heavy():
+    code = (
+        "import sys; from fecontact.cli import call; call(['--help']);"
+        "print(sorted({'numpy', 'scipy', 'skfem', 'gmsh', 'vtk', 'pyvista', 'matplotlib'} & set(sys.modules)))"
+    )
+    start = time.perf_counter()
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip().endswith("[]")
+    # half a second would already be felt; the bound leaves room for a loaded machine
+    assert time.perf_counter() - start < 5.0
+
+
+def test_hertz_as_json_needs_no_gmsh(capsys):
+    code = (
+        "import sys; sys.modules['gmsh'] = None; from fecontact.cli import call;"
+        "sys.exit(call(['hertz', '--rail', 'circle:300', '--wheel', 'cylinder:460', '--inclination', 'none', '--json']))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    record = json.loads(done.stdout)
+    # Johnson (1985), section 4.2, as in test_hertz
+    assert record["hertz"]["p_max_MPa"] == pytest.approx(1237.559, abs=1e-3)
+
+
+def test_solve_as_json_prints_the_result_alone(capsys):
+    arguments = ["solve", "--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none", "--load-kn", "50"]
+    assert call([*arguments, "--resolution", "2.0,1.8", "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["schema"] == "fecontact/result/1"
+    assert record["status"] == "converged"
+    # p0 ~ F^(1/3); 2 %: a mesh of 2.8 elements a semi-axis
+    assert record["fe"]["p_max_MPa"] == pytest.approx(1237.559 * 0.5 ** (1 / 3), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("1:40", math.atan(1 / 40)), ("none", 0.0), ("25mrad", 0.025), ("1.5deg", math.radians(1.5)), ("-0.02rad", -0.02)],
+)
+def test_inclinations(text, value):
+    assert parse_inclination(text) == pytest.approx(value, rel=1e-15)
+
+
+def test_a_toml_study_combines_its_lists(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(
+        "lateral_shift_mm = [0.0, 1.0]\nload_kN = [50.0, 100.0]\nresolution = [0.5, 0.4]\n[track]\ngauge_mm = 1437.0\n"
+    )
+    study = load_study(path)
+    assert [(c.load_N, c.lateral_shift_mm) for c in study.cases] == [
+        (50e3, 0.0),
+        (50e3, 1.0),
+        (100e3, 0.0),
+        (100e3, 1.0),
+    ]
+    assert all(c.resolution == (0.5, 0.4) and c.track.gauge_mm == 1437.0 for c in study.cases)
+    assert len({case_id(c) for c in study.cases}) == 4
+
+
+@pytest.mark.parametrize("text", ["loads = 3\n", "load_kN = 'x'\n", "load_kN = [\n", "[track]\ngauge = 1435\n"])
+def test_a_wrong_toml_study_is_refused(tmp_path, text):
+    path = tmp_path / "wrong.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=r"wrong\.toml"):
+        load_study(path)
+
+
+def test_a_case_that_cannot_be_solved_is_a_row_and_the_rest_goes_on(tmp_path):
+    good = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, load_N=50e3, resolution=(2.0, 1.8))
+    bad = Case(lateral_shift_mm=9.0)
+    outcome = run_study(Study(name="two", cases=(bad, good)), tmp_path)
+    assert [row["status"] for row in outcome.rows][1] == "converged"
+    assert "derails" in outcome.rows[0]["status"]
+    assert not outcome.all_converged
+    table = (tmp_path / "study.csv").read_text().splitlines()
+    assert len(table) == 3
+    assert "derails" in table[1]
+    folder = tmp_path / "cases" / case_id(good)
+    expected = {"case.json", "result.json", "rail.vtu", "wheel.vtu", "contact.vtp", "case.vtm", "case.png"}
+    assert {path.name for path in folder.iterdir()} == expected
+    assert (tmp_path / "study.pvd").is_file()
+    assert (tmp_path / "study.png").is_file()
+
+
+@pytest.mark.parametrize("path", sorted(STUDIES.glob("*.py")), ids=lambda path: path.stem)
+def test_every_study_has_a_quick_size_and_says_what_it_asks(path):
+    quick, full = load_study(path, quick=True), load_study(path)
+    assert 0 < len(quick.cases) <= len(full.cases)
+    assert quick.conclude is not None
+    assert "Expected" in path.read_text()
