@@ -79,8 +79,8 @@ def test_help_and_version_are_instant_and_import_nothing_heavy():
 def test_hertz_as_json_needs_no_gmsh(capsys):
     code = (
         "import sys; sys.modules['gmsh'] = None; from fecontact.cli import call;"
-    pair = ["--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none"]
-    arguments = ["solve", *pair, "--load-kn", "50"]
+        "pair = ['--rail', 'circle:300', '--wheel', 'cylinder:460', '--inclination', 'none'];"
+        "sys.exit(call(['hertz', *pair, '--json']))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     record = json.loads(done.stdout)
