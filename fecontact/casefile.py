@@ -201,3 +201,27 @@ def parse_resolution(text: str) -> str | tuple[float, float]:
         if isinstance(error, InputError):
             raise
         raise InputError(f"resolution {text!r}: give a name, or two element sizes in mm such as 0.5,0.4") from error
+
+
+_MOST_NUMBERS = 1000
+
+
+def parse_numbers(text: str, name: str) -> tuple[float, ...]:
+    """Numbers from a comma list whose items are numbers or ranges a:b:step (both ends included), such as -6:6:0.5,8."""
+    found: list[float] = []
+    for item in text.split(","):
+        if re.fullmatch(rf"{_NUMBER}(:{_NUMBER}:{_NUMBER})?", item.strip()) is None:
+            raise InputError(f"{name} {text!r}: {item!r} is neither a number nor a range FROM:TO:STEP such as -6:6:0.5")
+        parts = [float(part) for part in item.split(":")]
+        found += parts if len(parts) == 1 else _range(parts[0], parts[1], parts[2], f"{name} {text!r}")
+    return tuple(dict.fromkeys(found))
+
+
+def _range(first: float, last: float, step: float, what: str) -> list[float]:
+    if not step > 0.0 or last < first:
+        raise InputError(f"{what}: a range goes up, with a step above zero, such as -6:6:0.5")
+    # a millionth of a step for ends that are no sums of the step in binary
+    count = math.floor((last - first) / step + 1e-6) + 1
+    if count > _MOST_NUMBERS:
+        raise InputError(f"{what}: {count} values; allowed are {_MOST_NUMBERS}; take a larger step")
+    return [round(first + step * k, 9) for k in range(count)]

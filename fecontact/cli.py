@@ -149,6 +149,42 @@ def solve(
     return 0 if result.status == "converged" else 3
 
 
+@app.command(name="map")
+def map_(
+    options: CaseOptions = _DEFAULTS,
+    *,
+    shifts: Annotated[str, Parameter(allow_leading_hyphen=True)],
+    loads_kn: Annotated[str, Parameter(name="--loads-kn", allow_leading_hyphen=True)] = "10,20,50,80,100,125,150",
+    out: Path,
+) -> int:
+    """Map where Hertz holds over lateral shift and load, with the load up to which it holds at each shift.
+
+    Parameters
+    ----------
+    shifts
+        Lateral shifts in mm: numbers and ranges FROM:TO:STEP, separated by commas, such as -6:6:0.5.
+    loads_kn
+        Wheel loads in kN, likewise.
+    out
+        Folder for map.csv, map.json and map.png, which are written again after each shift.
+    """
+    from fecontact.applicability_map import make_map
+    from fecontact.casefile import parse_numbers
+    from fecontact.outputs.map import map_table, write_map
+
+    if options.shift != _DEFAULTS.shift or options.load_kn != _DEFAULTS.load_kn:
+        raise InputError("map takes --shifts and --loads-kn instead of --shift and --load-kn")
+    positions = parse_numbers(shifts, "shifts")
+    loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
+    with _progress(len(positions)) as progress:
+        made = make_map(
+            options.case(), positions, loads_N, progress=progress, on_position=lambda done: write_map(done, out)
+        )
+    print(map_table(made))
+    print(f"Results in {out}: map.csv, map.json, map.png")
+    return 0 if made.all_solved else 3
+
+
 @app.command
 def hertz(options: CaseOptions = _DEFAULTS, *, json: Annotated[bool, Parameter(negative="")] = False) -> int:
     """Hertz's ellipse at the touch points, analytic only (no mesh, no gmsh).

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Literal
@@ -202,6 +202,17 @@ class _Room:
     s_high: float = 0.0
 
 
+def element_size_mm(case: Case, expected: ExpectedPatch, hertz: HertzContact) -> tuple[float, float]:
+    """Element sizes along x and across: the resolution's elements on the narrowest semi-axis of the expected patch."""
+    if not isinstance(case.resolution, str):
+        return case.resolution
+    count = RESOLUTIONS[case.resolution] + _OFF_THE_EDGE
+    return (
+        min(expected.semi_axis_x_mm, hertz.a_mm) / count,
+        min(expected.semi_axis_s_mm, hertz.b_mm) / count,
+    )
+
+
 def fine_zone(
     case: Case, expected: ExpectedPatch, hertz: HertzContact, room: _Room | None = None, coarser: float = 1.0
 ) -> FineZone:
@@ -210,13 +221,7 @@ def fine_zone(
     `coarser` multiplies the element sizes.
     """
     room = room or _Room()
-    if isinstance(case.resolution, str):
-        count = RESOLUTIONS[case.resolution] + _OFF_THE_EDGE
-        step_x = min(expected.semi_axis_x_mm, hertz.a_mm) / count
-        step_s = min(expected.semi_axis_s_mm, hertz.b_mm) / count
-    else:
-        step_x, step_s = case.resolution
-    step_x, step_s = coarser * step_x, coarser * step_s
+    step_x, step_s = (coarser * size for size in element_size_mm(case, expected, hertz))
     length = max(expected.x_high_mm, -expected.x_low_mm) + _MARGIN_ELEMENTS * step_x + room.x
     low = expected.s_low_mm - _MARGIN_ELEMENTS * step_s - room.s_low
     high = expected.s_high_mm + _MARGIN_ELEMENTS * step_s + room.s_high
@@ -295,8 +300,20 @@ def solve_coupled(
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Level:
-    """A case solved on one mesh."""
+class Level:
+    """A load solved on one mesh.
+
+    Attributes
+    ----------
+    half_space, solution
+        Contact of the true gap on a half-space, and between the finite bodies.
+    enlarged, at_edge
+        How often the fine zone was enlarged, and whether the patch still came to its edge.
+    displacement_mm
+        Displacements (n, 3) of the meshes' nodes; empty where the factors were kept for further loads.
+    seconds
+        Wall time, with that of the mesh and its factors if they were made for this load.
+    """
 
     bodies: CoupledBodies
     half_space: ContactSolution
@@ -311,12 +328,13 @@ class _Level:
 
     @property
     def status(self) -> Status:
+        """Whether the level may be used."""
         return "patch at the edge of the fine mesh" if self.at_edge else self.solution.status
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Position:
-    """What all meshes of a case share."""
+class Position:
+    """What all meshes and loads of a position share; case and expected patch are those that the meshes are made for."""
 
     case: Case
     placement: Placement
@@ -325,6 +343,45 @@ class _Position:
     expected_hertz: HertzContact
     path: SolverName
     clock: _Clock
+
+    def for_load(self, load_N: float) -> Position:
+        """The same position with meshes for another load."""
+        case = replace(self.case, load_N=load_N)
+        with self.clock.step("expect the patch"):
+            hertz = hertz_of_case(case, self.placement)
+            return replace(self, case=case, expected=_expect(case, self.placement, hertz), expected_hertz=hertz)
+
+    @property
+    def element_size_mm(self) -> tuple[float, float]:
+        """Sizes along x and across that the resolution asks for."""
+        return element_size_mm(self.case, self.expected, self.expected_hertz)
+
+
+def position_of(case: Case, *, progress: Progress | None = None) -> Position:
+    """Place a case and expect its patch.
+
+    Raises
+    ------
+    InputError
+        As `solve` does.
+    """
+    clock = _Clock(progress)
+    path = choose_solver(case.solver)
+    with clock.step("place"):
+        placement = place_case(case)
+        direction = approach_direction(placement, normal_force=case.load_kind == "normal")
+        expected_hertz = hertz_of_case(case, placement)
+    with clock.step("expect the patch"):
+        expected = _expect(case, placement, expected_hertz)
+    return Position(
+        case=case,
+        placement=placement,
+        direction=direction,
+        expected=expected,
+        expected_hertz=expected_hertz,
+        path=path,
+        clock=clock,
+    )
 
 
 def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
@@ -341,65 +398,175 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
         For inputs that cannot be solved, naming value, range and remedy. A contact that does not converge is not an
         error but a result whose `status` says so.
     """
-    clock = _Clock(progress)
-    path = choose_solver(case.solver)
-    with clock.step("place"):
-        placement = place_case(case)
-        direction = approach_direction(placement, normal_force=case.load_kind == "normal")
-        expected_hertz = hertz_of_case(case, placement)
-    with clock.step("expect the patch"):
-        expected = _expect(case, placement, expected_hertz)
-    position = _Position(
-        case=case,
-        placement=placement,
-        direction=direction,
-        expected=expected,
-        expected_hertz=expected_hertz,
-        path=path,
-        clock=clock,
-    )
-    levels = [_solve_level(position, 1.0), _solve_level(position, MESH_RATIO)]
-    limits: list[str] = []
-    judged = _judge(case, levels)
-    while judged.verdict == "UNRESOLVED" and levels[0].status == "converged" and len(levels) < _MOST_MESHES:
-        # a back-substitution and a factor grow with the fourth power of the fineness, roughly
-        seconds = levels[0].seconds * MESH_RATIO**4
-        if seconds > case.refine_seconds:
-            limits.append(
-                f"refinement stopped: the next mesh would take about {seconds:.0f} s of {case.refine_seconds:g} s"
-            )
-            break
-        try:
-            levels.insert(0, _solve_level(position, MESH_RATIO ** (1 - len(levels))))
-        except InputError as error:
-            limits.append(f"refinement stopped: {error}")
-            break
+    position = position_of(case, progress=progress)
+    judged = Meshes(position).solve(case.load_N)
+    with position.clock.step("climb the ladder"):
+        return _result(position, judged)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JudgedLoad:
+    """A load on all its meshes, the finest first, with its judgement and what stopped a refinement."""
+
+    levels: tuple[Level, ...]
+    judgement: Judgement
+    limits: tuple[str, ...]
+
+    @property
+    def uncertainty(self) -> dict[str, float]:
+        """Numerical uncertainty of each deviation of the finest level."""
+        return _uncertainty(self.levels)
+
+    def climb(self, position: Position) -> tuple[Ladder, PatchGeometry, str | None]:
+        """Ladder and geometry of the finest level, and the cause where Hertz does not hold."""
+        level, placement = self.levels[0], position.placement
+        grid = level.bodies.grid
+        half_space_approach = level.half_space.approach_mm * float(position.direction @ placement.first.normal)
+        ladder = Ladder(
+            hertz=level.comparison.hertz,
+            half_space_quadratic=quadratic_rung(grid, placement.first, level.hertz),
+            half_space=measure(grid, level.half_space.pressure_MPa.reshape(grid.shape), half_space_approach),
+            fe=level.comparison.fe,
+        )
+        pressure = level.solution.pressure_MPa.reshape(grid.shape)
+        geometry = patch_geometry(placement, grid, pressure, level.hertz, level.comparison.pieces)
+        holds = self.judgement.verdict == "HOLDS"
+        return ladder, geometry, None if holds else cause_of(ladder.steps, self.judgement.measure, geometry)
+
+    @property
+    def verdict(self) -> Answer:
+        """The judgement, which a result that must not be used leaves open."""
+        return self.judgement.verdict if self.levels[0].status == "converged" else "UNRESOLVED"
+
+
+class Meshes:
+    """The meshes of a position, each made when it is first needed and solved for any number of loads.
+
+    Parameters
+    ----------
+    position
+        Its expected patch decides about zone and element size of all meshes.
+    keep
+        Whether the factors stay for further loads until `close`; otherwise they go as soon as a load is solved.
+    """
+
+    def __init__(self, position: Position, *, keep: bool = False) -> None:
+        """Make no mesh yet."""
+        self.position = position
+        self._keep = keep
+        self._meshes: dict[float, _Mesh] = {}
+
+    def solve(self, load_N: float) -> JudgedLoad:
+        """Solve a load on two meshes and judge it; refine as long as the verdict stays open and time allows."""
+        case = replace(self.position.case, load_N=load_N)
+        levels = [self._level(case, 1.0), self._level(case, MESH_RATIO)]
+        limits: list[str] = []
         judged = _judge(case, levels)
-    with clock.step("climb the ladder"):
-        return _result(position, levels, judged, limits)
+        while judged.verdict == "UNRESOLVED" and levels[0].status == "converged" and len(levels) < _MOST_MESHES:
+            finer = MESH_RATIO ** (1 - len(levels))
+            # a back-substitution and a factor grow with the fourth power of the fineness, roughly
+            seconds = levels[0].seconds * MESH_RATIO**4
+            if finer not in self._meshes and seconds > case.refine_seconds:
+                limits.append(
+                    f"refinement stopped: the next mesh would take about {seconds:.0f} s of {case.refine_seconds:g} s"
+                )
+                break
+            try:
+                levels.insert(0, self._level(case, finer))
+            except InputError as error:
+                limits.append(f"refinement stopped: {error}")
+                break
+            judged = _judge(case, levels)
+        return JudgedLoad(levels=tuple(levels), judgement=judged, limits=tuple(limits))
+
+    def close(self) -> None:
+        """Release all factors; a further load makes its meshes again."""
+        for mesh in self._meshes.values():
+            mesh.close()
+        self._meshes.clear()
+
+    def _level(self, case: Case, coarser: float) -> Level:
+        start = time.perf_counter()
+        mesh = self._meshes.get(coarser) or _Mesh(self.position, coarser)
+        half_space, solution, at_edge = mesh.solve(case)
+        displacement: dict[str, Floats] = {}
+        if self._keep:
+            self._meshes[coarser] = mesh
+        else:
+            with self.position.clock.step("recover"):
+                u_rail, u_wheel = mesh.bodies.displacements(solution.pressure_MPa)
+                displacement = {"rail": u_rail, "wheel": u_wheel}
+                mesh.close()
+        return _level(self.position, case, mesh, (half_space, solution), at_edge, displacement, start)
 
 
-def _solve_level(position: _Position, coarser: float) -> _Level:
-    clock, placement = position.clock, position.placement
-    start = time.perf_counter()
-    bodies, half_space, solution, enlarged, at_edge = _solve_in_zone(position, coarser)
-    with clock.step("recover"):
-        u_rail, u_wheel = bodies.displacements(solution.pressure_MPa)
-        bodies.close()
-    with clock.step("compare"):
-        grid = bodies.grid
+class _Mesh:
+    """Bodies of a position on one mesh, coupled once; the fine zone grows where a patch comes to its edge."""
+
+    def __init__(self, position: Position, coarser: float) -> None:
+        self._position, self._coarser = position, coarser
+        self._room = _Room()
+        self.enlarged = 0
+        self._take(self._couple(self._room))
+
+    def solve(self, case: Case) -> tuple[ContactSolution, ContactSolution, bool]:
+        """Contact on a half-space and between the bodies, and whether the patch is at the edge of the zone."""
+        position = self._position
+        while True:
+            with position.clock.step("contact"):
+                half_space, solution = solve_coupled(
+                    case, position.placement, self.bodies, self._gap_mm, position.direction
+                )
+            contact = solution.in_contact.reshape(self.bodies.grid.shape)
+            more = _more_room(self._room, self.bodies.grid, contact, position.expected)
+            if more == self._room or self.enlarged == _ENLARGEMENTS:
+                return half_space, solution, more != self._room
+            try:
+                larger = self._couple(more)
+            except InputError as error:
+                _log.warning("the contact zone cannot be enlarged: %s", error)
+                return half_space, solution, True
+            self.bodies.close()
+            self._take(larger)
+            self._room, self.enlarged = more, self.enlarged + 1
+
+    def close(self) -> None:
+        self.bodies.close()
+
+    def _couple(self, room: _Room) -> CoupledBodies:
+        position = self._position
+        zone = fine_zone(position.case, position.expected, position.expected_hertz, room, self._coarser)
+        return couple(position.case, position.placement, zone, position.clock, position.path)
+
+    def _take(self, bodies: CoupledBodies) -> None:
+        self.bodies = bodies
+        self._gap_mm = bodies.grid.weighted_mean(self._position.placement.gap)
+
+
+def _level(
+    position: Position,
+    case: Case,
+    mesh: _Mesh,
+    solutions: tuple[ContactSolution, ContactSolution],
+    at_edge: bool,
+    displacement_mm: dict[str, Floats],
+    start: float,
+) -> Level:
+    placement, grid = position.placement, mesh.bodies.grid
+    half_space, solution = solutions
+    with position.clock.step("compare"):
         area = grid.nodal_area_mm2() * (2.0 if grid.half else 1.0)
-        normal_force = float(np.dot(area * (bodies.normals @ placement.first.normal), solution.pressure_MPa))
-        hertz = hertz_of_case(position.case, placement, normal_force)
+        normal_force = float(np.dot(area * (mesh.bodies.normals @ placement.first.normal), solution.pressure_MPa))
+        hertz = hertz_of_case(case, placement, normal_force)
         approach = solution.approach_mm * float(position.direction @ placement.first.normal)
         comparison = compare(grid, solution.pressure_MPa.reshape(grid.shape), approach, hertz)
-    return _Level(
-        bodies=bodies,
+    return Level(
+        bodies=mesh.bodies,
         half_space=half_space,
         solution=solution,
-        enlarged=enlarged,
+        enlarged=mesh.enlarged,
         at_edge=at_edge,
-        displacement_mm={"rail": u_rail, "wheel": u_wheel},
+        displacement_mm=displacement_mm,
         normal_force_N=normal_force,
         hertz=hertz,
         comparison=comparison,
@@ -407,7 +574,7 @@ def _solve_level(position: _Position, coarser: float) -> _Level:
     )
 
 
-def _uncertainty(levels: list[_Level]) -> dict[str, float]:
+def _uncertainty(levels: Sequence[Level]) -> dict[str, float]:
     """Uncertainty of each deviation (Hertz - FE) / FE, from that of the finite-element measure."""
     finest = levels[0]
     residual = finest.solution.contact_residual + finest.solution.penetration_residual
@@ -420,28 +587,20 @@ def _uncertainty(levels: list[_Level]) -> dict[str, float]:
     return found
 
 
-def _judge(case: Case, levels: list[_Level]) -> Judgement:
+def _judge(case: Case, levels: Sequence[Level]) -> Judgement:
     return judge(levels[0].comparison.deviation, _uncertainty(levels), case.criteria)
 
 
-def _result(position: _Position, levels: list[_Level], judged: Judgement, limits: list[str]) -> CaseResult:
+def _result(position: Position, judged: JudgedLoad) -> CaseResult:
     case, placement, clock = position.case, position.placement, position.clock
-    level, grid = levels[0], levels[0].bodies.grid
-    solution, bodies, comparison = level.solution, level.bodies, level.comparison
-    pressure = solution.pressure_MPa.reshape(grid.shape)
-    half_space_approach = level.half_space.approach_mm * float(position.direction @ placement.first.normal)
-    ladder = Ladder(
-        hertz=comparison.hertz,
-        half_space_quadratic=quadratic_rung(grid, placement.first, level.hertz),
-        half_space=measure(grid, level.half_space.pressure_MPa.reshape(grid.shape), half_space_approach),
-        fe=comparison.fe,
-    )
-    geometry = patch_geometry(placement, grid, pressure, level.hertz, comparison.pieces)
+    level = judged.levels[0]
+    grid, solution, bodies, comparison = level.bodies.grid, level.solution, level.bodies, level.comparison
+    ladder, geometry, cause = judged.climb(position)
     verdict = Verdict(
-        verdict=judged.verdict if level.status == "converged" else "UNRESOLVED",
-        measure=judged.measure,
-        cause=None if judged.verdict == "HOLDS" else cause_of(ladder.steps, judged.measure, geometry),
-        warnings=(*limits, *_yield_warning(case, comparison)),
+        verdict=judged.verdict,
+        measure=judged.judgement.measure,
+        cause=cause,
+        warnings=(*judged.limits, *_yield_warning(case, comparison)),
     )
     return CaseResult(
         case=case,
@@ -450,14 +609,14 @@ def _result(position: _Position, levels: list[_Level], judged: Judgement, limits
         expected=position.expected,
         normal_force_N=level.normal_force_N,
         grid=grid,
-        pressure_MPa=pressure,
+        pressure_MPa=solution.pressure_MPa.reshape(grid.shape),
         gap_mm=solution.gap_mm.reshape(grid.shape),
         surface_points_mm=placement.surface(grid.x_mm[:, None], grid.s_mm[None, :])[0],
         hertz=level.hertz,
         comparison=comparison,
         ladder=ladder,
         geometry=geometry,
-        uncertainty=_uncertainty(levels),
+        uncertainty=judged.uncertainty,
         verdict=verdict,
         bodies=bodies,
         displacement_mm=level.displacement_mm,
@@ -471,7 +630,7 @@ def _result(position: _Position, levels: list[_Level], judged: Judgement, limits
             degrees_of_freedom={b.mesh.name: 3 * len(b.mesh.points) for b in (bodies.rail, bodies.wheel)},
             elements={b.mesh.name: len(b.mesh.hexes) for b in (bodies.rail, bodies.wheel)},
             element_size_mm=grid.steps_mm,
-            meshes=len(levels),
+            meshes=len(judged.levels),
             zone_enlarged=level.enlarged,
             seconds=clock.seconds,
             memory_MB=clock.memory_MB,
@@ -526,35 +685,6 @@ def _expect(case: Case, placement: Placement, hertz: HertzContact) -> ExpectedPa
         half=case.half,
         guess_mm=1.1 * hertz.approach_mm,
     )
-
-
-def _solve_in_zone(
-    position: _Position, coarser: float
-) -> tuple[CoupledBodies, ContactSolution, ContactSolution, int, bool]:
-    """Solve, with a larger zone where the patch comes to its edge; how often that was, and whether it did not help."""
-    case, placement, clock = position.case, position.placement, position.clock
-    room = _Room()
-    enlarged = 0
-
-    def made(room: _Room) -> CoupledBodies:
-        zone = fine_zone(case, position.expected, position.expected_hertz, room, coarser)
-        return couple(case, placement, zone, clock, position.path)
-
-    bodies = made(room)
-    while True:
-        with clock.step("contact"):
-            gap = bodies.grid.weighted_mean(placement.gap)
-            half_space, solution = solve_coupled(case, placement, bodies, gap, position.direction)
-        more = _more_room(room, bodies.grid, solution.in_contact.reshape(bodies.grid.shape), position.expected)
-        if more == room or enlarged == _ENLARGEMENTS:
-            return bodies, half_space, solution, enlarged, more != room
-        try:
-            larger = made(more)
-        except InputError as error:
-            _log.warning("the contact zone cannot be enlarged: %s", error)
-            return bodies, half_space, solution, enlarged, True
-        bodies.close()
-        bodies, room, enlarged = larger, more, enlarged + 1
 
 
 def _warnings(placement: Placement, comparison: Comparison) -> tuple[str, ...]:

@@ -42,7 +42,7 @@ def case_figure(result: CaseResult, path: str | Path) -> Path:
     outline of Hertz's ellipse. Below: cuts through the peak of the finite elements, with the junctions of both
     profiles in the lateral one, and the case in words.
     """
-    figure = _figure(15.0, 9.6)
+    figure = blank_figure(15.0, 9.6)
     grid = figure.add_gridspec(2, 3, height_ratios=(1.15, 1.0))
     field = _covering_field(result)
     _draw_maps(figure, [figure.add_subplot(grid[0, k]) for k in range(3)], field, result.hertz)
@@ -52,7 +52,7 @@ def case_figure(result: CaseResult, path: str | Path) -> Path:
     words = figure.add_subplot(grid[1, 2])
     words.axis("off")
     words.text(0.0, 1.0, _case_text(result), va="top", ha="left", family="monospace", fontsize=10.5, linespacing=1.45)
-    return _save(figure, path)
+    return save_figure(figure, path)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -172,7 +172,7 @@ def _case_text(result: CaseResult) -> str:
     case, comparison, first = result.case, result.comparison, result.placement.first
     fe, hertz, deviation = comparison.fe, comparison.hertz, comparison.deviation
     lines = [
-        f"rail {_short(case.rail)}, wheel {_short(case.wheel)}",
+        f"rail {short_name(case.rail)}, wheel {short_name(case.wheel)}",
         f"lateral shift   {case.lateral_shift_mm:+z.2f} mm",
         f"{case.load_kind + ' load':<15} {case.load_N / 1e3:.1f} kN",
         f"touch point     {first.rail_y_mm:+z.2f} mm on the rail",
@@ -204,7 +204,8 @@ def _cell(value: float, form: str) -> str:
     return text if math.isfinite(value) else "-".rjust(len(text))
 
 
-def _short(name: str) -> str:
+def short_name(name: str) -> str:
+    """Profile's name without folder and ending."""
     return Path(name).stem if name.endswith(".toml") or "/" in name else name
 
 
@@ -221,7 +222,7 @@ def study_figure(rows: Sequence[Row], path: str | Path) -> Path:
     """
     if not rows:
         raise InputError("study figure: there are no rows to draw")
-    figure = _figure(10.0, 11.0)
+    figure = blank_figure(10.0, 11.0)
     peak, deviation, touch = figure.subplots(3, 1, sharex=True, height_ratios=(1.2, 1.2, 0.9))
     groups = _groups(rows)
     for number, (label, group) in enumerate(groups.items()):
@@ -244,7 +245,7 @@ def study_figure(rows: Sequence[Row], path: str | Path) -> Path:
         _draw_series(touch, group, "touch_rail_y_mm", color=colour, marker="o")
         _draw_without_value(peak, group)
     _finish_study(peak, deviation, touch, rows)
-    return _save(figure, path)
+    return save_figure(figure, path)
 
 
 def _groups(rows: Sequence[Row]) -> dict[str, list[Row]]:
@@ -258,7 +259,7 @@ def _groups(rows: Sequence[Row]) -> dict[str, list[Row]]:
     several_loads = len({k[2] for k in groups}) > 1
     labelled = {}
     for (rail, wheel, load), group in groups.items():
-        words = [f"{_short(rail)} / {_short(wheel)}"] if several_pairs else []
+        words = [f"{short_name(rail)} / {short_name(wheel)}"] if several_pairs else []
         words += [f"{load:g} kN"] if several_loads else []
         labelled[", ".join(["", *words])] = group
     return labelled
@@ -281,7 +282,7 @@ def _draw_without_value(ax: Axes, group: Sequence[Row]) -> None:
 
 
 def _finish_study(peak: Axes, deviation: Axes, touch: Axes, rows: Sequence[Row]) -> None:
-    pairs = sorted({(_short(str(row["rail"])), _short(str(row["wheel"]))) for row in rows})
+    pairs = sorted({(short_name(str(row["rail"])), short_name(str(row["wheel"]))) for row in rows})
     loads = sorted({float(row["load_kN"]) for row in rows})
     title = "; ".join(f"rail {rail}, wheel {wheel}" for rail, wheel in pairs[:3]) + ("; ..." if len(pairs) > 3 else "")
     peak.set(title=title + (f", {loads[0]:g} kN" if len(loads) == 1 else ""), ylabel="peak pressure in MPa")
@@ -339,7 +340,7 @@ def _radius(curvature_per_mm: float) -> str:
 
 def profile_figure(profile: Profile, path: str | Path) -> Path:
     """Draw a profile: its line, and its curvature (positive where convex) over y, with the junctions marked."""
-    figure = _figure(10.0, 8.0)
+    figure = blank_figure(10.0, 8.0)
     line, curvature = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.0))
     for number in range(len(profile.segments)):
         # a hair inside the ends, so that each segment shows its own curvature up to them
@@ -354,14 +355,15 @@ def profile_figure(profile: Profile, path: str | Path) -> Path:
     curvature.set_yscale("symlog", linthresh=1e-3)
     curvature.margins(y=0.08)
     curvature.axhline(0.0, color="0.5", lw=0.8)
-    line.set(title=f"{profile.kind} {_short(profile.name)}", ylabel="z (up) in mm")
+    line.set(title=f"{profile.kind} {short_name(profile.name)}", ylabel="z (up) in mm")
     curvature.set(ylabel="curvature in 1/mm\n(convex positive)", xlabel=f"y in mm\n{_SIDES}")
     for ax in (line, curvature):
         ax.grid(alpha=0.3)
-    return _save(figure, path)
+    return save_figure(figure, path)
 
 
-def _figure(width: float, height: float) -> Figure:
+def blank_figure(width: float, height: float) -> Figure:
+    """An empty figure of a size in inches."""
     # Figure itself, not pyplot: a study draws hundreds, and pyplot would keep them all
     from matplotlib.figure import Figure
 
@@ -370,7 +372,8 @@ def _figure(width: float, height: float) -> Figure:
     return figure
 
 
-def _save(figure: Figure, path: str | Path) -> Path:
+def save_figure(figure: Figure, path: str | Path) -> Path:
+    """Write a figure as PNG, the same bytes every time."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     canvas = FigureCanvasAgg(figure)

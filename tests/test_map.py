@@ -1,0 +1,288 @@
+"""Loads with the factors reused, contact stiffness, the applicability map with its limits, and its files."""
+
+import csv
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fecontact.applicability import Criteria, Judgement, judge
+from fecontact.applicability_map import MapCell, load_limit, make_map
+from fecontact.case import Case
+from fecontact.casefile import parse_numbers
+from fecontact.cli import call
+from fecontact.comparison import MEASURES, Measures
+from fecontact.errors import InputError
+from fecontact.load_sweep import LoadPoint, LoadSweep, fit_stiffness, solve_loads
+from fecontact.outputs.map import cell_row, map_figure, map_record, map_table, write_map
+
+K_H = 3.0e6
+LOADS = (10e3, 50e3, 100e3, 150e3)
+
+
+def point(load_N: float, deviation: float = 0.0, uncertainty: float = 0.001, status: str = "converged") -> LoadPoint:
+    """A point whose peak pressure deviates by a given part."""
+    measures = Measures(**dict.fromkeys(MEASURES, 1.0))
+    measures = replace(measures, approach_mm=(load_N / K_H) ** (2 / 3) + 2e-8 * load_N)
+    deviations = dict.fromkeys(MEASURES, 0.0) | {"p_max_MPa": deviation}
+    unsure = dict.fromkeys(MEASURES, uncertainty)
+    verdict = judge(deviations, unsure, Criteria())
+    if status != "converged":
+        verdict = Judgement(verdict="UNRESOLVED", measure=verdict.measure)
+    return LoadPoint(
+        load_N=load_N,
+        status=status,
+        fe=measures,
+        hertz=measures,
+        deviation=deviations,
+        uncertainty=unsure,
+        verdict=verdict,
+        cause=None if verdict.verdict == "HOLDS" else "second patch",
+        normal_force_N=load_N,
+        half_space_p_max_MPa=1.0,
+        hertz_stiffness_N_per_mm15=K_H,
+        pieces=1,
+        meshes=2,
+    )
+
+
+def limit_of(deviation, loads=LOADS, **options):
+    """Limit of a deviation that depends on the load."""
+    made = [point(load, deviation(load), **options) for load in loads]
+    cells = [MapCell(shift_mm=0.0, load_N=p.load_N, status=p.status, point=p) for p in made]
+    return load_limit(Case(), cells, lambda load: point(load, deviation(load), **options))
+
+
+def test_limit_is_bisected_to_two_percent():
+    limit = limit_of(lambda load: 0.05 * load / 66e3)
+    assert 0.97 * 66e3 < limit.F_max_N <= 66e3
+    assert limit.holds_N <= limit.F_max_N < 66e3 < limit.fails_N
+    assert limit.reason is None
+    assert limit.tried
+
+
+def test_limit_with_a_band_of_unresolved_loads():
+    limit = limit_of(lambda load: 0.10 * load / 150e3, uncertainty=0.005)
+    assert 0.97 * 75e3 < limit.F_max_N <= 75e3
+    assert limit.holds_N < 67.5e3
+    assert limit.fails_N > 82.5e3
+    assert "unresolved between" in limit.note
+
+
+@pytest.mark.parametrize(
+    ("deviation", "options", "reason"),
+    [
+        (lambda load: 0.0, {}, "holds at all loads"),
+        (lambda load: 0.2, {}, "fails at all loads"),
+        (lambda load: 0.05, {}, "unresolved at all loads"),
+        (lambda load: 0.05 if load > 120e3 else 0.0, {}, "holds at all loads that are resolved"),
+        (lambda load: 0.2 if load < 60e3 else 0.0, {}, "fails at small loads and holds above"),
+        (lambda load: 0.2, {"status": "not converged"}, "no load could be solved"),
+    ],
+)
+def test_no_limit_says_why(deviation, options, reason):
+    limit = limit_of(deviation, **options)
+    assert limit.F_max_N is None
+    assert limit.reason == reason
+
+
+def test_limit_that_is_not_monotone_is_the_first_failure():
+    limit = limit_of(lambda load: 0.2 if 70e3 < load < 120e3 else 0.0)
+    assert 0.97 * 70e3 < limit.F_max_N <= 70e3
+    assert "not monotone: fails at 100 kN but holds at 150 kN" in limit.note
+
+
+def test_bisection_that_cannot_go_on_keeps_its_bracket():
+    cells = [MapCell(shift_mm=0.0, load_N=f, status="converged", point=point(f, d)) for f, d in ((1e4, 0), (9e4, 0.2))]
+
+    def broken(load_N):
+        raise InputError("no memory")
+
+    limit = load_limit(Case(), cells, broken)
+    assert (limit.F_max_N, limit.fails_N) == (1e4, 9e4)
+    assert "no memory" in limit.note
+
+
+class FakeSweep:
+    """Deviates with load and shift; one position cannot be placed, one load not solved, one not used."""
+
+    open = 0
+
+    def __init__(self, case, step):
+        if case.lateral_shift_mm > 3.5:
+            raise InputError("the wheel is off the rail")
+        self.shift = case.lateral_shift_mm
+        FakeSweep.open += 1
+        step("mesh")
+
+    def solve(self, load_N):
+        if self.shift == 3.0 and load_N > 140e3:
+            raise InputError("the contact reaches the end")
+        status = "not converged" if self.shift == -2.0 and load_N < 20e3 else "converged"
+        return point(load_N, 0.02 * (2.0 + self.shift) * load_N / 100e3, uncertainty=0.003, status=status)
+
+    def close(self):
+        FakeSweep.open -= 1
+
+
+def fake_map(**options):
+    return make_map(Case(), [-2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0], LOADS, sweep=FakeSweep, **options)
+
+
+def test_map_has_a_cell_for_every_position_and_load():
+    seen, heard = [], []
+    made = fake_map(on_position=seen.append, progress=lambda *args: heard.append(args))
+    assert [(c.shift_mm, c.load_N) for c in made.cells] == [(s, f) for s in made.shifts_mm for f in LOADS]
+    assert [len(part.cells) for part in seen] == [len(LOADS) * k for k in range(1, 8)]
+    assert heard[0] == (0, 7, "-2.00 mm: mesh")
+    assert FakeSweep.open == 0
+    assert not made.all_solved
+    assert all(cell.solved for cell in made.cells)
+
+
+def test_map_says_what_could_not_be_solved():
+    made = fake_map()
+    assert {c.status for c in made.cells if c.shift_mm == 4.0} == {"failed: the wheel is off the rail"}
+    assert made.limits[-1].reason == "failed: the wheel is off the rail"
+    assert [c.status for c in made.cells if c.shift_mm == 3.0][-1] == "failed: the contact reaches the end"
+    assert made.limits[2].F_max_N == pytest.approx(125e3, rel=0.03)
+
+
+def test_map_needs_positions_and_loads():
+    with pytest.raises(InputError, match="at least one"):
+        make_map(Case(), [], LOADS, sweep=FakeSweep)
+
+
+def test_map_files(tmp_path):
+    made = fake_map()
+    write_map(made, tmp_path)
+    with (tmp_path / "map.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == len(made.cells)
+    assert rows[-1]["verdict"] == "failed"
+    assert rows[-1]["p_max_deviation_percent"] == ""
+    assert float(rows[9]["p_max_deviation_percent"]) == pytest.approx(2.0)
+    record = json.loads((tmp_path / "map.json").read_text("utf-8"))
+    assert record["schema"] == "fecontact/map/1"
+    assert record["criteria"] == {"p_max": 0.05, "area": 0.10}
+    assert len(record["cells"]) == len(rows)
+    assert record["limits"][2]["F_max_N"] == made.limits[2].F_max_N
+    assert record["versions"]["fecontact"]
+    assert "load_N" not in record["case"]
+    assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_map_of_one_cell_is_drawn(tmp_path):
+    made = make_map(Case(), [0.0], [100e3], sweep=FakeSweep)
+    assert map_figure(made, tmp_path / "one.png").stat().st_size > 0
+    assert map_record(made)["limits"][0]["reason"] == "holds at all loads"
+    assert cell_row(made.cells[0])["verdict"] == "HOLDS"
+
+
+def test_map_table_has_a_line_for_each_position():
+    lines = map_table(fake_map()).splitlines()
+    assert len(lines) == 9
+    assert "no limit: holds at all loads" in lines[2]
+    assert "holds up to" in lines[4]
+    assert "failed: the wheel is off the rail" in lines[7]
+
+
+@pytest.mark.parametrize(
+    ("text", "numbers"),
+    [
+        ("-6:6:3", (-6.0, -3.0, 0.0, 3.0, 6.0)),
+        ("0:0.3:0.1", (0.0, 0.1, 0.2, 0.3)),
+        ("10,20, 50", (10.0, 20.0, 50.0)),
+        ("-1:0:0.5,4,4", (-1.0, -0.5, 0.0, 4.0)),
+        ("5", (5.0,)),
+    ],
+)
+def test_numbers_and_ranges(text, numbers):
+    assert parse_numbers(text, "shifts") == numbers
+
+
+@pytest.mark.parametrize(
+    "text", ["", "a", "1:2", "1:2:0", "2:1:0.5", "1:2:-0.5", "1,,2", "0:1e6:0.1", "1:2:3:4", "nan"]
+)
+def test_numbers_that_are_none(text):
+    with pytest.raises(InputError, match="shifts"):
+        parse_numbers(text, "shifts")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--shifts", "-6:x:1"], "neither a number nor a range"),
+        (["--shifts", "0", "--shift", "2"], "instead of --shift"),
+        (["--shifts", "0", "--loads-kn", "-5"], "load is -5000.0 N"),
+    ],
+)
+def test_command_line_refuses(arguments, message, tmp_path, capsys):
+    assert call(["map", *arguments, "--out", str(tmp_path)]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_stiffness_of_a_known_law():
+    fit = fit_stiffness([point(load) for load in LOADS])
+    assert fit.c1_mm_per_N23 == pytest.approx(K_H ** (-2 / 3), rel=1e-9)
+    assert fit.c2_mm_per_N == pytest.approx(2e-8, rel=1e-7)
+    assert abs(fit.c1_deviation) < 1e-9
+    tangent = fit.tangent(100e3)
+    hertz = 1.5 * K_H ** (2 / 3) * 100e3 ** (1 / 3)
+    assert tangent.hertz_N_per_mm == pytest.approx(hertz)
+    assert tangent.contact_N_per_mm == pytest.approx(hertz)
+    assert tangent.with_bulk_N_per_mm == pytest.approx(1.0 / (1.0 / hertz + 2e-8))
+    assert tangent.error_N_per_mm < 1e-3 * hertz
+
+
+def test_standard_error_covers_the_scatter():
+    rng = np.random.default_rng(1)
+    ratios = []
+    for _ in range(200):
+        noisy = []
+        for load in np.linspace(10e3, 150e3, 8):
+            p = point(float(load))
+            noise = 1.0 + 1e-3 * rng.standard_normal()
+            noisy.append(replace(p, fe=replace(p.fe, approach_mm=p.fe.approach_mm * noise)))
+        fit = fit_stiffness(noisy)
+        ratios.append((fit.c1_mm_per_N23 - K_H ** (-2 / 3)) / fit.c1_error)
+    # Student's t with six degrees of freedom: standard deviation 1.22
+    assert 1.0 < np.std(ratios) < 1.5
+
+
+def test_stiffness_needs_two_loads():
+    assert math.isnan(fit_stiffness([point(1e4), point(1e5)]).c1_error)
+    with pytest.raises(InputError, match="at least two"):
+        fit_stiffness([point(1e4), point(1e5, status="not converged")])
+
+
+CYLINDERS = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resolution="quick")
+
+
+def check_cylinders(points):
+    assert [p.verdict.verdict for p in points] == ["HOLDS"] * len(points)
+    p0 = np.array([p.fe.p_max_MPa for p in points])
+    force = np.array([p.normal_force_N for p in points])
+    unsure = max(p.uncertainty["p_max_MPa"] for p in points)
+    scaled = p0 / force ** (1 / 3)
+    assert np.ptp(scaled) / scaled.mean() < 2.0 * unsure
+    # measured 0.2 %
+    assert abs(fit_stiffness(points).c1_deviation) < 0.02
+
+
+def test_two_loads_on_the_same_meshes():
+    # two meshes and no third: at five elements a semi-axis the area is read too coarsely for a limit of 10 %
+    case = replace(CYLINDERS, refine_seconds=0.0, criteria=Criteria(area=0.25))
+    check_cylinders(solve_loads(case, [50e3, 100e3]))
+
+
+@pytest.mark.slow
+def test_loads_with_refinement():
+    sweep = LoadSweep(CYLINDERS)
+    points = [sweep.solve(load) for load in (100e3, 50e3, 25e3, 10e3)]
+    # 10 kN has a patch of less than half the size
+    assert sweep.groups_N == (100e3, 10e3)
+    sweep.close()
+    check_cylinders(points)
