@@ -39,8 +39,9 @@ class Case:
         `quick`, `standard`, `fine`, or the element sizes (along x, across) on the contact surface in mm.
     criteria
         Limits within which Hertz holds.
-    refine_seconds
-        An unresolved verdict is refined as long as the next mesh is expected to take less than this; 0 never refines.
+    refine_degrees_of_freedom
+        An unresolved verdict is refined as long as the next pair of meshes is expected to have fewer degrees of freedom
+        than this, which bounds time and memory alike, on every machine in the same way; 0 never refines.
     """
 
     rail: str = "60E1"
@@ -59,7 +60,7 @@ class Case:
     resolution: str | tuple[float, float] = "standard"
     solver: SolverChoice = "auto"
     criteria: Criteria = field(default_factory=Criteria)
-    refine_seconds: float = 60.0
+    refine_degrees_of_freedom: int = 400_000
 
     def __post_init__(self) -> None:
         check_positive("load", self.load_N, "N", "give the wheel load, for example 100000 N (100 kN)")
@@ -68,7 +69,9 @@ class Case:
         _check_range("inclination", self.inclination_rad, -0.35, 0.35, "rad", "1:40 is 0.025 rad")
         _check_range("roll", self.roll_rad, -0.1, 0.1, "rad", "wheelsets roll by some mrad")
         _check_range("yaw", self.yaw_rad, -0.1, 0.1, "rad", "wheelsets yaw by some mrad, or some tens in sharp curves")
-        _check_range("refinement limit", self.refine_seconds, 0.0, 1e6, "s", "0 never refines")
+        _check_range(
+            "refinement limit", self.refine_degrees_of_freedom, 0, 1e9, "degrees of freedom", "0 never refines"
+        )
         if self.load_kind not in ("vertical", "normal"):
             raise InputError(f"load kind {self.load_kind!r}: allowed are vertical and normal")
         if self.solver not in ("auto", "pardiso", "amg"):

@@ -311,8 +311,6 @@ class Level:
         How often the fine zone was enlarged, and whether the patch still came to its edge.
     displacement_mm
         Displacements (n, 3) of the meshes' nodes; empty where the factors were kept for further loads.
-    seconds
-        Wall time, with that of the mesh and its factors if they were made for this load.
     """
 
     bodies: CoupledBodies
@@ -324,7 +322,11 @@ class Level:
     normal_force_N: float
     hertz: HertzContact
     comparison: Comparison
-    seconds: float
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Of both bodies together."""
+        return 3 * (len(self.bodies.rail.mesh.points) + len(self.bodies.wheel.mesh.points))
 
     @property
     def status(self) -> Status:
@@ -457,18 +459,18 @@ class Meshes:
         self._meshes: dict[float, _Mesh] = {}
 
     def solve(self, load_N: float) -> JudgedLoad:
-        """Solve a load on two meshes and judge it; refine as long as the verdict stays open and time allows."""
+        """Solve a load on two meshes and judge it; refine while the verdict stays open and the limit allows."""
         case = replace(self.position.case, load_N=load_N)
         levels = [self._level(case, 1.0), self._level(case, MESH_RATIO)]
         limits: list[str] = []
         judged = _judge(case, levels)
         while judged.verdict == "UNRESOLVED" and levels[0].status == "converged" and len(levels) < _MOST_MESHES:
             finer = MESH_RATIO ** (1 - len(levels))
-            # a back-substitution and a factor grow with the fourth power of the fineness, roughly
-            seconds = levels[0].seconds * MESH_RATIO**4
-            if finer not in self._meshes and seconds > case.refine_seconds:
+            expected = int(levels[0].degrees_of_freedom * MESH_RATIO**3)
+            if expected > case.refine_degrees_of_freedom:
                 limits.append(
-                    f"refinement stopped: the next mesh would take about {seconds:.0f} s of {case.refine_seconds:g} s"
+                    f"refinement stopped: the next meshes would have about {expected} of at most"
+                    f" {case.refine_degrees_of_freedom} degrees of freedom"
                 )
                 break
             try:
@@ -486,7 +488,6 @@ class Meshes:
         self._meshes.clear()
 
     def _level(self, case: Case, coarser: float) -> Level:
-        start = time.perf_counter()
         mesh = self._meshes.get(coarser) or _Mesh(self.position, coarser)
         half_space, solution, at_edge = mesh.solve(case)
         displacement: dict[str, Floats] = {}
@@ -497,7 +498,7 @@ class Meshes:
                 u_rail, u_wheel = mesh.bodies.displacements(solution.pressure_MPa)
                 displacement = {"rail": u_rail, "wheel": u_wheel}
                 mesh.close()
-        return _level(self.position, case, mesh, (half_space, solution), at_edge, displacement, start)
+        return _level(self.position, case, mesh, (half_space, solution), at_edge, displacement)
 
 
 class _Mesh:
@@ -550,7 +551,6 @@ def _level(
     solutions: tuple[ContactSolution, ContactSolution],
     at_edge: bool,
     displacement_mm: dict[str, Floats],
-    start: float,
 ) -> Level:
     placement, grid = position.placement, mesh.bodies.grid
     half_space, solution = solutions
@@ -570,7 +570,6 @@ def _level(
         normal_force_N=normal_force,
         hertz=hertz,
         comparison=comparison,
-        seconds=time.perf_counter() - start,
     )
 
 

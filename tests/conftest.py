@@ -10,5 +10,11 @@ from fecontact.pipeline import CaseResult, solve
 def elliptic_quick() -> CaseResult:
     """A cylinder on a cylinder at quick resolution: Hertz holds, in a half model of a few thousand elements."""
     return solve(
-        Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resolution="quick", refine_seconds=0.0)
+        Case(
+            rail="circle:300",
+            wheel="cylinder:460",
+            inclination_rad=0.0,
+            resolution="quick",
+            refine_degrees_of_freedom=0,
+        )
     )

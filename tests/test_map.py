@@ -274,7 +274,7 @@ def check_cylinders(points):
 
 def test_two_loads_on_the_same_meshes():
     # two meshes and no third: at five elements a semi-axis the area is read too coarsely for a limit of 10 %
-    case = replace(CYLINDERS, refine_seconds=0.0, criteria=Criteria(area=0.25))
+    case = replace(CYLINDERS, refine_degrees_of_freedom=0, criteria=Criteria(area=0.25))
     check_cylinders(solve_loads(case, [50e3, 100e3]))
 
 

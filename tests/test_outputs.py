@@ -120,7 +120,7 @@ CASES = [
         resolution=(0.7, 0.4),
         solver="amg",
         criteria=Criteria(p_max=0.03, area=0.2),
-        refine_seconds=0.0,
+        refine_degrees_of_freedom=0,
     ),
 ]
 
