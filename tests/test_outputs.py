@@ -518,7 +518,7 @@ def drawn_lines(monkeypatch, rows: list[dict]) -> list:
     from fecontact.outputs import figures
 
     kept = []
-    monkeypatch.setattr(figures, "_save", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr(figures, "save_figure", lambda figure, path: kept.append(figure))
     study_figure(rows, "unused.png")
     return kept[0].axes
 
