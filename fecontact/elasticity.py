@@ -179,7 +179,8 @@ class _PardisoFactor:
 
     def release(self) -> None:
         if self._upper is not None:
-            self._pardiso.free_memory()
+            # all of this factor's memory, that of the analysis as well
+            self._pardiso.free_memory(everything=True)
             self._upper = None
 
     def __del__(self) -> None:

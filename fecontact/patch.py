@@ -28,8 +28,8 @@ class Patch:
     area_spread_mm2
         Difference between the areas with and without the outermost nodes: how well the area can be read at all.
     a_mm, b_mm
-        Semi-axes along x and across of the ellipsoid p^2 = p0^2 (1 - (x/a)^2 - (y/b)^2) fitted around the peak; NaN
-        where the pressure around the peak is no ellipsoid (fewer than 6 nodes, or not concave).
+        Principal semi-axes, a the one nearer to x, of the ellipsoid p^2 = p0^2 (1 - (x/a)^2 - (y/b)^2) fitted around
+        the peak; NaN where the pressure there is no ellipsoid (fewer than 6 nodes, or not concave).
     centre_x_mm, centre_y_mm
         Centre of pressure, from the first touch point.
     pieces
@@ -157,4 +157,6 @@ def _fitted_axes(x: Floats, s: Floats, p: Floats) -> tuple[float, float]:
     if rank < 6 or np.linalg.eigvalsh(quadratic)[0] <= 0.0:
         return float("nan"), float("nan")
     top = c[0] + 0.25 * np.array(c[1:3]) @ np.linalg.solve(quadratic, np.array(c[1:3]))
-    return float(np.sqrt(top / quadratic[0, 0])), float(np.sqrt(top / quadratic[1, 1]))
+    values, axes = np.linalg.eigh(quadratic)
+    along_x = int(np.argmax(np.abs(axes[0])))
+    return float(np.sqrt(top / values[along_x])), float(np.sqrt(top / values[1 - along_x]))

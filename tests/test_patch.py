@@ -62,12 +62,12 @@ def test_turned_ellipse(turn):
     # and away from the origin, where the fit has linear terms as well
     patch = measure_patch(x + 3.0, s - 2.0, p, half=False)
     c, t = math.cos(turn), math.sin(turn)
-    # extents of a turned ellipse, and its half chords along the fixed axes
+    # extents of a turned ellipse, and its principal semi-axes as Hertz states them
     assert patch.extent_x_mm == pytest.approx(2.0 * math.hypot(A * c, B * t), rel=0.01)
     assert patch.extent_y_mm == pytest.approx(2.0 * math.hypot(A * t, B * c), rel=0.01)
     assert (patch.centre_x_mm, patch.centre_y_mm) == pytest.approx((3.0, -2.0), abs=1e-9)
-    assert patch.a_mm == pytest.approx(1.0 / math.hypot(c / A, t / B), rel=1e-9)
-    assert patch.b_mm == pytest.approx(1.0 / math.hypot(t / A, c / B), rel=1e-9)
+    assert patch.a_mm == pytest.approx(A, rel=1e-9)
+    assert patch.b_mm == pytest.approx(B, rel=1e-9)
     assert patch.area_mm2 == pytest.approx(math.pi * A * B, rel=0.01)
 
 
