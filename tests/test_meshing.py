@@ -5,6 +5,7 @@ import math
 import subprocess
 import sys
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -440,3 +441,17 @@ def test_cut_through_the_uniform_block_is_refused():
     pair = place(rail, cylinder_wheel(), inclination_rad=0.0, track=Track(rail_crown_y_mm=750.0))
     with pytest.raises(InputError, match=r"rail circle:300: the body is cut too close .* 14\.00 mm, .* 6\.30 mm deep"):
         rail_mesh(pair, ZONE, half=True, size=BodySize(rail_depth_mm=4.0))
+
+
+@pytest.mark.parametrize("name", ["rail_60E1", "wheel_S1002", "rail_circle_R300"])
+def test_reference_meshes_can_be_read(name):
+    import meshio
+
+    mesh = meshio.read(Path(__file__).parents[1] / "meshes" / f"{name}.msh")
+    body = name.partition("_")[0]
+    held = {"rail": "fixed", "wheel": "driven"}[body]
+    assert set(mesh.field_data) == {"contact", held, "free", "end", "symmetry", body}
+    assert {block.type for block in mesh.cells} == {"quad", "hexahedron"}
+    # no node is left over, and none is missing
+    used = np.unique(np.concatenate([block.data.ravel() for block in mesh.cells if block.type == "hexahedron"]))
+    assert np.array_equal(used, np.arange(len(mesh.points)))
