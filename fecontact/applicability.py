@@ -53,7 +53,10 @@ def judge(deviation: Mapping[str, float], uncertainty: Mapping[str, float], crit
         return Judgement(verdict="FAILS", measure=max(fails, key=lambda m: used[m]))
     open_ = [m for m, limit in limits.items() if not abs(deviation[m]) + uncertainty[m] < limit]
     if open_:
-        return Judgement(verdict="UNRESOLVED", measure=max(open_, key=lambda m: uncertainty[m] / limits[m]))
+        unsure = {m: uncertainty[m] / limits[m] for m in open_}
+        return Judgement(
+            verdict="UNRESOLVED", measure=max(open_, key=lambda m: math.inf if math.isnan(unsure[m]) else unsure[m])
+        )
     return Judgement(verdict="HOLDS", measure=max(used, key=lambda m: used[m]))
 
 

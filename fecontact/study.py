@@ -70,7 +70,14 @@ def run_study(study: Study, out: Path, *, progress: Progress | None = None) -> S
     _write_collections(rows, folders, out)
     if any(row.get("p_max_fe_MPa") is not None for row in rows):
         study_figure(rows, out / "study.png")
-    conclusion = study.conclude(rows, out) if study.conclude is not None else None
+    conclusion = None
+    if study.conclude is not None:
+        unusable = sum(row["status"] != "converged" for row in rows)
+        conclusion = (
+            f"No conclusion: {unusable} of {len(rows)} cases gave no usable result."
+            if unusable
+            else study.conclude(rows, out)
+        )
     return StudyOutcome(rows=tuple(rows), conclusion=conclusion)
 
 

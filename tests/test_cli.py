@@ -133,7 +133,12 @@ def test_a_wrong_toml_study_is_refused(tmp_path, text):
 def test_a_case_that_cannot_be_solved_is_a_row_and_the_rest_goes_on(tmp_path):
     good = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, load_N=50e3, resolution=(2.0, 1.8))
     bad = Case(lateral_shift_mm=9.0)
-    outcome = run_study(Study(name="two", cases=(bad, good)), tmp_path)
+
+    def conclude(rows: list, out: Path) -> str:
+        return pytest.fail("a conclusion from rows that cannot be used")
+
+    outcome = run_study(Study(name="two", cases=(bad, good), conclude=conclude), tmp_path)
+    assert outcome.conclusion == "No conclusion: 1 of 2 cases gave no usable result."
     assert [row["status"] for row in outcome.rows][1] == "converged"
     assert "derails" in outcome.rows[0]["status"]
     assert not outcome.all_converged
