@@ -72,7 +72,7 @@ def quadratic_rung(grid: ContactGrid, touch: TouchPoint, hertz: HertzContact) ->
         ),
         gap_mm=gap.ravel(),
         closing=np.ones(gap.size),
-        area_mm2=own.nodal_area_mm2() * (2.0 if grid.half else 1.0),
+        area_mm2=own.whole_area_mm2(),
     )
     solution = solve_contact(problem, hertz.normal_force_N)
     return measure(own, solution.pressure_MPa.reshape(own.shape), solution.approach_mm)

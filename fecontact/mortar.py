@@ -64,6 +64,10 @@ class ContactGrid:
         """Area int N_i (n,) of each node in the model, not doubled by symmetry."""
         return np.outer(_line_areas(self.x_mm), _line_areas(self.s_mm)).ravel()
 
+    def whole_area_mm2(self) -> Floats:
+        """Area (n,) that each node stands for in the whole contact: doubled in a half model."""
+        return self.nodal_area_mm2() * (2.0 if self.half else 1.0)
+
     def weighted_mean(self, values_at: Callable[[Floats, Floats], Floats]) -> Floats:
         """Mean (n,) of a function of (x, s) weighted by the dual shape functions: int psi_i f / D_i.
 

@@ -283,7 +283,7 @@ def solve_coupled(
 ) -> tuple[ContactSolution, ContactSolution]:
     """Solve the contact of the case on a half-space, and from there that of the coupled bodies."""
     grid = bodies.grid
-    area = grid.nodal_area_mm2() * (2.0 if grid.half else 1.0)
+    area = grid.whole_area_mm2()
     closing = bodies.normals @ direction
     half_space = half_space_compliance(
         nodes_x=grid.shape[0],
@@ -555,7 +555,7 @@ def _level(
     placement, grid = position.placement, mesh.bodies.grid
     half_space, solution = solutions
     with position.clock.step("compare"):
-        area = grid.nodal_area_mm2() * (2.0 if grid.half else 1.0)
+        area = grid.whole_area_mm2()
         normal_force = float(np.dot(area * (mesh.bodies.normals @ placement.first.normal), solution.pressure_MPa))
         hertz = hertz_of_case(case, placement, normal_force)
         approach = solution.approach_mm * float(position.direction @ placement.first.normal)
