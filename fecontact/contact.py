@@ -119,10 +119,7 @@ def solve_contact(
         iteration += 1
         total = g0 + opening
         active = p > 0.0
-        approach = _mean(problem, total, active)
-        gap = total - approach * c
-        contact = float(np.abs(gap[active]).max() / abs(approach))
-        penetration = float(max(0.0, -gap[~active].min(initial=0.0)) / abs(approach))
+        approach, gap, contact, penetration = state_of(problem, p, opening)
         converged = contact <= tolerance and penetration <= tolerance
         if converged or iteration == iterations:
             break
@@ -164,6 +161,17 @@ def solve_contact(
         penetration_residual=penetration,
         load_balance=abs(problem.load_N(p) / load_N - 1.0),
     )
+
+
+def state_of(problem: ContactProblem, pressure: Floats, opening: Floats) -> tuple[float, Floats, float, float]:
+    """Approach (mm), gap (n,), contact and penetration residuals of pressures with the opening that they cause."""
+    total = problem.gap_mm + opening
+    active = pressure > 0.0
+    approach = _mean(problem, total, active)
+    gap = total - approach * problem.closing
+    contact = float(np.abs(gap[active]).max() / abs(approach))
+    penetration = float(max(0.0, -gap[~active].min(initial=0.0)) / abs(approach))
+    return approach, gap, contact, penetration
 
 
 def _mean(problem: ContactProblem, values: Floats, nodes: NDArray[np.bool_]) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -151,16 +152,26 @@ def check_memory(needed_bytes: float, what: str) -> None:
         )
 
 
+def _pardiso() -> Any:
+    from pypardiso import PyPardisoSolver
+
+    solver = PyPardisoSolver(mtype=2)
+    # the search for the library takes longer than a small solution: the next solver is told where it was found
+    os.environ.setdefault("PYPARDISO_MKL_RT", solver.libmkl._name)
+    # own values: nested dissection, no refinement of the solution (the default costs as much again, and Cholesky needs
+    # none: residuals are of rounding size without it)
+    solver.iparm[0], solver.iparm[1] = 1, 2
+    return solver
+
+
 class _PardisoFactor:
     """Cholesky factor by MKL PARDISO (symmetric positive definite, upper triangle)."""
 
     def __init__(self, matrix: csr_matrix, free: Integers) -> None:
-        from pypardiso import PyPardisoSolver
-
         self._free = free
         self._upper = triu(matrix[free][:, free], format="csr")
         self._upper.sort_indices()
-        self._pardiso = PyPardisoSolver(mtype=2)
+        self._pardiso = _pardiso()
         self._run(11)
         # the analysis knows the size of the factor (KB): peak while ordering, or factor and its work space
         peak, permanent, factor = (self._pardiso.get_iparm(k) for k in (15, 16, 17))

@@ -25,16 +25,37 @@ def half_space_compliance(
     rows = 2 * nodes_x - 1 if half else nodes_x
     kernel = love_influence(
         np.asarray(np.arange(rows)[:, None] * step_x_mm),
-        np.asarray(np.arange(nodes_s)[None, :] * step_s_mm),
+        np.asarray(np.arange(1 - nodes_s, nodes_s)[None, :] * step_s_mm),
         step_x_mm,
         step_s_mm,
     ) / (np.pi * contact_modulus_MPa)
+    return convolution(kernel, nodes_x=nodes_x, nodes_s=nodes_s, half=half)
+
+
+def convolution(
+    kernel: Floats, *, nodes_x: int, nodes_s: int, half: bool, least_spectrum: float = -np.inf
+) -> Compliance:
+    """Compliance of nodes (nodes_x, nodes_s), flattened in this order, that is the same at every node.
+
+    Parameters
+    ----------
+    kernel (rows, 2 nodes_s - 1)
+        Response at x offsets 0 to rows - 1 and s offsets 1 - nodes_s to nodes_s - 1 steps from a node of unit pressure;
+        the same on the opposite side of it. rows is nodes_x, or 2 nodes_x - 1 in a half model.
+    least_spectrum
+        Lower bound of its spectrum, relative to the largest value; above zero the compliance is positive definite.
+    """
+    rows = 2 * nodes_x - 1 if half else nodes_x
     shape = (next_fast_len(2 * rows - 1, real=True), next_fast_len(2 * nodes_s - 1, real=True))
     wrapped = np.zeros(shape)
-    wrapped[:rows, :nodes_s] = kernel
-    wrapped[-(rows - 1) :, :nodes_s] = kernel[:0:-1]
-    wrapped[:, -(nodes_s - 1) :] = wrapped[:, nodes_s - 1 : 0 : -1]
-    spectrum = rfft2(wrapped)
+    wrapped[:rows, :nodes_s] = kernel[:, nodes_s - 1 :]
+    wrapped[:rows, -(nodes_s - 1) :] = kernel[:, : nodes_s - 1]
+    # the opposite side: both offsets change sign
+    wrapped[-(rows - 1) :, :nodes_s] = kernel[:0:-1, nodes_s - 1 :: -1]
+    wrapped[-(rows - 1) :, -(nodes_s - 1) :] = kernel[:0:-1, : nodes_s - 1 : -1]
+    # real, since opposite sides are equal
+    spectrum = rfft2(wrapped).real
+    spectrum = np.maximum(spectrum, least_spectrum * spectrum.max())
 
     def apply(pressure: Floats) -> Floats:
         p = pressure.reshape(nodes_x, nodes_s)

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import psutil
@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from fecontact.applicability import Answer, Judgement, PatchGeometry, cause_of, judge
 from fecontact.case import RESOLUTIONS, Case
 from fecontact.comparison import MEASURES, Comparison, compare, measure
-from fecontact.contact import ContactProblem, ContactSolution, solve_contact
+from fecontact.contact import Compliance, ContactProblem, ContactSolution, solve_contact
+from fecontact.defect_correction import model_of, solve_by_correction
 from fecontact.elasticity import SolverName, check_memory, choose_solver, elastic_body
 from fecontact.errors import InputError
 from fecontact.expected_patch import ExpectedPatch, approach_direction, expected_patch
@@ -278,25 +279,43 @@ def couple(case: Case, placement: Placement, zone: FineZone, clock: _Clock, path
         )
 
 
-def solve_coupled(
-    case: Case, placement: Placement, bodies: CoupledBodies, gap_mm: Floats, direction: Floats
-) -> tuple[ContactSolution, ContactSolution]:
-    """Solve the contact of the case on a half-space, and from there that of the coupled bodies."""
-    grid = bodies.grid
-    area = grid.whole_area_mm2()
-    closing = bodies.normals @ direction
-    half_space = half_space_compliance(
-        nodes_x=grid.shape[0],
-        nodes_s=grid.shape[1],
-        step_x_mm=grid.steps_mm[0],
-        step_s_mm=grid.steps_mm[1],
-        contact_modulus_MPa=contact_modulus_MPa(case.rail_material, case.wheel_material),
-        half=grid.half,
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CoupledProblem:
+    """The contact problem of a position on one mesh: between the bodies, on a half-space, and a model of the bodies."""
+
+    bodies: ContactProblem
+    half_space: ContactProblem
+    model: Compliance
+
+    def solve(self, load_N: float) -> tuple[ContactSolution, ContactSolution]:
+        """Solve the contact on the half-space, and from there that of the bodies."""
+        on_half_space = solve_contact(self.half_space, load_N)
+        start = on_half_space.pressure_MPa
+        return on_half_space, solve_by_correction(self.bodies, load_N, self.model, start_MPa=start)
+
+
+def coupled_problem(position: Position, bodies: CoupledBodies) -> CoupledProblem:
+    """Set up the contact of coupled bodies; costs one application of their compliance."""
+    case, grid = position.case, bodies.grid
+    uniform: dict[str, Any] = {
+        "nodes_x": grid.shape[0],
+        "nodes_s": grid.shape[1],
+        "step_x_mm": grid.steps_mm[0],
+        "step_s_mm": grid.steps_mm[1],
+        "contact_modulus_MPa": contact_modulus_MPa(case.rail_material, case.wheel_material),
+        "half": grid.half,
+    }
+    problem = ContactProblem(
+        compliance=bodies.compliance,
+        gap_mm=grid.weighted_mean(position.placement.gap),
+        closing=bodies.normals @ position.direction,
+        area_mm2=grid.whole_area_mm2(),
     )
-    problem = ContactProblem(compliance=half_space, gap_mm=gap_mm, closing=closing, area_mm2=area)
-    on_half_space = solve_contact(problem, case.load_N)
-    with_bodies = replace(problem, compliance=bodies.compliance)
-    return on_half_space, solve_contact(with_bodies, case.load_N, start_MPa=on_half_space.pressure_MPa)
+    return CoupledProblem(
+        bodies=problem,
+        half_space=replace(problem, compliance=half_space_compliance(**uniform)),
+        model=model_of(bodies.compliance, **uniform),
+    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -515,9 +534,7 @@ class _Mesh:
         position = self._position
         while True:
             with position.clock.step("contact"):
-                half_space, solution = solve_coupled(
-                    case, position.placement, self.bodies, self._gap_mm, position.direction
-                )
+                half_space, solution = self._problem.solve(case.load_N)
             contact = solution.in_contact.reshape(self.bodies.grid.shape)
             more = _more_room(self._room, self.bodies.grid, contact, position.expected)
             if more == self._room or self.enlarged == _ENLARGEMENTS:
@@ -541,7 +558,8 @@ class _Mesh:
 
     def _take(self, bodies: CoupledBodies) -> None:
         self.bodies = bodies
-        self._gap_mm = bodies.grid.weighted_mean(self._position.placement.gap)
+        with self._position.clock.step("contact"):
+            self._problem = coupled_problem(self._position, bodies)
 
 
 def _level(

@@ -1,0 +1,155 @@
+"""Contact through a model of the compliance: the same answer as conjugate gradients, in a handful of applications."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fecontact.contact import ContactProblem, solve_contact
+from fecontact.defect_correction import model_of, solve_by_correction
+from fecontact.halfspace import convolution, half_space_compliance, love_influence
+from fecontact.material import STEEL, contact_modulus_MPa
+
+MODULUS = contact_modulus_MPa(STEEL, STEEL)
+LOAD = 20e3
+STEP_X, STEP_S = 0.5, 0.4
+
+
+def uniform(nx: int, ns: int, *, half: bool) -> dict:
+    return {
+        "nodes_x": nx,
+        "nodes_s": ns,
+        "step_x_mm": STEP_X,
+        "step_s_mm": STEP_S,
+        "contact_modulus_MPa": MODULUS,
+        "half": half,
+    }
+
+
+def problem(*, half: bool, skew: float = 0.0) -> tuple[ContactProblem, dict]:
+    """An elliptic gap with a wave in it, on Love's half-space."""
+    nx, ns = (12, 23) if half else (23, 23)
+    x = STEP_X * (np.arange(nx) - (0 if half else nx // 2))
+    s = STEP_S * (np.arange(ns) - ns // 2)
+    gap = x[:, None] ** 2 / 900.0 + s**2 / 500.0 + skew * x[:, None] * s / 900.0 + 0.004 * np.cos(1.3 * s + 0.4)
+    area = np.full((nx, ns), STEP_X * STEP_S)
+    if half:
+        area[1:] *= 2.0
+    grid = uniform(nx, ns, half=half)
+    made = ContactProblem(
+        compliance=half_space_compliance(**grid), gap_mm=gap.ravel(), closing=np.ones(gap.size), area_mm2=area.ravel()
+    )
+    return made, grid
+
+
+def bodies_like(base: ContactProblem, grid: dict, strength: float) -> Callable[[np.ndarray], np.ndarray]:
+    """A half-space with the softness of elements under each node and a slow drift of the compliance across it."""
+    nx, ns = grid["nodes_x"], grid["nodes_s"]
+    drift = 1.0 + strength * np.sin(np.arange(ns) / ns)[None, :].repeat(nx, axis=0).ravel()
+    local = 0.4 * float(base.compliance(_unit(nx * ns, nx * ns // 2)).max())
+
+    def compliance(p: np.ndarray) -> np.ndarray:
+        # symmetric in the areas: the drift stands on both sides
+        return drift * base.compliance(drift * p) + local * p
+
+    return compliance
+
+
+def _unit(size: int, at: int) -> np.ndarray:
+    unit = np.zeros(size)
+    unit[at] = 1.0
+    return unit
+
+
+def counted(compliance: Callable[[np.ndarray], np.ndarray]) -> tuple[Callable[[np.ndarray], np.ndarray], list[int]]:
+    calls: list[int] = []
+
+    def apply(p: np.ndarray) -> np.ndarray:
+        calls.append(1)
+        return compliance(p)
+
+    return apply, calls
+
+
+def test_convolution_is_the_dense_matrix_of_its_kernel():
+    nx, ns = 5, 4
+    rng = np.random.default_rng(2)
+    kernel = rng.uniform(size=(2 * nx - 1, 2 * ns - 1))
+    kernel = kernel + kernel[::-1, ::-1]
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(nx), np.arange(ns), indexing="ij"))
+    dense = kernel[i[:, None] - i + nx - 1, j[:, None] - j + ns - 1]
+    p = rng.uniform(-1.0, 1.0, nx * ns)
+    apply = convolution(kernel[nx - 1 :], nodes_x=nx, nodes_s=ns, half=False)
+    # FFT rounding
+    np.testing.assert_allclose(apply(p), dense @ p, atol=1e-13 * np.abs(dense @ p).max())
+
+
+def test_least_spectrum_makes_a_kernel_positive_definite():
+    nx, ns = 6, 5
+    x, s = np.arange(nx)[:, None] * STEP_X, np.arange(1 - ns, ns)[None, :] * STEP_S
+    kernel = love_influence(x, s, STEP_X, STEP_S)
+    kernel[0, ns - 1] *= 0.2
+    matrices = [
+        np.stack([convolution(kernel, nodes_x=nx, nodes_s=ns, half=False, **k)(_unit(nx * ns, n)) for n in range(30)])
+        for k in ({}, {"least_spectrum": 1e-3})
+    ]
+    lowest = [np.linalg.eigvalsh(0.5 * (m + m.T))[0] for m in matrices]
+    assert lowest[0] < 0.0 < lowest[1]
+
+
+@pytest.mark.parametrize("half", [True, False])
+def test_model_of_a_uniform_compliance_is_the_compliance(half):
+    base, grid = problem(half=half)
+    model = model_of(base.compliance, **grid)
+    p = np.random.default_rng(1).uniform(size=base.gap_mm.size)
+    # FFT rounding; nothing is extrapolated, since the difference to the half-space is zero
+    np.testing.assert_allclose(model(p), base.compliance(p), rtol=1e-10)
+    solution = solve_by_correction(base, LOAD, model)
+    exact = solve_contact(base, LOAD, tolerance=1e-10)
+    assert solution.compliance_calls <= 2
+    np.testing.assert_allclose(solution.pressure_MPa, exact.pressure_MPa, atol=2e-6 * exact.pressure_MPa.max())
+
+
+@pytest.mark.parametrize(("half", "skew"), [(True, 0.0), (False, 0.0), (False, 0.6)])
+@pytest.mark.parametrize("strength", [0.02, 0.1, 0.4])
+def test_correction_gives_the_answer_of_conjugate_gradients(half, skew, strength):
+    base, grid = problem(half=half, skew=skew)
+    compliance, calls = counted(bodies_like(base, grid, strength))
+    whole = replace(base, compliance=compliance)
+    exact = solve_contact(whole, LOAD, tolerance=1e-11)
+    plain = len(calls)
+    calls.clear()
+    model = model_of(compliance, **grid)
+    solution = solve_by_correction(whole, LOAD, model)
+    assert solution.status == "converged"
+    assert len(calls) == solution.compliance_calls + 1
+    assert max(solution.contact_residual, solution.penetration_residual) <= 1e-7
+    assert solution.load_balance < 1e-12
+    # residuals of 1e-7 of the approach leave a few times that in the pressure
+    np.testing.assert_allclose(solution.pressure_MPa, exact.pressure_MPa, atol=2e-6 * exact.pressure_MPa.max())
+    assert solution.approach_mm == pytest.approx(exact.approach_mm, rel=1e-6)
+    # a drift of 40 % in each factor is far more than bodies have
+    assert len(calls) < plain if strength > 0.1 else len(calls) <= 8
+
+
+def test_a_useless_model_falls_back_to_conjugate_gradients():
+    base, grid = problem(half=False)
+    compliance, calls = counted(bodies_like(base, grid, 0.1))
+    whole = replace(base, compliance=compliance)
+    exact = solve_contact(whole, LOAD, tolerance=1e-10)
+    calls.clear()
+    # a Winkler foundation: no node feels another one
+    solution = solve_by_correction(whole, LOAD, lambda p: 1e-6 * p)
+    assert solution.status == "converged"
+    assert solution.compliance_calls == len(calls) > 15
+    np.testing.assert_allclose(solution.pressure_MPa, exact.pressure_MPa, atol=2e-6 * exact.pressure_MPa.max())
+
+
+def test_start_does_not_change_the_answer():
+    base, grid = problem(half=True)
+    whole = replace(base, compliance=bodies_like(base, grid, 0.1))
+    model = model_of(whole.compliance, **grid)
+    start = np.random.default_rng(5).uniform(size=base.gap_mm.size)
+    one, two = solve_by_correction(whole, LOAD, model), solve_by_correction(whole, LOAD, model, start_MPa=start)
+    np.testing.assert_allclose(one.pressure_MPa, two.pressure_MPa, atol=2e-6 * one.pressure_MPa.max())
