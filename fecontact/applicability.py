@@ -93,6 +93,10 @@ class PatchGeometry:
 _CONFORMING_RAD = 0.3
 
 
+AT_JUNCTION = "curvature undefined at the touch point"
+"""Cause where the touch point lies at a curvature junction, whatever the ladder says."""
+
+
 def cause_of(steps: Mapping[str, Mapping[str, float]], measure: str, geometry: PatchGeometry) -> str:
     """Why Hertz is off in a measure, from the step of the ladder that moved it most and from the geometry."""
     gap_step = abs(steps["quadratic_to_true_gap"][measure])

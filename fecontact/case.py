@@ -28,7 +28,7 @@ class Case:
     Attributes
     ----------
     rail, wheel
-        Library name, a profile file, `circle:R` (rail) or `cylinder:R` (wheel); R in mm.
+        Library name, a profile file, `circle:R` or `arcs:R/R@D` (rail), `cylinder:R` (wheel); lengths in mm.
     inclination_rad
         Rail inclination, towards the track centre; 0 for a profile that is already canted.
     lateral_shift_mm

@@ -31,7 +31,7 @@ class CaseOptions:
     """Options that describe one wheel-rail position."""
 
     rail: str = "60E1"
-    "Rail: library name, profile file, or circle:R (radius in mm)."
+    "Rail: library name, profile file, circle:R, or arcs:R/R@D (two arcs, their junction at D from the crown; mm)."
     wheel: str = "S1002"
     "Wheel: library name, profile file, or cylinder:R (rolling radius in mm, flat across)."
     inclination: str = "1:40"

@@ -93,13 +93,12 @@ def compare(grid: ContactGrid, pressure: Floats, approach_mm: float, hertz: Hert
     patch = measure_patch(grid.x_mm, grid.s_mm, pressure, half=grid.half)
     fe = _measures(patch, approach_mm)
     analytic = hertz_measures(hertz)
-    f, h = fe.as_dict(), analytic.as_dict()
     x, s, padded = _cover_ellipse(grid, pressure, hertz)
     reference = hertz.pressure_MPa(x[:, None], s[None, :])
     return Comparison(
         fe=fe,
         hertz=analytic,
-        deviation={name: h[name] / f[name] - 1.0 for name in MEASURES},
+        deviation=deviations(analytic, fe),
         pressure_l2=float(np.linalg.norm(reference - padded) / np.linalg.norm(padded)),
         overlap=_overlap(x, s, padded, hertz),
         centre_x_mm=patch.centre_x_mm,
@@ -108,6 +107,12 @@ def compare(grid: ContactGrid, pressure: Floats, approach_mm: float, hertz: Hert
         area_reading=0.25 * patch.area_spread_mm2 / patch.area_mm2,
         hertz_pressure_MPa=np.asarray(hertz.pressure_MPa(grid.x_mm[:, None], grid.s_mm[None, :])),
     )
+
+
+def deviations(hertz: Measures, fe: Measures) -> dict[str, float]:
+    """(Hertz - FE) / FE of each measure."""
+    h, f = hertz.as_dict(), fe.as_dict()
+    return {name: h[name] / f[name] - 1.0 for name in MEASURES}
 
 
 def hertz_measures(hertz: HertzContact) -> Measures:

@@ -325,6 +325,30 @@ def hertz_spring_force_N(stiffness_N_per_mm15: float, approach_mm: ArrayLike) ->
     return np.asarray(stiffness_N_per_mm15 * np.maximum(np.asarray(approach_mm, dtype=np.float64), 0.0) ** 1.5)
 
 
+def shared_approach_mm(
+    stiffness_N_per_mm15: ArrayLike, *, load_N: float, gap_mm: ArrayLike, closing: ArrayLike
+) -> float:
+    """Rigid approach at which several Hertz springs side by side carry a load together.
+
+    Args:
+        stiffness_N_per_mm15: K_H of each contact (n,).
+        load_N: force along the approach.
+        gap_mm: gap of each contact along its normal (n,) when the bodies first touch, >= 0.
+        closing: cosine between each contact's normal and the approach (n,), > 0.
+
+    Each contact carries K_H (closing approach - gap)^1.5 along its normal once its gap is closed.
+    """
+    check_positive("load", load_N, "N", "give the wheel load")
+    stiffness, gap, c = (np.asarray(v, dtype=float) for v in (stiffness_N_per_mm15, gap_mm, closing))
+
+    def excess(approach: float) -> float:
+        return float(np.sum(c * hertz_spring_force_N(1.0, c * approach - gap) * stiffness)) - load_N
+
+    # the stiffest spring alone bounds it from above
+    alone = (load_N / (c * stiffness)) ** (2.0 / 3.0)
+    return float(brentq(excess, 0.0, float(np.min((alone + gap) / c)) * (1.0 + 1e-12), xtol=1e-15, rtol=1e-14))
+
+
 def curvature_sums_per_mm(
     *, R1_mm: float, R1_prime_mm: float, R2_mm: float, R2_prime_mm: float, plane_angle_rad: float = 0.0
 ) -> tuple[float, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
@@ -14,9 +14,9 @@ import numpy as np
 import psutil
 from numpy.typing import NDArray
 
-from fecontact.applicability import Answer, Judgement, PatchGeometry, cause_of, judge
+from fecontact.applicability import AT_JUNCTION, Answer, Judgement, PatchGeometry, cause_of, judge
 from fecontact.case import RESOLUTIONS, Case
-from fecontact.comparison import MEASURES, Comparison, compare, measure
+from fecontact.comparison import MEASURES, Comparison, Measures, compare, deviations, hertz_measures, measure
 from fecontact.contact import Compliance, ContactProblem, ContactSolution, solve_contact
 from fecontact.defect_correction import model_of, solve_by_correction
 from fecontact.elasticity import SolverName, check_memory, choose_solver, elastic_body
@@ -28,8 +28,9 @@ from fecontact.ladder import Ladder, patch_geometry, quadratic_rung
 from fecontact.material import contact_modulus_MPa
 from fecontact.meshing import BodyMesh, FineZone, least_memory_bytes, rail_mesh, wheel_mesh
 from fecontact.mortar import ContactGrid, CoupledBodies, mortar_matrix
-from fecontact.placement import Placement, place
-from fecontact.profiles import resolve_rail, resolve_wheel
+from fecontact.placement import Placement, RelativeCurvature, place
+from fecontact.profiles import has_no_gauge_face, resolve_rail, resolve_wheel
+from fecontact.touch_hertz import HertzPoints, Side, hertz_points, sides
 from fecontact.uncertainty import MESH_RATIO, estimate
 
 _log = logging.getLogger(__name__)
@@ -69,13 +70,29 @@ class SolverRecord:
     peak_memory_MB: float
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SideJudgement:
+    """Hertz with the curvature on one side of the first touch point, against the finite elements."""
+
+    side: Side
+    hertz: Measures
+    deviation: Mapping[str, float]
+    uncertainty: Mapping[str, float]
+    judgement: Judgement
+
+
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """Whether Hertz holds, the measure that decided, and why it does not; warnings that do not change it."""
+    """Whether Hertz holds, the measure that decided, and why it does not; warnings that do not change it.
+
+    At a curvature junction Hertz's ellipse is not defined: `sides` has it with the curvature of either side, and the
+    verdict is the worse of the two.
+    """
 
     verdict: Answer
     measure: str
     cause: str | None
+    sides: tuple[SideJudgement, ...]
     warnings: tuple[str, ...]
 
 
@@ -93,8 +110,8 @@ class CaseResult:
         Pressure nodes, the finite-element pressure and the deformed gap on them.
     surface_points_mm (nx, ns, 3)
         The pressure nodes on the true rail, in the track frame.
-    hertz
-        Hertz's ellipse at the first touch point under `normal_force_N`.
+    hertz, hertz_points
+        Hertz's ellipse at the first touch point under `normal_force_N`, and those at all touch points.
     ladder, geometry
         The rungs between Hertz and the finite elements, and what the profiles do below the patch.
     uncertainty
@@ -113,6 +130,7 @@ class CaseResult:
     gap_mm: Floats
     surface_points_mm: Floats
     hertz: HertzContact
+    hertz_points: HertzPoints
     comparison: Comparison
     ladder: Ladder
     geometry: PatchGeometry
@@ -160,8 +178,7 @@ def place_case(case: Case) -> Placement:
     rail = resolve_rail(case.rail)
     wheel = resolve_wheel(case.wheel)
     track = case.track
-    if case.rail.startswith("circle:") and track.rail_crown_y_mm is None:
-        # a circular head has no gauge face: its crown lies under the tape circle
+    if has_no_gauge_face(case.rail) and track.rail_crown_y_mm is None:
         track = replace(track, rail_crown_y_mm=track.tape_circle_y_mm)
     return place(
         rail,
@@ -187,9 +204,23 @@ def hertz_of_case(case: Case, placement: Placement, normal_force_N: float | None
     if normal_force_N is None:
         tilted = float(touch.normal @ approach_direction(placement, normal_force=case.load_kind == "normal"))
         normal_force_N = case.load_N / tilted
+    return _hertz(case, touch.curvatures[-1], normal_force_N)
+
+
+def _hertz(case: Case, curvature: RelativeCurvature, normal_force_N: float) -> HertzContact:
     return hertz_from_hessian(
-        touch.curvatures[-1].hessian,
+        curvature.hessian,
         normal_force_N=normal_force_N,
+        contact_modulus_MPa=contact_modulus_MPa(case.rail_material, case.wheel_material),
+    )
+
+
+def hertz_points_of_case(case: Case, placement: Placement) -> HertzPoints:
+    """Hertz at all touch points of a case, each with the whole load and all sharing it."""
+    return hertz_points(
+        placement,
+        case.load_N,
+        direction=approach_direction(placement, normal_force=case.load_kind == "normal"),
         contact_modulus_MPa=contact_modulus_MPa(case.rail_material, case.wheel_material),
     )
 
@@ -339,8 +370,13 @@ class Level:
     at_edge: bool
     displacement_mm: dict[str, Floats]
     normal_force_N: float
-    hertz: HertzContact
+    hertz_sides: tuple[tuple[Side, HertzContact], ...]
     comparison: Comparison
+
+    @property
+    def hertz(self) -> HertzContact:
+        """Hertz's ellipse, with the field side's curvature at a junction."""
+        return self.hertz_sides[-1][1]
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -427,16 +463,24 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JudgedLoad:
-    """A load on all its meshes, the finest first, with its judgement and what stopped a refinement."""
+    """A load on all its meshes, the finest first, judged with both sides of the touch point; what stopped a refinement.
+
+    `sides` has one entry, or two (gauge side, field side) where the touch point lies at a junction.
+    """
 
     levels: tuple[Level, ...]
-    judgement: Judgement
+    sides: tuple[SideJudgement, ...]
     limits: tuple[str, ...]
 
     @property
+    def judgement(self) -> Judgement:
+        """The worst of the sides: who takes either curvature must be able to rely on it."""
+        return _worst(self.sides)
+
+    @property
     def uncertainty(self) -> dict[str, float]:
-        """Numerical uncertainty of each deviation of the finest level."""
-        return _uncertainty(self.levels)
+        """Numerical uncertainty of each deviation of the finest level from Hertz on the field side."""
+        return dict(self.sides[-1].uncertainty)
 
     def climb(self, position: Position) -> tuple[Ladder, PatchGeometry, str | None]:
         """Ladder and geometry of the finest level, and the cause where Hertz does not hold."""
@@ -452,7 +496,9 @@ class JudgedLoad:
         pressure = level.solution.pressure_MPa.reshape(grid.shape)
         geometry = patch_geometry(placement, grid, pressure, level.hertz, level.comparison.pieces)
         holds = self.judgement.verdict == "HOLDS"
-        return ladder, geometry, None if holds else cause_of(ladder.steps, self.judgement.measure, geometry)
+        if holds or placement.first.at_junction:
+            return ladder, geometry, None if holds else AT_JUNCTION
+        return ladder, geometry, cause_of(ladder.steps, self.judgement.measure, geometry)
 
     @property
     def verdict(self) -> Answer:
@@ -482,8 +528,8 @@ class Meshes:
         case = replace(self.position.case, load_N=load_N)
         levels = [self._level(case, 1.0), self._level(case, MESH_RATIO)]
         limits: list[str] = []
-        judged = _judge(case, levels)
-        while judged.verdict == "UNRESOLVED" and levels[0].status == "converged" and len(levels) < _MOST_MESHES:
+        sides = _judge(case, levels)
+        while _worst(sides).verdict == "UNRESOLVED" and levels[0].status == "converged" and len(levels) < _MOST_MESHES:
             finer = MESH_RATIO ** (1 - len(levels))
             expected = int(levels[0].degrees_of_freedom * MESH_RATIO**3)
             if expected > case.refine_degrees_of_freedom:
@@ -497,8 +543,8 @@ class Meshes:
             except InputError as error:
                 limits.append(f"refinement stopped: {error}")
                 break
-            judged = _judge(case, levels)
-        return JudgedLoad(levels=tuple(levels), judgement=judged, limits=tuple(limits))
+            sides = _judge(case, levels)
+        return JudgedLoad(levels=tuple(levels), sides=sides, limits=tuple(limits))
 
     def close(self) -> None:
         """Release all factors; a further load makes its meshes again."""
@@ -575,9 +621,12 @@ def _level(
     with position.clock.step("compare"):
         area = grid.whole_area_mm2()
         normal_force = float(np.dot(area * (mesh.bodies.normals @ placement.first.normal), solution.pressure_MPa))
-        hertz = hertz_of_case(case, placement, normal_force)
+        hertz_sides = tuple(
+            (side, _hertz(case, curvature, normal_force))
+            for side, curvature in zip(sides(placement.first), placement.first.curvatures, strict=True)
+        )
         approach = solution.approach_mm * float(position.direction @ placement.first.normal)
-        comparison = compare(grid, solution.pressure_MPa.reshape(grid.shape), approach, hertz)
+        comparison = compare(grid, solution.pressure_MPa.reshape(grid.shape), approach, hertz_sides[-1][1])
     return Level(
         bodies=mesh.bodies,
         half_space=half_space,
@@ -586,26 +635,43 @@ def _level(
         at_edge=at_edge,
         displacement_mm=displacement_mm,
         normal_force_N=normal_force,
-        hertz=hertz,
+        hertz_sides=hertz_sides,
         comparison=comparison,
     )
 
 
-def _uncertainty(levels: Sequence[Level]) -> dict[str, float]:
-    """Uncertainty of each deviation (Hertz - FE) / FE, from that of the finite-element measure."""
+def _judge(case: Case, levels: Sequence[Level]) -> tuple[SideJudgement, ...]:
+    """Judge Hertz with the curvature of each side of the first touch point, under the finest level's normal force."""
     finest = levels[0]
     residual = finest.solution.contact_residual + finest.solution.penetration_residual
-    found = {}
+    relative = {}
     for name in MEASURES:
         values = [getattr(level.comparison.fe, name) for level in levels]
         reading = finest.comparison.area_reading if name == "area_mm2" else 0.0
-        relative = estimate(values, residual=residual, reading=reading).relative
-        found[name] = relative * abs(1.0 + finest.comparison.deviation[name])
-    return found
+        relative[name] = estimate(values, residual=residual, reading=reading).relative
+    found = []
+    for side, hertz in finest.hertz_sides:
+        measures = hertz_measures(hertz)
+        deviation = deviations(measures, finest.comparison.fe)
+        # of (Hertz - FE) / FE, from that of the finite-element measure
+        uncertainty = {name: relative[name] * abs(1.0 + deviation[name]) for name in MEASURES}
+        found.append(
+            SideJudgement(
+                side=side,
+                hertz=measures,
+                deviation=deviation,
+                uncertainty=uncertainty,
+                judgement=judge(deviation, uncertainty, case.criteria),
+            )
+        )
+    return tuple(found)
 
 
-def _judge(case: Case, levels: Sequence[Level]) -> Judgement:
-    return judge(levels[0].comparison.deviation, _uncertainty(levels), case.criteria)
+_FROM_BEST: tuple[Answer, ...] = ("HOLDS", "UNRESOLVED", "FAILS")
+
+
+def _worst(sides: Sequence[SideJudgement]) -> Judgement:
+    return max((side.judgement for side in reversed(sides)), key=lambda judgement: _FROM_BEST.index(judgement.verdict))
 
 
 def _result(position: Position, judged: JudgedLoad) -> CaseResult:
@@ -617,7 +683,8 @@ def _result(position: Position, judged: JudgedLoad) -> CaseResult:
         verdict=judged.verdict,
         measure=judged.judgement.measure,
         cause=cause,
-        warnings=(*judged.limits, *_yield_warning(case, comparison)),
+        sides=judged.sides,
+        warnings=(*_junction_warning(judged.sides), *judged.limits, *_yield_warning(case, comparison)),
     )
     return CaseResult(
         case=case,
@@ -630,6 +697,7 @@ def _result(position: Position, judged: JudgedLoad) -> CaseResult:
         gap_mm=solution.gap_mm.reshape(grid.shape),
         surface_points_mm=placement.surface(grid.x_mm[:, None], grid.s_mm[None, :])[0],
         hertz=level.hertz,
+        hertz_points=hertz_points_of_case(case, placement),
         comparison=comparison,
         ladder=ladder,
         geometry=geometry,
@@ -655,6 +723,18 @@ def _result(position: Position, judged: JudgedLoad) -> CaseResult:
         ),
         warnings=_warnings(placement, comparison),
     )
+
+
+def _junction_warning(sides: Sequence[SideJudgement]) -> list[str]:
+    """What Hertz says with the curvature of either side of a junction."""
+    if len(sides) == 1:
+        return []
+    said = (
+        f"with that of its {side.side} side Hertz {side.judgement.verdict} ({side.deviation['p_max_MPa']:+.1%} in peak"
+        f" pressure, {side.deviation['area_mm2']:+.1%} in area)"
+        for side in sides
+    )
+    return [f"the curvature is undefined at the touch point: {'; '.join(said)}"]
 
 
 def _yield_warning(case: Case, comparison: Comparison) -> list[str]:
@@ -712,7 +792,10 @@ def _warnings(placement: Placement, comparison: Comparison) -> tuple[str, ...]:
             " it is a block down to the cut"
         )
     if placement.first.at_junction:
-        found.append("the touch point lies at a curvature junction: Hertz takes the curvature of its field side")
+        found.append(
+            "the touch point lies at a curvature junction: deviations are those from Hertz with the curvature of its"
+            " field side; the verdict is the worse of both sides"
+        )
     if comparison.pieces > 1:
         found.append(
             f"the contact has {comparison.pieces} separate patches; Hertz stands for the first touch point alone"

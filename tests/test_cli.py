@@ -158,3 +158,12 @@ def test_every_study_has_a_quick_size_and_says_what_it_asks(path):
     assert 0 < len(quick.cases) <= len(full.cases)
     assert quick.conclude is not None
     assert "Expected" in path.read_text()
+
+
+def test_hertz_says_how_touch_points_share_the_load(capsys):
+    assert call(["hertz", "--shift", "0"]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "they share the load: point 1 69.0 kN" in out
+    assert "they are one patch" in out
+    assert call(["hertz", "--shift", "-4"]) == 0
+    assert "share the load" not in capsys.readouterr().out

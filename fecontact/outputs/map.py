@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.applicability import AT_JUNCTION
 from fecontact.applicability_map import ApplicabilityMap, LoadLimit, MapCell
 from fecontact.comparison import MEASURES
 from fecontact.outputs.figures import blank_figure, save_figure, short_name
@@ -38,6 +39,7 @@ CAUSE_LETTERS = {
     "curvature change within the patch": "J",
     "conformity": "C",
     "curvature varies over the patch": "V",
+    AT_JUNCTION: "U",
 }
 """Marks of the causes in the picture."""
 

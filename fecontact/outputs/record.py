@@ -13,12 +13,12 @@ from fecontact.applicability import Criteria
 from fecontact.case import Case
 from fecontact.comparison import MEASURES, hertz_measures
 from fecontact.errors import InputError
-from fecontact.expected_patch import approach_direction
-from fecontact.hertz import HertzContact, hertz_from_hessian
-from fecontact.material import Material, contact_modulus_MPa
+from fecontact.hertz import HertzContact
+from fecontact.material import Material
 from fecontact.meshing import BodySize
-from fecontact.pipeline import CaseResult, SolverRecord, hertz_of_case, place_case
+from fecontact.pipeline import CaseResult, SolverRecord, hertz_of_case, hertz_points_of_case, place_case
 from fecontact.placement import RelativeCurvature, TouchPoint, Track
+from fecontact.touch_hertz import HertzPoints, sides
 
 Record = dict[str, Any]
 
@@ -88,10 +88,22 @@ def result_record(result: CaseResult) -> Record:
         },
         "uncertainty": {name: result.uncertainty[name] for name in MEASURES},
         "geometry": asdict(result.geometry),
+        "hertz_points": points_record(result.hertz_points),
         "verdict": {
             "verdict": result.verdict.verdict,
             "measure": result.verdict.measure,
             "cause": result.verdict.cause,
+            "sides": [
+                {
+                    "side": side.side,
+                    "verdict": side.judgement.verdict,
+                    "measure": side.judgement.measure,
+                    "hertz": side.hertz.as_dict(),
+                    "deviation": {name: float(side.deviation[name]) for name in MEASURES},
+                    "uncertainty": {name: float(side.uncertainty[name]) for name in MEASURES},
+                }
+                for side in result.verdict.sides
+            ],
             "warnings": list(result.verdict.warnings),
         },
         "solver": _solver_record(result.solver),
@@ -112,13 +124,9 @@ def touch_record(touch: TouchPoint) -> Record:
         "vertical_gap_mm": touch.vertical_gap_mm,
         "at_junction": touch.at_junction,
         "curvatures": [
-            _curvature_record(side, curvature) for side, curvature in zip(_sides(touch), touch.curvatures, strict=True)
+            _curvature_record(side, curvature) for side, curvature in zip(sides(touch), touch.curvatures, strict=True)
         ],
     }
-
-
-def _sides(touch: TouchPoint) -> tuple[str, ...]:
-    return ("gauge", "field") if touch.at_junction else ("both",)
 
 
 def _curvature_record(side: str, curvature: RelativeCurvature) -> Record:
@@ -189,6 +197,7 @@ def row(record: Mapping[str, Any]) -> Record:
         "verdict_cause": record["verdict"]["cause"],
         "verdict_warnings": "; ".join(record["verdict"]["warnings"]),
         "p_max_half_space_MPa": record["rungs"]["half_space"]["p_max_MPa"],
+        "p_max_shared_hertz_MPa": record["hertz_points"]["shared"]["p_max_MPa"],
         "pressure_l2_percent": 1e2 * record["pressure_l2"],
         "overlap": record["overlap"],
         "centre_x_mm": record["centre_of_pressure_mm"][0],
@@ -220,16 +229,6 @@ def hertz_record(case: Case) -> Record:
     """
     placement = place_case(case)
     hertz = hertz_of_case(case, placement)
-    direction = approach_direction(placement, normal_force=case.load_kind == "normal")
-    ellipses = [
-        {
-            "touch_point": number,
-            "side": side,
-            **_ellipse(case, case.load_N / float(touch.normal @ direction), curvature),
-        }
-        for number, touch in enumerate(placement.touch_points)
-        for side, curvature in zip(_sides(touch), touch.curvatures, strict=True)
-    ]
     return {
         "schema": "fecontact/hertz/1",
         "case": case_record(case),
@@ -237,22 +236,34 @@ def hertz_record(case: Case) -> Record:
         "contact_angle_rad": placement.first.contact_angle_rad,
         "touch_points": [touch_record(touch) for touch in placement.touch_points],
         "hertz": _ellipse_record(hertz),
-        "ellipses": ellipses,
+        **points_record(hertz_points_of_case(case, placement)),
         "warnings": [*placement.rail.profile.notes, *placement.wheel.profile.notes],
         "versions": versions(),
     }
 
 
-def _ellipse(case: Case, normal_force_N: float, curvature: RelativeCurvature) -> Record:
-    try:
-        hertz = hertz_from_hessian(
-            curvature.hessian,
-            normal_force_N=normal_force_N,
-            contact_modulus_MPa=contact_modulus_MPa(case.rail_material, case.wheel_material),
-        )
-    except InputError as error:
-        return {"problem": str(error)}
-    return _ellipse_record(hertz)
+def points_record(points: HertzPoints) -> Record:
+    """Hertz at every touch point: with the whole load, and under its share of it."""
+    return {
+        "ellipses": [
+            {
+                "touch_point": p.touch_point,
+                "side": p.side,
+                **({"problem": p.problem} if p.whole is None else _ellipse_record(p.whole)),
+            }
+            for p in points.points
+        ],
+        "shared": {
+            "approach_mm": points.shared_approach_mm,
+            "overlapping": points.overlapping,
+            "p_max_MPa": points.shared_p_max_MPa,
+            "ellipses": [
+                {"touch_point": p.touch_point, **_ellipse_record(p.shared)}
+                for p in points.points
+                if p.shared is not None
+            ],
+        },
+    }
 
 
 def _ellipse_record(hertz: HertzContact) -> Record:

@@ -189,10 +189,22 @@ def print_hertz(record: Record, *, console: Console | None = None) -> None:
         cells = (form.format(value) for form, value in zip(forms, values, strict=True))
         table.add_row(point, ellipse["side"], f"{ellipse['normal_force_N'] / 1e3:.3f}", *cells)
     console.print(table)
+    _print_shared(record["shared"], console)
     for ellipse in record["ellipses"]:
         if "problem" in ellipse:
             _say(console, f"point {ellipse['touch_point'] + 1}, {ellipse['side']} side: {ellipse['problem']}")
     _print_warnings(record, console)
+
+
+def _print_shared(shared: Record, console: Console) -> None:
+    if len(shared["ellipses"]) < 2:
+        return
+    parts = (
+        f"point {ellipse['touch_point'] + 1} {ellipse['normal_force_N'] / 1e3:.1f} kN, p0 {ellipse['p_max_MPa']:.0f} MPa"
+        for ellipse in shared["ellipses"]
+    )
+    overlap = "; but their ellipses overlap: they are one patch" if shared["overlapping"] else ""
+    _say(console, f"As springs side by side they share the load: {'; '.join(parts)}{overlap}.")
 
 
 def _print_touch_points(record: Record, console: Console) -> None:
@@ -237,7 +249,9 @@ def print_library(*, console: Console | None = None) -> None:
         source = Text(profile.source)  # not as markup: sources may have brackets
         table.add_row(name, profile.kind, f"{low:.1f}", f"{high:.1f}", str(len(profile.junctions)), source)
     console.print(table)
-    _say(console, "Also: circle:R (rail) and cylinder:R (wheel), R in mm, or the path of a profile file.")
+    _say(
+        console, "Also: circle:R and arcs:R/R@D (rails), cylinder:R (wheel), all in mm, or the path of a profile file."
+    )
 
 
 def print_profile(profile: Profile, *, console: Console | None = None) -> None:

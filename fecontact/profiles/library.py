@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 import math
 import os
+import re
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -253,6 +254,47 @@ def circular_rail_head(radius_mm: float, half_width_mm: float = 36.0) -> Profile
     return Profile(name=f"circle:{radius_mm:g}", kind="rail", segments=(arc,), source="circular arc")
 
 
+def two_arc_rail_head(crown_mm: float, gauge_mm: float, junction_mm: float, half_width_mm: float = 36.0) -> Profile:
+    """Rail head of two tangent arcs with its crown at (0, 0): a curvature junction at a known distance from it.
+
+    Args:
+        crown_mm: Radius on the field side of the junction.
+        gauge_mm: Radius on its gauge side.
+        junction_mm: Arc length from the crown to the junction, positive to the gauge side: the crown then lies on the
+            first arc; negative: on the second; 0: at the junction itself.
+        half_width_mm: The arcs reach to this |y|, at most to 95 % of their radius from their centre.
+
+    Raises:
+        InputError: A length is not finite and positive, or the crown does not lie on the arcs.
+    """
+    for name, radius in (("field", crown_mm), ("gauge", gauge_mm)):
+        check_positive(f"radius on the {name} side", radius, "mm", "for example arcs:300/80@2.5")
+    radius = crown_mm if junction_mm >= 0.0 else gauge_mm
+    if not abs(junction_mm) < min(radius, half_width_mm):
+        raise InputError(
+            f"junction at {junction_mm:g} mm from the crown; allowed: less than the arc of {radius:g} mm under it and"
+            f" the half-width of {half_width_mm:g} mm"
+        )
+    angle = math.pi / 2 + junction_mm / radius
+    normal = (math.cos(angle), math.sin(angle))
+    # each centre lies on the common normal, which makes the junction exactly tangent
+    joint = (radius * normal[0], radius * (normal[1] - 1.0))
+    segments: list[Segment] = []
+    for r, side in ((gauge_mm, -1.0), (crown_mm, 1.0)):
+        centre = (joint[0] - r * normal[0], joint[1] - r * normal[1])
+        reach = min(max((half_width_mm - side * centre[0]) / r, 0.0), 0.95)
+        end = math.pi / 2 - side * math.asin(reach)
+        first, last = (end, angle) if side < 0.0 else (angle, end)
+        if not first > last:
+            raise InputError(
+                f"junction at {junction_mm:g} mm: the arc of {r:g} mm beside it is too steep there; give a smaller"
+                " distance"
+            )
+        segments.append(Arc(centre=centre, radius=r, angle_from=first, angle_to=last))
+    name = f"arcs:{crown_mm:g}/{gauge_mm:g}@{junction_mm:g}"
+    return Profile(name=name, kind="rail", segments=tuple(segments), source="two tangent arcs")
+
+
 def cylinder_wheel(y_from_mm: float = -70.0, y_to_mm: float = 65.0) -> Profile:
     """Wheel with a straight tread at z = 0 and no flange, for comparisons with closed forms.
 
@@ -264,15 +306,17 @@ def cylinder_wheel(y_from_mm: float = -70.0, y_to_mm: float = 65.0) -> Profile:
 
 
 def resolve_rail(spec: str) -> Profile:
-    """Rail from the text of the command line: a library name, `circle:R` (mm), or the path of a profile file.
+    """Rail from the text of the command line: a library name, `circle:R`, `arcs:R/R@D` (mm), or a profile file.
 
     Raises:
         InputError: No such name or file, or the file does not hold a rail.
     """
     if spec.lower().startswith("circle:"):
         return circular_rail_head(_number(spec, "circle:300"))
+    if spec.lower().startswith("arcs:"):
+        return two_arc_rail_head(*_arcs(spec))
     if spec.lower().startswith("cylinder:"):
-        raise InputError(f"{spec!r} is a wheel; a rail may be circle:R")
+        raise InputError(f"{spec!r} is a wheel; a rail may be circle:R or arcs:R/R@D")
     return _resolve(spec, "rail")
 
 
@@ -285,9 +329,27 @@ def resolve_wheel(spec: str) -> WheelProfile:
     if spec.lower().startswith("cylinder:"):
         radius = check_positive("radius of the wheel", _number(spec, "cylinder:460"), "mm", "for example cylinder:460")
         return WheelProfile(profile=cylinder_wheel(), rolling_radius_mm=radius)
-    if spec.lower().startswith("circle:"):
+    if has_no_gauge_face(spec):
         raise InputError(f"{spec!r} is a rail; a wheel may be cylinder:R")
     return WheelProfile(profile=_resolve(spec, "wheel"))
+
+
+def has_no_gauge_face(spec: str) -> bool:
+    """Whether a rail is given by its radii alone: it has no gauge face, its crown lies under the tape circle."""
+    return spec.lower().startswith(("circle:", "arcs:"))
+
+
+def _arcs(spec: str) -> tuple[float, float, float]:
+    match = re.fullmatch(r"arcs:([^/@]+)/([^/@]+)@([^/@]+)", spec.lower())
+    try:
+        if match:
+            return float(match[1]), float(match[2]), float(match[3])
+    except ValueError:
+        pass
+    raise InputError(
+        f"{spec!r}: give the radii on the field and on the gauge side and the junction's distance from the crown in mm,"
+        " as in arcs:300/80@2.5"
+    )
 
 
 def _number(spec: str, example: str) -> float:

@@ -1,0 +1,153 @@
+"""Hertz at all touch points: load shared like springs side by side, and both sides of a junction."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fecontact.case import Case
+from fecontact.errors import InputError
+from fecontact.expected_patch import approach_direction
+from fecontact.hertz import hertz_ellipse, hertz_spring_force_N, shared_approach_mm
+from fecontact.material import STEEL, contact_modulus_MPa
+from fecontact.pipeline import hertz_points_of_case, place_case, solve
+from fecontact.profiles import resolve_rail
+
+MODULUS = contact_modulus_MPa(STEEL, STEEL)
+
+
+# --- springs side by side -----------------------------------------------------------------------------------------
+
+
+def test_equal_springs_share_equally():
+    # n springs in parallel are one n times as stiff
+    one = shared_approach_mm([1e6], load_N=25e3, gap_mm=[0.0], closing=[1.0])
+    four = shared_approach_mm([1e6] * 4, load_N=100e3, gap_mm=[0.0] * 4, closing=[1.0] * 4)
+    assert one == pytest.approx((25e3 / 1e6) ** (2 / 3), rel=1e-12)
+    assert four == pytest.approx(one, rel=1e-12)
+
+
+def test_a_far_point_carries_nothing():
+    near = shared_approach_mm([1e6], load_N=1e5, gap_mm=[0.0], closing=[1.0])
+    both = shared_approach_mm([1e6, 5e6], load_N=1e5, gap_mm=[0.0, 1.001 * near], closing=[1.0, 1.0])
+    assert both == pytest.approx(near, rel=1e-12)
+    reached = shared_approach_mm([1e6, 5e6], load_N=1e5, gap_mm=[0.0, 0.9 * near], closing=[1.0, 1.0])
+    assert reached < near
+
+
+@given(
+    st.lists(
+        st.tuples(st.floats(1e5, 1e7), st.floats(0.0, 0.2), st.floats(0.3, 1.0)),
+        min_size=1,
+        max_size=5,
+    ),
+    st.floats(1.0, 1e6),
+)
+def test_the_springs_carry_the_load(springs, load):
+    k, g, c = (np.array(v) for v in zip(*springs, strict=True))
+    g[0] = 0.0
+    approach = shared_approach_mm(k, load_N=load, gap_mm=g, closing=c)
+    force = np.array([float(hertz_spring_force_N(1.0, a)) for a in c * approach - g]) * k
+    # the root is found to a part in 1e14 of the approach, which a gap next to it magnifies
+    assert float(c @ force) == pytest.approx(load, rel=1e-6)
+
+
+# --- positions ----------------------------------------------------------------------------------------------------
+
+
+def test_two_touch_points_share_the_load():
+    case = Case(lateral_shift_mm=0.0)
+    placement = place_case(case)
+    direction = approach_direction(placement, normal_force=False)
+    found = hertz_points_of_case(case, placement)
+    assert [(p.touch_point, p.side) for p in found.points] == [(0, "both"), (1, "both")]
+    shares = [p.shared for p in found.points]
+    vertical = [
+        s.normal_force_N * float(t.normal @ direction) for s, t in zip(shares, placement.touch_points, strict=True)
+    ]
+    assert sum(vertical) == pytest.approx(case.load_N, rel=1e-9)
+    # one rigid approach: each ellipse's own approach is what its gap leaves of it
+    for share, touch in zip(shares, placement.touch_points, strict=True):
+        own = found.shared_approach_mm * float(touch.normal @ direction) - touch.vertical_gap_mm * touch.normal[2]
+        assert share.approach_mm == pytest.approx(own, rel=1e-9)
+    assert found.shared_p_max_MPa == max(s.p0_MPa for s in shares)
+    # 10.6 mm apart, half widths 9.9 and 2.3 mm
+    assert found.overlapping
+    alone = [p.whole for p in found.points]
+    assert all(s.p0_MPa < w.p0_MPa for s, w in zip(shares, alone, strict=True))
+
+
+def test_a_single_touch_point_has_the_whole_load():
+    case = Case(lateral_shift_mm=0.0, rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
+    found = hertz_points_of_case(case, place_case(case))
+    exact = hertz_ellipse(0.5 / 460, 0.5 / 300, normal_force_N=100e3, contact_modulus_MPa=MODULUS)
+    (only,) = found.points
+    assert only.whole.p0_MPa == pytest.approx(exact.p0_MPa, rel=1e-9)
+    assert only.shared.p0_MPa == pytest.approx(exact.p0_MPa, rel=1e-9)
+    assert found.shared_approach_mm == pytest.approx(exact.approach_mm, rel=1e-9)
+    assert not found.overlapping
+
+
+# --- two tangent arcs -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("distance", [-6.0, -0.5, 0.0, 0.5, 6.0])
+def test_two_arcs_meet_at_the_distance_from_first_touch(distance):
+    case = Case(rail=f"arcs:80/13@{distance:g}", wheel="cylinder:460", inclination_rad=0.0)
+    placement = place_case(case)
+    (junction,) = placement.rail.profile.junctions
+    assert not junction.is_corner
+    assert (junction.curvature_left_per_mm, junction.curvature_right_per_mm) == pytest.approx((1 / 13, 1 / 80))
+    origin = float(placement.rail.profile.arc_length(placement.first.rail_u))
+    there = float(placement.rail.profile.arc_length(placement.rail.profile.locate(junction.y_mm)))
+    # the touch point is a root found to 1e-9 mm or so of a minimum
+    assert origin - there == pytest.approx(distance, abs=1e-5)
+    assert placement.first.at_junction == (distance == 0.0)
+    radius = {True: 80.0, False: 13.0}[distance > 0.0]
+    if distance:
+        assert 1.0 / placement.first.curvatures[-1].rail_per_mm == pytest.approx(radius, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("spec", "said"),
+    [
+        ("arcs:300/80", "arcs:300/80@2.5"),
+        ("arcs:a/80@1", "arcs:300/80@2.5"),
+        ("arcs:-300/80@1", "-300"),
+        ("arcs:300/80@nan", "nan"),
+        ("arcs:80/13@-15", "-15"),
+    ],
+)
+def test_bad_arcs_are_refused(spec, said):
+    with pytest.raises(InputError, match=said.replace("+", r"\+")):
+        resolve_rail(spec)
+
+
+def test_junction_is_judged_with_both_curvatures():
+    """Touch exactly at a junction R 300 / R 80: the truth lies between both ellipses, and neither holds."""
+    result = solve(
+        Case(
+            rail="arcs:300/80@0",
+            wheel="cylinder:460",
+            inclination_rad=0.0,
+            resolution="quick",
+            refine_degrees_of_freedom=0,
+        )
+    )
+    gauge, field = result.verdict.sides
+    assert (gauge.side, field.side) == ("gauge", "field")
+    for side, radius in ((gauge, 80.0), (field, 300.0)):
+        exact = hertz_ellipse(
+            0.5 / 460, 0.5 / radius, normal_force_N=result.normal_force_N, contact_modulus_MPa=MODULUS
+        )
+        assert side.hertz.p_max_MPa == pytest.approx(exact.p0_MPa, rel=1e-9)
+        assert side.deviation["p_max_MPa"] == pytest.approx(exact.p0_MPa / result.comparison.fe.p_max_MPa - 1.0)
+        assert side.judgement.verdict == "FAILS"
+    assert field.deviation["p_max_MPa"] < -0.2 < 0.15 < gauge.deviation["p_max_MPa"]
+    assert dict(result.comparison.deviation) == dict(field.deviation)
+    assert result.verdict.verdict == "FAILS"
+    assert result.verdict.cause == "curvature undefined at the touch point"
+    assert any("gauge side Hertz FAILS" in warning and "field side" in warning for warning in result.verdict.warnings)
+    assert math.isclose(result.geometry.junction_distance_mm, 0.0, abs_tol=1e-5)
