@@ -12,9 +12,14 @@ from pathlib import Path
 
 import pytest
 
+from fecontact.applicability import Judgement
+from fecontact.applicability_map import MapCell
 from fecontact.baselines import update_baseline
 from fecontact.cli import call
+from fecontact.comparison import MEASURES, Measures
 from fecontact.errors import InputError
+from fecontact.load_sweep import LoadPoint
+from fecontact.outputs.map import cell_row
 from fecontact.outputs.record import result_record, row
 from fecontact.outputs.tables import write_csv
 from fecontact.regression import compare_tables, load_table
@@ -32,6 +37,7 @@ LIMITS = (
     ("a_fe_mm", 6.0, 6e-3),
     ("extent_x_fe_mm", 12.0, 12e-3),
     ("centre_y_mm", 1e-19, 1e-3),
+    ("centre_x_mm", -12.0, 12e-3),
     ("approach_fe_mm", 0.02, 2e-6),
     ("approach_hertz_mm", 0.02, 2e-8),
     ("touch_rail_y_mm", 700.0, 1e-4),
@@ -429,6 +435,8 @@ def test_a_baseline_is_written_and_compares_with_its_results(tmp_path, capsys):
     assert (beside["study"], beside["reason"]) == ("mine", "the first")
     assert beside["versions"] == {"fecontact": "0.1.0", "gmsh": "4.15.2"}
     assert call(["compare", str(tmp_path / "b" / "mine.csv"), str(study)]) == 0
+    comparison = compare_tables(load_table(tmp_path / "b" / "mine.csv"), load_table(study))
+    assert comparison.versions == comparison.settings == {}
 
 
 def test_an_update_says_what_changed(tmp_path, capsys):
@@ -499,6 +507,28 @@ def test_every_column_of_a_result_is_known_and_the_baselines_have_them_all(ellip
     assert [name for name in columns if kind_of(name) == "default"] == []
     kept = tuple(name for name in columns if kind_of(name) != EFFORT)
     assert load_table(BASELINES / "01_elliptic_hertz.csv").columns == kept
+
+
+def test_every_column_of_a_map_is_known():
+    measures = Measures(**dict.fromkeys(MEASURES, 1.0))
+    point = LoadPoint(
+        load_N=1e5,
+        status="converged",
+        fe=measures,
+        hertz=measures,
+        deviation=dict.fromkeys(MEASURES, 0.0),
+        uncertainty=dict.fromkeys(MEASURES, 0.0),
+        verdict=Judgement(verdict="HOLDS", measure="p_max_MPa"),
+        cause=None,
+        normal_force_N=1e5,
+        half_space_p_max_MPa=1.0,
+        hertz_stiffness_N_per_mm15=3e6,
+        pieces=1,
+        meshes=2,
+    )
+    columns = list(cell_row(MapCell(shift_mm=0.0, load_N=1e5, status="converged", point=point)))
+    assert len(columns) > 30
+    assert [name for name in columns if kind_of(name) == "default"] == []
 
 
 def test_every_kind_is_one_that_exists():
