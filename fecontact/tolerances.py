@@ -39,14 +39,16 @@ class Tolerance:
 
 
 # Rounding (PARDISO against multigrid: 3e-12 of the peak) and the end of the contact iteration (2e-7 of the pressure)
-# are far below all of these; another version of gmsh or MKL moves nodes by rounding and may move an element's edge.
-# Above them is what one wants to hear of: another mesh, another model, another solution.
+# are far below all of these. Another version of gmsh or MKL moves nodes by rounding, which may end in another mesh of a
+# cross-section: an element size changed by 1e-6 made one of 3 % fewer unknowns at `quick` (R 300 on R 460, 100 kN), and
+# moved the peak by 6e-5, the approach by 2e-4, area and semi-axes by 5e-5 and the centre of pressure by 1 µm. Above the
+# tolerances is what one wants to hear of: another model, another solution, a mesh that is finer or coarser.
 KINDS: Mapping[str, Tolerance] = MappingProxyType(
     {
         "pressure": Tolerance(relative=1e-4, reason="smooth in the mesh; 1/50 of the usual discretisation error"),
-        "approach": Tolerance(relative=1e-4, reason="an integral over the bodies, as smooth as the pressure"),
+        "approach": Tolerance(relative=5e-4, reason="has the stiffness of the coarse mesh of the whole bodies in it"),
         "area": Tolerance(relative=1e-3, reason="read from the edge of the pressure, where one node may come or go"),
-        "length": Tolerance(relative=1e-3, absolute=1e-3, reason="read from the same edge; 1 µm about zero"),
+        "length": Tolerance(relative=1e-3, absolute=2e-3, reason="read from the same edge; 2 µm about zero"),
         "position": Tolerance(absolute=1e-4, reason="touch point of the rigid bodies, found by a root search"),
         "theory": Tolerance(relative=1e-6, reason="closed form; only the force and the touch point go into it"),
         "force": Tolerance(relative=1e-6, reason="given, or its component along the normal; no mesh in it"),
@@ -55,11 +57,12 @@ KINDS: Mapping[str, Tolerance] = MappingProxyType(
         "input": Tolerance(relative=1e-8, absolute=1e-12, reason="given, not computed; a baseline keeps 10 digits"),
         "fraction": Tolerance(absolute=1e-3, reason="a ratio of areas"),
         "percent": Tolerance(absolute=0.1, reason="in percentage points: 1e-3 of an area or a length"),
-        "percent of a smooth value": Tolerance(absolute=0.01, reason="in percentage points: 1e-4 of a pressure"),
+        "percent of a pressure": Tolerance(absolute=0.01, reason="in percentage points: 1e-4 of a pressure"),
+        "percent of an approach": Tolerance(absolute=0.05, reason="in percentage points: 5e-4 of an approach"),
         "uncertainty": Tolerance(
             absolute=0.3, reason="in percentage points: 3 x the value's, extrapolated from two meshes"
         ),
-        "uncertainty of a smooth value": Tolerance(absolute=0.03, reason="in percentage points: 3 x the value's"),
+        "uncertainty of a smooth value": Tolerance(absolute=0.15, reason="in percentage points: 3 x the approach's"),
         "count": Tolerance(reason="a number of things that are there"),
         "default": Tolerance(relative=1e-4, reason="a column whose name says no known unit"),
     }
@@ -92,7 +95,8 @@ _NAMED: Mapping[str, str] = {
 _PATTERNS = (
     (r"(p_max|approach)_uncertainty_percent$", "uncertainty of a smooth value"),
     (r"_uncertainty_percent$", "uncertainty"),
-    (r"(p_max|approach)_deviation_percent$", "percent of a smooth value"),
+    (r"p_max_deviation_percent$", "percent of a pressure"),
+    (r"approach_deviation_percent$", "percent of an approach"),
     (r"_percent$", "percent"),
     (r"(^|_)hertz_", "theory"),
     (r"approach_.*mm$", "approach"),
