@@ -10,7 +10,7 @@ INSTALLED := $(VENV)/.installed
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup study test test-slow lint lock clean
+.PHONY: help setup study test test-slow regress lint lock clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)$$/\1|\2/' | awk -F'|' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -44,6 +44,17 @@ test: setup ## run the tests that are not slow
 
 test-slow: setup ## run the slow tests only
 	@$(BIN)/python -m pytest -q -m slow
+
+# A study has a baseline if its CSV is there. All are compared before the target ends; old results are never taken for new.
+regress: setup ## run the quick studies that have a baseline and compare each with it; results in out/regress
+	@different=; for csv in studies/baselines/*.csv; do \
+	  name=$$(basename "$$csv" .csv); out=out/regress/$$name; rm -rf "$$out"; echo "== $$name"; \
+	  $(BIN)/fecontact run "studies/$$name.py" --quick --out "$$out"; \
+	  $(BIN)/fecontact compare "$$csv" "$$out" --json "$$out/comparison.json" --html "$$out/comparison.html" \
+	    || different="$$different $$name"; \
+	done; \
+	if [ -n "$$different" ]; then echo "regress: not the same as the baseline:$$different" >&2; exit 1; fi; \
+	echo "regress: all the same as their baselines"
 
 lint: $(INSTALLED) ## ruff check, ruff format --check, mypy
 	$(BIN)/python -m ruff check .

@@ -21,8 +21,11 @@ app = App(
     name="fecontact",
     version=__version__,
     help="Where does Hertz's ellipse hold for a railway wheel on a rail?",
-    help_epilogue="Exit codes: 0 solved, 2 bad input, 3 a case did not converge or could not be solved.",
+    help_epilogue="Exit codes: 0 solved, or the same; 1 results differ (compare); 2 bad input;"
+    " 3 a case did not converge or could not be solved.",
 )
+baseline_app = App(name="baseline", help="Baselines: the results that later ones are held against.")
+app.command(baseline_app)
 
 
 @Parameter(name="*")
@@ -256,6 +259,71 @@ def mesh(body: Literal["rail", "wheel"], options: CaseOptions = _DEFAULTS, *, ou
     made = mesh_case(options.case(), body)
     write_mesh(made, out)
     print(f"{out}: {len(made.points)} nodes, {len(made.hexes)} hexahedra, surfaces {', '.join(made.surfaces)}")
+    return 0
+
+
+@app.command
+def compare(
+    baseline: Path, new: Path, *, tolerance: Path | None = None, json: Path | None = None, html: Path | None = None
+) -> int:
+    """Compare two sets of results, case by case; exit code 1 if they differ by more than the tolerances.
+
+    Parameters
+    ----------
+    baseline
+        Result folder, study.json, study.csv, map.csv, or a CSV of studies/baselines.
+    new
+        Likewise.
+    tolerance
+        TOML file with [kinds.NAME] and [columns.NAME] tables of relative and absolute tolerances.
+    json
+        File for the comparison as JSON.
+    html
+        File for the comparison as HTML.
+    """
+    from fecontact.outputs.comparison_report import comparison_html, comparison_record, print_comparison
+    from fecontact.outputs.files import write_json, write_text
+    from fecontact.regression import compare_tables, load_table
+    from fecontact.tolerances import read_tolerances
+
+    tolerances = read_tolerances(tolerance) if tolerance is not None else None
+    comparison = compare_tables(load_table(baseline), load_table(new), tolerances)
+    if json is not None:
+        write_json(json, comparison_record(comparison))
+    if html is not None:
+        write_text(html, comparison_html(comparison))
+    print_comparison(comparison)
+    return 0 if comparison.same else 1
+
+
+@baseline_app.command(name="update")
+def baseline_update(
+    study_result: Path,
+    *,
+    reason: str,
+    baselines: Path = Path("studies/baselines"),
+    allow_failed: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Make the results of a study its baseline, and say what changes.
+
+    Parameters
+    ----------
+    study_result
+        Folder that `run` wrote.
+    reason
+        Why the new results are right; kept beside the baseline.
+    baselines
+        Folder of the baselines.
+    allow_failed
+        Take cases that failed or did not converge as well.
+    """
+    from fecontact.baselines import update_baseline
+    from fecontact.outputs.comparison_report import print_comparison
+
+    update = update_baseline(study_result, baselines, reason=reason, allow_failed=allow_failed)
+    if update.comparison is not None:
+        print_comparison(update.comparison)
+    print(f"{update.path}: {update.text}")
     return 0
 
 

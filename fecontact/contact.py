@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 Compliance = Callable[[Floats], Floats]
 ContactStatus = Literal["converged", "not converged"]
 
-# Largest error of the gap relative to the approach: 1e-7 leaves about 2e-7 in the pressure, far below any mesh error.
+# Largest error of the gap relative to the approach: 1e-7 leaves some 1e-7 in the pressure, far below any mesh error.
 CONTACT_TOLERANCE = 1e-7
 CONTACT_ITERATIONS = 300
 

@@ -57,7 +57,10 @@ def wheelset_roll_rad(shift_mm: float) -> float:
         here, there = (place_case(_case(sign * shift_mm, sign * roll)).wheel.centre_mm[2] for sign in (1.0, -1.0))
         return float(here - there)
 
-    return 0.0 if shift_mm == 0.0 else float(brentq(height_difference, -5e-3, 5e-3))
+    if shift_mm == 0.0:
+        return 0.0
+    # to the nanoradian (below a nanometre in height): the digits beyond differ between machines, and ids hash inputs
+    return round(float(brentq(height_difference, -5e-3, 5e-3)), 9)
 
 
 def cases(quick: bool = False) -> list[Case]:

@@ -10,6 +10,7 @@ import pytest
 PACKAGE = Path(__file__).parents[1] / "fecontact"
 FINITE_ELEMENTS = {"section", "meshing", "elasticity", "mortar"}
 THEORY = {"hertz", "halfspace", "material"}
+REGRESSION = {"tolerances", "regression", "baselines"}
 
 
 def imported(path: Path) -> set[str]:
@@ -63,8 +64,13 @@ def test_geometry_needs_neither(module):
     assert not names & (FINITE_ELEMENTS | THEORY)
 
 
+@pytest.mark.parametrize("module", sorted(REGRESSION))
+def test_comparing_results_needs_nothing_that_makes_them(module):
+    assert reachable(module) <= REGRESSION | {"errors"}
+
+
 def test_checked_modules_exist():
-    assert all((PACKAGE / f"{name}.py").is_file() for name in FINITE_ELEMENTS | THEORY)
+    assert all((PACKAGE / f"{name}.py").is_file() for name in FINITE_ELEMENTS | THEORY | REGRESSION)
 
 
 def test_importing_the_package_is_light():

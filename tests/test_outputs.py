@@ -162,7 +162,7 @@ def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
     assert all(list(rung) == MEASURES for rung in (*record["rungs"].values(), record["uncertainty"]))
     assert record["rungs"]["fe"] == record["fe"]
     assert all(list(step) == ["p_max_MPa", "area_mm2", "approach_mm"] for step in record["steps"].values())
-    assert list(record["verdict"]) == ["verdict", "measure", "cause", "warnings"]
+    assert list(record["verdict"]) == ["verdict", "measure", "cause", "sides", "warnings"]
     assert list(record["solver"]) == [
         "path", "iterations", "compliance_calls", "contact_residual", "penetration_residual", "load_balance",
         "degrees_of_freedom", "elements", "element_size_mm", "meshes", "zone_enlarged", "seconds", "memory_MB",

@@ -200,8 +200,8 @@ def _print_shared(shared: Record, console: Console) -> None:
     if len(shared["ellipses"]) < 2:
         return
     parts = (
-        f"point {ellipse['touch_point'] + 1} {ellipse['normal_force_N'] / 1e3:.1f} kN, p0 {ellipse['p_max_MPa']:.0f} MPa"
-        for ellipse in shared["ellipses"]
+        f"point {e['touch_point'] + 1} {e['normal_force_N'] / 1e3:.1f} kN, p0 {e['p_max_MPa']:.0f} MPa"
+        for e in shared["ellipses"]
     )
     overlap = "; but their ellipses overlap: they are one patch" if shared["overlapping"] else ""
     _say(console, f"As springs side by side they share the load: {'; '.join(parts)}{overlap}.")

@@ -1,0 +1,550 @@
+"""Two tables of results side by side: every tolerance at both sides of its limit, and nothing lost without a word."""
+
+import csv
+import json
+import math
+import re
+import shutil
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+
+from fecontact.applicability import Judgement
+from fecontact.applicability_map import MapCell
+from fecontact.baselines import update_baseline
+from fecontact.cli import call
+from fecontact.comparison import MEASURES, Measures
+from fecontact.errors import InputError
+from fecontact.load_sweep import LoadPoint
+from fecontact.outputs.map import cell_row
+from fecontact.outputs.record import result_record, row
+from fecontact.outputs.tables import write_csv
+from fecontact.regression import compare_tables, load_table
+from fecontact.tolerances import EFFORT, KINDS, TEXT, kind_of, read_tolerances
+
+BASELINES = Path(__file__).parents[1] / "studies" / "baselines"
+VERSIONS = {"fecontact": "0.1.0", "gmsh": "4.15.2", "platform": "Linux-6-x86_64"}
+
+# Column, baseline, and the largest difference that is the same: written out by hand, not taken from the code.
+LIMITS = (
+    ("p_max_fe_MPa", 1200.0, 0.12),
+    ("p_max_half_space_MPa", 1200.0, 0.12),
+    ("p_max_hertz_MPa", 1200.0, 1.2e-3),
+    ("area_fe_mm2", 120.0, 0.12),
+    ("a_fe_mm", 6.0, 6e-3),
+    ("extent_x_fe_mm", 12.0, 12e-3),
+    ("centre_y_mm", 1e-19, 2e-3),
+    ("centre_x_mm", -12.0, 12e-3),
+    ("approach_fe_mm", 0.02, 1e-5),
+    ("approach_hertz_mm", 0.02, 2e-8),
+    ("touch_rail_y_mm", 700.0, 1e-4),
+    ("lateral_shift_mm", 4.0, 4e-8),
+    ("normal_force_kN", 100.0, 1e-4),
+    ("contact_angle_mrad", 80.0, 1e-3),
+    ("contact_angle_rad", 0.08, 1e-6),
+    ("area_deviation_percent", -12.0, 0.1),
+    ("pressure_l2_percent", 8.0, 0.1),
+    ("p_max_deviation_percent", -0.5, 0.01),
+    ("approach_deviation_percent", 3.0, 0.05),
+    ("area_uncertainty_percent", 6.0, 0.3),
+    ("p_max_uncertainty_percent", 0.6, 0.15),
+    ("overlap", 0.9, 1e-3),
+    ("hertz_stiffness_GN_per_m15", 100.0, 1e-4),
+    ("hertz_stiffness_N_per_mm15", 3e6, 3.0),
+    ("something_new", 5.0, 5e-4),
+)
+TEXTS = ("status", "rail", "verdict", "verdict_cause", "verdict_measure", "warnings", "at_junction", "resolution")
+
+
+def case_row(name: str = "one", **more) -> dict:
+    return {"id": name, "status": "converged", "rail": "60E1", "p_max_fe_MPa": 1234.5, "area_fe_mm2": 120.0, **more}
+
+
+def write_study(folder: Path, rows: list[dict], **more) -> Path:
+    """A result folder as `fecontact run` writes it, as far as it matters here."""
+    folder.mkdir(parents=True, exist_ok=True)
+    document = {"schema": "fecontact/study/1", "study": "mine", "cases": len(rows), "rows": rows, "versions": VERSIONS}
+    (folder / "study.json").write_text(json.dumps(document | more).replace("NaN", "null"), "utf-8")
+    write_csv(rows, folder / "study.csv")
+    return folder
+
+
+def compared(tmp_path: Path, baseline: list[dict], new: list[dict], tolerances=None, form: str = ""):
+    tables = [load_table(write_study(tmp_path / name, rows) / form) for name, rows in (("was", baseline), ("now", new))]
+    return compare_tables(*tables, tolerances)
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+@pytest.mark.parametrize(("column", "value", "allowed"), LIMITS, ids=[column for column, *_ in LIMITS])
+def test_each_kind_of_number_at_both_sides_of_its_limit(tmp_path, column, value, allowed, sign):
+    inside, outside = (
+        compared(tmp_path, [case_row(**{column: value})], [case_row(**{column: value + sign * part * allowed})])
+        for part in (0.98, 1.02)
+    )
+    assert inside.same
+    assert inside.columns[0].column == column
+    assert not outside.same
+    (difference,) = outside.differences
+    assert (difference.column, difference.case) == (column, "one")
+    assert difference.excess == pytest.approx(1.02, rel=1e-3)
+    assert difference.difference == pytest.approx(sign * 1.02 * allowed, rel=1e-3)
+    assert difference.allowed == pytest.approx(allowed, rel=1e-6)
+
+
+@pytest.mark.parametrize("column", ["pieces", "touch_points"])
+def test_counts_of_things_are_exact(tmp_path, column):
+    assert compared(tmp_path, [case_row(**{column: 2})], [case_row(**{column: 2.0})]).same
+    different = compared(tmp_path, [case_row(**{column: 1})], [case_row(**{column: 2})])
+    assert [d.column for d in different.differences] == [column]
+    assert different.differences[0].difference == 1.0
+    assert math.isinf(different.differences[0].excess)
+
+
+@pytest.mark.parametrize("column", TEXTS)
+def test_texts_are_exact(tmp_path, column):
+    assert compared(tmp_path, [case_row(**{column: "so"})], [case_row(**{column: "so"})]).same
+    for other in ("So", "so ", "", None):
+        different = compared(tmp_path, [case_row(**{column: "so"})], [case_row(**{column: other})])
+        assert [d.column for d in different.differences] == [column]
+
+
+def test_a_rail_whose_name_is_a_number_is_text(tmp_path):
+    # float("60E1") is 600
+    different = compared(tmp_path, [case_row(rail="60E1")], [case_row(rail="600")])
+    assert [(d.baseline, d.new, d.difference) for d in different.differences] == [("60E1", "600", None)]
+
+
+def test_effort_is_shown_and_not_compared(tmp_path):
+    names = ("iterations", "degrees_of_freedom", "seconds", "peak_memory_MB", "load_balance", "meshes")
+    comparison = compared(tmp_path, [case_row(**dict.fromkeys(names, 1))], [case_row(**dict.fromkeys(names, 99))])
+    assert comparison.same
+    assert [(c.column, c.worst.new) for c in comparison.efforts] == [(name, "99") for name in names]
+    # nor does it matter whether they are there: a baseline has none
+    assert compared(tmp_path / "b", [case_row()], [case_row(**dict.fromkeys(names, 99))]).same
+
+
+def test_nothing_equals_nothing_only(tmp_path):
+    for was, now in ((None, math.nan), (math.nan, ""), (None, None)):
+        assert compared(tmp_path, [case_row(b_fe_mm=was)], [case_row(b_fe_mm=now)]).same
+    for was, now in ((None, 0.0), (0.0, None), (math.nan, 2.0), (2.0, math.nan)):
+        different = compared(tmp_path, [case_row(b_fe_mm=was)], [case_row(b_fe_mm=now)])
+        assert [d.column for d in different.differences] == ["b_fe_mm"]
+        assert math.isinf(different.differences[0].excess)
+
+
+@pytest.mark.parametrize("text", ["nan", "NaN", "-nan", " NAN "])
+def test_nan_written_as_text_is_no_number(tmp_path, text):
+    for name, value in (("was", "1.5"), ("now", text)):
+        (tmp_path / f"{name}.csv").write_text(f"id,a_fe_mm\none,{value}\n")
+    assert not compare_tables(load_table(tmp_path / "was.csv"), load_table(tmp_path / "now.csv")).same
+    assert compare_tables(load_table(tmp_path / "now.csv"), load_table(tmp_path / "now.csv")).same
+
+
+def test_infinite_values(tmp_path):
+    for name, values in (("was", "inf,1,inf"), ("now", "inf,inf,-inf")):
+        (tmp_path / f"{name}.csv").write_text(f"id,a_fe_mm,b_fe_mm,p_max_fe_MPa\none,{values}\n")
+    comparison = compare_tables(load_table(tmp_path / "was.csv"), load_table(tmp_path / "now.csv"))
+    assert {d.column for d in comparison.differences} == {"b_fe_mm", "p_max_fe_MPa"}
+
+
+def test_missing_and_extra_cases_and_columns_are_differences_and_named(tmp_path):
+    both, gone, added = case_row("both"), case_row("gone"), case_row("added")
+    comparison = compared(tmp_path, [both, gone], [both, added])
+    assert not comparison.same
+    assert (comparison.cases, comparison.missing_cases, comparison.extra_cases) == (("both",), ("gone",), ("added",))
+    assert comparison.differences == ()
+    for rows, key in (
+        (([case_row(lost_MPa=1.0)], [case_row()]), "missing_columns"),
+        (([case_row()], [case_row(lost_MPa=1.0)]), "extra_columns"),
+    ):
+        one_sided = compared(tmp_path, *rows)
+        assert not one_sided.same
+        assert getattr(one_sided, key) == ("lost_MPa",)
+        assert key.replace("_", " ") in one_sided.verdict
+
+
+def test_the_worst_column_is_first_whatever_its_unit(tmp_path):
+    was = [case_row("one"), case_row("two")]
+    now = [case_row("one", p_max_fe_MPa=1234.5 * (1 + 2e-4)), case_row("two", area_fe_mm2=121.2)]
+    comparison = compared(tmp_path, was, now)
+    assert [(c.column, c.differing, c.worst.case) for c in comparison.columns[:2]] == [
+        ("area_fe_mm2", 1, "two"),
+        ("p_max_fe_MPa", 1, "one"),
+    ]
+    assert [round(d.excess, 6) for d in comparison.differences] == [10.0, 2.0]
+    assert comparison.verdict.startswith("DIFFERENT: 2 values beyond tolerance, worst area_fe_mm2 (10 times")
+
+
+def test_order_of_rows_and_columns_does_not_matter(tmp_path):
+    one, two = case_row("one"), case_row("two", area_fe_mm2=99.0)
+    assert compared(tmp_path, [one, two], [dict(reversed(row.items())) for row in (two, one)]).same
+
+
+def test_csv_and_json_give_the_same_comparison(tmp_path):
+    was = [case_row("a", pieces=1, at_junction=False, overlap=0.1 + 0.2, verdict_cause=None), case_row("b", pieces=2)]
+    now = [case_row("a", pieces=1, at_junction=True, overlap=0.35, verdict_cause="x"), case_row("b", pieces=math.nan)]
+    from_json = compared(tmp_path, was, now, form="study.json")
+    from_csv = compared(tmp_path, was, now, form="study.csv")
+    assert from_json.differences
+    for name in ("cases", "columns", "differences", "versions", "settings", "missing_columns", "extra_columns"):
+        assert getattr(from_json, name) == getattr(from_csv, name)
+    mixed = compare_tables(load_table(tmp_path / "was" / "study.csv"), load_table(tmp_path / "was" / "study.json"))
+    assert mixed.same
+    assert all(column.worst.excess == 0.0 for column in mixed.columns)
+    assert load_table(tmp_path / "was").path.name == "study.json"
+
+
+def test_versions_and_settings_that_differ_are_shown_and_are_no_difference(tmp_path):
+    was = write_study(tmp_path / "was", [case_row()])
+    now = write_study(
+        tmp_path / "now", [case_row()], study="other", versions={**VERSIONS, "gmsh": "4.13.1", "new": "1"}
+    )
+    comparison = compare_tables(load_table(was), load_table(now))
+    assert comparison.same
+    assert comparison.versions == {"gmsh": ("4.15.2", "4.13.1")}
+    assert comparison.settings == {"study": ("mine", "other")}
+
+
+def test_a_map_is_matched_by_shift_and_load(tmp_path, capsys):
+    head = "lateral_shift_mm,load_kN,status,verdict,solved,cause,p_max_fe_MPa,hertz_stiffness_N_per_mm15,meshes\n"
+    lines = [
+        "-0.5,50.0,converged,HOLDS,True,,900.0,3e6,2\n",
+        "0.0,50.0,converged,FAILS,True,second patch,950.0,3e6,2\n",
+    ]
+    (tmp_path / "was").mkdir()
+    (tmp_path / "was" / "map.csv").write_text(head + "".join(lines))
+    # in another order, with fewer digits
+    now = [
+        lines[1].replace("second patch,950.0", "conformity,950.1").replace(",2\n", ",3\n"),
+        lines[0].replace("-0.5,50.0", "-0.50,50"),
+    ]
+    (tmp_path / "now.csv").write_text(head + "".join(now))
+    comparison = compare_tables(load_table(tmp_path / "was"), load_table(tmp_path / "now.csv"))
+    assert comparison.cases == ("-0.5 mm, 50 kN", "+0 mm, 50 kN")
+    assert {(d.column, d.case) for d in comparison.differences} == {
+        ("cause", "+0 mm, 50 kN"),
+        ("p_max_fe_MPa", "+0 mm, 50 kN"),
+    }
+    study = write_study(tmp_path / "study", [case_row()])
+    assert call(["compare", str(tmp_path / "was"), str(study)]) == 2
+    assert "a map with a map" in capsys.readouterr().err
+
+
+def test_exit_codes(tmp_path, capsys):
+    was = str(write_study(tmp_path / "was", [case_row()]))
+    assert call(["compare", was, was]) == 0
+    assert capsys.readouterr().out.splitlines()[-1].startswith("SAME within tolerance (1 cases, 4 columns")
+    for name, rows in (
+        ("value", [case_row(p_max_fe_MPa=1300.0)]),
+        ("extra", [case_row(), case_row("two")]),
+        ("text", [case_row(status="not converged")]),
+    ):
+        assert call(["compare", was, str(write_study(tmp_path / name, rows))]) == 1
+        assert "DIFFERENT: 1 " in capsys.readouterr().out
+    assert call(["compare", str(tmp_path / "extra"), was]) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "says"),
+    [
+        ("nothing.csv", None, "no such file"),
+        ("empty.csv", "", "empty"),
+        ("head.csv", "id,a_fe_mm\n", "no rows"),
+        ("other.csv", "time,value\n1,2\n", "neither a column id"),
+        ("semicolons.csv", "id;a_fe_mm\none;2\n", "neither a column id"),
+        ("twice.csv", "id,a_fe_mm\none,2\none,2\n", "'one' is there twice"),
+        ("columns.csv", "id,a_fe_mm,a_fe_mm\none,2,3\n", "column name is there twice"),
+        ("ragged.csv", "id,a_fe_mm\none,2,3\n", "row 1 has 3 values of 2"),
+        ("nameless.csv", "id,a_fe_mm\n,2\n", "no id"),
+        ("map.csv", "lateral_shift_mm,load_kN\nleft,3\n", "a number is needed"),
+        ("samecell.csv", "lateral_shift_mm,load_kN\n1,3\n1.0,3.0\n", "there twice"),
+        ("bytes.csv", b"\xff\xfe\x00", "not CSV"),
+        ("broken.json", "{", "not JSON"),
+        ("list.json", "[1]", "no table of results"),
+        ("map.json", '{"cells": []}', "no list of rows"),
+        ("rows.json", '{"rows": [1]}', "no list of rows"),
+        ("table.txt", "id\n1\n", "ending .txt"),
+        ("disjoint.csv", "id,a_fe_mm\nother,2\n", "no case in common"),
+    ],
+)
+def test_unusable_input_is_one_line_and_exit_code_2(tmp_path, capsys, name, text, says):
+    good = str(write_study(tmp_path / "good", [case_row()]))
+    path = tmp_path / name
+    if text is not None:
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    for pair in ([good, str(path)], [str(path), good]):
+        assert call(["compare", *pair]) == 2
+        out, err = capsys.readouterr()
+        assert out == ""
+        assert err.startswith("error: ")
+        assert len(err.strip().splitlines()) == 1
+        assert says in err
+
+
+def test_a_folder_without_results_is_exit_code_2(tmp_path, capsys):
+    good = str(write_study(tmp_path / "good", [case_row()]))
+    assert call(["compare", good, str(tmp_path)]) == 2
+    assert "study.json, study.csv, map.csv" in capsys.readouterr().err
+
+
+def test_a_table_saved_by_a_spreadsheet_is_read(tmp_path):
+    was = write_study(tmp_path / "was", [case_row()]) / "study.csv"
+    saved = tmp_path / "saved.csv"
+    saved.write_bytes(b"\xef\xbb\xbf" + was.read_bytes().replace(b"\n", b"\r\n"))
+    assert compare_tables(load_table(was), load_table(saved)).same
+
+
+def tolerance_file(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "tolerance.toml"
+    path.write_text(text)
+    return path
+
+
+def test_a_tolerance_file_widens_and_narrows(tmp_path):
+    was, now = [case_row()], [case_row(p_max_fe_MPa=1234.5 * 1.001, area_fe_mm2=120.06)]
+    assert [d.column for d in compared(tmp_path, was, now).differences] == ["p_max_fe_MPa"]
+    given = read_tolerances(tolerance_file(tmp_path, "[kinds.pressure]\nrelative = 2e-3\n"))
+    assert compared(tmp_path, was, now, given).same
+    given = read_tolerances(
+        tolerance_file(tmp_path, "[columns.p_max_fe_MPa]\nabsolute = 2\n[kinds.area]\nrelative = 0\n")
+    )
+    assert [d.column for d in compared(tmp_path, was, now, given).differences] == ["area_fe_mm2"]
+    # what is not given stays
+    assert given.of("p_max_fe_MPa").relative == KINDS["pressure"].relative
+    assert given.of("p_max_half_space_MPa").absolute == 0.0
+
+
+def test_effort_that_is_named_is_compared(tmp_path):
+    given = read_tolerances(tolerance_file(tmp_path, "[columns.iterations]\nabsolute = 2\n"))
+    assert compared(tmp_path, [case_row(iterations=10)], [case_row(iterations=12)], given).same
+    different = compared(tmp_path, [case_row(iterations=10)], [case_row(iterations=13)], given)
+    assert [d.column for d in different.differences] == ["iterations"]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("[kinds.pressure\n", "not TOML"),
+        ("[kinds.pressures]\nrelative = 1e-3\n", "pressure, approach"),
+        ("[kinds.text]\nrelative = 1e-3\n", "no such kind"),
+        ("[kinds.pressure]\nrelativ = 1e-3\n", "relativ is 0.001"),
+        ("[kinds.pressure]\nrelative = -1e-3\n", "finite and >= 0"),
+        ("[kinds.pressure]\nabsolute = inf\n", "finite and >= 0"),
+        ("[kinds.pressure]\nabsolute = nan\n", "finite and >= 0"),
+        ("[kinds.pressure]\nabsolute = '1'\n", "kinds.pressure.absolute is '1'"),
+        ("[kinds]\npressure = 1e-3\n", "kinds.pressure is 0.001"),
+        ("[column.area_fe_mm2]\nrelative = 1\n", "column is"),
+        ("[columns.verdict]\nrelative = 1\n", "text and compared exactly"),
+        ("[columns.p_mx_fe_MPa]\nrelative = 1\n", "columns that exist: status, rail, p_max_fe_MPa"),
+    ],
+)
+def test_a_wrong_tolerance_file_is_exit_code_2(tmp_path, capsys, text, says):
+    good = str(write_study(tmp_path / "good", [case_row()]))
+    assert call(["compare", good, good, "--tolerance", str(tolerance_file(tmp_path, text))]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert len(err.strip().splitlines()) == 1
+    assert says in err
+
+
+def test_a_tolerance_file_that_is_not_there_is_exit_code_2(tmp_path, capsys):
+    good = str(write_study(tmp_path / "good", [case_row()]))
+    assert call(["compare", good, good, "--tolerance", str(tmp_path / "none.toml")]) == 2
+    assert "no such file" in capsys.readouterr().err
+
+
+def write_reports(tmp_path: Path) -> tuple[str, str]:
+    """JSON and HTML of two studies that differ in everything, with letters that mean something in HTML."""
+    bad = "<script>alert('&')</script>"
+    was = [case_row("a<b>", pieces=1, strange=1.0, seconds=1.0, verdict="HOLDS"), case_row("gone")]
+    now = [case_row("a<b>", pieces=2, strange=1.5, seconds=9.0, verdict=bad, more_MPa=1), case_row("added")]
+    folders = [write_study(tmp_path / "was", was), write_study(tmp_path / "now", now, versions={"gmsh": bad})]
+    files = [tmp_path / "deep" / f"report.{form}" for form in ("json", "html")]
+    code = call(["compare", *map(str, folders), "--json", str(files[0]), "--html", str(files[1])])
+    assert code == 1
+    return files[0].read_text("utf-8"), files[1].read_text("utf-8")
+
+
+def test_json_has_everything(tmp_path):
+    record = json.loads(write_reports(tmp_path)[0])
+    assert record["schema"] == "fecontact/comparison/1"
+    assert record["same"] is False
+    assert (record["cases"], record["missing_cases"], record["extra_cases"]) == (["a<b>"], ["gone"], ["added"])
+    assert (record["missing_columns"], record["extra_columns"]) == ([], ["more_MPa"])
+    assert record["default_tolerance_columns"] == ["strange"]
+    assert record["versions"]["gmsh"]["baseline"] == "4.15.2"
+    by_column = {entry["column"]: entry for entry in record["differences"]}
+    assert set(by_column) == {"pieces", "strange", "verdict"}
+    strange = by_column["strange"]
+    assert (strange["baseline"], strange["new"], strange["difference"]) == ("1.0", "1.5", 0.5)
+    assert strange["times_tolerance"] == pytest.approx(0.5 / 1e-4)
+    # infinite: nothing was allowed
+    assert by_column["pieces"]["times_tolerance"] is None
+    assert [entry["column"] for entry in record["not_compared"]] == ["seconds"]
+    assert record["columns"][0]["differing"] == 1
+    assert record["columns"][-1]["tolerance"] is None or record["columns"][-1]["tolerance"]["reason"]
+
+
+def test_html_is_one_well_formed_file_with_all_texts_escaped(tmp_path):
+    text = write_reports(tmp_path)[1]
+    page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
+    assert page.find(".//script") is None
+    assert not re.search(r"https?:|src=|href=", text)
+    cells = ["".join(cell.itertext()) for cell in page.iter("td")]
+    assert "a<b>" in cells
+    assert "<script>alert('&')</script>" in cells
+    marked = ["".join(line[0].itertext()) for line in page.iter("tr") if line.get("class") == "beyond"]
+    assert set(marked) == {"pieces", "strange", "verdict"}
+    items = ["".join(item.itertext()) for item in page.iter("li")]
+    assert {"missing cases: gone", "extra cases: added", "extra columns: more_MPa"} <= set(items)
+
+
+def test_reports_are_the_same_each_time(tmp_path):
+    first = write_reports(tmp_path)
+    assert write_reports(tmp_path) == first
+
+
+def test_the_terminal_shows_the_worst_first_with_both_values(tmp_path, capsys):
+    was = write_study(tmp_path / "was", [case_row(seconds=1.0)])
+    now = write_study(tmp_path / "now", [case_row(p_max_fe_MPa=1235.5, area_fe_mm2=132.0, seconds=2.0)])
+    assert call(["compare", str(was), str(now)]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    area, pressure = (next(k for k, line in enumerate(lines) if name in line) for name in ("area_fe", "p_max_fe"))
+    assert area < pressure
+    assert lines[area].split() == ["area_fe_mm2", "1/1", "one", "120", "132", "+12", "0.12", "100"]
+    assert any(line.startswith("not compared: seconds 1 -> 2") for line in lines)
+    assert not any(line.startswith("status") for line in lines)
+
+
+def test_a_baseline_is_written_and_compares_with_its_results(tmp_path, capsys):
+    rows = [case_row("a", centre_x_mm=4e-19, overlap=1 / 3, pieces=1, seconds=3.2, verdict_cause=None)]
+    study = write_study(tmp_path / "study", rows)
+    arguments = ["baseline", "update", str(study), "--baselines", str(tmp_path / "b")]
+    assert call([*arguments, "--reason", "  the first  "]) == 0
+    assert "new baseline of 1 cases" in capsys.readouterr().out
+    with (tmp_path / "b" / "mine.csv").open() as file:
+        (written,) = csv.DictReader(file)
+    assert written == {
+        **{"id": "a", "status": "converged", "rail": "60E1", "p_max_fe_MPa": "1234.5", "area_fe_mm2": "120"},
+        **{"centre_x_mm": "0", "overlap": "0.3333333333", "pieces": "1", "verdict_cause": ""},
+    }
+    beside = json.loads((tmp_path / "b" / "mine.json").read_text())
+    assert (beside["study"], beside["reason"]) == ("mine", "the first")
+    assert beside["versions"] == {"fecontact": "0.1.0", "gmsh": "4.15.2"}
+    assert call(["compare", str(tmp_path / "b" / "mine.csv"), str(study)]) == 0
+    comparison = compare_tables(load_table(tmp_path / "b" / "mine.csv"), load_table(study))
+    assert comparison.versions == comparison.settings == {}
+
+
+def test_an_update_says_what_changed(tmp_path, capsys):
+    folder = tmp_path / "b"
+    update_baseline(write_study(tmp_path / "one", [case_row()]), folder, reason="first")
+    changed = str(write_study(tmp_path / "two", [case_row(p_max_fe_MPa=1300.0), case_row("two")]))
+    assert call(["baseline", "update", changed, "--baselines", str(folder), "--reason", "mended"]) == 0
+    out = capsys.readouterr().out
+    assert "p_max_fe_MPa" in out
+    assert "extra cases: two" in out
+    assert "mine.csv: DIFFERENT: 1 values beyond tolerance" in out
+    assert json.loads((folder / "mine.json").read_text())["reason"] == "mended"
+    assert load_table(folder / "mine.csv").rows["one"]["p_max_fe_MPa"] == "1300"
+    replaced = update_baseline(write_study(tmp_path / "three", [case_row("x")]), folder, reason="other cases")
+    assert replaced.comparison is None
+    assert "all 2 cases of the old baseline were replaced" in replaced.text
+
+
+@pytest.mark.parametrize("reason", ["", "   "])
+def test_an_update_without_a_reason_is_refused(tmp_path, capsys, reason):
+    study = str(write_study(tmp_path / "study", [case_row()]))
+    assert call(["baseline", "update", study, "--reason", reason, "--baselines", str(tmp_path / "b")]) == 2
+    assert "reason" in capsys.readouterr().err
+    assert call(["baseline", "update", study, "--baselines", str(tmp_path / "b")]) == 2
+    assert not (tmp_path / "b").exists()
+
+
+@pytest.mark.parametrize("status", ["failed: no touch point", "patch at the edge of the fine mesh", None])
+def test_an_update_from_unusable_rows_is_refused_unless_allowed(tmp_path, capsys, status):
+    study = str(write_study(tmp_path / "study", [case_row(), case_row("two", status=status)]))
+    arguments = ["baseline", "update", study, "--reason", "so", "--baselines", str(tmp_path / "b")]
+    assert call(arguments) == 2
+    assert "--allow-failed" in capsys.readouterr().err
+    assert not (tmp_path / "b").exists()
+    assert call([*arguments, "--allow-failed"]) == 0
+    assert call(["compare", str(tmp_path / "b" / "mine.csv"), study]) == 0
+
+
+@pytest.mark.parametrize("name", ["", "../mine", "a/b", None])
+def test_an_update_needs_the_name_of_the_study(tmp_path, name):
+    study = write_study(tmp_path / "study", [case_row()], study=name)
+    if name is None:
+        (study / "study.json").unlink()
+    with pytest.raises(InputError, match="name of a study"):
+        update_baseline(study, tmp_path / "b", reason="so")
+    assert not (tmp_path / "b").exists()
+
+
+def test_an_update_needs_a_status(tmp_path):
+    with pytest.raises(InputError, match="no column status"):
+        update_baseline(write_study(tmp_path / "s", [{"id": "a", "a_fe_mm": 1.0}]), tmp_path / "b", reason="so")
+
+
+@pytest.mark.parametrize("path", sorted(BASELINES.glob("*.csv")), ids=lambda path: path.stem)
+def test_the_baselines_are_whole(path):
+    table = load_table(path)
+    beside = json.loads(path.with_suffix(".json").read_text("utf-8"))
+    assert beside["study"] == path.stem
+    assert beside["reason"].strip()
+    assert "gmsh" in table.versions
+    assert (BASELINES.parent / f"{path.stem}.py").is_file()
+    assert all(row["status"] == "converged" for row in table.rows.values())
+    assert not [name for name in table.columns if kind_of(name) in (EFFORT, "default")]
+
+
+def test_every_column_of_a_result_is_known_and_the_baselines_have_them_all(elliptic_quick):
+    columns = list(row(result_record(elliptic_quick)))
+    assert [name for name in columns if kind_of(name) == "default"] == []
+    kept = tuple(name for name in columns if kind_of(name) != EFFORT)
+    assert load_table(BASELINES / "01_elliptic_hertz.csv").columns == kept
+
+
+def test_every_column_of_a_map_is_known():
+    measures = Measures(**dict.fromkeys(MEASURES, 1.0))
+    point = LoadPoint(
+        load_N=1e5,
+        status="converged",
+        fe=measures,
+        hertz=measures,
+        deviation=dict.fromkeys(MEASURES, 0.0),
+        uncertainty=dict.fromkeys(MEASURES, 0.0),
+        verdict=Judgement(verdict="HOLDS", measure="p_max_MPa"),
+        cause=None,
+        normal_force_N=1e5,
+        half_space_p_max_MPa=1.0,
+        hertz_stiffness_N_per_mm15=3e6,
+        pieces=1,
+        meshes=2,
+    )
+    columns = list(cell_row(MapCell(shift_mm=0.0, load_N=1e5, status="converged", point=point)))
+    assert len(columns) > 30
+    assert [name for name in columns if kind_of(name) == "default"] == []
+
+
+def test_every_kind_is_one_that_exists():
+    kinds = {kind_of(column) for column, *_ in LIMITS} | {kind_of(column) for column in TEXTS}
+    assert kinds <= {*KINDS, TEXT}
+    # each kind of number is tried at its limit above, counts in their own test
+    assert {*KINDS} - kinds == {"count"}
+    assert all(tolerance.reason for tolerance in KINDS.values())
+
+
+def test_comparing_needs_no_finite_elements(tmp_path):
+    shutil.copy(BASELINES / "01_elliptic_hertz.csv", tmp_path / "one.csv")
+    heavy = {"skfem", "gmsh", "scipy", "vtk", "pyvista", "matplotlib"}
+    code = (
+        "import sys; from fecontact.cli import call; code = call(['compare', 'one.csv', 'one.csv']);"
+        f"print(code, sorted({heavy!r} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
+    assert done.stdout.splitlines()[-1] == "0 []"
