@@ -14,7 +14,7 @@ import numpy as np
 import psutil
 from numpy.typing import NDArray
 
-from fecontact.applicability import AT_JUNCTION, Answer, Judgement, PatchGeometry, cause_of, judge
+from fecontact.applicability import AT_JUNCTION, Answer, Criteria, Judgement, PatchGeometry, cause_of, judge
 from fecontact.case import RESOLUTIONS, Case
 from fecontact.comparison import MEASURES, Comparison, Measures, compare, deviations, hertz_measures, measure
 from fecontact.contact import Compliance, ContactProblem, ContactSolution, solve_contact
@@ -483,7 +483,7 @@ class JudgedLoad:
         return dict(self.sides[-1].uncertainty)
 
     def climb(self, position: Position) -> tuple[Ladder, PatchGeometry, str | None]:
-        """Ladder and geometry of the finest level, and the cause where Hertz does not hold."""
+        """Ladder and geometry of the finest level, and the cause where Hertz is off by more than a limit."""
         level, placement = self.levels[0], position.placement
         grid = level.bodies.grid
         half_space_approach = level.half_space.approach_mm * float(position.direction @ placement.first.normal)
@@ -495,10 +495,17 @@ class JudgedLoad:
         )
         pressure = level.solution.pressure_MPa.reshape(grid.shape)
         geometry = patch_geometry(placement, grid, pressure, level.hertz, level.comparison.pieces)
-        holds = self.judgement.verdict == "HOLDS"
-        if holds or placement.first.at_junction:
-            return ladder, geometry, None if holds else AT_JUNCTION
-        return ladder, geometry, cause_of(ladder.steps, self.judgement.measure, geometry)
+        cause: str | None = None
+        if self._is_off(position.case.criteria):
+            at_junction = placement.first.at_junction
+            cause = AT_JUNCTION if at_junction else cause_of(ladder.steps, self.judgement.measure, geometry)
+        return ladder, geometry, cause
+
+    def _is_off(self, criteria: Criteria) -> bool:
+        """Whether Hertz fails, or would if the numbers were exact: an open verdict alone needs no cause but the mesh."""
+        measure = self.judgement.measure
+        off = any(abs(side.deviation[measure]) > criteria.limits[measure] for side in self.sides)
+        return self.judgement.verdict != "HOLDS" and off
 
     @property
     def verdict(self) -> Answer:
