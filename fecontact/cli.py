@@ -90,8 +90,18 @@ _DEFAULTS = CaseOptions()
 
 
 @app.command
-def run(study: Path, *, out: Path, quick: Annotated[bool, Parameter(negative="")] = False) -> int:
-    """Run a study and write its tables, figures and ParaView files.
+def run(
+    study: Path,
+    *,
+    out: Path,
+    quick: Annotated[bool, Parameter(negative="")] = False,
+    workers: int | None = None,
+    threads: int = 1,
+    force: Annotated[bool, Parameter(name="--force", negative="--resume")] = False,
+    part: str | None = None,
+    scheduler: str | None = None,
+) -> int:
+    """Run a study and write its tables, figures and ParaView files; finished cases are reused.
 
     Parameters
     ----------
@@ -101,18 +111,39 @@ def run(study: Path, *, out: Path, quick: Annotated[bool, Parameter(negative="")
         Folder for the results.
     quick
         The small version of the study.
+    workers
+        Cases at a time; as many as there are cores and 2 GB of memory for each, if not given.
+    threads
+        Threads that each case computes on.
+    force
+        Solve finished cases again.
+    part
+        Solve only part i of N, given as i/N; the same command without it then puts all parts together.
+    scheduler
+        Address of a Dask scheduler whose workers share the folder of the results.
     """
     from fecontact.casefile import load_study
     from fecontact.outputs.tables import print_table
-    from fecontact.study import run_study
+    from fecontact.study import RunSettings, parse_part, run_study
 
+    settings = RunSettings(
+        workers=workers, threads=threads, force=force, part=parse_part(part) if part else None, scheduler=scheduler
+    )
     loaded = load_study(study, quick=quick)
-    with _progress(len(loaded.cases)) as progress:
-        outcome = run_study(loaded, out, progress=progress)
+    with _progress(len(loaded.cases), first=0) as progress:
+        outcome = run_study(loaded, out, settings=settings, progress=progress)
+    for reason in dict.fromkeys(outcome.recomputed.values()):
+        names = [name for name, why in outcome.recomputed.items() if why == reason]
+        print(f"solved again, {reason}: {', '.join(names)}", file=sys.stderr)
     print_table(outcome.rows)
+    if outcome.reused:
+        print(f"{len(outcome.reused)} finished cases were reused; --force solves them again")
     if outcome.conclusion:
         print(outcome.conclusion)
-    print(f"Results in {out}: study.csv, study.png, study.pvd (ParaView), cases/")
+    if settings.part is None:
+        print(f"Results in {out}: study.csv, study.png, study.pvd (ParaView), cases/")
+    else:
+        print(f"Part {part} is in {out}; when all parts are, the same command without --part puts them together")
     return 0 if outcome.all_converged else 3
 
 
@@ -328,8 +359,8 @@ def baseline_update(
 
 
 @contextmanager
-def _progress(total: int) -> Iterator[Callable[[int, int, str], None]]:
-    """A progress line on a terminal's standard error, plain lines a case elsewhere."""
+def _progress(total: int, *, first: int = 1) -> Iterator[Callable[[int, int, str], None]]:
+    """A progress line on a terminal's standard error, plain lines a case elsewhere, numbered from `first`."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -341,7 +372,7 @@ def _progress(total: int) -> Iterator[Callable[[int, int, str], None]]:
             nonlocal last
             name = text.partition(":")[0]
             if count > 1 and name != last:
-                print(f"{number + 1}/{count} {name}", file=sys.stderr, flush=True)
+                print(f"{number + first}/{count} {name}", file=sys.stderr, flush=True)
             last = name
 
         yield plain
@@ -351,7 +382,7 @@ def _progress(total: int) -> Iterator[Callable[[int, int, str], None]]:
         task = bar.add_task("", total=total)
 
         def show(number: int, count: int, text: str) -> None:
-            bar.update(task, completed=number, description=text)
+            bar.update(task, completed=number, total=count, description=text)
 
         yield show
 

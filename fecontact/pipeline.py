@@ -502,7 +502,7 @@ class JudgedLoad:
         return ladder, geometry, cause
 
     def _is_off(self, criteria: Criteria) -> bool:
-        """Whether Hertz fails, or would if the numbers were exact: an open verdict alone needs no cause but the mesh."""
+        """Whether Hertz fails, or would if the numbers were exact: an open verdict by itself needs no cause."""
         measure = self.judgement.measure
         off = any(abs(side.deviation[measure]) > criteria.limits[measure] for side in self.sides)
         return self.judgement.verdict != "HOLDS" and off

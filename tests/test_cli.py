@@ -146,7 +146,16 @@ def test_a_case_that_cannot_be_solved_is_a_row_and_the_rest_goes_on(tmp_path):
     assert len(table) == 3
     assert "derails" in table[1]
     folder = tmp_path / "cases" / case_id(good)
-    expected = {"case.json", "result.json", "rail.vtu", "wheel.vtu", "contact.vtp", "case.vtm", "case.png"}
+    expected = {
+        "case.json",
+        "result.json",
+        "rail.vtu",
+        "wheel.vtu",
+        "contact.vtp",
+        "case.vtm",
+        "case.png",
+        "checksums.json",
+    }
     assert {path.name for path in folder.iterdir()} == expected
     assert (tmp_path / "study.pvd").is_file()
     assert (tmp_path / "study.png").is_file()

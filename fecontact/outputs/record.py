@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import platform
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -165,8 +166,15 @@ def versions() -> dict[str, str | None]:
     return found
 
 
+MEASURED_COLUMNS = ("seconds", "peak_memory_MB")
+"""Columns of a row that differ from run to run; all others are the same to the last bit."""
+
+
 def row(record: Mapping[str, Any]) -> Record:
-    """A result record as one flat row; deviations and L2 in percent, degrees of freedom and seconds summed up."""
+    """A result record as one flat row; deviations and L2 in percent, degrees of freedom and seconds summed up.
+
+    A record that was read from a file gives the same row: what is no number is null there and NaN here.
+    """
     case, solver, touch = record["case"], record["solver"], record["touch_points"][0]
     flat: Record = {
         "status": record["status"],
@@ -187,21 +195,21 @@ def row(record: Mapping[str, Any]) -> Record:
     }
     for measure in MEASURES:
         name, unit = measure.rsplit("_", 1)
-        flat[f"{name}_fe_{unit}"] = record["fe"][measure]
-        flat[f"{name}_hertz_{unit}"] = record["hertz"][measure]
-        flat[f"{name}_deviation_percent"] = 1e2 * record["deviation"][measure]
-        flat[f"{name}_uncertainty_percent"] = 1e2 * record["uncertainty"][measure]
+        flat[f"{name}_fe_{unit}"] = _number(record["fe"][measure])
+        flat[f"{name}_hertz_{unit}"] = _number(record["hertz"][measure])
+        flat[f"{name}_deviation_percent"] = 1e2 * _number(record["deviation"][measure])
+        flat[f"{name}_uncertainty_percent"] = 1e2 * _number(record["uncertainty"][measure])
     return flat | {
         "verdict": record["verdict"]["verdict"],
         "verdict_measure": record["verdict"]["measure"],
         "verdict_cause": record["verdict"]["cause"],
         "verdict_warnings": "; ".join(record["verdict"]["warnings"]),
-        "p_max_half_space_MPa": record["rungs"]["half_space"]["p_max_MPa"],
+        "p_max_half_space_MPa": _number(record["rungs"]["half_space"]["p_max_MPa"]),
         "p_max_shared_hertz_MPa": record["hertz_points"]["shared"]["p_max_MPa"],
-        "pressure_l2_percent": 1e2 * record["pressure_l2"],
-        "overlap": record["overlap"],
-        "centre_x_mm": record["centre_of_pressure_mm"][0],
-        "centre_y_mm": record["centre_of_pressure_mm"][1],
+        "pressure_l2_percent": 1e2 * _number(record["pressure_l2"]),
+        "overlap": _number(record["overlap"]),
+        "centre_x_mm": _number(record["centre_of_pressure_mm"][0]),
+        "centre_y_mm": _number(record["centre_of_pressure_mm"][1]),
         "pieces": record["pieces"],
         "hertz_stiffness_GN_per_m15": record["hertz_stiffness_GN_per_m15"],
         "resolution": case["resolution"],
@@ -209,11 +217,15 @@ def row(record: Mapping[str, Any]) -> Record:
         "element_size_y_mm": solver["element_size_mm"][1],
         "degrees_of_freedom": sum(solver["degrees_of_freedom"].values()),
         "iterations": solver["iterations"],
-        "load_balance": solver["load_balance"],
+        "load_balance": _number(solver["load_balance"]),
         "seconds": sum(solver["seconds"].values()),
         "peak_memory_MB": solver["peak_memory_MB"],
         "warnings": "; ".join(record["warnings"]),
     }
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else value
 
 
 def hertz_record(case: Case) -> Record:

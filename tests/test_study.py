@@ -1,0 +1,412 @@
+"""Studies on many processes: nothing solved twice, nothing lost, the same table however it was run."""
+
+import contextlib
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import fake_solve
+import psutil
+import pytest
+from test_store import profile
+
+from fecontact import identity, workers
+from fecontact.case import Case
+from fecontact.casefile import Study
+from fecontact.errors import InputError
+from fecontact.outputs.record import MEASURED_COLUMNS
+from fecontact.store import case_folder
+from fecontact.study import RunSettings, StudyOutcome, case_id, parse_part, run_study
+from fecontact.workers import Crew, default_workers, thread_environment
+
+LOADS_KN = (50, 60, 70, 80, 90)
+HERE = Path(__file__).parent
+
+
+def case(load_kN: float) -> Case:
+    return Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, load_N=1e3 * load_kN)
+
+
+def study(loads: tuple[float, ...] = LOADS_KN, **more: Any) -> Study:
+    return Study(name="fake", cases=tuple(case(load) for load in loads), **more)
+
+
+def in_process() -> Crew:
+    return Crew(open=ThreadPoolExecutor, workers=1, together=1)
+
+
+def run(out: Path, given: Study | None = None, *, crew: Crew | None = None, **settings: Any) -> StudyOutcome:
+    """Run with the stand-in; in this process unless a number of workers is given."""
+    chosen = RunSettings(**settings)
+    if crew is None and chosen.workers is None and chosen.scheduler is None:
+        crew = in_process()
+    return run_study(given or study(), out, settings=chosen, crew=crew, solve=fake_solve.solve_into)
+
+
+def table(path: Path) -> list[dict[str, str]]:
+    """Rows of a CSV without the columns that differ from run to run."""
+    with path.open() as file:
+        return [{key: row[key] for key in row if key not in MEASURED_COLUMNS} for row in csv.DictReader(file)]
+
+
+@pytest.fixture(autouse=True)
+def _no_figures(request, monkeypatch):
+    """Figures take a second each and are looked at elsewhere."""
+    if "figures" not in request.node.name:
+        monkeypatch.setattr("fecontact.study.study_figures", lambda rows, out: None)
+
+
+@pytest.fixture(scope="module")
+def serial(tmp_path_factory) -> list[dict[str, str]]:
+    out = tmp_path_factory.mktemp("serial")
+    run(out)
+    return table(out / "study.csv")
+
+
+def statuses(outcome: StudyOutcome) -> list[str]:
+    return [row["status"] for row in outcome.rows]
+
+
+def test_finished_cases_are_reused_without_solving_and_give_the_same_table(tmp_path):
+    first = run(tmp_path)
+    before = (tmp_path / "study.csv").read_bytes()
+    again = run(tmp_path)
+    assert len(fake_solve.solves(tmp_path)) == len(LOADS_KN)
+    assert first.reused == ()
+    assert again.reused == tuple(case_id(c) for c in study().cases)
+    # seconds and memory are those of the first run, so all bytes are the same
+    assert (tmp_path / "study.csv").read_bytes() == before
+    run(tmp_path, force=True)
+    assert fake_solve.solves(tmp_path) == 2 * [case_id(c) for c in study().cases]
+
+
+def test_figures_and_collections_are_of_the_whole_study(tmp_path):
+    run(tmp_path, part=(1, 2))
+    assert not (tmp_path / "study.png").exists()
+    run(tmp_path, study((50, 60, 50)))
+    assert {path.name for path in tmp_path.glob("study*.p[nv]*")} == {"study.png", "study_50kN.pvd", "study_60kN.pvd"}
+
+
+def test_a_case_that_occurs_twice_is_solved_once(tmp_path):
+    outcome = run(tmp_path, study((50, 60, 50)))
+    assert len(fake_solve.solves(tmp_path)) == 2
+    assert [row["load_kN"] for row in outcome.rows] == [50, 60, 50]
+
+
+def test_another_version_is_solved_again_and_said(tmp_path, monkeypatch):
+    run(tmp_path, study((50, 60)))
+    monkeypatch.setattr(identity, "__version__", "99")
+    outcome = run(tmp_path, study((50, 60)))
+    assert set(outcome.recomputed.values()) == {"made by another version: fecontact 0.1.0 -> 99"}
+    assert len(fake_solve.solves(tmp_path)) == 4
+    assert run(tmp_path, study((50, 60))).recomputed == {}
+
+
+def test_a_damaged_case_is_named_and_solved_again(tmp_path, serial):
+    run(tmp_path)
+    bad = case_id(case(60))
+    with (case_folder(tmp_path, bad) / "rail.vtu").open("a") as file:
+        file.write("x")
+    outcome = run(tmp_path)
+    assert list(outcome.recomputed) == [bad]
+    assert "rail.vtu" in outcome.recomputed[bad]
+    assert fake_solve.solves(tmp_path)[len(LOADS_KN) :] == [bad]
+    assert table(tmp_path / "study.csv") == serial
+
+
+def test_a_moved_profile_is_reused_and_a_changed_one_is_not(tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    old = replace(case(50), rail=profile(tmp_path / "a" / "head.txt", 300.0))
+    moved = replace(case(50), rail=profile(tmp_path / "b" / "head.txt", 300.0))
+    run(out, Study(name="x", cases=(old,)))
+    outcome = run(out, Study(name="x", cases=(moved,)))
+    assert outcome.reused
+    assert outcome.rows[0]["rail"] == moved.rail
+    profile(tmp_path / "b" / "head.txt", 301.0)
+    assert not run(out, Study(name="x", cases=(moved,))).reused
+
+
+def test_failures_are_rows_and_the_rest_goes_on(tmp_path):
+    fake_solve.plan(tmp_path, kN50="disk", kN60="bug", kN70="iteration")
+    outcome = run(tmp_path, study(conclude=lambda rows, out: pytest.fail("concluded from rows that cannot be used")))
+    assert statuses(outcome) == [
+        "failed: No space left on device (rail.vtu)",
+        f"failed: ZeroDivisionError: no such thing; see {case_id(case(60))}.error.txt",
+        "failed: it did not converge",
+        "converged",
+        "converged",
+    ]
+    assert "3 of 5" in outcome.conclusion
+    trace = tmp_path / "cases" / f"{case_id(case(60))}.error.txt"
+    assert "_act" in trace.read_text()
+    assert sorted(path.name for path in (tmp_path / "cases").iterdir() if path.is_dir()) == sorted(
+        case_id(case(load)) for load in (80, 90)
+    )
+    fake_solve.plan(tmp_path)
+    assert statuses(run(tmp_path)) == ["converged"] * 5
+    assert not trace.exists()
+    assert len(fake_solve.solves(tmp_path)) == 5 + 3
+
+
+def test_a_full_disk_at_the_tables_does_not_end_the_run(tmp_path, monkeypatch):
+    from fecontact import study as module
+
+    def full(*arguments: object) -> None:
+        raise OSError(28, "No space left on device", "study.csv")
+
+    monkeypatch.setattr(module, "_TABLES_EVERY_S", 0.0)
+    monkeypatch.setattr(module, "write_tables", full)
+    with pytest.raises(OSError, match="No space"):
+        run(tmp_path)
+    monkeypatch.undo()
+    assert len(run(tmp_path).reused) == len(LOADS_KN)
+
+
+@pytest.mark.parametrize("what", ["memory", "less"])
+def test_what_was_short_of_memory_beside_others_is_solved_again_alone(tmp_path, serial, what):
+    fake_solve.plan(tmp_path, kN50=what)
+    outcome = run(tmp_path, crew=Crew(open=ThreadPoolExecutor, workers=2, together=2))
+    assert statuses(outcome) == ["converged"] * 5
+    order = fake_solve.solves(tmp_path)
+    assert order.count(case_id(case(50))) == 2
+    assert order[-1] == case_id(case(50))
+    assert table(tmp_path / "study.csv") == serial
+
+
+def test_what_is_short_of_memory_alone_says_so(tmp_path):
+    fake_solve.plan(tmp_path, kN50="memory", kN60="less")
+    outcome = run(tmp_path, study((50, 60)))
+    assert statuses(outcome)[0].startswith("failed: the factor of 9")
+    assert "GB of memory" in outcome.rows[1]["verdict_warnings"]
+    assert len(fake_solve.solves(tmp_path)) == 2
+
+
+def test_any_number_of_processes_gives_the_same_table_in_the_study_s_order(tmp_path, serial):
+    fake_solve.plan(tmp_path, kN50="sleep 0.3")
+    environment = dict(os.environ)
+    run(tmp_path, workers=2)
+    assert table(tmp_path / "study.csv") == serial
+    assert dict(os.environ) == environment
+    rows = json.loads((tmp_path / "study.json").read_text())["rows"]
+    assert [row["load_kN"] for row in rows] == list(LOADS_KN)
+
+
+def test_a_worker_that_dies_once_costs_nothing(tmp_path, serial):
+    fake_solve.plan(tmp_path, kN60="die once", all="sleep 0.1")
+    outcome = run(tmp_path, workers=2)
+    assert statuses(outcome) == ["converged"] * 5
+    assert table(tmp_path / "study.csv") == serial
+
+
+@pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_a_case_that_always_kills_its_worker_is_a_failed_row_and_the_others_are_kept(tmp_path, count):
+    fake_solve.plan(tmp_path, kN60="die", all="sleep 0.1")
+    outcome = run(tmp_path, study((50, 60, 70)), workers=count)
+    assert statuses(outcome) == ["converged", "failed: its process died twice (out of memory?)", "converged"]
+    assert fake_solve.solves(tmp_path).count(case_id(case(60))) == 2
+
+
+def test_parts_together_give_the_whole_table(tmp_path, serial):
+    for number in (2, 1):
+        outcome = run(tmp_path, part=(number, 2))
+        assert outcome.conclusion is None
+    assert len(table(tmp_path / "study.part-1-of-2.csv")) == 3
+    assert not (tmp_path / "study.csv").exists()
+    whole = run(tmp_path, study(conclude=lambda rows, out: f"{len(rows)} rows"))
+    assert whole.conclusion == "5 rows"
+    assert len(whole.reused) == 5
+    assert len(fake_solve.solves(tmp_path)) == 5
+    assert table(tmp_path / "study.csv") == serial
+
+
+SCRIPT = """
+import sys
+from pathlib import Path
+sys.path.insert(0, {here!r})
+from test_study import run
+def main():
+    run(Path(sys.argv[1]), workers=2)
+if __name__ == "__main__":
+    main()
+"""
+
+
+def begun_run(tmp_path: Path, out: Path) -> subprocess.Popen[str]:
+    """A run as a process, with two cases finished and others under way."""
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT.format(here=str(HERE)))
+    process = subprocess.Popen([sys.executable, script, out], stderr=subprocess.PIPE, text=True)
+    wait_until(lambda: len(list((out / "cases").glob("[!.]*"))) >= 2 and len(fake_solve.solves(out)) >= 3)
+    return process
+
+
+def wait_until(done: Callable[[], bool], seconds: float = 60.0) -> None:
+    end = time.monotonic() + seconds
+    while not done():
+        assert time.monotonic() < end, "it took too long"
+        time.sleep(0.02)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path, serial, number):
+    out = tmp_path / "out"
+    out.mkdir()
+    fake_solve.plan(out, kN50="sleep 0.1", kN60="sleep 0.1", all="sleep 30")
+    process = begun_run(tmp_path, out)
+    children = psutil.Process(process.pid).children(recursive=True)
+    assert len(children) >= 2
+    process.send_signal(number)
+    error = process.communicate(timeout=20)[1]
+    _, alive = psutil.wait_procs(children, timeout=10)
+    assert alive == [], "workers linger"
+    if number == signal.SIGINT:
+        assert "KeyboardInterrupt" in error
+        assert len(table(out / "study.csv")) == 2
+    fake_solve.plan(out)
+    outcome = run(out)
+    assert len(outcome.reused) == 2
+    assert table(out / "study.csv") == serial
+    assert not list((out / "cases").glob(".*"))
+
+
+@pytest.mark.parametrize(
+    ("settings", "says"),
+    [({"workers": 0}, "workers is 0"), ({"threads": 0}, "threads is 0"), ({"part": (3, 2)}, "part 3/2")],
+)
+def test_settings_that_cannot_be(settings, says):
+    with pytest.raises(InputError, match=says):
+        RunSettings(**settings)
+
+
+def test_part_is_written_as_i_of_n():
+    assert parse_part("2/4") == (2, 4)
+    with pytest.raises(InputError, match="such as 2/4"):
+        parse_part("2")
+
+
+def test_workers_are_bounded_by_cores_and_memory(monkeypatch):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(8)), raising=False)
+    memory = type("Memory", (), {"available": 7e9})
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: memory)
+    assert default_workers() == 3
+    memory.available = 1e9
+    assert default_workers() == 1
+    memory.available = 1e12
+    assert default_workers() == 8
+
+
+def test_threads_are_set_for_workers_and_restored(monkeypatch):
+    monkeypatch.setenv("MKL_NUM_THREADS", "7")
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+    with thread_environment(2):
+        assert os.environ["MKL_NUM_THREADS"] == os.environ["OMP_NUM_THREADS"] == "2"
+        assert workers.other_threads(2) is None
+        assert "MKL" in (workers.other_threads(3) or "") or "OMP" in (workers.other_threads(3) or "")
+    assert os.environ["MKL_NUM_THREADS"] == "7"
+    assert "OMP_NUM_THREADS" not in os.environ
+
+
+@pytest.mark.slow
+def test_real_cases_are_bit_identical_for_one_and_two_processes(tmp_path):
+    cases = tuple(replace(case(load), resolution=(2.0, 1.8)) for load in (50, 80, 100))
+    real = Study(name="real", cases=cases)
+    for count in (1, 2):
+        assert run_study(real, tmp_path / str(count), settings=RunSettings(workers=count)).all_converged
+    assert table(tmp_path / "1" / "study.csv") == table(tmp_path / "2" / "study.csv")
+
+
+@contextlib.contextmanager
+def dask_cluster(tmp_path: Path, count: int, **environment: str):
+    """A scheduler and workers on loopback: address, and the workers' processes."""
+    pytest.importorskip("distributed")
+    file = tmp_path / "scheduler.json"
+    path = os.pathsep.join([str(HERE), os.environ.get("PYTHONPATH", "")])
+    with thread_environment(1):
+        env = dict(os.environ) | {"PYTHONPATH": path} | environment
+    common = ["--scheduler-file", str(file), "--no-dashboard"]
+    scheduler = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", *common]
+    worker = [sys.executable, "-m", "distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny", *common]
+    worker += ["--local-directory", str(tmp_path)]
+    with (tmp_path / "dask.log").open("w") as log:
+        processes = [subprocess.Popen(scheduler, stdout=log, stderr=log, env=env)]
+        try:
+            wait_until(file.exists)
+            # elsewhere, as on another machine
+            processes += [subprocess.Popen(worker, stdout=log, stderr=log, env=env, cwd="/") for _ in range(count)]
+            yield json.loads(file.read_text())["address"], processes[1:]
+        finally:
+            for process in processes:
+                process.kill()
+                process.wait()
+
+
+def test_a_dask_worker_that_is_killed_loses_nothing_and_nothing_is_done_twice(tmp_path, serial):
+    out = tmp_path / "out"
+    out.mkdir()
+    fake_solve.plan(out, kN60="sleep 2", kN80="sleep 2", all="sleep 0.1")
+    with dask_cluster(tmp_path, 2) as (address, processes), ThreadPoolExecutor(1) as runner:
+        running = runner.submit(run, out, scheduler=address)
+        wait_until(lambda: len(set(fake_solve.solves(out))) >= 2 or running.done())
+        time.sleep(0.5)
+        finished = {path.name for path in (out / "cases").glob("[!.]*")}
+        processes[0].kill()
+        outcome = running.result(timeout=60)
+    assert statuses(outcome) == ["converged"] * 5
+    assert table(out / "study.csv") == serial
+    solved = fake_solve.solves(out)
+    assert set(solved) == {case_id(c) for c in study().cases}
+    assert len(solved) <= len(LOADS_KN) + 1
+    assert all(solved.count(name) == 1 for name in finished)
+
+
+def test_a_scheduler_that_is_not_there(tmp_path, monkeypatch):
+    pytest.importorskip("distributed")
+    from fecontact import cluster
+
+    monkeypatch.setattr(cluster, "_CONNECT_S", 1)
+    with pytest.raises(InputError, match=r"scheduler tcp://127\.0\.0\.1:9: not reachable within 1 s"):
+        run(tmp_path, scheduler="tcp://127.0.0.1:9")
+
+
+def test_a_dask_worker_on_other_threads_is_refused(tmp_path):
+    with (
+        dask_cluster(tmp_path, 1, MKL_NUM_THREADS="2") as (address, _),
+        pytest.raises(InputError, match="MKL_NUM_THREADS is 2, not 1"),
+    ):
+        run(tmp_path / "out", scheduler=address)
+
+
+def test_without_distributed_the_remedy_is_said(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(InputError, match=r"fecontact\[cluster\]"):
+        run(tmp_path, scheduler="tcp://127.0.0.1:9")
+
+
+def test_a_worker_that_does_not_see_the_folder_says_so(tmp_path, monkeypatch):
+    from fecontact import cluster
+
+    monkeypatch.setattr(cluster, "_SEEN_S", 0.0)
+    with thread_environment(1):
+        (tmp_path / "study.lock").touch()
+        assert cluster.worker_problem(tmp_path / "study.lock", 1) is None
+        assert "share" in (cluster.worker_problem(tmp_path / "other" / "study.lock", 1) or "")
+
+
+@pytest.mark.slow
+def test_real_cases_on_dask_are_those_of_one_process(tmp_path):
+    cases = tuple(replace(case(load), resolution=(2.0, 1.8)) for load in (50, 80))
+    real = Study(name="real", cases=cases)
+    with dask_cluster(tmp_path, 2) as (address, _):
+        run_study(real, tmp_path / "dask", settings=RunSettings(scheduler=address))
+    run_study(real, tmp_path / "one", settings=RunSettings(workers=1))
+    assert table(tmp_path / "dask" / "study.csv") == table(tmp_path / "one" / "study.csv")
