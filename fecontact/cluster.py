@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import ExitStack, contextmanager
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -72,11 +73,12 @@ class _Run:
 @contextmanager
 def _connected(address: str) -> Iterator[Any]:
     try:
-        from distributed import Client
+        # it has types in part only
+        distributed: Any = import_module("distributed")
     except ImportError as error:
         raise InputError("--scheduler needs the package distributed: pip install 'fecontact[cluster]'") from error
     try:
-        client = Client(address, timeout=_CONNECT_S, set_as_default=False)  # type: ignore[no-untyped-call, unused-ignore]
+        client = distributed.Client(address, timeout=_CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise InputError(
             f"scheduler {address}: not reachable within {_CONNECT_S} s ({error}); start one with `dask scheduler`, its"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import glob
 import hashlib
 import json
 import secrets
@@ -101,9 +102,12 @@ def _put(temporary: Path, final: Path) -> None:
     shutil.rmtree(older, ignore_errors=True)
 
 
-def remove_leftovers(out: Path) -> None:
-    """Remove the temporary folders of runs that were killed; only for who has the whole store to himself."""
-    for path in (out / "cases").glob(".*"):
+def remove_leftovers(out: Path, name: str | None = None) -> None:
+    """Remove the temporary folders of processes that were killed: of one case, or of all.
+
+    Those of all are only for who has the whole store to himself.
+    """
+    for path in (out / "cases").glob(".*" if name is None else f".{glob.escape(name)}.*"):
         shutil.rmtree(path, ignore_errors=True)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import threading
 from collections import deque
@@ -14,9 +15,12 @@ from multiprocessing import connection, get_context, parent_process
 from typing import Protocol
 
 from fecontact.errors import InputError
+from fecontact.store import remove_leftovers
 from fecontact.task import Done, Task, run_task
 
 _BYTES_A_WORKER = 2e9
+# Less than this cannot hold the files of a case.
+_FULL_DISK_BYTES = 50e6
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 
@@ -169,12 +173,17 @@ def _alone(task: Task, crew: Crew, report: Report, *, deaths: int) -> Done:
     task = replace(task, alone=True)
     report.under_way([task.name])
     while deaths < 2:
+        if deaths:
+            remove_leftovers(task.out, task.name)
         with crew.open(1) as executor:
             done = _outcome(executor.submit(crew.run, task), task)
         if done is not None:
             return done
         deaths += 1
-    return Done(name=task.name, failure="failed: its process died twice (out of memory?)")
+    # ParaView's writers can end the process when the disk is full, so it is looked at before its room is given back
+    full = shutil.disk_usage(task.out).free < _FULL_DISK_BYTES
+    remove_leftovers(task.out, task.name)
+    return Done(name=task.name, failure=f"failed: its process died twice ({'disk full' if full else 'out of memory'}?)")
 
 
 def _outcome(future: Future[Done], task: Task) -> Done | None:

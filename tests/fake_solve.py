@@ -1,4 +1,4 @@
-"""A stand-in for solving, which worker processes can import; does what a file `plan.json` in the study's folder says.
+"""A stand-in for solving, which worker processes can import; it does what `plan.json` in the study's folder says.
 
 The plan gives for a load in kN what shall happen to its case; `solves.txt` there has a line a solve.
 """

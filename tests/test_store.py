@@ -117,13 +117,13 @@ def test_another_version_is_a_reason(tmp_path):
 def test_a_folder_that_was_not_finished_leaves_the_older_one(tmp_path):
     name = stored(tmp_path)
 
-    def write_half() -> None:
+    def half_a_case() -> None:
         with new_case_folder(tmp_path, name) as folder:
             (folder / "result.json").write_text("half")
             raise OSError("disk full")
 
     with pytest.raises(OSError, match="full"):
-        write_half()
+        half_a_case()
     assert kept_case(tmp_path, name, makers(CASE)).record is not None
     assert [path.name for path in (tmp_path / "cases").iterdir()] == [name]
 

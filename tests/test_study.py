@@ -23,9 +23,11 @@ from fecontact import identity, workers
 from fecontact.case import Case
 from fecontact.casefile import Study
 from fecontact.errors import InputError
+from fecontact.identity import makers
 from fecontact.outputs.record import MEASURED_COLUMNS
 from fecontact.store import case_folder
 from fecontact.study import RunSettings, StudyOutcome, case_id, parse_part, run_study
+from fecontact.task import Task, run_task
 from fecontact.workers import Crew, default_workers, thread_environment
 
 LOADS_KN = (50, 60, 70, 80, 90)
@@ -214,6 +216,38 @@ def test_a_case_that_always_kills_its_worker_is_a_failed_row_and_the_others_are_
     outcome = run(tmp_path, study((50, 60, 70)), workers=count)
     assert statuses(outcome) == ["converged", "failed: its process died twice (out of memory?)", "converged"]
     assert fake_solve.solves(tmp_path).count(case_id(case(60))) == 2
+
+
+def test_a_full_disk_that_ends_the_process_is_named_and_its_room_given_back(tmp_path, monkeypatch):
+    fake_solve.plan(tmp_path, kN60="die")
+    usage = type("Usage", (), {"free": 1e6})
+    monkeypatch.setattr(workers.shutil, "disk_usage", lambda path: usage)
+    outcome = run(tmp_path, study((60,)), workers=1)
+    assert statuses(outcome) == ["failed: its process died twice (disk full?)"]
+    assert not list((tmp_path / "cases").iterdir())
+
+
+@pytest.mark.parametrize(("second", "times"), [("one", 1), ("two", 2)])
+def test_a_task_that_comes_twice_in_a_run_is_solved_once_even_by_force(tmp_path, second, times):
+    first = Task(
+        case=case(50),
+        name=case_id(case(50)),
+        out=tmp_path,
+        made_by=makers(case(50)),
+        settings={"run": "one"},
+        solve_into=fake_solve.solve_into,
+        force=True,
+    )
+    assert run_task(first).failure is None
+    assert run_task(replace(first, settings={"run": second})).failure is None
+    assert len(fake_solve.solves(tmp_path)) == times
+
+
+def test_a_worker_with_other_versions_solves_nothing(tmp_path):
+    given = makers(case(50)) | {"numpy": "99.1"}
+    task = Task(case=case(50), name="x", out=tmp_path, made_by=given, settings={}, solve_into=fake_solve.solve_into)
+    assert "numpy 99.1 -> " in (run_task(task).failure or "")
+    assert fake_solve.solves(tmp_path) == []
 
 
 def test_parts_together_give_the_whole_table(tmp_path, serial):
