@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, wait
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Literal, Protocol
@@ -16,6 +17,7 @@ CellVerdict = Literal["HOLDS", "FAILS", "UNRESOLVED", "failed"]
 Progress = Callable[[int, int, str], None]
 StepProgress = Callable[[str], None]
 
+_LOOK_EVERY_S = 2.0
 # The load limit is bisected until its bracket is this part of the load.
 LOAD_TOLERANCE = 0.02
 
@@ -28,6 +30,9 @@ class Sweep(Protocol):
 
     def close(self) -> None:
         """Release what was kept between the loads."""
+
+
+MakeSweep = Callable[[Case, StepProgress], Sweep]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -82,14 +87,36 @@ class LoadLimit:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class MapPosition:
+    """All loads of one lateral shift, by increasing load, and its load limit."""
+
+    shift_mm: float
+    cells: tuple[MapCell, ...]
+    limit: LoadLimit
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ApplicabilityMap:
-    """Cells by position, then load, and one limit a position."""
+    """Positions by lateral shift; while a map is made, those that are done."""
 
     case: Case
-    shifts_mm: tuple[float, ...]
     loads_N: tuple[float, ...]
-    cells: tuple[MapCell, ...]
-    limits: tuple[LoadLimit, ...]
+    positions: tuple[MapPosition, ...]
+
+    @property
+    def shifts_mm(self) -> tuple[float, ...]:
+        """Lateral shifts of the positions."""
+        return tuple(position.shift_mm for position in self.positions)
+
+    @property
+    def cells(self) -> tuple[MapCell, ...]:
+        """Cells by position, then load."""
+        return tuple(cell for position in self.positions for cell in position.cells)
+
+    @property
+    def limits(self) -> tuple[LoadLimit, ...]:
+        """One limit a position."""
+        return tuple(position.limit for position in self.positions)
 
     @property
     def all_solved(self) -> bool:
@@ -102,9 +129,11 @@ def make_map(
     shifts_mm: Sequence[float],
     loads_N: Sequence[float],
     *,
+    executor: Executor | None = None,
+    done: Sequence[MapPosition] = (),
     progress: Progress | None = None,
     on_position: Callable[[ApplicabilityMap], None] | None = None,
-    sweep: Callable[[Case, StepProgress], Sweep] = lambda case, step: LoadSweep(case, progress=step),
+    sweep: MakeSweep | None = None,
 ) -> ApplicabilityMap:
     """Solve all positions and loads, and find each position's load limit.
 
@@ -112,12 +141,16 @@ def make_map(
     ----------
     base_case
         Everything but lateral shift and load.
+    executor
+        Solves the positions, such as a pool of processes; without one they are solved here, one after the other.
+    done
+        Positions that were solved before, with the same base case and loads; those of other shifts do not count.
     progress
-        Called with the number of the position, how many there are, and what is being done.
+        Called with the number of finished positions, how many there are, and what is being done.
     on_position
         Called with the map so far after each position, so that an interrupted map keeps what it has.
     sweep
-        Makes what solves one position.
+        Makes what solves one position, a LoadSweep if not given.
 
     Raises
     ------
@@ -128,57 +161,93 @@ def make_map(
     shifts, loads = tuple(sorted(set(shifts_mm))), tuple(sorted(set(loads_N)))
     if not shifts or not loads:
         raise InputError("map: give at least one lateral shift and one load")
-    cases = [replace(base_case, lateral_shift_mm=shift, load_N=load) for shift in shifts for load in reversed(loads)]
-    cells: list[MapCell] = []
-    limits: list[LoadLimit] = []
-    for number, case in enumerate(cases[:: len(loads)]):
+    # all are made first: a value that no case can have is said before anything is solved
+    every = [replace(base_case, lateral_shift_mm=shift, load_N=load) for shift in shifts for load in reversed(loads)]
+    positions = {position.shift_mm: position for position in done if position.shift_mm in shifts}
+    wanted = [case for case in every[:: len(loads)] if case.lateral_shift_mm not in positions]
 
-        def step(what: str, number: int = number, shift: float = case.lateral_shift_mm) -> None:
-            if progress is not None:
-                progress(number, len(shifts), f"{shift:+z.2f} mm: {what}")
+    def so_far() -> ApplicabilityMap:
+        found = tuple(positions[shift] for shift in shifts if shift in positions)
+        return ApplicabilityMap(case=base_case, loads_N=loads, positions=found)
 
-        row, limit = _solve_position(case, loads, sweep, step)
-        cells += row
-        limits.append(limit)
-        done = ApplicabilityMap(
-            case=base_case,
-            shifts_mm=shifts[: number + 1],
-            loads_N=loads,
-            cells=tuple(cells),
-            limits=tuple(limits),
-        )
+    def tell(what: str) -> None:
+        if progress is not None:
+            progress(len(positions), len(shifts), what)
+
+    each = _one_by_one(wanted, loads, sweep, tell) if executor is None else _together(wanted, loads, executor, tell)
+    for position in each:
+        positions[position.shift_mm] = position
         if on_position is not None:
-            on_position(done)
-    return done
+            on_position(so_far())
+    return so_far()
 
 
-def _solve_position(
-    case: Case, loads: Sequence[float], make_sweep: Callable[[Case, StepProgress], Sweep], step: StepProgress
-) -> tuple[list[MapCell], LoadLimit]:
+def _one_by_one(
+    cases: Sequence[Case], loads: Sequence[float], sweep: MakeSweep | None, tell: StepProgress
+) -> Iterator[MapPosition]:
+    for case in cases:
+
+        def step(what: str, shift: float = case.lateral_shift_mm) -> None:
+            tell(f"{shift:+z.2f} mm: {what}")
+
+        yield solve_position(case, loads, sweep=sweep, step=step)
+
+
+def _together(
+    cases: Sequence[Case], loads: Sequence[float], executor: Executor, tell: StepProgress
+) -> Iterator[MapPosition]:
+    running = {executor.submit(solve_position, case, loads): case for case in cases}
+    while running:
+        shifts = [case.lateral_shift_mm for future, case in running.items() if future.running()]
+        tell(f"solving {', '.join(f'{shift:+z.2f}' for shift in shifts)} mm")
+        # not for ever: which positions are under way changes without one being finished
+        for future in wait(running, timeout=_LOOK_EVERY_S, return_when=FIRST_COMPLETED).done:
+            case = running.pop(future)
+            error = future.exception()
+            if error is None:
+                yield future.result()
+            else:
+                # a process that died, or a fault of the program: the other positions go on
+                said = " ".join(f"{type(error).__name__}: {error}".split())
+                yield _failed_position(case.lateral_shift_mm, loads, f"failed: {said}")
+
+
+def _failed_position(shift: float, loads: Sequence[float], status: str) -> MapPosition:
+    cells = tuple(MapCell(shift_mm=shift, load_N=load, status=status, point=None) for load in loads)
+    return MapPosition(shift_mm=shift, cells=cells, limit=LoadLimit(reason=status))
+
+
+def solve_position(
+    case: Case, loads: Sequence[float], *, sweep: MakeSweep | None = None, step: StepProgress | None = None
+) -> MapPosition:
+    """Solve all loads (N, increasing) at the position of a case, and find its load limit."""
     shift = case.lateral_shift_mm
+    tell: StepProgress = step or (lambda what: None)
     load = ""
     try:
-        sweep = make_sweep(case, lambda what: step(f"{load}{what}"))
+        solver = (sweep or _load_sweep)(case, lambda what: tell(f"{load}{what}"))
     except FecontactError as error:
-        status = f"failed: {error}"
-        cells = [MapCell(shift_mm=shift, load_N=load, status=status, point=None) for load in loads]
-        return cells, LoadLimit(reason=status)
+        return _failed_position(shift, loads, f"failed: {error}")
     solved = {}
     try:
         # the largest load first: its meshes serve the smaller ones
         for load_N in reversed(loads):
             load = f"{load_N / 1e3:g} kN: "
-            solved[load_N] = _cell(sweep, shift, load_N)
-        cells = [solved[load_N] for load_N in loads]
+            solved[load_N] = _cell(solver, shift, load_N)
+        cells = tuple(solved[load_N] for load_N in loads)
 
         def bisect(load_N: float) -> LoadPoint:
             nonlocal load
             load = f"limit, {load_N / 1e3:.1f} kN: "
-            return sweep.solve(load_N)
+            return solver.solve(load_N)
 
-        return cells, load_limit(case, cells, bisect)
+        return MapPosition(shift_mm=shift, cells=cells, limit=load_limit(case, cells, bisect))
     finally:
-        sweep.close()
+        solver.close()
+
+
+def _load_sweep(case: Case, step: StepProgress) -> Sweep:
+    return LoadSweep(case, progress=step)
 
 
 def _cell(sweep: Sweep, shift: float, load_N: float) -> MapCell:

@@ -190,6 +190,8 @@ def map_(
     shifts: Annotated[str, Parameter(allow_leading_hyphen=True)],
     loads_kn: Annotated[str, Parameter(name="--loads-kn", allow_leading_hyphen=True)] = "10,20,50,80,100,125,150",
     out: Path,
+    workers: int | None = None,
+    force: Annotated[bool, Parameter(name="--force", negative="--resume")] = False,
 ) -> int:
     """Map where Hertz holds over lateral shift and load, with the load up to which it holds at each shift.
 
@@ -200,21 +202,40 @@ def map_(
     loads_kn
         Wheel loads in kN, likewise.
     out
-        Folder for map.csv, map.json and map.png, which are written again after each shift.
+        Folder for map.csv, map.json and map.png, which are written again after each shift; finished shifts are reused.
+    workers
+        Shifts at a time; as many as there are cores and 2 GB of memory for each, if not given.
+    force
+        Solve finished shifts again.
     """
     from fecontact.applicability_map import make_map
     from fecontact.casefile import parse_numbers
-    from fecontact.outputs.map import map_table, write_map
+    from fecontact.lock import locked
+    from fecontact.outputs.map import KeptPositions, kept_positions, map_table, write_map
+    from fecontact.workers import default_workers, process_crew
 
     if options.shift != _DEFAULTS.shift or options.load_kn != _DEFAULTS.load_kn:
         raise InputError("map takes --shifts and --loads-kn instead of --shift and --load-kn")
-    positions = parse_numbers(shifts, "shifts")
+    if workers is not None and workers < 1:
+        raise InputError(f"workers is {workers}; allowed: 1 and more")
+    positions, case = parse_numbers(shifts, "shifts"), options.case()
     loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
-    with _progress(len(positions)) as progress:
+    crew = process_crew(workers or default_workers(), threads=1)
+    with locked(out), _progress(len(positions), first=0) as progress, crew.open(crew.workers) as executor:
+        kept = KeptPositions() if force else kept_positions(out, case, loads_N)
         made = make_map(
-            options.case(), positions, loads_N, progress=progress, on_position=lambda done: write_map(done, out)
+            case,
+            positions,
+            loads_N,
+            executor=executor,
+            done=kept.positions,
+            progress=progress,
+            on_position=lambda done: write_map(done, out),
         )
+        write_map(made, out)
     print(map_table(made))
+    if kept.problem:
+        print(f"solved again: {kept.problem}", file=sys.stderr)
     print(f"Results in {out}: map.csv, map.json, map.png")
     return 0 if made.all_solved else 3
 

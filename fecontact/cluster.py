@@ -87,7 +87,7 @@ def _connected(address: str) -> Iterator[Any]:
     try:
         yield client
     finally:
-        client.close()  # type: ignore[no-untyped-call, unused-ignore]
+        client.close()
 
 
 def _check_workers(client: Any, address: str, lock: Path, threads: int) -> None:

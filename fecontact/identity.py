@@ -17,13 +17,11 @@ from fecontact.case import Case
 _PACKAGE = Path(__file__).parent
 # Parts that bring cases in, carry results about or write them: no number of a result depends on them.
 _NOT_NUMERICAL = {
-    "applicability_map.py",
     "baselines.py",
     "casefile.py",
     "cli.py",
     "cluster.py",
     "identity.py",
-    "load_sweep.py",
     "lock.py",
     "outputs",
     "regression.py",

@@ -3,20 +3,23 @@
 import csv
 import json
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
 
+from fecontact import applicability_map
 from fecontact.applicability import Criteria, Judgement, judge
-from fecontact.applicability_map import MapCell, load_limit, make_map
+from fecontact.applicability_map import MapCell, load_limit, make_map, solve_position
 from fecontact.case import Case
 from fecontact.casefile import parse_numbers
 from fecontact.cli import call
 from fecontact.comparison import MEASURES, Measures
 from fecontact.errors import InputError
 from fecontact.load_sweep import LoadPoint, LoadSweep, fit_stiffness, solve_loads
-from fecontact.outputs.map import cell_row, map_figure, map_record, map_table, write_map
+from fecontact.outputs.map import cell_row, kept_positions, map_figure, map_record, map_table, write_map
 
 K_H = 3.0e6
 LOADS = (10e3, 50e3, 100e3, 150e3)
@@ -109,6 +112,7 @@ class FakeSweep:
     """Deviates with load and shift; one position cannot be placed, one load not solved, one not used."""
 
     open = 0
+    solved: ClassVar[list[float]] = []
 
     def __init__(self, case, step):
         if case.lateral_shift_mm > 3.5:
@@ -118,6 +122,7 @@ class FakeSweep:
         step("mesh")
 
     def solve(self, load_N):
+        FakeSweep.solved.append(self.shift)
         if self.shift == 3.0 and load_N > 140e3:
             raise InputError("the contact reaches the end")
         status = "not converged" if self.shift == -2.0 and load_N < 20e3 else "converged"
@@ -187,6 +192,103 @@ def test_map_table_has_a_line_for_each_position():
     assert "no limit: holds at all loads" in lines[2]
     assert "holds up to" in lines[4]
     assert "failed: the wheel is off the rail" in lines[7]
+
+
+# --- positions solved elsewhere, and before -------------------------------------------------------------------------
+
+
+def fake_position(case, loads):
+    if case.lateral_shift_mm == 1.0:
+        raise RuntimeError("a fault\nof the program")
+    return solve_position(case, loads, sweep=FakeSweep)
+
+
+def test_positions_solved_by_an_executor_are_those_solved_here(monkeypatch):
+    monkeypatch.setattr(applicability_map, "solve_position", fake_position)
+    seen = []
+    with ThreadPoolExecutor(3) as executor:
+        made = make_map(
+            Case(), [3.0, -2.0, 0.0, 1.0], LOADS, executor=executor, on_position=lambda m: seen.append(m.shifts_mm)
+        )
+    monkeypatch.undo()
+    alone = make_map(Case(), [3.0, -2.0, 0.0, 1.0], LOADS, sweep=FakeSweep)
+    # in the order of the shifts, whichever is finished first
+    assert made.shifts_mm == (-2.0, 0.0, 1.0, 3.0)
+    assert all(shifts == tuple(sorted(shifts)) for shifts in seen)
+    assert len(seen) == 4
+    for got, expected in zip(map_record(made)["cells"], map_record(alone)["cells"], strict=True):
+        if got["lateral_shift_mm"] == 1.0:
+            assert got["status"] == "failed: RuntimeError: a fault of the program"
+        else:
+            assert got == expected
+
+
+def test_finished_positions_are_taken_from_the_file(tmp_path):
+    made = fake_map()
+    write_map(made, tmp_path)
+    kept = kept_positions(tmp_path, Case(), LOADS)
+    assert kept.problem is None
+    # positions with a load that failed or did not converge are tried again
+    assert [p.shift_mm for p in kept.positions] == [-1.0, 0.0, 1.0, 2.0]
+    FakeSweep.solved = []
+    again = fake_map(done=kept.positions)
+    assert map_record(again) == map_record(made)
+    assert set(FakeSweep.solved) == {-2.0, 3.0}
+
+
+def test_a_value_that_was_no_number_is_read_as_one(tmp_path):
+    made = fake_map()
+    cell = made.positions[2].cells[0]
+    blank = replace(cell.point, fe=replace(cell.point.fe, a_mm=math.nan))
+    position = replace(made.positions[2], cells=(replace(cell, point=blank), *made.positions[2].cells[1:]))
+    write_map(replace(made, positions=(position,)), tmp_path)
+    (kept,) = kept_positions(tmp_path, Case(), LOADS).positions
+    assert math.isnan(kept.cells[0].point.fe.a_mm)
+
+
+@pytest.mark.parametrize(
+    ("case", "loads", "damage", "says"),
+    [
+        (Case(wheel="cylinder:460"), LOADS, lambda text: text, "other inputs"),
+        (Case(criteria=Criteria(p_max=0.1)), LOADS, lambda text: text, "other inputs"),
+        (Case(), LOADS[1:], lambda text: text, "other loads"),
+        (Case(), LOADS, lambda text: text[:-200], "cannot be read"),
+        (Case(), LOADS, lambda text: text.replace('"measure"', '"mass"'), "another layout"),
+        (
+            Case(),
+            LOADS,
+            lambda text: text.replace('"source of fecontact": "', '"source of fecontact": "x'),
+            "another version",
+        ),
+    ],
+)
+def test_a_file_that_does_not_fit_is_said_and_not_used(case, loads, damage, says, tmp_path):
+    write_map(fake_map(), tmp_path)
+    path = tmp_path / "map.json"
+    path.write_text(damage(path.read_text("utf-8")), "utf-8")
+    kept = kept_positions(tmp_path, case, loads)
+    assert kept.positions == ()
+    assert says in kept.problem
+    assert kept_positions(tmp_path / "nowhere", case, loads).problem is None
+
+
+def test_map_command_goes_on_where_it_stopped(tmp_path, capsys):
+    options = ["map", "--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none"]
+    options += ["--resolution", "1.6,1.2"]
+    options += ["--loads-kn", "100", "--workers", "1", "--out", str(tmp_path)]
+    assert call([*options, "--shifts", "0"]) == 0
+    first = json.loads((tmp_path / "map.json").read_text("utf-8"))
+    capsys.readouterr()
+    assert call([*options, "--shifts", "0,1"]) == 0
+    out = capsys.readouterr().out
+    second = json.loads((tmp_path / "map.json").read_text("utf-8"))
+    assert second["cells"][0] == first["cells"][0]
+    assert len(second["cells"]) == 2
+    # a flat wheel over a round head: the same contact at every shift, but for where gmsh puts its nodes (6e-5 seen)
+    peaks = [cell["point"]["fe"]["p_max_MPa"] for cell in second["cells"]]
+    assert peaks[1] == pytest.approx(peaks[0], rel=2e-4)
+    assert "+1.00" in out
+    assert call([*options, "--shifts", "0", "--workers", "0"]) == 2
 
 
 @pytest.mark.parametrize(

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Mapping
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.applicability import AT_JUNCTION
-from fecontact.applicability_map import ApplicabilityMap, LoadLimit, MapCell
-from fecontact.comparison import MEASURES
+from fecontact.applicability import AT_JUNCTION, Judgement
+from fecontact.applicability_map import ApplicabilityMap, LoadLimit, MapCell, MapPosition
+from fecontact.case import Case
+from fecontact.comparison import MEASURES, Measures
+from fecontact.identity import difference, input_files, makers
+from fecontact.load_sweep import LoadPoint
 from fecontact.outputs.figures import blank_figure, save_figure, short_name
-from fecontact.outputs.files import write_json
+from fecontact.outputs.files import json_text, write_json
 from fecontact.outputs.record import case_record, versions
 from fecontact.outputs.tables import write_csv
 
@@ -24,6 +28,8 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Record = dict[str, Any]
+
+MAP_SCHEMA = "fecontact/map/1"
 
 # Okabe and Ito's colours, told apart by the colour-blind and in grey.
 _COLOURS = {"HOLDS": "#56b4e9", "UNRESOLVED": "#f0e442", "FAILS": "#d55e00", "failed": "#c8c8c8"}
@@ -94,22 +100,106 @@ def limit_record(shift_mm: float, limit: LoadLimit) -> Record:
 
 
 def map_record(made: ApplicabilityMap) -> Record:
-    """The whole map with the base case, its criteria and the versions."""
+    """The whole map with the base case, its criteria, and what made it."""
     return {
-        "schema": "fecontact/map/1",
-        "case": _base_record(made),
+        "schema": MAP_SCHEMA,
+        "case": _base_record(made.case),
         "criteria": asdict(made.case.criteria),
         "lateral_shifts_mm": list(made.shifts_mm),
         "loads_N": list(made.loads_N),
         "cells": [_cell_record(cell) for cell in made.cells],
         "limits": [limit_record(shift, limit) for shift, limit in zip(made.shifts_mm, made.limits, strict=True)],
         "versions": versions(),
+        "provenance": _provenance(made.case),
     }
 
 
-def _base_record(made: ApplicabilityMap) -> Record:
+def _provenance(case: Case) -> Record:
+    return {"made_by": makers(case), "input_files": {body: f["sha256"] for body, f in input_files(case).items()}}
+
+
+@dataclass(frozen=True, kw_only=True)
+class KeptPositions:
+    """Positions of an earlier map that may be taken over, or why none may (None where there is no earlier map)."""
+
+    positions: tuple[MapPosition, ...] = ()
+    problem: str | None = None
+
+
+def kept_positions(out: Path, case: Case, loads_N: Sequence[float]) -> KeptPositions:
+    """Positions of `map.json` in a folder that were solved with the same inputs, loads and versions.
+
+    Those with a cell that is not converged are left out: they are tried again.
+    """
+    path = out / "map.json"
+    try:
+        record = json.loads(path.read_text("utf-8"))
+    except FileNotFoundError:
+        return KeptPositions()
+    except (OSError, ValueError) as error:
+        return KeptPositions(problem=f"{path} cannot be read ({error})")
+    loads = sorted(set(loads_N))
+    try:
+        if record["schema"] != MAP_SCHEMA or record["case"] != json.loads(json_text(_base_record(case))):
+            return KeptPositions(problem=f"{path} is of other inputs")
+        if record["loads_N"] != loads:
+            return KeptPositions(problem=f"{path} is of other loads")
+        made_by, now = record["provenance"], _provenance(case)
+        if made_by["input_files"] != now["input_files"]:
+            return KeptPositions(problem=f"{path} is of a profile file that has changed")
+        if changes := difference(made_by["made_by"], now["made_by"]):
+            return KeptPositions(problem=f"{path} was made by another version: {changes}")
+        cells = [_cell_from_record(cell) for cell in record["cells"]]
+        rows = [tuple(cells[k : k + len(loads)]) for k in range(0, len(cells), len(loads))]
+        limits = [_limit_from_record(limit) for limit in record["limits"]]
+        return KeptPositions(
+            positions=tuple(
+                MapPosition(shift_mm=shift, cells=row, limit=limit)
+                for shift, row, limit in zip(record["lateral_shifts_mm"], rows, limits, strict=True)
+                if all(cell.status == "converged" for cell in row)
+            )
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        return KeptPositions(problem=f"{path} has another layout ({type(error).__name__}: {error})")
+
+
+def _cell_from_record(record: Mapping[str, Any]) -> MapCell:
+    point = record["point"]
+    return MapCell(
+        shift_mm=record["lateral_shift_mm"],
+        load_N=record["load_N"],
+        status=record["status"],
+        point=None if point is None else _point_from_record(point),
+        solved=record["solved"],
+    )
+
+
+def _point_from_record(record: Mapping[str, Any]) -> LoadPoint:
+    # a value that was no number is null in JSON
+    named = {
+        name: {key: math.nan if value is None else value for key, value in record[name].items()}
+        for name in ("fe", "hertz", "deviation", "uncertainty")
+    }
+    measures = {name: Measures(**named[name]) for name in ("fe", "hertz")}
+    return LoadPoint(
+        **{
+            **record,
+            **named,
+            **measures,
+            "verdict": Judgement(**record["verdict"]),
+            "warnings": tuple(record["warnings"]),
+        }
+    )
+
+
+def _limit_from_record(record: Mapping[str, Any]) -> LoadLimit:
+    plain = {name: record[name] for name in ("F_max_N", "holds_N", "fails_N", "reason", "note")}
+    return LoadLimit(**plain, tried=tuple((step["load_N"], step["verdict"]) for step in record["bisection"]))
+
+
+def _base_record(case: Case) -> Record:
     # shift and load are the map's own
-    return {k: v for k, v in case_record(made.case).items() if k not in ("lateral_shift_mm", "load_N")}
+    return {k: v for k, v in case_record(case).items() if k not in ("lateral_shift_mm", "load_N")}
 
 
 def _cell_record(cell: MapCell) -> Record:
