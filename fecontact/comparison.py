@@ -73,10 +73,11 @@ class Comparison:
 
 def measure(grid: ContactGrid, pressure: Floats, approach_mm: float) -> Measures:
     """Measures of a pressure (nx, ns) in MPa on the grid, with its approach."""
-    return _measures(measure_patch(grid.x_mm, grid.s_mm, pressure, half=grid.half), approach_mm)
+    return measures_of(measure_patch(grid.x_mm, grid.s_mm, pressure, half=grid.half), approach_mm)
 
 
-def _measures(patch: Patch, approach_mm: float) -> Measures:
+def measures_of(patch: Patch, approach_mm: float) -> Measures:
+    """Measures of a patch with its approach."""
     return Measures(
         p_max_MPa=patch.p_max_MPa,
         area_mm2=patch.area_mm2,
@@ -91,7 +92,7 @@ def _measures(patch: Patch, approach_mm: float) -> Measures:
 def compare(grid: ContactGrid, pressure: Floats, approach_mm: float, hertz: HertzContact) -> Comparison:
     """Compare a pressure (nx, ns) in MPa on the grid, with its approach, to Hertz's ellipse at the grid's origin."""
     patch = measure_patch(grid.x_mm, grid.s_mm, pressure, half=grid.half)
-    fe = _measures(patch, approach_mm)
+    fe = measures_of(patch, approach_mm)
     analytic = hertz_measures(hertz)
     x, s, padded = _cover_ellipse(grid, pressure, hertz)
     reference = hertz.pressure_MPa(x[:, None], s[None, :])

@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
+from fecontact.comparison import Measures, measures_of
 from fecontact.contact import ContactProblem, ContactSolution, solve_contact
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.halfspace import half_space_compliance
+from fecontact.patch import measure_patch
 from fecontact.placement import Placement
 
 Floats = NDArray[np.float64]
@@ -28,7 +30,11 @@ _VALLEY = 0.15
 
 @dataclass(frozen=True, kw_only=True)
 class ExpectedPatch:
-    """Extent of the patch on the rail's surface from the first touch point, and its narrowest lobe's size (mm)."""
+    """Extent of the patch on the rail's surface from the first touch point, and its narrowest lobe's size (mm).
+
+    `measures` are those of the half-space under the true gap, with 16 nodes a semi-axis; the approach is that along the
+    load.
+    """
 
     x_low_mm: float
     x_high_mm: float
@@ -36,8 +42,7 @@ class ExpectedPatch:
     s_high_mm: float
     semi_axis_x_mm: float
     semi_axis_s_mm: float
-    approach_mm: float
-    p_max_MPa: float
+    measures: Measures
 
 
 def approach_direction(placement: Placement, *, normal_force: bool) -> Floats:
@@ -153,8 +158,7 @@ def _box(x: Floats, s: Floats, solution: ContactSolution, half: bool) -> Expecte
         s_high_mm=float(s[columns[-1]] + 0.5 * ds),
         semi_axis_x_mm=min(size[0] for size in sizes),
         semi_axis_s_mm=min(size[1] for size in sizes),
-        approach_mm=solution.approach_mm,
-        p_max_MPa=float(p.max()),
+        measures=measures_of(measure_patch(x, s, p, half=half), solution.approach_mm),
     )
 
 

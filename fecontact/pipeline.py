@@ -20,7 +20,7 @@ from fecontact.comparison import MEASURES, Comparison, Measures, compare, deviat
 from fecontact.contact import Compliance, ContactProblem, ContactSolution, solve_contact
 from fecontact.defect_correction import model_of, solve_by_correction
 from fecontact.elasticity import SolverName, check_memory, choose_solver, elastic_body
-from fecontact.errors import InputError
+from fecontact.errors import ConvergenceError, InputError
 from fecontact.expected_patch import ExpectedPatch, approach_direction, expected_patch
 from fecontact.halfspace import half_space_compliance
 from fecontact.hertz import HertzContact, first_yield_p0_MPa, hertz_from_hessian
@@ -29,7 +29,7 @@ from fecontact.material import contact_modulus_MPa
 from fecontact.meshing import BodyMesh, FineZone, least_memory_bytes, rail_mesh, wheel_mesh
 from fecontact.mortar import ContactGrid, CoupledBodies, mortar_matrix
 from fecontact.placement import Placement, RelativeCurvature, place
-from fecontact.profiles import has_no_gauge_face, resolve_rail, resolve_wheel
+from fecontact.profiles import Profile, has_no_gauge_face, resolve_rail, resolve_wheel
 from fecontact.touch_hertz import HertzPoints, Side, hertz_points, sides
 from fecontact.uncertainty import MESH_RATIO, estimate
 
@@ -167,27 +167,26 @@ class _Clock:
             self.memory_MB[name] = psutil.Process().memory_info().rss / 1e6
 
 
-def place_case(case: Case) -> Placement:
-    """Put the wheel of a case on its rail.
+def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Placement:
+    """Put the wheel of a case on its rail; `rail` and `wheel` stand for the case's own lines where given.
 
     Raises
     ------
     InputError
         For profiles that cannot be read and positions in which the wheel does not run on the rail.
     """
-    rail = resolve_rail(case.rail)
-    wheel = resolve_wheel(case.wheel)
+    case_wheel = resolve_wheel(case.wheel)
     track = case.track
     if has_no_gauge_face(case.rail) and track.rail_crown_y_mm is None:
         track = replace(track, rail_crown_y_mm=track.tape_circle_y_mm)
     return place(
-        rail,
-        wheel.profile,
+        rail or resolve_rail(case.rail),
+        wheel or case_wheel.profile,
         inclination_rad=case.inclination_rad,
         lateral_shift_mm=case.lateral_shift_mm,
         roll_rad=case.roll_rad,
         yaw_rad=case.yaw_rad,
-        rolling_radius_mm=wheel.rolling_radius_mm or case.rolling_radius_mm,
+        rolling_radius_mm=case_wheel.rolling_radius_mm or case.rolling_radius_mm,
         track=track,
     )
 
@@ -535,7 +534,9 @@ class Meshes:
         case = replace(self.position.case, load_N=load_N)
         levels = [self._level(case, 1.0), self._level(case, MESH_RATIO)]
         limits: list[str] = []
-        sides = _judge(case, levels)
+        with self.position.clock.step("expect the patch"):
+            of_points = points_part(case, self.position.placement)
+        sides = _judge(case, levels, of_points)
         while _worst(sides).verdict == "UNRESOLVED" and levels[0].status == "converged" and len(levels) < _MOST_MESHES:
             finer = MESH_RATIO ** (1 - len(levels))
             expected = int(levels[0].degrees_of_freedom * MESH_RATIO**3)
@@ -550,7 +551,7 @@ class Meshes:
             except InputError as error:
                 limits.append(f"refinement stopped: {error}")
                 break
-            sides = _judge(case, levels)
+            sides = _judge(case, levels, of_points)
         return JudgedLoad(levels=tuple(levels), sides=sides, limits=tuple(limits))
 
     def close(self) -> None:
@@ -647,7 +648,29 @@ def _level(
     )
 
 
-def _judge(case: Case, levels: Sequence[Level]) -> tuple[SideJudgement, ...]:
+def points_part(case: Case, placement: Placement) -> dict[str, float]:
+    """Uncertainty of each deviation from profiles that are given by points: nothing where both are exact lines.
+
+    How much the deviation of Hertz from the half-space under the true gap changes when these profiles lose every second
+    point: it sees noise and spacing alike. NaN where such profiles do not come into contact.
+    """
+    rail, wheel = placement.rail.profile.thinned(), placement.wheel.profile.thinned()
+    if rail is None and wheel is None:
+        return dict.fromkeys(MEASURES, 0.0)
+    own = _half_space_deviations(case, placement)
+    try:
+        other = _half_space_deviations(case, place_case(case, rail=rail, wheel=wheel))
+    except (InputError, ConvergenceError):
+        return dict.fromkeys(MEASURES, math.nan)
+    return {name: abs(other[name] - own[name]) for name in MEASURES}
+
+
+def _half_space_deviations(case: Case, placement: Placement) -> dict[str, float]:
+    hertz = hertz_of_case(case, placement)
+    return deviations(hertz_measures(hertz), _expect(case, placement, hertz).measures)
+
+
+def _judge(case: Case, levels: Sequence[Level], of_points: Mapping[str, float]) -> tuple[SideJudgement, ...]:
     """Judge Hertz with the curvature of each side of the first touch point, under the finest level's normal force."""
     finest = levels[0]
     residual = finest.solution.contact_residual + finest.solution.penetration_residual
@@ -661,7 +684,7 @@ def _judge(case: Case, levels: Sequence[Level]) -> tuple[SideJudgement, ...]:
         measures = hertz_measures(hertz)
         deviation = deviations(measures, finest.comparison.fe)
         # of (Hertz - FE) / FE, from that of the finite-element measure
-        uncertainty = {name: relative[name] * abs(1.0 + deviation[name]) for name in MEASURES}
+        uncertainty = {name: relative[name] * abs(1.0 + deviation[name]) + of_points[name] for name in MEASURES}
         found.append(
             SideJudgement(
                 side=side,

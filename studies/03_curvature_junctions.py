@@ -18,16 +18,16 @@ import numpy as np
 from fecontact.case import Case
 
 PAIRS = ((300, 80), (80, 13))
-DISTANCES_MM = (0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
+DISTANCES_MM = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0)
 LOADS_KN = (20.0, 100.0)
-LIMIT_PERCENT = 5.0
+LIMITS_PERCENT = {"p_max": 5.0, "area": 10.0}
 
 
 def cases(quick: bool = False) -> list[Case]:
     """Both pairs, sides and loads at `standard`; or three distances on the flatter arc of one pair, at `quick`."""
     if quick:
         return [_case((300, 80), distance, 100.0, "quick") for distance in (8.0, 2.0, 0.0)]
-    both = sorted({sign * distance for sign in (-1.0, 1.0) for distance in DISTANCES_MM})
+    both = [*(-distance for distance in reversed(DISTANCES_MM)), 0.0, *DISTANCES_MM]
     return [_case(pair, distance, load, "standard") for pair in PAIRS for load in LOADS_KN for distance in both]
 
 
@@ -48,17 +48,17 @@ def distance_mm(row: dict[str, Any]) -> float:
     return float(str(row["rail"]).partition("@")[2])
 
 
-Series = dict[tuple[str, float, str], tuple[np.ndarray, np.ndarray, np.ndarray]]
+Series = dict[tuple[str, float, str], tuple[np.ndarray, ...]]
 
 
 def series(rows: list[dict[str, Any]]) -> Series:
-    """Distance over Hertz's semi-axis, deviation and uncertainty of the peak pressure (%), by pair, load and arc."""
+    """By pair, load and arc: distance over Hertz's semi-axis; deviation of the peak pressure, its uncertainty, area (%)."""
     found = {}
     for pair, load in dict.fromkeys((str(row["rail"]).partition("@")[0], float(row["load_kN"])) for row in rows):
-        for arc, sign in (("flat", 1.0), ("tight", -1.0)):
+        for arc, sign in (("flatter", 1.0), ("tighter", -1.0)):
             # the junction itself has no ellipse of its own
             own = sorted(
-                (sign * distance_mm(row) / float(row["b_hertz_mm"]), *_peak(row))
+                (sign * distance_mm(row) / float(row["b_hertz_mm"]), *_numbers(row))
                 for row in rows
                 if str(row["rail"]).startswith(f"{pair}@")
                 and float(row["load_kN"]) == load
@@ -69,41 +69,48 @@ def series(rows: list[dict[str, Any]]) -> Series:
     return found
 
 
-def _peak(row: dict[str, Any]) -> tuple[float, float]:
-    return float(row["p_max_deviation_percent"]), float(row["p_max_uncertainty_percent"])
+def _numbers(row: dict[str, Any]) -> tuple[float, ...]:
+    names = ("p_max_deviation_percent", "p_max_uncertainty_percent", "area_deviation_percent")
+    return tuple(float(row[name]) for name in names)
 
 
-def reach(distance: np.ndarray, deviation: np.ndarray) -> float:
-    """Distance over the semi-axis beyond which the deviation stays within the limit; straight between the points."""
-    outside = np.flatnonzero(np.abs(deviation) > LIMIT_PERCENT)
+def reach(distance: np.ndarray, deviation: np.ndarray, limit: float) -> float:
+    """Distance over the semi-axis beyond which a deviation stays within its limit; straight between the points.
+
+    0 if it is within the limit everywhere, infinite if it is not at the farthest point.
+    """
+    outside = np.flatnonzero(np.abs(deviation) > limit)
     if outside.size == 0:
-        return float("nan")
+        return 0.0
     last = int(outside[-1])
     if last == distance.size - 1:
         return float("inf")
     here, there = np.abs(deviation[last : last + 2])
-    return float(np.interp(LIMIT_PERCENT, [there, here], [distance[last + 1], distance[last]]))
+    return float(np.interp(limit, [there, here], [distance[last + 1], distance[last]]))
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     """Rule of thumb for either arc with its scatter over radii and loads; figure junctions.png."""
     found = series(rows)
     figure(found, out / "junctions.png")
-    lines = ["pair              load kN  arc    |error| of the peak within 5 % beyond   largest error   farthest point"]
-    for (pair, load, arc), (distance, deviation, _) in found.items():
-        limit = reach(distance, deviation)
-        worst = deviation[np.argmax(np.abs(deviation))]
-        said = f"{limit:6.2f} b" if np.isfinite(limit) else "everywhere" if np.isnan(limit) else "nowhere"
-        lines.append(f"{pair:16} {load:8g}  {arc:5}  {said:>24} {worst:+25.1f} % {deviation[-1]:+14.2f} %")
-    for arc in ("flat", "tight"):
-        reached = [reach(d, p) for (_, _, a), (d, p, _) in found.items() if a == arc]
-        reached = [r for r in reached if np.isfinite(r)]
-        if len(reached) > 1:
-            name = {"flat": "flatter", "tight": "tighter"}[arc]
+    lines = [
+        "pair         load kN  touch on  peak within 5 %  area within 10 %  largest error of the peak  at the far end"
+    ]
+    reached: dict[str, list[float]] = {}
+    for (pair, load, arc), (distance, peak, _, area) in found.items():
+        limits = [reach(distance, d, LIMITS_PERCENT[m]) for m, d in (("p_max", peak), ("area", area))]
+        reached.setdefault(arc, []).append(max(limits))
+        texts = (f"beyond {limit:.2f} b" if np.isfinite(limit) else "nowhere" for limit in limits)
+        worst = peak[np.argmax(np.abs(peak))]
+        lines.append(
+            f"{pair:12} {load:7g}  {arc:8} {' '.join(f'{t:>16}' for t in texts)} {worst:+24.1f} % {peak[-1]:+10.2f} %"
+        )
+    for arc, limits in reached.items():
+        if len(limits) > 1 and np.all(np.isfinite(limits)):
             lines.append(
-                f"Rule of thumb, touch point on the {name} arc: Hertz's peak pressure is within {LIMIT_PERCENT:g} %"
-                f" where the junction is farther than {np.mean(reached):.2f} b (from {min(reached):.2f} to"
-                f" {max(reached):.2f} over {len(reached)} pairs and loads)."
+                f"Rule of thumb, touch point on the {arc} arc: Hertz holds (peak within {LIMITS_PERCENT['p_max']:g} %,"
+                f" area within {LIMITS_PERCENT['area']:g} %) where the junction is farther than {np.mean(limits):.2f} b"
+                f" ({min(limits):.2f} to {max(limits):.2f} b over {len(limits)} pairs and loads)."
             )
     return "\n".join(lines)
 
@@ -114,13 +121,14 @@ def figure(found: Series, path: Path) -> None:
 
     picture = blank_figure(8.0, 4.6)
     axes = picture.add_subplot()
-    axes.axhspan(-LIMIT_PERCENT, LIMIT_PERCENT, color="0.92")
+    limit = LIMITS_PERCENT["p_max"]
+    axes.axhspan(-limit, limit, color="0.92")
     axes.axvspan(-1.0, 1.0, color="0.96", zorder=0)
-    for number, ((pair, load, arc), (distance, deviation, uncertainty)) in enumerate(found.items()):
-        sign = 1.0 if arc == "flat" else -1.0
+    for number, ((pair, load, arc), (distance, peak, uncertainty, _)) in enumerate(found.items()):
+        sign = 1.0 if arc == "flatter" else -1.0
         colour = f"C{number // 2}"
-        label = f"R {pair.removeprefix('arcs:').replace('/', ' / R ')}, {load:g} kN" if arc == "flat" else None
-        axes.errorbar(sign * distance, deviation, uncertainty, color=colour, marker="o", ms=3, lw=1, label=label)
+        label = f"R {pair.removeprefix('arcs:').replace('/', ' / R ')}, {load:g} kN" if arc == "flatter" else None
+        axes.errorbar(sign * distance, peak, uncertainty, color=colour, marker="o", ms=3, lw=1, label=label)
     axes.set_xlim(-4.0, 4.0)
     axes.set_xlabel("distance of the touch point from the junction / Hertz's semi-axis b  (left: on the tighter arc)")
     axes.set_ylabel("(Hertz - FE) / FE of the peak pressure, %")

@@ -157,7 +157,7 @@ def test_expected_patch_of_a_closed_form_pair(radius):
     assert patch.semi_axis_x_mm == pytest.approx(hertz.a_mm, rel=1.5 / 16.0)
     assert patch.semi_axis_s_mm == pytest.approx(hertz.b_mm, rel=1.5 / 16.0)
     assert (patch.s_high_mm - patch.s_low_mm) == pytest.approx(2.0 * hertz.b_mm, rel=1.5 / 16.0)
-    assert patch.p_max_MPa == pytest.approx(hertz.p0_MPa, rel=0.01)
+    assert patch.measures.p_max_MPa == pytest.approx(hertz.p0_MPa, rel=0.01)
     assert patch.approach_mm == pytest.approx(hertz.approach_mm, rel=0.01)
 
 
@@ -169,13 +169,13 @@ def test_two_lobes_are_measured_by_the_narrower_one():
     # frozen: half widths 2.0 and 5.7 mm, to a node's spacing
     assert patch.semi_axis_s_mm == pytest.approx(2.0, abs=0.3)
     # half-space on the true gap, 995 MPa in another programme; here 6 nodes across the narrow lobe: measured 0.9 %
-    assert patch.p_max_MPa == pytest.approx(995.0, rel=0.02)
+    assert patch.measures.p_max_MPa == pytest.approx(995.0, rel=0.02)
 
 
 @pytest.mark.parametrize(("shift", "peak"), [(-4.0, 1134.0), (2.0, 1504.0)])
 def test_expected_peak_of_the_standard_pair(shift, peak):
     # half-space on the true gap in another programme; a coarse solution to 0.5 %
-    assert expected(Case(lateral_shift_mm=shift)).p_max_MPa == pytest.approx(peak, rel=0.01)
+    assert expected(Case(lateral_shift_mm=shift)).measures.p_max_MPa == pytest.approx(peak, rel=0.01)
 
 
 def test_expected_patch_with_yaw_is_turned_over_by_opposite_yaw():

@@ -9,7 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fecontact.case import Case
-from fecontact.pipeline import solve
+from fecontact.comparison import MEASURES
+from fecontact.pipeline import place_case, points_part, solve
+from fecontact.placement import Track
 from fecontact.uncertainty import MESH_RATIO, estimate
 
 # A cut plane moved out by half: 0.12 % at most, stated as 0.15 %. Part of every estimate, whatever the meshes say.
@@ -197,3 +199,49 @@ def test_the_true_error_lies_inside_the_stated_one_nine_times_of_ten():
     # scatter (4 % at 56 cases)
     inside = dict(zip(COUNTED, np.mean(found <= 1.0, axis=0), strict=True))
     assert {name: share for name, share in inside.items() if share < 0.9} == {}
+
+
+# --- profiles that are given by points ------------------------------------------------------------------------------
+
+
+def head_of_points(path, radius_mm: float, spacing_mm: float, decimals: int) -> str:
+    y = np.arange(-20.0, 20.0 + 1e-9, spacing_mm)
+    z = np.round(np.sqrt(radius_mm**2 - y**2) - radius_mm, decimals)
+    np.savetxt(path, np.column_stack([y, z]), fmt="%.15g")
+    return str(path)
+
+
+def part_of_points(rail: str) -> dict[str, float]:
+    case = Case(rail=rail, wheel="cylinder:460", inclination_rad=0.0, load_N=50e3, track=Track(rail_crown_y_mm=750.0))
+    return points_part(case, place_case(case))
+
+
+def test_exact_lines_have_no_part_from_points():
+    assert set(part_of_points("circle:80").values()) == {0.0}
+
+
+def test_dense_exact_points_have_hardly_a_part(tmp_path):
+    # a cubic spline through points 1 mm apart errs in the curvature by about h^2 / (12 R^3) here, 1e-7 of 1/R
+    part = part_of_points(head_of_points(tmp_path / "head.txt", 80.0, 1.0, 12))
+    # what is left is where the two fitted grids put their nodes
+    assert max(part["p_max_MPa"], part["approach_mm"]) < 1e-3
+    assert part["area_mm2"] < 5e-3
+
+
+def test_rounded_points_have_a_part_of_the_size_of_what_they_do(tmp_path):
+    """Points 1 mm apart, rounded to 0.01 mm: the truth, Hertz on the circle itself, lies within the part."""
+    part = part_of_points(head_of_points(tmp_path / "head.txt", 80.0, 1.0, 2))
+    finer = part_of_points(head_of_points(tmp_path / "finer.txt", 80.0, 1.0, 4))
+    # curvature noise of 6 x 0.003 mm / (1 mm)^2 beside 1/80 per mm
+    assert part["p_max_MPa"] > 0.05
+    assert finer["p_max_MPa"] < 0.2 * part["p_max_MPa"]
+
+
+def test_the_part_of_points_goes_into_the_uncertainty(tmp_path):
+    rail = head_of_points(tmp_path / "head.txt", 80.0, 1.0, 4)
+    options = {"wheel": "cylinder:460", "inclination_rad": 0.0, "track": Track(rail_crown_y_mm=750.0)}
+    coarse = {"resolution": (1.6, 0.6), "refine_degrees_of_freedom": 0}
+    result = solve(Case(rail=rail, **options, **coarse))
+    part = points_part(result.case, result.placement)
+    assert part["p_max_MPa"] > 0.0
+    assert all(result.uncertainty[name] > part[name] for name in MEASURES)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal, TypeAlias
@@ -34,6 +34,8 @@ CURVATURE_JUMP_PER_MM = 1e-5
 JOINT_GAP_MM = 1e-3
 # A coordinate this little beyond an end still counts as the end (mm).
 _END_SLACK_MM = 1e-9
+# A cubic spline with not-a-knot ends needs as many points.
+_FEWEST_KNOTS = 4
 # Smallest sine between the line and the observer's direction that still counts as running forward.
 _FORWARD_SINE = 1e-9
 _GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(5)
@@ -141,6 +143,12 @@ class Spline:
 
     points: Floats
 
+    def thinned(self) -> Spline:
+        """The spline through every second point and both ends; the same one if that leaves fewer than four."""
+        keep = np.arange(len(self.points)) % 2 == 0
+        keep[-1] = True
+        return Spline(points=self.points[keep]) if np.count_nonzero(keep) >= _FEWEST_KNOTS else self
+
     @cached_property
     def _spline(self) -> CubicSpline:
         from scipy.interpolate import CubicSpline
@@ -240,6 +248,13 @@ class Profile:
                     f"{self.name}: the running surface goes from y = {ends[0].y[0]:.6g} to {ends[-1].y[1]:.6g} mm; "
                     "list its segments from small to large y"
                 )
+
+    def thinned(self) -> Profile | None:
+        """The line through every second of its points, None if it is not made of points: how much they decide."""
+        if not any(isinstance(segment, Spline) for segment in self.segments):
+            return None
+        segments = tuple(segment.thinned() if isinstance(segment, Spline) else segment for segment in self.segments)
+        return replace(self, segments=segments)
 
     @property
     def convex_sign(self) -> float:

@@ -1,0 +1,46 @@
+"""Up to which load may Hertz be used at which lateral position: 60E1 1:40 with S1002, -6 to 6 mm, 10 to 150 kN.
+
+Reference: the finite elements of this package at every position and load, each on two meshes or more. Expected: Hertz
+holds on the tread away from the junction R 300 / R 80 (-2 mm and less, 4 mm and more) up to a load at which the patch
+grows across it, fails at all loads where two parts of the head carry the wheel at once (about 0 to 2 mm), and at the
+gauge corner.
+
+`python studies/09_applicability_map.py` makes the map: positions are solved in parallel, the factors of a position serve
+all its loads, and the load limit of each position is found by bisection. `fecontact run` of this file solves the same
+positions under one load.
+"""
+
+import sys
+
+from fecontact.case import Case
+
+LOADS_KN = (10.0, 20.0, 50.0, 80.0, 100.0, 125.0, 150.0)
+SHIFTS = "-6:6:0.5"
+
+
+def cases(quick: bool = False) -> list[Case]:
+    """All positions under 100 kN at `standard`, or three of them at `quick`."""
+    from fecontact.casefile import parse_numbers
+
+    shifts = (-4.0, 0.0, 4.0) if quick else parse_numbers(SHIFTS, "shifts")
+    return [Case(lateral_shift_mm=shift, resolution="quick" if quick else "standard") for shift in shifts]
+
+
+def map_arguments(quick: bool = False) -> list[str]:
+    """Options of `fecontact map` for the whole map, or for three positions and two loads at `quick`."""
+    if quick:
+        return ["--shifts", "-4,0,4", "--loads-kn", "50,100", "--resolution", "quick"]
+    return ["--shifts", SHIFTS, "--loads-kn", ",".join(f"{load:g}" for load in LOADS_KN)]
+
+
+def main() -> None:
+    from fecontact.cli import main as fecontact
+
+    given = [argument for argument in sys.argv[1:] if argument != "--quick"]
+    if "--out" not in given and "--help" not in given:
+        given += ["--out", "out/09_applicability_map"]
+    fecontact(["map", *map_arguments(quick="--quick" in sys.argv), *given])
+
+
+if __name__ == "__main__":
+    main()
