@@ -112,8 +112,9 @@ class CaseResult:
         The pressure nodes on the true rail, in the track frame.
     hertz, hertz_points
         Hertz's ellipse at the first touch point under `normal_force_N`, and those at all touch points.
-    ladder, geometry
-        The rungs between Hertz and the finite elements, and what the profiles do below the patch.
+    ladder, bodies_step_uncertainty, geometry
+        The rungs between Hertz and the finite elements, how sure the relative step of each measure from the half-space
+        to the bodies is, and what the profiles do below the patch.
     uncertainty
         Numerical uncertainty of each deviation of `comparison`, from the meshes, the residuals and the cut planes.
     displacement_mm
@@ -133,6 +134,7 @@ class CaseResult:
     hertz_points: HertzPoints
     comparison: Comparison
     ladder: Ladder
+    bodies_step_uncertainty: dict[str, float]
     geometry: PatchGeometry
     uncertainty: dict[str, float]
     verdict: Verdict
@@ -382,6 +384,12 @@ class Level:
         """Of both bodies together."""
         return 3 * (len(self.bodies.rail.mesh.points) + len(self.bodies.wheel.mesh.points))
 
+    def half_space_measures(self, position: Position) -> Measures:
+        """Measures of the true gap on a half-space."""
+        grid = self.bodies.grid
+        approach = self.half_space.approach_mm * float(position.direction @ position.placement.first.normal)
+        return measure(grid, self.half_space.pressure_MPa.reshape(grid.shape), approach)
+
     @property
     def status(self) -> Status:
         """Whether the level may be used."""
@@ -485,11 +493,10 @@ class JudgedLoad:
         """Ladder and geometry of the finest level, and the cause where Hertz is off by more than a limit."""
         level, placement = self.levels[0], position.placement
         grid = level.bodies.grid
-        half_space_approach = level.half_space.approach_mm * float(position.direction @ placement.first.normal)
         ladder = Ladder(
             hertz=level.comparison.hertz,
             half_space_quadratic=quadratic_rung(grid, placement.first, level.hertz),
-            half_space=measure(grid, level.half_space.pressure_MPa.reshape(grid.shape), half_space_approach),
+            half_space=level.half_space_measures(position),
             fe=level.comparison.fe,
         )
         pressure = level.solution.pressure_MPa.reshape(grid.shape)
@@ -499,6 +506,23 @@ class JudgedLoad:
             at_junction = placement.first.at_junction
             cause = AT_JUNCTION if at_junction else cause_of(ladder.steps, self.judgement.measure, geometry)
         return ladder, geometry, cause
+
+    def bodies_step_uncertainty(self, position: Position) -> dict[str, float]:
+        """Uncertainty of the relative step of each measure from the half-space to the bodies.
+
+        Both rungs have the same nodes, so that most of their discretisation error is not in their ratio.
+        """
+        finest = self.levels[0]
+        residual = finest.solution.contact_residual + finest.solution.penetration_residual
+        half_space = [level.half_space_measures(position).as_dict() for level in self.levels]
+        found = {}
+        for name in MEASURES:
+            ratios = [
+                getattr(level.comparison.fe, name) / before[name]
+                for level, before in zip(self.levels, half_space, strict=True)
+            ]
+            found[name] = estimate(ratios, residual=residual).relative * abs(ratios[0])
+        return found
 
     def _is_off(self, criteria: Criteria) -> bool:
         """Whether Hertz fails, or would if the numbers were exact: an open verdict by itself needs no cause."""
@@ -730,6 +754,7 @@ def _result(position: Position, judged: JudgedLoad) -> CaseResult:
         hertz_points=hertz_points_of_case(case, placement),
         comparison=comparison,
         ladder=ladder,
+        bodies_step_uncertainty=judged.bodies_step_uncertainty(position),
         geometry=geometry,
         uncertainty=judged.uncertainty,
         verdict=verdict,

@@ -76,7 +76,19 @@ EFFORT = "effort"
 """Kind of a column that is shown and not compared: it depends on the machine and on the path of the solver."""
 
 _TEXTS = (
-    *("id", "status", "rail", "wheel", "load_kind", "at_junction", "resolution", "solved", "cause", "warnings"),
+    *(
+        "id",
+        "status",
+        "rail",
+        "wheel",
+        "load_kind",
+        "at_junction",
+        "junction_in_patch",
+        "resolution",
+        "solved",
+        "cause",
+        "warnings",
+    ),
     *("verdict", "verdict_measure", "verdict_cause", "verdict_warnings"),
 )
 _EFFORTS = ("iterations", "degrees_of_freedom", "meshes", "load_balance", "seconds", "peak_memory_MB")
@@ -90,13 +102,16 @@ _NAMED: Mapping[str, str] = {
     "touch_points": "count",
     "pieces": "count",
     "overlap": "fraction",
+    "junction_distance_mm": "position",
+    # of the patch's edge, which is read from the pressure
+    **dict.fromkeys(("junction_distance_over_b", "curvature_variation", "normal_turn_rad"), "fraction"),
 }
 # The first that fits; what stands before a unit goes before the unit alone.
 _PATTERNS = (
-    (r"(p_max|approach)_uncertainty_percent$", "uncertainty of a smooth value"),
+    (r"(p_max|approach)_(step_bodies_)?uncertainty_percent$", "uncertainty of a smooth value"),
     (r"_uncertainty_percent$", "uncertainty"),
-    (r"p_max_deviation_percent$", "percent of a pressure"),
-    (r"approach_deviation_percent$", "percent of an approach"),
+    (r"p_max_(deviation|step_true_gap|step_bodies)_percent$", "percent of a pressure"),
+    (r"approach_(deviation|step_true_gap|step_bodies)_percent$", "percent of an approach"),
     (r"_percent$", "percent"),
     (r"(^|_)hertz_", "theory"),
     (r"approach_.*mm$", "approach"),

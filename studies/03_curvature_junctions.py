@@ -1,13 +1,13 @@
 """How far from a curvature junction must the touch point be for Hertz to hold?
 
 A wheel that is flat across (radius 460 mm) on two tangent arcs, R 300 / R 80 and R 80 / R 13 as on the head of 60E1;
-the touch point lies up to 8 mm from their junction on either side; 20 and 100 kN. Nothing else is there that Hertz does
-not know: no change of curvature in the wheel, no second patch on another part of the head.
+the touch point lies up to 8 mm from their junction on either side; 20 and 100 kN. Nothing else is there that Hertz
+does not know: no change of curvature in the wheel, no second patch on another part of the head.
 
-Reference: the finite elements of this package, whose deviation from Hertz far from the junction is the check (there it
-must vanish up to the finite bodies). Expected: the error depends on the distance over Hertz's semi-axis, and on the
-ratio of the radii; on the flatter arc the patch feels the junction where its ellipse reaches it, on the tighter arc
-later.
+Reference: the finite elements of this package, whose deviation from Hertz far from the junction is the check (there
+it must vanish up to the finite bodies). Expected: the error depends on the distance over Hertz's semi-axis, and on
+the ratio of the radii; on the flatter arc the patch feels the junction where its ellipse reaches it, on the tighter
+arc later.
 """
 
 from pathlib import Path
@@ -52,7 +52,7 @@ Series = dict[tuple[str, float, str], tuple[np.ndarray, ...]]
 
 
 def series(rows: list[dict[str, Any]]) -> Series:
-    """By pair, load and arc: distance over Hertz's semi-axis; deviation of the peak pressure, its uncertainty, area (%)."""
+    """By pair, load and arc: distance over Hertz's semi-axis; deviation of the peak, its uncertainty, area (%)."""
     found = {}
     for pair, load in dict.fromkeys((str(row["rail"]).partition("@")[0], float(row["load_kN"])) for row in rows):
         for arc, sign in (("flatter", 1.0), ("tighter", -1.0)):

@@ -5,9 +5,9 @@ holds on the tread away from the junction R 300 / R 80 (-2 mm and less, 4 mm and
 grows across it, fails at all loads where two parts of the head carry the wheel at once (about 0 to 2 mm), and at the
 gauge corner.
 
-`python studies/09_applicability_map.py` makes the map: positions are solved in parallel, the factors of a position serve
-all its loads, and the load limit of each position is found by bisection. `fecontact run` of this file solves the same
-positions under one load.
+`python studies/09_applicability_map.py` makes the map: positions are solved in parallel, the factors of a position
+serve all its loads, and the load limit of each position is found by bisection. `fecontact run` of this file solves
+the same positions under one load.
 """
 
 import sys

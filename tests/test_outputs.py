@@ -154,7 +154,8 @@ def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
     assert list(record) == [
         "schema", "status", "case", "normal_force_N", "contact_angle_rad", "touch_points", "fe", "hertz", "deviation",
         "pressure_l2", "overlap", "centre_of_pressure_mm", "pieces", "hertz_stiffness_GN_per_m15", "rungs", "steps",
-        "uncertainty", "geometry", "hertz_points", "verdict", "solver", "warnings", "versions",
+        "bodies_step_uncertainty", "uncertainty", "geometry", "hertz_points", "verdict", "solver", "warnings",
+        "versions",
     ]  # fmt: skip
     assert record["schema"] == "fecontact/result/1"
     assert all(list(record[part]) == MEASURES for part in ("fe", "hertz", "deviation"))

@@ -87,6 +87,7 @@ def result_record(result: CaseResult) -> Record:
         "steps": {
             name: {measure: step[measure] for measure in _STEP_MEASURES} for name, step in result.ladder.steps.items()
         },
+        "bodies_step_uncertainty": {name: result.bodies_step_uncertainty[name] for name in _STEP_MEASURES},
         "uncertainty": {name: result.uncertainty[name] for name in MEASURES},
         "geometry": asdict(result.geometry),
         "hertz_points": points_record(result.hertz_points),
@@ -199,7 +200,18 @@ def row(record: Mapping[str, Any]) -> Record:
         flat[f"{name}_hertz_{unit}"] = _number(record["hertz"][measure])
         flat[f"{name}_deviation_percent"] = 1e2 * _number(record["deviation"][measure])
         flat[f"{name}_uncertainty_percent"] = 1e2 * _number(record["uncertainty"][measure])
+    steps = record["steps"]
+    for measure in _STEP_MEASURES:
+        name = measure.rsplit("_", 1)[0]
+        flat[f"{name}_step_true_gap_percent"] = 1e2 * _number(steps["quadratic_to_true_gap"][measure])
+        flat[f"{name}_step_bodies_percent"] = 1e2 * _number(steps["half_space_to_bodies"][measure])
+        flat[f"{name}_step_bodies_uncertainty_percent"] = 1e2 * _number(record["bodies_step_uncertainty"][measure])
+    for name in ("junction_distance_mm", "junction_distance_over_b", "curvature_variation", "normal_turn_rad"):
+        # no junction is null in JSON
+        value = record["geometry"][name]
+        flat[name] = math.inf if value is None and name.startswith("junction") else _number(value)
     return flat | {
+        "junction_in_patch": record["geometry"]["junction_in_patch"],
         "verdict": record["verdict"]["verdict"],
         "verdict_measure": record["verdict"]["measure"],
         "verdict_cause": record["verdict"]["cause"],

@@ -1,0 +1,118 @@
+"""Does Hertz fail where the contact spreads into a region of another curvature, and only there?
+
+Yan and Fischer (Arch. Appl. Mech. 70, 2000) claim that for a rail and a wheel Hertz holds only if the contact zone
+does not spread into a region of changed surface curvature, and if nothing yields. Here the elastic half of the claim
+is a hypothesis that can fail: 60E1 1:40 with S1002 at 29 positions from -8 to 6 mm under 50 and 100 kN.
+
+Reference: the verdicts of this package's finite elements (peak pressure within 5 %, area within 10 %). Expected by
+the claim: FAILS where the patch covers a curvature junction of rail or wheel, HOLDS elsewhere. The study counts both
+kinds of exceptions and looks for the measure that separates better: the distance from the touch point to the next
+junction over Hertz's semi-axis, and how much the relative curvature varies below the patch. Only the claim itself is
+Yan and Fischer's; all numbers are this package's.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fecontact.case import Case
+
+SHIFTS_MM = tuple(0.5 * k for k in range(-16, 13))
+LOADS_KN = (50.0, 100.0)
+
+
+def cases(quick: bool = False) -> list[Case]:
+    """All positions and loads at `standard`; or three positions at `quick`."""
+    if quick:
+        return [Case(lateral_shift_mm=s, resolution="quick", refine_degrees_of_freedom=0) for s in (-4.0, 0.0, 1.0)]
+    return [Case(lateral_shift_mm=shift, load_N=1e3 * load) for load in LOADS_KN for shift in SHIFTS_MM]
+
+
+def truth(value: Any) -> bool:
+    """A truth value of a row, which a table holds as text."""
+    return value if isinstance(value, bool) else str(value) == "True"
+
+
+MEASURES: dict[str, tuple[str, Callable[[dict[str, Any]], float]]] = {
+    # larger means: Hertz should fail
+    "nearness of a junction": ("b / distance", lambda row: 1.0 / max(float(row["junction_distance_over_b"]), 1e-6)),
+    "variation of the curvature below the patch": ("part", lambda row: float(row["curvature_variation"])),
+}
+
+
+def conclude(rows: list[dict[str, Any]], out: Path) -> str:
+    """Confusion matrix of the claim, its exceptions, and the best threshold of each measure."""
+    decided = [row for row in rows if row["verdict"] in ("HOLDS", "FAILS")]
+    crossing = [truth(row["junction_in_patch"]) for row in decided]
+    fails = [row["verdict"] == "FAILS" for row in decided]
+    lines = [f"{len(decided)} of {len(rows)} cases are decided, {len(rows) - len(decided)} UNRESOLVED."]
+    lines += ["                                  FAILS  HOLDS"]
+    for name, wanted in (("patch covers a junction", True), ("patch covers no junction", False)):
+        counts = [
+            sum(f == failed and c == wanted for f, c in zip(fails, crossing, strict=True)) for failed in (True, False)
+        ]
+        lines.append(f"{name:32} {counts[0]:6d} {counts[1]:6d}")
+    for failed, text in (
+        (False, "Holds although the patch covers a junction"),
+        (True, "Fails although it covers none"),
+    ):
+        found = [row for row, f, c in zip(decided, fails, crossing, strict=True) if f == failed and c != failed]
+        if found:
+            lines.append(f"{text}: {', '.join(_name(row) for row in found)}.")
+    for name, (unit, measure) in MEASURES.items():
+        values = np.array([measure(row) for row in decided])
+        threshold, right = best_threshold(values, np.array(fails))
+        lines.append(f"Best threshold of the {name}: {threshold:.3g} ({unit}), right in {right} of {len(decided)}.")
+    right = sum(f == c for f, c in zip(fails, crossing, strict=True))
+    lines.append(f"The claim itself is right in {right} of {len(decided)}.")
+    figure(decided, out / "claim.png")
+    return "\n".join(lines)
+
+
+def _name(row: dict[str, Any]) -> str:
+    return f"{float(row['lateral_shift_mm']):+g} mm {float(row['load_kN']):g} kN"
+
+
+def best_threshold(values: np.ndarray, fails: np.ndarray) -> tuple[float, int]:
+    """Threshold above which most cases fail and below which most hold, and how many cases it sorts right."""
+    if values.size == 0:
+        return float("nan"), 0
+    ordered = np.unique(values)
+    middles = np.concatenate(([ordered[0] / 2.0], np.sqrt(ordered[1:] * ordered[:-1]), [ordered[-1] * 2.0]))
+    right = [int(np.count_nonzero((values > t) == fails)) for t in middles]
+    best = int(np.argmax(right))
+    return float(middles[best]), right[best]
+
+
+def figure(rows: list[dict[str, Any]], path: Path) -> None:
+    """Error of Hertz's peak pressure over the distance to the next junction."""
+    from fecontact.outputs.figures import blank_figure, save_figure
+
+    picture = blank_figure(8.0, 4.6)
+    axes = picture.add_subplot()
+    for covers, marker, label in ((True, "o", "patch covers a junction"), (False, "s", "patch covers none")):
+        own = [row for row in rows if truth(row["junction_in_patch"]) == covers]
+        if own:
+            colours = ["#d55e00" if row["verdict"] == "FAILS" else "#56b4e9" for row in own]
+            distance = [float(row["junction_distance_over_b"]) for row in own]
+            error = [abs(float(row["p_max_deviation_percent"])) for row in own]
+            axes.scatter(distance, np.maximum(error, 0.01), c=colours, marker=marker, ec="0.3", label=label)
+    axes.axhline(5.0, color="0.5", lw=1, ls="--")
+    axes.axvline(1.0, color="0.5", lw=1, ls=":")
+    axes.set(xscale="log", yscale="log")
+    axes.set_xlabel("distance from the touch point to the next curvature junction / Hertz's semi-axis b")
+    axes.set_ylabel("|Hertz - FE| / FE of the peak pressure, %")
+    axes.legend(frameon=False, fontsize=8, title="blue: HOLDS, red: FAILS")
+    save_figure(picture, path)
+
+
+def main() -> None:
+    from fecontact.cli import run_script
+
+    run_script(__file__)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,127 @@
+"""What do the rail and its inclination change, and what do the finite bodies add to the true shape of the gap?
+
+60E1 1:40, 60E1 1:20 and 60E2 1:40 with S1002, -8 to 5 mm, 20, 50 and 100 kN; 54E1 1:40 under 100 kN. Each result has
+the whole ladder: Hertz, the true gap on a half-space, the true gap between the bodies.
+
+Reference: the rungs of the ladder are each other's. Expected: on the tread the bodies lower the peak pressure by a
+part of a per cent to some per cent against the half-space, by more than the uncertainty of that step; towards the
+gauge corner the step grows, and the shape of the gap decides.
+"""
+
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fecontact.case import Case
+from fecontact.casefile import parse_inclination
+
+PAIRS = (("60E1", "1:40"), ("60E1", "1:20"), ("60E2", "1:40"))
+SHIFTS_MM = tuple(float(shift) for shift in range(-8, 6))
+LOADS_KN = (20.0, 50.0, 100.0)
+# Touch points this near to the rail's axis lie on the top of the head, farther out at the gauge corner.
+TOP_HALF_WIDTH_MM = 15.0
+
+
+def cases(quick: bool = False) -> list[Case]:
+    """All pairs, positions and loads at `standard`; or two positions of 60E1 1:40 at `quick`."""
+    if quick:
+        return [_case("60E1", "1:40", shift, 100.0, "quick") for shift in (-4.0, 5.0)]
+    chosen = [(*pair, shift, load) for pair, load, shift in product(PAIRS, LOADS_KN, SHIFTS_MM)]
+    chosen += [("54E1", "1:40", shift, 100.0) for shift in SHIFTS_MM]
+    return [_case(*entry, "standard") for entry in chosen]
+
+
+def _case(rail: str, inclination: str, shift_mm: float, load_kN: float, resolution: str) -> Case:
+    return Case(
+        rail=rail,
+        inclination_rad=parse_inclination(inclination),
+        lateral_shift_mm=shift_mm,
+        load_N=1e3 * load_kN,
+        resolution=resolution,
+        refine_degrees_of_freedom=0,
+    )
+
+
+def pair_of(row: dict[str, Any]) -> str:
+    """Rail and inclination of a row."""
+    return f"{row['rail']} 1:{1.0 / np.tan(float(row['inclination_rad'])):.0f}"
+
+
+def on_top(row: dict[str, Any]) -> bool:
+    """Whether the touch point lies on the top of the head."""
+    return abs(float(row["touch_rail_y_mm"])) < TOP_HALF_WIDTH_MM
+
+
+def conclude(rows: list[dict[str, Any]], out: Path) -> str:
+    """Steps of the ladder on the top of the head and at the gauge corner, and verdicts, pair by pair."""
+    figure(rows, out / "ladder.png")
+    lines = ["Peak pressure, step from half-space to bodies (%), median and range; verdicts"]
+    for pair in dict.fromkeys(pair_of(row) for row in rows):
+        for where, wanted in (("top of the head", True), ("gauge corner", False)):
+            own = [row for row in rows if pair_of(row) == pair and on_top(row) == wanted]
+            if own:
+                lines.append(f"{pair:10} {where:16} {_steps(own)}; {_verdicts(own)}")
+    top = [row for row in rows if on_top(row)]
+    sure = [row for row in top if _step(row) > float(row["p_max_step_bodies_uncertainty_percent"])]
+    lines.append(f"On the top of the head the step is larger than its uncertainty in {len(sure)} of {len(top)} cases.")
+    return "\n".join(lines)
+
+
+def _step(row: dict[str, Any]) -> float:
+    return abs(float(row["p_max_step_bodies_percent"]))
+
+
+def _steps(rows: list[dict[str, Any]]) -> str:
+    step = np.array([float(row["p_max_step_bodies_percent"]) for row in rows])
+    unsure = np.array([float(row["p_max_step_bodies_uncertainty_percent"]) for row in rows])
+    return (
+        f"{np.median(step):+6.2f} ({step.min():+.2f} to {step.max():+.2f}; median uncertainty {np.median(unsure):.2f})"
+    )
+
+
+def _verdicts(rows: list[dict[str, Any]]) -> str:
+    counts = {verdict: sum(row["verdict"] == verdict for row in rows) for verdict in ("HOLDS", "FAILS", "UNRESOLVED")}
+    return ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
+
+
+def figure(rows: list[dict[str, Any]], path: Path) -> None:
+    """Both steps of the peak pressure over the lateral shift, one column a pair."""
+    from fecontact.outputs.figures import blank_figure, save_figure
+
+    pairs = list(dict.fromkeys(pair_of(row) for row in rows))
+    picture = blank_figure(3.4 * len(pairs) + 1.0, 6.0)
+    axes = np.atleast_2d(picture.subplots(2, len(pairs), sharex=True, sharey="row", squeeze=False))
+    steps = (("p_max_step_true_gap_percent", "shape of the gap"), ("p_max_step_bodies_percent", "finite bodies"))
+    for column, pair in enumerate(pairs):
+        for load in dict.fromkeys(float(row["load_kN"]) for row in rows if pair_of(row) == pair):
+            own = [row for row in rows if pair_of(row) == pair and float(row["load_kN"]) == load]
+            own.sort(key=lambda row: float(row["lateral_shift_mm"]))
+            shift = [float(row["lateral_shift_mm"]) for row in own]
+            for ax, (name, _) in zip(axes[:, column], steps, strict=True):
+                unsure = name.replace("_percent", "_uncertainty_percent")
+                error = [float(row.get(unsure, 0.0)) for row in own]
+                values = [float(row[name]) for row in own]
+                ax.errorbar(
+                    shift, values, error, marker="o", ms=3, lw=1, color=_COLOURS.get(load), label=f"{load:g} kN"
+                )
+        axes[0, column].set_title(pair)
+        axes[1, column].set_xlabel("lateral shift, mm")
+    for ax, (_, what) in zip(axes[:, 0], steps, strict=True):
+        ax.set_ylabel(f"{what}: change of\npeak pressure, %")
+    axes[0, 0].legend(frameon=False, fontsize=8)
+    save_figure(picture, path)
+
+
+_COLOURS = {20.0: "C0", 50.0: "C1", 100.0: "C3"}
+
+
+def main() -> None:
+    from fecontact.cli import run_script
+
+    run_script(__file__)
+
+
+if __name__ == "__main__":
+    main()
