@@ -281,12 +281,13 @@ def _more_room(room: _Room, grid: ContactGrid, contact: NDArray[np.bool_], expec
     )
 
 
-def couple(case: Case, placement: Placement, zone: FineZone, clock: _Clock, path: SolverName) -> CoupledBodies:
+def couple(case: Case, placement: Placement, zone: FineZone, clock: _Clock) -> CoupledBodies:
     """Mesh both bodies, assemble and factorise them, and couple their surfaces."""
     check_memory(least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements")
     with clock.step("mesh"):
         rail = rail_mesh(placement, zone, half=case.half, size=case.size)
         wheel = wheel_mesh(placement, zone, half=case.half, size=case.size)
+    path = choose_solver(case.solver, [3 * len(mesh.points) for mesh in (rail, wheel)])
     with clock.step("assemble and factorise"):
         rail_body = elastic_body(rail, case.rail_material, path)
         wheel_body = elastic_body(wheel, case.wheel_material, path)
@@ -405,7 +406,6 @@ class Position:
     direction: Floats
     expected: ExpectedPatch
     expected_hertz: HertzContact
-    path: SolverName
     clock: _Clock
 
     def for_load(self, load_N: float) -> Position:
@@ -430,7 +430,8 @@ def position_of(case: Case, *, progress: Progress | None = None) -> Position:
         As `solve` does.
     """
     clock = _Clock(progress)
-    path = choose_solver(case.solver)
+    # a solver that is not there is said before any work
+    choose_solver(case.solver)
     with clock.step("place"):
         placement = place_case(case)
         direction = approach_direction(placement, normal_force=case.load_kind == "normal")
@@ -443,7 +444,6 @@ def position_of(case: Case, *, progress: Progress | None = None) -> Position:
         direction=direction,
         expected=expected,
         expected_hertz=expected_hertz,
-        path=path,
         clock=clock,
     )
 
@@ -632,7 +632,7 @@ class _Mesh:
     def _couple(self, room: _Room) -> CoupledBodies:
         position = self._position
         zone = fine_zone(position.case, position.expected, position.expected_hertz, room, self._coarser)
-        return couple(position.case, position.placement, zone, position.clock, position.path)
+        return couple(position.case, position.placement, zone, position.clock)
 
     def _take(self, bodies: CoupledBodies) -> None:
         self.bodies = bodies
@@ -761,7 +761,7 @@ def _result(position: Position, judged: JudgedLoad) -> CaseResult:
         bodies=bodies,
         displacement_mm=level.displacement_mm,
         solver=SolverRecord(
-            path=position.path,
+            path=bodies.rail.solver,
             iterations=solution.iterations,
             compliance_calls=solution.compliance_calls,
             contact_residual=solution.contact_residual,

@@ -80,7 +80,7 @@ def test_corrections_give_the_pressure_of_conjugate_gradients(shift, most_calls)
     """Beside a junction and at the gauge corner, where bodies are least like a half-space; measured 4 and 8 calls."""
     position = position_of(Case(lateral_shift_mm=shift, resolution="quick"))
     zone = fine_zone(position.case, position.expected, position.expected_hertz)
-    bodies = couple(position.case, position.placement, zone, position.clock, position.path)
+    bodies = couple(position.case, position.placement, zone, position.clock)
     problem = coupled_problem(position, bodies)
     _, solution = problem.solve(100e3)
     exact = solve_contact(problem.bodies, 100e3, start_MPa=solution.pressure_MPa, tolerance=1e-9)
