@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, wait
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -12,6 +12,7 @@ from fecontact.applicability import Answer
 from fecontact.case import Case
 from fecontact.errors import FecontactError, InputError
 from fecontact.load_sweep import LoadPoint, LoadSweep
+from fecontact.map_inference import Inferred, infer_loads
 
 CellVerdict = Literal["HOLDS", "FAILS", "UNRESOLVED", "failed"]
 Progress = Callable[[int, int, str], None]
@@ -37,21 +38,30 @@ MakeSweep = Callable[[Case, StepProgress], Sweep]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MapCell:
-    """One position and load; `status` says why there is no point, or why it must not be used.
-
-    `solved` tells a cell that was solved from one that was inferred from others; all are solved.
-    """
+    """One position and load, solved or inferred; `status` says why there is neither, or why it must not be used."""
 
     shift_mm: float
     load_N: float
     status: str
     point: LoadPoint | None
-    solved: bool = True
+    inferred: Inferred | None = None
+
+    @property
+    def solved(self) -> bool:
+        """Whether finite elements say so, and not the half-space with the neighbours' finite elements."""
+        return self.inferred is None
 
     @property
     def verdict(self) -> CellVerdict:
-        """The verdict, `failed` where there is no point."""
-        return "failed" if self.point is None else self.point.verdict.verdict
+        """The verdict, `failed` where there is none."""
+        found = self.point or self.inferred
+        return "failed" if found is None else found.verdict.verdict
+
+    @property
+    def deviation(self) -> Mapping[str, float]:
+        """(Hertz - FE) / FE of the measures that are known."""
+        found = self.point or self.inferred
+        return {} if found is None else found.deviation
 
     @property
     def cause(self) -> str | None:
@@ -121,7 +131,7 @@ class ApplicabilityMap:
     @property
     def all_solved(self) -> bool:
         """Whether every cell gave a result that may be used."""
-        return all(cell.status == "converged" for cell in self.cells)
+        return all(cell.status in ("converged", "inferred") for cell in self.cells)
 
 
 def make_map(
@@ -130,6 +140,7 @@ def make_map(
     loads_N: Sequence[float],
     *,
     executor: Executor | None = None,
+    adaptive: bool = False,
     done: Sequence[MapPosition] = (),
     progress: Progress | None = None,
     on_position: Callable[[ApplicabilityMap], None] | None = None,
@@ -143,6 +154,8 @@ def make_map(
         Everything but lateral shift and load.
     executor
         Solves the positions, such as a pool of processes; without one they are solved here, one after the other.
+    adaptive
+        Solve every second position first, and infer those between them whose verdict is beyond doubt.
     done
         Positions that were solved before, with the same base case and loads; those of other shifts do not count.
     progress
@@ -174,12 +187,45 @@ def make_map(
         if progress is not None:
             progress(len(positions), len(shifts), what)
 
-    each = _one_by_one(wanted, loads, sweep, tell) if executor is None else _together(wanted, loads, executor, tell)
-    for position in each:
+    def solve_all(cases: Sequence[Case]) -> None:
+        each = _one_by_one(cases, loads, sweep, tell) if executor is None else _together(cases, loads, executor, tell)
+        for position in each:
+            keep(position)
+
+    def keep(position: MapPosition) -> None:
         positions[position.shift_mm] = position
         if on_position is not None:
             on_position(so_far())
+
+    if adaptive:
+        first = {*shifts[::2], shifts[-1]}
+        solve_all([case for case in wanted if case.lateral_shift_mm in first])
+        for case in [case for case in wanted if case.lateral_shift_mm not in first]:
+            tell(f"{case.lateral_shift_mm:+z.2f} mm: half-space")
+            inferred = _inferred_position(case, loads, shifts, positions)
+            if inferred is not None:
+                keep(inferred)
+    solve_all([case for case in wanted if case.lateral_shift_mm not in positions])
     return so_far()
+
+
+def _inferred_position(
+    case: Case, loads: Sequence[float], shifts: Sequence[float], positions: Mapping[float, MapPosition]
+) -> MapPosition | None:
+    """A position between two solved ones, None if it should be solved itself."""
+    number = shifts.index(case.lateral_shift_mm)
+    sides = [positions[shift] for shift in (shifts[number - 1], shifts[number + 1]) if shift in positions]
+    points = [{cell.load_N: cell.point for cell in side.cells} for side in sides]
+    cases = [replace(case, lateral_shift_mm=side.shift_mm) for side in sides]
+    found = infer_loads(case, loads, points, cases)
+    if found is None:
+        return None
+    shift = case.lateral_shift_mm
+    cells = tuple(
+        MapCell(shift_mm=shift, load_N=load, status="inferred", point=None, inferred=one) for load, one in found.items()
+    )
+    verdicts = [one.verdict.verdict for one in found.values()]
+    return MapPosition(shift_mm=shift, cells=cells, limit=LoadLimit(reason=_no_bracket(cells, verdicts)))
 
 
 def _one_by_one(

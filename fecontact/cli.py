@@ -190,6 +190,7 @@ def map_(
     shifts: Annotated[str, Parameter(allow_leading_hyphen=True)],
     loads_kn: Annotated[str, Parameter(name="--loads-kn", allow_leading_hyphen=True)] = "10,20,50,80,100,125,150",
     out: Path,
+    adaptive: Annotated[bool, Parameter(negative="")] = False,
     workers: int | None = None,
     force: Annotated[bool, Parameter(name="--force", negative="--resume")] = False,
 ) -> int:
@@ -203,6 +204,8 @@ def map_(
         Wheel loads in kN, likewise.
     out
         Folder for map.csv, map.json and map.png, which are written again after each shift; finished shifts are reused.
+    adaptive
+        Solve every second shift, and those between only where the half-space leaves a doubt; marked in all outputs.
     workers
         Shifts at a time; as many as there are cores and 2 GB of memory for each, if not given.
     force
@@ -228,6 +231,7 @@ def map_(
             positions,
             loads_N,
             executor=executor,
+            adaptive=adaptive,
             done=kept.positions,
             progress=progress,
             on_position=lambda done: write_map(done, out),

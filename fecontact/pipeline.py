@@ -689,9 +689,24 @@ def points_part(case: Case, placement: Placement) -> dict[str, float]:
     return {name: abs(other[name] - own[name]) for name in MEASURES}
 
 
-def _half_space_deviations(case: Case, placement: Placement) -> dict[str, float]:
+def expect_on_half_space(case: Case, placement: Placement | None = None) -> tuple[HertzContact, ExpectedPatch]:
+    """Hertz's ellipse of a case and the half-space under its true gap: all that can be said without finite elements.
+
+    Raises
+    ------
+    InputError
+        As `place_case` and `hertz_of_case` do, and if the patch reaches the end of the running surface.
+    ConvergenceError
+        If the patch grows without bound.
+    """
+    placement = placement or place_case(case)
     hertz = hertz_of_case(case, placement)
-    return deviations(hertz_measures(hertz), _expect(case, placement, hertz).measures)
+    return hertz, _expect(case, placement, hertz)
+
+
+def _half_space_deviations(case: Case, placement: Placement) -> dict[str, float]:
+    hertz, expected = expect_on_half_space(case, placement)
+    return deviations(hertz_measures(hertz), expected.measures)
 
 
 def _judge(case: Case, levels: Sequence[Level], of_points: Mapping[str, float]) -> tuple[SideJudgement, ...]:

@@ -27,7 +27,7 @@ TOP_HALF_WIDTH_MM = 15.0
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """All pairs, positions and loads, at `standard` but for the last position; or two positions of 60E1 1:40 at `quick`."""
+    """All of them, at `standard` but for the last position; or two positions of 60E1 1:40 at `quick`."""
     if quick:
         return [_case("60E1", "1:40", shift, 100.0, "quick") for shift in (-4.0, 5.0)]
     chosen = [(*pair, shift, load) for pair, load, shift in product(PAIRS, LOADS_KN, SHIFTS_MM)]

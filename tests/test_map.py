@@ -16,9 +16,10 @@ from fecontact.applicability_map import MapCell, load_limit, make_map, solve_pos
 from fecontact.case import Case
 from fecontact.casefile import parse_numbers
 from fecontact.cli import call
-from fecontact.comparison import MEASURES, Measures
+from fecontact.comparison import MEASURES, Measures, deviations
 from fecontact.errors import InputError
 from fecontact.load_sweep import LoadPoint, LoadSweep, fit_stiffness, solve_loads
+from fecontact.map_inference import Inferred, infer_loads, predict
 from fecontact.outputs.map import cell_row, kept_positions, map_figure, map_record, map_table, write_map
 
 K_H = 3.0e6
@@ -289,6 +290,109 @@ def test_map_command_goes_on_where_it_stopped(tmp_path, capsys):
     assert peaks[1] == pytest.approx(peaks[0], rel=2e-4)
     assert "+1.00" in out
     assert call([*options, "--shifts", "0", "--workers", "0"]) == 2
+
+
+# --- inferred positions -------------------------------------------------------------------------------------------
+
+ROUND = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
+
+
+def solved_like(case, load_N, factor, uncertainty=0.01):
+    """A point whose finite elements are the half-space's measures times a factor."""
+    prediction = predict(replace(case, load_N=load_N))
+    fe = replace(
+        prediction.half_space,
+        p_max_MPa=prediction.half_space.p_max_MPa * factor,
+        area_mm2=prediction.half_space.area_mm2 / factor,
+    )
+    deviation = deviations(prediction.hertz, fe)
+    unsure = dict.fromkeys(MEASURES, uncertainty)
+    verdict = judge(deviation, unsure, case.criteria)
+    return replace(
+        point(load_N), fe=fe, hertz=prediction.hertz, deviation=deviation, uncertainty=unsure, verdict=verdict
+    )
+
+
+def inferred(left, right, loads=(50e3, 100e3), uncertainty=0.01):
+    cases = [replace(ROUND, lateral_shift_mm=shift) for shift in (-1.0, 1.0)]
+    neighbours = [
+        {load: solved_like(case, load, factor, uncertainty) for load in loads}
+        for case, factor in zip(cases, (left, right), strict=True)
+    ]
+    return infer_loads(ROUND, loads, neighbours, cases)
+
+
+def test_what_the_bodies_add_is_taken_from_both_neighbours():
+    found = inferred(0.995, 0.985)
+    for one in found.values():
+        # the half-space itself is Hertz here, to the part of a per cent that its grid leaves
+        assert one.deviation["p_max_MPa"] == pytest.approx(1.0 / 0.99 - 1.0, abs=0.003)
+        # theirs, how far they are apart, and the grids
+        assert one.uncertainty["p_max_MPa"] == pytest.approx(0.01 + 0.01 + 0.003, rel=0.05)
+        assert one.verdict.verdict == "HOLDS"
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "uncertainty"),
+    [
+        (0.99, 0.80, 0.01),  # one holds, the other fails
+        (0.96, 0.97, 0.01),  # both hold with certainty, but not with twice what they differ
+        (0.99, 0.99, 0.06),  # neighbours that are not sure themselves
+    ],
+)
+def test_a_doubt_is_worth_solving(left, right, uncertainty):
+    assert inferred(left, right, uncertainty=uncertainty) is None
+
+
+def test_a_neighbour_that_failed_is_none():
+    good = {1e5: solved_like(ROUND, 1e5, 0.99)}
+    cases = [replace(ROUND, lateral_shift_mm=shift) for shift in (-1.0, 1.0)]
+    for other in ({1e5: None}, {}, {1e5: replace(good[1e5], status="not converged")}):
+        assert infer_loads(ROUND, [1e5], [good, other], cases) is None
+    assert infer_loads(ROUND, [1e5], [good, good], cases) is not None
+
+
+def test_adaptive_map_says_which_cells_were_solved(monkeypatch, tmp_path):
+    def only_at_zero(case, loads, neighbours, cases):
+        assert [c.lateral_shift_mm for c in cases] == [case.lateral_shift_mm - 1.0, case.lateral_shift_mm + 1.0]
+        verdict = Judgement(verdict="HOLDS", measure="p_max_MPa")
+        small = {"p_max_MPa": 0.01, "area_mm2": 0.0}
+        one = Inferred(deviation=small, uncertainty=small, verdict=verdict)
+        return dict.fromkeys(loads, one) if case.lateral_shift_mm == 0.0 else None
+
+    monkeypatch.setattr(applicability_map, "infer_loads", only_at_zero)
+    FakeSweep.solved = []
+    made = make_map(Case(), [-1.0, 0.0, 1.0, 2.0, 3.0], [50e3, 100e3], sweep=FakeSweep, adaptive=True)
+    # every second one, and the one between them that is in doubt
+    assert set(FakeSweep.solved) == {-1.0, 1.0, 2.0, 3.0}
+    assert [cell.solved for cell in made.cells] == [shift != 0.0 for shift in made.shifts_mm for _ in range(2)]
+    assert made.all_solved
+    write_map(made, tmp_path)
+    with (tmp_path / "map.csv").open(newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["lateral_shift_mm"] == "0.0"]
+    assert {(row["solved"], row["status"], row["verdict"]) for row in rows} == {("False", "inferred", "HOLDS")}
+    assert all(float(row["p_max_deviation_percent"]) == pytest.approx(1.0) for row in rows)
+    assert "inferred" in map_table(made)
+    # what was inferred is not taken over: a run that solves all would keep it
+    assert [p.shift_mm for p in kept_positions(tmp_path, Case(), [50e3, 100e3]).positions] == [-1.0, 1.0, 2.0, 3.0]
+
+
+@pytest.mark.slow
+def test_inferred_verdicts_are_those_of_the_finite_elements():
+    """S1002 on 60E1: tread positions that hold, and two beside the junction that fail; measured within 0.2 %."""
+    base = Case(resolution="quick", refine_degrees_of_freedom=0, criteria=Criteria(area=0.2))
+    shifts, loads = [-5.0, -4.5, -4.0, 0.25, 0.5, 0.75], [50e3, 100e3]
+    whole = make_map(base, shifts, loads)
+    points = {cell.shift_mm: {} for cell in whole.cells}
+    for cell in whole.cells:
+        points[cell.shift_mm][cell.load_N] = cell.point
+    for left, middle, right in (shifts[:3], shifts[3:]):
+        cases = [replace(base, lateral_shift_mm=shift) for shift in (left, right)]
+        found = infer_loads(replace(base, lateral_shift_mm=middle), loads, [points[left], points[right]], cases)
+        for load in loads:
+            solved = points[middle][load]
+            assert found[load].verdict.verdict == solved.verdict.verdict
+            assert abs(found[load].deviation["p_max_MPa"] - solved.deviation["p_max_MPa"]) < 0.01
 
 
 @pytest.mark.parametrize(

@@ -67,6 +67,11 @@ def cell_row(cell: MapCell) -> Record:
         "solved": cell.solved,
         "cause": cell.cause,
     }
+    if cell.inferred is not None:
+        for measure, deviation in cell.inferred.deviation.items():
+            name = measure.rsplit("_", 1)[0]
+            row[f"{name}_deviation_percent"] = 1e2 * deviation
+            row[f"{name}_uncertainty_percent"] = 1e2 * cell.inferred.uncertainty[measure]
     point = cell.point
     if point is None:
         return row
@@ -129,7 +134,7 @@ class KeptPositions:
 def kept_positions(out: Path, case: Case, loads_N: Sequence[float]) -> KeptPositions:
     """Positions of `map.json` in a folder that were solved with the same inputs, loads and versions.
 
-    Those with a cell that is not converged are left out: they are tried again.
+    Those with a cell that is inferred or not converged are left out: they are tried again.
     """
     path = out / "map.json"
     try:
@@ -170,7 +175,6 @@ def _cell_from_record(record: Mapping[str, Any]) -> MapCell:
         load_N=record["load_N"],
         status=record["status"],
         point=None if point is None else _point_from_record(point),
-        solved=record["solved"],
     )
 
 
@@ -212,6 +216,7 @@ def _cell_record(cell: MapCell) -> Record:
         "solved": cell.solved,
         "cause": cell.cause,
         "point": None if point is None else asdict(point),
+        "inferred": None if cell.inferred is None else asdict(cell.inferred),
     }
 
 
@@ -232,10 +237,13 @@ def map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
     lines = _draw_deviation(ax, shifts, loads, cells)
     limits = _draw_limits(ax, shifts, made.limits)
     causes = _draw_causes(ax, shifts, loads, cells)
+    inferred = _draw_inferred(ax, shifts, loads, cells)
     verdicts = {cell.verdict for cell in made.cells}
     handles: list[Any] = [Patch(fc=c, ec="0.4", label=_LABELS[v]) for v, c in _COLOURS.items() if v in verdicts]
     if limits:
         handles.append(Line2D([], [], color="k", lw=2.4, marker="o", label="load limit $F_{max}$"))
+    if inferred:
+        handles.append(Line2D([], [], ls="none", marker="$i$", color="k", ms=6, label="inferred, not solved"))
     if lines:
         handles.append(Line2D([], [], color="0.15", lw=1.0, ls="--", label="peak pressure, Hertz\nagainst FE in %"))
     handles += [
@@ -300,7 +308,8 @@ def _draw_deviation(ax: Axes, shifts: Floats, loads: Floats, cells: NDArray[Any]
 
 
 def _deviation_percent(cell: MapCell) -> float:
-    return math.nan if cell.point is None or cell.status != "converged" else 1e2 * cell.point.deviation["p_max_MPa"]
+    usable = cell.status in ("converged", "inferred")
+    return 1e2 * cell.deviation["p_max_MPa"] if usable else math.nan
 
 
 def _draw_limits(ax: Axes, shifts: Floats, limits: tuple[LoadLimit, ...]) -> bool:
@@ -320,6 +329,15 @@ def _draw_causes(ax: Axes, shifts: Floats, loads: Floats, cells: NDArray[Any]) -
     return causes
 
 
+def _draw_inferred(ax: Axes, shifts: Floats, loads: Floats, cells: NDArray[Any]) -> bool:
+    found = False
+    for (i, j), cell in np.ndenumerate(cells):
+        if not cell.solved:
+            found = True
+            ax.text(float(shifts[j]), float(loads[i]), "$i$", ha="center", va="center", fontsize=9)
+    return found
+
+
 def limit_text(limit: LoadLimit) -> str:
     """A load limit in words."""
     found = limit.F_max_N
@@ -333,7 +351,12 @@ def map_table(made: ApplicabilityMap) -> str:
     lines = ["shift mm " + "".join(f"{load / 1e3:>10g}" for load in made.loads_N) + "  kN"]
     for k, (shift, limit) in enumerate(zip(made.shifts_mm, made.limits, strict=True)):
         row = made.cells[k * len(made.loads_N) : (k + 1) * len(made.loads_N)]
-        texts = [marks[c.verdict] + (f"{_deviation_percent(c):+z.1f}" if c.point else "").rjust(7) for c in row]
+        texts = [
+            marks[c.verdict] + (f"{_deviation_percent(c):+z.1f}" if c.deviation else "").rjust(7) + "i "[c.solved]
+            for c in row
+        ]
         lines.append(f"{shift:+z8.2f} " + "".join(text.rjust(10) for text in texts) + f"  {limit_text(limit)}")
     lines.append("+ holds, x fails, ? unresolved, ! could not be solved; peak pressure, Hertz against FE in %")
+    if not all(cell.solved for cell in made.cells):
+        lines.append("i inferred from the half-space and both neighbours, not solved")
     return "\n".join(lines)
