@@ -106,6 +106,7 @@ def result_record(result: CaseResult) -> Record:
             ],
             "warnings": list(result.verdict.warnings),
         },
+        "von_mises": {body: asdict(peak) for body, peak in result.von_mises.items()},
         "solver": _solver_record(result.solver),
         "warnings": list(result.warnings),
         "versions": versions(),
@@ -198,6 +199,7 @@ def row(record: Mapping[str, Any]) -> Record:
         "verdict_warnings": "; ".join(record["verdict"]["warnings"]),
         "p_max_half_space_MPa": record["rungs"]["half_space"]["p_max_MPa"],
         "p_max_shared_hertz_MPa": record["hertz_points"]["shared"]["p_max_MPa"],
+        **_von_mises_columns(record["von_mises"]),
         "pressure_l2_percent": 1e2 * record["pressure_l2"],
         "overlap": record["overlap"],
         "centre_x_mm": record["centre_of_pressure_mm"][0],
@@ -213,6 +215,14 @@ def row(record: Mapping[str, Any]) -> Record:
         "seconds": sum(solver["seconds"].values()),
         "peak_memory_MB": solver["peak_memory_MB"],
         "warnings": "; ".join(record["warnings"]),
+    }
+
+
+def _von_mises_columns(bodies: Mapping[str, Any]) -> Record:
+    return {
+        f"von_mises_{column}_{body}_{unit}": peak[key]
+        for body, peak in bodies.items()
+        for column, unit, key in (("max", "MPa", "von_mises_MPa"), ("depth", "mm", "depth_mm"))
     }
 
 
