@@ -75,6 +75,8 @@ class BodyMesh:
         `symmetry` (half models), `end` (cut planes), `free`.
     contact_nodes (nx, ns)
         Nodes of the uniform zone: rows along x, columns from the gauge to the field side.
+    block_nodes (nx, ns, layers)
+        Nodes of the uniform block below each contact node, along the normal into the body; the first one lies on it.
     half
         Whether only x >= 0 is meshed.
     volume_mm3
@@ -86,6 +88,7 @@ class BodyMesh:
     hexes: Integers
     surfaces: dict[str, Integers] = field(repr=False)
     contact_nodes: Integers
+    block_nodes: Integers = field(repr=False)
     half: bool
     volume_mm3: float
 
@@ -303,9 +306,16 @@ def _swept(
     }
     if half:
         surfaces["symmetry"] = first
-    nodes = section.zone_nodes[None] + (np.arange(layers)[zone_layers] * count)[:, None]
+    blocks = section.block_nodes.T[None] + (np.arange(layers)[zone_layers] * count)[:, None, None]
     mesh = BodyMesh(
-        name=name, points=points, hexes=hexes, surfaces=surfaces, contact_nodes=nodes, half=half, volume_mm3=volume
+        name=name,
+        points=points,
+        hexes=hexes,
+        surfaces=surfaces,
+        contact_nodes=blocks[..., 0],
+        block_nodes=blocks,
+        half=half,
+        volume_mm3=volume,
     )
     _check(mesh)
     return mesh

@@ -30,6 +30,7 @@ from fecontact.meshing import BodyMesh, FineZone, least_memory_bytes, rail_mesh,
 from fecontact.mortar import ContactGrid, CoupledBodies, mortar_matrix
 from fecontact.placement import Placement, RelativeCurvature, place
 from fecontact.profiles import Profile, has_no_gauge_face, resolve_rail, resolve_wheel
+from fecontact.subsurface import StressPeak, stress_peak
 from fecontact.touch_hertz import HertzPoints, Side, hertz_points, sides
 from fecontact.uncertainty import MESH_RATIO, estimate
 
@@ -119,6 +120,8 @@ class CaseResult:
         Numerical uncertainty of each deviation of `comparison`, from the meshes, the residuals and the cut planes.
     displacement_mm
         Displacements (n, 3) of the meshes' nodes, base held and driver held: the rigid approach is not in them.
+    von_mises
+        Largest von Mises stress of rail and wheel, and where it lies.
     """
 
     case: Case
@@ -140,6 +143,7 @@ class CaseResult:
     verdict: Verdict
     bodies: CoupledBodies
     displacement_mm: dict[str, Floats]
+    von_mises: dict[str, StressPeak]
     solver: SolverRecord
     warnings: tuple[str, ...] = field(default=())
 
@@ -775,6 +779,9 @@ def _result(position: Position, judged: JudgedLoad) -> CaseResult:
         verdict=verdict,
         bodies=bodies,
         displacement_mm=level.displacement_mm,
+        von_mises={
+            b.mesh.name: stress_peak(b, level.displacement_mm[b.mesh.name]) for b in (bodies.rail, bodies.wheel)
+        },
         solver=SolverRecord(
             path=bodies.rail.solver,
             iterations=solution.iterations,

@@ -275,7 +275,9 @@ class Placement:
         """
         rail = self.rail
         u = rail.parameter_at_y(points[..., 1])
-        s = rail.profile.arc_length(np.nan_to_num(u))
+        # points beside the head begin at its nearer end
+        end = np.where(points[..., 1] > rail.crown_y_mm, rail.profile.length_mm, 0.0)
+        s = np.where(np.isfinite(u), rail.profile.arc_length(np.nan_to_num(u)), end)
         for _ in range(30):
             u = rail.profile.at_arc_length(s)
             y, z, angle = rail.section(u)

@@ -61,8 +61,9 @@ class Section:
     Attributes
     ----------
     points (n, 2), quads (m, 4)
-    zone_nodes (intervals + 1,), zone_arc_length_mm (intervals + 1,)
-        Nodes of the contact zone from the gauge to the field side, and their arc lengths along the profile.
+    block_nodes (layers, intervals + 1), zone_arc_length_mm (intervals + 1,)
+        Nodes of the uniform block, the first layer on the contact zone from the gauge to the field side, the columns
+        along its normals; and the arc lengths of the first layer along the profile.
     edges
         Named boundary edges (k, 2): `contact`, `base`, `free`.
     outline_area_mm2, true_area_mm2
@@ -71,11 +72,16 @@ class Section:
 
     points: Floats
     quads: Integers
-    zone_nodes: Integers
+    block_nodes: Integers
     zone_arc_length_mm: Floats
     edges: dict[str, Integers]
     outline_area_mm2: float
     true_area_mm2: float
+
+    @property
+    def zone_nodes(self) -> Integers:
+        """Nodes of the contact zone."""
+        return np.asarray(self.block_nodes[0])
 
 
 def mesh_section(profile: Profile, closure: Floats, base: tuple[int, int], zone: Zone, grading: Grading) -> Section:
@@ -122,7 +128,7 @@ def mesh_section(profile: Profile, closure: Floats, base: tuple[int, int], zone:
     return Section(
         points=points,
         quads=quads,
-        zone_nodes=ids[0],
+        block_nodes=ids,
         zone_arc_length_mm=zone_s,
         edges={
             "contact": np.column_stack([ids[0, :-1], ids[0, 1:]]),

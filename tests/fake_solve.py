@@ -84,6 +84,7 @@ def record(case: Case, warnings: list[str]) -> dict[str, Any]:
         "uncertainty": dict.fromkeys(MEASURES, 0.01) | {"approach_mm": float("nan")},
         "verdict": {"verdict": "HOLDS", "measure": "p_max_MPa", "cause": None, "warnings": warnings},
         "rungs": {"half_space": {"p_max_MPa": 1.0}},
+        "von_mises": {body: {"von_mises_MPa": 1.0, "depth_mm": 1.0} for body in ("rail", "wheel")},
         "steps": dict.fromkeys(("quadratic_to_true_gap", "half_space_to_bodies"), dict.fromkeys(MEASURES, 0.01)),
         "bodies_step_uncertainty": dict.fromkeys(MEASURES, 0.002),
         "geometry": {

@@ -200,6 +200,7 @@ def block(name: str, nx: int, ny: int, nz: int, *, graded: float = 0.0, shake: f
             "end": np.zeros((0, 4), dtype=np.int64),
         },
         contact_nodes=ids[:, :, -1 if name == "rail" else 0],
+        block_nodes=ids[:, :, ::-1] if name == "rail" else ids,
         half=False,
         volume_mm3=LENGTH * WIDTH * HEIGHT,
     )

@@ -154,8 +154,8 @@ def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
     assert list(record) == [
         "schema", "status", "case", "normal_force_N", "contact_angle_rad", "touch_points", "fe", "hertz", "deviation",
         "pressure_l2", "overlap", "centre_of_pressure_mm", "pieces", "hertz_stiffness_GN_per_m15", "rungs", "steps",
-        "bodies_step_uncertainty", "uncertainty", "geometry", "hertz_points", "verdict", "solver", "warnings",
-        "versions",
+        "bodies_step_uncertainty", "uncertainty", "geometry", "hertz_points", "verdict", "von_mises", "solver",
+        "warnings", "versions",
     ]  # fmt: skip
     assert record["schema"] == "fecontact/result/1"
     assert all(list(record[part]) == MEASURES for part in ("fe", "hertz", "deviation"))
@@ -163,6 +163,8 @@ def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
     assert all(list(rung) == MEASURES for rung in (*record["rungs"].values(), record["uncertainty"]))
     assert record["rungs"]["fe"] == record["fe"]
     assert all(list(step) == ["p_max_MPa", "area_mm2", "approach_mm"] for step in record["steps"].values())
+    assert list(record["von_mises"]) == ["rail", "wheel"]
+    assert list(record["von_mises"]["rail"]) == ["von_mises_MPa", "depth_mm", "x_mm", "y_mm"]
     assert list(record["verdict"]) == ["verdict", "measure", "cause", "sides", "warnings"]
     assert list(record["solver"]) == [
         "path", "iterations", "compliance_calls", "contact_residual", "penetration_residual", "load_balance",
@@ -210,6 +212,8 @@ def test_a_row_is_flat_and_in_the_units_of_its_keys(record):
     assert flat["p_max_fe_MPa"] == record["fe"]["p_max_MPa"]
     assert flat["area_hertz_mm2"] == record["hertz"]["area_mm2"]
     assert flat["p_max_deviation_percent"] == pytest.approx(100.0 * record["deviation"]["p_max_MPa"])
+    assert flat["von_mises_max_rail_MPa"] == record["von_mises"]["rail"]["von_mises_MPa"]
+    assert flat["von_mises_depth_wheel_mm"] == record["von_mises"]["wheel"]["depth_mm"]
     assert flat["degrees_of_freedom"] == sum(record["solver"]["degrees_of_freedom"].values())
 
 

@@ -445,6 +445,20 @@ def test_points_off_the_running_surface_do_not_project():
         pair.project(np.array([[0.0, pair.first.y_mm + 60.0, 0.0]]))
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_points_beside_a_head_project_on_its_corner_and_side(side):
+    # a wheel is wider than a thin head: A100 ends 50 mm from its middle, its corner's centre lies at 40
+    pair = place(
+        load("A100"), cylinder_wheel(), inclination_rad=0.0, rolling_radius_mm=400.0, track=Track(rail_crown_y_mm=750.0)
+    )
+    z_centre = math.sqrt(490.0**2 - 40.0**2) - 500.0
+    beside = np.array([[0.0, 750.0 + side * 52.0, 0.0]])
+    (_, s), *_ = pair.project(beside)
+    ((_, y, z),), _ = pair.surface(np.zeros(1), np.array([s]))
+    away = math.hypot(12.0, z_centre)
+    assert (y - 750.0, z) == pytest.approx((side * (40.0 + 120.0 / away), z_centre - 10.0 * z_centre / away), abs=1e-6)
+
+
 def test_gap_is_open_where_the_wheel_is_missing():
     narrow = cylinder_wheel(-10.0, 10.0)
     pair = place(circular_rail_head(300.0), narrow, inclination_rad=0.0, track=CENTRED)

@@ -140,6 +140,18 @@ def test_tangent_heads_reach_the_tangent_points(name, crown_end, last_end):
     assert on_the_right[-1] == pytest.approx(last_end, abs=1e-6)
 
 
+@pytest.mark.parametrize(("name", "width", "corner", "crown"), [("A100", 100, 10, 500), ("A120", 120, 10, 600)])
+def test_crane_rails_have_the_dimensions_of_the_standard(name, width, corner, crown):
+    # DIN 536-1; arcs and vertical sides meet where similar triangles say
+    inner, outer = (j for j in load(name).junctions if j.y_mm > 0.0)
+    assert inner.y_mm == pytest.approx(crown * (width / 2 - corner) / (crown - corner), abs=1e-9)
+    assert outer.y_mm == pytest.approx(width / 2, abs=1e-9)
+    radii = [1.0 / k for k in (inner.curvature_left_per_mm, inner.curvature_right_per_mm, outer.curvature_left_per_mm)]
+    assert radii == pytest.approx([crown, corner, corner], rel=1e-12)
+    assert outer.curvature_right_per_mm == 0.0
+    assert load(name).notes
+
+
 def section_properties(outline):
     """Area (cm2) and centroidal second moments about the lateral and the vertical axis (cm4), by Green's theorem."""
     nodes, weights = np.polynomial.legendre.leggauss(20)
@@ -253,9 +265,10 @@ def test_locate_finds_what_it_answers(name, fraction, angle, origin):
 
 @given(name=st.sampled_from(RAILS), fraction=st.floats(0.0, 1.0), angle=st.floats(-0.04, 0.04))
 def test_locate_inverts_evaluate_on_a_canted_rail(name, fraction, angle):
-    # sides of 1:20 stay visible up to a tilt of 0.04 rad, except the vertical ones of the 46E1
+    # sides of 1:20 stay visible up to a tilt of 0.04 rad, except the vertical ones
     rail = load(name)
-    u = fraction * len(rail.segments) if name != "46E1" else 1.1 + fraction * (len(rail.segments) - 2.2)
+    vertical = name in ("46E1", "A100", "A120")
+    u = fraction * len(rail.segments) if not vertical else 1.1 + fraction * (len(rail.segments) - 2.2)
     p = rail.evaluate(u)
     t = (p.y - 3.0) * math.cos(angle) + (p.z - 0.5) * math.sin(angle)
     found = rail.locate(t, angle_rad=angle, origin=(3.0, 0.5))

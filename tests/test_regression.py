@@ -33,6 +33,8 @@ LIMITS = (
     ("p_max_fe_MPa", 1200.0, 0.12),
     ("p_max_half_space_MPa", 1200.0, 0.12),
     ("p_max_hertz_MPa", 1200.0, 1.2e-3),
+    ("von_mises_max_rail_MPa", 800.0, 0.8),
+    ("von_mises_depth_rail_mm", 3.0, 3e-3),
     ("area_fe_mm2", 120.0, 0.12),
     ("a_fe_mm", 6.0, 6e-3),
     ("extent_x_fe_mm", 12.0, 12e-3),

@@ -108,6 +108,7 @@ def result_record(result: CaseResult) -> Record:
             ],
             "warnings": list(result.verdict.warnings),
         },
+        "von_mises": {body: asdict(peak) for body, peak in result.von_mises.items()},
         "solver": _solver_record(result.solver),
         "warnings": list(result.warnings),
         "versions": versions(),
@@ -218,6 +219,7 @@ def row(record: Mapping[str, Any]) -> Record:
         "verdict_warnings": "; ".join(record["verdict"]["warnings"]),
         "p_max_half_space_MPa": _number(record["rungs"]["half_space"]["p_max_MPa"]),
         "p_max_shared_hertz_MPa": record["hertz_points"]["shared"]["p_max_MPa"],
+        **_von_mises_columns(record["von_mises"]),
         "pressure_l2_percent": 1e2 * _number(record["pressure_l2"]),
         "overlap": _number(record["overlap"]),
         "centre_x_mm": _number(record["centre_of_pressure_mm"][0]),
@@ -238,6 +240,14 @@ def row(record: Mapping[str, Any]) -> Record:
 
 def _number(value: float | None) -> float:
     return math.nan if value is None else value
+
+
+def _von_mises_columns(bodies: Mapping[str, Any]) -> Record:
+    return {
+        f"von_mises_{column}_{body}_{unit}": _number(peak[key])
+        for body, peak in bodies.items()
+        for column, unit, key in (("max", "MPa", "von_mises_MPa"), ("depth", "mm", "depth_mm"))
+    }
 
 
 def hertz_record(case: Case) -> Record:

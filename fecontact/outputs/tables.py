@@ -131,6 +131,14 @@ def print_case(record: Record, *, console: Console | None = None) -> None:
         f"normal force {record['normal_force_N'] / 1e3:.3f} kN,"
         f" Hertz stiffness {record['hertz_stiffness_GN_per_m15']:.2f} GN/m^1.5",
     )
+    peaks = record["von_mises"].items()
+    _say(
+        console,
+        "largest von Mises stress: "
+        + ", ".join(
+            f"{name} {p['von_mises_MPa']:.0f} MPa {p['depth_mm']:.2f} mm below its surface" for name, p in peaks
+        ),
+    )
     _print_work(record["solver"], console)
     _print_warnings({"warnings": [*record["verdict"]["warnings"], *record["warnings"]]}, console)
 

@@ -1,0 +1,216 @@
+"""Does Hertz hold on a switch tongue, whose head is planed so thin that it is far from a half-space?
+
+Four machined tongue sections with heads 20 to 40 mm thick, and the full 60E1 head (72 mm), all with a crown of 300 mm
+under a wheel cylinder of radius 460 mm, 50 kN: about half a wheel load, as where the wheel comes over from the stock
+rail. The patch (8.6 mm wide) lies wholly on the crown arc, so that Hertz and the true gap on a half-space are the same
+on all of them: what differs is the body, the ladder's last step. One more case has the load 3 mm off the middle of the
+thinnest head, towards its planed back.
+
+The sections (`profiles/switch_tongue_*.toml`, written by `write_profiles`) are made up, but typical: 134 mm high as
+tongue rails are, a head with vertical sides that is planed on its back down to 60 mm below the crown, below it a web of
+44 mm and a foot that is cut off on the side of the stock rail. Bodies are cut at 110 mm below the crown and 60 mm to
+each side, where they are held across: how the whole tongue bends between its slide chairs is not in this.
+
+Reference: this package's own solution with the full head. Expected: the approach grows with slenderness by tens of per
+cent, the pressure hardly: bending and compressing the head moves the patch and does not change its gap. Whether Hertz
+still holds is the verdict's answer.
+"""
+
+import json
+import os
+from dataclasses import dataclass
+from math import asin, sqrt
+from pathlib import Path
+from typing import Any
+
+from fecontact.case import Case
+from fecontact.meshing import BodySize
+from fecontact.outputs.figures import blank_figure, save_figure
+from fecontact.placement import Track
+
+CROWN_MM, GAUGE_CORNER_MM, BACK_CORNER_MM = 300.0, 5.0, 2.0
+THICKNESS_MM = (20, 25, 30, 40)
+WEB_MM, HEIGHT_MM, PLANED_MM, SIDE_MM = 44.0, 134.0, 60.0, 20.0
+FULL_HEAD, FULL_HEAD_MM = "60E1", 72
+OFF_CENTRE_MM = 3.0
+PROFILES = Path(__file__).parent / "profiles"
+
+
+def profile_path(thickness_mm: int) -> str:
+    """File of a section, relative to where one stands: ids hash it, and must not depend on where the studies lie."""
+    return Path(os.path.relpath(PROFILES / f"switch_tongue_{thickness_mm}.toml")).as_posix()
+
+
+def cases(quick: bool = False) -> list[Case]:
+    """The full head and all tongues at `standard`, and the load off the middle; or the first two heads at `quick`."""
+    if quick:
+        return [_case(rail, "quick", refine_degrees_of_freedom=0) for rail in (FULL_HEAD, profile_path(20))]
+    tongues = [_case(profile_path(thickness), "standard") for thickness in THICKNESS_MM]
+    tilt = round(asin(OFF_CENTRE_MM / CROWN_MM), 9)
+    off = _case(profile_path(THICKNESS_MM[0]), "standard", inclination_rad=tilt, lateral_shift_mm=OFF_CENTRE_MM)
+    return [_case(FULL_HEAD, "standard"), *tongues, off]
+
+
+def _case(rail: str, resolution: str, **more: Any) -> Case:
+    inputs: dict[str, Any] = {"inclination_rad": 0.0, **more}
+    return Case(
+        rail=rail,
+        wheel="cylinder:460",
+        load_N=50e3,
+        resolution=resolution,
+        # a tongue's gauge face ends above the gauge plane: its crown under the tape circle
+        track=Track(rail_crown_y_mm=Track().tape_circle_y_mm),
+        size=BodySize(rail_depth_mm=110.0),
+        **inputs,
+    )
+
+
+def conclude(rows: list[dict[str, Any]], out: Path) -> str:
+    """Step from the half-space to the bodies, head by head, and how the heads differ from the full one."""
+    heads = [_head(row, out) for row in rows]
+    _figure(heads, out / "switch_rail.png")
+    full = heads[0]
+    lines = [
+        "thickness  touch     peak    half-space to bodies, %         approach against   largest von Mises   verdict"
+    ]
+    lines += ["       mm     mm      MPa     peak     area  approach         the full head     MPa     mm deep"]
+    for head in heads:
+        row = head.row
+        lines.append(
+            f"{head.thickness_mm:9d} {row['touch_rail_y_mm']:+6.1f} {row['p_max_fe_MPa']:8.1f}"
+            f" {head.step['p_max_MPa']:+8.2f} {head.step['area_mm2']:+8.2f} {head.step['approach_mm']:+9.1f}"
+            f" {100.0 * (row['approach_fe_mm'] / full.row['approach_fe_mm'] - 1.0):+15.1f} %"
+            f" {row['von_mises_max_rail_MPa']:12.1f} {row['von_mises_depth_rail_mm']:8.2f}"
+            f"       {row['verdict']}{', ' + row['verdict_cause'] if row['verdict_cause'] else ''}"
+        )
+    worst = max(heads[1:], key=lambda head: abs(head.step["p_max_MPa"]))
+    softest = max(heads[1:], key=lambda head: head.step["approach_mm"])
+    lines.append(
+        f"The bodies change the peak pressure by at most {abs(worst.step['p_max_MPa']):.2f} % (head of"
+        f" {worst.thickness_mm} mm), the approach by up to {softest.step['approach_mm']:.0f} % ({softest.thickness_mm} mm);"
+        f" with the full head by {abs(full.step['p_max_MPa']):.2f} % and {full.step['approach_mm']:.0f} %. Hertz"
+        f" {_verdicts(heads)}."
+    )
+    return "\n".join(lines)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Head:
+    """A row with the thickness of its head (mm) and its step from the half-space to the bodies in per cent."""
+
+    row: dict[str, Any]
+    thickness_mm: int
+    step: dict[str, float]
+
+
+def _head(row: dict[str, Any], out: Path) -> _Head:
+    rail = Path(str(row["rail"])).stem
+    result = json.loads((out / "cases" / row["id"] / "result.json").read_text("utf-8"))
+    step = result["steps"]["half_space_to_bodies"]
+    return _Head(
+        row=row,
+        thickness_mm=FULL_HEAD_MM if rail == FULL_HEAD else int(rail.rpartition("_")[2]),
+        step={name: 100.0 * float(value) for name, value in step.items()},
+    )
+
+
+def _verdicts(heads: list[_Head]) -> str:
+    counts = {v: sum(h.row["verdict"] == v for h in heads) for v in ("HOLDS", "FAILS", "UNRESOLVED")}
+    return ", ".join(f"{verdict} on {count} of {len(heads)}" for verdict, count in counts.items() if count)
+
+
+def _figure(heads: list[_Head], path: Path) -> None:
+    """The last step of the ladder over the thickness of the head; open: the load off the middle."""
+    figure = blank_figure(10.0, 4.6)
+    for ax, name, title in zip(
+        figure.subplots(1, 2), ("p_max_MPa", "approach_mm"), ("peak pressure", "approach"), strict=True
+    ):
+        for centred, style in ((True, "o-"), (False, "s")):
+            shown = sorted(
+                (h.thickness_mm, h.step[name]) for h in heads if (abs(h.row["touch_rail_y_mm"]) < 1e-6) == centred
+            )
+            label = "load in the middle" if centred else "load towards the planed back"
+            ax.plot([t for t, _ in shown], [s for _, s in shown], style, mfc=None if centred else "white", label=label)
+        ax.axhline(0.0, color="0.5", lw=0.8)
+        ax.set(xlabel="thickness of the head in mm", ylabel=f"half-space to bodies: {title}, %")
+        ax.grid(alpha=0.3)
+    ax.legend(fontsize=9)
+    save_figure(figure, path)
+
+
+def profile_toml(thickness_mm: int) -> str:
+    """A tongue section of a given head thickness as a profile file."""
+    half = 0.5 * thickness_mm
+    (gauge_joint, gauge_centre), (back_joint, back_centre) = (
+        _corner(half, GAUGE_CORNER_MM, -1.0),
+        _corner(half, BACK_CORNER_MM, 1.0),
+    )
+    side, planed, web = -SIDE_MM, -PLANED_MM, WEB_MM - half
+    surface = [
+        _line((-half, side), (-half, gauge_centre[1])),
+        _arc((-half, gauge_centre[1]), gauge_joint, gauge_centre, GAUGE_CORNER_MM),
+        _arc(gauge_joint, back_joint, (0.0, -CROWN_MM), CROWN_MM),
+        _arc(back_joint, (half, back_centre[1]), back_centre, BACK_CORNER_MM),
+        _line((half, back_centre[1]), (half, side)),
+    ]
+    # down the planed back, out to the web, round the foot, and up the gauge face
+    corners = [
+        *((half, side), (half, planed), (web, planed - WEB_MM + thickness_mm), (web, -114.0), (web + 10.0, -122.0)),
+        *((web + 10.0, -HEIGHT_MM), (-half - 60.0, -HEIGHT_MM), (-half - 60.0, -122.0), (-half, -114.0), (-half, side)),
+    ]
+    body = [_line(start, end) for start, end in zip(corners, corners[1:], strict=False)]
+    head = f"""\
+# Machined tongue of a switch, head {thickness_mm} mm thick: made up, but typical; written by studies/08_switch_rail.py.
+#
+# Axes: y across the rail, 0 in the middle of the head, negative to its running edge, positive to its planed back (and to
+# the stock rail); z up, 0 at the crown. All lengths in mm.
+kind = "rail"
+units = "mm"
+source = "made up for a study: crown 300, corners 5 (running edge) and 2 (back), planed {PLANED_MM:g} deep, web {WEB_MM:g}"
+notes = ["rail switch_tongue_{thickness_mm}: a made-up section"]
+"""
+    parts = [head, *(f"[[surface]]\n{s}" for s in surface), *(f"[[body]]\n{b}" for b in body)]
+    return "\n".join(parts)
+
+
+Point = tuple[float, float]
+
+
+def _corner(half: float, radius: float, side: float) -> tuple[Point, Point]:
+    """Joint with the crown arc and centre of a corner arc that touches it and the vertical side."""
+    inner = CROWN_MM - radius
+    y = half - radius
+    z = sqrt(inner**2 - y**2)
+    joint = (side * y * CROWN_MM / inner, z * CROWN_MM / inner - CROWN_MM)
+    return joint, (side * y, z - CROWN_MM)
+
+
+def _line(start: Point, end: Point) -> str:
+    return f'type = "line"\nfrom = {_point(start)}\nto = {_point(end)}\n'
+
+
+def _arc(start: Point, end: Point, centre: Point, radius: float) -> str:
+    ends = f"from = {_point(start)}\nto = {_point(end)}"
+    return f'type = "arc"\n{ends}\ncentre = {_point(centre)}\nradius = {radius}\n'
+
+
+def _point(point: Point) -> str:
+    # nanometres; adding zero takes the sign off a negative zero
+    return f"[{round(point[0], 6) + 0.0}, {round(point[1], 6) + 0.0}]"
+
+
+def write_profiles() -> None:
+    """Write the sections' files."""
+    PROFILES.mkdir(exist_ok=True)
+    for thickness in THICKNESS_MM:
+        (PROFILES / f"switch_tongue_{thickness}.toml").write_text(profile_toml(thickness), "utf-8")
+
+
+def main() -> None:
+    from fecontact.cli import run_script
+
+    run_script(__file__)
+
+
+if __name__ == "__main__":
+    main()

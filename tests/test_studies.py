@@ -1,0 +1,94 @@
+"""Each study in its quick size: it runs from the command line's door, and says what it found."""
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from fecontact.casefile import load_study
+from fecontact.profiles import resolve_rail
+from fecontact.study import run_study
+
+STUDIES = Path(__file__).parents[1] / "studies"
+
+
+def module(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(f"study_{name}", STUDIES / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    made = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(made)
+    return made
+
+
+def run_quick(name: str, out: Path) -> tuple[list[dict[str, Any]], str]:
+    outcome = run_study(load_study(STUDIES / f"{name}.py", quick=True), out)
+    assert outcome.all_converged
+    assert outcome.conclusion is not None
+    return list(outcome.rows), outcome.conclusion
+
+
+def test_07_crane_rail(tmp_path):
+    study = module("07_crane_rail")
+    (centre, corner), said = run_quick("07_crane_rail", tmp_path)
+    # 19 mm of patch on 82 mm of crown arc: measured 0.2 %; the block of 100 mm and the mesh account for it
+    assert abs(centre["p_max_deviation_percent"]) < 1.0
+    assert study.distance_mm(centre) == pytest.approx(40.86, abs=0.01)
+    # touch point placed by its distance from the joint, half a semi-axis
+    assert study.distance_over_b(corner) == pytest.approx(0.5, abs=1e-6)
+    # far beyond the limits (5 % and 10 %) on any mesh: measured -43 %
+    assert corner["verdict"] == "FAILS"
+    assert corner["verdict_cause"] == "curvature change within the patch"
+    assert corner["p_max_deviation_percent"] < -20.0
+    # Johnson (1985), eq. 4.45: 3125 N/mm on a roller of radius 400, E* 115385 MPa
+    assert study.line_contact_MPa(centre) == pytest.approx(535.7, abs=0.1)
+    assert "fails from 0.50 b on" in said
+    assert (tmp_path / "crane_rail.png").is_file()
+
+
+def test_08_switch_rail(tmp_path):
+    (full, tongue), said = run_quick("08_switch_rail", tmp_path)
+    for row in (full, tongue):
+        # at the named resolution without refinement the mesh is good for 1 % of the peak: measured 0.3 and 0.2 %
+        assert abs(row["p_max_deviation_percent"]) < 1.0
+        assert row["verdict"] != "FAILS"
+    # the same crown arc under both patches
+    assert tongue["p_max_hertz_MPa"] == pytest.approx(full["p_max_hertz_MPa"], rel=1e-9)
+    # a head of 20 mm is compressed: measured 7 %, a matter of the bodies that 1 % of discretisation does not hide
+    assert 1.04 < tongue["approach_fe_mm"] / full["approach_fe_mm"] < 1.10
+    assert "HOLDS on 1 of 2" in said
+    assert (tmp_path / "switch_rail.png").is_file()
+
+
+def test_08_sections_are_those_that_the_study_writes():
+    study = module("08_switch_rail")
+    for thickness in study.THICKNESS_MM:
+        path = STUDIES / "profiles" / f"switch_tongue_{thickness}.toml"
+        assert path.read_text("utf-8") == study.profile_toml(thickness)
+        rail = resolve_rail(str(path))
+        assert rail.y_range_mm == (-thickness / 2, thickness / 2)
+        assert rail.curvature(0.0) == pytest.approx(1 / 300, rel=1e-9)
+        assert not any(junction.is_corner for junction in rail.junctions)
+
+
+def test_10_subsurface(tmp_path):
+    study = module("10_subsurface")
+    rows, said = run_quick("10_subsurface", tmp_path)
+    errors = [study.errors_percent(row, body) for row in rows for body in study.BODIES]
+    # targets of the study at `standard`; `quick` was measured within 0.8 %, 1.5 % and 2.4 %
+    for size, depth, load in errors:
+        assert abs(size) < study.SIZE_LIMIT_PERCENT
+        assert abs(depth) < study.DEPTH_LIMIT_PERCENT
+        assert abs(load) < study.YIELD_LOAD_LIMIT_PERCENT
+    assert "MISSED" not in said
+    assert (tmp_path / "subsurface.png").is_file()
+
+
+def test_10_the_load_of_first_yield_is_johnsons():
+    study = module("10_subsurface")
+    # Johnson (1985), section 4.2: two spheres of radius 460, nu 0.3, first yield at p0 = 1.61 Y; F = pi^3 R^2 p0^3 / (6 E*^2)
+    p0, radius, modulus = 1.613 * study.YIELD_MPA, 460.0, 210e3 / (2 * (1 - 0.3**2))
+    exact = 3.141592653589793**3 * radius**2 * p0**3 / (6.0 * modulus**2)
+    assert study.yield_load_N(study._case(460, "quick")) == pytest.approx(exact, rel=2e-3)
