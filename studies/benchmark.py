@@ -1,0 +1,194 @@
+"""What does accuracy cost, and what does a further load, a further core and a larger mesh cost? Ratios in one run.
+
+The elliptic test (wheel cylinder R 460, rail R 300, 100 kN, half model) at four meshes, each in a process of its own
+on one thread: degrees of freedom, CPU seconds from mesh to comparison, peak memory, errors against exact Hertz. Then
+ratios that do not depend on the machine: contact over assembling and factorising, contact over one linear solution, a
+further load over the first one, assembly by scalar forms over the plain vector form, growth with the number of
+unknowns (also by multigrid), and a nine-position study on two processes over one. Nothing here is asserted: tests
+protect results, not times.
+
+`python studies/benchmark.py [--quick] [--study] [--out DIR]`; `--study` adds the nine-position study, which takes
+minutes.
+"""
+
+import argparse
+import csv
+import math
+import multiprocessing
+import resource
+import subprocess
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fecontact.case import Case
+from fecontact.workers import thread_environment
+
+ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, refine_degrees_of_freedom=0)
+# Element sizes along x and across (mm): 5, 8, 12 and 16 on a semi-axis.
+SIZES_MM = tuple((7.162 / n, 5.387 / n) for n in (5.25, 8.25, 12.25, 16.25))
+
+
+def cases(quick: bool = False) -> list[Case]:
+    """The elliptic test at four meshes, or at the two coarsest."""
+    return [replace(ELLIPTIC, resolution=size) for size in SIZES_MM[: 2 if quick else 4]]
+
+
+def measure(case: Case) -> dict[str, Any]:
+    """Solve a case on its one mesh and take the time of each step."""
+    from fecontact.comparison import compare
+    from fecontact.pipeline import couple, coupled_problem, fine_zone, hertz_of_case, position_of
+
+    begin = time.process_time()
+    position = position_of(case)
+    zone = fine_zone(case, position.expected, position.expected_hertz)
+    bodies = couple(case, position.placement, zone, position.clock)
+    coupled = time.process_time()
+    problem = coupled_problem(position, bodies)
+    _, solution = problem.solve(case.load_N)
+    solved = time.process_time()
+    hertz = hertz_of_case(case, position.placement, case.load_N)
+    found = compare(bodies.grid, solution.pressure_MPa.reshape(bodies.grid.shape), solution.approach_mm, hertz)
+    end = time.process_time()
+    _, again = problem.solve(0.8 * case.load_N)
+    further = time.process_time() - end
+    start = time.process_time()
+    for _ in range(3):
+        bodies.compliance(solution.pressure_MPa)
+    linear = (time.process_time() - start) / 3.0
+    dof = 3 * (len(bodies.rail.mesh.points) + len(bodies.wheel.mesh.points))
+    steps = position.clock.seconds
+    return {
+        "solver": bodies.rail.solver,
+        "degrees_of_freedom": dof,
+        "cpu_s": end - begin,
+        "dof_per_cpu_s": dof / (end - begin),
+        "peak_memory_MB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e6,
+        "p_max_error_percent": -100.0 * found.deviation["p_max_MPa"] / (1.0 + found.deviation["p_max_MPa"]),
+        "a_error_percent": -100.0 * found.deviation["a_mm"] / (1.0 + found.deviation["a_mm"]),
+        "b_error_percent": -100.0 * found.deviation["b_mm"] / (1.0 + found.deviation["b_mm"]),
+        "area_error_percent": -100.0 * found.deviation["area_mm2"] / (1.0 + found.deviation["area_mm2"]),
+        "l2_percent": 100.0 * found.pressure_l2,
+        "mesh_s": steps["mesh"],
+        "assemble_and_factorise_s": steps["assemble and factorise"],
+        "contact_s": solved - coupled,
+        "compliance_calls": solution.compliance_calls + 1,
+        "linear_solution_s": linear,
+        "further_load_s": further,
+        "further_load_calls": again.compliance_calls,
+    }
+
+
+def assembly(case: Case) -> dict[str, float]:
+    """CPU seconds of the stiffness of one body by scalar forms, and by scikit-fem's vector form."""
+    from skfem import Basis, ElementHex1, ElementVector
+    from skfem.models.elasticity import lame_parameters, linear_elasticity
+
+    from fecontact.elasticity import _skfem_mesh, stiffness
+    from fecontact.material import STEEL
+    from fecontact.pipeline import mesh_case
+
+    mesh = mesh_case(case, "rail")
+    start = time.process_time()
+    ours = stiffness(mesh, STEEL)
+    middle = time.process_time()
+    basis = Basis(_skfem_mesh(mesh), ElementVector(ElementHex1()), intorder=3)
+    plain = linear_elasticity(*lame_parameters(STEEL.young_MPa, STEEL.poisson)).assemble(basis)
+    end = time.process_time()
+    assert math.isclose(ours.diagonal().sum(), plain.diagonal().sum(), rel_tol=1e-10)
+    return {"scalar_forms_s": middle - start, "vector_form_s": end - middle}
+
+
+def alone(function: Any, case: Case) -> Any:
+    """Call a function in a process of its own, on one thread: its peak memory and its CPU seconds are its own."""
+    with thread_environment(1), ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        return pool.submit(function, case).result()
+
+
+def study_seconds(workers: int, out: Path, quick: bool) -> float:
+    """Wall seconds of the nine-position study."""
+    script = Path(__file__).parent / "first_light.py"
+    command = [sys.executable, "-m", "fecontact", "run", str(script), "--out", str(out / f"workers-{workers}")]
+    start = time.perf_counter()
+    subprocess.run([*command, "--workers", str(workers), "--force", *(["--quick"] if quick else [])], check=True)
+    return time.perf_counter() - start
+
+
+def exponent(rows: list[dict[str, Any]], column: str) -> float:
+    """Growth of a time with the number of unknowns: the slope in logarithms."""
+    x = np.log([row["degrees_of_freedom"] for row in rows])
+    return float(np.polyfit(x, np.log([row[column] for row in rows]), 1)[0])
+
+
+def report(rows: list[dict[str, Any]], multigrid: list[dict[str, Any]], forms: dict[str, float]) -> str:
+    """Table of the meshes, then the ratios."""
+    lines = ["solver     DOF   CPU s  DOF/CPU s  peak MB   p0 %    a %    b %  area %   L2 %  contact calls"]
+    for row in (*rows, *multigrid):
+        lines.append(
+            f"{row['solver']:8} {row['degrees_of_freedom']:6d} {row['cpu_s']:6.1f} {row['dof_per_cpu_s']:10.0f}"
+            f" {row['peak_memory_MB']:8.0f} {row['p_max_error_percent']:+6.2f} {row['a_error_percent']:+6.2f}"
+            f" {row['b_error_percent']:+6.2f} {row['area_error_percent']:+7.2f} {row['l2_percent']:6.2f}"
+            f" {row['compliance_calls']:9d}"
+        )
+    last = rows[-1]
+    lines += [
+        f"contact / (assembling and factorising): {last['contact_s'] / last['assemble_and_factorise_s']:.2f}",
+        f"contact / one linear solution of both bodies: {last['contact_s'] / last['linear_solution_s']:.1f}",
+        f"a further load / the first: {last['further_load_s'] / last['cpu_s']:.3f}"
+        f" ({last['further_load_calls']} calls)",
+        f"assembly, vector form / scalar forms: {forms['vector_form_s'] / forms['scalar_forms_s']:.1f}",
+        f"growth of the whole with the unknowns, pardiso: n^{exponent(rows, 'cpu_s'):.2f}",
+    ]
+    if len(multigrid) > 1:
+        lines.append(f"growth of the whole with the unknowns, amg: n^{exponent(multigrid, 'cpu_s'):.2f}")
+    return "\n".join(lines)
+
+
+def figure(rows: list[dict[str, Any]], multigrid: list[dict[str, Any]], path: Path) -> None:
+    """Errors against CPU seconds."""
+    from fecontact.outputs.figures import blank_figure, save_figure
+
+    picture = blank_figure(7.0, 4.4)
+    axes = picture.add_subplot()
+    columns = (("l2_percent", "L2 of the pressure"), ("area_error_percent", "area"), ("p_max_error_percent", "peak"))
+    for number, (column, label) in enumerate(columns):
+        for group, style in ((rows, "-o"), (multigrid, "--s")):
+            if group:
+                cpu, error = [row["cpu_s"] for row in group], [abs(row[column]) for row in group]
+                name = f"{label}, {group[0]['solver']}"
+                axes.loglog(cpu, error, style, color=f"C{number}", ms=4, label=name)
+    axes.set_xlabel("CPU seconds from mesh to comparison, one thread")
+    axes.set_ylabel("error against exact Hertz, %")
+    axes.legend(frameon=False, fontsize=8)
+    save_figure(picture, path)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("out/benchmark"))
+    parser.add_argument("--quick", action="store_true", help="two meshes only")
+    parser.add_argument("--study", action="store_true", help="the nine-position study on one and two processes too")
+    given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
+    chosen = cases(given.quick)
+    rows = [alone(measure, case) for case in chosen]
+    multigrid = [alone(measure, replace(case, solver="amg")) for case in chosen]
+    text = report(rows, multigrid, alone(assembly, chosen[0]))
+    if given.study:
+        one, two = (study_seconds(workers, given.out, given.quick) for workers in (1, 2))
+        text += f"\nnine positions: {one:.0f} s with 1 process, {two:.0f} s with 2: {one / two:.2f} times faster"
+    with (given.out / "benchmark.csv").open("w", newline="") as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows([*rows, *multigrid])
+    figure(rows, multigrid, given.out / "benchmark.png")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
