@@ -19,6 +19,7 @@ still holds is the verdict's answer.
 import json
 import os
 from dataclasses import dataclass
+from itertools import pairwise
 from math import asin, sqrt
 from pathlib import Path
 from typing import Any
@@ -70,10 +71,10 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     heads = [_head(row, out) for row in rows]
     _figure(heads, out / "switch_rail.png")
     full = heads[0]
-    lines = [
-        "thickness  touch     peak    half-space to bodies, %         approach against   largest von Mises   verdict"
+    lines = ["thickness  touch     peak    half-space to bodies, %         approach against   largest von Mises"]
+    lines += [
+        "       mm     mm      MPa     peak     area  approach         the full head     MPa     mm deep   verdict"
     ]
-    lines += ["       mm     mm      MPa     peak     area  approach         the full head     MPa     mm deep"]
     for head in heads:
         row = head.row
         lines.append(
@@ -87,7 +88,8 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     softest = max(heads[1:], key=lambda head: head.step["approach_mm"])
     lines.append(
         f"The bodies change the peak pressure by at most {abs(worst.step['p_max_MPa']):.2f} % (head of"
-        f" {worst.thickness_mm} mm), the approach by up to {softest.step['approach_mm']:.0f} % ({softest.thickness_mm} mm);"
+        f" {worst.thickness_mm} mm), the approach by up to {softest.step['approach_mm']:.0f} %"
+        f" ({softest.thickness_mm} mm);"
         f" with the full head by {abs(full.step['p_max_MPa']):.2f} % and {full.step['approach_mm']:.0f} %. Hertz"
         f" {_verdicts(heads)}."
     )
@@ -153,20 +155,21 @@ def profile_toml(thickness_mm: int) -> str:
         _arc(back_joint, (half, back_centre[1]), back_centre, BACK_CORNER_MM),
         _line((half, back_centre[1]), (half, side)),
     ]
+    foot = -half - 60.0
     # down the planed back, out to the web, round the foot, and up the gauge face
     corners = [
         *((half, side), (half, planed), (web, planed - WEB_MM + thickness_mm), (web, -114.0), (web + 10.0, -122.0)),
-        *((web + 10.0, -HEIGHT_MM), (-half - 60.0, -HEIGHT_MM), (-half - 60.0, -122.0), (-half, -114.0), (-half, side)),
+        *((web + 10.0, -HEIGHT_MM), (foot, -HEIGHT_MM), (foot, -122.0), (-half, -114.0), (-half, side)),
     ]
-    body = [_line(start, end) for start, end in zip(corners, corners[1:], strict=False)]
+    body = [_line(start, end) for start, end in pairwise(corners)]
     head = f"""\
-# Machined tongue of a switch, head {thickness_mm} mm thick: made up, but typical; written by studies/08_switch_rail.py.
+# Machined tongue of a switch, head {thickness_mm} mm thick: made up but typical, see studies/08_switch_rail.py.
 #
-# Axes: y across the rail, 0 in the middle of the head, negative to its running edge, positive to its planed back (and to
+# Axes: y across the rail, 0 in the middle of the head, negative to its running edge, positive to its planed back (to
 # the stock rail); z up, 0 at the crown. All lengths in mm.
 kind = "rail"
 units = "mm"
-source = "made up for a study: crown 300, corners 5 (running edge) and 2 (back), planed {PLANED_MM:g} deep, web {WEB_MM:g}"
+source = "made up: crown 300, corners 5 (running edge) and 2 (back), planed {PLANED_MM:g} deep, web {WEB_MM:g}"
 notes = ["rail switch_tongue_{thickness_mm}: a made-up section"]
 """
     parts = [head, *(f"[[surface]]\n{s}" for s in surface), *(f"[[body]]\n{b}" for b in body)]

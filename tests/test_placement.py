@@ -442,7 +442,8 @@ def test_surface_runs_by_arc_length_from_first_touch():
 def test_points_off_the_running_surface_do_not_project():
     pair = standard_pair(0.0)
     with pytest.raises(InputError, match="past the rail's running surface"):
-        pair.project(np.array([[0.0, pair.first.y_mm + 60.0, 0.0]]))
+        # below the end of the head's side; a point beside the head has its foot on the corner or the side
+        pair.project(np.array([[0.0, pair.first.y_mm + 60.0, -60.0]]))
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])

@@ -1,6 +1,7 @@
 """Each study in its quick size: it runs from the command line's door, and says what it found."""
 
 import importlib.util
+import math
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -88,7 +89,8 @@ def test_10_subsurface(tmp_path):
 
 def test_10_the_load_of_first_yield_is_johnsons():
     study = module("10_subsurface")
-    # Johnson (1985), section 4.2: two spheres of radius 460, nu 0.3, first yield at p0 = 1.61 Y; F = pi^3 R^2 p0^3 / (6 E*^2)
+    # Johnson (1985), section 4.2: crossed cylinders of radius 460 are a sphere of 460 on a plane, nu 0.3, first yield
+    # at p0 = 1.61 Y; F = pi^3 R^2 p0^3 / (6 E*^2)
     p0, radius, modulus = 1.613 * study.YIELD_MPA, 460.0, 210e3 / (2 * (1 - 0.3**2))
-    exact = 3.141592653589793**3 * radius**2 * p0**3 / (6.0 * modulus**2)
+    exact = math.pi**3 * radius**2 * p0**3 / (6.0 * modulus**2)
     assert study.yield_load_N(study._case(460, "quick")) == pytest.approx(exact, rel=2e-3)
