@@ -93,13 +93,17 @@ class BodyMesh:
     volume_mm3: float
 
 
+# A block that is wider than a single patch holds several: it need be as deep as for one. That takes a third off the
+# cost of a two-lobed contact and moves its peak pressure by less than 1e-4.
+_WIDEST_STEPS = 25
 # Bytes a node while the mesh is made and the stiffness assembled (8 to 12 kB measured, with small factors).
 _BYTES_A_NODE = 8e3
 
 
 def least_memory_bytes(zone: FineZone) -> float:
     """A lower bound of the memory that both bodies need, from the nodes of the uniform blocks under the zone."""
-    layers = 0.45 * min(zone.s_high_mm - zone.s_low_mm, 2.0 * zone.half_length_mm) / min(zone.step_x_mm, zone.step_s_mm)
+    width = min(zone.s_high_mm - zone.s_low_mm, 2.0 * zone.half_length_mm, _WIDEST_STEPS * zone.step_s_mm)
+    layers = 0.45 * width / min(zone.step_x_mm, zone.step_s_mm)
     nodes = zone.intervals_x * zone.intervals_s * max(2.0, np.log1p(0.2 * layers) / np.log(1.2))
     return float(2.0 * nodes * _BYTES_A_NODE)
 
@@ -193,7 +197,8 @@ def _section_zone(profile: Profile, zone: FineZone, low: float, high: float, int
     p = profile.evaluate(profile.at_arc_length(np.linspace(low, high, 200)))
     # layers follow the normals: they must end before the normals of a convex line meet
     tightest = float(np.max(profile.convex_sign * p.curvature_per_mm))
-    depth = min(0.45 * min(high - low, 2.0 * zone.half_length_mm), 0.35 / tightest if tightest > 0 else np.inf)
+    width = min(high - low, 2.0 * zone.half_length_mm, _WIDEST_STEPS * zone.step_s_mm)
+    depth = min(0.45 * width, 0.35 / tightest if tightest > 0 else np.inf)
     return Zone(
         low_mm=low, high_mm=high, intervals=intervals, depth_step_mm=depth_step, depth_mm=max(depth, 2 * depth_step)
     )

@@ -297,7 +297,7 @@ def _draw_deviation(ax: Axes, shifts: Floats, loads: Floats, cells: NDArray[Any]
     values = np.vectorize(_deviation_percent, otypes=[float])(cells)
     if min(values.shape) < 2:
         return False
-    shown = [v for v in (-40, -20, -10, -5, -2, 2, 5, 10, 20, 40) if np.nanmin(values) < v < np.nanmax(values)]
+    shown = [v for v in (-40, -20, -10, -5, 5, 10, 20, 40) if np.nanmin(values) < v < np.nanmax(values)]
     if not shown:
         return False
     lines = ax.contour(
