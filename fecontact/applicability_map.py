@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, wait
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Literal, Protocol
 
 from fecontact.applicability import Answer
 from fecontact.case import Case
+from fecontact.elasticity import SHORT_OF_MEMORY
 from fecontact.errors import FecontactError, InputError
 from fecontact.load_sweep import LoadPoint, LoadSweep
 from fecontact.map_inference import Inferred, infer_loads
@@ -242,20 +243,32 @@ def _one_by_one(
 def _together(
     cases: Sequence[Case], loads: Sequence[float], executor: Executor, tell: StepProgress
 ) -> Iterator[MapPosition]:
+    """Positions as they are finished; one that was short of memory beside others is solved again, alone, at the end."""
     running = {executor.submit(solve_position, case, loads): case for case in cases}
+    again: list[Case] = []
     while running:
         shifts = [case.lateral_shift_mm for future, case in running.items() if future.running()]
         tell(f"solving {', '.join(f'{shift:+z.2f}' for shift in shifts)} mm")
         # not for ever: which positions are under way changes without one being finished
         for future in wait(running, timeout=_LOOK_EVERY_S, return_when=FIRST_COMPLETED).done:
             case = running.pop(future)
-            error = future.exception()
-            if error is None:
-                yield future.result()
+            position = _outcome(future, case.lateral_shift_mm, loads)
+            if len(cases) > 1 and any(SHORT_OF_MEMORY in cell.status for cell in position.cells):
+                again.append(case)
             else:
-                # a process that died, or a fault of the program: the other positions go on
-                said = " ".join(f"{type(error).__name__}: {error}".split())
-                yield _failed_position(case.lateral_shift_mm, loads, f"failed: {said}")
+                yield position
+    for case in again:
+        tell(f"solving {case.lateral_shift_mm:+z.2f} mm, alone")
+        yield _outcome(executor.submit(solve_position, case, loads), case.lateral_shift_mm, loads)
+
+
+def _outcome(future: Future[MapPosition], shift: float, loads: Sequence[float]) -> MapPosition:
+    error = future.exception()
+    if error is None:
+        return future.result()
+    # a process that died, or a fault of the program: the other positions go on
+    said = " ".join(f"{type(error).__name__}: {error}".split())
+    return _failed_position(shift, loads, f"failed: {said}")
 
 
 def _failed_position(shift: float, loads: Sequence[float], status: str) -> MapPosition:

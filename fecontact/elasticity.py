@@ -154,6 +154,10 @@ def factor_bytes(degrees_of_freedom: int) -> float:
     return float(_FACTOR_BYTES * degrees_of_freedom ** (4.0 / 3.0) + _ANALYSIS_BYTES * degrees_of_freedom)
 
 
+SHORT_OF_MEMORY = "GB of memory"
+"""What every message about too little memory has in it: alone on the machine the same case may be solved."""
+
+
 def check_memory(needed_bytes: float, what: str) -> None:
     """Refuse what the machine cannot hold before it is begun.
 
@@ -167,7 +171,7 @@ def check_memory(needed_bytes: float, what: str) -> None:
     available = float(psutil.virtual_memory().available)
     if needed_bytes > available:
         raise InputError(
-            f"{what} needs about {needed_bytes / 1e9:.1f} GB of memory, {available / 1e9:.1f} GB are available; use a"
+            f"{what} needs about {needed_bytes / 1e9:.1f} {SHORT_OF_MEMORY}, {available / 1e9:.1f} GB are available; use a"
             " coarser resolution, the amg solver, or a larger machine"
         )
 

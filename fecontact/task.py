@@ -14,13 +14,12 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
+from fecontact.elasticity import SHORT_OF_MEMORY
 from fecontact.errors import FecontactError, InputError
 from fecontact.identity import case_id, difference, makers
 from fecontact.outputs.files import write_text
 from fecontact.store import Kept, Record, kept_case, new_case_folder
 
-# What `check_memory` says; results that were cut short by it say so in their warnings.
-_SHORT_OF_MEMORY = "GB of memory"
 # gmsh has one state a process.
 _ONE_AT_A_TIME = threading.Lock()
 
@@ -84,7 +83,7 @@ def run_task(task: Task) -> Done:
         except MemoryError:
             return _failed(task, "failed: out of memory", short=True)
         except FecontactError as error:
-            short = isinstance(error, _ShortOfMemory) or _SHORT_OF_MEMORY in str(error)
+            short = isinstance(error, _ShortOfMemory) or SHORT_OF_MEMORY in str(error)
             return _failed(task, f"failed: {error}", short=short)
         except OSError as error:
             return _failed(task, f"failed: {error.strerror or error} ({error.filename or task.out})")
@@ -116,7 +115,7 @@ def _record(task: Task) -> Record:
         task.solve_into(task.case, folder, task.name, task.settings)
         if case_id(task.case) != task.name:
             raise InputError("a profile's file changed while the case was solved; run the study again")
-        if not task.alone and (warnings or _SHORT_OF_MEMORY in (folder / "result.json").read_text("utf-8")):
+        if not task.alone and (warnings or SHORT_OF_MEMORY in (folder / "result.json").read_text("utf-8")):
             raise _ShortOfMemory("there was not enough memory to solve it as far as it would have been alone")
     error_file(task.out, task.name).unlink(missing_ok=True)
     stored = kept_case(task.out, task.name, task.made_by)
@@ -137,7 +136,7 @@ def _memory_warnings() -> Iterator[list[str]]:
 
     class Collector(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
-            if _SHORT_OF_MEMORY in record.getMessage():
+            if SHORT_OF_MEMORY in record.getMessage():
                 found.append(record.getMessage())
 
     collector = Collector(logging.WARNING)

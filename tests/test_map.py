@@ -12,7 +12,7 @@ import pytest
 
 from fecontact import applicability_map
 from fecontact.applicability import Criteria, Judgement, judge
-from fecontact.applicability_map import MapCell, load_limit, make_map, solve_position
+from fecontact.applicability_map import LoadLimit, MapCell, MapPosition, load_limit, make_map, solve_position
 from fecontact.case import Case
 from fecontact.casefile import parse_numbers
 from fecontact.cli import call
@@ -222,6 +222,31 @@ def test_positions_solved_by_an_executor_are_those_solved_here(monkeypatch):
             assert got["status"] == "failed: RuntimeError: a fault of the program"
         else:
             assert got == expected
+
+
+def test_a_position_short_of_memory_is_solved_again_alone(monkeypatch):
+    order = []
+
+    def hungry(case, loads):
+        order.append(case.lateral_shift_mm)
+        if case.lateral_shift_mm == 0.0 and order.count(0.0) == 1:
+            raise InputError("the factor needs about 4.5 GB of memory, 1.2 GB are available")
+        return solve_position(case, loads, sweep=FakeSweep)
+
+    def hungry_position(case, loads):
+        try:
+            return hungry(case, loads)
+        except InputError as error:
+            cells = tuple(MapCell(shift_mm=0.0, load_N=f, status=f"failed: {error}", point=None) for f in loads)
+            return MapPosition(shift_mm=0.0, cells=cells, limit=LoadLimit(reason="failed"))
+
+    monkeypatch.setattr(applicability_map, "solve_position", hungry_position)
+    with ThreadPoolExecutor(2) as executor:
+        made = make_map(Case(), [-1.0, 0.0, 1.0], LOADS, executor=executor)
+    assert order.count(0.0) == 2
+    assert order[-1] == 0.0
+    assert made.shifts_mm == (-1.0, 0.0, 1.0)
+    assert made.all_solved
 
 
 def test_finished_positions_are_taken_from_the_file(tmp_path):
