@@ -442,10 +442,11 @@ def _unsafe(wheel: WheelPose, touch: TouchPoint) -> str:
     if any(abs(touch.wheel_y_mm - j.y_mm) < 1e-6 and j.is_corner for j in wheel.profile.junctions):
         return f"the wheel leaves the rail: the corner of its tread at y = {touch.wheel_y_mm:.2f} mm carries it"
     p = wheel.profile.evaluate(_sample(wheel.profile)[1:-1])
-    slope = np.where(p.y < 0.0, p.dz / p.dy, 0.0)
+    # angles, not slopes: a flange may be upright
+    slope = np.where(p.y < 0.0, np.arctan2(p.dz, p.dy), 0.0)
     steepest = float(np.max(slope))
     # without a flange there is nothing to climb on
-    if steepest > 1.0 and touch.wheel_y_mm < np.min(p.y[slope > steepest - 1e-6]):
+    if steepest > 0.25 * np.pi and touch.wheel_y_mm < np.min(p.y[slope > steepest - 1e-6]):
         return f"the wheel derails: the rail touches it at y = {touch.wheel_y_mm:.2f} mm, on the tip of its flange"
     return ""
 

@@ -20,7 +20,7 @@ from fecontact.casefile import parse_inclination
 PAIRS = (("60E1", "1:40"), ("60E1", "1:20"), ("60E2", "1:40"))
 SHIFTS_MM = tuple(float(shift) for shift in range(-8, 6))
 LOADS_KN = (20.0, 50.0, 100.0)
-# Here the patch of 60E1 1:40 has two narrow lobes far apart, which at `standard` ask for half a million unknowns and more.
+# Here the patch of 60E1 1:40 has two narrow lobes far apart: at `standard` half a million unknowns and more.
 WIDE_MM = (0.0, 1.0, 5.0)
 # Touch points this near to the rail's axis lie on the top of the head, farther out at the gauge corner.
 TOP_HALF_WIDTH_MM = 15.0

@@ -1,6 +1,7 @@
 """Placing a wheel on a rail: published positions, another code's contact points, and the gap against brute force."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from fecontact.errors import InputError
 from fecontact.placement import OPEN_GAP_MM, Placement, RailPose, Track, WheelPose, place, place_rail
 from fecontact.profiles import circular_rail_head, cylinder_wheel, load
+from fecontact.profiles.curve import Line, Profile
 
 INCLINATION_40 = math.atan(1.0 / 40.0)
 INCLINATION_20 = math.atan(1.0 / 20.0)
@@ -499,3 +501,16 @@ def test_radius_and_silhouette_without_motion():
     np.testing.assert_allclose(y - 750.0, [-20.0, 0.0, 20.0], atol=1e-9)
     np.testing.assert_allclose(pose.centre_mm[2] - z, pose.radius(u), atol=1e-9)
     assert isinstance(pose, WheelPose)
+
+
+def test_an_upright_flange_is_a_flange():
+    wheel = Profile(
+        name="upright",
+        kind="wheel",
+        segments=(Line(start=(-35.0, -28.0), end=(-35.0, 0.0)), Line(start=(-35.0, 0.0), end=(60.0, 0.0))),
+    )
+    track = Track()
+    rail = circular_rail_head(300.0)
+    options = {"inclination_rad": 0.0, "rolling_radius_mm": 460.0}
+    found = place(rail, wheel, track=replace(track, rail_crown_y_mm=track.tape_circle_y_mm), **options)
+    assert found.first.wheel_y_mm == pytest.approx(0.0, abs=1e-6)
