@@ -510,7 +510,7 @@ def test_an_upright_flange_is_a_flange():
         segments=(Line(start=(-35.0, -28.0), end=(-35.0, 0.0)), Line(start=(-35.0, 0.0), end=(60.0, 0.0))),
     )
     track = Track()
-    rail = circular_rail_head(300.0)
+    rail = circular_rail_head(300.0, half_width_mm=30.0)
     options = {"inclination_rad": 0.0, "rolling_radius_mm": 460.0}
     found = place(rail, wheel, track=replace(track, rail_crown_y_mm=track.tape_circle_y_mm), **options)
     assert found.first.wheel_y_mm == pytest.approx(0.0, abs=1e-6)
