@@ -203,7 +203,7 @@ def map_(
     loads_kn
         Wheel loads in kN, likewise.
     out
-        Folder for map.csv, map.json and map.png, which are written again after each shift; finished shifts are reused.
+        Folder for map.csv, stiffness.csv, map.json and map.png, written after each shift; finished shifts are reused.
     adaptive
         Solve every second shift, and those between only where the half-space leaves a doubt; marked in all outputs.
     workers
@@ -240,7 +240,7 @@ def map_(
     print(map_table(made))
     if kept.problem:
         print(f"solved again: {kept.problem}", file=sys.stderr)
-    print(f"Results in {out}: map.csv, map.json, map.png")
+    print(f"Results in {out}: map.csv, stiffness.csv, map.json, map.png")
     return 0 if made.all_solved else 3
 
 

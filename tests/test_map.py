@@ -180,6 +180,24 @@ def test_map_files(tmp_path):
     assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_stiffness_of_each_position_over_its_loads(tmp_path):
+    made = fake_map()
+    write_map(made, tmp_path)
+    with (tmp_path / "stiffness.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    # one position cannot be placed; of two one load each cannot be used
+    assert len(rows) == 4 * len(LOADS) + 2 * (len(LOADS) - 1)
+    for row in rows:
+        force = 1e3 * float(row["normal_force_kN"])
+        # the approach that the points were made with: F^(2/3) / K_H^(2/3) + 2e-8 F
+        assert float(row["c1_mm_per_N23"]) == pytest.approx(K_H ** (-2 / 3), rel=1e-9)
+        assert float(row["c2_mm_per_N"]) == pytest.approx(2e-8, rel=1e-6)
+        slope = 2.0 / 3.0 * K_H ** (-2 / 3) * force ** (-1 / 3) + 2e-8
+        assert float(row["tangent_with_bulk_kN_per_mm"]) == pytest.approx(1e-3 / slope, rel=1e-8)
+        assert float(row["tangent_deviation_percent"]) == pytest.approx(0.0, abs=1e-6)
+    assert json.loads((tmp_path / "map.json").read_text("utf-8"))["stiffness"][0]["load_kN"] == 50.0
+
+
 def test_map_of_one_cell_is_drawn(tmp_path):
     made = make_map(Case(), [0.0], [100e3], sweep=FakeSweep)
     assert map_figure(made, tmp_path / "one.png").stat().st_size > 0

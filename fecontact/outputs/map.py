@@ -17,7 +17,7 @@ from fecontact.applicability_map import ApplicabilityMap, LoadLimit, MapCell, Ma
 from fecontact.case import Case
 from fecontact.comparison import MEASURES, Measures
 from fecontact.identity import difference, input_files, makers
-from fecontact.load_sweep import LoadPoint
+from fecontact.load_sweep import LoadPoint, fit_stiffness
 from fecontact.outputs.figures import blank_figure, save_figure, short_name
 from fecontact.outputs.files import json_text, write_json
 from fecontact.outputs.record import case_record, versions
@@ -30,6 +30,7 @@ Floats = NDArray[np.float64]
 Record = dict[str, Any]
 
 MAP_SCHEMA = "fecontact/map/1"
+_FEWEST_LOADS = 3
 
 # Okabe and Ito's colours, told apart by the colour-blind and in grey.
 _COLOURS = {"HOLDS": "#56b4e9", "UNRESOLVED": "#f0e442", "FAILS": "#d55e00", "failed": "#c8c8c8"}
@@ -51,8 +52,9 @@ CAUSE_LETTERS = {
 
 
 def write_map(made: ApplicabilityMap, out: Path) -> None:
-    """Write map.csv, map.json and map.png into a folder."""
+    """Write map.csv, stiffness.csv, map.json and map.png into a folder."""
     write_csv([cell_row(cell) for cell in made.cells], out / "map.csv")
+    write_csv([row for position in made.positions for row in stiffness_rows(position)], out / "stiffness.csv")
     write_json(out / "map.json", map_record(made))
     map_figure(made, out / "map.png")
 
@@ -91,6 +93,42 @@ def cell_row(cell: MapCell) -> Record:
     }
 
 
+def stiffness_rows(position: MapPosition) -> list[Record]:
+    """Contact stiffness of a position at each of its loads, from a fit over all of them; none for fewer than three.
+
+    Two loads would be met exactly, which says nothing about the fit's error.
+    """
+    points = [cell.point for cell in position.cells if cell.point is not None and cell.status == "converged"]
+    if len(points) < _FEWEST_LOADS:
+        return []
+    fit = fit_stiffness(points)
+    rows = []
+    for point in points:
+        tangent = fit.tangent(point.normal_force_N)
+        rows.append(
+            {
+                "lateral_shift_mm": position.shift_mm,
+                "load_kN": point.load_N / 1e3,
+                "normal_force_kN": point.normal_force_N / 1e3,
+                "approach_fe_mm": point.fe.approach_mm,
+                "approach_hertz_mm": point.hertz.approach_mm,
+                "tangent_with_bulk_kN_per_mm": tangent.with_bulk_N_per_mm / 1e3,
+                "tangent_with_bulk_error_kN_per_mm": tangent.error_N_per_mm / 1e3,
+                "tangent_contact_kN_per_mm": tangent.contact_N_per_mm / 1e3,
+                "tangent_contact_error_kN_per_mm": tangent.contact_error_N_per_mm / 1e3,
+                "tangent_hertz_kN_per_mm": tangent.hertz_N_per_mm / 1e3,
+                "tangent_deviation_percent": 1e2 * tangent.deviation,
+                "c1_mm_per_N23": fit.c1_mm_per_N23,
+                "c1_error_mm_per_N23": fit.c1_error,
+                "c1_hertz_mm_per_N23": fit.hertz_c1_mm_per_N23,
+                "c2_mm_per_N": fit.c2_mm_per_N,
+                "c2_error_mm_per_N": fit.c2_error,
+                "fit_residual_percent": 1e2 * fit.residual,
+            }
+        )
+    return rows
+
+
 def limit_record(shift_mm: float, limit: LoadLimit) -> Record:
     """The load limit of a position."""
     return {
@@ -114,6 +152,7 @@ def map_record(made: ApplicabilityMap) -> Record:
         "loads_N": list(made.loads_N),
         "cells": [_cell_record(cell) for cell in made.cells],
         "limits": [limit_record(shift, limit) for shift, limit in zip(made.shifts_mm, made.limits, strict=True)],
+        "stiffness": [row for position in made.positions for row in stiffness_rows(position)],
         "versions": versions(),
         "provenance": _provenance(made.case),
     }
