@@ -95,9 +95,12 @@ class ElasticBody:
             release()
 
 
-def elastic_body(mesh: BodyMesh, material: Material, solver: SolverName) -> ElasticBody:
-    """Assemble and factorise (or set up the multigrid hierarchy of) one body."""
-    matrix = stiffness(mesh, material)
+def elastic_body(
+    mesh: BodyMesh, material: Material, solver: SolverName, matrix: csr_matrix | None = None
+) -> ElasticBody:
+    """Factorise (or set up the multigrid hierarchy of) one body; assembles its stiffness unless `matrix` is it."""
+    if matrix is None:
+        matrix = stiffness(mesh, material)
     held = np.zeros((len(mesh.points), 3), dtype=bool)
     held[np.unique(mesh.surfaces["fixed" if mesh.name == "rail" else "driven"])] = True
     if mesh.name == "rail":
