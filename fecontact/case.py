@@ -60,7 +60,7 @@ class Case:
     resolution: str | tuple[float, float] = "standard"
     solver: SolverChoice = "auto"
     criteria: Criteria = field(default_factory=Criteria)
-    refine_degrees_of_freedom: int = 500_000
+    refine_degrees_of_freedom: int = 400_000
 
     def __post_init__(self) -> None:
         check_positive("load", self.load_N, "N", "give the wheel load, for example 100000 N (100 kN)")

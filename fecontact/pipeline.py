@@ -573,7 +573,7 @@ class Meshes:
         sides = _judge(case, levels, of_points)
         while _worst(sides).verdict == "UNRESOLVED" and levels[0].status == "converged" and len(levels) < _MOST_MESHES:
             finer = MESH_RATIO ** (1 - len(levels))
-            expected = int(levels[0].degrees_of_freedom * MESH_RATIO**3)
+            expected = _finer_degrees_of_freedom(levels)
             if expected > case.refine_degrees_of_freedom:
                 limits.append(
                     f"refinement stopped: the next meshes would have about {expected} of at most"
@@ -744,6 +744,13 @@ def _judge(case: Case, levels: Sequence[Level], of_points: Mapping[str, float]) 
             )
         )
     return tuple(found)
+
+
+def _finer_degrees_of_freedom(levels: Sequence[Level]) -> int:
+    """Degrees of freedom to expect of the next finer meshes: graded ones grow less than with the cube of MESH_RATIO."""
+    fine, coarse = levels[0].degrees_of_freedom, levels[1].degrees_of_freedom
+    # the uniform zone grows faster than the rest, so that the ratio grows too
+    return int(fine * min((fine / coarse) ** 1.2, MESH_RATIO**3))
 
 
 _FROM_BEST: tuple[Answer, ...] = ("HOLDS", "UNRESOLVED", "FAILS")

@@ -11,6 +11,8 @@ the same positions under one load.
 """
 
 import sys
+from pathlib import Path
+from typing import Any
 
 from fecontact.case import Case
 
@@ -24,6 +26,16 @@ def cases(quick: bool = False) -> list[Case]:
 
     shifts = (-4.0, 0.0, 4.0) if quick else parse_numbers(SHIFTS, "shifts")
     return [Case(lateral_shift_mm=shift, resolution="quick" if quick else "standard") for shift in shifts]
+
+
+def conclude(rows: list[dict[str, Any]], out: Path) -> str:
+    """Shifts by verdict, under the one load of `cases`."""
+    parts = []
+    for verdict in ("HOLDS", "FAILS", "UNRESOLVED"):
+        shifts = [f"{float(row['lateral_shift_mm']):g}" for row in rows if row["verdict"] == verdict]
+        if shifts:
+            parts.append(f"{verdict} at {', '.join(shifts)} mm")
+    return f"Hertz under 100 kN: {'; '.join(parts)}. For all loads: python {Path(__file__).name}"
 
 
 def map_arguments(quick: bool = False) -> list[str]:

@@ -158,7 +158,7 @@ def test_expected_patch_of_a_closed_form_pair(radius):
     assert patch.semi_axis_s_mm == pytest.approx(hertz.b_mm, rel=1.5 / 16.0)
     assert (patch.s_high_mm - patch.s_low_mm) == pytest.approx(2.0 * hertz.b_mm, rel=1.5 / 16.0)
     assert patch.measures.p_max_MPa == pytest.approx(hertz.p0_MPa, rel=0.01)
-    assert patch.approach_mm == pytest.approx(hertz.approach_mm, rel=0.01)
+    assert patch.measures.approach_mm == pytest.approx(hertz.approach_mm, rel=0.01)
 
 
 def test_two_lobes_are_measured_by_the_narrower_one():
@@ -186,7 +186,7 @@ def test_expected_patch_with_yaw_is_turned_over_by_opposite_yaw():
     assert one.x_low_mm == pytest.approx(-other.x_high_mm, abs=step)
     assert one.x_high_mm == pytest.approx(-other.x_low_mm, abs=step)
     assert one.s_low_mm == pytest.approx(other.s_low_mm, abs=one.semi_axis_s_mm / 16.0)
-    assert one.p_max_MPa == pytest.approx(other.p_max_MPa, rel=5e-3)
+    assert one.measures.p_max_MPa == pytest.approx(other.measures.p_max_MPa, rel=5e-3)
 
 
 def test_first_guess_does_not_matter():
@@ -196,7 +196,7 @@ def test_first_guess_does_not_matter():
     small, large = (expected_patch(placement, case.load_N, guess_mm=g, **options) for g in (0.005, 0.3))
     # grids fitted to slightly different boxes
     assert small.s_low_mm == pytest.approx(large.s_low_mm, abs=0.5)
-    assert small.p_max_MPa == pytest.approx(large.p_max_MPa, rel=0.01)
+    assert small.measures.p_max_MPa == pytest.approx(large.measures.p_max_MPa, rel=0.01)
 
 
 def test_patch_past_the_end_of_the_rail_is_refused():

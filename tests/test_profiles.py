@@ -259,7 +259,8 @@ def test_locate_finds_what_it_answers(name, fraction, angle, origin):
     else:
         at_joint = abs(u - np.round(u)) < 1e-2
         # the steps of the published S1002 leave a hair of the axis without any point
-        slack = 2e-4 if name == "S1002" and at_joint else 1e-11
+        # elsewhere an end answers for 1e-9 mm beyond it
+        slack = 2e-4 if name == "S1002" and at_joint else 1.1e-9
         assert along(profile.evaluate(found)) == pytest.approx(t, abs=slack)
 
 

@@ -213,16 +213,16 @@ def test_manchester_on_the_half_space(wheel, shift, yaw, force, peak, approach):
     case = manchester_case(wheel, shift, 0.0, force)
     found = on_half_space(case, place_case(case))
     # the same physics as CONTACT's; both are discrete (its cells are 0.2 mm): measured 0.2 %
-    assert found.p_max_MPa == pytest.approx(peak, rel=0.005)
-    assert found.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
+    assert found.measures.p_max_MPa == pytest.approx(peak, rel=0.005)
+    assert found.measures.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
 
 
 def test_manchester_on_the_half_space_with_yaw():
     wheel, shift, yaw, force, peak, approach = MANCHESTER[-1]
     case = manchester_case(wheel, shift, yaw, force)
     found = on_half_space(case, place_case(case))
-    assert found.p_max_MPa == pytest.approx(peak, rel=0.005)
-    assert found.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
+    assert found.measures.p_max_MPa == pytest.approx(peak, rel=0.005)
+    assert found.measures.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
 
 
 @pytest.mark.slow
