@@ -17,6 +17,7 @@ from fecontact.case import Case
 _PACKAGE = Path(__file__).parent
 # Parts that bring cases in, carry results about or write them: no number of a result depends on them.
 _NOT_NUMERICAL = {
+    "__main__.py",
     "baselines.py",
     "casefile.py",
     "cli.py",
