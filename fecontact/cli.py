@@ -309,8 +309,8 @@ def mesh(body: Literal["rail", "wheel"], options: CaseOptions = _DEFAULTS, *, ou
     out
         File to write: .msh (gmsh 4.1), .inp (CalculiX, Abaqus) or .vtu.
     """
+    from fecontact.levels import mesh_case
     from fecontact.outputs.meshfile import write_mesh
-    from fecontact.pipeline import mesh_case
 
     made = mesh_case(options.case(), body)
     write_mesh(made, out)

@@ -17,7 +17,8 @@ from fecontact.applicability import Judgement
 from fecontact.case import Case
 from fecontact.comparison import Measures
 from fecontact.errors import InputError, check_positive
-from fecontact.pipeline import JudgedLoad, Meshes, Position, Progress, position_of
+from fecontact.judged_load import JudgedLoad, Meshes
+from fecontact.position import Position, Progress, position_of
 
 Floats = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ from fecontact.case import Case
 from fecontact.comparison import Measures, deviations, hertz_measures
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.load_sweep import LoadPoint
-from fecontact.pipeline import expect_on_half_space
+from fecontact.position import expect_on_half_space
 
 # What the fitted grids of the half-spaces leave open in peak pressure and area (16 nodes a semi-axis: 0.1 and
 # 0.5 % against Hertz, and both enter a ratio).

@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 
 from fecontact.case import Case
 from fecontact.material import Material
-from fecontact.pipeline import place_case
+from fecontact.position import place_case
 
 LIMIT_PERCENT = 2.0
 # Shift towards this rail (mm), normal force (N), peak pressure (MPa), approach (micrometre), area (mm^2).

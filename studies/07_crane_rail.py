@@ -24,8 +24,8 @@ from fecontact.case import Case
 from fecontact.material import STEEL, contact_modulus_MPa
 from fecontact.meshing import BodySize
 from fecontact.outputs.figures import blank_figure, save_figure
-from fecontact.pipeline import hertz_of_case, place_case
 from fecontact.placement import Track
+from fecontact.position import hertz_of_case, place_case
 
 WHEEL_RADIUS_MM = 400.0
 LOADED = (("A100", 100e3), ("A100", 250e3), ("A120", 250e3))

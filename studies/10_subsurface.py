@@ -21,7 +21,7 @@ from fecontact.case import Case
 from fecontact.hertz import VonMisesPeak, first_yield_p0_MPa, von_mises_peak
 from fecontact.material import STEEL
 from fecontact.outputs.figures import blank_figure, save_figure
-from fecontact.pipeline import hertz_of_case, place_case
+from fecontact.position import hertz_of_case, place_case
 
 LOAD_N = 100e3
 YIELD_MPA = 480.0

@@ -42,7 +42,8 @@ def cases(quick: bool = False) -> list[Case]:
 def measure(case: Case) -> dict[str, Any]:
     """Solve a case on its one mesh and take the time of each step."""
     from fecontact.comparison import compare
-    from fecontact.pipeline import couple, coupled_problem, fine_zone, hertz_of_case, position_of
+    from fecontact.levels import couple, coupled_problem, fine_zone
+    from fecontact.position import hertz_of_case, position_of
 
     begin = time.process_time()
     position = position_of(case)
@@ -91,8 +92,8 @@ def assembly(case: Case) -> dict[str, float]:
     from skfem.models.elasticity import lame_parameters, linear_elasticity
 
     from fecontact.elasticity import _skfem_mesh, stiffness
+    from fecontact.levels import mesh_case
     from fecontact.material import STEEL
-    from fecontact.pipeline import mesh_case
 
     mesh = mesh_case(case, "rail")
     start = time.process_time()

@@ -9,8 +9,8 @@ from fecontact import elasticity
 from fecontact.case import Case
 from fecontact.elasticity import choose_solver, elastic_body, factor_bytes, pardiso_available
 from fecontact.errors import InputError
+from fecontact.levels import mesh_case
 from fecontact.material import STEEL
-from fecontact.pipeline import mesh_case
 
 needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO is not installed on this platform")
 

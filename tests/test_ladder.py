@@ -14,8 +14,9 @@ from fecontact.hertz import HertzContact, hertz_from_hessian
 from fecontact.ladder import Ladder, patch_geometry, quadratic_rung
 from fecontact.material import STEEL, Material, contact_modulus_MPa
 from fecontact.mortar import ContactGrid
-from fecontact.pipeline import CaseResult, hertz_of_case, place_case, solve
+from fecontact.pipeline import CaseResult, solve
 from fecontact.placement import Placement, RelativeCurvature, TouchPoint, Track, place
+from fecontact.position import hertz_of_case, place_case
 from fecontact.profiles import Arc, Profile
 
 E_STAR = contact_modulus_MPa(STEEL, STEEL)

@@ -15,7 +15,7 @@ from fecontact.errors import InputError
 from fecontact.material import STEEL, Material
 from fecontact.meshing import BodyMesh, BodySize, FineZone, rail_mesh, wheel_mesh
 from fecontact.mortar import ContactGrid, CoupledBodies, _clip, _triangle_rule, mortar_matrix
-from fecontact.pipeline import place_case
+from fecontact.position import place_case
 
 GRID = ContactGrid(x_mm=np.linspace(-3.0, 5.0, 9), s_mm=np.linspace(-2.0, 1.0, 6), half=False)
 

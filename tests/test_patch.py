@@ -11,7 +11,7 @@ from fecontact.expected_patch import ExpectedPatch, approach_direction, expected
 from fecontact.hertz import hertz_from_hessian
 from fecontact.material import STEEL, contact_modulus_MPa
 from fecontact.patch import measure_patch, signed_square
-from fecontact.pipeline import place_case
+from fecontact.position import place_case
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)
 A, B, P0 = 7.0, 4.0, 1000.0

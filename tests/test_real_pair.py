@@ -12,10 +12,12 @@ from fecontact.case import Case
 from fecontact.contact import solve_contact
 from fecontact.elasticity import pardiso_available
 from fecontact.expected_patch import expected_patch
+from fecontact.levels import couple, coupled_problem, fine_zone
 from fecontact.material import Material, contact_modulus_MPa
 from fecontact.meshing import BodySize
-from fecontact.pipeline import CaseResult, couple, coupled_problem, fine_zone, place_case, position_of, solve
+from fecontact.pipeline import CaseResult, solve
 from fecontact.placement import Placement
+from fecontact.position import place_case, position_of
 
 needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO is not installed on this platform")
 

@@ -12,7 +12,8 @@ from fecontact.errors import InputError
 from fecontact.expected_patch import approach_direction
 from fecontact.hertz import hertz_ellipse, hertz_spring_force_N, shared_approach_mm
 from fecontact.material import STEEL, contact_modulus_MPa
-from fecontact.pipeline import hertz_points_of_case, place_case, solve
+from fecontact.pipeline import solve
+from fecontact.position import hertz_points_of_case, place_case
 from fecontact.profiles import resolve_rail
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)

@@ -17,8 +17,9 @@ from fecontact.errors import InputError
 from fecontact.hertz import HertzContact
 from fecontact.material import Material
 from fecontact.meshing import BodySize
-from fecontact.pipeline import CaseResult, SolverRecord, hertz_of_case, hertz_points_of_case, place_case
+from fecontact.pipeline import CaseResult, SolverRecord
 from fecontact.placement import RelativeCurvature, TouchPoint, Track
+from fecontact.position import hertz_of_case, hertz_points_of_case, place_case
 from fecontact.touch_hertz import HertzPoints, sides
 
 Record = dict[str, Any]
