@@ -249,6 +249,7 @@ def _row(case: Case, name: str, done: Done) -> dict[str, Any]:
         "wheel": case.wheel,
         "lateral_shift_mm": case.lateral_shift_mm,
         "load_kN": case.load_N / 1e3,
+        "inclination_rad": case.inclination_rad,
     }
 
 

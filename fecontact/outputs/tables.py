@@ -59,29 +59,47 @@ def _missing(value: object) -> bool:
 
 
 def print_table(rows: Sequence[Record], *, console: Console | None = None) -> None:
-    """Print one line a case, a table for each pair of profiles, and in full what makes a row unusable."""
+    """Print one line a case, a table for each rail, wheel and inclination, and in full what makes a row unusable."""
     console = console or _console()
-    pairs = dict.fromkeys((str(row["rail"]), str(row["wheel"])) for row in rows)
-    for rail, wheel in pairs:
-        table = _table(console, title=f"rail {rail}, wheel {wheel}")
-        for heading, _, _ in _COLUMNS:
-            table.add_column(heading, justify="left" if heading in ("status", "verdict") else "right", no_wrap=True)
-        for row in rows:
-            if (row["rail"], row["wheel"]) == (rail, wheel):
-                table.add_row(*(_cell(row, key, form) for _, key, form in _COLUMNS), style=_row_style(row))
-        console.print(table)
+    groups: dict[str, list[Record]] = {}
     for row in rows:
-        if row["status"] == "converged" and row.get("verdict_cause"):
-            text = (
-                f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN: {row['verdict']}: {row['verdict_cause']}"
-            )
-            console.print(text, markup=False, highlight=False)
+        groups.setdefault(_pair_text(row), []).append(row)
+    if len(groups) > _MOST_TABLES:
+        _print_rows(rows, "", console, with_pair=True)
+    else:
+        for pair, own in groups.items():
+            _print_rows(own, pair, console)
+    for row in rows:
+        pair = f"{_pair_text(row)}, " if len(groups) > 1 else ""
+        where = f"{pair}{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN"
         if row["status"] != "converged":
-            console.print(
-                f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN: {row['status']}",
-                markup=False,
-                highlight=False,
-            )
+            console.print(f"{where}: {row['status']}", markup=False, highlight=False)
+        elif row.get("verdict_cause"):
+            console.print(f"{where}: {row['verdict']}: {row['verdict_cause']}", markup=False, highlight=False)
+
+
+# More of them are one table, with the pair in its first column.
+_MOST_TABLES = 6
+
+
+def _print_rows(rows: Sequence[Record], title: str, console: Console, *, with_pair: bool = False) -> None:
+    table = _table(console, title=title)
+    if with_pair:
+        table.add_column("rail, wheel", no_wrap=True)
+    for heading, _, _ in _COLUMNS:
+        table.add_column(heading, justify="left" if heading in ("status", "verdict") else "right", no_wrap=True)
+    for row in rows:
+        pair = [_pair_text(row)] if with_pair else []
+        table.add_row(*pair, *(_cell(row, key, form) for _, key, form in _COLUMNS), style=_row_style(row))
+    console.print(table)
+
+
+def _pair_text(row: Record) -> str:
+    inclination = float(row.get("inclination_rad") or 0.0)
+    inclined = f" 1:{1.0 / math.tan(inclination):.3g}" if inclination else ""
+    names = (Path(str(row[key])).name if Path(str(row[key])).is_file() else str(row[key]) for key in ("rail", "wheel"))
+    rail, wheel = names
+    return f"rail {rail}{inclined}, wheel {wheel}"
 
 
 def _cell(row: Record, key: str, form: str) -> str:
