@@ -10,7 +10,7 @@ INSTALLED := $(VENV)/.installed
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup study test test-slow regress lint lock clean
+.PHONY: help setup study test test-slow regress validate lint lock clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)$$/\1|\2/' | awk -F'|' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -55,6 +55,9 @@ regress: setup ## run the quick studies that have a baseline and compare each wi
 	done; \
 	if [ -n "$$different" ]; then echo "regress: not the same as the baseline:$$different" >&2; exit 1; fi; \
 	echo "regress: all the same as their baselines"
+
+validate: setup ## run the studies at full size and write VALIDATION.md; an hour and more
+	$(BIN)/fecontact validate --out out/validate --report VALIDATION.md
 
 lint: $(INSTALLED) ## ruff check, ruff format --check, mypy
 	$(BIN)/python -m ruff check .

@@ -20,15 +20,17 @@ from fecontact.errors import InputError
 from fecontact.material import Material
 from fecontact.meshing import BodySize
 from fecontact.placement import Track
+from fecontact.validation import Check
 
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """The cases of a study and what it makes of their rows when they are solved (a text for the user, or nothing)."""
+    """The cases of a study and what it makes of their rows when they are solved: a text, and checks of its numbers."""
 
     name: str
     cases: tuple[Case, ...]
     conclude: Callable[[list[dict[str, Any]], Path], str | None] | None = None
+    checks: Callable[[list[dict[str, Any]]], list[Check]] | None = None
 
 
 def load_study(path: str | Path, *, quick: bool = False) -> Study:
@@ -57,7 +59,12 @@ def _from_script(path: Path, quick: bool) -> Study:
     cases = tuple(make(quick=quick))
     if not cases or not all(isinstance(case, Case) for case in cases):
         raise InputError(f"study {path}: cases() must return at least one Case and nothing else")
-    return Study(name=path.stem, cases=cases, conclude=getattr(module, "conclude", None))
+    return Study(
+        name=path.stem,
+        cases=cases,
+        conclude=getattr(module, "conclude", None),
+        checks=getattr(module, "checks", None),
+    )
 
 
 def _import(path: Path) -> ModuleType:

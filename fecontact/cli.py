@@ -148,6 +148,63 @@ def run(
 
 
 @app.command
+def validate(
+    *studies: Path,
+    out: Path,
+    report: Path | None = None,
+    quick: Annotated[bool, Parameter(negative="")] = False,
+    workers: int | None = None,
+) -> int:
+    """Run studies and check their numbers against references; exit code 1 if a check fails.
+
+    Parameters
+    ----------
+    studies
+        Scripts with a function checks(rows); all of studies/ that have one, if none is given.
+    out
+        Folder for the results, one folder a study; finished cases are reused.
+    report
+        Markdown file for the table of all checks; VALIDATION.md in `out`, if not given.
+    quick
+        The small version of each study.
+    workers
+        Cases at a time, as for `run`.
+    """
+    from fecontact.casefile import load_study
+    from fecontact.outputs.files import write_text
+    from fecontact.outputs.record import versions
+    from fecontact.study import RunSettings, run_study
+    from fecontact.validation import Check
+    from fecontact.validation import report as validation_report
+
+    loaded = [load_study(path, quick=quick) for path in studies or sorted(Path("studies").glob("[0-9]*.py"))]
+    checked = [study for study in loaded if study.checks is not None]
+    if not checked:
+        raise InputError("validate: none of the studies has a function checks(rows); give scripts of studies/ that do")
+    found: dict[str, list[Check]] = {}
+    unusable = []
+    for study in checked:
+        print(study.name, file=sys.stderr)
+        with _progress(len(study.cases), first=0) as progress:
+            outcome = run_study(study, out / study.name, settings=RunSettings(workers=workers), progress=progress)
+        bad = [str(row["id"]) for row in outcome.rows if row["status"] != "converged"]
+        if bad:
+            unusable.append(f"{study.name}: {', '.join(bad)}")
+        usable = [row for row in outcome.rows if row["status"] == "converged"]
+        assert study.checks is not None
+        found[study.name] = study.checks(usable)
+    path = write_text(report or out / "VALIDATION.md", validation_report(found, versions(), unusable))
+    every = [check for own in found.values() for check in own]
+    failed = [check for check in every if not check.passed]
+    for check in failed:
+        print(
+            f"FAIL {check.quantity}, {check.case}: {check.deviation_percent:+.2f} % (limit {check.limit_percent:g} %)"
+        )
+    print(f"{len(every)} checks, {len(failed)} failed, {len(unusable)} studies with unusable cases: {path}")
+    return 3 if unusable else int(bool(failed))
+
+
+@app.command
 def solve(
     options: CaseOptions = _DEFAULTS,
     *,

@@ -31,6 +31,7 @@ _NOT_NUMERICAL = {
     "system_check.py",
     "task.py",
     "tolerances.py",
+    "validation.py",
     "workers.py",
 }
 _COMMON = ("numpy", "scipy", "scikit-fem", "gmsh")

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
+from fecontact.validation import Check
 
 LIMITS_PERCENT = {"p_max": 0.5, "a": 1.5, "b": 1.5, "area": 2.0}
 L2_LIMIT_PERCENT = 5.0
@@ -36,6 +37,40 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     worst_l2 = max(float(row["pressure_l2_percent"]) for row in standard)
     parts.append(f"L2 {worst_l2:.1f} % (limit {L2_LIMIT_PERCENT:g} %)")
     return "Largest deviations from exact Hertz: " + ", ".join(parts) + "."
+
+
+def checks(rows: list[dict[str, Any]]) -> list[Check]:
+    """Peak, semi-axes, area and L2 of the cases at `standard` and finer; a quick study is held to its own 1.5 times."""
+    made = []
+    for row in rows:
+        slack = 1.0 if row["resolution"] != "quick" else 1.5
+        where = f"{row['rail']}, {row['load_kN']:g} kN, {row['resolution']}"
+        for name, limit in LIMITS_PERCENT.items():
+            unit = {"p_max": "MPa", "area": "mm2"}.get(name, "mm")
+            made.append(
+                Check(
+                    quantity=f"{name}, {unit}",
+                    case=where,
+                    reference="Hertz",
+                    kind="analytic",
+                    value=float(row[f"{name}_fe_{unit}"]),
+                    expected=float(row[f"{name}_hertz_{unit}"]),
+                    limit_percent=slack * limit,
+                    uncertainty_percent=float(row[f"{name}_uncertainty_percent"]),
+                )
+            )
+        made.append(
+            Check(
+                quantity="L2 of the pressure, %",
+                case=where,
+                reference="Hertz",
+                kind="analytic",
+                value=float(row["pressure_l2_percent"]),
+                expected=None,
+                limit_percent=L2_LIMIT_PERCENT,
+            )
+        )
+    return made
 
 
 def main() -> None:

@@ -19,8 +19,11 @@ from scipy.optimize import brentq
 from fecontact.case import Case
 from fecontact.material import Material
 from fecontact.position import place_case
+from fecontact.validation import Check
 
 LIMIT_PERCENT = 2.0
+# Half a row of 0.2 mm cells all around a patch of 20 to 50 mm2.
+AREA_PERCENT = 6.0
 # Shift towards this rail (mm), normal force (N), peak pressure (MPa), approach (micrometre), area (mm^2).
 REFERENCE = (
     (-4.0, 10030.0, 527.2, 21.85, 29.08),
@@ -85,6 +88,28 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
         )
     lines.append(f"Largest deviation of the peak pressure: {100 * worst:.2f} % (limit {LIMIT_PERCENT:g} %).")
     return "\n".join(lines)
+
+
+def checks(rows: list[dict[str, Any]]) -> list[Check]:
+    """Peak pressures; areas with room for a count of cells of 0.2 mm."""
+    reference = {entry[0]: entry for entry in REFERENCE}
+    made = []
+    for row in rows:
+        _, _, peak, _, area = reference[float(row["lateral_shift_mm"])]
+        for name, unit, expected, limit in (("p_max", "MPa", peak, LIMIT_PERCENT), ("area", "mm2", area, AREA_PERCENT)):
+            made.append(
+                Check(
+                    quantity=f"{name}, {unit}",
+                    case=f"shift {row['lateral_shift_mm']:+g} mm",
+                    reference="CONTACT 25, Manchester benchmark A-2.2",
+                    kind="other code",
+                    value=float(row[f"{name}_fe_{unit}"]),
+                    expected=expected,
+                    limit_percent=limit,
+                    uncertainty_percent=float(row[f"{name}_uncertainty_percent"]),
+                )
+            )
+    return made
 
 
 def main() -> None:

@@ -22,6 +22,7 @@ from fecontact.hertz import VonMisesPeak, first_yield_p0_MPa, von_mises_peak
 from fecontact.material import STEEL
 from fecontact.outputs.figures import blank_figure, save_figure
 from fecontact.position import hertz_of_case, place_case
+from fecontact.validation import Check
 
 LOAD_N = 100e3
 YIELD_MPA = 480.0
@@ -98,6 +99,30 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
         for name, worst, limit in zip(("von Mises", "depth", "load of first yield"), found, limits, strict=True)
     )
     return "\n".join([*lines, f"Largest errors at {judged[0]['resolution']}: {', '.join(said)}."])
+
+
+def checks(rows: list[dict[str, Any]]) -> list[Check]:
+    """Largest von Mises stress and its depth in both bodies."""
+    made = []
+    for row in rows:
+        exact = closed_form(row)
+        for body in BODIES:
+            for name, unit, expected, limit in (
+                ("max", "MPa", exact.von_mises_MPa, SIZE_LIMIT_PERCENT),
+                ("depth", "mm", exact.depth_mm, DEPTH_LIMIT_PERCENT),
+            ):
+                made.append(
+                    Check(
+                        quantity=f"von Mises {name}, {unit}",
+                        case=f"{row['rail']}, {row['load_kN']:g} kN, {row['resolution']}, {body}",
+                        reference="Johnson (1985), eq. 3.69",
+                        kind="analytic",
+                        value=float(row[f"von_mises_{name}_{body}_{unit}"]),
+                        expected=expected,
+                        limit_percent=limit * (1.5 if row["resolution"] == "quick" else 1.0),
+                    )
+                )
+    return made
 
 
 def _figure(rows: list[dict[str, Any]], path: Path) -> None:

@@ -18,6 +18,7 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.material import Material
 from fecontact.placement import Track
+from fecontact.validation import Check
 
 PROFILES = Path(__file__).parent / "profiles"
 STEEL = Material.from_shear(name="benchmark steel", shear_MPa=82_000.0, poisson=0.28)
@@ -73,6 +74,28 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
         )
     lines.append(f"Largest deviation of a peak pressure: {100 * worst:.2f} % (limit {LIMIT_PERCENT:g} %).")
     return "\n".join(lines)
+
+
+def checks(rows: list[dict[str, Any]]) -> list[Check]:
+    """Peak pressures on the half-space and between the bodies."""
+    made = []
+    rungs = (("half-space", "p_max_half_space_MPa", HALF_SPACE), ("bodies", "p_max_fe_MPa", BODIES))
+    for row in rows:
+        for rung, column, (force, expected, _) in rungs:
+            if math.isclose(1e3 * float(row["normal_force_kN"]), force, rel_tol=1e-6):
+                made.append(
+                    Check(
+                        quantity="p_max, MPa",
+                        case=f"{rung}, {force / 1e3:g} kN, {row['resolution']}",
+                        reference="CONTACT 25, user guide 5.10",
+                        kind="other code",
+                        value=float(row[column]),
+                        expected=expected,
+                        limit_percent=LIMIT_PERCENT,
+                        uncertainty_percent=float(row["p_max_uncertainty_percent"]) if rung == "bodies" else None,
+                    )
+                )
+    return made
 
 
 def main() -> None:

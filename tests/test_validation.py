@@ -1,0 +1,90 @@
+"""Checks of results against references, and the table that they make."""
+
+import math
+
+import pytest
+
+from fecontact.cli import call
+from fecontact.validation import Check, report
+
+
+def check(value: float, expected: float | None = 100.0, limit: float = 2.0, **more: object) -> Check:
+    return Check(
+        quantity="p_max, MPa",
+        case="one",
+        reference="a book",
+        kind="analytic",
+        value=value,
+        expected=expected,
+        limit_percent=limit,
+        **more,
+    )
+
+
+@pytest.mark.parametrize(
+    ("value", "expected", "passed"),
+    [
+        (101.9, 100.0, True),
+        (98.1, 100.0, True),
+        (102.1, 100.0, False),
+        (97.9, 100.0, False),
+        (math.nan, 100.0, False),
+        (1.9, None, True),
+        (2.1, None, False),
+        (-2.1, None, False),
+    ],
+)
+def test_a_check_passes_within_its_limit(value, expected, passed):
+    assert check(value, expected).passed == passed
+
+
+def test_report_has_a_line_for_each_check_and_says_what_failed():
+    checks = {"01_one": [check(101.0, uncertainty_percent=0.5), check(105.0)], "02_two": [check(1.0, None)]}
+    text = report(checks, {"fecontact": "1", "absent": None}, ["03_three: some_case"])
+    assert "3 checks, 1 failed" in text
+    lines = text.splitlines()
+    assert "| p_max, MPa | one | a book | analytic | 101 | 100 | +1.00 % | 2 % | 0.5 % | pass |" in lines
+    assert sum(line.endswith("| **FAIL** |") for line in lines) == 1
+    assert sum(line.endswith("| pass |") for line in lines) == 2
+    assert "fecontact 1" in text
+    assert "absent" not in text
+    assert "**No usable result: 03_three: some_case**" in text
+
+
+STUDY = """
+from fecontact.case import Case
+from fecontact.validation import Check
+
+def cases(quick=False):
+    shape = dict(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
+    good = Case(**shape, resolution=(2.0, 1.5), refine_degrees_of_freedom=0)
+    return [good, Case(**shape, load_N=1e12)] if quick else [good]
+
+def checks(rows):
+    return [
+        Check(quantity="p_max, MPa", case="R 300", reference="Hertz", kind="analytic",
+              value=row["p_max_fe_MPa"], expected=row["p_max_hertz_MPa"], limit_percent=LIMIT)
+        for row in rows
+    ]
+"""
+
+
+def test_validate_runs_studies_and_fails_with_a_check(tmp_path, capsys):
+    for name, limit in (("good", 2.0), ("bad", 1e-9)):
+        (tmp_path / f"{name}.py").write_text(STUDY.replace("LIMIT", str(limit)))
+    options = ["--out", str(tmp_path / "out"), "--workers", "1"]
+    assert call(["validate", str(tmp_path / "good.py"), *options]) == 0
+    assert "1 checks, 0 failed" in (tmp_path / "out" / "VALIDATION.md").read_text("utf-8")
+    written = tmp_path / "table.md"
+    assert call(["validate", str(tmp_path / "bad.py"), *options, "--report", str(written)]) == 1
+    assert "1 checks, 1 failed" in written.read_text("utf-8")
+    assert "FAIL p_max" in capsys.readouterr().out
+    # a case without a usable result is no check that passed
+    assert call(["validate", str(tmp_path / "good.py"), *options, "--quick"]) == 3
+    assert "No usable result: good" in (tmp_path / "out" / "VALIDATION.md").read_text("utf-8")
+
+
+def test_validate_needs_a_study_with_checks(tmp_path, capsys):
+    (tmp_path / "plain.py").write_text(STUDY.replace("def checks", "def nothing"))
+    assert call(["validate", str(tmp_path / "plain.py"), "--out", str(tmp_path / "out")]) == 2
+    assert "checks(rows)" in capsys.readouterr().err
