@@ -6,6 +6,8 @@ triangles and quadrilaterals twice as large as wanted, and one subdivision makes
 
 from __future__ import annotations
 
+import ctypes
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -221,6 +223,7 @@ def _gmsh_session() -> Iterator[ModuleType]:
     import gmsh
 
     gmsh.initialize(interruptible=False)
+    _ignore_broken_pipes()
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setNumber("General.NumThreads", 1)
@@ -228,6 +231,15 @@ def _gmsh_session() -> Iterator[ModuleType]:
         yield gmsh
     finally:
         gmsh.finalize()
+
+
+def _ignore_broken_pipes() -> None:
+    """Undo what gmsh does to SIGPIPE: with its default a broken pipe ends the process, in Python it is an exception."""
+    if hasattr(signal, "SIGPIPE"):
+        # not signal.signal: that knows nothing of gmsh's change, and works in the main thread only
+        handler = ctypes.pythonapi.PyOS_setsig
+        handler.argtypes, handler.restype = [ctypes.c_int, ctypes.c_void_p], ctypes.c_void_p
+        handler(signal.SIGPIPE, int(signal.SIG_IGN))
 
 
 def _fill(ring: Floats) -> tuple[Floats, Integers]:

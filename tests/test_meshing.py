@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import signal
 import subprocess
 import sys
 from collections import Counter
@@ -455,3 +456,12 @@ def test_reference_meshes_can_be_read(name):
     # no node is left over, and none is missing
     used = np.unique(np.concatenate([block.data.ravel() for block in mesh.cells if block.type == "hexahedron"]))
     assert np.array_equal(used, np.arange(len(mesh.points)))
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads the process's signals from /proc")
+def test_gmsh_leaves_broken_pipes_to_python():
+    """gmsh sets SIGPIPE to its default, which would end a study when one of its worker processes dies."""
+    rail_mesh(placed("circle:300", "cylinder:460", 0.0), ZONE, half=True, size=BodySize())
+    status = Path("/proc/self/status").read_text()
+    ignored = int(next(line.split()[1] for line in status.splitlines() if line.startswith("SigIgn")), 16)
+    assert ignored >> (signal.SIGPIPE - 1) & 1
