@@ -264,13 +264,15 @@ def test_parts_together_give_the_whole_table(tmp_path, serial):
 
 
 SCRIPT = """
-import sys
+import signal, sys
 from pathlib import Path
 sys.path.insert(0, {here!r})
 from test_study import run
 def main():
     run(Path(sys.argv[1]), workers=2)
 if __name__ == "__main__":
+    # a test run in the background has Ctrl-C ignored, and its children with it
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     main()
 """
 
