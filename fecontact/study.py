@@ -133,6 +133,11 @@ def run_study(
         try:
             run.reuse()
             run_tasks(run.tasks(solve), crew, run)
+        except BaseException:
+            # workers may have finished cases that they could not tell of any more
+            with contextlib.suppress(OSError):
+                run.reuse()
+            raise
         finally:
             with contextlib.suppress(OSError):
                 run.write()
@@ -177,7 +182,7 @@ class _Run:
 
     def reuse(self) -> None:
         """Take the cases that are finished, and say of the others why not."""
-        for name in () if self._settings.force else self._names:
+        for name in () if self._settings.force else [name for name in self._names if name not in self._done]:
             kept = kept_case(self._out, name, makers(self._cases[name]))
             if kept.record is not None:
                 self._done[name] = Done(name=name, record=kept.record)
