@@ -82,6 +82,11 @@ class ContactSolution:
         """Nodes that carry pressure (n,)."""
         return self.pressure_MPa > 0.0
 
+    @property
+    def residual(self) -> float:
+        """Both residuals together: what the solution leaves open, relative to the approach."""
+        return self.contact_residual + self.penetration_residual
+
 
 def solve_contact(
     problem: ContactProblem,
@@ -117,15 +122,14 @@ def solve_contact(
     iteration = 0
     while True:
         iteration += 1
-        total = g0 + opening
-        active = p > 0.0
-        approach, gap, contact, penetration = state_of(problem, p, opening)
-        converged = contact <= tolerance and penetration <= tolerance
-        if converged or iteration == iterations:
-            break
-        if contact <= tolerance:
+        state = solution_at(problem, load_N, p, opening, tolerance=tolerance, iterations=iteration, calls=calls)
+        if state.status == "converged" or iteration == iterations:
+            return state
+        active, gap = state.in_contact, state.gap_mm
+        if state.contact_residual <= tolerance:
             # the nodes in contact are settled (a single one always is): those that overlap decide about the step
             active = active | (gap < 0.0)
+            total = g0 + opening
             gap = total - _mean(problem, total, active) * c
             conjugate = False
         norm = float(np.dot(w[active], gap[active] ** 2))
@@ -150,28 +154,36 @@ def solve_contact(
             # linear: no new application of the compliance
             opening = scale * (opening - step * moved)
         p = scale * new
-    return ContactSolution(
-        status="converged" if converged else "not converged",
-        pressure_MPa=p,
-        gap_mm=gap,
-        approach_mm=approach,
-        iterations=iteration,
-        compliance_calls=calls,
-        contact_residual=contact,
-        penetration_residual=penetration,
-        load_balance=abs(problem.load_N(p) / load_N - 1.0),
-    )
 
 
-def state_of(problem: ContactProblem, pressure: Floats, opening: Floats) -> tuple[float, Floats, float, float]:
-    """Approach (mm), gap (n,), contact and penetration residuals of pressures with the opening that they cause."""
+def solution_at(
+    problem: ContactProblem,
+    load_N: float,
+    pressure: Floats,
+    opening: Floats,
+    *,
+    tolerance: float,
+    iterations: int,
+    calls: int,
+) -> ContactSolution:
+    """Pressures (n,) under a load as a solution: approach, gap and residuals with the opening (n,) that they cause."""
     total = problem.gap_mm + opening
     active = pressure > 0.0
     approach = _mean(problem, total, active)
     gap = total - approach * problem.closing
     contact = float(np.abs(gap[active]).max() / abs(approach))
     penetration = float(max(0.0, -gap[~active].min(initial=0.0)) / abs(approach))
-    return approach, gap, contact, penetration
+    return ContactSolution(
+        status="converged" if max(contact, penetration) <= tolerance else "not converged",
+        pressure_MPa=pressure,
+        gap_mm=gap,
+        approach_mm=approach,
+        iterations=iterations,
+        compliance_calls=calls,
+        contact_residual=contact,
+        penetration_residual=penetration,
+        load_balance=abs(problem.load_N(pressure) / load_N - 1.0),
+    )
 
 
 def _mean(problem: ContactProblem, values: Floats, nodes: NDArray[np.bool_]) -> float:

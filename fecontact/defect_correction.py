@@ -18,8 +18,8 @@ from fecontact.contact import (
     Compliance,
     ContactProblem,
     ContactSolution,
+    solution_at,
     solve_contact,
-    state_of,
 )
 from fecontact.halfspace import convolution, love_influence
 
@@ -95,20 +95,10 @@ def solve_by_correction(
     best, best_p = np.inf, p
     for calls in range(1, _MOST_CORRECTIONS + 1):
         opening = problem.compliance(p)
-        approach, gap, contact, penetration = state_of(problem, p, opening)
-        residual = max(contact, penetration)
-        if residual <= tolerance:
-            return ContactSolution(
-                status="converged",
-                pressure_MPa=p,
-                gap_mm=gap,
-                approach_mm=approach,
-                iterations=calls,
-                compliance_calls=calls,
-                contact_residual=contact,
-                penetration_residual=penetration,
-                load_balance=abs(problem.load_N(p) / load_N - 1.0),
-            )
+        state = solution_at(problem, load_N, p, opening, tolerance=tolerance, iterations=calls, calls=calls)
+        if state.status == "converged":
+            return state
+        residual = max(state.contact_residual, state.penetration_residual)
         if residual < best:
             best, best_p = residual, p
         # the error of the inner solution must not be seen in the next residual

@@ -126,7 +126,7 @@ def choose_solver(wanted: Literal["auto", "pardiso", "amg"], degrees_of_freedom:
     """Name of the solver path to take for bodies with so many degrees of freedom, which are solved at the same time.
 
     `auto` takes PARDISO where the platform has it and its factors fit into the available memory, otherwise multigrid,
-    which needs a tenth of it and several times as long.
+    which needs less of it and four to six times as long (studies/benchmark.py).
 
     Raises
     ------
@@ -185,8 +185,8 @@ def _pardiso() -> Any:
     solver = PyPardisoSolver(mtype=2)
     # the search for the library takes longer than a small solution: the next solver is told where it was found
     os.environ.setdefault("PYPARDISO_MKL_RT", solver.libmkl._name)
-    # own values: nested dissection, no refinement of the solution (the default costs as much again, and Cholesky needs
-    # none: residuals are of rounding size without it)
+    # own values: nested dissection, no refinement of the solution (with it a solution takes 2.6 times as long, and
+    # Cholesky needs none: errors are of rounding size without it)
     solver.iparm[0], solver.iparm[1] = 1, 2
     return solver
 

@@ -78,8 +78,7 @@ class JudgedLoad:
 
         Both rungs have the same nodes, so that most of their discretisation error is not in their ratio.
         """
-        finest = self.levels[0]
-        residual = finest.solution.contact_residual + finest.solution.penetration_residual
+        residual = self.levels[0].solution.residual
         half_space = [level.half_space_measures(position).as_dict() for level in self.levels]
         found = {}
         for name in MEASURES:
@@ -167,12 +166,11 @@ class Meshes:
 def _judge(case: Case, levels: Sequence[Level], of_points: Mapping[str, float]) -> tuple[SideJudgement, ...]:
     """Judge Hertz with the curvature of each side of the first touch point, under the finest level's normal force."""
     finest = levels[0]
-    residual = finest.solution.contact_residual + finest.solution.penetration_residual
     relative = {}
     for name in MEASURES:
         values = [getattr(level.comparison.fe, name) for level in levels]
         reading = finest.comparison.area_reading if name == "area_mm2" else 0.0
-        relative[name] = estimate(values, residual=residual, reading=reading).relative
+        relative[name] = estimate(values, residual=finest.solution.residual, reading=reading).relative
     found = []
     for side, hertz in finest.hertz_sides:
         measures = hertz_measures(hertz)

@@ -193,8 +193,8 @@ class Level:
     def half_space_measures(self, position: Position) -> Measures:
         """Measures of the true gap on a half-space."""
         grid = self.bodies.grid
-        approach = self.half_space.approach_mm * float(position.direction @ position.placement.first.normal)
-        return measure(grid, self.half_space.pressure_MPa.reshape(grid.shape), approach)
+        pressure = self.half_space.pressure_MPa.reshape(grid.shape)
+        return measure(grid, pressure, self.half_space.approach_mm * position.closing)
 
     @property
     def status(self) -> Status:
@@ -264,7 +264,7 @@ def level_of(
             (side, hertz_of_side(case, curvature, normal_force))
             for side, curvature in zip(sides(placement.first), placement.first.curvatures, strict=True)
         )
-        approach = solution.approach_mm * float(position.direction @ placement.first.normal)
+        approach = solution.approach_mm * position.closing
         comparison = compare(grid, solution.pressure_MPa.reshape(grid.shape), approach, hertz_sides[-1][1])
     return Level(
         bodies=mesh.bodies,

@@ -76,8 +76,8 @@ def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None
     )
 
 
-def hertz_of_case(case: Case, placement: Placement, normal_force_N: float | None = None) -> HertzContact:
-    """Hertz's ellipse at the first touch point; at a junction that of its field side.
+def hertz_of_case(case: Case, placement: Placement) -> HertzContact:
+    """Hertz's ellipse at the first touch point under the case's load; at a junction that of its field side.
 
     Raises
     ------
@@ -85,10 +85,7 @@ def hertz_of_case(case: Case, placement: Placement, normal_force_N: float | None
         If the surfaces conform at the touch point, so that there is no ellipse.
     """
     touch = placement.first
-    if normal_force_N is None:
-        tilted = float(touch.normal @ approach_direction(placement, normal_force=case.load_kind == "normal"))
-        normal_force_N = case.load_N / tilted
-    return hertz_of_side(case, touch.curvatures[-1], normal_force_N)
+    return hertz_of_side(case, touch.curvatures[-1], case.load_N / float(touch.normal @ _direction(case, placement)))
 
 
 def hertz_of_side(case: Case, curvature: RelativeCurvature, normal_force_N: float) -> HertzContact:
@@ -105,7 +102,7 @@ def hertz_points_of_case(case: Case, placement: Placement) -> HertzPoints:
     return hertz_points(
         placement,
         case.load_N,
-        direction=approach_direction(placement, normal_force=case.load_kind == "normal"),
+        direction=_direction(case, placement),
         contact_modulus_MPa=contact_modulus_MPa(case.rail_material, case.wheel_material),
     )
 
@@ -136,8 +133,13 @@ class Position:
         """The same position with meshes for another load."""
         case = replace(self.case, load_N=load_N)
         with self.clock.step("expect the patch"):
-            hertz = hertz_of_case(case, self.placement)
-            return replace(self, case=case, expected=_expect(case, self.placement, hertz), expected_hertz=hertz)
+            hertz, expected = expect_on_half_space(case, self.placement)
+            return replace(self, case=case, expected=expected, expected_hertz=hertz)
+
+    @property
+    def closing(self) -> float:
+        """How much the gap at the first touch point closes when the bodies approach by 1."""
+        return float(self.direction @ self.placement.first.normal)
 
     @property
     def element_size_mm(self) -> tuple[float, float]:
@@ -158,14 +160,12 @@ def position_of(case: Case, *, progress: Progress | None = None) -> Position:
     choose_solver(case.solver)
     with clock.step("place"):
         placement = place_case(case)
-        direction = approach_direction(placement, normal_force=case.load_kind == "normal")
-        expected_hertz = hertz_of_case(case, placement)
     with clock.step("expect the patch"):
-        expected = _expect(case, placement, expected_hertz)
+        expected_hertz, expected = expect_on_half_space(case, placement)
     return Position(
         case=case,
         placement=placement,
-        direction=direction,
+        direction=_direction(case, placement),
         expected=expected,
         expected_hertz=expected_hertz,
         clock=clock,
@@ -201,20 +201,20 @@ def expect_on_half_space(case: Case, placement: Placement | None = None) -> tupl
     """
     placement = placement or place_case(case)
     hertz = hertz_of_case(case, placement)
-    return hertz, _expect(case, placement, hertz)
+    return hertz, expected_patch(
+        placement,
+        case.load_N,
+        contact_modulus_MPa=contact_modulus_MPa(case.rail_material, case.wheel_material),
+        direction=_direction(case, placement),
+        half=case.half,
+        guess_mm=1.1 * hertz.approach_mm,
+    )
+
+
+def _direction(case: Case, placement: Placement) -> Floats:
+    return approach_direction(placement, normal_force=case.load_kind == "normal")
 
 
 def _half_space_deviations(case: Case, placement: Placement) -> dict[str, float]:
     hertz, expected = expect_on_half_space(case, placement)
     return deviations(hertz_measures(hertz), expected.measures)
-
-
-def _expect(case: Case, placement: Placement, hertz: HertzContact) -> ExpectedPatch:
-    return expected_patch(
-        placement,
-        case.load_N,
-        contact_modulus_MPa=contact_modulus_MPa(case.rail_material, case.wheel_material),
-        direction=approach_direction(placement, normal_force=case.load_kind == "normal"),
-        half=case.half,
-        guess_mm=1.1 * hertz.approach_mm,
-    )

@@ -53,7 +53,7 @@ def measure(case: Case) -> dict[str, Any]:
     problem = coupled_problem(position, bodies)
     _, solution = problem.solve(case.load_N)
     solved = time.process_time()
-    hertz = hertz_of_case(case, position.placement, case.load_N)
+    hertz = hertz_of_case(case, position.placement)
     found = compare(bodies.grid, solution.pressure_MPa.reshape(bodies.grid.shape), solution.approach_mm, hertz)
     end = time.process_time()
     _, again = problem.solve(0.8 * case.load_N)
