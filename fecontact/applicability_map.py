@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
-from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from dataclasses import dataclass, replace
 from typing import Literal, Protocol
 
-from fecontact.applicability import Answer
 from fecontact.case import Case
 from fecontact.elasticity import SHORT_OF_MEMORY
 from fecontact.errors import FecontactError, InputError
+from fecontact.load_limit import LoadLimit, load_limit, without_bracket
 from fecontact.load_sweep import LoadPoint, LoadSweep
 from fecontact.map_inference import Inferred, infer_loads
 
@@ -20,8 +19,6 @@ Progress = Callable[[int, int, str], None]
 StepProgress = Callable[[str], None]
 
 _LOOK_EVERY_S = 2.0
-# The load limit is bisected until its bracket is this part of the load.
-LOAD_TOLERANCE = 0.02
 
 
 class Sweep(Protocol):
@@ -68,33 +65,6 @@ class MapCell:
     def cause(self) -> str | None:
         """Why Hertz does not hold."""
         return None if self.point is None else self.point.cause
-
-
-@dataclass(frozen=True, kw_only=True)
-class LoadLimit:
-    """The load up to which Hertz holds.
-
-    Attributes
-    ----------
-    F_max_N
-        Largest load found within the criteria below the first that is not; None where there is none, see `reason`.
-        An unresolved load counts by its deviation alone.
-    holds_N, fails_N
-        The loads next to the limit whose verdicts are beyond doubt: the last that HOLDS and the first that FAILS.
-    reason
-        Why there is no limit.
-    note
-        What else there is to know: more than one change of the verdict, unresolved loads at the limit.
-    tried
-        Loads that the bisection solved, with their verdicts.
-    """
-
-    F_max_N: float | None = None
-    holds_N: float | None = None
-    fails_N: float | None = None
-    reason: str | None = None
-    note: str | None = None
-    tried: tuple[tuple[float, Answer], ...] = field(default=())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -144,7 +114,7 @@ def make_map(
     adaptive: bool = False,
     done: Sequence[MapPosition] = (),
     progress: Progress | None = None,
-    on_position: Callable[[ApplicabilityMap], None] | None = None,
+    on_position: Callable[[MapPosition, ApplicabilityMap], None] | None = None,
     sweep: MakeSweep | None = None,
 ) -> ApplicabilityMap:
     """Solve all positions and loads, and find each position's load limit.
@@ -162,7 +132,7 @@ def make_map(
     progress
         Called with the number of finished positions, how many there are, and what is being done.
     on_position
-        Called with the map so far after each position, so that an interrupted map keeps what it has.
+        Called after each position with it and the map so far, so that an interrupted map keeps what it has.
     sweep
         Makes what solves one position, a LoadSweep if not given.
 
@@ -196,7 +166,7 @@ def make_map(
     def keep(position: MapPosition) -> None:
         positions[position.shift_mm] = position
         if on_position is not None:
-            on_position(so_far())
+            on_position(position, so_far())
 
     if adaptive:
         first = {*shifts[::2], shifts[-1]}
@@ -226,7 +196,7 @@ def _inferred_position(
         MapCell(shift_mm=shift, load_N=load, status="inferred", point=None, inferred=one) for load, one in found.items()
     )
     verdicts = [one.verdict.verdict for one in found.values()]
-    return MapPosition(shift_mm=shift, cells=cells, limit=LoadLimit(reason=_no_bracket(cells, verdicts)))
+    return MapPosition(shift_mm=shift, cells=cells, limit=LoadLimit(reason=without_bracket(cells, verdicts)))
 
 
 def _one_by_one(
@@ -315,89 +285,3 @@ def _cell(sweep: Sweep, shift: float, load_N: float) -> MapCell:
     except FecontactError as error:
         return MapCell(shift_mm=shift, load_N=load_N, status=f"failed: {error}", point=None)
     return MapCell(shift_mm=shift, load_N=load_N, status=point.status, point=point)
-
-
-def load_limit(
-    case: Case,
-    cells: Sequence[MapCell],
-    solve: Callable[[float], LoadPoint],
-    *,
-    tolerance: float = LOAD_TOLERANCE,
-) -> LoadLimit:
-    """The load up to which Hertz holds, bisected between the last load that holds and the first that fails.
-
-    Parameters
-    ----------
-    case
-        Its criteria decide about unresolved loads.
-    cells
-        One position by increasing load.
-    solve
-        Solves a further load.
-    """
-    decided = [(c.load_N, c.verdict) for c in cells if c.verdict in ("HOLDS", "FAILS")]
-    verdicts = [verdict for _, verdict in decided]
-    changes = [k for k in range(1, len(decided)) if verdicts[k - 1 : k + 1] == ["HOLDS", "FAILS"]]
-    note = _not_monotone(decided)
-    if not changes:
-        return LoadLimit(reason=_no_bracket(cells, verdicts), note=note)
-    low, high = decided[changes[0] - 1][0], decided[changes[0]][0]
-    return _bisect(case, (low, high), solve, tolerance, note)
-
-
-def _no_bracket(cells: Sequence[MapCell], verdicts: Sequence[str]) -> str:
-    if not verdicts:
-        usable = any(cell.status == "converged" for cell in cells)
-        return "unresolved at all loads" if usable else "no load could be solved"
-    if "FAILS" in verdicts and "HOLDS" in verdicts:
-        return "fails at small loads and holds above"
-    rest = "" if len(verdicts) == len(cells) else " that are resolved"
-    return f"holds at all loads{rest}" if "HOLDS" in verdicts else f"fails at all loads{rest}"
-
-
-def _not_monotone(decided: Sequence[tuple[float, str]]) -> str | None:
-    """Where Hertz holds again above a load at which it fails."""
-    again = [
-        f"fails at {low / 1e3:g} kN but holds at {high / 1e3:g} kN"
-        for (low, before), (high, after) in pairwise(decided)
-        if (before, after) == ("FAILS", "HOLDS")
-    ]
-    return f"not monotone: {', '.join(again)}" if again else None
-
-
-def _bisect(
-    case: Case,
-    bracket: tuple[float, float],
-    solve: Callable[[float], LoadPoint],
-    tolerance: float,
-    note: str | None,
-) -> LoadLimit:
-    low, high = bracket
-    tried: list[tuple[float, Answer]] = []
-    notes = [note] if note else []
-    while high - low > tolerance * high:
-        load = 0.5 * (low + high)
-        try:
-            point = solve(load)
-        except FecontactError as error:
-            notes.append(f"bisection stopped at {load / 1e3:.1f} kN: {error}")
-            break
-        if point.status != "converged":
-            notes.append(f"bisection stopped at {load / 1e3:.1f} kN: {point.status}")
-            break
-        answer = point.verdict.verdict
-        tried.append((load, answer))
-        if answer == "HOLDS" or (answer == "UNRESOLVED" and _within(case, point)):
-            low = load
-        else:
-            high = load
-    # a verdict beyond doubt next to the limit, not one that a later step has passed
-    holds = max([bracket[0], *(load for load, answer in tried if answer == "HOLDS" and load <= low)])
-    fails = min([bracket[1], *(load for load, answer in tried if answer == "FAILS" and load >= high)])
-    if any(answer == "UNRESOLVED" for _, answer in tried):
-        notes.append(f"unresolved between {holds / 1e3:.1f} and {fails / 1e3:.1f} kN")
-    return LoadLimit(F_max_N=low, holds_N=holds, fails_N=fails, note="; ".join(notes) or None, tried=tuple(tried))
-
-
-def _within(case: Case, point: LoadPoint) -> bool:
-    return all(abs(point.deviation[name]) <= limit for name, limit in case.criteria.limits.items())

@@ -260,7 +260,8 @@ def map_(
     loads_kn
         Wheel loads in kN, likewise.
     out
-        Folder for map.csv, stiffness.csv, map.json and map.png, written after each shift; finished shifts are reused.
+        Folder for map.csv, stiffness.csv, map.json and map.png, written after each shift, and for each shift a file in
+        positions/ from which a later map with the same inputs and loads takes it.
     adaptive
         Solve every second shift, and those between only where the half-space leaves a doubt; marked in all outputs.
     workers
@@ -268,10 +269,11 @@ def map_(
     force
         Solve finished shifts again.
     """
-    from fecontact.applicability_map import make_map
+    from fecontact.applicability_map import ApplicabilityMap, MapPosition, make_map
     from fecontact.casefile import parse_numbers
     from fecontact.lock import locked
-    from fecontact.outputs.map import KeptPositions, kept_positions, map_table, write_map
+    from fecontact.map_store import KeptPositions, kept_positions, write_position
+    from fecontact.outputs.map import map_table, write_map
     from fecontact.workers import default_workers, process_crew
 
     if options.shift != _DEFAULTS.shift or options.load_kn != _DEFAULTS.load_kn:
@@ -282,7 +284,12 @@ def map_(
     loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
     crew = process_crew(workers or default_workers(), threads=1)
     with locked(out), _progress(len(positions), first=0) as progress, crew.open(crew.workers) as executor:
-        kept = KeptPositions() if force else kept_positions(out, case, loads_N)
+        kept = KeptPositions() if force else kept_positions(out, case, positions, loads_N)
+
+        def keep(position: MapPosition, so_far: ApplicabilityMap) -> None:
+            write_position(position, out, case, loads_N)
+            write_map(so_far, out)
+
         made = make_map(
             case,
             positions,
@@ -291,12 +298,12 @@ def map_(
             adaptive=adaptive,
             done=kept.positions,
             progress=progress,
-            on_position=lambda done: write_map(done, out),
+            on_position=keep,
         )
         write_map(made, out)
     print(map_table(made))
-    if kept.problem:
-        print(f"solved again: {kept.problem}", file=sys.stderr)
+    for problem in kept.problems:
+        print(f"solved again: {problem}", file=sys.stderr)
     print(f"Results in {out}: map.csv, stiffness.csv, map.json, map.png")
     return 0 if made.all_solved else 3
 

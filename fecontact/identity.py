@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -24,6 +24,7 @@ _NOT_NUMERICAL = {
     "cluster.py",
     "identity.py",
     "lock.py",
+    "map_store.py",
     "outputs",
     "regression.py",
     "store.py",
@@ -53,6 +54,11 @@ def case_id(case: Case) -> str:
     shown = (Path(name).stem if body in input_files(case) else name for body, name in _bodies(case).items())
     names = "_".join("".join(c if c.isalnum() or c in ".-" else "-" for c in name) for name in shown)
     return f"{names}_{case.lateral_shift_mm:+.2f}mm_{case.load_N / 1e3:g}kN_{_digest(record)[:8]}"
+
+
+def position_id(case: Case, loads_N: Sequence[float]) -> str:
+    """Name of a position of a map: that of its case at the largest load, with a hash of all loads."""
+    return f"{case_id(case)}_{_digest(sorted(set(loads_N)))[:8]}"
 
 
 def input_files(case: Case) -> dict[str, dict[str, str]]:

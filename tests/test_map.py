@@ -10,17 +10,19 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from fecontact import applicability_map
+from fecontact import applicability_map, map_store
 from fecontact.applicability import Criteria, Judgement, judge
-from fecontact.applicability_map import LoadLimit, MapCell, MapPosition, load_limit, make_map, solve_position
+from fecontact.applicability_map import MapCell, MapPosition, make_map, solve_position
 from fecontact.case import Case
 from fecontact.casefile import parse_numbers
 from fecontact.cli import call
 from fecontact.comparison import MEASURES, Measures, deviations
 from fecontact.errors import InputError
+from fecontact.load_limit import LoadLimit, load_limit
 from fecontact.load_sweep import LoadPoint, LoadSweep, fit_stiffness, solve_loads
 from fecontact.map_inference import Inferred, infer_loads, predict
-from fecontact.outputs.map import cell_row, kept_positions, map_figure, map_record, map_table, write_map
+from fecontact.map_store import kept_positions, write_position
+from fecontact.outputs.map import cell_row, map_figure, map_record, map_table, write_map
 
 K_H = 3.0e6
 LOADS = (10e3, 50e3, 100e3, 150e3)
@@ -139,7 +141,7 @@ def fake_map(**options):
 
 def test_map_has_a_cell_for_every_position_and_load():
     seen, heard = [], []
-    made = fake_map(on_position=seen.append, progress=lambda *args: heard.append(args))
+    made = fake_map(on_position=lambda _, m: seen.append(m), progress=lambda *args: heard.append(args))
     assert [(c.shift_mm, c.load_N) for c in made.cells] == [(s, f) for s in made.shifts_mm for f in LOADS]
     assert [len(part.cells) for part in seen] == [len(LOADS) * k for k in range(1, 8)]
     assert heard[0] == (0, 7, "-2.00 mm: mesh")
@@ -227,7 +229,7 @@ def test_positions_solved_by_an_executor_are_those_solved_here(monkeypatch):
     seen = []
     with ThreadPoolExecutor(3) as executor:
         made = make_map(
-            Case(), [3.0, -2.0, 0.0, 1.0], LOADS, executor=executor, on_position=lambda m: seen.append(m.shifts_mm)
+            Case(), [3.0, -2.0, 0.0, 1.0], LOADS, executor=executor, on_position=lambda _, m: seen.append(m.shifts_mm)
         )
     monkeypatch.undo()
     alone = make_map(Case(), [3.0, -2.0, 0.0, 1.0], LOADS, sweep=FakeSweep)
@@ -267,11 +269,16 @@ def test_a_position_short_of_memory_is_solved_again_alone(monkeypatch):
     assert made.all_solved
 
 
-def test_finished_positions_are_taken_from_the_file(tmp_path):
+def keep_all(made, out):
+    for position in made.positions:
+        write_position(position, out, made.case, made.loads_N)
+
+
+def test_finished_positions_are_taken_from_their_files(tmp_path):
     made = fake_map()
-    write_map(made, tmp_path)
-    kept = kept_positions(tmp_path, Case(), LOADS)
-    assert kept.problem is None
+    keep_all(made, tmp_path)
+    kept = kept_positions(tmp_path, Case(), made.shifts_mm, LOADS)
+    assert kept.problems == ()
     # positions with a load that failed or did not converge are tried again
     assert [p.shift_mm for p in kept.positions] == [-1.0, 0.0, 1.0, 2.0]
     FakeSweep.solved = []
@@ -285,35 +292,50 @@ def test_a_value_that_was_no_number_is_read_as_one(tmp_path):
     cell = made.positions[2].cells[0]
     blank = replace(cell.point, fe=replace(cell.point.fe, a_mm=math.nan))
     position = replace(made.positions[2], cells=(replace(cell, point=blank), *made.positions[2].cells[1:]))
-    write_map(replace(made, positions=(position,)), tmp_path)
-    (kept,) = kept_positions(tmp_path, Case(), LOADS).positions
+    write_position(position, tmp_path, Case(), LOADS)
+    (kept,) = kept_positions(tmp_path, Case(), made.shifts_mm, LOADS).positions
     assert math.isnan(kept.cells[0].point.fe.a_mm)
 
 
+def test_positions_of_other_inputs_or_loads_stay_beside_each_other(tmp_path):
+    made = fake_map()
+    others = [(Case(wheel="cylinder:460"), LOADS), (Case(criteria=Criteria(p_max=0.1)), LOADS), (Case(), LOADS[1:])]
+    keep_all(made, tmp_path)
+    for case, loads in others:
+        kept = kept_positions(tmp_path, case, made.shifts_mm, loads)
+        assert kept.positions == kept.problems == ()
+        write_position(made.positions[2], tmp_path, case, loads)
+    assert len(kept_positions(tmp_path, Case(), made.shifts_mm, LOADS).positions) == 4
+    assert len(list((tmp_path / "positions").iterdir())) == 4 + len(others)
+
+
 @pytest.mark.parametrize(
-    ("case", "loads", "damage", "says"),
+    ("damage", "says"),
     [
-        (Case(wheel="cylinder:460"), LOADS, lambda text: text, "other inputs"),
-        (Case(criteria=Criteria(p_max=0.1)), LOADS, lambda text: text, "other inputs"),
-        (Case(), LOADS[1:], lambda text: text, "other loads"),
-        (Case(), LOADS, lambda text: text[:-200], "cannot be read"),
-        (Case(), LOADS, lambda text: text.replace('"measure"', '"mass"'), "another layout"),
-        (
-            Case(),
-            LOADS,
-            lambda text: text.replace('"source of fecontact": "', '"source of fecontact": "x'),
-            "another version",
-        ),
+        (lambda text: text[:-200], "cannot be read"),
+        (lambda text: text.replace("HOLDS", "FAILS", 1), "its checksum differs"),
+        (lambda text: text.replace('"sha256"', '"sha"'), "another layout"),
+        (lambda text: "[]", "another layout"),
+        (lambda text: signed(text, '"measure"', '"mass"'), "another layout"),
+        (lambda text: signed(text, '"source of fecontact": "', '"source of fecontact": "x'), "another version"),
     ],
 )
-def test_a_file_that_does_not_fit_is_said_and_not_used(case, loads, damage, says, tmp_path):
-    write_map(fake_map(), tmp_path)
-    path = tmp_path / "map.json"
+def test_a_file_that_cannot_be_used_is_said(damage, says, tmp_path):
+    made = fake_map()
+    path = write_position(made.positions[2], tmp_path, Case(), LOADS)
     path.write_text(damage(path.read_text("utf-8")), "utf-8")
-    kept = kept_positions(tmp_path, case, loads)
+    kept = kept_positions(tmp_path, Case(), made.shifts_mm, LOADS)
     assert kept.positions == ()
-    assert says in kept.problem
-    assert kept_positions(tmp_path / "nowhere", case, loads).problem is None
+    (problem,) = kept.problems
+    assert says in problem
+    assert path.name in problem
+
+
+def signed(text, old, new):
+    """The record changed, with the checksum of what it has become."""
+    record = json.loads(text.replace(old, new))
+    del record["sha256"]
+    return json.dumps(record | {"sha256": map_store._checksum(record)})
 
 
 def test_map_command_goes_on_where_it_stopped(tmp_path, capsys):
@@ -332,6 +354,10 @@ def test_map_command_goes_on_where_it_stopped(tmp_path, capsys):
     peaks = [cell["point"]["fe"]["p_max_MPa"] for cell in second["cells"]]
     assert peaks[1] == pytest.approx(peaks[0], rel=2e-4)
     assert "+1.00" in out
+    # a map of fewer shifts shows those only, and the others are still there
+    assert call([*options, "--shifts", "1"]) == 0
+    assert json.loads((tmp_path / "map.json").read_text("utf-8"))["cells"] == second["cells"][1:]
+    assert len(list((tmp_path / "positions").glob("*.json"))) == 2
     assert call([*options, "--shifts", "0", "--workers", "0"]) == 2
 
 
@@ -417,7 +443,9 @@ def test_adaptive_map_says_which_cells_were_solved(monkeypatch, tmp_path):
     assert all(float(row["p_max_deviation_percent"]) == pytest.approx(1.0) for row in rows)
     assert "inferred" in map_table(made)
     # what was inferred is not taken over: a run that solves all would keep it
-    assert [p.shift_mm for p in kept_positions(tmp_path, Case(), [50e3, 100e3]).positions] == [-1.0, 1.0, 2.0, 3.0]
+    keep_all(made, tmp_path)
+    kept = kept_positions(tmp_path, Case(), made.shifts_mm, [50e3, 100e3])
+    assert [p.shift_mm for p in kept.positions] == [-1.0, 1.0, 2.0, 3.0]
 
 
 @pytest.mark.slow

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.applicability import AT_JUNCTION, Judgement
-from fecontact.applicability_map import ApplicabilityMap, LoadLimit, MapCell, MapPosition
+from fecontact.applicability import AT_JUNCTION
+from fecontact.applicability_map import ApplicabilityMap, MapCell, MapPosition
 from fecontact.case import Case
-from fecontact.comparison import MEASURES, Measures
-from fecontact.identity import difference, input_files, makers
-from fecontact.load_sweep import LoadPoint, fit_stiffness
+from fecontact.comparison import MEASURES
+from fecontact.identity import input_files, makers
+from fecontact.load_limit import LoadLimit
+from fecontact.load_sweep import fit_stiffness
 from fecontact.outputs.figures import blank_figure, save_figure, short_name
-from fecontact.outputs.files import json_text, write_json
+from fecontact.outputs.files import write_json
+from fecontact.outputs.map_record import cell_record, limit_record
 from fecontact.outputs.record import case_record, versions
 from fecontact.outputs.tables import write_csv
 
@@ -129,19 +130,6 @@ def stiffness_rows(position: MapPosition) -> list[Record]:
     return rows
 
 
-def limit_record(shift_mm: float, limit: LoadLimit) -> Record:
-    """The load limit of a position."""
-    return {
-        "lateral_shift_mm": shift_mm,
-        "F_max_N": limit.F_max_N,
-        "holds_N": limit.holds_N,
-        "fails_N": limit.fails_N,
-        "reason": limit.reason,
-        "note": limit.note,
-        "bisection": [{"load_N": load, "verdict": verdict} for load, verdict in limit.tried],
-    }
-
-
 def map_record(made: ApplicabilityMap) -> Record:
     """The whole map with the base case, its criteria, and what made it."""
     return {
@@ -150,7 +138,7 @@ def map_record(made: ApplicabilityMap) -> Record:
         "criteria": asdict(made.case.criteria),
         "lateral_shifts_mm": list(made.shifts_mm),
         "loads_N": list(made.loads_N),
-        "cells": [_cell_record(cell) for cell in made.cells],
+        "cells": [cell_record(cell) for cell in made.cells],
         "limits": [limit_record(shift, limit) for shift, limit in zip(made.shifts_mm, made.limits, strict=True)],
         "stiffness": [row for position in made.positions for row in stiffness_rows(position)],
         "versions": versions(),
@@ -162,101 +150,9 @@ def _provenance(case: Case) -> Record:
     return {"made_by": makers(case), "input_files": {body: f["sha256"] for body, f in input_files(case).items()}}
 
 
-@dataclass(frozen=True, kw_only=True)
-class KeptPositions:
-    """Positions of an earlier map that may be taken over, or why none may (None where there is no earlier map)."""
-
-    positions: tuple[MapPosition, ...] = ()
-    problem: str | None = None
-
-
-def kept_positions(out: Path, case: Case, loads_N: Sequence[float]) -> KeptPositions:
-    """Positions of `map.json` in a folder that were solved with the same inputs, loads and versions.
-
-    Those with a cell that is inferred or not converged are left out: they are tried again.
-    """
-    path = out / "map.json"
-    try:
-        record = json.loads(path.read_text("utf-8"))
-    except FileNotFoundError:
-        return KeptPositions()
-    except (OSError, ValueError) as error:
-        return KeptPositions(problem=f"{path} cannot be read ({error})")
-    loads = sorted(set(loads_N))
-    try:
-        if record["schema"] != MAP_SCHEMA or record["case"] != json.loads(json_text(_base_record(case))):
-            return KeptPositions(problem=f"{path} is of other inputs")
-        if record["loads_N"] != loads:
-            return KeptPositions(problem=f"{path} is of other loads")
-        made_by, now = record["provenance"], _provenance(case)
-        if made_by["input_files"] != now["input_files"]:
-            return KeptPositions(problem=f"{path} is of a profile file that has changed")
-        if changes := difference(made_by["made_by"], now["made_by"]):
-            return KeptPositions(problem=f"{path} was made by another version: {changes}")
-        cells = [_cell_from_record(cell) for cell in record["cells"]]
-        rows = [tuple(cells[k : k + len(loads)]) for k in range(0, len(cells), len(loads))]
-        limits = [_limit_from_record(limit) for limit in record["limits"]]
-        return KeptPositions(
-            positions=tuple(
-                MapPosition(shift_mm=shift, cells=row, limit=limit)
-                for shift, row, limit in zip(record["lateral_shifts_mm"], rows, limits, strict=True)
-                if all(cell.status == "converged" for cell in row)
-            )
-        )
-    except (KeyError, TypeError, ValueError) as error:
-        return KeptPositions(problem=f"{path} has another layout ({type(error).__name__}: {error})")
-
-
-def _cell_from_record(record: Mapping[str, Any]) -> MapCell:
-    point = record["point"]
-    return MapCell(
-        shift_mm=record["lateral_shift_mm"],
-        load_N=record["load_N"],
-        status=record["status"],
-        point=None if point is None else _point_from_record(point),
-    )
-
-
-def _point_from_record(record: Mapping[str, Any]) -> LoadPoint:
-    # a value that was no number is null in JSON
-    named = {
-        name: {key: math.nan if value is None else value for key, value in record[name].items()}
-        for name in ("fe", "hertz", "deviation", "uncertainty")
-    }
-    measures = {name: Measures(**named[name]) for name in ("fe", "hertz")}
-    return LoadPoint(
-        **{
-            **record,
-            **named,
-            **measures,
-            "verdict": Judgement(**record["verdict"]),
-            "warnings": tuple(record["warnings"]),
-        }
-    )
-
-
-def _limit_from_record(record: Mapping[str, Any]) -> LoadLimit:
-    plain = {name: record[name] for name in ("F_max_N", "holds_N", "fails_N", "reason", "note")}
-    return LoadLimit(**plain, tried=tuple((step["load_N"], step["verdict"]) for step in record["bisection"]))
-
-
 def _base_record(case: Case) -> Record:
     # shift and load are the map's own
     return {k: v for k, v in case_record(case).items() if k not in ("lateral_shift_mm", "load_N")}
-
-
-def _cell_record(cell: MapCell) -> Record:
-    point = cell.point
-    return {
-        "lateral_shift_mm": cell.shift_mm,
-        "load_N": cell.load_N,
-        "status": cell.status,
-        "verdict": cell.verdict,
-        "solved": cell.solved,
-        "cause": cell.cause,
-        "point": None if point is None else asdict(point),
-        "inferred": None if cell.inferred is None else asdict(cell.inferred),
-    }
 
 
 def map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
