@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 Kind = Literal["analytic", "other code", "invariant"]
 
@@ -46,6 +46,28 @@ class Check:
     def passed(self) -> bool:
         """Whether the deviation is within its limit; a value that is no number is not."""
         return math.isfinite(self.deviation_percent) and abs(self.deviation_percent) <= self.limit_percent
+
+
+def discretisation_check(rows: Sequence[Mapping[str, Any]], limit_percent: float) -> list[Check]:
+    """The row whose lowest rung of the ladder, Hertz's own gap on the discrete half-space, is the farthest from Hertz.
+
+    Both have the same normal force: what differs is the resolution of the pressure and the contact solver.
+    """
+    found = []
+    for row in rows:
+        quadratic = float(row["p_max_half_space_MPa"]) / (1.0 + 0.01 * float(row["p_max_step_true_gap_percent"]))
+        found.append(
+            Check(
+                quantity="p_max of Hertz's gap on the half-space, MPa",
+                case=f"worst of {len(rows)}: {row['id']}",
+                reference="Hertz",
+                kind="analytic",
+                value=quadratic,
+                expected=float(row["p_max_hertz_MPa"]),
+                limit_percent=limit_percent,
+            )
+        )
+    return [max(found, key=lambda check: abs(check.deviation_percent))] if found else []
 
 
 def report(checks: Mapping[str, Sequence[Check]], versions: Mapping[str, str | None], unusable: Sequence[str]) -> str:

@@ -29,6 +29,11 @@ def run_quick(name: str, out: Path) -> tuple[list[dict[str, Any]], str]:
     outcome = run_study(load_study(STUDIES / f"{name}.py", quick=True), out)
     assert outcome.all_converged
     assert outcome.conclusion is not None
+    study = module(name)
+    if hasattr(study, "checks"):
+        checks = study.checks(list(outcome.rows))
+        assert checks
+        assert [check for check in checks if not check.passed] == []
     return list(outcome.rows), outcome.conclusion
 
 
