@@ -141,7 +141,10 @@ def run(
     if outcome.conclusion:
         print(outcome.conclusion)
     if settings.part is None:
-        print(f"Results in {out}: study.csv, study.png, study.pvd (ParaView), cases/")
+        shown = outcome.collections[:3] + (("...",) if len(outcome.collections) > 3 else ())
+        print(
+            f"Results in {out}: study.csv, study.png, cases/; for ParaView: {', '.join((*shown, 'cases/*/case.vtm'))}"
+        )
     else:
         print(f"Part {part} is in {out}; when all parts are, the same command without --part puts them together")
     return 0 if outcome.all_converged else 3

@@ -80,6 +80,8 @@ class StudyOutcome:
         One a case, in the order of the study's cases.
     conclusion
         The text of the study's conclusion; None if it has none, and for a part.
+    collections
+        Names of the ParaView collections over the lateral shift.
     reused
         Ids of the cases that were finished before.
     recomputed
@@ -88,6 +90,7 @@ class StudyOutcome:
 
     rows: tuple[dict[str, Any], ...]
     conclusion: str | None
+    collections: tuple[str, ...] = ()
     reused: tuple[str, ...] = ()
     recomputed: dict[str, str] = field(default_factory=dict)
 
@@ -142,9 +145,15 @@ def run_study(
             with contextlib.suppress(OSError):
                 run.write()
         run.write()
-        conclusion = None if settings.part else _conclude(study, run.rows(), out)
+        whole = settings.part is None
+        collections = study_figures(run.rows(), out) if whole else ()
+        conclusion = _conclude(study, run.rows(), out) if whole else None
     return StudyOutcome(
-        rows=tuple(run.rows()), conclusion=conclusion, reused=tuple(run.reused), recomputed=run.recomputed
+        rows=tuple(run.rows()),
+        conclusion=conclusion,
+        collections=collections,
+        reused=tuple(run.reused),
+        recomputed=run.recomputed,
     )
 
 
@@ -259,7 +268,6 @@ def _row(case: Case, name: str, done: Done) -> dict[str, Any]:
 
 
 def _conclude(study: Study, rows: list[dict[str, Any]], out: Path) -> str | None:
-    study_figures(rows, out)
     if study.conclude is None:
         return None
     unusable = sum(row["status"] != "converged" for row in rows)

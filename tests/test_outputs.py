@@ -25,6 +25,7 @@ from fecontact.outputs.figures import case_figure, profile_figure, study_figure
 from fecontact.outputs.files import json_text, write_atomically, write_json, write_text
 from fecontact.outputs.meshfile import write_mesh
 from fecontact.outputs.record import case_from_record, case_record, hertz_record, result_record, row
+from fecontact.outputs.study_files import _OWN, _OWN_IF_NEEDED, _series
 from fecontact.outputs.vtk import contact_surface, write_case_vtk, write_pvd
 from fecontact.pipeline import CaseResult
 from fecontact.placement import Track
@@ -571,3 +572,55 @@ def test_importing_the_writers_loads_no_plotting_and_no_vtk():
     check = f"import sys, {modules}; print(*sorted({{'vtk', 'vtkmodules', 'pyvista', 'meshio', 'matplotlib', 'gmsh', 'rich'}} & set(sys.modules)))"  # noqa: E501
     done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == ""
+
+
+def series(*rows):
+    # ids apart from what is given: the same case twice has one
+    base = {"rail": "60E1", "wheel": "S1002", "load_kN": 100.0, "inclination_rad": 0.025, "yaw_mrad": 0.0}
+    base |= {"roll_mrad": 0.0, "resolution": "quick", "lateral_shift_mm": 0.0}
+    return [base | row | {"id": str(sorted((base | row).items()))} for row in rows]
+
+
+@pytest.mark.parametrize(
+    ("rows", "names"),
+    [
+        (series({}), ["study"]),
+        (series({}, {}), ["study"]),
+        (series({}, {"lateral_shift_mm": 1.0}), ["study"]),
+        # Manchester: the roll follows from the shift
+        (series({}, {"lateral_shift_mm": 1.0, "roll_mrad": 0.1}), ["study"]),
+        (
+            series({}, {"load_kN": 50.0}, {"lateral_shift_mm": 1.0}, {"lateral_shift_mm": 1.0, "load_kN": 50.0}),
+            ["study_100kN", "study_50kN"],
+        ),
+        (
+            [
+                row
+                for shift in (0.0, 1.0)
+                for row in series(
+                    {"lateral_shift_mm": shift},
+                    {"lateral_shift_mm": shift, "inclination_rad": 0.05},
+                    {"lateral_shift_mm": shift, "rail": "some/where/arcs:300/80@2.toml"},
+                )
+            ],
+            ["study_60E1_inclination0.025rad", "study_60E1_inclination0.05rad", "study_80@2"],
+        ),
+        (
+            [
+                row
+                for shift in (0.0, 1.0)
+                for row in series({"lateral_shift_mm": shift}, {"lateral_shift_mm": shift, "resolution": [0.5, 0.4]})
+            ],
+            ["study_quick", "study_-0.5--0.4-"],
+        ),
+        # single cases: a study of them has no series
+        (series({"rail": "circle:300"}, {"rail": "circle:80"}), ["study_circle-300", "study_circle-80"]),
+    ],
+)
+def test_cases_are_put_together_by_what_they_have_in_common(rows, names):
+    unique = list({row["id"]: row for row in rows}.values())
+    found = dict(_series(unique, "study", (*_OWN, *_OWN_IF_NEEDED)))
+    assert list(found) == names
+    assert sum(map(len, found.values())) == len(unique)
+    for own in found.values():
+        assert len({row["lateral_shift_mm"] for row in own}) == len(own)

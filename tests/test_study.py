@@ -92,10 +92,13 @@ def test_finished_cases_are_reused_without_solving_and_give_the_same_table(tmp_p
 
 
 def test_figures_and_collections_are_of_the_whole_study(tmp_path):
-    run(tmp_path, part=(1, 2))
+    assert run(tmp_path, part=(1, 2)).collections == ()
     assert not (tmp_path / "study.png").exists()
-    run(tmp_path, study((50, 60, 50)))
-    assert {path.name for path in tmp_path.glob("study*.p[nv]*")} == {"study.png", "study_50kN.pvd", "study_60kN.pvd"}
+    # two loads at one shift are no series, and the third case is the first one again
+    assert run(tmp_path, study((50, 60, 50))).collections == ()
+    assert {path.name for path in tmp_path.glob("study*.p[nv]*")} == {"study.png"}
+    assert run(tmp_path, study((50,))).collections == ("study.pvd",)
+    assert {path.name for path in tmp_path.glob("study*.p[nv]*")} == {"study.png", "study.pvd"}
 
 
 def test_a_case_that_occurs_twice_is_solved_once(tmp_path):

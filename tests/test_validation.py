@@ -5,7 +5,7 @@ import math
 import pytest
 
 from fecontact.cli import call
-from fecontact.validation import Check, report
+from fecontact.validation import Check, discretisation_check, report
 
 
 def check(value: float, expected: float | None = 100.0, limit: float = 2.0, **more: object) -> Check:
@@ -49,6 +49,22 @@ def test_report_has_a_line_for_each_check_and_says_what_failed():
     assert "fecontact 1" in text
     assert "absent" not in text
     assert "**No usable result: 03_three: some_case**" in text
+
+
+def test_discretisation_is_checked_on_the_worst_row():
+    # half-space pressures of the true gap, 25 % and 0 % above those of Hertz's gap on the same nodes
+    rows = [
+        {"id": "good", "p_max_half_space_MPa": 1251.0, "p_max_step_true_gap_percent": 25.0, "p_max_hertz_MPa": 1000.0},
+        {"id": "bad", "p_max_half_space_MPa": 993.0, "p_max_step_true_gap_percent": 0.0, "p_max_hertz_MPa": 1000.0},
+    ]
+    (found,) = discretisation_check(rows, 0.5)
+    assert found.case == "worst of 2: bad"
+    assert found.deviation_percent == pytest.approx(-0.7)
+    assert not found.passed
+    (found,) = discretisation_check(rows[:1], 0.5)
+    assert found.value == pytest.approx(1000.8)
+    assert found.passed
+    assert discretisation_check([], 0.5) == []
 
 
 STUDY = """
