@@ -232,14 +232,15 @@ def solve(
     case = options.case()
     with _progress(1) as progress:
         result = solve_case(case, progress=lambda step: progress(0, 1, step))
-        if out is not None:
-            write_case(result, out, case_id(case))
+    # shown before it is written: a disk may be full
     record = result_record(result)
     if json:
-        print(json_text(record))
+        print(json_text(record), flush=True)
     else:
         print_table([{"id": case_id(case), **row(record)}])
         print_case(record)
+    if out is not None:
+        write_case(result, out, case_id(case))
     return 0 if result.status == "converged" else 3
 
 

@@ -385,6 +385,21 @@ def test_a_study_collection_refuses_what_paraview_would_swallow(vtk_folder, tmp_
 # Meshes
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit of file sizes")
+def test_a_disk_that_refuses_a_file_is_an_error_with_its_name(elliptic_quick, tmp_path):
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, hard))
+    try:
+        # written by VTK itself this ends the process
+        with pytest.raises(OSError, match=r"rail\.vtu"):
+            write_case_vtk(elliptic_quick, tmp_path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.fixture(scope="module", params=["rail", "wheel"])
 def body_mesh(request: pytest.FixtureRequest, elliptic_quick: CaseResult) -> BodyMesh:
     return elliptic_quick.meshes[request.param]

@@ -26,8 +26,8 @@ def write_atomically(path: str | Path, writer: Callable[[Path], object]) -> Path
     Raises
     ------
     OSError
-        If the writer made no file or the disk refused it. Whatever the writer raises passes through, and nothing of it
-        is left behind.
+        If the writer made no file or the disk refused it, with the name of the file. Whatever else the writer raises
+        passes through, and nothing of it is left behind.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -38,6 +38,10 @@ def write_atomically(path: str | Path, writer: Callable[[Path], object]) -> Path
         with temporary.open("r+b") as file:
             os.fsync(file.fileno())
         temporary.replace(path)
+    except OSError as error:
+        # a disk that is full says so without a name
+        error.filename = str(path)
+        raise
     finally:
         temporary.unlink(missing_ok=True)
     return path

@@ -20,7 +20,7 @@ from fecontact import __version__
 from fecontact.elasticity import ElasticBody, nodal_stress, von_mises
 from fecontact.errors import InputError
 from fecontact.expected_patch import approach_direction
-from fecontact.outputs.files import write_atomically, write_text
+from fecontact.outputs.files import write_text
 from fecontact.pipeline import CaseResult
 
 Floats = NDArray[np.float64]
@@ -61,8 +61,23 @@ def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
     meshes["contact"].field_data["status"] = [result.status]
     meshes["contact"].field_data["version"] = [__version__]
     for name, file in _BLOCKS:
-        write_atomically(folder / file, meshes[name].save)
+        write_text(folder / file, _xml_text(meshes[name], Path(file).suffix))
     return write_text(folder / COLLECTION, _collection_text())
+
+
+def _xml_text(mesh: Any, suffix: str) -> str:
+    """A mesh as the text of a VTK XML file.
+
+    VTK's own writing to a file ends the whole process, without a message, where the disk is full.
+    """
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWriter
+
+    writer = {".vtu": vtkXMLUnstructuredGridWriter, ".vtp": vtkXMLPolyDataWriter}[suffix]()
+    writer.SetInputData(mesh)
+    writer.SetDataModeToBinary()
+    writer.WriteToOutputStringOn()
+    writer.Write()
+    return str(writer.GetOutputString())
 
 
 def write_pvd(path: str | Path, entries: Iterable[tuple[float, str | Path]]) -> Path:
