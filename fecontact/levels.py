@@ -65,6 +65,7 @@ def fine_zone(
         s_high_mm=middle + 0.5 * steps * step_s,
         step_x_mm=step_x,
         step_s_mm=step_s,
+        semi_axis_mm=min(expected.semi_axis_s_mm, hertz.b_mm),
     )
 
 

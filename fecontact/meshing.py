@@ -37,12 +37,20 @@ class BodySize:
     rim_half_length_mm: float = 60.0
 
 
+# A block that is wider than a single patch holds several: it need be as deep as for one. That takes a quarter to two
+# fifths off the cost of a two-lobed contact, and moves its peak pressure by 2e-4 to 5e-4 at `quick`. Depths follow the
+# patch and not the element size alone, or finer meshes would not converge to the same bodies.
+_PART_STEPS = 25
+_PART_SEMI_AXES = 3.0
+
+
 @dataclass(frozen=True, kw_only=True)
 class FineZone:
     """Uniform zone around the expected patch on the rail's surface, about the first touch point (mm).
 
     The nodes lie at x = -half_length..half_length in steps of `step_x_mm` and at the arc lengths s from `s_low_mm` to
-    `s_high_mm` in steps of `step_s_mm`, both in an even number of steps.
+    `s_high_mm` in steps of `step_s_mm`, both in an even number of steps. `semi_axis_mm` is that of the narrowest part
+    of the patch, across.
     """
 
     half_length_mm: float
@@ -50,6 +58,13 @@ class FineZone:
     s_high_mm: float
     step_x_mm: float
     step_s_mm: float
+    semi_axis_mm: float
+
+    @property
+    def block_width_mm(self) -> float:
+        """Width of the patch, or part of it, for which the uniform block below the zone is deep enough."""
+        part = max(_PART_STEPS * self.step_s_mm, _PART_SEMI_AXES * self.semi_axis_mm)
+        return min(self.s_high_mm - self.s_low_mm, 2.0 * self.half_length_mm, part)
 
     @property
     def intervals_x(self) -> int:
@@ -93,17 +108,13 @@ class BodyMesh:
     volume_mm3: float
 
 
-# A block that is wider than a single patch holds several: it need be as deep as for one. That takes a quarter to two
-# fifths off the cost of a two-lobed contact, and moves its peak pressure by 2e-4 to 5e-4 at `quick`.
-_WIDEST_STEPS = 25
 # Bytes a node while the mesh is made and the stiffness assembled (8 to 12 kB measured, with small factors).
 _BYTES_A_NODE = 8e3
 
 
 def least_memory_bytes(zone: FineZone) -> float:
     """A lower bound of the memory that both bodies need, from the nodes of the uniform blocks under the zone."""
-    width = min(zone.s_high_mm - zone.s_low_mm, 2.0 * zone.half_length_mm, _WIDEST_STEPS * zone.step_s_mm)
-    layers = 0.45 * width / min(zone.step_x_mm, zone.step_s_mm)
+    layers = 0.45 * zone.block_width_mm / min(zone.step_x_mm, zone.step_s_mm)
     nodes = zone.intervals_x * zone.intervals_s * max(2.0, np.log1p(0.2 * layers) / np.log(1.2))
     return float(2.0 * nodes * _BYTES_A_NODE)
 
@@ -197,8 +208,7 @@ def _section_zone(profile: Profile, zone: FineZone, low: float, high: float, int
     p = profile.evaluate(profile.at_arc_length(np.linspace(low, high, 200)))
     # layers follow the normals: they must end before the normals of a convex line meet
     tightest = float(np.max(profile.convex_sign * p.curvature_per_mm))
-    width = min(high - low, 2.0 * zone.half_length_mm, _WIDEST_STEPS * zone.step_s_mm)
-    depth = min(0.45 * width, 0.35 / tightest if tightest > 0 else np.inf)
+    depth = min(0.45 * min(high - low, zone.block_width_mm), 0.35 / tightest if tightest > 0 else np.inf)
     return Zone(
         low_mm=low, high_mm=high, intervals=intervals, depth_step_mm=depth_step, depth_mm=max(depth, 2 * depth_step)
     )

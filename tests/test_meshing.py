@@ -27,9 +27,9 @@ from fecontact.profiles import circular_rail_head, cylinder_wheel, load, resolve
 from fecontact.section import Grading, Zone, layer_depths, mesh_section, polygon_area
 
 INCLINATION = math.atan(1.0 / 40.0)
-ZONE = FineZone(half_length_mm=7.0, s_low_mm=-7.0, s_high_mm=7.0, step_x_mm=1.4, step_s_mm=1.0)
-NARROW = FineZone(half_length_mm=9.0, s_low_mm=-3.0, s_high_mm=3.0, step_x_mm=1.5, step_s_mm=0.5)
-SMALL = FineZone(half_length_mm=3.0, s_low_mm=-1.5, s_high_mm=1.5, step_x_mm=0.5, step_s_mm=0.25)
+ZONE = FineZone(half_length_mm=7.0, s_low_mm=-7.0, s_high_mm=7.0, step_x_mm=1.4, step_s_mm=1.0, semi_axis_mm=5.0)
+NARROW = FineZone(half_length_mm=9.0, s_low_mm=-3.0, s_high_mm=3.0, step_x_mm=1.5, step_s_mm=0.5, semi_axis_mm=2.0)
+SMALL = FineZone(half_length_mm=3.0, s_low_mm=-1.5, s_high_mm=1.5, step_x_mm=0.5, step_s_mm=0.25, semi_axis_mm=1.0)
 # rail, wheel, lateral shift, zone: crown, gauge side, gauge corner and the flange's root, and closed forms
 POSITIONS = {
     "crown": ("60E1", "S1002", -4.0, ZONE),
@@ -37,7 +37,7 @@ POSITIONS = {
         "60E1",
         "S1002",
         0.0,
-        FineZone(half_length_mm=7.0, s_low_mm=-14.0, s_high_mm=6.0, step_x_mm=1.2, step_s_mm=0.8),
+        FineZone(half_length_mm=7.0, s_low_mm=-14.0, s_high_mm=6.0, step_x_mm=1.2, step_s_mm=0.8, semi_axis_mm=4.0),
     ),
     "gauge side": ("60E1", "S1002", 2.0, NARROW),
     "gauge corner": ("60E1", "S1002", 6.0, NARROW),
@@ -50,7 +50,7 @@ POSITIONS = {
         "circle:13",
         "cylinder:460",
         0.0,
-        FineZone(half_length_mm=12.0, s_low_mm=-1.6, s_high_mm=1.6, step_x_mm=1.5, step_s_mm=0.2),
+        FineZone(half_length_mm=12.0, s_low_mm=-1.6, s_high_mm=1.6, step_x_mm=1.5, step_s_mm=0.2, semi_axis_mm=1.0),
     ),
 }
 
@@ -424,7 +424,7 @@ def test_short_sweeps_are_refused():
 
 def test_zone_past_the_running_surface_is_refused():
     pair = placed("60E1", "S1002", 6.0)
-    wide = FineZone(half_length_mm=9.0, s_low_mm=-45.0, s_high_mm=3.0, step_x_mm=1.5, step_s_mm=0.5)
+    wide = FineZone(half_length_mm=9.0, s_low_mm=-45.0, s_high_mm=3.0, step_x_mm=1.5, step_s_mm=0.5, semi_axis_mm=5.0)
     with pytest.raises(InputError, match=r"leaves its running surface"):
         rail_mesh(pair, wide, half=True, size=BodySize())
 

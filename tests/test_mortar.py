@@ -292,11 +292,11 @@ def test_contact_patch_test_on_flat_blocks(clamped, distortion, tolerance):
 def curved_pair(half: bool) -> tuple[CoupledBodies, np.ndarray, np.ndarray]:
     case = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
     placement = place_case(case)
-    zone = FineZone(half_length_mm=9.0, s_low_mm=-7.0, s_high_mm=7.0, step_x_mm=1.5, step_s_mm=1.2)
+    zone = FineZone(half_length_mm=9.0, s_low_mm=-7.0, s_high_mm=7.0, step_x_mm=1.5, step_s_mm=1.2, semi_axis_mm=5.0)
     size = BodySize(rail_depth_mm=30.0, rail_half_length_mm=30.0, rim_thickness_mm=30.0, rim_half_length_mm=30.0)
     rail = rail_mesh(placement, zone, half=half, size=size)
     # another spacing than the rail's: meshes that match by accident would prove nothing
-    other = FineZone(half_length_mm=9.3, s_low_mm=-7.2, s_high_mm=7.2, step_x_mm=1.15, step_s_mm=0.95)
+    other = FineZone(half_length_mm=9.3, s_low_mm=-7.2, s_high_mm=7.2, step_x_mm=1.15, step_s_mm=0.95, semi_axis_mm=5.0)
     wheel = wheel_mesh(placement, other, half=half, size=size)
     grid = ContactGrid(
         x_mm=np.linspace(0.0 if half else -9.0, 9.0, rail.contact_nodes.shape[0]),
