@@ -3,6 +3,8 @@
 
 PYTHON ?= python3
 VENV := .venv
+# Tests at a time: each may take 1.5 GB.
+TEST_WORKERS ?= 2
 BIN := $(VENV)/bin
 CREATED := $(VENV)/.created
 INSTALLED := $(VENV)/.installed
@@ -40,7 +42,7 @@ study: setup ## run the first study; results in out/first_light
 	$(BIN)/fecontact run studies/first_light.py --out out/first_light
 
 test: setup ## run the tests that are not slow
-	@$(BIN)/python -m pytest -q -m "not slow"
+	@$(BIN)/python -m pytest -q -n $(TEST_WORKERS) --dist worksteal -m "not slow"
 
 test-slow: setup ## run the slow tests only
 	@$(BIN)/python -m pytest -q -m slow
