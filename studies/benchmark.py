@@ -32,9 +32,9 @@ from fecontact.mortar import ContactGrid
 from fecontact.workers import thread_environment
 
 ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, refine_degrees_of_freedom=0)
-# Element sizes along x and across (mm): 5, 8, 12 and 16 on a semi-axis.
-SIZES_MM = tuple((7.162 / n, 5.387 / n) for n in (5.25, 8.25, 12.25, 16.25))
-LARGE_MM = tuple((7.162 / n, 5.387 / n) for n in (30.25, 62.25))
+# Element sizes along x and across (mm): 5, 8, 12 and 18 on a semi-axis.
+SIZES_MM = tuple((7.162 / n, 5.387 / n) for n in (5.25, 8.25, 12.25, 18.25))
+LARGE_MM = tuple((7.162 / n, 5.387 / n) for n in (30.25, 48.25))
 # The core of the patch, away from the edge where the pressure's slope is infinite: so much of the semi-axes.
 CORE = 0.8
 
