@@ -48,6 +48,21 @@ class Check:
         return math.isfinite(self.deviation_percent) and abs(self.deviation_percent) <= self.limit_percent
 
 
+def hertz_check(row: Mapping[str, Any], measure: str, case: str, limit_percent: float) -> Check:
+    """A measure of a row, such as `p_max_MPa`, against Hertz, where his theory is exact."""
+    name, _, unit = measure.rpartition("_")
+    return Check(
+        quantity=f"{name}, {unit}",
+        case=case,
+        reference="Hertz",
+        kind="analytic",
+        value=float(row[f"{name}_fe_{unit}"]),
+        expected=float(row[f"{name}_hertz_{unit}"]),
+        limit_percent=limit_percent,
+        uncertainty_percent=float(row[f"{name}_uncertainty_percent"]),
+    )
+
+
 def discretisation_check(rows: Sequence[Mapping[str, Any]], limit_percent: float) -> list[Check]:
     """The row whose lowest rung of the ladder, Hertz's own gap on the discrete half-space, is the farthest from Hertz.
 

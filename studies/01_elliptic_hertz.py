@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
-from fecontact.validation import Check
+from fecontact.validation import Check, hertz_check
 
 LIMITS_PERCENT = {"p_max": 0.5, "a": 1.5, "b": 1.5, "area": 2.0}
 L2_LIMIT_PERCENT = 5.0
@@ -47,18 +47,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
         where = f"{row['rail']}, {row['load_kN']:g} kN, {row['resolution']}"
         for name, limit in LIMITS_PERCENT.items():
             unit = {"p_max": "MPa", "area": "mm2"}.get(name, "mm")
-            made.append(
-                Check(
-                    quantity=f"{name}, {unit}",
-                    case=where,
-                    reference="Hertz",
-                    kind="analytic",
-                    value=float(row[f"{name}_fe_{unit}"]),
-                    expected=float(row[f"{name}_hertz_{unit}"]),
-                    limit_percent=slack * limit,
-                    uncertainty_percent=float(row[f"{name}_uncertainty_percent"]),
-                )
-            )
+            made.append(hertz_check(row, f"{name}_{unit}", where, slack * limit))
         made.append(
             Check(
                 quantity="L2 of the pressure, %",

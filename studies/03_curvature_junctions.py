@@ -16,13 +16,15 @@ from typing import Any
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.validation import Check, discretisation_check
+from fecontact.validation import Check, discretisation_check, hertz_check
 
 PAIRS = ((300, 80), (80, 13))
 DISTANCES_MM = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0)
 LOADS_KN = (20.0, 100.0)
 # Hertz's own gap on the half-space, at five nodes a semi-axis and more.
 DISCRETISATION_PERCENT = 0.5
+# Far from the junction: eight elements a semi-axis, and bodies that are no half-spaces.
+FAR_PERCENT = 1.0
 LIMITS_PERCENT = {"p_max": 5.0, "area": 10.0}
 
 
@@ -124,16 +126,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
     And the lowest rung of the ladder, which is exact everywhere.
     """
     far = [
-        Check(
-            quantity="p_max, MPa",
-            case=f"{row['rail']}, {row['load_kN']:g} kN, {row['resolution']}",
-            reference="Hertz",
-            kind="analytic",
-            value=float(row["p_max_fe_MPa"]),
-            expected=float(row["p_max_hertz_MPa"]),
-            limit_percent=1.0,
-            uncertainty_percent=float(row["p_max_uncertainty_percent"]),
-        )
+        hertz_check(row, "p_max_MPa", f"{row['rail']}, {row['load_kN']:g} kN, {row['resolution']}", FAR_PERCENT)
         for row in rows
         if float(row["junction_distance_over_b"]) > 2.0
     ]
