@@ -111,6 +111,7 @@ def make_map(
     loads_N: Sequence[float],
     *,
     executor: Executor | None = None,
+    workers: int | None = None,
     adaptive: bool = False,
     done: Sequence[MapPosition] = (),
     progress: Progress | None = None,
@@ -125,6 +126,8 @@ def make_map(
         Everything but lateral shift and load.
     executor
         Solves the positions, such as a pool of processes; without one they are solved here, one after the other.
+    workers
+        How many positions the executor solves at a time, for the progress: it calls the next ones running too.
     adaptive
         Solve every second position first, and infer those between them whose verdict is beyond doubt.
     done
@@ -159,7 +162,10 @@ def make_map(
             progress(len(positions), len(shifts), what)
 
     def solve_all(cases: Sequence[Case]) -> None:
-        each = _one_by_one(cases, loads, sweep, tell) if executor is None else _together(cases, loads, executor, tell)
+        if executor is None:
+            each = _one_by_one(cases, loads, sweep, tell)
+        else:
+            each = _together(cases, loads, executor, workers, tell)
         for position in each:
             keep(position)
 
@@ -211,13 +217,13 @@ def _one_by_one(
 
 
 def _together(
-    cases: Sequence[Case], loads: Sequence[float], executor: Executor, tell: StepProgress
+    cases: Sequence[Case], loads: Sequence[float], executor: Executor, workers: int | None, tell: StepProgress
 ) -> Iterator[MapPosition]:
     """Positions as they are finished; one that was short of memory beside others is solved again, alone, at the end."""
     running = {executor.submit(solve_position, case, loads): case for case in cases}
     again: list[Case] = []
     while running:
-        shifts = [case.lateral_shift_mm for future, case in running.items() if future.running()]
+        shifts = [case.lateral_shift_mm for future, case in running.items() if future.running()][:workers]
         tell(f"solving {', '.join(f'{shift:+z.2f}' for shift in shifts)} mm")
         # not for ever: which positions are under way changes without one being finished
         for future in wait(running, timeout=_LOOK_EVERY_S, return_when=FIRST_COMPLETED).done:

@@ -299,6 +299,7 @@ def map_(
             positions,
             loads_N,
             executor=executor,
+            workers=crew.workers,
             adaptive=adaptive,
             done=kept.positions,
             progress=progress,

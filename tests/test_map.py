@@ -226,10 +226,16 @@ def fake_position(case, loads):
 
 def test_positions_solved_by_an_executor_are_those_solved_here(monkeypatch):
     monkeypatch.setattr(applicability_map, "solve_position", fake_position)
-    seen = []
+    seen, heard = [], []
     with ThreadPoolExecutor(3) as executor:
         made = make_map(
-            Case(), [3.0, -2.0, 0.0, 1.0], LOADS, executor=executor, on_position=lambda _, m: seen.append(m.shifts_mm)
+            Case(),
+            [3.0, -2.0, 0.0, 1.0],
+            LOADS,
+            executor=executor,
+            workers=1,
+            progress=lambda done, count, what: heard.append(what),
+            on_position=lambda _, m: seen.append(m.shifts_mm),
         )
     monkeypatch.undo()
     alone = make_map(Case(), [3.0, -2.0, 0.0, 1.0], LOADS, sweep=FakeSweep)
@@ -237,6 +243,9 @@ def test_positions_solved_by_an_executor_are_those_solved_here(monkeypatch):
     assert made.shifts_mm == (-2.0, 0.0, 1.0, 3.0)
     assert all(shifts == tuple(sorted(shifts)) for shifts in seen)
     assert len(seen) == 4
+    # a pool of processes calls what it has fetched in advance running as well
+    assert heard
+    assert all(what.count("mm") == 1 and "," not in what for what in heard)
     for got, expected in zip(map_record(made)["cells"], map_record(alone)["cells"], strict=True):
         if got["lateral_shift_mm"] == 1.0:
             assert got["status"] == "failed: RuntimeError: a fault of the program"
