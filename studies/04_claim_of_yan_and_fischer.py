@@ -27,9 +27,9 @@ DISCRETISATION_PERCENT = 0.5
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """All positions and loads at `standard`; or three positions at `quick`."""
+    """All positions and loads at `standard`; or two positions at `quick`."""
     if quick:
-        return [Case(lateral_shift_mm=s, resolution="quick", refine_degrees_of_freedom=0) for s in (-4.0, 0.0, 1.0)]
+        return [Case(lateral_shift_mm=s, resolution="quick", refine_degrees_of_freedom=0) for s in (-4.0, 1.0)]
     return [Case(lateral_shift_mm=shift, load_N=1e3 * load) for load in LOADS_KN for shift in SHIFTS_MM]
 
 
