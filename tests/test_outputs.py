@@ -5,6 +5,7 @@ import json
 import math
 import subprocess
 import sys
+import warnings
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -25,7 +26,7 @@ from fecontact.outputs.figures import case_figure, profile_figure, study_figure
 from fecontact.outputs.files import json_text, write_atomically, write_json, write_text
 from fecontact.outputs.meshfile import write_mesh
 from fecontact.outputs.record import case_from_record, case_record, hertz_record, result_record, row
-from fecontact.outputs.study_files import _OWN, _OWN_IF_NEEDED, _series
+from fecontact.outputs.series import series
 from fecontact.outputs.vtk import contact_surface, write_case_vtk, write_pvd
 from fecontact.pipeline import CaseResult
 from fecontact.placement import Track
@@ -589,7 +590,7 @@ def test_importing_the_writers_loads_no_plotting_and_no_vtk():
     assert done.stdout.strip() == ""
 
 
-def series(*rows):
+def rows_like(*rows):
     # ids apart from what is given: the same case twice has one
     base = {"rail": "60E1", "wheel": "S1002", "load_kN": 100.0, "inclination_rad": 0.025, "yaw_mrad": 0.0}
     base |= {"roll_mrad": 0.0, "resolution": "quick", "lateral_shift_mm": 0.0}
@@ -599,20 +600,20 @@ def series(*rows):
 @pytest.mark.parametrize(
     ("rows", "names"),
     [
-        (series({}), ["study"]),
-        (series({}, {}), ["study"]),
-        (series({}, {"lateral_shift_mm": 1.0}), ["study"]),
+        (rows_like({}), ["study"]),
+        (rows_like({}, {}), ["study"]),
+        (rows_like({}, {"lateral_shift_mm": 1.0}), ["study"]),
         # Manchester: the roll follows from the shift
-        (series({}, {"lateral_shift_mm": 1.0, "roll_mrad": 0.1}), ["study"]),
+        (rows_like({}, {"lateral_shift_mm": 1.0, "roll_mrad": 0.1}), ["study"]),
         (
-            series({}, {"load_kN": 50.0}, {"lateral_shift_mm": 1.0}, {"lateral_shift_mm": 1.0, "load_kN": 50.0}),
+            rows_like({}, {"load_kN": 50.0}, {"lateral_shift_mm": 1.0}, {"lateral_shift_mm": 1.0, "load_kN": 50.0}),
             ["study_100kN", "study_50kN"],
         ),
         (
             [
                 row
                 for shift in (0.0, 1.0)
-                for row in series(
+                for row in rows_like(
                     {"lateral_shift_mm": shift},
                     {"lateral_shift_mm": shift, "inclination_rad": 0.05},
                     {"lateral_shift_mm": shift, "rail": "some/where/arcs:300/80@2.toml"},
@@ -624,18 +625,34 @@ def series(*rows):
             [
                 row
                 for shift in (0.0, 1.0)
-                for row in series({"lateral_shift_mm": shift}, {"lateral_shift_mm": shift, "resolution": [0.5, 0.4]})
+                for row in rows_like({"lateral_shift_mm": shift}, {"lateral_shift_mm": shift, "resolution": [0.5, 0.4]})
             ],
-            ["study_quick", "study_-0.5--0.4-"],
+            ["study_quick", "study_-0.5-0.4-"],
         ),
         # single cases: a study of them has no series
-        (series({"rail": "circle:300"}, {"rail": "circle:80"}), ["study_circle-300", "study_circle-80"]),
+        (rows_like({"rail": "circle:300"}, {"rail": "circle:80"}), ["study_circle-300", "study_circle-80"]),
     ],
 )
 def test_cases_are_put_together_by_what_they_have_in_common(rows, names):
     unique = list({row["id"]: row for row in rows}.values())
-    found = dict(_series(unique, "study", (*_OWN, *_OWN_IF_NEEDED)))
-    assert list(found) == names
-    assert sum(map(len, found.values())) == len(unique)
-    for own in found.values():
-        assert len({row["lateral_shift_mm"] for row in own}) == len(own)
+    found = series(unique)
+    assert [f"study{one.file_suffix}" for one in found] == names
+    assert sum(len(one.rows) for one in found) == len(unique)
+    for one in found:
+        shifts = [row["lateral_shift_mm"] for row in one.rows]
+        assert shifts == sorted(set(shifts))
+
+
+def test_a_series_is_named_by_what_others_do_not_share():
+    rows = rows_like({"rail": "a/b/worn.toml"}, {"rail": "arcs:300/80@-2"}, {"load_kN": 50.0}, {"load_kN": None})
+    del rows[-1]["load_kN"]
+    assert [one.label for one in series(rows)] == ["worn", "arcs:300/80@-2", "60E1, 50 kN", "60E1, no load_kN"]
+
+
+def test_more_series_than_colours_are_drawn_without_names(record, tmp_path):
+    rows = [row(record) | {"rail": f"arcs:300/80@{k}"} for k in range(40)]
+    # matplotlib warns, and a warning is an error here, where a legend leaves no room for the axes
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        study_figure(rows, tmp_path / "study.png")
+    assert size(tmp_path / "study.png")[1] < 2000

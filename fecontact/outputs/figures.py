@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from fecontact.errors import InputError
 from fecontact.hertz import HertzContact
 from fecontact.outputs.files import write_atomically
+from fecontact.outputs.series import series, short_name
 from fecontact.pipeline import CaseResult
 from fecontact.placement import Placement
 from fecontact.profiles.curve import Profile
@@ -28,6 +28,8 @@ Floats = NDArray[np.float64]
 Row = Mapping[str, Any]
 
 _DPI = 130
+# matplotlib's colours of lines.
+_MOST_LABELS = 10
 _FE, _HERTZ, _RAIL_JUNCTION, _WHEEL_JUNCTION = "#0b5fa5", "#d1495b", "0.35", "0.65"
 # What the two colour maps show at zero.
 _NO_PRESSURE, _NO_DIFFERENCE = "#440154", "#f7f6f6"
@@ -204,16 +206,12 @@ def _cell(value: float, form: str) -> str:
     return text if math.isfinite(value) else "-".rjust(len(text))
 
 
-def short_name(name: str) -> str:
-    """Profile's name without folder and ending."""
-    return Path(name).stem if name.endswith(".toml") or "/" in name else name
-
-
 def study_figure(rows: Sequence[Row], path: str | Path) -> Path:
     """Draw a study over the lateral shift: peak pressures, deviations of Hertz, and where the wheel touches the rail.
 
-    One colour for each pair and load. A row whose status is not `converged` is a cross that no line goes through; it
-    lies at its value, or at the bottom of the first panel if it has none.
+    One colour for each series; more of them than there are colours are not named. A row whose status is not
+    `converged` is a cross that no line goes through; it lies at its value, or at the bottom of the first panel if it
+    has none.
 
     Raises
     ------
@@ -224,14 +222,19 @@ def study_figure(rows: Sequence[Row], path: str | Path) -> Path:
         raise InputError("study figure: there are no rows to draw")
     figure = blank_figure(10.0, 11.0)
     peak, deviation, touch = figure.subplots(3, 1, sharex=True, height_ratios=(1.2, 1.2, 0.9))
-    groups = _groups(rows)
-    for number, (label, group) in enumerate(groups.items()):
-        colour = f"C{number % 10}"
-        _draw_series(peak, group, "p_max_fe_MPa", color=colour, marker="o", label=f"FE{label}")
-        _draw_series(
-            peak, group, "p_max_hertz_MPa", color=colour, marker="s", ls="--", mfc="white", label=f"Hertz{label}"
+    found = series(rows)
+    # more than there are colours cannot be told apart anyway
+    shown = len(found) <= _MOST_LABELS
+    for number, one in enumerate(found):
+        colour, group = f"C{number % 10}", one.rows
+        label = f", {one.label}" if one.label and shown else ""
+        # an underscore keeps a line out of the legend
+        fe, hertz, peak_label, area = (
+            f"{'' if shown or number == 0 else '_'}{what}{label}" for what in ("FE", "Hertz", "peak", "area")
         )
-        _draw_series(deviation, group, "p_max_deviation_percent", color=colour, marker="o", label=f"peak{label}")
+        _draw_series(peak, group, "p_max_fe_MPa", color=colour, marker="o", label=fe)
+        _draw_series(peak, group, "p_max_hertz_MPa", color=colour, marker="s", ls="--", mfc="white", label=hertz)
+        _draw_series(deviation, group, "p_max_deviation_percent", color=colour, marker="o", label=peak_label)
         _draw_series(
             deviation,
             group,
@@ -240,29 +243,12 @@ def study_figure(rows: Sequence[Row], path: str | Path) -> Path:
             marker="^",
             ls=":",
             mfc="white",
-            label=f"area{label}",
+            label=area,
         )
         _draw_series(touch, group, "touch_rail_y_mm", color=colour, marker="o")
         _draw_without_value(peak, group)
     _finish_study(peak, deviation, touch, rows)
     return save_figure(figure, path)
-
-
-def _groups(rows: Sequence[Row]) -> dict[str, list[Row]]:
-    """Rows of one pair and load, by lateral shift, under a label that says only what differs."""
-
-    def key(row: Row) -> tuple[str, str, float]:
-        return str(row["rail"]), str(row["wheel"]), float(row["load_kN"])
-
-    groups = {k: list(g) for k, g in groupby(sorted(rows, key=lambda row: (*key(row), row["lateral_shift_mm"])), key)}
-    several_pairs = len({k[:2] for k in groups}) > 1
-    several_loads = len({k[2] for k in groups}) > 1
-    labelled = {}
-    for (rail, wheel, load), group in groups.items():
-        words = [f"{short_name(rail)} / {short_name(wheel)}"] if several_pairs else []
-        words += [f"{load:g} kN"] if several_loads else []
-        labelled[", ".join(["", *words])] = group
-    return labelled
 
 
 def _draw_series(ax: Axes, group: Sequence[Row], key: str, **style: Any) -> None:

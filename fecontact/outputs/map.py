@@ -18,10 +18,11 @@ from fecontact.comparison import MEASURES
 from fecontact.identity import input_files, makers
 from fecontact.load_limit import LoadLimit
 from fecontact.load_sweep import fit_stiffness
-from fecontact.outputs.figures import blank_figure, save_figure, short_name
+from fecontact.outputs.figures import blank_figure, save_figure
 from fecontact.outputs.files import write_json
 from fecontact.outputs.map_record import cell_record, limit_record
 from fecontact.outputs.record import case_record, versions
+from fecontact.outputs.series import short_name
 from fecontact.outputs.tables import write_csv
 
 if TYPE_CHECKING:
