@@ -3,8 +3,9 @@
 Reference (analytic): Johnson's closed form for the stress on the axis below a Hertz ellipse (Johnson 1985, eq. 3.69),
 for a wheel cylinder of radius 460 mm on circular heads of radius 300, 80 and 13 mm and on a crossed cylinder of radius
 460 mm (a circular patch), 100 kN; and R 300 under the load at which Hertz's theory has first yield at 480 MPa (a rail
-steel R260, from memory). Expected at `standard`: the largest von Mises stress within 3 %, its depth within 5 %, and the
-load of first yield, which goes with its third power, within 9 %.
+steel R260, from memory). Expected at `standard`: the largest von Mises stress within 3 %, its depth within 5 % (and b/R
+more below a head of radius R, see `depth_limit_percent`), and the load of first yield, which goes with its third power,
+within 9 %.
 
 The layers of the meshes are 0.15 to 0.25 semi-axes apart there: depth and size are read from a cubic spline through the
 nodes along the axis (see fecontact/subsurface.py), which costs 0.2 % of the depth on the exact stresses. Hertz takes
@@ -76,6 +77,17 @@ def errors_percent(row: dict[str, Any], body: str) -> tuple[float, float, float]
     return 100.0 * (size - 1.0), 100.0 * (depth - 1.0), 100.0 * (size**-3 - 1.0)
 
 
+def depth_limit_percent(row: dict[str, Any], body: str) -> float:
+    """Limit of the depth's error: that of the mesh, and b/R, the order of what the closed form leaves out.
+
+    It is that of a flat half-space, and below a rail of radius R the material gets narrower with depth. On R 13 (b/R
+    7.9 %) twice as many unknowns leave the rail's depth at +4.4 % and that of the wheel, flat across, at -2.7 %; on all
+    radii from 13 to 460 mm the difference of both bodies follows b/R.
+    """
+    radius_mm = float(str(row["rail"]).partition(":")[2])
+    return DEPTH_LIMIT_PERCENT + (100.0 * float(row["b_hertz_mm"]) / radius_mm if body == "rail" else 0.0)
+
+
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     """Stress, depth and load of first yield, case by case and body by body, and the largest errors at `standard`."""
     _figure(rows, out / "subsurface.png")
@@ -92,12 +104,19 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
                 f" {row[f'von_mises_depth_{body}_mm']:9.3f} {exact.depth_mm:8.3f} {depth:+6.2f} % {load:+8.2f} %"
             )
     judged = [row for row in rows if row["resolution"] == "standard"] or rows
-    found = np.abs([errors_percent(row, body) for row in judged for body in BODIES]).max(axis=0)
-    limits = (SIZE_LIMIT_PERCENT, DEPTH_LIMIT_PERCENT, YIELD_LOAD_LIMIT_PERCENT)
-    said = (
-        f"{name} {worst:.2f} % (limit {limit:g} %, {'met' if worst <= limit else 'MISSED'})"
-        for name, worst, limit in zip(("von Mises", "depth", "load of first yield"), found, limits, strict=True)
-    )
+    said = []
+    for number, name in enumerate(("von Mises", "depth", "load of first yield")):
+        errors = [
+            (
+                abs(errors_percent(row, body)[number]),
+                (SIZE_LIMIT_PERCENT, depth_limit_percent(row, body), YIELD_LOAD_LIMIT_PERCENT)[number],
+            )
+            for row in judged
+            for body in BODIES
+        ]
+        # the one that is nearest to its limit, or the farthest beyond it
+        worst, limit = max(errors, key=lambda pair: pair[0] / pair[1])
+        said.append(f"{name} {worst:.2f} % (limit {limit:.3g} %, {'met' if worst <= limit else 'MISSED'})")
     return "\n".join([*lines, f"Largest errors at {judged[0]['resolution']}: {', '.join(said)}."])
 
 
@@ -109,7 +128,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
         for body in BODIES:
             for name, unit, expected, limit in (
                 ("max", "MPa", exact.von_mises_MPa, SIZE_LIMIT_PERCENT),
-                ("depth", "mm", exact.depth_mm, DEPTH_LIMIT_PERCENT),
+                ("depth", "mm", exact.depth_mm, depth_limit_percent(row, body)),
             ):
                 made.append(
                     Check(
@@ -119,7 +138,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                         kind="analytic",
                         value=float(row[f"von_mises_{name}_{body}_{unit}"]),
                         expected=expected,
-                        limit_percent=limit * (1.5 if row["resolution"] == "quick" else 1.0),
+                        limit_percent=round(limit * (1.5 if row["resolution"] == "quick" else 1.0), 1),
                     )
                 )
     return made
