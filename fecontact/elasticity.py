@@ -139,7 +139,7 @@ def choose_solver(wanted: Literal["auto", "pardiso", "amg"], degrees_of_freedom:
     """Name of the solver path to take for bodies with so many degrees of freedom, which are solved at the same time.
 
     `auto` takes PARDISO where the platform has it and its factors fit into the available memory, otherwise multigrid,
-    which needs half of it and two to three times as long (studies/benchmark.py).
+    which needs a third to a half of it and 1.5 to 1.7 times as long (studies/benchmark.py).
 
     Raises
     ------
