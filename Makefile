@@ -42,7 +42,8 @@ study: setup ## run the first study; results in out/first_light
 	$(BIN)/fecontact run studies/first_light.py --out out/first_light
 
 test: setup ## run the tests that are not slow
-	@$(BIN)/python -m pytest -q -n $(TEST_WORKERS) --dist worksteal -m "not slow"
+	@OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 \
+	  $(BIN)/python -m pytest -q -n $(TEST_WORKERS) --dist worksteal -m "not slow"
 
 test-slow: setup ## run the slow tests only
 	@$(BIN)/python -m pytest -q -m slow
