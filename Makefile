@@ -59,7 +59,7 @@ regress: setup ## run the quick studies that have a baseline and compare each wi
 	if [ -n "$$different" ]; then echo "regress: not the same as the baseline:$$different" >&2; exit 1; fi; \
 	echo "regress: all the same as their baselines"
 
-validate: setup ## run the studies at full size and write VALIDATION.md; an hour and more
+validate: setup ## run the studies at full size and write VALIDATION.md; an hour
 	$(BIN)/fecontact validate --out out/validate --report VALIDATION.md
 
 lint: $(INSTALLED) ## ruff check, ruff format --check, mypy

@@ -53,12 +53,12 @@ def case_id(case: Case) -> str:
         record[body] = {"sha256": file["sha256"], "ending": Path(file["path"]).suffix.lower()}
     shown = (Path(name).stem if body in input_files(case) else name for body, name in _bodies(case).items())
     names = "_".join("".join(c if c.isalnum() or c in ".-" else "-" for c in name) for name in shown)
-    return f"{names}_{case.lateral_shift_mm:+.2f}mm_{case.load_N / 1e3:g}kN_{_digest(record)[:8]}"
+    return f"{names}_{case.lateral_shift_mm:+.2f}mm_{case.load_N / 1e3:g}kN_{json_digest(record)[:8]}"
 
 
 def position_id(case: Case, loads_N: Sequence[float]) -> str:
     """Name of a position of a map: that of its case at the largest load, with a hash of all loads."""
-    return f"{case_id(case)}_{_digest(sorted(set(loads_N)))[:8]}"
+    return f"{case_id(case)}_{json_digest(sorted(set(loads_N)))[:8]}"
 
 
 def input_files(case: Case) -> dict[str, dict[str, str]]:
@@ -133,7 +133,7 @@ def _versions(packages: tuple[str, ...]) -> dict[str, str]:
 
 def fingerprint(name: str, made_by: Mapping[str, str]) -> str:
     """Hash of a case's id and of what made its result: equal fingerprints stand for equal numbers."""
-    return _digest({"id": name, "made_by": dict(made_by)})[:16]
+    return json_digest({"id": name, "made_by": dict(made_by)})[:16]
 
 
 def difference(old: Mapping[str, str], new: Mapping[str, str]) -> str:
@@ -171,5 +171,6 @@ def provenance(case: Case, name: str, settings: Mapping[str, Any]) -> dict[str, 
     }
 
 
-def _digest(value: object) -> str:
+def json_digest(value: object) -> str:
+    """SHA-256 of a value of plain JSON, whatever the order of its keys."""
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from fecontact.applicability_map import MapPosition
 from fecontact.case import Case
-from fecontact.identity import difference, makers, position_id
+from fecontact.identity import difference, json_digest, makers, position_id
 from fecontact.outputs.files import json_text, write_json
 from fecontact.outputs.map_record import position_from_record, position_record
 
@@ -30,7 +28,7 @@ def write_position(position: MapPosition, out: Path, base_case: Case, loads_N: S
         return None
     record = {"schema": SCHEMA, "made_by": makers(base_case), "position": position_record(position)}
     path = position_file(out, base_case, position.shift_mm, loads_N)
-    return write_json(path, record | {"sha256": _checksum(json.loads(json_text(record)))})
+    return write_json(path, record | {"sha256": json_digest(json.loads(json_text(record)))})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +47,7 @@ def kept_positions(out: Path, base_case: Case, shifts_mm: Sequence[float], loads
         path = position_file(out, base_case, shift, loads_N)
         try:
             record = json.loads(path.read_text("utf-8"))
-            if record.pop("sha256") != _checksum(record):
+            if record.pop("sha256") != json_digest(record):
                 problems.append(f"{path} is damaged (its checksum differs)")
             elif changes := difference(record["made_by"], made_by):
                 problems.append(f"{path} was made by another version: {changes}")
@@ -62,7 +60,3 @@ def kept_positions(out: Path, base_case: Case, shifts_mm: Sequence[float], loads
         except (AttributeError, KeyError, TypeError) as error:
             problems.append(f"{path} has another layout ({type(error).__name__}: {error})")
     return KeptPositions(positions=tuple(found), problems=tuple(problems))
-
-
-def _checksum(record: Any) -> str:
-    return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()

@@ -8,7 +8,7 @@ unknowns (also by multigrid), and a nine-position study on two processes over on
 protect results, not times.
 
 `python studies/benchmark.py [--quick] [--study] [--million] [--out DIR]`; `--study` adds the nine-position study, and
-`--million` two meshes of 0.4 and 1 million unknowns by multigrid; both take minutes, the latter 3 GB.
+`--million` two meshes of 0.5 and 1.1 million unknowns by multigrid; both take minutes, the latter 3.5 GB.
 """
 
 import argparse

@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from fecontact import applicability_map, map_store
+from fecontact import applicability_map
 from fecontact.applicability import Criteria, Judgement, judge
 from fecontact.applicability_map import MapCell, MapPosition, make_map, solve_position
 from fecontact.case import Case
@@ -18,6 +18,7 @@ from fecontact.casefile import parse_numbers
 from fecontact.cli import call
 from fecontact.comparison import MEASURES, Measures, deviations
 from fecontact.errors import InputError
+from fecontact.identity import json_digest
 from fecontact.load_limit import LoadLimit, load_limit
 from fecontact.load_sweep import LoadPoint, LoadSweep, fit_stiffness, solve_loads
 from fecontact.map_inference import Inferred, infer_loads, predict
@@ -344,7 +345,7 @@ def signed(text, old, new):
     """The record changed, with the checksum of what it has become."""
     record = json.loads(text.replace(old, new))
     del record["sha256"]
-    return json.dumps(record | {"sha256": map_store._checksum(record)})
+    return json.dumps(record | {"sha256": json_digest(record)})
 
 
 def test_map_command_goes_on_where_it_stopped(tmp_path, capsys):

@@ -383,9 +383,6 @@ def test_a_study_collection_refuses_what_paraview_would_swallow(vtk_folder, tmp_
     assert not list(tmp_path.iterdir())
 
 
-# Meshes
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit of file sizes")
 def test_a_disk_that_refuses_a_file_is_an_error_with_its_name(elliptic_quick, tmp_path):
     import resource
@@ -399,6 +396,9 @@ def test_a_disk_that_refuses_a_file_is_an_error_with_its_name(elliptic_quick, tm
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert list(tmp_path.iterdir()) == []
+
+
+# Meshes
 
 
 @pytest.fixture(scope="module", params=["rail", "wheel"])
