@@ -27,6 +27,7 @@ from fecontact.outputs.files import json_text, write_atomically, write_json, wri
 from fecontact.outputs.meshfile import write_mesh
 from fecontact.outputs.record import case_from_record, case_record, hertz_record, result_record, row
 from fecontact.outputs.series import series
+from fecontact.outputs.study_files import _write_collections
 from fecontact.outputs.vtk import contact_surface, write_case_vtk, write_pvd
 from fecontact.pipeline import CaseResult
 from fecontact.placement import Track
@@ -647,6 +648,13 @@ def test_a_series_is_named_by_what_others_do_not_share():
     rows = rows_like({"rail": "a/b/worn.toml"}, {"rail": "arcs:300/80@-2"}, {"load_kN": 50.0}, {"load_kN": None})
     del rows[-1]["load_kN"]
     assert [one.label for one in series(rows)] == ["worn", "arcs:300/80@-2", "60E1, 50 kN", "60E1, no load_kN"]
+
+
+def test_series_of_the_same_name_do_not_overwrite_each_other(monkeypatch, tmp_path):
+    monkeypatch.setattr("fecontact.outputs.vtk.write_pvd", lambda path, cases: path)
+    rails = [f"{folder}/worn.toml" for folder in "abc"]
+    rows = [row for rail in rails for row in rows_like({"rail": rail}, {"rail": rail, "lateral_shift_mm": 1.0})]
+    assert _write_collections(rows, tmp_path) == ("study_worn.pvd", "study_worn.2.pvd", "study_worn.3.pvd")
 
 
 def test_more_series_than_colours_are_drawn_without_names(record, tmp_path):

@@ -49,9 +49,13 @@ def _write_collections(rows: Sequence[Row], out: Path) -> tuple[str, ...]:
 
     unique = list({row["id"]: row for row in rows}.values())
     found = series(unique)
-    written = []
+    written: list[str] = []
     for one in found:
         shifts = {float(row["lateral_shift_mm"]): out / "cases" / str(row["id"]) for row in one.rows}
         if len(shifts) == len(one.rows) and (len(shifts) > 1 or len(found) == 1):
-            written.append(write_pvd(out / f"study{one.file_suffix}.pvd", sorted(shifts.items())).name)
+            name = f"study{one.file_suffix}"
+            # profile files of the same name in two folders
+            same = sum(other.startswith(f"{name}.") for other in written)
+            path = out / (f"{name}.{same + 1}.pvd" if same else f"{name}.pvd")
+            written.append(write_pvd(path, shifts.items()).name)
     return tuple(written)
