@@ -35,7 +35,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from fecontact.case import Case
-    from fecontact.pipeline import CaseResult, solve
+    from fecontact.solving.solve import CaseResult, solve
 
 __all__ = ["Case", "CaseResult", "__version__", "solve"]
 
@@ -47,7 +47,7 @@ def __getattr__(name: str) -> Any:
 
         return case.Case
     if name in ("CaseResult", "solve"):
-        from fecontact import pipeline
+        from fecontact.solving import solve as pipeline
 
         return getattr(pipeline, name)
     raise AttributeError(f"module 'fecontact' has no attribute {name!r}")

@@ -6,11 +6,61 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal
 
-from fecontact.applicability import Criteria
 from fecontact.errors import InputError, check_positive
 from fecontact.material import STEEL, Material
-from fecontact.meshing import BodySize
-from fecontact.placement import Track
+
+
+@dataclass(frozen=True, kw_only=True)
+class Criteria:
+    """How far Hertz may be off the finite elements and still hold: relative limits of peak pressure and patch area."""
+
+    p_max: float = 0.05
+    area: float = 0.10
+
+    def __post_init__(self) -> None:
+        for name, value in self.limits.items():
+            if not (math.isfinite(value) and 0.0 < value < 1.0):
+                raise InputError(f"limit of {name} is {value!r}; allowed: between 0 and 1, for example 0.05 for 5 %")
+
+    @property
+    def limits(self) -> dict[str, float]:
+        """Limits by the name of the measure."""
+        return {"p_max_MPa": self.p_max, "area_mm2": self.area}
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodySize:
+    """Where the bodies are cut (mm): the rail's base below its crown, the sweep to each side, the rim's thickness.
+
+    The rail is fixed at its base and held across at its ends, where it goes on: otherwise its head would roll on the
+    slender web, which is a matter of the track and not of the contact. The rim is driven at its inner face.
+    """
+
+    rail_depth_mm: float = 60.0
+    rail_half_length_mm: float = 60.0
+    rim_thickness_mm: float = 65.0
+    rim_half_length_mm: float = 60.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Track:
+    """Track and wheelset dimensions (mm).
+
+    The gauge is measured `gauge_depth_mm` below the highest point of the inclined rail. `rail_crown_y_mm` puts the
+    crown of the rail at a given distance from the track centre instead (for heads without a gauge face).
+    """
+
+    gauge_mm: float = 1435.0
+    gauge_depth_mm: float = 14.0
+    back_to_back_mm: float = 1360.0
+    tape_circle_from_back_mm: float = 70.0
+    rail_crown_y_mm: float | None = None
+
+    @property
+    def tape_circle_y_mm(self) -> float:
+        """Distance of the tape circle from the wheelset's centre."""
+        return 0.5 * self.back_to_back_mm + self.tape_circle_from_back_mm
+
 
 LoadKind = Literal["vertical", "normal"]
 SolverChoice = Literal["auto", "pardiso", "amg"]

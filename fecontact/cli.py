@@ -65,8 +65,8 @@ class CaseOptions:
     def case(self) -> Case:
         """The case that the options describe."""
         from fecontact.case import Case
-        from fecontact.casefile import parse_inclination, parse_resolution
         from fecontact.material import Material
+        from fecontact.runs.casefile import parse_inclination, parse_resolution
 
         material = Material(name="steel", young_MPa=self.young_mpa, poisson=self.poisson, yield_MPa=self.yield_mpa)
         return Case(
@@ -122,9 +122,9 @@ def run(
     scheduler
         Address of a Dask scheduler whose workers share the folder of the results.
     """
-    from fecontact.casefile import load_study
     from fecontact.outputs.tables import print_table
-    from fecontact.study import RunSettings, parse_part, run_study
+    from fecontact.runs.casefile import load_study
+    from fecontact.runs.study import RunSettings, parse_part, run_study
 
     settings = RunSettings(
         workers=workers, threads=threads, force=force, part=parse_part(part) if part else None, scheduler=scheduler
@@ -173,12 +173,12 @@ def validate(
     workers
         Cases at a time, as for `run`.
     """
-    from fecontact.casefile import load_study
-    from fecontact.outputs.files import write_text
+    from fecontact.files import write_text
     from fecontact.outputs.record import versions
-    from fecontact.study import RunSettings, run_study
-    from fecontact.validation import Check
-    from fecontact.validation import report as validation_report
+    from fecontact.regression.checks import Check
+    from fecontact.regression.checks import report as validation_report
+    from fecontact.runs.casefile import load_study
+    from fecontact.runs.study import RunSettings, run_study
 
     loaded = [load_study(path, quick=quick) for path in studies or sorted(Path("studies").glob("[0-9]*.py"))]
     checked = [study for study in loaded if study.checks is not None]
@@ -223,11 +223,11 @@ def solve(
     out
         Folder for the case's JSON, ParaView files and figure.
     """
-    from fecontact.outputs.files import json_text
+    from fecontact.files import json_text
     from fecontact.outputs.record import result_record, row
     from fecontact.outputs.tables import print_case, print_table
-    from fecontact.pipeline import solve as solve_case
-    from fecontact.study import case_id, write_case
+    from fecontact.runs.study import case_id, write_case
+    from fecontact.solving.solve import solve as solve_case
 
     case = options.case()
     with _progress(1) as progress:
@@ -273,12 +273,13 @@ def map_(
     force
         Solve finished shifts again.
     """
-    from fecontact.applicability_map import ApplicabilityMap, MapPosition, make_map
-    from fecontact.casefile import parse_numbers
-    from fecontact.lock import locked
-    from fecontact.map_store import KeptPositions, kept_positions, write_position
+    from fecontact.jobs.lock import locked
+    from fecontact.jobs.workers import default_workers, process_crew
+    from fecontact.map.cells import ApplicabilityMap, MapPosition
+    from fecontact.map.making import make_map
     from fecontact.outputs.map import map_table, write_map
-    from fecontact.workers import default_workers, process_crew
+    from fecontact.runs.casefile import parse_numbers
+    from fecontact.runs.map_store import KeptPositions, kept_positions, write_position
 
     if options.shift != _DEFAULTS.shift or options.load_kn != _DEFAULTS.load_kn:
         raise InputError("map takes --shifts and --loads-kn instead of --shift and --load-kn")
@@ -322,7 +323,7 @@ def hertz(options: CaseOptions = _DEFAULTS, *, json: Annotated[bool, Parameter(n
     json
         Print the result as JSON and nothing else.
     """
-    from fecontact.outputs.files import json_text
+    from fecontact.files import json_text
     from fecontact.outputs.record import hertz_record
     from fecontact.outputs.tables import print_hertz
 
@@ -346,7 +347,7 @@ def profiles(name: str | None = None, *, out: Path | None = None) -> int:
         File of the picture (PNG); NAME.png if not given.
     """
     from fecontact.outputs.tables import print_library, print_profile
-    from fecontact.profiles import resolve_rail, resolve_wheel
+    from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 
     if name is None:
         print_library()
@@ -378,8 +379,8 @@ def mesh(body: Literal["rail", "wheel"], options: CaseOptions = _DEFAULTS, *, ou
     out
         File to write: .msh (gmsh 4.1), .inp (CalculiX, Abaqus) or .vtu.
     """
-    from fecontact.levels import mesh_case
     from fecontact.outputs.meshfile import write_mesh
+    from fecontact.solving.levels import mesh_case
 
     made = mesh_case(options.case(), body)
     write_mesh(made, out)
@@ -406,10 +407,10 @@ def compare(
     html
         File for the comparison as HTML.
     """
+    from fecontact.files import write_json, write_text
     from fecontact.outputs.comparison_report import comparison_html, comparison_record, print_comparison
-    from fecontact.outputs.files import write_json, write_text
-    from fecontact.regression import compare_tables, load_table
-    from fecontact.tolerances import read_tolerances
+    from fecontact.regression.tables import compare_tables, load_table
+    from fecontact.regression.tolerances import read_tolerances
 
     tolerances = read_tolerances(tolerance) if tolerance is not None else None
     comparison = compare_tables(load_table(baseline), load_table(new), tolerances)
@@ -442,8 +443,8 @@ def baseline_update(
     allow_failed
         Take cases that failed or did not converge as well.
     """
-    from fecontact.baselines import update_baseline
     from fecontact.outputs.comparison_report import print_comparison
+    from fecontact.regression.baselines import update_baseline
 
     update = update_baseline(study_result, baselines, reason=reason, allow_failed=allow_failed)
     if update.comparison is not None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
-from fecontact.validation import Check, hertz_check
+from fecontact.regression.checks import Check, hertz_check
 
 LIMITS_PERCENT = {"p_max": 0.5, "a": 1.5, "b": 1.5, "area": 2.0}
 L2_LIMIT_PERCENT = 5.0

@@ -9,10 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from fecontact.case import Case
-from fecontact.identity import case_id
-from fecontact.meshing import BodySize
-from fecontact.validation import Check, discretisation_check
+from fecontact.case import BodySize, Case
+from fecontact.jobs.provenance import case_id
+from fecontact.regression.checks import Check, discretisation_check
 
 LIMIT_PERCENT = 0.3
 # Eight elements a semi-axis state the peak pressure of a real pair to half a per cent, five to one.

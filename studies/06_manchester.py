@@ -18,8 +18,8 @@ from scipy.optimize import brentq
 
 from fecontact.case import Case
 from fecontact.material import Material
-from fecontact.position import place_case
-from fecontact.validation import Check
+from fecontact.regression.checks import Check
+from fecontact.solving.position import place_case
 
 LIMIT_PERCENT = 2.0
 # Half a row of 0.2 mm cells all around a patch of 20 to 50 mm2.

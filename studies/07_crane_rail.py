@@ -20,13 +20,11 @@ from math import asin, inf, pi, sin, sqrt
 from pathlib import Path
 from typing import Any
 
-from fecontact.case import Case
+from fecontact.case import BodySize, Case, Track
 from fecontact.material import STEEL, contact_modulus_MPa
-from fecontact.meshing import BodySize
 from fecontact.outputs.figures import blank_figure, save_figure
-from fecontact.placement import Track
-from fecontact.position import hertz_of_case, place_case
-from fecontact.validation import Check, discretisation_check, hertz_check
+from fecontact.regression.checks import Check, discretisation_check, hertz_check
+from fecontact.solving.position import hertz_of_case, place_case
 
 WHEEL_RADIUS_MM = 400.0
 LOADED = (("A100", 100e3), ("A100", 250e3), ("A120", 250e3))

@@ -24,11 +24,9 @@ from math import asin, sqrt
 from pathlib import Path
 from typing import Any
 
-from fecontact.case import Case
-from fecontact.meshing import BodySize
+from fecontact.case import BodySize, Case, Track
 from fecontact.outputs.figures import blank_figure, save_figure
-from fecontact.placement import Track
-from fecontact.validation import Check, discretisation_check, hertz_check
+from fecontact.regression.checks import Check, discretisation_check, hertz_check
 
 CROWN_MM, GAUGE_CORNER_MM, BACK_CORNER_MM = 300.0, 5.0, 2.0
 THICKNESS_MM = (20, 25, 30, 40)

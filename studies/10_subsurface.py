@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.hertz import VonMisesPeak, first_yield_p0_MPa, von_mises_peak
 from fecontact.material import STEEL
 from fecontact.outputs.figures import blank_figure, save_figure
-from fecontact.position import hertz_of_case, place_case
-from fecontact.validation import Check
+from fecontact.regression.checks import Check
+from fecontact.solving.position import hertz_of_case, place_case
+from fecontact.theory.axis_stress import VonMisesPeak, first_yield_p0_MPa, von_mises_peak
 
 LOAD_N = 100e3
 YIELD_MPA = 480.0

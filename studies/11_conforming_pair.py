@@ -15,10 +15,9 @@ import math
 from pathlib import Path
 from typing import Any
 
-from fecontact.case import Case
+from fecontact.case import Case, Track
 from fecontact.material import Material
-from fecontact.placement import Track
-from fecontact.validation import Check
+from fecontact.regression.checks import Check
 
 PROFILES = Path(__file__).parent / "profiles"
 STEEL = Material.from_shear(name="benchmark steel", shear_MPa=82_000.0, poisson=0.28)

@@ -27,9 +27,9 @@ from typing import Any
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.hertz import HertzContact
-from fecontact.mortar import ContactGrid
-from fecontact.workers import thread_environment
+from fecontact.contact.grid import ContactGrid
+from fecontact.jobs.workers import thread_environment
+from fecontact.theory.hertz import HertzContact
 
 ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, refine_degrees_of_freedom=0)
 # Element sizes along x and across (mm): 5, 8, 12 and 18 on a semi-axis.
@@ -46,9 +46,9 @@ def cases(quick: bool = False) -> list[Case]:
 
 def measure(case: Case) -> dict[str, Any]:
     """Solve a case on its one mesh and take the time of each step."""
-    from fecontact.comparison import compare
-    from fecontact.levels import couple, coupled_problem, fine_zone
-    from fecontact.position import hertz_of_case, position_of
+    from fecontact.comparison.compare import compare
+    from fecontact.solving.levels import couple, coupled_problem, fine_zone
+    from fecontact.solving.position import hertz_of_case, position_of
 
     begin = time.process_time()
     position = position_of(case)
@@ -107,9 +107,9 @@ def assembly(case: Case) -> dict[str, float]:
     from skfem import Basis, ElementHex1, ElementVector
     from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-    from fecontact.elasticity import _skfem_mesh, stiffness
-    from fecontact.levels import mesh_case
+    from fecontact.fe.stiffness import _skfem_mesh, stiffness
     from fecontact.material import STEEL
+    from fecontact.solving.levels import mesh_case
 
     mesh = mesh_case(case, "rail")
     start = time.process_time()

@@ -3,7 +3,7 @@
 import pytest
 
 from fecontact.case import Case
-from fecontact.pipeline import CaseResult, solve
+from fecontact.solving.solve import CaseResult, solve
 
 
 @pytest.fixture(scope="session")

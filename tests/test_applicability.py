@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fecontact.applicability import Criteria, PatchGeometry, cause_of, judge
+from fecontact.case import Criteria
+from fecontact.comparison.verdict import PatchGeometry, cause_of, judge
 from fecontact.errors import InputError
 
 P, A = "p_max_MPa", "area_mm2"

@@ -1,88 +1,141 @@
-"""Who may import whom: a validator that shares code with what it validates proves nothing."""
+"""Who may import whom, room by room: a validator that shares code with what it validates proves nothing."""
 
 import ast
 import subprocess
 import sys
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
 
-from fecontact.identity import _NOT_NUMERICAL
+from fecontact.jobs.provenance import _NOT_NUMERICAL
 
 PACKAGE = Path(__file__).parents[1] / "fecontact"
-FINITE_ELEMENTS = {"section", "meshing", "elasticity", "mortar"}
-THEORY = {"hertz", "halfspace", "material"}
-REGRESSION = {"tolerances", "regression", "baselines"}
+
+# Each room and the rooms that it may use, from the ground up. A room is a folder, or a file beside the folders.
+BASE = {"errors", "files", "material"}
+ROOMS: dict[str, set[str]] = {
+    "errors": set(),
+    "files": {"errors"},
+    "material": {"errors"},
+    "case": {"errors", "material"},
+    "profiles": {"errors", "files"},
+    "contact": {"errors"},
+    "geometry": {"errors", "case", "profiles"},
+    "theory": {"errors", "material", "geometry"},
+    "fe": {"errors", "material", "case", "profiles", "geometry", "contact"},
+    "comparison": {"errors", "material", "case", "profiles", "geometry", "theory", "contact"},
+    "solving": {*BASE, "case", "profiles", "geometry", "theory", "contact", "fe", "comparison"},
+    "map": {*BASE, "case", "comparison", "solving", "fe"},
+    "jobs": {*BASE, "case", "profiles", "fe", "solving", "outputs"},
+    "regression": {"errors", "files"},
+    "outputs": {*BASE, "case", "profiles", "geometry", "theory", "contact", "fe", "comparison", "solving", "map"}
+    | {"regression", "jobs"},
+    "runs": {*BASE, "case", "profiles", "comparison", "solving", "map", "jobs", "outputs", "regression"},
+    "cli": {*BASE, "case", "profiles", "solving", "map", "jobs", "outputs", "regression", "runs"},
+    "system_check": set(),
+    "__init__": {"case", "solving"},
+    "__main__": {"cli"},
+}
+FINITE_ELEMENT_PACKAGES = {"skfem", "gmsh", "pypardiso", "pyamg", "meshio", "pyvista", "vtk", "vtkmodules"}
 
 
-def imported(path: Path) -> set[str]:
-    """Names of all modules that a file imports, also inside its functions."""
-    found: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-        if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{path.name}: relative import"
-            assert node.module is not None
-            found |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
+def modules() -> dict[str, Path]:
+    """Every module of the package by its dotted name below it."""
+    found = {}
+    for path in PACKAGE.rglob("*.py"):
+        parts = path.relative_to(PACKAGE).with_suffix("").parts
+        found[".".join(parts[:-1] if len(parts) > 1 and parts[-1] == "__init__" else parts)] = path
     return found
 
 
+MODULES = modules()
+
+
+def room(module: str) -> str:
+    return module.partition(".")[0]
+
+
+def imported(module: str) -> tuple[set[str], set[str]]:
+    """Modules of the package that a module imports, also inside its functions, and packages from elsewhere."""
+    inside, outside = set(), set()
+    for node in ast.walk(ast.parse(MODULES[module].read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{module}: relative import"
+            assert node.module is not None
+            # what is imported from a package may be a module of it
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+        else:
+            continue
+        for name in names:
+            first, _, rest = name.partition(".")
+            if first != "fecontact":
+                outside.add(first)
+                continue
+            while rest and rest not in MODULES:
+                rest = rest.rpartition(".")[0]
+            inside.add(rest or "__init__")
+    # a name such as the version, which needs no other module
+    return inside - {"__init__", module}, outside
+
+
 def reachable(module: str) -> set[str]:
-    """Modules of the package that a module needs, directly or through others."""
+    """Modules that a module needs, directly or through others."""
     seen: set[str] = set()
     queue = [module]
     while queue:
         name = queue.pop()
-        path = PACKAGE / f"{name}.py"
-        if name in seen or not path.exists():
-            continue
-        seen.add(name)
-        queue += [full.split(".")[1] for full in imported(path) if full.startswith("fecontact.")]
+        if name not in seen:
+            seen.add(name)
+            queue += imported(name)[0]
     return seen - {module}
 
 
-@pytest.mark.parametrize("module", sorted(THEORY))
-def test_theory_needs_no_finite_elements(module):
-    assert not reachable(module) & FINITE_ELEMENTS
-    outside = {name.split(".")[0] for name in imported(PACKAGE / f"{module}.py")}
-    assert not outside & {"skfem", "gmsh", "pypardiso", "pyamg", "meshio", "pyvista", "vtk"}
+def test_every_room_is_known():
+    assert {room(module) for module in MODULES} == set(ROOMS)
 
 
-@pytest.mark.parametrize("module", sorted(FINITE_ELEMENTS))
-def test_finite_elements_need_no_theory(module):
-    # the material law is common to both, contact theory is not
-    assert not reachable(module) & {"hertz", "halfspace"}
+@pytest.mark.parametrize("name", ROOMS)
+def test_a_room_uses_only_the_rooms_below_it(name):
+    own = [module for module in MODULES if room(module) == name]
+    used = {f"{module} uses {other}" for module in own for other in imported(module)[0] if room(other) != name}
+    allowed = {line for line in used if room(line.rpartition(" ")[2]) in ROOMS[name]}
+    assert used == allowed
 
 
-def test_contact_solver_knows_neither_bodies_nor_theory():
-    assert reachable("contact") <= {"errors"}
+def test_no_arrow_goes_upwards():
+    # graphlib raises for a circle
+    TopologicalSorter({module: imported(module)[0] for module in MODULES}).prepare()
 
 
-@pytest.mark.parametrize("module", ["profiles.curve", "placement"])
-def test_geometry_needs_neither(module):
-    path = PACKAGE.joinpath(*module.split(".")).with_suffix(".py")
-    names = {full.split(".")[1] for full in imported(path) if full.startswith("fecontact.")}
-    assert not names & (FINITE_ELEMENTS | THEORY)
+def test_theory_and_finite_elements_never_meet_below_the_comparison():
+    for module in MODULES:
+        rooms = {room(other) for other in reachable(module)} | {room(module)}
+        if {"theory", "fe"} <= rooms:
+            assert rooms & {"comparison", "solving"}, module
 
 
-@pytest.mark.parametrize("module", sorted(REGRESSION))
-def test_comparing_results_needs_nothing_that_makes_them(module):
-    assert reachable(module) <= REGRESSION | {"errors"}
+@pytest.mark.parametrize("name", ["theory", "comparison", "contact", "geometry", "profiles", "case", "material"])
+def test_what_needs_no_finite_elements_reaches_none(name):
+    for module in [module for module in MODULES if room(module) == name]:
+        reached = {module, *reachable(module)}
+        assert not {other for other in reached if room(other) == "fe"}, module
+        assert not {package for other in reached for package in imported(other)[1]} & FINITE_ELEMENT_PACKAGES, module
 
 
 def test_numerical_modules_need_nothing_that_the_fingerprint_leaves_out():
     # a result is reused as long as the sources in its fingerprint are the same
-    left_out = {name.removesuffix(".py") for name in _NOT_NUMERICAL}
-    numerical = {path.stem for path in PACKAGE.glob("*.py")} - left_out - {"__init__"}
-    for module in numerical:
-        assert not reachable(module) & left_out, module
-        names = {full.split(".")[1] for full in imported(PACKAGE / f"{module}.py") if full.startswith("fecontact.")}
-        assert "outputs" not in names, module
+    left_out = {name.removesuffix(".py") for name in _NOT_NUMERICAL} - {"files"}
+    for module in [module for module in MODULES if room(module) not in left_out | {"__init__"}]:
+        assert not {room(other) for other in reachable(module)} & left_out, module
 
 
-def test_checked_modules_exist():
-    assert all((PACKAGE / f"{name}.py").is_file() for name in FINITE_ELEMENTS | THEORY | REGRESSION)
+def test_packages_are_empty_so_that_help_is_instant():
+    for path in PACKAGE.rglob("__init__.py"):
+        if path.parent != PACKAGE:
+            assert len(ast.parse(path.read_text("utf-8")).body) <= 1, path
 
 
 def test_importing_the_package_is_light():

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from fecontact.case import Case
-from fecontact.casefile import Study, load_study, parse_inclination
 from fecontact.cli import call
 from fecontact.errors import InputError
-from fecontact.study import case_id, run_study
+from fecontact.runs.casefile import Study, load_study, parse_inclination
+from fecontact.runs.study import case_id, run_study
 
 STUDIES = Path(__file__).parents[1] / "studies"
 

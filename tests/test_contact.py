@@ -8,10 +8,10 @@ import pytest
 from scipy.integrate import dblquad
 from scipy.optimize import nnls
 
-from fecontact.contact import ContactProblem, ContactSolution, solve_contact
-from fecontact.halfspace import half_space_compliance, love_influence
-from fecontact.hertz import HertzContact, hertz_ellipse
+from fecontact.contact.halfspace import half_space_compliance, love_influence
+from fecontact.contact.solver import ContactProblem, ContactSolution, solve_contact
 from fecontact.material import STEEL, contact_modulus_MPa
+from fecontact.theory.hertz import HertzContact, hertz_ellipse
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)
 WHEEL, LOAD = 460.0, 100e3

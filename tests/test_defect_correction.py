@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fecontact.contact import ContactProblem, solve_contact
-from fecontact.defect_correction import model_of, solve_by_correction
-from fecontact.halfspace import convolution, half_space_compliance, love_influence
+from fecontact.contact.correction import model_of, solve_by_correction
+from fecontact.contact.halfspace import convolution, half_space_compliance, love_influence
+from fecontact.contact.solver import ContactProblem, solve_contact
 from fecontact.material import STEEL, contact_modulus_MPa
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fecontact.case import Case
-from fecontact.pipeline import CaseResult, solve
+from fecontact.solving.solve import CaseResult, solve
 
 # a, b (mm) and p0 (MPa) of Hertz's theory: wheel cylinder R 460, E 210 GPa, nu 0.3, 100 kN (Johnson 1985, chapter 4).
 HERTZ = {300: (7.16168, 5.38717, 1237.559), 80: (8.5419, 2.7008, 2069.63), 13: (10.0771, 1.0274, 4611.94)}

@@ -5,19 +5,20 @@ import math
 import numpy as np
 import pytest
 
-from fecontact.applicability import Criteria, cause_of
-from fecontact.case import Case
-from fecontact.comparison import MEASURES, Measures, hertz_measures, measure
-from fecontact.contact import ContactProblem, ContactSolution, solve_contact
-from fecontact.halfspace import half_space_compliance
-from fecontact.hertz import HertzContact, hertz_from_hessian
-from fecontact.ladder import Ladder, patch_geometry, quadratic_rung
+from fecontact.case import Case, Criteria, Track
+from fecontact.comparison.ladder import Ladder, patch_geometry, quadratic_rung
+from fecontact.comparison.measures import MEASURES, Measures, hertz_measures, measure
+from fecontact.comparison.verdict import cause_of
+from fecontact.contact.grid import ContactGrid
+from fecontact.contact.halfspace import half_space_compliance
+from fecontact.contact.solver import ContactProblem, ContactSolution, solve_contact
+from fecontact.geometry.placement import Placement, place
+from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.material import STEEL, Material, contact_modulus_MPa
-from fecontact.mortar import ContactGrid
-from fecontact.pipeline import CaseResult, solve
-from fecontact.placement import Placement, RelativeCurvature, TouchPoint, Track, place
-from fecontact.position import hertz_of_case, place_case
-from fecontact.profiles import Arc, Profile
+from fecontact.profiles.curve import Arc, Profile
+from fecontact.solving.position import hertz_of_case, place_case
+from fecontact.solving.solve import CaseResult, solve
+from fecontact.theory.hertz import HertzContact, hertz_from_hessian
 
 E_STAR = contact_modulus_MPa(STEEL, STEEL)
 

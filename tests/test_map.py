@@ -10,20 +10,22 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from fecontact import applicability_map
-from fecontact.applicability import Criteria, Judgement, judge
-from fecontact.applicability_map import MapCell, MapPosition, make_map, solve_position
-from fecontact.case import Case
-from fecontact.casefile import parse_numbers
+from fecontact.case import Case, Criteria
 from fecontact.cli import call
-from fecontact.comparison import MEASURES, Measures, deviations
+from fecontact.comparison.measures import MEASURES, Measures, deviations
+from fecontact.comparison.verdict import Judgement, judge
 from fecontact.errors import InputError
-from fecontact.identity import json_digest
-from fecontact.load_limit import LoadLimit, load_limit
-from fecontact.load_sweep import LoadPoint, LoadSweep, fit_stiffness, solve_loads
-from fecontact.map_inference import Inferred, infer_loads, predict
-from fecontact.map_store import kept_positions, write_position
+from fecontact.jobs.provenance import json_digest
+from fecontact.map import making as applicability_map
+from fecontact.map.cells import LoadLimit, MapCell, MapPosition
+from fecontact.map.inference import Inferred, infer_loads, predict
+from fecontact.map.load_limit import load_limit
+from fecontact.map.making import make_map, solve_position
 from fecontact.outputs.map import cell_row, map_figure, map_record, map_table, write_map
+from fecontact.runs.casefile import parse_numbers
+from fecontact.runs.map_store import kept_positions, write_position
+from fecontact.solving.load_sweep import LoadPoint, LoadSweep, solve_loads
+from fecontact.solving.stiffness_fit import fit_stiffness
 
 K_H = 3.0e6
 LOADS = (10e3, 50e3, 100e3, 150e3)

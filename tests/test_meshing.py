@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fecontact.case import BodySize, Track
 from fecontact.errors import InputError
-from fecontact.meshing import (
+from fecontact.fe.meshing import (
     BodyMesh,
-    BodySize,
     FineZone,
     corner_jacobians,
     mesh_volume,
@@ -22,9 +22,11 @@ from fecontact.meshing import (
     surface_normals,
     wheel_mesh,
 )
-from fecontact.placement import Placement, Track, place
-from fecontact.profiles import circular_rail_head, cylinder_wheel, load, resolve_rail, resolve_wheel
-from fecontact.section import Grading, Zone, layer_depths, mesh_section, polygon_area
+from fecontact.fe.section import Grading, Zone, layer_depths, mesh_section, polygon_area
+from fecontact.geometry.placement import Placement, place
+from fecontact.profiles.library import load
+from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel
 
 INCLINATION = math.atan(1.0 / 40.0)
 ZONE = FineZone(half_length_mm=7.0, s_low_mm=-7.0, s_high_mm=7.0, step_x_mm=1.4, step_s_mm=1.0, semi_axis_mm=5.0)

@@ -15,23 +15,21 @@ import pytest
 import pyvista
 from scipy.interpolate import LinearNDInterpolator
 
-from fecontact.applicability import Criteria
-from fecontact.case import Case
-from fecontact.elasticity import nodal_stress, von_mises
+from fecontact.case import BodySize, Case, Criteria, Track
 from fecontact.errors import InputError
+from fecontact.fe.meshing import BodyMesh, mesh_volume
+from fecontact.fe.stress import nodal_stress, von_mises
+from fecontact.files import json_text, write_atomically, write_json, write_text
 from fecontact.material import Material
-from fecontact.meshing import BodyMesh, BodySize, mesh_volume
 from fecontact.outputs import tables
 from fecontact.outputs.figures import case_figure, profile_figure, study_figure
-from fecontact.outputs.files import json_text, write_atomically, write_json, write_text
 from fecontact.outputs.meshfile import write_mesh
 from fecontact.outputs.record import case_from_record, case_record, hertz_record, result_record, row
 from fecontact.outputs.series import series
 from fecontact.outputs.study_files import _write_collections
 from fecontact.outputs.vtk import contact_surface, write_case_vtk, write_pvd
-from fecontact.pipeline import CaseResult
-from fecontact.placement import Track
-from fecontact.profiles import load
+from fecontact.profiles.library import load
+from fecontact.solving.solve import CaseResult
 
 MEASURES = ["p_max_MPa", "area_mm2", "a_mm", "b_mm", "extent_x_mm", "extent_y_mm", "approach_mm"]
 
@@ -583,9 +581,7 @@ def test_study_and_profile_figures_are_pngs(record, tmp_path):
 
 
 def test_importing_the_writers_loads_no_plotting_and_no_vtk():
-    modules = ", ".join(
-        f"fecontact.outputs.{name}" for name in ("files", "record", "vtk", "figures", "tables", "meshfile")
-    )
+    modules = ", ".join(f"fecontact.outputs.{name}" for name in ("record", "vtk", "figures", "tables", "meshfile"))
     check = f"import sys, {modules}; print(*sorted({{'vtk', 'vtkmodules', 'pyvista', 'meshio', 'matplotlib', 'gmsh', 'rich'}} & set(sys.modules)))"  # noqa: E501
     done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == ""

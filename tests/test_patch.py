@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from fecontact.case import Case
+from fecontact.contact.patch import measure_patch, signed_square
 from fecontact.errors import InputError
-from fecontact.expected_patch import ExpectedPatch, approach_direction, expected_patch
-from fecontact.hertz import hertz_from_hessian
 from fecontact.material import STEEL, contact_modulus_MPa
-from fecontact.patch import measure_patch, signed_square
-from fecontact.position import place_case
+from fecontact.solving.expected_patch import ExpectedPatch, approach_direction, expected_patch
+from fecontact.solving.position import place_case
+from fecontact.theory.hertz import hertz_from_hessian
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)
 A, B, P0 = 7.0, 4.0, 1000.0

@@ -8,10 +8,13 @@ import pytest
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
+from fecontact.case import Track
 from fecontact.errors import InputError
-from fecontact.placement import OPEN_GAP_MM, Placement, RailPose, Track, WheelPose, place, place_rail
-from fecontact.profiles import circular_rail_head, cylinder_wheel, load
+from fecontact.geometry.placement import OPEN_GAP_MM, Placement, place
+from fecontact.geometry.poses import RailPose, WheelPose, place_rail
 from fecontact.profiles.curve import Line, Profile
+from fecontact.profiles.library import load
+from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel
 
 INCLINATION_40 = math.atan(1.0 / 40.0)
 INCLINATION_20 = math.atan(1.0 / 20.0)

@@ -8,16 +8,15 @@ import pytest
 from scipy.optimize import brentq
 from scipy.signal import find_peaks
 
-from fecontact.case import Case
-from fecontact.contact import solve_contact
-from fecontact.elasticity import pardiso_available
-from fecontact.expected_patch import expected_patch
-from fecontact.levels import couple, coupled_problem, fine_zone
+from fecontact.case import BodySize, Case
+from fecontact.contact.solver import solve_contact
+from fecontact.fe.linear_solver import pardiso_available
+from fecontact.geometry.placement import Placement
 from fecontact.material import Material, contact_modulus_MPa
-from fecontact.meshing import BodySize
-from fecontact.pipeline import CaseResult, solve
-from fecontact.placement import Placement
-from fecontact.position import place_case, position_of
+from fecontact.solving.expected_patch import expected_patch
+from fecontact.solving.levels import couple, coupled_problem, fine_zone
+from fecontact.solving.position import place_case, position_of
+from fecontact.solving.solve import CaseResult, solve
 
 needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO is not installed on this platform")
 

@@ -12,18 +12,18 @@ from pathlib import Path
 
 import pytest
 
-from fecontact.applicability import Judgement
-from fecontact.applicability_map import MapCell
-from fecontact.baselines import update_baseline
 from fecontact.cli import call
-from fecontact.comparison import MEASURES, Measures
+from fecontact.comparison.measures import MEASURES, Measures
+from fecontact.comparison.verdict import Judgement
 from fecontact.errors import InputError
-from fecontact.load_sweep import LoadPoint
+from fecontact.map.cells import MapCell
 from fecontact.outputs.map import cell_row
 from fecontact.outputs.record import result_record, row
 from fecontact.outputs.tables import write_csv
-from fecontact.regression import compare_tables, load_table
-from fecontact.tolerances import EFFORT, KINDS, TEXT, kind_of, read_tolerances
+from fecontact.regression.baselines import update_baseline
+from fecontact.regression.tables import compare_tables, load_table
+from fecontact.regression.tolerances import EFFORT, KINDS, TEXT, kind_of, read_tolerances
+from fecontact.solving.load_sweep import LoadPoint
 
 BASELINES = Path(__file__).parents[1] / "studies" / "baselines"
 VERSIONS = {"fecontact": "0.1.0", "gmsh": "4.15.2", "platform": "Linux-6-x86_64"}

@@ -13,12 +13,12 @@ from pathlib import Path
 import fake_solve
 import pytest
 
-from fecontact import identity
 from fecontact.case import Case
 from fecontact.errors import InputError
-from fecontact.identity import case_id, difference, fingerprint, makers, source_digest
-from fecontact.lock import locked
-from fecontact.store import CHECKSUMS, case_folder, kept_case, new_case_folder, remove_leftovers
+from fecontact.jobs import provenance as identity
+from fecontact.jobs.lock import locked
+from fecontact.jobs.provenance import case_id, difference, fingerprint, makers, source_digest
+from fecontact.jobs.store import CHECKSUMS, case_folder, kept_case, new_case_folder, remove_leftovers
 
 CASE = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
 
@@ -66,7 +66,7 @@ def test_the_id_does_not_depend_on_versions_and_the_fingerprint_does(monkeypatch
 
 def test_the_source_digest_sees_numerical_files_and_no_others(tmp_path, monkeypatch):
     package = tmp_path / "fecontact"
-    shutil.copytree(Path(identity.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(Path(identity.__file__).parents[1], package, ignore=shutil.ignore_patterns("__pycache__"))
     monkeypatch.setattr(identity, "_PACKAGE", package)
 
     def digest_after(file: str) -> str:
@@ -76,9 +76,9 @@ def test_the_source_digest_sees_numerical_files_and_no_others(tmp_path, monkeypa
 
     before = source_digest.__wrapped__()
     assert before == source_digest()
-    for file in ("outputs/tables.py", "cli.py", "workers.py", "study.py"):
+    for file in ("outputs/tables.py", "cli.py", "jobs/workers.py", "runs/study.py"):
         assert digest_after(file) == before, file
-    for file in ("contact.py", "outputs/record.py", "profiles/curve.py", "profiles/data/60E1.toml"):
+    for file in ("contact/solver.py", "outputs/record.py", "profiles/curve.py", "profiles/data/60E1.toml"):
         after = digest_after(file)
         assert after != before, file
         before = after
@@ -135,7 +135,7 @@ def test_leftovers_of_killed_runs_are_removed_and_cases_stay(tmp_path):
     assert [path.name for path in (tmp_path / "cases").iterdir()] == [name]
 
 
-HOLD = "import sys, time; from pathlib import Path; from fecontact.lock import locked\n"
+HOLD = "import sys, time; from pathlib import Path; from fecontact.jobs.lock import locked\n"
 HOLD += "with locked(Path(sys.argv[1]), eval(sys.argv[2])): print('held', flush=True); time.sleep(60)"
 
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fecontact.casefile import load_study
-from fecontact.profiles import resolve_rail
-from fecontact.study import run_study
+from fecontact.profiles.resolve import resolve_rail
+from fecontact.runs.casefile import load_study
+from fecontact.runs.study import run_study
 
 STUDIES = Path(__file__).parents[1] / "studies"
 

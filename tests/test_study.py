@@ -19,16 +19,17 @@ import psutil
 import pytest
 from test_store import profile
 
-from fecontact import identity, workers
 from fecontact.case import Case
-from fecontact.casefile import Study
 from fecontact.errors import InputError
-from fecontact.identity import makers
+from fecontact.jobs import provenance as identity
+from fecontact.jobs import workers
+from fecontact.jobs.job import Task, run_task
+from fecontact.jobs.provenance import makers
+from fecontact.jobs.store import case_folder
+from fecontact.jobs.workers import Crew, default_workers, thread_environment
 from fecontact.outputs.record import MEASURED_COLUMNS
-from fecontact.store import case_folder
-from fecontact.study import RunSettings, StudyOutcome, case_id, parse_part, run_study
-from fecontact.task import Task, run_task
-from fecontact.workers import Crew, default_workers, thread_environment
+from fecontact.runs.casefile import Study
+from fecontact.runs.study import RunSettings, StudyOutcome, case_id, parse_part, run_study
 
 LOADS_KN = (50, 60, 70, 80, 90)
 HERE = Path(__file__).parent
@@ -64,7 +65,7 @@ def table(path: Path) -> list[dict[str, str]]:
 def _no_figures(request, monkeypatch):
     """Figures take a second each and are looked at elsewhere."""
     if "figures" not in request.node.name:
-        monkeypatch.setattr("fecontact.study.study_figures", lambda rows, out: None)
+        monkeypatch.setattr("fecontact.runs.study.study_figures", lambda rows, out: None)
 
 
 @pytest.fixture(scope="module")
@@ -164,7 +165,7 @@ def test_failures_are_rows_and_the_rest_goes_on(tmp_path):
 
 
 def test_a_full_disk_at_the_tables_does_not_end_the_run(tmp_path, monkeypatch):
-    from fecontact import study as module
+    from fecontact.runs import study as module
 
     def full(*arguments: object) -> None:
         raise OSError(28, "No space left on device", "study.csv")
@@ -410,7 +411,7 @@ def test_a_dask_worker_that_is_killed_loses_nothing_and_nothing_is_done_twice(tm
 
 def test_a_scheduler_that_is_not_there(tmp_path, monkeypatch):
     pytest.importorskip("distributed")
-    from fecontact import cluster
+    from fecontact.jobs import cluster
 
     monkeypatch.setattr(cluster, "_CONNECT_S", 1)
     with pytest.raises(InputError, match=r"scheduler tcp://127\.0\.0\.1:9: not reachable within 1 s"):
@@ -432,7 +433,7 @@ def test_without_distributed_the_remedy_is_said(tmp_path, monkeypatch):
 
 
 def test_a_worker_that_does_not_see_the_folder_says_so(tmp_path, monkeypatch):
-    from fecontact import cluster
+    from fecontact.jobs import cluster
 
     monkeypatch.setattr(cluster, "_SEEN_S", 0.0)
     with thread_environment(1):

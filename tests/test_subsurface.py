@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fecontact.hertz import subsurface_stress_on_axis, von_mises_peak
-from fecontact.meshing import BodyMesh
-from fecontact.pipeline import CaseResult
-from fecontact.section import layer_depths
-from fecontact.subsurface import peak_on_line, stress_peak
+from fecontact.fe.meshing import BodyMesh
+from fecontact.fe.section import layer_depths
+from fecontact.fe.stress_peak import peak_on_line, stress_peak
+from fecontact.solving.solve import CaseResult
+from fecontact.theory.axis_stress import subsurface_stress_on_axis, von_mises_peak
 
 
 def test_a_cubic_is_met_exactly_between_the_nodes():

@@ -9,12 +9,13 @@ from hypothesis import strategies as st
 
 from fecontact.case import Case
 from fecontact.errors import InputError
-from fecontact.expected_patch import approach_direction
-from fecontact.hertz import hertz_ellipse, hertz_spring_force_N, shared_approach_mm
 from fecontact.material import STEEL, contact_modulus_MPa
-from fecontact.pipeline import solve
-from fecontact.position import hertz_points_of_case, place_case
-from fecontact.profiles import resolve_rail
+from fecontact.profiles.resolve import resolve_rail
+from fecontact.solving.expected_patch import approach_direction
+from fecontact.solving.position import hertz_points_of_case, place_case
+from fecontact.solving.solve import solve
+from fecontact.theory.hertz import hertz_ellipse
+from fecontact.theory.springs import hertz_spring_force_N, shared_approach_mm
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)
 

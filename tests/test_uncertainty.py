@@ -8,12 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fecontact.case import Case
-from fecontact.comparison import MEASURES
-from fecontact.pipeline import solve
-from fecontact.placement import Track
-from fecontact.position import place_case, points_part
-from fecontact.uncertainty import MESH_RATIO, estimate
+from fecontact.case import Case, Track
+from fecontact.comparison.measures import MEASURES
+from fecontact.comparison.uncertainty import MESH_RATIO, estimate
+from fecontact.solving.position import place_case, points_part
+from fecontact.solving.solve import solve
 
 # A cut plane moved out by half: 0.12 % at most, stated as 0.15 %. Part of every estimate, whatever the meshes say.
 CUT_PLANES = 0.0015

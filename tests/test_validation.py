@@ -5,7 +5,7 @@ import math
 import pytest
 
 from fecontact.cli import call
-from fecontact.validation import Check, discretisation_check, report
+from fecontact.regression.checks import Check, discretisation_check, report
 
 
 def check(value: float, expected: float | None = 100.0, limit: float = 2.0, **more: object) -> Check:
@@ -69,7 +69,7 @@ def test_discretisation_is_checked_on_the_worst_row():
 
 STUDY = """
 from fecontact.case import Case
-from fecontact.validation import Check
+from fecontact.regression.checks import Check
 
 def cases(quick=False):
     shape = dict(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.errors import InputError
-from fecontact.hertz import HertzContact
-from fecontact.outputs.files import write_atomically
+from fecontact.files import write_atomically
+from fecontact.geometry.placement import Placement
 from fecontact.outputs.series import series, short_name
-from fecontact.pipeline import CaseResult
-from fecontact.placement import Placement
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.library import resolve_rail
+from fecontact.profiles.resolve import resolve_rail
+from fecontact.solving.solve import CaseResult
+from fecontact.theory.hertz import HertzContact
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

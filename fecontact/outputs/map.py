@@ -11,19 +11,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.applicability import AT_JUNCTION
-from fecontact.applicability_map import ApplicabilityMap, MapCell, MapPosition
 from fecontact.case import Case
-from fecontact.comparison import MEASURES
-from fecontact.identity import input_files, makers
-from fecontact.load_limit import LoadLimit
-from fecontact.load_sweep import fit_stiffness
+from fecontact.comparison.measures import MEASURES
+from fecontact.comparison.verdict import AT_JUNCTION
+from fecontact.files import write_json
+from fecontact.jobs.provenance import input_files, makers
+from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
 from fecontact.outputs.figures import blank_figure, save_figure
-from fecontact.outputs.files import write_json
 from fecontact.outputs.map_record import cell_record, limit_record
 from fecontact.outputs.record import case_record, versions
 from fecontact.outputs.series import short_name
 from fecontact.outputs.tables import write_csv
+from fecontact.solving.stiffness_fit import fit_stiffness
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,11 +7,10 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from fecontact.applicability import Judgement
-from fecontact.applicability_map import MapCell, MapPosition
-from fecontact.comparison import Measures
-from fecontact.load_limit import LoadLimit
-from fecontact.load_sweep import LoadPoint
+from fecontact.comparison.measures import Measures
+from fecontact.comparison.verdict import Judgement
+from fecontact.map.cells import LoadLimit, MapCell, MapPosition
+from fecontact.solving.load_sweep import LoadPoint
 
 Record = dict[str, Any]
 

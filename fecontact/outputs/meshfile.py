@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.errors import InputError
-from fecontact.meshing import BodyMesh
-from fecontact.outputs.files import write_atomically
+from fecontact.fe.meshing import BodyMesh
+from fecontact.files import write_atomically
 
 Integers = NDArray[np.int64]
 

@@ -10,17 +10,15 @@ from importlib import metadata
 from typing import Any
 
 from fecontact import __version__
-from fecontact.applicability import Criteria
-from fecontact.case import Case
-from fecontact.comparison import MEASURES, hertz_measures
+from fecontact.case import BodySize, Case, Criteria, Track
+from fecontact.comparison.measures import MEASURES, hertz_measures
 from fecontact.errors import InputError
-from fecontact.hertz import HertzContact
+from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.material import Material
-from fecontact.meshing import BodySize
-from fecontact.pipeline import CaseResult, SolverRecord
-from fecontact.placement import RelativeCurvature, TouchPoint, Track
-from fecontact.position import hertz_of_case, hertz_points_of_case, place_case
-from fecontact.touch_hertz import HertzPoints, sides
+from fecontact.solving.position import hertz_of_case, hertz_points_of_case, place_case
+from fecontact.solving.solve import CaseResult, SolverRecord
+from fecontact.theory.hertz import HertzContact
+from fecontact.theory.touch_hertz import HertzPoints, sides
 
 Record = dict[str, Any]
 

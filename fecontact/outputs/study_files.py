@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from fecontact.outputs.files import write_json
+from fecontact.files import write_json
 from fecontact.outputs.record import versions
 from fecontact.outputs.series import series
 from fecontact.outputs.tables import write_csv

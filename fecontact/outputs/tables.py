@@ -9,8 +9,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fecontact.comparison import MEASURES
-from fecontact.outputs.files import write_text
+from fecontact.comparison.measures import MEASURES
+from fecontact.files import write_text
 from fecontact.profiles.curve import Arc, Line, Profile, Segment
 
 if TYPE_CHECKING:
@@ -263,7 +263,7 @@ def print_library(*, console: Console | None = None) -> None:
     """Print the profiles of the library, and what else may be given in place of a name."""
     from rich.text import Text
 
-    from fecontact.profiles import load, names
+    from fecontact.profiles.library import load, names
 
     console = console or _console()
     table = _table(console, title="Profile library")

@@ -17,11 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact import __version__
-from fecontact.elasticity import ElasticBody, nodal_stress, von_mises
 from fecontact.errors import InputError
-from fecontact.expected_patch import approach_direction
-from fecontact.outputs.files import write_text
-from fecontact.pipeline import CaseResult
+from fecontact.fe.body import ElasticBody
+from fecontact.fe.stress import nodal_stress, von_mises
+from fecontact.files import write_text
+from fecontact.solving.expected_patch import approach_direction
+from fecontact.solving.solve import CaseResult
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -1,0 +1,1 @@
+"""Hertz and the finite elements side by side: measures, ladder, uncertainty, verdict."""

@@ -1,0 +1,120 @@
+"""The contact problem of an expensive compliance, solved through a cheap model of it.
+
+Finite elements answer a pressure nearly as a half-space does. What differs is the softness of the elements, felt over a
+few nodes and alike at every node, and the shape of the bodies, felt everywhere and slowly varying. A model that is the
+same at every node and agrees with one response of the real compliance has the first of both exactly, so that a few
+corrections by what it misses are enough.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.contact.halfspace import convolution, love_influence
+from fecontact.contact.solver import (
+    CONTACT_TOLERANCE,
+    Compliance,
+    ContactProblem,
+    ContactSolution,
+    solution_at,
+    solve_contact,
+)
+
+Floats = NDArray[np.float64]
+
+_MOST_CORRECTIONS = 15
+_DEPTH = 4
+# A response beside a curved body's edge, carried to all nodes, need not be positive definite.
+_LEAST_SPECTRUM = 1e-3
+
+
+def model_of(
+    compliance: Compliance,
+    *,
+    nodes_x: int,
+    nodes_s: int,
+    step_x_mm: float,
+    step_s_mm: float,
+    contact_modulus_MPa: float,
+    half: bool,
+) -> Compliance:
+    """A model that is the same at every node, from one response of a compliance on a uniform grid of nodes.
+
+    The response to a unit pressure in the middle of the grid; beyond the grid's reach the half-space's, with the
+    difference at the end of the reach.
+    """
+    middle_x, middle_s = 0 if half else nodes_x // 2, nodes_s // 2
+    unit = np.zeros((nodes_x, nodes_s))
+    unit[middle_x, middle_s] = 1.0
+    response = compliance(unit.ravel()).reshape(nodes_x, nodes_s)
+    rows = 2 * nodes_x - 1 if half else nodes_x
+    x, s = np.arange(1 - rows, rows), np.arange(1 - nodes_s, nodes_s)
+    half_space = love_influence(
+        np.asarray(x[:, None] * step_x_mm), np.asarray(s[None, :] * step_s_mm), step_x_mm, step_s_mm
+    ) / (np.pi * contact_modulus_MPa)
+    seen_x = np.clip((np.abs(x) if half else x) + middle_x, 0, nodes_x - 1)
+    seen_s = np.clip(s + middle_s, 0, nodes_s - 1)
+    nearest = np.ix_(seen_x - middle_x + rows - 1, seen_s - middle_s + nodes_s - 1)
+    difference = response[np.ix_(seen_x, seen_s)] - half_space[nearest]
+    # a symmetric compliance answers equally on opposite sides
+    kernel = half_space + 0.5 * (difference + difference[::-1, ::-1])
+    return convolution(kernel[rows - 1 :], nodes_x=nodes_x, nodes_s=nodes_s, half=half, least_spectrum=_LEAST_SPECTRUM)
+
+
+def solve_by_correction(
+    problem: ContactProblem,
+    load_N: float,
+    model: Compliance,
+    *,
+    start_MPa: Floats | None = None,
+    tolerance: float = CONTACT_TOLERANCE,
+) -> ContactSolution:
+    """Solve a contact problem by corrections of the solution of a model of its compliance.
+
+    Each correction solves the model with the gap enlarged by what the model misses under the last pressure; Anderson
+    mixing (Anderson 1965; Walker and Ni 2011) of the last ones. Where this stalls, conjugate gradients go on from the
+    best pressure.
+
+    Parameters
+    ----------
+    model
+        Positive definite approximation of the compliance, much cheaper than it.
+    start_MPa (n,)
+        Where the first solution of the model starts.
+    tolerance
+        Bound of both residuals of the problem itself, relative to the approach, as in `solve_contact`.
+    """
+    weight = np.sqrt(problem.area_mm2)
+    cheap = replace(problem, compliance=model)
+    p = solve_contact(cheap, load_N, start_MPa=start_MPa, tolerance=1e-6).pressure_MPa
+    solved: list[Floats] = []
+    changes: list[Floats] = []
+    best, best_p = np.inf, p
+    for calls in range(1, _MOST_CORRECTIONS + 1):
+        opening = problem.compliance(p)
+        state = solution_at(problem, load_N, p, opening, tolerance=tolerance, iterations=calls, calls=calls)
+        if state.status == "converged":
+            return state
+        residual = max(state.contact_residual, state.penetration_residual)
+        if residual < best:
+            best, best_p = residual, p
+        # the error of the inner solution must not be seen in the next residual
+        inner = replace(cheap, gap_mm=problem.gap_mm + opening - model(p))
+        q = solve_contact(inner, load_N, start_MPa=p, tolerance=max(1e-3 * residual, 0.1 * tolerance)).pressure_MPa
+        solved, changes = [*solved, q][-_DEPTH - 1 :], [*changes, (q - p) * weight][-_DEPTH - 1 :]
+        p = _mix(problem, load_N, solved, changes)
+    rest = solve_contact(problem, load_N, start_MPa=best_p, tolerance=tolerance)
+    return replace(rest, compliance_calls=rest.compliance_calls + _MOST_CORRECTIONS)
+
+
+def _mix(problem: ContactProblem, load_N: float, solved: list[Floats], changes: list[Floats]) -> Floats:
+    """Anderson mixing: the combination of solutions whose changes cancel best, made a pressure under the load."""
+    if len(solved) == 1:
+        return solved[0]
+    columns = np.stack([changes[-1] - change for change in changes[:-1]], axis=1)
+    part, *_ = np.linalg.lstsq(columns, changes[-1], rcond=1e-10)
+    mixed = np.maximum(solved[-1] - sum(t * (solved[-1] - q) for t, q in zip(part, solved[:-1], strict=True)), 0.0)
+    return np.asarray(mixed * (load_N / problem.load_N(mixed)))

@@ -1,0 +1,83 @@
+"""Elastic half-space: opening of two flat bodies under a pressure on a uniform grid of nodes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import irfft2, next_fast_len, rfft2
+
+from fecontact.contact.solver import Compliance
+
+Floats = NDArray[np.float64]
+
+
+def half_space_compliance(
+    *, nodes_x: int, nodes_s: int, step_x_mm: float, step_s_mm: float, contact_modulus_MPa: float, half: bool
+) -> Compliance:
+    """Compliance of a pair of half-spaces on nodes (nodes_x, nodes_s), flattened in this order.
+
+    Each node carries its pressure on a rectangle of one step by one step around it (Love 1929; Johnson 1985, eq. 3.25);
+    convolution by FFT with zero padding, exact for these rectangles. In a half model row 0 lies on the plane of
+    symmetry x = 0 and the mirrored pressure acts as well.
+
+    Range of validity: flat surfaces; over a curved surface it takes arc lengths for distances.
+    """
+    rows = 2 * nodes_x - 1 if half else nodes_x
+    kernel = love_influence(
+        np.asarray(np.arange(rows)[:, None] * step_x_mm),
+        np.asarray(np.arange(1 - nodes_s, nodes_s)[None, :] * step_s_mm),
+        step_x_mm,
+        step_s_mm,
+    ) / (np.pi * contact_modulus_MPa)
+    return convolution(kernel, nodes_x=nodes_x, nodes_s=nodes_s, half=half)
+
+
+def convolution(
+    kernel: Floats, *, nodes_x: int, nodes_s: int, half: bool, least_spectrum: float = -np.inf
+) -> Compliance:
+    """Compliance of nodes (nodes_x, nodes_s), flattened in this order, that is the same at every node.
+
+    Parameters
+    ----------
+    kernel (rows, 2 nodes_s - 1)
+        Response at x offsets 0 to rows - 1 and s offsets 1 - nodes_s to nodes_s - 1 steps from a node of unit pressure;
+        the same on the opposite side of it. rows is nodes_x, or 2 nodes_x - 1 in a half model.
+    least_spectrum
+        Lower bound of its spectrum, relative to the largest value; above zero the compliance is positive definite.
+    """
+    rows = 2 * nodes_x - 1 if half else nodes_x
+    shape = (next_fast_len(2 * rows - 1, real=True), next_fast_len(2 * nodes_s - 1, real=True))
+    wrapped = np.zeros(shape)
+    wrapped[:rows, :nodes_s] = kernel[:, nodes_s - 1 :]
+    wrapped[:rows, -(nodes_s - 1) :] = kernel[:, : nodes_s - 1]
+    # the opposite side: both offsets change sign
+    wrapped[-(rows - 1) :, :nodes_s] = kernel[:0:-1, nodes_s - 1 :: -1]
+    wrapped[-(rows - 1) :, -(nodes_s - 1) :] = kernel[:0:-1, : nodes_s - 1 : -1]
+    # real, since opposite sides are equal
+    spectrum = rfft2(wrapped).real
+    spectrum = np.maximum(spectrum, least_spectrum * spectrum.max())
+
+    def apply(pressure: Floats) -> Floats:
+        p = pressure.reshape(nodes_x, nodes_s)
+        if half:
+            p = np.concatenate([p[:0:-1], p])
+        u = irfft2(rfft2(p, shape) * spectrum, shape)[:rows, :nodes_s]
+        return np.ascontiguousarray(u[rows - nodes_x :]).ravel()
+
+    return apply
+
+
+def love_influence(x: Floats, y: Floats, step_x: float, step_y: float) -> Floats:
+    """Love's integral of 1/r over a rectangle step_x by step_y around the origin, seen from (x, y) (mm).
+
+    The surface displacement under a pressure p is p / (pi E*) times this.
+    """
+    x1, x2 = x + 0.5 * step_x, x - 0.5 * step_x
+    y1, y2 = y + 0.5 * step_y, y - 0.5 * step_y
+
+    def term(u: Floats, v: Floats, w: Floats) -> Floats:
+        # u * ln((v + r(u, v)) / (w + r(u, w))), with asinh for accuracy where v, w < 0
+        size = np.maximum(np.abs(u), 1e-300)  # on the line of an edge the limit is zero
+        return np.asarray(u * (np.arcsinh(v / size) - np.arcsinh(w / size)))
+
+    return np.asarray(term(x1, y1, y2) - term(x2, y1, y2) + term(y1, x1, x2) - term(y2, x1, x2))

@@ -1,0 +1,1 @@
+"""Finite elements of one wheel and one rail; sees no contact theory."""

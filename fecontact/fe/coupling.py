@@ -1,0 +1,58 @@
+"""The two elastic bodies, coupled at their contact surfaces: the finite-element compliance of the pair."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+from fecontact.contact.grid import ContactGrid
+from fecontact.fe.body import ElasticBody
+
+Integers = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CoupledBodies:
+    """Rail and wheel, coupled by a mortar matrix: the finite-element compliance of the pair.
+
+    Attributes
+    ----------
+    normals (n, 3)
+        Outward unit normals of the true rail at the pressure nodes; the pressure acts along them on both bodies.
+    rail_nodes (n,), wheel_nodes (m,)
+        Mesh nodes of the pressure grid, and the wheel's nodes on its contact surface.
+    coupling (n, m)
+        Mortar matrix M in mm^2.
+    """
+
+    rail: ElasticBody
+    wheel: ElasticBody
+    grid: ContactGrid
+    normals: Floats
+    rail_nodes: Integers
+    wheel_nodes: Integers
+    coupling: csr_matrix
+
+    def displacements(self, pressure: Floats) -> tuple[Floats, Floats]:
+        """Displacements (nodes, 3) in mm of rail and wheel under nodal pressures (n,) in MPa, base and driver held."""
+        push = pressure[:, None] * self.normals
+        on_rail = -self.grid.nodal_area_mm2()[:, None] * push
+        return (
+            self.rail.displacements(self.rail_nodes, on_rail),
+            self.wheel.displacements(self.wheel_nodes, self.coupling.T @ push),
+        )
+
+    def close(self) -> None:
+        """Release the memory of both factors; displacements can no longer be computed."""
+        self.rail.close()
+        self.wheel.close()
+
+    def compliance(self, pressure: Floats) -> Floats:
+        """Opening (n,) in mm along the normals, in the mean of the dual functions, under pressures (n,) in MPa."""
+        u_rail, u_wheel = self.displacements(pressure)
+        wheel = (self.coupling @ u_wheel[self.wheel_nodes]) / self.grid.nodal_area_mm2()[:, None]
+        return np.asarray(np.einsum("nd,nd->n", self.normals, wheel - u_rail[self.rail_nodes]))

@@ -1,0 +1,388 @@
+"""Hexahedral meshes of the two bodies: cross-sections swept in graded layers, along the rail and around the axle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.case import BodySize
+from fecontact.errors import InputError
+from fecontact.fe.section import Grading, Section, Zone, mesh_section
+from fecontact.geometry.placement import Placement
+from fecontact.profiles.curve import Line, Profile, Segment
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+_SWEEP_RATIO = 1.35
+# Points of an outline closer than this are one point: published coordinates are rounded to micrometres.
+_SAME_POINT_MM = 1e-3
+# The wheel's uniform zone reaches this many steps further than the rail's, so that it covers it wholly.
+_COVER_STEPS = 2
+
+
+# A block that is wider than a single patch holds several: it need be as deep as for one. That takes a quarter to two
+# fifths off the cost of a two-lobed contact, and moves its peak pressure by 2e-4 to 5e-4 at `quick`. Depths follow the
+# patch and not the element size alone, or finer meshes would not converge to the same bodies.
+_PART_STEPS = 25
+_PART_SEMI_AXES = 3.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class FineZone:
+    """Uniform zone around the expected patch on the rail's surface, about the first touch point (mm).
+
+    The nodes lie at x = -half_length..half_length in steps of `step_x_mm` and at the arc lengths s from `s_low_mm` to
+    `s_high_mm` in steps of `step_s_mm`, both in an even number of steps. `semi_axis_mm` is that of the narrowest part
+    of the patch, across.
+    """
+
+    half_length_mm: float
+    s_low_mm: float
+    s_high_mm: float
+    step_x_mm: float
+    step_s_mm: float
+    semi_axis_mm: float
+
+    @property
+    def block_width_mm(self) -> float:
+        """Width of the patch, or part of it, for which the uniform block below the zone is deep enough."""
+        part = max(_PART_STEPS * self.step_s_mm, _PART_SEMI_AXES * self.semi_axis_mm)
+        return min(self.s_high_mm - self.s_low_mm, 2.0 * self.half_length_mm, part)
+
+    @property
+    def intervals_x(self) -> int:
+        """Steps from the middle to one end."""
+        return max(2, round(self.half_length_mm / self.step_x_mm))
+
+    @property
+    def intervals_s(self) -> int:
+        """Steps across, always even."""
+        return max(4, 2 * round(0.5 * (self.s_high_mm - self.s_low_mm) / self.step_s_mm))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyMesh:
+    """A hexahedral mesh in the track frame (mm).
+
+    Attributes
+    ----------
+    points (n, 3), hexes (m, 8)
+        Cells in VTK order: four nodes of one layer, then the four nodes above them.
+    surfaces
+        Named boundary quadrilaterals (k, 4), their normals outward: `contact` (the uniform zone), `fixed` or `driven`,
+        `symmetry` (half models), `end` (cut planes), `free`.
+    contact_nodes (nx, ns)
+        Nodes of the uniform zone: rows along x, columns from the gauge to the field side.
+    block_nodes (nx, ns, layers)
+        Nodes of the uniform block below each contact node, along the normal into the body; the first one lies on it.
+    half
+        Whether only x >= 0 is meshed.
+    volume_mm3
+        Volume of the swept section in closed form.
+    """
+
+    name: Literal["rail", "wheel"]
+    points: Floats
+    hexes: Integers
+    surfaces: dict[str, Integers] = field(repr=False)
+    contact_nodes: Integers
+    block_nodes: Integers = field(repr=False)
+    half: bool
+    volume_mm3: float
+
+
+# Bytes a node while the mesh is made and the stiffness assembled (8 to 12 kB measured, with small factors).
+_BYTES_A_NODE = 8e3
+
+
+def least_memory_bytes(zone: FineZone) -> float:
+    """A lower bound of the memory that both bodies need, from the nodes of the uniform blocks under the zone."""
+    layers = 0.45 * zone.block_width_mm / min(zone.step_x_mm, zone.step_s_mm)
+    nodes = zone.intervals_x * zone.intervals_s * max(2.0, np.log1p(0.2 * layers) / np.log(1.2))
+    return float(2.0 * nodes * _BYTES_A_NODE)
+
+
+def rail_mesh(
+    placement: Placement, zone: FineZone, *, half: bool, size: BodySize, grading: Grading | None = None
+) -> BodyMesh:
+    """Extrude the rail's head along x.
+
+    Raises
+    ------
+    InputError
+        If the cut plane does not leave room for the uniform zone.
+    """
+    pose = placement.rail
+    middle = placement.first_arc_length_mm
+    closure = _rail_closure(pose.profile, size.rail_depth_mm)
+    section = mesh_section(
+        pose.profile,
+        closure,
+        _held_edge(closure),
+        _section_zone(pose.profile, zone, middle + zone.s_low_mm, middle + zone.s_high_mm, zone.intervals_s),
+        grading or Grading(),
+    )
+    x, zone_layers = _sweep_positions(zone, size.rail_half_length_mm, half, 0, "the rail's half length")
+    c, s = np.cos(pose.inclination_rad), np.sin(pose.inclination_rad)
+    y = pose.crown_y_mm + section.points @ np.array([c, -s])
+    z = pose.crown_z_mm + section.points @ np.array([s, c])
+    count = len(y)
+    points = np.column_stack([np.repeat(x + placement.first.x_mm, count), np.tile(y, x.size), np.tile(z, x.size)])
+    volume = section.outline_area_mm2 * float(x[-1] - x[0])
+    return _swept("rail", section, points, zone_layers, half=half, outward=-1, base="fixed", volume=volume)
+
+
+def wheel_mesh(
+    placement: Placement, zone: FineZone, *, half: bool, size: BodySize, grading: Grading | None = None
+) -> BodyMesh:
+    """Revolve the wheel's rim about the axle.
+
+    Raises
+    ------
+    InputError
+        If the cut planes do not leave room for the uniform zone.
+    """
+    pose, touch = placement.wheel, placement.first
+    low, high = _wheel_arc_lengths(placement, zone)
+    margin = _COVER_STEPS * zone.step_s_mm
+    y_low, y_high = pose.profile.y_range_mm
+    z_inner = size.rim_thickness_mm
+    section = mesh_section(
+        pose.profile,
+        np.array([[y_high, z_inner], [y_low, z_inner]]),
+        (0, 1),
+        _section_zone(pose.profile, zone, low - margin, high + margin, zone.intervals_s + 2 * _COVER_STEPS),
+        grading or Grading(),
+    )
+    x, zone_layers = _sweep_positions(zone, size.rim_half_length_mm, half, _COVER_STEPS, "the rim's half length")
+    theta_0 = float(pose.silhouette(touch.wheel_u)[0])
+    theta = theta_0 + x / float(pose.radius(touch.wheel_u))
+    radius = pose.rolling_radius_mm - section.points[:, 1]
+    points = pose.point(section.points[None, :, 0], radius[None, :], theta[:, None]).reshape(-1, 3)
+    # Pappus, for planes joined by straight lines: sin of the step instead of the step
+    moment = _radius_moment(section, pose.rolling_radius_mm)
+    volume = moment * float(np.sum(np.sin(np.diff(theta))))
+    return _swept("wheel", section, points, zone_layers, half=half, outward=1, base="driven", volume=volume)
+
+
+def _wheel_arc_lengths(placement: Placement, zone: FineZone) -> tuple[float, float]:
+    """Arc lengths on the wheel's profile that face the ends of the rail's zone, along the rail's normals."""
+    pose = placement.wheel
+    middle = float(pose.profile.arc_length(placement.first.wheel_u))
+    ends = np.array([zone.s_low_mm, zone.s_high_mm])
+    # on a steep flange the wheel's lines drift across the rail's zone towards its ends in x
+    x = np.array([-zone.half_length_mm, 0.0, zone.half_length_mm])
+    points, normals = placement.surface(x[:, None], ends[None, :])
+    facing = points + pose.distance_along(points, normals)[..., None] * normals
+    y = ((facing - pose.centre_mm) @ pose.axes)[..., 1] - pose.tape_circle_y_mm
+    arcs = pose.profile.arc_length(np.nan_to_num(pose.profile.locate(y)))
+    # where a normal misses the wheel's line the same length on both surfaces is the best guess
+    arcs = np.where(np.isfinite(y), arcs, middle + ends)
+    return min(float(arcs.min()), middle + zone.s_low_mm), max(float(arcs.max()), middle + zone.s_high_mm)
+
+
+def _section_zone(profile: Profile, zone: FineZone, low: float, high: float, intervals: int) -> Zone:
+    if low <= 0.0 or high >= profile.length_mm:
+        raise InputError(
+            f"{profile.kind} {profile.name}: the contact zone from {low:.2f} to {high:.2f} mm along the profile leaves"
+            f" its running surface (0 to {profile.length_mm:.2f} mm); give a longer line or another lateral position"
+        )
+    depth_step = 0.8 * min(zone.step_x_mm, zone.step_s_mm)
+    p = profile.evaluate(profile.at_arc_length(np.linspace(low, high, 200)))
+    # layers follow the normals: they must end before the normals of a convex line meet
+    tightest = float(np.max(profile.convex_sign * p.curvature_per_mm))
+    depth = min(0.45 * min(high - low, zone.block_width_mm), 0.35 / tightest if tightest > 0 else np.inf)
+    return Zone(
+        low_mm=low, high_mm=high, intervals=intervals, depth_step_mm=depth_step, depth_mm=max(depth, 2 * depth_step)
+    )
+
+
+def _rail_closure(profile: Profile, depth: float) -> Floats:
+    """Polyline around the body, from the field-side end of the running surface to its gauge-side end."""
+    start, end = (
+        [float(p.y), float(p.z)] for p in (profile.evaluate(float(len(profile.segments))), profile.evaluate(0.0))
+    )
+    if -depth >= min(start[1], end[1]) - 1.0:
+        raise InputError(
+            f"rail depth {depth:g} mm: the running line of {profile.name} reaches down to {-min(start[1], end[1]):.1f}"
+            " mm; cut the rail at least 1 mm below that"
+        )
+    if not profile.outline:
+        return np.array([[start[0], -depth], [end[0], -depth]])
+    # the outline begins with the running surface and goes on around the foot to its gauge-side end
+    line = np.vstack([_segment_points(segment) for segment in profile.outline[len(profile.segments) :]])
+    line = line[np.append(True, np.hypot(*np.diff(line, axis=0).T) > _SAME_POINT_MM)][1:-1]
+    if depth >= -line[:, 1].min():
+        raise InputError(f"rail depth {depth:g} mm: {profile.name} is only {-line[:, 1].min():.1f} mm high")
+    below = np.flatnonzero(line[:, 1] <= -depth)
+    first, last = int(below[0]), int(below[-1])
+    right = _cut(line[first - 1] if first > 0 else np.array(start), line[first], depth)
+    left = _cut(line[last + 1] if last < len(line) - 1 else np.array(end), line[last], depth)
+    return np.vstack([line[:first], [right, left], line[last + 1 :]])
+
+
+def _segment_points(segment: Segment) -> Floats:
+    p = segment.evaluate(np.linspace(0.0, 1.0, 2 if isinstance(segment, Line) else 40))
+    return np.column_stack([p.y, p.z])
+
+
+def _cut(above: Floats, below: Floats, depth: float) -> Floats:
+    """Point at the depth on the line between two points."""
+    t = (-depth - above[1]) / (below[1] - above[1])
+    return np.asarray(above + t * (below - above))
+
+
+def _held_edge(closure: Floats) -> tuple[int, int]:
+    lowest = closure[:, 1].min()
+    on_base = np.flatnonzero(closure[:, 1] < lowest + 1e-9)
+    return int(on_base[0]), int(on_base[-1])
+
+
+def _sweep_positions(zone: FineZone, end: float, half: bool, cover: int, what: str) -> tuple[Floats, slice]:
+    """Positions along the sweep and which of them belong to the uniform zone."""
+    intervals = zone.intervals_x + cover
+    step = zone.half_length_mm / zone.intervals_x
+    start = intervals * step
+    if end < start + 2.0 * step:
+        raise InputError(
+            f"{what} of {end:g} mm must reach at least two elements past the contact zone ({start:.2f} mm)"
+        )
+    count = int(np.ceil(np.log1p((_SWEEP_RATIO - 1.0) * (end - start) / step) / np.log(_SWEEP_RATIO)))
+    steps = np.minimum(step * _SWEEP_RATIO ** np.arange(1, count + 8), 0.2 * end)
+    tail = np.cumsum(steps)
+    tail = tail[: np.searchsorted(tail, end - start) + 1]
+    tail *= (end - start) / tail[-1]
+    right = np.concatenate([np.arange(intervals + 1) * step, start + tail])
+    if half:
+        return right, slice(0, intervals + 1)
+    return np.concatenate([-right[:0:-1], right]), slice(tail.size, tail.size + 2 * intervals + 1)
+
+
+def _radius_moment(section: Section, rolling_radius: float) -> float:
+    """First moment of the section about the axle."""
+    p = section.points[section.quads]
+    total = 0.0
+    for a, b, c in ((0, 1, 2), (0, 2, 3)):
+        d1, d2 = p[:, b] - p[:, a], p[:, c] - p[:, a]
+        area = 0.5 * (d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0])
+        total += float(np.sum(area * (rolling_radius - (p[:, a, 1] + p[:, b, 1] + p[:, c, 1]) / 3.0)))
+    return total
+
+
+def _swept(
+    name: Literal["rail", "wheel"],
+    section: Section,
+    points: Floats,
+    zone_layers: slice,
+    *,
+    half: bool,
+    outward: int,
+    base: str,
+    volume: float,
+) -> BodyMesh:
+    count = len(section.points)
+    layers = len(points) // count
+    lift = (np.arange(layers - 1) * count)[:, None, None]
+    hexes = (np.concatenate([section.quads, section.quads + count], axis=1)[None] + lift).reshape(-1, 8)
+
+    def swept_edges(edges: Integers, layer_slice: slice) -> Integers:
+        quads = np.column_stack([edges[:, 0], edges[:, 1], edges[:, 1] + count, edges[:, 0] + count])
+        if outward < 0:
+            quads = quads[:, ::-1]
+        return np.asarray((quads[None] + lift[layer_slice]).reshape(-1, 4))
+
+    zone_cells = slice(zone_layers.start, zone_layers.stop - 1)
+    every = slice(None)
+    rest = np.setdiff1d(np.arange(layers - 1), np.arange(layers - 1)[zone_cells])
+    beyond = np.vstack([swept_edges(section.edges["contact"], slice(k, k + 1)) for k in rest])
+    first, last = section.quads[:, ::-1], section.quads + (layers - 1) * count
+    surfaces = {
+        "contact": swept_edges(section.edges["contact"], zone_cells),
+        base: swept_edges(section.edges["base"], every),
+        "free": np.vstack([swept_edges(section.edges["free"], every), beyond]),
+        "end": last if half else np.vstack([first, last]),
+    }
+    if half:
+        surfaces["symmetry"] = first
+    blocks = section.block_nodes.T[None] + (np.arange(layers)[zone_layers] * count)[:, None, None]
+    mesh = BodyMesh(
+        name=name,
+        points=points,
+        hexes=hexes,
+        surfaces=surfaces,
+        contact_nodes=blocks[..., 0],
+        block_nodes=blocks,
+        half=half,
+        volume_mm3=volume,
+    )
+    _check(mesh)
+    return mesh
+
+
+# Corner, and its three neighbours in a right-handed order, of a hexahedron in VTK order.
+_CORNERS = np.array(
+    [[0, 1, 3, 4], [1, 2, 0, 5], [2, 3, 1, 6], [3, 0, 2, 7], [4, 7, 5, 0], [5, 4, 6, 1], [6, 5, 7, 2], [7, 6, 4, 3]]
+)
+
+
+def corner_jacobians(mesh: BodyMesh) -> Floats:
+    """Jacobian determinants (m, 8) at the corners of the hexahedra (mm^3)."""
+    p = mesh.points[mesh.hexes[:, _CORNERS]]
+    e = p[:, :, 1:] - p[:, :, :1]
+    return np.asarray(np.einsum("mci,mci->mc", np.cross(e[:, :, 0], e[:, :, 1]), e[:, :, 2]))
+
+
+def mesh_volume(mesh: BodyMesh) -> float:
+    """Volume (mm^3) of the trilinear hexahedra, by quadrature (exact)."""
+    nodes, _ = np.polynomial.legendre.leggauss(2)
+    total = 0.0
+    p = mesh.points[mesh.hexes]
+    for r in nodes:
+        for s in nodes:
+            for t in nodes:
+                d = p.transpose(0, 2, 1) @ _shape_gradients(r, s, t)
+                total += float(np.sum(np.linalg.det(d)))
+    return total
+
+
+def _shape_gradients(r: float, s: float, t: float) -> Floats:
+    signs = np.array(
+        [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]
+    )
+    f = 1.0 + signs * np.array([r, s, t])
+    return np.asarray(
+        0.125
+        * np.column_stack(
+            [signs[:, 0] * f[:, 1] * f[:, 2], signs[:, 1] * f[:, 0] * f[:, 2], signs[:, 2] * f[:, 0] * f[:, 1]]
+        )
+    )
+
+
+def surface_normals(mesh: BodyMesh, name: str) -> Floats:
+    """Unit normals (k, 3) of the quadrilaterals of a named surface."""
+    p = mesh.points[mesh.surfaces[name]]
+    n = np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1])
+    return np.asarray(n / np.linalg.norm(n, axis=1, keepdims=True))
+
+
+def _check(mesh: BodyMesh) -> None:
+    """Guards of the mesh hand-over: a broken mesh would give a wrong pressure without any message."""
+    for name, quads in mesh.surfaces.items():
+        assert len(quads) > 0, f"{mesh.name}: surface {name} is empty"
+    worst = float(corner_jacobians(mesh).min())
+    if worst <= 0.0:
+        raise InputError(
+            f"{mesh.name}: the mesh folds (smallest Jacobian {worst:.3g} mm^3); use a coarser resolution, another cut,"
+            " or check the profile for sharp corners next to the contact zone"
+        )
+    volume = mesh_volume(mesh)
+    assert abs(volume - mesh.volume_mm3) < 1e-9 * volume, (
+        f"{mesh.name}: volume {volume} instead of {mesh.volume_mm3} mm^3"
+    )
+    up = 1.0 if mesh.name == "rail" else -1.0
+    middle = len(mesh.surfaces["contact"]) // 2
+    assert up * surface_normals(mesh, "contact")[middle, 2] > 0.0, f"{mesh.name}: contact normals point inwards"

@@ -1,0 +1,48 @@
+"""Stresses at the nodes of a body from its displacements."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.fe.body import ElasticBody
+
+Floats = NDArray[np.float64]
+
+
+def nodal_stress(body: ElasticBody, displacements: Floats) -> Floats:
+    """Stress (n, 6) in MPa at the nodes: XX YY ZZ XY YZ XZ, the mean of the adjacent elements' corner values.
+
+    Corner values are extrapolated from the 2 x 2 x 2 Gauss points, where trilinear elements are most accurate.
+    """
+    mesh = body.mesh
+    gauss = 1.0 / np.sqrt(3.0)
+    signs = np.array(
+        [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]
+    )
+    from fecontact.fe.meshing import _shape_gradients
+
+    p, u = mesh.points[mesh.hexes], displacements[mesh.hexes]
+    at_gauss = np.empty((len(mesh.hexes), 8, 6))
+    lame, shear = body.material.lame_MPa, body.material.shear_MPa
+    for k, (r, s, t) in enumerate(gauss * signs):
+        dn = _shape_gradients(r, s, t)
+        jacobian = p.transpose(0, 2, 1) @ dn
+        grad = np.linalg.solve(jacobian.transpose(0, 2, 1), dn.T[None].repeat(len(p), axis=0)) @ u
+        trace = lame * np.trace(grad, axis1=1, axis2=2)
+        for m, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))):
+            at_gauss[:, k, m] = shear * (grad[:, i, j] + grad[:, j, i]) + (trace if i == j else 0.0)
+    # value at corner c = sum over Gauss points of their trilinear functions at the scaled corner position
+    weights = np.prod(1.0 + signs[:, None, :] * signs[None, :, :] * np.sqrt(3.0), axis=2) / 8.0
+    corners = np.einsum("cg,mgs->mcs", weights, at_gauss)
+    total = np.zeros((len(mesh.points), 6))
+    count = np.zeros(len(mesh.points))
+    np.add.at(total, mesh.hexes.ravel(), corners.reshape(-1, 6))
+    np.add.at(count, mesh.hexes.ravel(), 1.0)
+    return total / count[:, None]
+
+
+def von_mises(stress: Floats) -> Floats:
+    """Von Mises stress (n,) of stresses (n, 6) in the order XX YY ZZ XY YZ XZ."""
+    xx, yy, zz, xy, yz, xz = np.moveaxis(stress, -1, 0)
+    return np.asarray(np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * (xy**2 + yz**2 + xz**2)))

@@ -1,0 +1,1 @@
+"""A wheel on a rail: poses, touch points and the true gap."""

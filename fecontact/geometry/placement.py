@@ -1,0 +1,232 @@
+"""Put a wheel on a rail: touch points, contact frame, relative curvatures and the true undeformed gap.
+
+Track frame (right-handed): x along the running direction, y lateral and positive to the field side of the left rail,
+z up, origin in the track centre at the height of the rail's highest point. The pair is the left wheel on the left rail.
+The wheelset turns about its centre on the axle: first roll about x, then yaw about z (both right-handed, so that
+positive roll lifts this wheel and positive yaw moves it backwards).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.case import Track
+from fecontact.errors import InputError
+from fecontact.geometry.poses import RailPose, WheelPose, _root, _sample, place_rail
+from fecontact.geometry.touch_points import TouchPoint, _touch_point
+from fecontact.profiles.curve import Profile
+
+Floats = NDArray[np.float64]
+# Gap given to rail points whose normal does not meet the wheel's running surface: far beyond any elastic approach.
+OPEN_GAP_MM = 1e3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Placement:
+    """A wheel resting on a rail: poses, touch points (the first one carries the rigid wheel) and the true gap."""
+
+    rail: RailPose
+    wheel: WheelPose
+    touch_points: tuple[TouchPoint, ...]
+
+    @property
+    def first(self) -> TouchPoint:
+        """The touch point of the rigid bodies."""
+        return self.touch_points[0]
+
+    @cached_property
+    def first_arc_length_mm(self) -> float:
+        """Arc length along the rail profile at the first touch point: the origin of the surface coordinate s."""
+        return float(self.rail.profile.arc_length(self.first.rail_u))
+
+    def surface(self, x: ArrayLike, s: ArrayLike) -> tuple[Floats, Floats]:
+        """Points (..., 3) on the rail and their outward unit normals at x and the arc length s (mm) from first touch.
+
+        NaN beyond the running surface.
+        """
+        x, s = np.broadcast_arrays(np.asarray(x, float), np.asarray(s, float))
+        u = self.rail.profile.at_arc_length(s + self.first_arc_length_mm)
+        y, z, angle = self.rail.section(u)
+        points = np.stack([x + self.first.x_mm, y, z], axis=-1)
+        return points, np.stack([np.zeros_like(y), -np.sin(angle), np.cos(angle)], axis=-1)
+
+    def project(self, points: Floats) -> Floats:
+        """Surface coordinates (x, s) (..., 2) in mm of points near the rail's surface, along its normals.
+
+        Raises
+        ------
+        InputError
+            If a point does not project on the running surface.
+        """
+        rail = self.rail
+        u = rail.parameter_at_y(points[..., 1])
+        # points beside the head begin at its nearer end
+        end = np.where(points[..., 1] > rail.crown_y_mm, rail.profile.length_mm, 0.0)
+        s = np.where(np.isfinite(u), rail.profile.arc_length(np.nan_to_num(u)), end)
+        for _ in range(30):
+            u = rail.profile.at_arc_length(s)
+            y, z, angle = rail.section(u)
+            dy, dz = points[..., 1] - y, points[..., 2] - z
+            curvature = rail.profile.evaluate(u).curvature_per_mm
+            step = (dy * np.cos(angle) + dz * np.sin(angle)) / (
+                1.0 - curvature * (dz * np.cos(angle) - dy * np.sin(angle))
+            )
+            s = s + np.clip(step, -2.0, 2.0)
+            if not np.any(np.abs(step) > 1e-11):
+                break
+        if not np.all(np.abs(step) < 1e-8):
+            raise InputError(
+                "the wheel's contact zone reaches past the rail's running surface; use a smaller zone or a longer"
+                " rail line"
+            )
+        return np.stack([points[..., 0] - self.first.x_mm, s - self.first_arc_length_mm], axis=-1)
+
+    def gap(self, x: ArrayLike, s: ArrayLike) -> Floats:
+        """True undeformed gap (mm) along the rail's normal at (x, s); OPEN_GAP_MM where the surfaces never meet."""
+        points, normals = self.surface(x, s)
+        return np.nan_to_num(self.wheel.distance_along(points, normals), nan=OPEN_GAP_MM)
+
+    def tangent_plane_gap(self, x: ArrayLike, t: ArrayLike) -> Floats:
+        """True undeformed gap (mm) along the contact normal over the tangent plane at the first touch point.
+
+        x and t (mm) are the coordinates in that plane; NaN where one of the bodies is missing.
+        """
+        x, t = np.broadcast_arrays(np.asarray(x, float), np.asarray(t, float))
+        touch, rail = self.first, self.rail
+        tilt = touch.contact_angle_rad - rail.inclination_rad
+        foot = rail.profile.evaluate(touch.rail_u)
+        p = rail.profile.evaluate(rail.profile.locate(t, angle_rad=tilt, origin=(float(foot.y), float(foot.z))))
+        height = -(p.y - foot.y) * np.sin(tilt) + (p.z - foot.z) * np.cos(tilt)
+        origin = np.array([touch.x_mm, touch.y_mm, touch.z_mm])
+        plane = origin + x[..., None] * np.array([1.0, 0.0, 0.0]) + t[..., None] * touch.tangent
+        points = plane + height[..., None] * touch.normal
+        return self.wheel.distance_along(points, np.broadcast_to(touch.normal, points.shape))
+
+
+def place(
+    rail_profile: Profile,
+    wheel_profile: Profile,
+    *,
+    inclination_rad: float,
+    lateral_shift_mm: float = 0.0,
+    roll_rad: float = 0.0,
+    yaw_rad: float = 0.0,
+    rolling_radius_mm: float = 460.0,
+    track: Track | None = None,
+    reach_mm: float = 0.3,
+) -> Placement:
+    """Lower a wheel on a rail until the rigid bodies touch.
+
+    Parameters
+    ----------
+    lateral_shift_mm
+        Wheelset displacement, positive towards this rail.
+    reach_mm
+        Further minima of the vertical gap up to this height above the first touch are reported.
+
+    Raises
+    ------
+    InputError
+        If the wheel leaves the rail or its flange climbs over it, naming the shifts that are possible.
+    """
+    track = track or Track()
+    rail = place_rail(rail_profile, inclination_rad, track)
+
+    def at(shift: float) -> Placement | str:
+        axes = _axes(roll_rad, yaw_rad)
+        lifted = WheelPose(
+            profile=wheel_profile,
+            rolling_radius_mm=rolling_radius_mm,
+            tape_circle_y_mm=track.tape_circle_y_mm,
+            axes=axes,
+            centre_mm=np.array([0.0, shift, 0.0]),
+        )
+        return _touch(rail, lifted, reach_mm)
+
+    placed = at(lateral_shift_mm)
+    if isinstance(placed, str):
+        raise InputError(f"lateral shift {lateral_shift_mm:g} mm: {placed}; {_possible_shifts(at)}")
+    return placed
+
+
+def _possible_shifts(at: Callable[[float], Placement | str]) -> str:
+    good = [shift for shift in np.arange(-40.0, 40.5, 0.5) if not isinstance(at(float(shift)), str)]
+    if not good:
+        return "no shift between -40 and 40 mm is possible for this wheel, rail and track"
+    return f"shifts between {min(good):g} and {max(good):g} mm (in steps of 0.5 mm) are possible"
+
+
+def _axes(roll: float, yaw: float) -> Floats:
+    cr, sr, cy, sy = np.cos(roll), np.sin(roll), np.cos(yaw), np.sin(yaw)
+    turn_x = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
+    turn_z = np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(turn_z @ turn_x)
+
+
+def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float) -> Placement | str:
+    """All touch points of a wheel that hangs with its axle at height zero, or the reason why there are none."""
+    u = _sample(wheel.profile)
+    _, _, y, z = wheel.silhouette(u)
+    over = np.isfinite(u_rail := rail.parameter_at_y(y))
+    gap = np.where(over, z - rail.section(u_rail)[1], np.nan)
+    if np.count_nonzero(over) < 3:
+        return "the wheel does not stand over the rail"
+
+    def slope_difference(v: float) -> float:
+        p = wheel.profile.evaluate(v)
+        theta = wheel._silhouette_angle(np.asarray(-p.dz / p.dy))
+        radial = wheel.axes @ np.array([np.sin(theta), 0.0, -np.cos(theta)])
+        normal = radial + float(p.dz / p.dy) * wheel.axes[:, 1]
+        angle = rail.section(rail.parameter_at_y(wheel.silhouette(v)[2]))[2]
+        return float(-normal[1] / normal[2] - np.tan(angle))
+
+    lowest = int(np.nanargmin(gap))
+    if not (0 < lowest < u.size - 1 and over[lowest - 1] and over[lowest + 1]):
+        return "the wheel leaves the rail: the end of one of the running surfaces carries it"
+    inner = np.flatnonzero(over[:-2] & over[1:-1] & over[2:]) + 1
+    minima = inner[
+        (gap[inner] <= gap[inner - 1]) & (gap[inner] < gap[inner + 1]) & (gap[inner] <= gap[lowest] + reach_mm)
+    ]
+    found = []
+    for i in minima:
+        low, high = u[i - 1], u[i + 1]
+        f_low, f_high = slope_difference(low), slope_difference(high)
+        # no sign change: a step in the height (rounded data of a profile), not a stationary point
+        if f_low < 0.0 < f_high:
+            v = _root(slope_difference, low, high)
+            u_r = float(rail.parameter_at_y(wheel.silhouette(v)[2]))
+            found.append((float(wheel.silhouette(v)[3] - rail.section(u_r)[1]), v, u_r))
+    if not found:
+        return "no point of the running surfaces is tangent to the other one where they come closest"
+    found.sort()
+    height = found[0][0]
+    down = WheelPose(
+        profile=wheel.profile,
+        rolling_radius_mm=wheel.rolling_radius_mm,
+        tape_circle_y_mm=wheel.tape_circle_y_mm,
+        axes=wheel.axes,
+        centre_mm=wheel.centre_mm - np.array([0.0, 0.0, height]),
+    )
+    points = tuple(_touch_point(rail, down, v, u_r, g - height) for g, v, u_r in found)
+    if reason := _unsafe(down, points[0]):
+        return reason
+    return Placement(rail=rail, wheel=down, touch_points=points)
+
+
+def _unsafe(wheel: WheelPose, touch: TouchPoint) -> str:
+    """Why a touch point cannot carry a running wheel, or an empty string."""
+    if any(abs(touch.wheel_y_mm - j.y_mm) < 1e-6 and j.is_corner for j in wheel.profile.junctions):
+        return f"the wheel leaves the rail: the corner of its tread at y = {touch.wheel_y_mm:.2f} mm carries it"
+    p = wheel.profile.evaluate(_sample(wheel.profile)[1:-1])
+    # angles, not slopes: a flange may be upright
+    slope = np.where(p.y < 0.0, np.arctan2(p.dz, p.dy), 0.0)
+    steepest = float(np.max(slope))
+    # without a flange there is nothing to climb on
+    if steepest > 0.25 * np.pi and touch.wheel_y_mm < np.min(p.y[slope > steepest - 1e-6]):
+        return f"the wheel derails: the rail touches it at y = {touch.wheel_y_mm:.2f} mm, on the tip of its flange"
+    return ""

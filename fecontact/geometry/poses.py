@@ -1,0 +1,149 @@
+"""Rail and wheel in the track frame: their running surfaces as points, normals and distances."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+
+from fecontact.case import Track
+from fecontact.errors import InputError
+from fecontact.profiles.curve import Profile, Side
+
+Floats = NDArray[np.float64]
+_SEARCH_STEP_MM = 0.02
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RailPose:
+    """A rail profile in the track frame: turned inwards by the inclination, its crown at (crown_y, crown_z) (mm)."""
+
+    profile: Profile
+    inclination_rad: float
+    crown_y_mm: float
+    crown_z_mm: float
+
+    def parameter_at_y(self, y: ArrayLike) -> Floats:
+        """Profile parameter of the points at the lateral position y (mm) of the track, NaN off the head."""
+        return self.profile.locate(np.asarray(y, dtype=float) - self.crown_y_mm, angle_rad=-self.inclination_rad)
+
+    def section(self, u: ArrayLike, side: Side = "right") -> tuple[Floats, Floats, Floats]:
+        """Position y, z (mm) and tangent angle (rad) in the track frame at the profile parameter u."""
+        p = self.profile.evaluate(u, side)
+        c, s = np.cos(self.inclination_rad), np.sin(self.inclination_rad)
+        return (
+            self.crown_y_mm + p.y * c - p.z * s,
+            self.crown_z_mm + p.y * s + p.z * c,
+            p.angle_rad + self.inclination_rad,
+        )
+
+
+def place_rail(profile: Profile, inclination_rad: float, track: Track) -> RailPose:
+    """Incline a rail and set it to gauge, its highest point at z = 0.
+
+    Raises
+    ------
+    InputError
+        If the head does not reach down to the gauge plane and no crown position is given.
+    """
+    at_origin = RailPose(profile=profile, inclination_rad=inclination_rad, crown_y_mm=0.0, crown_z_mm=0.0)
+    u = _sample(profile)
+    _, z, _ = at_origin.section(u)
+    top = int(np.argmax(z))
+    u_top = u[top]
+    if 0 < top < u.size - 1:
+        u_top = _root(lambda v: float(np.sin(at_origin.section(v)[2])), u[top - 1], u[top + 1])
+    z_top = float(at_origin.section(u_top)[1])
+    if track.rail_crown_y_mm is not None:
+        crown_y = track.rail_crown_y_mm
+    else:
+        gauge_z = z_top - track.gauge_depth_mm
+        u_gauge = profile.locate(gauge_z, angle_rad=0.5 * np.pi - inclination_rad)
+        if not np.isfinite(u_gauge):
+            raise InputError(
+                f"rail {profile.name}: its gauge side ends {z_top - z[0]:.2f} mm below the highest point, but the gauge"
+                f" is measured {track.gauge_depth_mm:g} mm below it; give a rail line that reaches there, a smaller"
+                " gauge depth, or the position of the rail's crown"
+            )
+        crown_y = 0.5 * track.gauge_mm - float(at_origin.section(u_gauge)[0])
+    return RailPose(profile=profile, inclination_rad=inclination_rad, crown_y_mm=crown_y, crown_z_mm=-z_top)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class WheelPose:
+    """A wheel profile revolved about the axle and set down in the track frame.
+
+    `axes` has the wheel's own directions as columns: forward, along the axle to the field side, up. The wheelset's
+    centre lies at `centre_mm`; the tape circle `tape_circle_y_mm` along the axle, with the radius `rolling_radius_mm`.
+    """
+
+    profile: Profile
+    rolling_radius_mm: float
+    tape_circle_y_mm: float
+    axes: Floats
+    centre_mm: Floats
+
+    def radius(self, u: ArrayLike) -> Floats:
+        """Distance (mm) of the running surface from the axle at the profile parameter u."""
+        return np.asarray(self.rolling_radius_mm - self.profile.evaluate(u).z)
+
+    def silhouette(self, u: ArrayLike) -> tuple[Floats, Floats, Floats, Floats]:
+        """Outline of the wheel as seen along the rail: angle theta (rad) about the axle, and x-, y-, z-position (mm).
+
+        A rail is a prism, so the rigid contact is the plane contact of this outline with the rail's section.
+        """
+        p = self.profile.evaluate(u)
+        # a vertical end of the line (the back of a flange) has no finite slope; it never touches the head
+        theta = self._silhouette_angle(-p.dz / np.where(np.abs(p.dy) > 1e-12, p.dy, 1e-12))
+        position = self.point(p.y, self.rolling_radius_mm - p.z, theta)
+        return theta, position[..., 0], position[..., 1], position[..., 2]
+
+    def _silhouette_angle(self, radius_rate: Floats) -> Floats:
+        # the normal (e_r - r' e_axle) has no x-component there
+        forward, axle, up = self.axes[0]
+        size = np.hypot(up, forward)
+        return np.asarray(np.arcsin(np.clip(radius_rate * axle / size, -1.0, 1.0)) + np.arctan2(up, forward))
+
+    def point(self, y: ArrayLike, radius: ArrayLike, theta: ArrayLike) -> Floats:
+        """Track position (..., 3) in mm of a point at y (mm) across, at a radius (mm) and an angle (rad) from below."""
+        y, radius, theta = np.broadcast_arrays(
+            np.asarray(y, float), np.asarray(radius, float), np.asarray(theta, float)
+        )
+        local = np.stack([radius * np.sin(theta), self.tape_circle_y_mm + y, -radius * np.cos(theta)], axis=-1)
+        return np.asarray(self.centre_mm + local @ self.axes.T)
+
+    def distance_along(self, points: Floats, normals: Floats) -> Floats:
+        """Distance (mm) from points (..., 3) along unit directions (..., 3) to the wheel's running surface.
+
+        NaN where the direction does not meet it within a few mm. Newton's method on the body of revolution.
+        """
+        d0 = (points - self.centre_mm) @ self.axes
+        n = normals @ self.axes
+        t = np.zeros(points.shape[:-1])
+        y_low, y_high = self.profile.y_range_mm
+        for _ in range(12):
+            d = d0 + t[..., None] * n
+            y = d[..., 1] - self.tape_circle_y_mm
+            rho = np.hypot(d[..., 0], d[..., 2])
+            # beyond the ends the surface is continued by its end point; such points are sorted out below
+            u = self.profile.locate(np.clip(y, y_low, y_high))
+            p = self.profile.evaluate(u)
+            rate = (d[..., 0] * n[..., 0] + d[..., 2] * n[..., 2]) / rho + p.dz / p.dy * n[..., 1]
+            step = -(rho - self.rolling_radius_mm + p.z) / rate
+            t = t + np.clip(step, -5.0, 5.0)
+            if not np.any(np.abs(step) > 1e-12):
+                break
+        inside = (y >= y_low) & (y <= y_high) & (np.abs(step) < 1e-9)
+        return np.where(inside, t, np.nan)
+
+
+def _sample(profile: Profile) -> Floats:
+    count = int(np.ceil(profile.length_mm / _SEARCH_STEP_MM)) + 1
+    return profile.at_arc_length(np.linspace(0.0, profile.length_mm, count))
+
+
+def _root(f: Callable[[float], float], low: float, high: float) -> float:
+    return float(brentq(f, low, high, xtol=1e-14, rtol=1e-14))

@@ -1,0 +1,1 @@
+"""Where Hertz holds over lateral shift and load."""

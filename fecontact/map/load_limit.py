@@ -1,0 +1,102 @@
+"""The load up to which Hertz holds at one position, by bisection between the loads of a map."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+
+from fecontact.case import Case
+from fecontact.comparison.verdict import Answer
+from fecontact.errors import FecontactError
+from fecontact.map.cells import LoadLimit, MapCell
+from fecontact.solving.load_sweep import LoadPoint
+
+# The load limit is bisected until its bracket is this part of the load.
+LOAD_TOLERANCE = 0.02
+
+
+def load_limit(
+    case: Case,
+    cells: Sequence[MapCell],
+    solve: Callable[[float], LoadPoint],
+    *,
+    tolerance: float = LOAD_TOLERANCE,
+) -> LoadLimit:
+    """The load up to which Hertz holds, bisected between the last load that holds and the first that fails.
+
+    Parameters
+    ----------
+    case
+        Its criteria decide about unresolved loads.
+    cells
+        One position by increasing load.
+    solve
+        Solves a further load.
+    """
+    decided = [(c.load_N, c.verdict) for c in cells if c.verdict in ("HOLDS", "FAILS")]
+    verdicts = [verdict for _, verdict in decided]
+    changes = [k for k in range(1, len(decided)) if verdicts[k - 1 : k + 1] == ["HOLDS", "FAILS"]]
+    note = _not_monotone(decided)
+    if not changes:
+        return LoadLimit(reason=without_bracket(cells, verdicts), note=note)
+    low, high = decided[changes[0] - 1][0], decided[changes[0]][0]
+    return _bisect(case, (low, high), solve, tolerance, note)
+
+
+def without_bracket(cells: Sequence[MapCell], verdicts: Sequence[str]) -> str:
+    """Why there is no load limit, where no load that fails follows one that holds."""
+    if not verdicts:
+        usable = any(cell.status == "converged" for cell in cells)
+        return "unresolved at all loads" if usable else "no load could be solved"
+    if "FAILS" in verdicts and "HOLDS" in verdicts:
+        return "fails at small loads and holds above"
+    rest = "" if len(verdicts) == len(cells) else " that are resolved"
+    return f"holds at all loads{rest}" if "HOLDS" in verdicts else f"fails at all loads{rest}"
+
+
+def _not_monotone(decided: Sequence[tuple[float, str]]) -> str | None:
+    """Where Hertz holds again above a load at which it fails."""
+    again = [
+        f"fails at {low / 1e3:g} kN but holds at {high / 1e3:g} kN"
+        for (low, before), (high, after) in pairwise(decided)
+        if (before, after) == ("FAILS", "HOLDS")
+    ]
+    return f"not monotone: {', '.join(again)}" if again else None
+
+
+def _bisect(
+    case: Case,
+    bracket: tuple[float, float],
+    solve: Callable[[float], LoadPoint],
+    tolerance: float,
+    note: str | None,
+) -> LoadLimit:
+    low, high = bracket
+    tried: list[tuple[float, Answer]] = []
+    notes = [note] if note else []
+    while high - low > tolerance * high:
+        load = 0.5 * (low + high)
+        try:
+            point = solve(load)
+        except FecontactError as error:
+            notes.append(f"bisection stopped at {load / 1e3:.1f} kN: {error}")
+            break
+        if point.status != "converged":
+            notes.append(f"bisection stopped at {load / 1e3:.1f} kN: {point.status}")
+            break
+        answer = point.verdict.verdict
+        tried.append((load, answer))
+        if answer == "HOLDS" or (answer == "UNRESOLVED" and _within(case, point)):
+            low = load
+        else:
+            high = load
+    # a verdict beyond doubt next to the limit, not one that a later step has passed
+    holds = max([bracket[0], *(load for load, answer in tried if answer == "HOLDS" and load <= low)])
+    fails = min([bracket[1], *(load for load, answer in tried if answer == "FAILS" and load >= high)])
+    if any(answer == "UNRESOLVED" for _, answer in tried):
+        notes.append(f"unresolved between {holds / 1e3:.1f} and {fails / 1e3:.1f} kN")
+    return LoadLimit(F_max_N=low, holds_N=holds, fails_N=fails, note="; ".join(notes) or None, tried=tuple(tried))
+
+
+def _within(case: Case, point: LoadPoint) -> bool:
+    return all(abs(point.deviation[name]) <= limit for name, limit in case.criteria.limits.items())

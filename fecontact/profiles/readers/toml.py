@@ -1,0 +1,88 @@
+"""Profiles from TOML files of exact segments, the form of the library's own files."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fecontact.errors import InputError
+from fecontact.profiles.curve import Line, Polynomial, Profile, Segment
+
+if TYPE_CHECKING:
+    from fecontact.profiles.readers import schema
+from fecontact.profiles.shapes import _mirrored, arc_between, tangent_head
+
+
+def read_toml(path: str | Path) -> Profile:
+    """Profile from a TOML file of the form of the library files; its name is the file's.
+
+    Raises:
+        InputError: The file cannot be read or does not describe a profile; the message names the key.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text("utf-8")
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is not a text file in UTF-8; save the profile as plain text") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot read {path}: {getattr(error, 'strerror', error)}; check the path") from None
+    return parse_toml(text, name=path.stem)
+
+
+def parse_toml(text: str, *, name: str) -> Profile:
+    """Profile from the text of a TOML file.
+
+    Raises:
+        InputError: The text does not describe a profile; the message names the key.
+    """
+    # pydantic takes longer to import than everything else here
+    from pydantic import ValidationError
+
+    from fecontact.profiles.readers import points as reader
+    from fecontact.profiles.readers import schema
+
+    try:
+        file = schema.ProfileFile.model_validate(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"profile {name}: not valid TOML: {error}") from None
+    except ValidationError as error:
+        raise InputError(f"profile {name}: " + "; ".join(_explain(dict(e)) for e in error.errors())) from None
+
+    body = [_segment(s, f"profile {name}: body {i + 1}") for i, s in enumerate(file.body)]
+    if file.head is not None:
+        surface = tangent_head(
+            file.head.radii, file.head.half_widths, side_one_in=file.head.side_one_in, side_to_z=file.head.side_to_z
+        )
+        body += _mirrored(body)
+    else:
+        surface = [_segment(s, f"profile {name}: surface {i + 1}") for i, s in enumerate(file.surface)]
+    profile = Profile(
+        name=name,
+        kind=file.kind,
+        segments=tuple(surface),
+        source=file.source,
+        outline=(*surface, *body) if body else (),
+        notes=tuple(file.notes),
+    )
+    points = profile.evaluate(np.linspace(0.0, len(surface), 16 * len(surface) + 1))
+    reader.check_shape(points.y, points.z, kind=profile.kind, what=f"profile {name}")
+    return profile
+
+
+def _explain(error: dict[str, object]) -> str:
+    location = error["loc"]
+    assert isinstance(location, tuple)
+    where = ".".join(str(part) for part in location) or "file"
+    given = error["input"]
+    return f"{where}: {error['msg']}" + (f" (given: {given!r})" if isinstance(given, str | int | float) else "")
+
+
+def _segment(entry: schema.Entry, what: str) -> Segment:
+    if entry.type == "line":
+        return Line(start=entry.from_, end=entry.to)
+    if entry.type == "polynomial":
+        return Polynomial(coefficients=tuple(entry.coefficients), y_from=entry.y_from, y_to=entry.y_to)
+    return arc_between(entry.from_, entry.to, centre=entry.centre, radius=entry.radius, what=what)

@@ -1,0 +1,103 @@
+"""A profile from what a user writes for it: a library name, a short form such as circle:300, or a file."""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from fecontact.errors import InputError, check_positive
+from fecontact.profiles.curve import Kind, Profile
+from fecontact.profiles.library import _find, load, names
+from fecontact.profiles.readers.toml import read_toml
+from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel, two_arc_rail_head
+
+
+@dataclass(frozen=True, kw_only=True)
+class WheelProfile:
+    """A wheel as it is written on the command line.
+
+    Attributes:
+        profile: The line across the tread.
+        rolling_radius_mm: Radius at the tape circle (y = 0) in mm, or None if the text names the line only.
+    """
+
+    profile: Profile
+    rolling_radius_mm: float | None = None
+
+
+def resolve_rail(spec: str) -> Profile:
+    """Rail from the text of the command line: a library name, `circle:R`, `arcs:R/R@D` (mm), or a profile file.
+
+    Raises:
+        InputError: No such name or file, or the file does not hold a rail.
+    """
+    if spec.lower().startswith("circle:"):
+        return circular_rail_head(_number(spec, "circle:300"))
+    if spec.lower().startswith("arcs:"):
+        return two_arc_rail_head(*_arcs(spec))
+    if spec.lower().startswith("cylinder:"):
+        raise InputError(f"{spec!r} is a wheel; a rail may be circle:R or arcs:R/R@D")
+    return _resolve(spec, "rail")
+
+
+def resolve_wheel(spec: str) -> WheelProfile:
+    """Wheel from the text of the command line: a library name, `cylinder:R` (mm), or the path of a profile file.
+
+    Raises:
+        InputError: No such name or file, or the file does not hold a wheel.
+    """
+    if spec.lower().startswith("cylinder:"):
+        radius = check_positive("radius of the wheel", _number(spec, "cylinder:460"), "mm", "for example cylinder:460")
+        return WheelProfile(profile=cylinder_wheel(), rolling_radius_mm=radius)
+    if has_no_gauge_face(spec):
+        raise InputError(f"{spec!r} is a rail; a wheel may be cylinder:R")
+    return WheelProfile(profile=_resolve(spec, "wheel"))
+
+
+def has_no_gauge_face(spec: str) -> bool:
+    """Whether a rail is given by its radii alone: it has no gauge face, its crown lies under the tape circle."""
+    return spec.lower().startswith(("circle:", "arcs:"))
+
+
+def _arcs(spec: str) -> tuple[float, float, float]:
+    match = re.fullmatch(r"arcs:([^/@]+)/([^/@]+)@([^/@]+)", spec.lower())
+    try:
+        if match:
+            return float(match[1]), float(match[2]), float(match[3])
+    except ValueError:
+        pass
+    raise InputError(
+        f"{spec!r}: give the radii on the field and on the gauge side and the junction's distance from the crown in mm,"
+        " as in arcs:300/80@2.5"
+    )
+
+
+def _number(spec: str, example: str) -> float:
+    try:
+        return float(spec.partition(":")[2])
+    except ValueError:
+        raise InputError(f"{spec!r} has no number after the colon; give a radius in mm, as in {example}") from None
+
+
+def _resolve(spec: str, kind: Kind) -> Profile:
+    from fecontact.profiles.readers import points as reader
+
+    path = Path(spec)
+    known = {name.lower() for name in names()}
+    if spec.lower() in known:
+        profile = load(_find(spec, names()))
+    elif path.suffix.lower() == ".toml":
+        profile = read_toml(path)
+    elif os.path.exists(spec):  # unlike Path.exists, never raises
+        profile = reader.read_points(path, kind=kind)
+    elif path.suffix or len(path.parts) > 1:
+        raise InputError(f"there is no file {spec!r}; check the path, or give one of {', '.join(names(kind))}")
+    else:
+        return load(_find(spec, names(kind)))
+    if profile.kind != kind:
+        raise InputError(
+            f"{spec!r} is a {profile.kind} but a {kind} is wanted; the library has {', '.join(names(kind))}"
+        )
+    return profile

@@ -1,0 +1,133 @@
+"""Baselines: the results that the quick studies are held against, and the one way to change them."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from fecontact.errors import InputError
+from fecontact.files import write_json, write_text
+from fecontact.regression.tables import ResultTable, TableComparison, compare_tables, load_table
+from fecontact.regression.tolerances import EFFORT, TEXT, Tolerances, kind_of
+
+# Enough for every tolerance; the digits beyond would differ between machines and fill the version history.
+_DIGITS = 10
+# Part of an absolute tolerance below which a value about zero is rounding, such as a centre of 4e-19 mm.
+_NOISE = 1e-6
+
+
+@dataclass(frozen=True, kw_only=True)
+class BaselineUpdate:
+    """A baseline that was written.
+
+    Attributes
+    ----------
+    path
+        Its CSV; study, reason and versions are in the .json of the same name.
+    comparison
+        With the old baseline; None where there was none, or one without a case in common.
+    text
+        What changed, in one line.
+    """
+
+    path: Path
+    comparison: TableComparison | None
+    text: str
+
+
+def update_baseline(
+    result: str | Path, folder: str | Path, *, reason: str, allow_failed: bool = False
+) -> BaselineUpdate:
+    """Make the results of a study its baseline.
+
+    Parameters
+    ----------
+    result
+        Result folder of a study, or its study.json.
+    folder
+        Folder of the baselines.
+    reason
+        Why the results are right as they are now.
+    allow_failed
+        Take cases that failed or did not converge as well.
+
+    Raises
+    ------
+    InputError
+        If there is no reason, a case failed, or the results do not say which study they are of.
+    """
+    reason = reason.strip()
+    if not reason:
+        raise InputError("reason is ''; allowed is any text; say why the new results are right")
+    table = load_table(result)
+    name = _study_name(table)
+    _check_status(table, allow_failed)
+    path = Path(folder) / f"{name}.csv"
+    comparison, text = _against_old(path, table)
+    document = {"schema": "fecontact/baseline/1", "study": name, "reason": reason, "versions": _versions(table)}
+    # the CSV last: it is the mark that a baseline is there
+    write_json(path.with_suffix(".json"), document)
+    write_text(path, _csv_text(table))
+    return BaselineUpdate(path=path, comparison=comparison, text=text)
+
+
+def _study_name(table: ResultTable) -> str:
+    name = table.settings.get("study", "")
+    # it becomes the name of a file
+    if table.key != ("id",) or not re.fullmatch(r"\w[\w.-]*", name):
+        raise InputError(
+            f"results {table.path}: study {name!r}; allowed is the name of a study; give the folder that"
+            " `fecontact run` wrote, with its study.json"
+        )
+    return name
+
+
+def _check_status(table: ResultTable, allow_failed: bool) -> None:
+    if "status" not in table.columns:
+        raise InputError(f"results {table.path}: there is no column status; give a folder that `fecontact run` wrote")
+    unusable = [f"{case}: {row['status']}" for case, row in table.rows.items() if row["status"] != "converged"]
+    if unusable and not allow_failed:
+        raise InputError(
+            f"results {table.path}: {len(unusable)} of {len(table.rows)} cases are not converged ({unusable[0]});"
+            " correct the study, or take them as they are with --allow-failed"
+        )
+
+
+def _against_old(path: Path, table: ResultTable) -> tuple[TableComparison | None, str]:
+    if not path.is_file():
+        return None, f"new baseline of {len(table.rows)} cases"
+    old = load_table(path)
+    if not set(old.rows) & set(table.rows):
+        return None, f"all {len(old.rows)} cases of the old baseline were replaced by {len(table.rows)} others"
+    comparison = compare_tables(old, table)
+    return comparison, comparison.verdict
+
+
+def _versions(table: ResultTable) -> dict[str, str]:
+    # the platform has the release of the kernel in it, which decides about no number and changes often
+    return {name: version for name, version in table.versions.items() if name != "platform"}
+
+
+def _csv_text(table: ResultTable) -> str:
+    columns = [name for name in table.columns if kind_of(name) != EFFORT]
+    text = io.StringIO()
+    lines = csv.writer(text, lineterminator="\n")
+    lines.writerow(["id", *columns])
+    lines.writerows([case, *(_rounded(name, row[name]) for name in columns)] for case, row in table.rows.items())
+    return text.getvalue()
+
+
+def _rounded(column: str, text: str) -> str:
+    if kind_of(column) == TEXT:
+        return text
+    try:
+        number = float(text)
+    except ValueError:
+        return text
+    tolerance = Tolerances().of(column)
+    if tolerance is not None and abs(number) < _NOISE * tolerance.absolute:
+        return "0"
+    return f"{number:.{_DIGITS}g}"

@@ -1,0 +1,222 @@
+"""A wheel on a rail before any finite element: placement, Hertz, and what the half-space expects of the patch."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+import numpy as np
+import psutil
+from numpy.typing import NDArray
+
+from fecontact.case import RESOLUTIONS, Case
+from fecontact.comparison.measures import MEASURES, deviations, hertz_measures
+from fecontact.errors import ConvergenceError, InputError
+from fecontact.fe.linear_solver import choose_solver
+from fecontact.geometry.placement import Placement, place
+from fecontact.geometry.touch_points import RelativeCurvature
+from fecontact.material import contact_modulus_MPa
+from fecontact.profiles.curve import Profile
+from fecontact.profiles.resolve import has_no_gauge_face, resolve_rail, resolve_wheel
+from fecontact.solving.expected_patch import ExpectedPatch, approach_direction, expected_patch
+from fecontact.theory.hertz import HertzContact, hertz_from_hessian
+from fecontact.theory.touch_hertz import HertzPoints, hertz_points
+
+Floats = NDArray[np.float64]
+Progress = Callable[[str], None]
+# The patch's edge should not fall on a line of nodes: their cells are half covered, and the pressure there is compared
+# with zero. A quarter of an element more on a semi-axis takes a third off the L2 error of an elliptic contact.
+_OFF_THE_EDGE = 0.25
+
+
+class Clock:
+    """Wall seconds and memory by step."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        """`progress` hears the name of each step as it begins."""
+        self.seconds: dict[str, float] = {}
+        self.memory_MB: dict[str, float] = {}
+        self._progress = progress
+
+    @contextmanager
+    def step(self, name: str) -> Iterator[None]:
+        """Time what is done inside under a name."""
+        if self._progress is not None:
+            self._progress(name)
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
+            self.memory_MB[name] = psutil.Process().memory_info().rss / 1e6
+
+
+def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Placement:
+    """Put the wheel of a case on its rail; `rail` and `wheel` stand for the case's own lines where given.
+
+    Raises
+    ------
+    InputError
+        For profiles that cannot be read and positions in which the wheel does not run on the rail.
+    """
+    case_wheel = resolve_wheel(case.wheel)
+    track = case.track
+    if has_no_gauge_face(case.rail) and track.rail_crown_y_mm is None:
+        track = replace(track, rail_crown_y_mm=track.tape_circle_y_mm)
+    return place(
+        rail or resolve_rail(case.rail),
+        wheel or case_wheel.profile,
+        inclination_rad=case.inclination_rad,
+        lateral_shift_mm=case.lateral_shift_mm,
+        roll_rad=case.roll_rad,
+        yaw_rad=case.yaw_rad,
+        rolling_radius_mm=case_wheel.rolling_radius_mm or case.rolling_radius_mm,
+        track=track,
+    )
+
+
+def hertz_of_case(case: Case, placement: Placement) -> HertzContact:
+    """Hertz's ellipse at the first touch point under the case's load; at a junction that of its field side.
+
+    Raises
+    ------
+    InputError
+        If the surfaces conform at the touch point, so that there is no ellipse.
+    """
+    touch = placement.first
+    return hertz_of_side(case, touch.curvatures[-1], case.load_N / float(touch.normal @ _direction(case, placement)))
+
+
+def hertz_of_side(case: Case, curvature: RelativeCurvature, normal_force_N: float) -> HertzContact:
+    """Hertz's ellipse with the curvature of one side of a touch point."""
+    return hertz_from_hessian(
+        curvature.hessian,
+        normal_force_N=normal_force_N,
+        contact_modulus_MPa=contact_modulus_MPa(case.rail_material, case.wheel_material),
+    )
+
+
+def hertz_points_of_case(case: Case, placement: Placement) -> HertzPoints:
+    """Hertz at all touch points of a case, each with the whole load and all sharing it."""
+    return hertz_points(
+        placement,
+        case.load_N,
+        direction=_direction(case, placement),
+        contact_modulus_MPa=contact_modulus_MPa(case.rail_material, case.wheel_material),
+    )
+
+
+def element_size_mm(case: Case, expected: ExpectedPatch, hertz: HertzContact) -> tuple[float, float]:
+    """Element sizes along x and across: the resolution's elements on the narrowest semi-axis of the expected patch."""
+    if not isinstance(case.resolution, str):
+        return case.resolution
+    count = RESOLUTIONS[case.resolution] + _OFF_THE_EDGE
+    return (
+        min(expected.semi_axis_x_mm, hertz.a_mm) / count,
+        min(expected.semi_axis_s_mm, hertz.b_mm) / count,
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Position:
+    """What all meshes and loads of a position share; case and expected patch are those that the meshes are made for."""
+
+    case: Case
+    placement: Placement
+    direction: Floats
+    expected: ExpectedPatch
+    expected_hertz: HertzContact
+    clock: Clock
+
+    def for_load(self, load_N: float) -> Position:
+        """The same position with meshes for another load."""
+        case = replace(self.case, load_N=load_N)
+        with self.clock.step("expect the patch"):
+            hertz, expected = expect_on_half_space(case, self.placement)
+            return replace(self, case=case, expected=expected, expected_hertz=hertz)
+
+    @property
+    def closing(self) -> float:
+        """How much the gap at the first touch point closes when the bodies approach by 1."""
+        return float(self.direction @ self.placement.first.normal)
+
+    @property
+    def element_size_mm(self) -> tuple[float, float]:
+        """Sizes along x and across that the resolution asks for."""
+        return element_size_mm(self.case, self.expected, self.expected_hertz)
+
+
+def position_of(case: Case, *, progress: Progress | None = None) -> Position:
+    """Place a case and expect its patch.
+
+    Raises
+    ------
+    InputError
+        As `solve` does.
+    """
+    clock = Clock(progress)
+    # a solver that is not there is said before any work
+    choose_solver(case.solver)
+    with clock.step("place"):
+        placement = place_case(case)
+    with clock.step("expect the patch"):
+        expected_hertz, expected = expect_on_half_space(case, placement)
+    return Position(
+        case=case,
+        placement=placement,
+        direction=_direction(case, placement),
+        expected=expected,
+        expected_hertz=expected_hertz,
+        clock=clock,
+    )
+
+
+def points_part(case: Case, placement: Placement) -> dict[str, float]:
+    """Uncertainty of each deviation from profiles that are given by points: nothing where both are exact lines.
+
+    How much the deviation of Hertz from the half-space under the true gap changes when these profiles lose every second
+    point: it sees noise and spacing alike. NaN where such profiles do not come into contact.
+    """
+    rail, wheel = placement.rail.profile.thinned(), placement.wheel.profile.thinned()
+    if rail is None and wheel is None:
+        return dict.fromkeys(MEASURES, 0.0)
+    own = _half_space_deviations(case, placement)
+    try:
+        other = _half_space_deviations(case, place_case(case, rail=rail, wheel=wheel))
+    except (InputError, ConvergenceError):
+        return dict.fromkeys(MEASURES, math.nan)
+    return {name: abs(other[name] - own[name]) for name in MEASURES}
+
+
+def expect_on_half_space(case: Case, placement: Placement | None = None) -> tuple[HertzContact, ExpectedPatch]:
+    """Hertz's ellipse of a case and the half-space under its true gap: all that can be said without finite elements.
+
+    Raises
+    ------
+    InputError
+        As `place_case` and `hertz_of_case` do, and if the patch reaches the end of the running surface.
+    ConvergenceError
+        If the patch grows without bound.
+    """
+    placement = placement or place_case(case)
+    hertz = hertz_of_case(case, placement)
+    return hertz, expected_patch(
+        placement,
+        case.load_N,
+        contact_modulus_MPa=contact_modulus_MPa(case.rail_material, case.wheel_material),
+        direction=_direction(case, placement),
+        half=case.half,
+        guess_mm=1.1 * hertz.approach_mm,
+    )
+
+
+def _direction(case: Case, placement: Placement) -> Floats:
+    return approach_direction(placement, normal_force=case.load_kind == "normal")
+
+
+def _half_space_deviations(case: Case, placement: Placement) -> dict[str, float]:
+    hertz, expected = expect_on_half_space(case, placement)
+    return deviations(hertz_measures(hertz), expected.measures)

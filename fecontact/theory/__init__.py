@@ -1,0 +1,1 @@
+"""Closed forms; sees no finite elements."""

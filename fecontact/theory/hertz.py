@@ -1,0 +1,194 @@
+"""Hertz's elliptic contact in closed form: patch, pressure, stiffness, and the stress below its centre.
+
+Everything is written in Carlson's symmetric integrals R_F and R_D (Carlson 1979; DLMF chapter 19) instead of Legendre's
+K and E. They treat the two axes alike, so no branch is needed for the longer axis, and nothing cancels in the circle
+(K - E tends to 0 there) or in a very slender ellipse.
+
+Range of validity of the theory: frictionless, linear elastic, each body a half-space, and an undeformed gap that is
+quadratic over the whole patch.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+from scipy.special import elliprd, elliprf
+
+from fecontact.errors import InputError, check_positive
+
+FloatArray = NDArray[np.float64]
+
+# A numerically differentiated gap is symmetric to about this part of its size; more asymmetry is a wrong matrix.
+_HESSIAN_ASYMMETRY = 1e-6
+
+
+@dataclass(frozen=True, kw_only=True)
+class HertzContact:
+    """Result of Hertz's theory for one contact.
+
+    Attributes:
+        a_mm, b_mm: semi-axes along the first and the second principal axis, whichever of the two is longer. The
+            principal axes are x (rolling) and y (lateral) turned by `orientation_rad`.
+        p0_MPa: peak pressure.
+        area_mm2: patch area.
+        approach_mm: approach of distant points of the two bodies, positive when they move together.
+        stiffness_N_per_mm15: K_H of the spring F = K_H approach^1.5; independent of the load, right at zero load too.
+        normal_force_N: load.
+        A_per_mm, B_per_mm: coefficients of the gap A x'^2 + B y'^2 in the principal axes.
+        contact_modulus_MPa: E* of the pair.
+        orientation_rad: angle from x to the first principal axis, counter-clockwise, in (-pi/4, pi/4].
+    """
+
+    a_mm: float
+    b_mm: float
+    p0_MPa: float
+    area_mm2: float
+    approach_mm: float
+    stiffness_N_per_mm15: float
+    normal_force_N: float
+    A_per_mm: float
+    B_per_mm: float
+    contact_modulus_MPa: float
+    orientation_rad: float = 0.0
+
+    @property
+    def stiffness_GN_per_m15(self) -> float:
+        """K_H in GN/m^1.5; 1 N/mm^1.5 is 10^4.5 N/m^1.5, that is 10^-4.5 GN/m^1.5."""
+        return self.stiffness_N_per_mm15 * math.sqrt(1e-9)
+
+    @property
+    def extent_x_mm(self) -> float:
+        """Full length in x of the patch's bounding box, in mm."""
+        c, s = math.cos(self.orientation_rad), math.sin(self.orientation_rad)
+        return 2.0 * math.hypot(self.a_mm * c, self.b_mm * s)
+
+    @property
+    def extent_y_mm(self) -> float:
+        """Full length in y of the patch's bounding box, in mm."""
+        c, s = math.cos(self.orientation_rad), math.sin(self.orientation_rad)
+        return 2.0 * math.hypot(self.a_mm * s, self.b_mm * c)
+
+    def pressure_MPa(self, x_mm: ArrayLike, y_mm: ArrayLike) -> FloatArray:
+        """Pressure p0 sqrt(1 - (x'/a)^2 - (y'/b)^2) in MPa, zero outside the patch.
+
+        Args:
+            x_mm, y_mm: points relative to the patch centre in mm; any shapes that broadcast together.
+
+        Returns:
+            Array of the broadcast shape (0-d for two numbers).
+
+        Source: Johnson (1985), section 3.5.
+        """
+        x, y = np.broadcast_arrays(np.asarray(x_mm, dtype=np.float64), np.asarray(y_mm, dtype=np.float64))
+        if self.normal_force_N == 0.0:
+            return np.zeros(x.shape)
+        c, s = math.cos(self.orientation_rad), math.sin(self.orientation_rad)
+        inside = 1.0 - ((c * x + s * y) / self.a_mm) ** 2 - ((c * y - s * x) / self.b_mm) ** 2
+        return np.asarray(self.p0_MPa * np.sqrt(np.maximum(inside, 0.0)))
+
+
+def hertz_ellipse(
+    A_per_mm: float, B_per_mm: float, *, normal_force_N: float, contact_modulus_MPa: float
+) -> HertzContact:
+    """Hertz contact of the gap h = A x^2 + B y^2 with x rolling and y lateral.
+
+    Args:
+        A_per_mm, B_per_mm: half the relative curvatures in x and in y, in 1/mm, both > 0, in either order.
+        normal_force_N: load in N, >= 0; zero gives a patch of zero size.
+        contact_modulus_MPa: E* of the pair in MPa.
+
+    Raises:
+        InputError: a value is not finite or outside its range.
+
+    Source: Hertz (1881); Johnson (1985), sections 3.5 and 4.2: A = F R_D(0, b^2, a^2) / (2 pi E*), B with a and b
+    exchanged, approach = 3 F R_F(0, a^2, b^2) / (2 pi E*).
+    """
+    flat = "Hertz's theory needs a gap that opens in both directions: check the signs of the radii (concave: negative)"
+    check_positive("gap coefficient A", A_per_mm, "1/mm", flat)
+    check_positive("gap coefficient B", B_per_mm, "1/mm", flat)
+    check_positive("normal force", normal_force_N, "N", "give the compressive force", zero_allowed=True)
+    check_positive("contact modulus", contact_modulus_MPa, "MPa", "take it from contact_modulus_MPa of two materials")
+    root = math.exp(0.5 * _log_axis_ratio(math.log(B_per_mm / A_per_mm)))
+    # Semi-axes are size * root and size / root; the integrals are homogeneous, so the size follows from the load.
+    long2, short2 = root**2, root**-2
+    curvature_integral = float(elliprd(0.0, short2, long2) + elliprd(0.0, long2, short2))
+    approach_integral = float(elliprf(0.0, long2, short2))
+    compliance = 1.0 / (2.0 * math.pi * contact_modulus_MPa)
+    size_cubed_per_N = compliance * curvature_integral / (A_per_mm + B_per_mm)
+    size = math.cbrt(size_cubed_per_N * normal_force_N)
+    area = math.pi * size**2
+    loaded = normal_force_N > 0.0
+    return HertzContact(
+        a_mm=size * root,
+        b_mm=size / root,
+        p0_MPa=1.5 * normal_force_N / area if loaded else 0.0,
+        area_mm2=area,
+        approach_mm=3.0 * compliance * normal_force_N * approach_integral / size if loaded else 0.0,
+        stiffness_N_per_mm15=math.sqrt(size_cubed_per_N) / (3.0 * compliance * approach_integral) ** 1.5,
+        normal_force_N=float(normal_force_N),
+        A_per_mm=float(A_per_mm),
+        B_per_mm=float(B_per_mm),
+        contact_modulus_MPa=float(contact_modulus_MPa),
+    )
+
+
+def _log_axis_ratio(log_curvature_ratio: float) -> float:
+    """ln(a/b) from ln(B/A): the root of R_D(0, a^2, b^2) / R_D(0, b^2, a^2) = B/A, odd in its argument."""
+
+    def excess(t: float) -> float:
+        stretch = math.exp(t)
+        return math.log(float(elliprd(0.0, stretch, 1.0 / stretch) / elliprd(0.0, 1.0 / stretch, stretch))) - target
+
+    target = abs(log_curvature_ratio)
+    # The slope of ln(B/A) over ln(a/b) lies between 3/2 (circle) and 2 (line contact), which brackets the root; the
+    # small addition keeps the bracket open against rounding when the ellipse is nearly a circle.
+    ratio = float(brentq(excess, 0.0, target + 1e-3, xtol=1e-15, rtol=1e-14)) if target > 0.0 else 0.0
+    return math.copysign(ratio, log_curvature_ratio)
+
+
+def hertz_from_hessian(hessian_per_mm: ArrayLike, *, normal_force_N: float, contact_modulus_MPa: float) -> HertzContact:
+    """Hertz contact of the gap h = q^T H q / 2, q = (x, y), whose principal axes may be yawed against x and y.
+
+    Args:
+        hessian_per_mm: H, shape (2, 2), in 1/mm, symmetric and positive definite.
+        normal_force_N: load in N, >= 0.
+        contact_modulus_MPa: E* of the pair in MPa.
+
+    Returns:
+        The contact in its principal axes; `orientation_rad` is the angle of the one closest to x, in (-pi/4, pi/4].
+
+    Raises:
+        InputError: H has another shape, is not finite, not symmetric or not positive definite; or as `hertz_ellipse`.
+    """
+    hessian = np.asarray(hessian_per_mm, dtype=np.float64)
+    if hessian.shape != (2, 2) or not np.all(np.isfinite(hessian)):
+        raise InputError(f"Hessian of the gap is {hessian.tolist()} 1/mm; allowed: finite, shape (2, 2); check the gap")
+    (h_xx, h_xy), (h_yx, h_yy) = hessian.tolist()
+    if abs(h_xy - h_yx) > _HESSIAN_ASYMMETRY * float(np.max(np.abs(hessian))):
+        raise InputError(
+            f"Hessian of the gap is {hessian.tolist()} 1/mm; allowed: symmetric to {_HESSIAN_ASYMMETRY:g} of its "
+            "largest entry; symmetrise it or differentiate the gap with a smaller error"
+        )
+    shear = 0.5 * (h_xy + h_yx)
+    # Folding the double angle into the right half-plane picks the axis closest to x instead of the stiffer one.
+    sign = 1.0 if h_xx >= h_yy else -1.0
+    angle = 0.5 * math.atan2(2.0 * sign * shear, abs(h_xx - h_yy))
+    mean, radius = 0.5 * (h_xx + h_yy), math.hypot(0.5 * (h_xx - h_yy), shear)
+    if angle <= -math.pi / 4.0:
+        angle, sign = math.pi / 4.0, -sign
+    if mean - radius <= 0.0:
+        raise InputError(
+            f"Hessian of the gap is {hessian.tolist()} 1/mm with smallest eigenvalue {mean - radius!r} 1/mm; allowed: "
+            "> 0; the gap must open in every direction: check the signs of the radii (concave: negative)"
+        )
+    aligned = hertz_ellipse(
+        0.5 * (mean + sign * radius),
+        0.5 * (mean - sign * radius),
+        normal_force_N=normal_force_N,
+        contact_modulus_MPa=contact_modulus_MPa,
+    )
+    return replace(aligned, orientation_rad=angle)
