@@ -1,9 +1,14 @@
-"""Solved cases that several test files look at."""
+"""What several test files share: solved cases, and how hypothesis runs."""
 
 import pytest
+from hypothesis import settings
 
 from fecontact.case import Case
 from fecontact.solving.solve import CaseResult, solve
+
+# An example that takes longer than usual says that the machine is busy, not that the code is wrong.
+settings.register_profile("fecontact", deadline=None)
+settings.load_profile("fecontact")
 
 
 @pytest.fixture(scope="session")
