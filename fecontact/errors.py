@@ -27,8 +27,10 @@ class ConvergenceError(FecontactError):
 def check_positive(name: str, value: float, unit: str, remedy: str, *, zero_allowed: bool = False) -> float:
     """Return `value` if it is finite and > 0 (or >= 0 with `zero_allowed`), otherwise raise `InputError`.
 
-    Raises:
-        InputError: the message names the value, its unit, the allowed range and the remedy.
+    Raises
+    ------
+    InputError
+        The message names the value, its unit, the allowed range and the remedy.
     """
     if math.isfinite(value) and (value > 0.0 or (zero_allowed and value == 0.0)):
         return float(value)

@@ -21,15 +21,24 @@ def check_poisson(poisson: float) -> float:
 class Material:
     """Isotropic linear elastic material, optionally with a yield stress.
 
-    Attributes:
-        name: label used in reports.
-        young_MPa: Young's modulus E in MPa, finite and > 0.
-        poisson: Poisson's ratio nu, in the open range (-1, 0.5).
-        yield_MPa: uniaxial yield stress in MPa, finite and > 0, or None if unknown.
+    Attributes
+    ----------
+    name
+        Label used in reports.
+    young_MPa
+        Young's modulus E in MPa, finite and > 0.
+    poisson
+        Poisson's ratio nu, in the open range (-1, 0.5).
+    yield_MPa
+        Uniaxial yield stress in MPa, finite and > 0, or None if unknown.
 
-    Raises:
-        InputError: a constant is outside its range.
+    Raises
+    ------
+    InputError
+        A constant is outside its range.
 
+    Notes
+    -----
     Range of validity: small strains, isotropy; an incompressible material (nu = 0.5) has no finite stiffness matrix.
     """
 
@@ -48,8 +57,10 @@ class Material:
     def from_shear(cls, *, name: str, shear_MPa: float, poisson: float, yield_MPa: float | None = None) -> Material:
         """Make a material from its shear modulus G in MPa and Poisson's ratio: E = 2 G (1 + nu).
 
-        Raises:
-            InputError: a constant is outside its range.
+        Raises
+        ------
+        InputError
+            A constant is outside its range.
         """
         check_positive("shear modulus", shear_MPa, "MPa", "give it in MPa, for example 82000 for steel")
         check_poisson(poisson)

@@ -209,17 +209,26 @@ class _Table:
 class Profile:
     """A running surface as a chain of segments, ordered from the gauge side (small y) to the field side.
 
-    Attributes:
-        name: What the user calls it.
-        kind: `rail` (material below the line) or `wheel` (material above it).
-        segments: The running surface in mm, from small y to large y.
-        source: Where the numbers come from.
-        outline: Closed outline of the body, beginning with the running surface in its direction, or empty where only
-            the running surface is known.
-        notes: What a reader assumed; shown to the user.
+    Attributes
+    ----------
+    name
+        What the user calls it.
+    kind
+        `rail` (material below the line) or `wheel` (material above it).
+    segments
+        The running surface in mm, from small y to large y.
+    source
+        Where the numbers come from.
+    outline
+        Closed outline of the body, beginning with the running surface in its direction, or empty where only the running
+        surface is known.
+    notes
+        What a reader assumed; shown to the user.
 
-    Raises:
-        InputError: Neighbouring segments do not meet within 0.001 mm, or the running surface runs towards small y.
+    Raises
+    ------
+    InputError
+        Neighbouring segments do not meet within 0.001 mm, or the running surface runs towards small y.
     """
 
     name: str

@@ -43,8 +43,10 @@ def _find(name: str, among: Sequence[str]) -> str:
 def toml_text(name: str) -> str:
     """Text of a library file, to copy and change.
 
-    Raises:
-        InputError: There is no such name; the message has near ones.
+    Raises
+    ------
+    InputError
+        There is no such name; the message has near ones.
     """
     return (_DATA / f"{_find(name, names())}.toml").read_text("utf-8")
 
@@ -53,8 +55,10 @@ def toml_text(name: str) -> str:
 def load(name: str) -> Profile:
     """Profile of the library by its name, in any case of letters.
 
-    Raises:
-        InputError: There is no such name; the message has near ones.
+    Raises
+    ------
+    InputError
+        There is no such name; the message has near ones.
     """
     name = _find(name, names())
     return parse_toml(toml_text(name), name=name)

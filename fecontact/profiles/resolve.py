@@ -18,9 +18,12 @@ from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel, two_ar
 class WheelProfile:
     """A wheel as it is written on the command line.
 
-    Attributes:
-        profile: The line across the tread.
-        rolling_radius_mm: Radius at the tape circle (y = 0) in mm, or None if the text names the line only.
+    Attributes
+    ----------
+    profile
+        The line across the tread.
+    rolling_radius_mm
+        Radius at the tape circle (y = 0) in mm, or None if the text names the line only.
     """
 
     profile: Profile
@@ -30,8 +33,10 @@ class WheelProfile:
 def resolve_rail(spec: str) -> Profile:
     """Rail from the text of the command line: a library name, `circle:R`, `arcs:R/R@D` (mm), or a profile file.
 
-    Raises:
-        InputError: No such name or file, or the file does not hold a rail.
+    Raises
+    ------
+    InputError
+        No such name or file, or the file does not hold a rail.
     """
     if spec.lower().startswith("circle:"):
         return circular_rail_head(_number(spec, "circle:300"))
@@ -45,8 +50,10 @@ def resolve_rail(spec: str) -> Profile:
 def resolve_wheel(spec: str) -> WheelProfile:
     """Wheel from the text of the command line: a library name, `cylinder:R` (mm), or the path of a profile file.
 
-    Raises:
-        InputError: No such name or file, or the file does not hold a wheel.
+    Raises
+    ------
+    InputError
+        No such name or file, or the file does not hold a wheel.
     """
     if spec.lower().startswith("cylinder:"):
         radius = check_positive("radius of the wheel", _number(spec, "cylinder:460"), "mm", "for example cylinder:460")

@@ -14,8 +14,10 @@ Point = tuple[float, float]
 def arc_between(start: Point, end: Point, *, centre: Point, radius: float, what: str = "arc") -> Arc:
     """Shorter arc from `start` to `end` about `centre` (mm); the points only give its two angles.
 
-    Raises:
-        InputError: A point lies off the circle by more than 0.001 mm.
+    Raises
+    ------
+    InputError
+        A point lies off the circle by more than 0.001 mm.
     """
     angles = []
     for point in (start, end):
@@ -35,14 +37,21 @@ def tangent_head(
 ) -> list[Segment]:
     """Segments of a mirror-symmetric rail head of tangent arcs and straight sides, from left to right.
 
-    Args:
-        radii: Radii of the arcs from the crown outwards (mm).
-        half_widths: Distance from the axis of the point where each arc meets the next (mm), one fewer than the radii.
-        side_one_in: The sides lean outwards, 1 across to this much down; infinite for vertical sides.
-        side_to_z: Height at which the sides end (mm, negative: below the crown).
+    Parameters
+    ----------
+    radii
+        Radii of the arcs from the crown outwards (mm).
+    half_widths
+        Distance from the axis of the point where each arc meets the next (mm), one fewer than the radii.
+    side_one_in
+        The sides lean outwards, 1 across to this much down; infinite for vertical sides.
+    side_to_z
+        Height at which the sides end (mm, negative: below the crown).
 
-    Raises:
-        InputError: The arcs do not follow one another outwards and downwards.
+    Raises
+    ------
+    InputError
+        The arcs do not follow one another outwards and downwards.
     """
     # Each centre lies on the radius through the joint, which makes the joint exactly tangent. Angles from the y axis.
     centre, angles = (0.0, -radii[0]), [math.pi / 2]
@@ -100,8 +109,10 @@ def circular_rail_head(radius_mm: float, half_width_mm: float = 36.0) -> Profile
 
     The arc reaches to |y| = min(half_width_mm, 0.95 radius_mm).
 
-    Raises:
-        InputError: A length is not finite and positive.
+    Raises
+    ------
+    InputError
+        A length is not finite and positive.
     """
     check_positive("radius of the rail head", radius_mm, "mm", "for example circle:300")
     check_positive("half-width of the rail head", half_width_mm, "mm", "for example 36")
@@ -113,15 +124,22 @@ def circular_rail_head(radius_mm: float, half_width_mm: float = 36.0) -> Profile
 def two_arc_rail_head(crown_mm: float, gauge_mm: float, junction_mm: float, half_width_mm: float = 36.0) -> Profile:
     """Rail head of two tangent arcs with its crown at (0, 0): a curvature junction at a known distance from it.
 
-    Args:
-        crown_mm: Radius on the field side of the junction.
-        gauge_mm: Radius on its gauge side.
-        junction_mm: Arc length from the crown to the junction, positive to the gauge side: the crown then lies on the
-            first arc; negative: on the second; 0: at the junction itself.
-        half_width_mm: The arcs reach to this |y|, at most to 95 % of their radius from their centre.
+    Parameters
+    ----------
+    crown_mm
+        Radius on the field side of the junction.
+    gauge_mm
+        Radius on its gauge side.
+    junction_mm
+        Arc length from the crown to the junction, positive to the gauge side: the crown then lies on the first arc;
+        negative: on the second; 0: at the junction itself.
+    half_width_mm
+        The arcs reach to this |y|, at most to 95 % of their radius from their centre.
 
-    Raises:
-        InputError: A length is not finite and positive, or the crown does not lie on the arcs.
+    Raises
+    ------
+    InputError
+        A length is not finite and positive, or the crown does not lie on the arcs.
     """
     for name, radius in (("field", crown_mm), ("gauge", gauge_mm)):
         check_positive(f"radius on the {name} side", radius, "mm", "for example arcs:300/80@2.5")
@@ -154,8 +172,10 @@ def two_arc_rail_head(crown_mm: float, gauge_mm: float, junction_mm: float, half
 def cylinder_wheel(y_from_mm: float = -70.0, y_to_mm: float = 65.0) -> Profile:
     """Wheel with a straight tread at z = 0 and no flange, for comparisons with closed forms.
 
-    Raises:
-        InputError: The tread does not run from small to large y.
+    Raises
+    ------
+    InputError
+        The tread does not run from small to large y.
     """
     tread = Line(start=(float(y_from_mm), 0.0), end=(float(y_to_mm), 0.0))
     return Profile(name="cylinder", kind="wheel", segments=(tread,), source="straight line")

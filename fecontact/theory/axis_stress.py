@@ -19,12 +19,16 @@ FloatArray = NDArray[np.float64]
 class AxisStress:
     """Stress on the line below the patch centre; every array has the shape of the depths.
 
-    Attributes:
-        depth_mm: depth below the surface.
-        sx_MPa, sy_MPa, sz_MPa: principal stresses along the semi-axis a, the semi-axis b and the depth; tension
-            positive.
-        von_mises_MPa: von Mises equivalent stress.
-        tau_max_MPa: largest shear stress on any plane.
+    Attributes
+    ----------
+    depth_mm
+        Depth below the surface.
+    sx_MPa, sy_MPa, sz_MPa
+        Principal stresses along the semi-axis a, the semi-axis b and the depth; tension positive.
+    von_mises_MPa
+        Von Mises equivalent stress.
+    tau_max_MPa
+        Largest shear stress on any plane.
     """
 
     depth_mm: FloatArray
@@ -40,15 +44,24 @@ def subsurface_stress_on_axis(
 ) -> AxisStress:
     """Stress below the centre of a Hertz patch in the body whose Poisson's ratio is given.
 
-    Args:
-        depth_mm: depths below the surface in mm, >= 0, any shape.
-        a_mm, b_mm: semi-axes in mm, in either order, both > 0.
-        p0_MPa: peak pressure in MPa, >= 0.
-        poisson: Poisson's ratio of the body.
+    Parameters
+    ----------
+    depth_mm
+        Depths below the surface in mm, >= 0, any shape.
+    a_mm, b_mm
+        Semi-axes in mm, in either order, both > 0.
+    p0_MPa
+        Peak pressure in MPa, >= 0.
+    poisson
+        Poisson's ratio of the body.
 
-    Raises:
-        InputError: a value is outside its range; a patch of zero size has no stress to evaluate.
+    Raises
+    ------
+    InputError
+        A value is outside its range; a patch of zero size has no stress to evaluate.
 
+    Notes
+    -----
     Source: Johnson (1985), eq. 3.69, with F and E replaced by R_D (DLMF 19.25), which makes it symmetric in a and b
     and continuous in the circle, where it is Johnson's eq. 3.45.
     """
@@ -115,8 +128,10 @@ def first_yield_p0_MPa(*, a_mm: float, b_mm: float, poisson: float, yield_MPa: f
 
     Only the ratio of the semi-axes matters. Range of validity as `von_mises_peak`: frictionless, no residual stress.
 
-    Raises:
-        InputError: a value is outside its range.
+    Raises
+    ------
+    InputError
+        A value is outside its range.
     """
     check_positive("yield stress", yield_MPa, "MPa", "give the uniaxial yield stress of the body")
     return yield_MPa / von_mises_peak(a_mm=a_mm, b_mm=b_mm, p0_MPa=1.0, poisson=poisson).von_mises_MPa

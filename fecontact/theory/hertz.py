@@ -30,17 +30,27 @@ _HESSIAN_ASYMMETRY = 1e-6
 class HertzContact:
     """Result of Hertz's theory for one contact.
 
-    Attributes:
-        a_mm, b_mm: semi-axes along the first and the second principal axis, whichever of the two is longer. The
-            principal axes are x (rolling) and y (lateral) turned by `orientation_rad`.
-        p0_MPa: peak pressure.
-        area_mm2: patch area.
-        approach_mm: approach of distant points of the two bodies, positive when they move together.
-        stiffness_N_per_mm15: K_H of the spring F = K_H approach^1.5; independent of the load, right at zero load too.
-        normal_force_N: load.
-        A_per_mm, B_per_mm: coefficients of the gap A x'^2 + B y'^2 in the principal axes.
-        contact_modulus_MPa: E* of the pair.
-        orientation_rad: angle from x to the first principal axis, counter-clockwise, in (-pi/4, pi/4].
+    Attributes
+    ----------
+    a_mm, b_mm
+        Semi-axes along the first and the second principal axis, whichever of the two is longer. The principal axes are
+        x (rolling) and y (lateral) turned by `orientation_rad`.
+    p0_MPa
+        Peak pressure.
+    area_mm2
+        Patch area.
+    approach_mm
+        Approach of distant points of the two bodies, positive when they move together.
+    stiffness_N_per_mm15
+        K_H of the spring F = K_H approach^1.5; independent of the load, right at zero load too.
+    normal_force_N
+        Load.
+    A_per_mm, B_per_mm
+        Coefficients of the gap A x'^2 + B y'^2 in the principal axes.
+    contact_modulus_MPa
+        E* of the pair.
+    orientation_rad
+        Angle from x to the first principal axis, counter-clockwise, in (-pi/4, pi/4].
     """
 
     a_mm: float
@@ -75,12 +85,18 @@ class HertzContact:
     def pressure_MPa(self, x_mm: ArrayLike, y_mm: ArrayLike) -> FloatArray:
         """Pressure p0 sqrt(1 - (x'/a)^2 - (y'/b)^2) in MPa, zero outside the patch.
 
-        Args:
-            x_mm, y_mm: points relative to the patch centre in mm; any shapes that broadcast together.
+        Parameters
+        ----------
+        x_mm, y_mm
+            Points relative to the patch centre in mm; any shapes that broadcast together.
 
-        Returns:
-            Array of the broadcast shape (0-d for two numbers).
+        Returns
+        -------
+        array
+            Of the broadcast shape (0-d for two numbers).
 
+        Notes
+        -----
         Source: Johnson (1985), section 3.5.
         """
         x, y = np.broadcast_arrays(np.asarray(x_mm, dtype=np.float64), np.asarray(y_mm, dtype=np.float64))
@@ -96,14 +112,22 @@ def hertz_ellipse(
 ) -> HertzContact:
     """Hertz contact of the gap h = A x^2 + B y^2 with x rolling and y lateral.
 
-    Args:
-        A_per_mm, B_per_mm: half the relative curvatures in x and in y, in 1/mm, both > 0, in either order.
-        normal_force_N: load in N, >= 0; zero gives a patch of zero size.
-        contact_modulus_MPa: E* of the pair in MPa.
+    Parameters
+    ----------
+    A_per_mm, B_per_mm
+        Half the relative curvatures in x and in y, in 1/mm, both > 0, in either order.
+    normal_force_N
+        Load in N, >= 0; zero gives a patch of zero size.
+    contact_modulus_MPa
+        E* of the pair in MPa.
 
-    Raises:
-        InputError: a value is not finite or outside its range.
+    Raises
+    ------
+    InputError
+        A value is not finite or outside its range.
 
+    Notes
+    -----
     Source: Hertz (1881); Johnson (1985), sections 3.5 and 4.2: A = F R_D(0, b^2, a^2) / (2 pi E*), B with a and b
     exchanged, approach = 3 F R_F(0, a^2, b^2) / (2 pi E*).
     """
@@ -153,16 +177,24 @@ def _log_axis_ratio(log_curvature_ratio: float) -> float:
 def hertz_from_hessian(hessian_per_mm: ArrayLike, *, normal_force_N: float, contact_modulus_MPa: float) -> HertzContact:
     """Hertz contact of the gap h = q^T H q / 2, q = (x, y), whose principal axes may be yawed against x and y.
 
-    Args:
-        hessian_per_mm: H, shape (2, 2), in 1/mm, symmetric and positive definite.
-        normal_force_N: load in N, >= 0.
-        contact_modulus_MPa: E* of the pair in MPa.
+    Parameters
+    ----------
+    hessian_per_mm
+        H, shape (2, 2), in 1/mm, symmetric and positive definite.
+    normal_force_N
+        Load in N, >= 0.
+    contact_modulus_MPa
+        E* of the pair in MPa.
 
-    Returns:
+    Returns
+    -------
+    HertzContact
         The contact in its principal axes; `orientation_rad` is the angle of the one closest to x, in (-pi/4, pi/4].
 
-    Raises:
-        InputError: H has another shape, is not finite, not symmetric or not positive definite; or as `hertz_ellipse`.
+    Raises
+    ------
+    InputError
+        H has another shape, is not finite, not symmetric or not positive definite; or as `hertz_ellipse`.
     """
     hessian = np.asarray(hessian_per_mm, dtype=np.float64)
     if hessian.shape != (2, 2) or not np.all(np.isfinite(hessian)):

@@ -14,13 +14,20 @@ FloatArray = NDArray[np.float64]
 def hertz_spring_force_N(stiffness_N_per_mm15: float, approach_mm: ArrayLike) -> FloatArray:
     """Normal force in N of Hertz's spring: K_H d^1.5 for an approach d > 0, zero where the bodies are apart.
 
-    Args:
-        stiffness_N_per_mm15: K_H in N/mm^1.5, > 0.
-        approach_mm: approach in mm, any shape; the result has the same shape.
+    Parameters
+    ----------
+    stiffness_N_per_mm15
+        K_H in N/mm^1.5, > 0.
+    approach_mm
+        Approach in mm, any shape; the result has the same shape.
 
-    Raises:
-        InputError: the stiffness is not positive.
+    Raises
+    ------
+    InputError
+        The stiffness is not positive.
 
+    Notes
+    -----
     Source: Johnson (1985), eq. 4.23 for spheres; Otero Yugat, Part I, eq. 6.
     """
     check_positive("Hertz stiffness", stiffness_N_per_mm15, "N/mm^1.5", "take it from a HertzContact")
@@ -32,12 +39,19 @@ def shared_approach_mm(
 ) -> float:
     """Rigid approach at which several Hertz springs side by side carry a load together.
 
-    Args:
-        stiffness_N_per_mm15: K_H of each contact (n,).
-        load_N: force along the approach.
-        gap_mm: gap of each contact along its normal (n,) when the bodies first touch, >= 0.
-        closing: cosine between each contact's normal and the approach (n,), > 0.
+    Parameters
+    ----------
+    stiffness_N_per_mm15
+        K_H of each contact (n,).
+    load_N
+        Force along the approach.
+    gap_mm
+        Gap of each contact along its normal (n,) when the bodies first touch, >= 0.
+    closing
+        Cosine between each contact's normal and the approach (n,), > 0.
 
+    Notes
+    -----
     Each contact carries K_H (closing approach - gap)^1.5 along its normal once its gap is closed.
     """
     check_positive("load", load_N, "N", "give the wheel load")

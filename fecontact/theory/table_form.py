@@ -22,14 +22,22 @@ def curvature_sums_per_mm(
 ) -> tuple[float, float]:
     """Sum k1 = A + B and difference k2 = abs(B - A) of the gap coefficients in 1/mm, from the principal radii.
 
-    Args:
-        R1_mm, R1_prime_mm: principal radii of body 1 in mm; concave negative, straight infinite.
-        R2_mm, R2_prime_mm: the same of body 2.
-        plane_angle_rad: angle theta between the planes of 1/R1 and 1/R2.
+    Parameters
+    ----------
+    R1_mm, R1_prime_mm
+        Principal radii of body 1 in mm; concave negative, straight infinite.
+    R2_mm, R2_prime_mm
+        The same of body 2.
+    plane_angle_rad
+        Angle theta between the planes of 1/R1 and 1/R2.
 
-    Raises:
-        InputError: a radius is zero or not a number.
+    Raises
+    ------
+    InputError
+        A radius is zero or not a number.
 
+    Notes
+    -----
     Source: Johnson (1985), section 4.1; Otero Yugat, Part I, eqs 1 and 2.
     """
     for name, radius in (("R1", R1_mm), ("R1'", R1_prime_mm), ("R2", R2_mm), ("R2'", R2_prime_mm)):
@@ -48,12 +56,18 @@ def curvature_sums_per_mm(
 class TableForm:
     """Hertz contact in the symbols of the table form; here a is the longer semi-axis, wherever it points.
 
-    Attributes:
-        k1_per_mm, k2_per_mm: A + B and abs(B - A).
-        k3_per_MPa: mean of (1 - nu^2)/E over the two bodies, 1/(2 E*).
-        phi_rad: table angle arccos(k2/k1).
-        m, n, lambda_: coefficients of a, of b and of the stiffness (lambda_ is the paper's I), interpolated.
-        a_mm, b_mm, p0_MPa, stiffness_N_per_mm15: semi-axes, peak pressure and K_H.
+    Attributes
+    ----------
+    k1_per_mm, k2_per_mm
+        A + B and abs(B - A).
+    k3_per_MPa
+        Mean of (1 - nu^2)/E over the two bodies, 1/(2 E*).
+    phi_rad
+        Table angle arccos(k2/k1).
+    m, n, lambda_
+        Coefficients of a, of b and of the stiffness (lambda_ is the paper's I), interpolated.
+    a_mm, b_mm, p0_MPa, stiffness_N_per_mm15
+        Semi-axes, peak pressure and K_H.
     """
 
     k1_per_mm: float
@@ -90,14 +104,22 @@ def table_form(
         eq. 5, K_H = 4/(3 k3) sqrt(2/(k1 lambda^3)): right with the table's lambda.
         eq. 6, F = K_H d^1.5 for d > 0, else 0: right, see `hertz_spring_force_N`.
 
-    Args:
-        R1_mm, R1_prime_mm, R2_mm, R2_prime_mm, plane_angle_rad: as in `curvature_sums_per_mm`.
-        normal_force_N: load in N, >= 0.
-        contact_modulus_MPa: E* of the pair in MPa.
+    Parameters
+    ----------
+    R1_mm, R1_prime_mm, R2_mm, R2_prime_mm, plane_angle_rad
+        As in `curvature_sums_per_mm`.
+    normal_force_N
+        Load in N, >= 0.
+    contact_modulus_MPa
+        E* of the pair in MPa.
 
-    Raises:
-        InputError: a value is outside its range, or the table angle is outside 30 to 90 degrees.
+    Raises
+    ------
+    InputError
+        A value is outside its range, or the table angle is outside 30 to 90 degrees.
 
+    Notes
+    -----
     Source: Otero Yugat, Study of rail vehicle dynamics in curved tracks, Part I (UPC), eqs 1 to 5; table of Whittemore
     and Petrenko (1921) after Norton. Range of validity: table angle 30 to 90 degrees, that is b/a from 0.18 to 1;
     linear interpolation in the 10 degree steps puts up to 1.6 % on a, 0.3 % on b, 1.5 % on p0 and 0.7 % on K_H.

@@ -34,8 +34,10 @@ def read_points(path: str | Path, *, kind: Kind) -> Profile:
     first line may be a header. The axes are those of the library: y positive to the field side, z up; a rail has its
     crown and a wheel its tape circle at (0, 0).
 
-    Raises:
-        InputError: The file cannot be read, or its points do not look like a running surface in these axes.
+    Raises
+    ------
+    InputError
+        The file cannot be read, or its points do not look like a running surface in these axes.
     """
     path = Path(path)
     return profile_from_points(*_parse(_text(path), what=str(path)), kind=kind, name=path.stem, source=str(path))
@@ -44,8 +46,10 @@ def read_points(path: str | Path, *, kind: Kind) -> Profile:
 def profile_from_points(y: Floats, z: Floats, *, kind: Kind, name: str, source: str = "") -> Profile:
     """Profile through points (mm, shape (n,)) in the order along the line, with cubic splines between corners.
 
-    Raises:
-        InputError: The points do not look like a running surface; see `read_points`.
+    Raises
+    ------
+    InputError
+        The points do not look like a running surface; see `read_points`.
     """
     points, notes = np.column_stack((y, z)).astype(float), []
     bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
@@ -82,8 +86,10 @@ def profile_from_points(y: Floats, z: Floats, *, kind: Kind, name: str, source: 
 def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str) -> None:
     """Check the size of a line (mm, shape (n,)) and the direction of its axes.
 
-    Raises:
-        InputError: Implausible size, z pointing down, or a wheel with its flange on the field side.
+    Raises
+    ------
+    InputError
+        Implausible size, z pointing down, or a wheel with its flange on the field side.
     """
     span = float(max(np.ptp(y), np.ptp(z)))
     low, high = SPAN_RANGE_MM

@@ -19,8 +19,10 @@ from fecontact.profiles.shapes import _mirrored, arc_between, tangent_head
 def read_toml(path: str | Path) -> Profile:
     """Profile from a TOML file of the form of the library files; its name is the file's.
 
-    Raises:
-        InputError: The file cannot be read or does not describe a profile; the message names the key.
+    Raises
+    ------
+    InputError
+        The file cannot be read or does not describe a profile; the message names the key.
     """
     path = Path(path)
     try:
@@ -35,8 +37,10 @@ def read_toml(path: str | Path) -> Profile:
 def parse_toml(text: str, *, name: str) -> Profile:
     """Profile from the text of a TOML file.
 
-    Raises:
-        InputError: The text does not describe a profile; the message names the key.
+    Raises
+    ------
+    InputError
+        The text does not describe a profile; the message names the key.
     """
     # pydantic takes longer to import than everything else here
     from pydantic import ValidationError
