@@ -110,6 +110,11 @@ def test_no_arrow_goes_upwards():
     TopologicalSorter({module: imported(module)[0] for module in MODULES}).prepare()
 
 
+def test_readers_of_profile_files_know_nothing_of_the_library():
+    for module in [module for module in MODULES if module.startswith("profiles.readers")]:
+        assert not reachable(module) & {"profiles.library", "profiles.resolve"}, module
+
+
 def test_theory_and_finite_elements_never_meet_below_the_comparison():
     for module in MODULES:
         rooms = {room(other) for other in reachable(module)} | {room(module)}

@@ -1,6 +1,7 @@
 """Files of points: what is understood, what is refused with which remedy, and how well a curvature survives."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Line
 from fecontact.profiles.library import load
+from fecontact.profiles.readers import formats
 from fecontact.profiles.readers.points import SPLINE_NOISE, profile_from_points, read_points
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 
@@ -58,6 +60,29 @@ def test_byte_order_mark_windows_line_ends_and_an_old_encoding(write):
 def test_resolve_reads_a_file_of_points(write):
     assert resolve_rail(str(write(text_of(*rail_points())))).kind == "rail"
     assert resolve_wheel(str(write(text_of(*wheel_points())))).profile.kind == "wheel"
+
+
+def test_the_ending_chooses_the_reader(tmp_path):
+    assert formats.reader_of(Path("mine.toml")) is formats.reader_of(Path("a.b/MINE.TOML"))
+    for name in ("mine.txt", "mine.CSV", "mine.2026", "mine", ".toml"):
+        path = tmp_path / name
+        path.write_text(text_of(*rail_points()), "utf-8")
+        assert resolve_rail(str(path)).segments[0].points.shape == (141, 2)
+
+
+def test_a_new_format_is_one_entry(tmp_path, monkeypatch):
+    read = []
+
+    def reader(path, kind):
+        read.append((path, kind))
+        return load("S1002")
+
+    monkeypatch.setitem(formats.READERS, ".mini", reader)
+    path = tmp_path / "worn.Mini"
+    assert resolve_wheel(str(path)).profile is load("S1002")
+    with pytest.raises(InputError, match="is a wheel but a rail is wanted"):
+        resolve_rail(str(path))
+    assert read == [(path, "wheel"), (path, "rail")]
 
 
 def test_descending_points_are_reversed_with_a_note():

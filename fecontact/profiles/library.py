@@ -1,4 +1,4 @@
-"""The standard rails and wheels, profile files in TOML, and the short forms of the command line.
+"""The standard rails and wheels.
 
 The files in `data/` are the library and also the pattern for a profile of one's own: copy one, change it and give its
 path instead of a name.
@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import difflib
 import tomllib
-from collections.abc import Sequence
 from functools import cache
 from importlib import resources
 
@@ -31,7 +30,20 @@ def names(kind: Kind | None = None) -> tuple[str, ...]:
     return tuple(name for name, its_kind in _kinds().items() if kind in (None, its_kind))
 
 
-def _find(name: str, among: Sequence[str]) -> str:
+def is_known(name: str) -> bool:
+    """Whether the library has a profile of this name, in any case of letters."""
+    return name.lower() in {known.lower() for known in names()}
+
+
+def find(name: str, kind: Kind | None = None) -> str:
+    """Name of a profile as the library writes it, from any case of letters, among all or those of one kind.
+
+    Raises
+    ------
+    InputError
+        There is no such name; the message has near ones.
+    """
+    among = names(kind)
     by_lower = {known.lower(): known for known in among}
     if name.lower() in by_lower:
         return by_lower[name.lower()]
@@ -48,7 +60,7 @@ def toml_text(name: str) -> str:
     InputError
         There is no such name; the message has near ones.
     """
-    return (_DATA / f"{_find(name, names())}.toml").read_text("utf-8")
+    return (_DATA / f"{find(name)}.toml").read_text("utf-8")
 
 
 @cache
@@ -60,5 +72,5 @@ def load(name: str) -> Profile:
     InputError
         There is no such name; the message has near ones.
     """
-    name = _find(name, names())
+    name = find(name)
     return parse_toml(toml_text(name), name=name)

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from fecontact.errors import InputError, check_positive
 from fecontact.profiles.curve import Kind, Profile
-from fecontact.profiles.library import _find, load, names
-from fecontact.profiles.readers.toml import read_toml
+from fecontact.profiles.library import find, is_known, load, names
+from fecontact.profiles.readers.formats import DEFAULT, reader_of
 from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel, two_arc_rail_head
 
 
@@ -89,20 +89,17 @@ def _number(spec: str, example: str) -> float:
 
 
 def _resolve(spec: str, kind: Kind) -> Profile:
-    from fecontact.profiles.readers import points as reader
-
     path = Path(spec)
-    known = {name.lower() for name in names()}
-    if spec.lower() in known:
-        profile = load(_find(spec, names()))
-    elif path.suffix.lower() == ".toml":
-        profile = read_toml(path)
-    elif os.path.exists(spec):  # unlike Path.exists, never raises
-        profile = reader.read_points(path, kind=kind)
+    read = reader_of(path)
+    if is_known(spec):
+        profile = load(find(spec))
+    # With an ending that has a reader of its own it is meant as a file, and the reader says what is wrong with it.
+    elif read is not DEFAULT or os.path.exists(spec):  # unlike Path.exists, never raises
+        profile = read(path, kind)
     elif path.suffix or len(path.parts) > 1:
         raise InputError(f"there is no file {spec!r}; check the path, or give one of {', '.join(names(kind))}")
     else:
-        return load(_find(spec, names(kind)))
+        return load(find(spec, kind))
     if profile.kind != kind:
         raise InputError(
             f"{spec!r} is a {profile.kind} but a {kind} is wanted; the library has {', '.join(names(kind))}"

@@ -78,17 +78,17 @@ def tangent_head(
     foot = (corner[0] + (corner[1] - side_to_z) / side_one_in, side_to_z)
     right.append(Line(start=corner, end=foot))
     crown = Arc(centre=(0.0, -radii[0]), radius=radii[0], angle_from=math.pi - angles[1], angle_to=angles[1])
-    return [*_mirrored(right[1:]), crown, *right[1:]]
+    return [*mirrored(right[1:]), crown, *right[1:]]
 
 
-def _mirrored(segments: Sequence[Segment]) -> list[Segment]:
+def mirrored(segments: Sequence[Segment]) -> list[Segment]:
     """Mirror image in y of a chain, in the order that goes on from its end on the axis."""
-    mirrored: list[Segment] = []
+    image: list[Segment] = []
     for s in reversed(segments):
         if isinstance(s, Line):
-            mirrored.append(Line(start=(-s.end[0], s.end[1]), end=(-s.start[0], s.start[1])))
+            image.append(Line(start=(-s.end[0], s.end[1]), end=(-s.start[0], s.start[1])))
         elif isinstance(s, Arc):
-            mirrored.append(
+            image.append(
                 Arc(
                     centre=(-s.centre[0], s.centre[1]),
                     radius=s.radius,
@@ -98,10 +98,10 @@ def _mirrored(segments: Sequence[Segment]) -> list[Segment]:
             )
         elif isinstance(s, Polynomial):
             flipped = tuple(c * (-1.0) ** k for k, c in enumerate(s.coefficients))
-            mirrored.append(Polynomial(coefficients=flipped, y_from=-s.y_to, y_to=-s.y_from))
+            image.append(Polynomial(coefficients=flipped, y_from=-s.y_to, y_to=-s.y_from))
         else:
             raise AssertionError("points are never mirrored")
-    return mirrored
+    return image
 
 
 def circular_rail_head(radius_mm: float, half_width_mm: float = 36.0) -> Profile:

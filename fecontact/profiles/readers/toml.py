@@ -10,10 +10,11 @@ import numpy as np
 
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Line, Polynomial, Profile, Segment
+from fecontact.profiles.readers.points import check_shape
+from fecontact.profiles.shapes import arc_between, mirrored, tangent_head
 
 if TYPE_CHECKING:
     from fecontact.profiles.readers import schema
-from fecontact.profiles.shapes import _mirrored, arc_between, tangent_head
 
 
 def read_toml(path: str | Path) -> Profile:
@@ -45,7 +46,6 @@ def parse_toml(text: str, *, name: str) -> Profile:
     # pydantic takes longer to import than everything else here
     from pydantic import ValidationError
 
-    from fecontact.profiles.readers import points as reader
     from fecontact.profiles.readers import schema
 
     try:
@@ -60,7 +60,7 @@ def parse_toml(text: str, *, name: str) -> Profile:
         surface = tangent_head(
             file.head.radii, file.head.half_widths, side_one_in=file.head.side_one_in, side_to_z=file.head.side_to_z
         )
-        body += _mirrored(body)
+        body += mirrored(body)
     else:
         surface = [_segment(s, f"profile {name}: surface {i + 1}") for i, s in enumerate(file.surface)]
     profile = Profile(
@@ -72,7 +72,7 @@ def parse_toml(text: str, *, name: str) -> Profile:
         notes=tuple(file.notes),
     )
     points = profile.evaluate(np.linspace(0.0, len(surface), 16 * len(surface) + 1))
-    reader.check_shape(points.y, points.z, kind=profile.kind, what=f"profile {name}")
+    check_shape(points.y, points.z, kind=profile.kind, what=f"profile {name}")
     return profile
 
 
