@@ -13,6 +13,8 @@ from fecontact.profiles.library import find, is_known, load, names
 from fecontact.profiles.readers.formats import DEFAULT, reader_of
 from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel, two_arc_rail_head
 
+_CIRCLE, _ARCS, _CYLINDER = "circle:", "arcs:", "cylinder:"
+
 
 @dataclass(frozen=True, kw_only=True)
 class WheelProfile:
@@ -38,11 +40,11 @@ def resolve_rail(spec: str) -> Profile:
     InputError
         No such name or file, or the file does not hold a rail.
     """
-    if spec.lower().startswith("circle:"):
+    if spec.lower().startswith(_CIRCLE):
         return circular_rail_head(_number(spec, "circle:300"))
-    if spec.lower().startswith("arcs:"):
+    if spec.lower().startswith(_ARCS):
         return two_arc_rail_head(*_arcs(spec))
-    if spec.lower().startswith("cylinder:"):
+    if spec.lower().startswith(_CYLINDER):
         raise InputError(f"{spec!r} is a wheel; a rail may be circle:R or arcs:R/R@D")
     return _resolve(spec, "rail")
 
@@ -55,7 +57,7 @@ def resolve_wheel(spec: str) -> WheelProfile:
     InputError
         No such name or file, or the file does not hold a wheel.
     """
-    if spec.lower().startswith("cylinder:"):
+    if spec.lower().startswith(_CYLINDER):
         radius = check_positive("radius of the wheel", _number(spec, "cylinder:460"), "mm", "for example cylinder:460")
         return WheelProfile(profile=cylinder_wheel(), rolling_radius_mm=radius)
     if has_no_gauge_face(spec):
@@ -63,9 +65,14 @@ def resolve_wheel(spec: str) -> WheelProfile:
     return WheelProfile(profile=_resolve(spec, "wheel"))
 
 
+def is_short_form(spec: str) -> bool:
+    """Whether a text gives a profile by its radii, such as `circle:300`: neither a name nor a file."""
+    return spec.lower().startswith((_CIRCLE, _ARCS, _CYLINDER))
+
+
 def has_no_gauge_face(spec: str) -> bool:
     """Whether a rail is given by its radii alone: it has no gauge face, its crown lies under the tape circle."""
-    return spec.lower().startswith(("circle:", "arcs:"))
+    return spec.lower().startswith((_CIRCLE, _ARCS))
 
 
 def _arcs(spec: str) -> tuple[float, float, float]:

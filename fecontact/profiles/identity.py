@@ -1,0 +1,53 @@
+"""What a profile is called in results: a name that says the same wherever the files of its user lie."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from pathlib import Path, PureWindowsPath
+
+from fecontact.profiles.library import is_known
+from fecontact.profiles.resolve import is_short_form
+
+# 32 bits: two of a user's thousand versions of one file share an identity once in some ten thousand such users.
+_SHOWN_DIGITS = 8
+
+
+def profile_file(spec: str) -> Path | None:
+    """Path of the file that the text of the command line names, or None where it names none that is there.
+
+    As in `resolve_rail` and `resolve_wheel` a short form or a name of the library comes first, in any case of letters:
+    a file 60E1 in the current folder is reached as ./60E1.
+    """
+    # unlike Path.is_file, os.path.isfile never raises
+    return Path(spec) if not is_short_form(spec) and not is_known(spec) and os.path.isfile(spec) else None
+
+
+def profile_identity(spec: str) -> str:
+    """The text that stands for a profile in results.
+
+    A library name or a short form stands for itself. A file is `NAME.ext@HASH`: its own name without any folder, and
+    the beginning of the hash of its content, so that a copy in another folder is the same profile and a changed file is
+    another one. A file that cannot be read is its name alone.
+    """
+    if is_short_form(spec) or is_known(spec):
+        return spec
+    path = profile_file(spec)
+    if path is None:
+        # a path of either kind of system, from a record that was made on another machine
+        return PureWindowsPath(spec).name or spec
+    try:
+        return f"{path.name}@{content_sha256(path)[:_SHOWN_DIGITS]}"
+    except OSError:
+        return path.name
+
+
+def content_sha256(path: str | Path) -> str:
+    """SHA-256 of a file's content in hex digits.
+
+    Raises
+    ------
+    OSError
+        The file cannot be read.
+    """
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest()

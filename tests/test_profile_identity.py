@@ -1,0 +1,131 @@
+"""A profile in results: a file is its name and its content, wherever it lies; anything else is what was written."""
+
+import hashlib
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fecontact.profiles.identity import content_sha256, profile_file, profile_identity
+from fecontact.profiles.library import load, names, toml_text
+from fecontact.profiles.resolve import resolve_rail
+
+NO_FILES = [*names(), "60e1", "s1002", "circle:300", "CIRCLE:300", "arcs:300/80@2.5", "cylinder:460", "circle:abc"]
+ODD = ["", ".", "..", "/", "~", "nul\0.toml", "x" * 5000, "\ud800.txt", "con", "C:", "a\nb", "/etc/passwd/x.txt"]
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def write(path, content="1 2\n"):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(content, "utf-8")
+    return path
+
+
+@pytest.mark.parametrize("spec", NO_FILES)
+def test_names_and_short_forms_stand_for_themselves(here, spec):
+    assert profile_file(spec) is None
+    assert profile_identity(spec) == spec
+
+
+@pytest.mark.parametrize("spec", ["60E1", "60e1", "circle:300", "Cylinder:460"])
+def test_a_file_of_the_same_name_does_not_hide_what_the_text_means(here, spec):
+    write(here / spec)
+    assert profile_file(spec) is None
+    assert profile_identity(spec) == spec
+    # with its folder it is the file, for the command line as well
+    assert profile_file(f"./{spec}") == Path(spec)
+    assert profile_identity(f"./{spec}") == f"{spec}@{content_sha256(here / spec)[:8]}"
+
+
+def test_a_file_named_like_a_library_profile_is_read_only_with_its_folder(here):
+    z = load("54E1").height([y / 2 for y in range(-60, 61)])
+    write(here / "60E1", "".join(f"{y / 2} {height}\n" for y, height in zip(range(-60, 61), z, strict=True)))
+    assert resolve_rail("60E1") is load("60E1")
+    assert resolve_rail("./60E1").notes
+
+
+def test_the_folder_does_not_count_and_the_content_does(here):
+    one, other = write(here / "one/mine.toml"), write(here / "other/mine.toml")
+    assert profile_identity(str(one)) == profile_identity(str(other)) == profile_identity("one/mine.toml")
+    before = profile_identity(str(other))
+    write(other, "1 3\n")
+    assert profile_identity(str(other)) != before
+    assert profile_identity(str(other)).partition("@")[0] == "mine.toml"
+
+
+def test_the_name_counts_with_its_ending(here):
+    # the ending decides how the content is read
+    identities = {profile_identity(str(write(here / name))) for name in ("a.txt", "b.txt", "a.toml", "A.txt", "a")}
+    assert len({identity.partition("@")[2] for identity in identities}) == 1
+    assert len(identities) == 5
+
+
+def test_the_hash_is_that_of_the_bytes(here):
+    path = here / "mine.toml"
+    path.write_bytes(toml_text("60E1").encode())
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    assert content_sha256(path) == content_sha256("mine.toml") == digest
+    assert profile_identity("mine.toml") == f"mine.toml@{digest[:8]}"
+    path.write_bytes(toml_text("60E1").replace("\n", "\r\n").encode())
+    assert profile_identity("mine.toml") != f"mine.toml@{digest[:8]}"
+
+
+@pytest.mark.parametrize(
+    "name", ["Schiene 60E1 (neu).TXT", "轨道.txt", "Prüfling.toml", "a@b.txt", "COM1.txt", "trailing.", "-x.csv", "%20"]
+)
+def test_names_of_every_kind(here, name):
+    path = write(here / "some folder" / name)
+    assert profile_file(str(path)) == path
+    assert profile_identity(str(path)) == f"{name}@{content_sha256(path)[:8]}"
+
+
+@pytest.mark.parametrize(
+    ("spec", "name"),
+    [
+        ("/nowhere/mine.toml", "mine.toml"),
+        (r"C:\Profile\Schiene (neu).txt", "Schiene (neu).txt"),
+        (r"\\server\share\mine.csv", "mine.csv"),
+        ("mine.txt", "mine.txt"),
+        ("60E3", "60E3"),
+    ],
+)
+def test_a_file_that_is_not_there_is_its_name(here, spec, name):
+    assert profile_file(spec) is None
+    assert profile_identity(spec) == name
+
+
+def test_a_folder_is_no_file(here):
+    (here / "mine.toml").mkdir()
+    assert profile_file("mine.toml") is None
+    assert profile_identity(str(here / "mine.toml")) == "mine.toml"
+
+
+def test_a_file_that_cannot_be_read_is_its_name(here, monkeypatch):
+    path = write(here / "mine.toml")
+
+    def refuse(self):
+        raise PermissionError(13, "Permission denied", str(self))
+
+    monkeypatch.setattr(Path, "read_bytes", refuse)
+    assert profile_file(str(path)) == path
+    assert profile_identity(str(path)) == "mine.toml"
+    with pytest.raises(OSError, match="Permission denied"):
+        content_sha256(path)
+
+
+@pytest.mark.parametrize("spec", ODD)
+def test_odd_texts_name_no_file(here, spec):
+    assert profile_file(spec) is None
+    assert isinstance(profile_identity(spec), str)
+
+
+@given(st.text(st.characters()))
+def test_any_text_has_an_identity(spec):
+    profile_file(spec)
+    assert isinstance(profile_identity(spec), str)
