@@ -13,6 +13,7 @@ from fecontact.profiles.curve import Line
 from fecontact.profiles.library import load
 from fecontact.profiles.readers import formats
 from fecontact.profiles.readers.points import SPLINE_NOISE, profile_from_points, read_points
+from fecontact.profiles.readers.toml import parse_toml, read_toml
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 
 
@@ -127,6 +128,58 @@ def test_refused_files(write, content, message):
         read_points(write(content), kind="rail")
 
 
+@pytest.mark.parametrize("ending", [".toml", ".txt", ".csv", ""])
+@pytest.mark.parametrize("resolve", [resolve_rail, resolve_wheel])
+def test_what_is_no_profile_is_refused_whatever_its_ending(tmp_path, monkeypatch, resolve, ending):
+    path = tmp_path / f"mine{ending}"
+    contents = [
+        b"",
+        b"\n\n",
+        b"\xef\xbb\xbf",
+        b"\0",
+        b"\x89PNG\r\n\x1a\n\0\0",
+        bytes(range(256)),
+        b"\xff\xfe1\0",
+        b"[" * 5000,
+    ]
+    for content in contents:
+        path.write_bytes(content)
+        with pytest.raises(InputError, match="mine"):
+            resolve(str(path))
+    with pytest.raises(InputError, match=r"cannot read .*Not a directory|there is no file"):
+        resolve(f"{path}/below{ending}")
+
+    def refuse(self, *_, **__):
+        raise PermissionError(13, "Permission denied", str(self))
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "open", refuse)
+        patched.setattr(Path, "read_bytes", refuse)
+        with pytest.raises(InputError, match=r"cannot read .*mine.*: Permission denied; check the path"):
+            resolve(str(path))
+    path.unlink()
+    path.mkdir()
+    with pytest.raises(InputError, match=r"cannot read .*mine.*: Is a directory; check the path"):
+        resolve(str(path))
+
+
+@pytest.mark.parametrize("reader", [lambda path: read_points(path, kind="rail"), read_toml])
+def test_a_name_that_no_file_can_have_is_refused(reader):
+    with pytest.raises(InputError, match=r"cannot read .*null"):
+        reader("nul\0.txt")
+    with pytest.raises(InputError, match=r"cannot read .*too long"):
+        reader("x" * 5000)
+
+
+def test_points_farther_away_than_numbers_are_fine_are_refused():
+    y, z = rail_points()
+    for far in (1e308, -1e308, 2e9, math.inf, math.nan):
+        with pytest.raises(
+            InputError, match=r"point 8 is .* mm; allowed: -1e\+09 to 1e\+09 mm; remove it, or move the"
+        ):
+            profile_from_points(y, np.where(np.arange(z.size) == 7, far, z), kind="rail", name="p")
+
+
 def test_unreadable_files(tmp_path):
     with pytest.raises(InputError, match=r"cannot read .*No such file"):
         read_points(tmp_path / "none.txt", kind="rail")
@@ -144,6 +197,12 @@ def test_any_bytes_end_in_an_input_error_or_a_profile(data):
         text = data.decode("latin-1")
     with pytest.raises(InputError):
         profile_from_points(*reader._parse(text, what="file"), kind="rail", name="file")
+
+
+@given(st.one_of(st.binary(max_size=300).map(lambda data: data.decode("latin-1")), st.text(st.characters())))
+def test_any_text_as_toml_ends_in_an_input_error(text):
+    with pytest.raises(InputError, match="profile file"):
+        parse_toml(text, name="file")
 
 
 @given(

@@ -417,6 +417,10 @@ def test_a_copied_file_is_the_same_profile_until_it_is_changed(tmp_path):
         ("[300.0, 80.0,", "[300.0,", "2 radii need 1 half_widths"),
         ("[10.012,", "[30.012,", "arc 2 with radius 80 mm cannot reach"),
         ("side_to_z = -32.0", "side_to_z = -2.0", "side_to_z is -2 mm; allowed: below the last arc, -14.1001 mm"),
+        ("[300.0,", "[" * 5000, "not valid TOML: brackets are nested too deeply"),
+        ("[300.0,", "[" + "1" * 5000 + ",", "not valid TOML: .*4300 digits"),
+        ("[300.0,", "[" + "1" * 400 + ",", "head.radii.0"),
+        ("side_to_z = -32.0", "side_to_z = -1e300", r"side_to_z: .*-1000000000 \(given: -1e\+300\)"),
         ('kind = "rail"', 'kind = "wheel"', r"\[head\] describes a rail"),
         ("[head]", "[[surface]]\ntype='line'\nfrom=[0, 0]\nto=[1, 0]\n[head]", "running surface once"),
         ("[head]", "[[body]]\ntype='line'\nfrom=[0, 0]\nto=[1, 0]\n[head]", "outline: segment 7 ends at"),
@@ -438,6 +442,12 @@ def test_profile_file_errors_name_the_key(tmp_path, old, new, message):
         ("y_to = 60.0", "y_to = 20.0", "y_from = 32.158 must be smaller than y_to = 20"),
         ('type = "line"', 'type = "curve"', "surface.8"),
         ("to = [65.0, 7.63567638]", "to = [65.0]", "surface.8.line.to"),
+        ("to = [65.0, 7.63567638]", "to = [1e308, 7.63567638]", "surface.8.line.to.0: .*1000000000"),
+        (
+            "coefficients = [",
+            "coefficients = [" + 60 * "1e300, ",
+            r"surface \d: the polynomial .* up to 1e\+300 exceeds",
+        ),
         ("to = [65.0, 7.63567638]", "to = [650.0, 7.63567638]", "the line spans 720 mm"),
     ],
 )
@@ -448,6 +458,12 @@ def test_segment_errors_name_the_segment(tmp_path, old, new, message):
     path.write_text(text.replace(old, new), "utf-8")
     with pytest.raises(InputError, match=message):
         resolve_wheel(str(path))
+
+
+def test_a_byte_order_mark_is_no_part_of_a_toml_file(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(toml_text("60E1"), "utf-8-sig")
+    assert read_toml(path).segments == load("60E1").segments
 
 
 def test_a_binary_toml_file_is_refused(tmp_path):

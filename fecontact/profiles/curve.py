@@ -32,6 +32,8 @@ CORNER_RAD = 1e-3
 CURVATURE_JUMP_PER_MM = 1e-5
 # Largest gap between neighbouring segments (mm). The published sections of the S1002 leave 1.2e-4.
 JOINT_GAP_MM = 1e-3
+# Farthest coordinate (mm): doubles lie 1e-7 mm apart there, and products of a few coordinates are finite.
+FARTHEST_MM = 1e9
 # A coordinate this little beyond an end still counts as the end (mm).
 _END_SLACK_MM = 1e-9
 # A cubic spline with not-a-knot ends needs as many points.

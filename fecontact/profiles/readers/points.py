@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from fecontact.errors import InputError
-from fecontact.profiles.curve import Floats, Integers, Kind, Line, Profile, Segment, Spline
+from fecontact.profiles.curve import FARTHEST_MM, Floats, Integers, Kind, Line, Profile, Segment, Spline
 
 FEWEST_POINTS = 10
 SPAN_RANGE_MM = (10.0, 500.0)
@@ -52,9 +52,13 @@ def profile_from_points(y: Floats, z: Floats, *, kind: Kind, name: str, source: 
         The points do not look like a running surface; see `read_points`.
     """
     points, notes = np.column_stack((y, z)).astype(float), []
-    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    # also false for NaN
+    bad = np.flatnonzero(~(np.abs(points) <= FARTHEST_MM).all(axis=1))
     if bad.size:
-        raise InputError(f"{name}: point {bad[0] + 1} is {_at(points[bad[0]])}; every value must be finite; remove it")
+        raise InputError(
+            f"{name}: point {bad[0] + 1} is {_at(points[bad[0]])}; allowed: -{FARTHEST_MM:g} to {FARTHEST_MM:g} mm; "
+            "remove it, or move the origin to the crown of the rail or the tape circle of the wheel"
+        )
 
     same = np.concatenate(([False], (np.diff(points, axis=0) == 0.0).all(axis=1)))
     if same.any():
@@ -136,8 +140,8 @@ def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str) -> None:
 def _text(path: Path) -> str:
     try:
         data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}; check the path") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot read {path}: {getattr(error, 'strerror', error)}; check the path") from None
     if b"\0" in data:
         raise InputError(f"{path} is not plain text (a table file or UTF-16?); save it as text of two columns")
     try:

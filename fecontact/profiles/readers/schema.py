@@ -6,9 +6,12 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from fecontact.profiles.curve import FARTHEST_MM
+
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-Point = tuple[Finite, Finite]
+Coordinate = Annotated[float, Field(ge=-FARTHEST_MM, le=FARTHEST_MM, allow_inf_nan=False)]
+Point = tuple[Coordinate, Coordinate]
 
 
 class _Strict(BaseModel):
@@ -37,8 +40,8 @@ class PolynomialEntry(_Strict):
     """Segment z = sum_k coefficients[k] y^k."""
 
     type: Literal["polynomial"]
-    y_from: Finite
-    y_to: Finite
+    y_from: Coordinate
+    y_to: Coordinate
     coefficients: Annotated[list[Finite], Field(min_length=1)]
 
     @model_validator(mode="after")
@@ -58,7 +61,7 @@ class Head(_Strict):
     radii: Annotated[list[Positive], Field(min_length=1)]
     half_widths: list[Positive]
     side_one_in: Annotated[float, Field(gt=0.0)]
-    side_to_z: Finite
+    side_to_z: Coordinate
 
     @model_validator(mode="after")
     def _one_joint_between_arcs(self) -> Head:

@@ -27,7 +27,7 @@ def read_toml(path: str | Path) -> Profile:
     """
     path = Path(path)
     try:
-        text = path.read_text("utf-8")
+        text = path.read_text("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{path} is not a text file in UTF-8; save the profile as plain text") from None
     except (OSError, ValueError) as error:
@@ -48,10 +48,9 @@ def parse_toml(text: str, *, name: str) -> Profile:
 
     from fecontact.profiles.readers import schema
 
+    content = _content(text, name)
     try:
-        file = schema.ProfileFile.model_validate(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"profile {name}: not valid TOML: {error}") from None
+        file = schema.ProfileFile.model_validate(content)
     except ValidationError as error:
         raise InputError(f"profile {name}: " + "; ".join(_explain(dict(e)) for e in error.errors())) from None
 
@@ -76,6 +75,18 @@ def parse_toml(text: str, *, name: str) -> Profile:
     return profile
 
 
+def _content(text: str, name: str) -> dict[str, object]:
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise InputError(
+            f"profile {name}: not valid TOML: brackets are nested too deeply; a profile needs at most a list of points"
+        ) from None
+    # besides its own errors the parser passes on that of an integer of thousands of digits
+    except ValueError as error:
+        raise InputError(f"profile {name}: not valid TOML: {error}") from None
+
+
 def _explain(error: dict[str, object]) -> str:
     location = error["loc"]
     assert isinstance(location, tuple)
@@ -88,5 +99,17 @@ def _segment(entry: schema.Entry, what: str) -> Segment:
     if entry.type == "line":
         return Line(start=entry.from_, end=entry.to)
     if entry.type == "polynomial":
-        return Polynomial(coefficients=tuple(entry.coefficients), y_from=entry.y_from, y_to=entry.y_to)
+        return _polynomial(entry, what)
     return arc_between(entry.from_, entry.to, centre=entry.centre, radius=entry.radius, what=what)
+
+
+def _polynomial(entry: schema.PolynomialEntry, what: str) -> Polynomial:
+    polynomial = Polynomial(coefficients=tuple(entry.coefficients), y_from=entry.y_from, y_to=entry.y_to)
+    try:
+        polynomial.evaluate(np.array([0.0, 1.0]))
+    except OverflowError:
+        raise InputError(
+            f"{what}: the polynomial between y = {entry.y_from:g} and {entry.y_to:g} mm with coefficients up to "
+            f"{max(map(abs, entry.coefficients)):g} exceeds the range of numbers; check their powers of ten"
+        ) from None
+    return polynomial
