@@ -409,7 +409,8 @@ def compare(
     """
     from fecontact.files import write_json, write_text
     from fecontact.outputs.comparison_report import comparison_html, comparison_record, print_comparison
-    from fecontact.regression.tables import compare_tables, load_table
+    from fecontact.regression.compare import compare_tables
+    from fecontact.regression.tables import load_table
     from fecontact.regression.tolerances import read_tolerances
 
     tolerances = read_tolerances(tolerance) if tolerance is not None else None

@@ -21,7 +21,8 @@ from fecontact.outputs.map import cell_row
 from fecontact.outputs.record import result_record, row
 from fecontact.outputs.tables import write_csv
 from fecontact.regression.baselines import update_baseline
-from fecontact.regression.tables import compare_tables, load_table
+from fecontact.regression.compare import compare_tables
+from fecontact.regression.tables import load_table
 from fecontact.regression.tolerances import EFFORT, KINDS, TEXT, kind_of, read_tolerances
 from fecontact.solving.load_sweep import LoadPoint
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from fecontact.regression.tables import ColumnComparison, Difference, TableComparison
+from fecontact.regression.compare import ColumnComparison, Difference, TableComparison
 
 if TYPE_CHECKING:
     from rich.console import Console

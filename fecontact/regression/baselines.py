@@ -10,7 +10,8 @@ from pathlib import Path
 
 from fecontact.errors import InputError
 from fecontact.files import write_json, write_text
-from fecontact.regression.tables import ResultTable, TableComparison, compare_tables, load_table
+from fecontact.regression.compare import TableComparison, compare_tables
+from fecontact.regression.tables import ResultTable, load_table
 from fecontact.regression.tolerances import EFFORT, TEXT, Tolerances, kind_of
 
 # Enough for every tolerance; the digits beyond would differ between machines and fill the version history.

@@ -1,0 +1,223 @@
+"""Two tables of results side by side: what has changed by more than its tolerance, the worst first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from fecontact.errors import InputError
+from fecontact.regression.tables import ResultTable, number
+from fecontact.regression.tolerances import EFFORT, TEXT, Tolerance, Tolerances, kind_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class Difference:
+    """One value of one case in both tables.
+
+    Attributes
+    ----------
+    difference, allowed
+        Numbers in the column's unit; None where a value is text or missing.
+    excess
+        Difference over what is allowed; infinite where nothing is allowed.
+    """
+
+    column: str
+    case: str
+    baseline: str
+    new: str
+    difference: float | None
+    allowed: float | None
+    excess: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ColumnComparison:
+    """A column over all common cases: kind, tolerance, how many differ, and where the two are furthest apart."""
+
+    column: str
+    kind: str
+    tolerance: Tolerance | None
+    compared: bool
+    cases: int
+    differing: int
+    worst: Difference
+
+
+@dataclass(frozen=True, kw_only=True)
+class TableComparison:
+    """Everything that two tables of results have not in common.
+
+    Attributes
+    ----------
+    cases
+        Those that both have.
+    columns
+        Compared columns, the worst first.
+    efforts
+        Columns that are only shown.
+    differences
+        Every value beyond its tolerance, the worst first.
+    missing_cases, extra_cases, missing_columns, extra_columns
+        What only the baseline has, and what only the new results have.
+    versions, settings
+        (baseline, new) of what is recorded on both sides and is not equal.
+    """
+
+    baseline: ResultTable
+    new: ResultTable
+    cases: tuple[str, ...]
+    columns: tuple[ColumnComparison, ...]
+    efforts: tuple[ColumnComparison, ...]
+    differences: tuple[Difference, ...]
+    missing_cases: tuple[str, ...]
+    extra_cases: tuple[str, ...]
+    missing_columns: tuple[str, ...]
+    extra_columns: tuple[str, ...]
+    versions: Mapping[str, tuple[str, str]]
+    settings: Mapping[str, tuple[str, str]]
+
+    @property
+    def same(self) -> bool:
+        """Whether both hold the same cases and columns, with all values within their tolerances."""
+        one_sided = self.missing_cases, self.extra_cases, self.missing_columns, self.extra_columns
+        return not self.differences and not any(one_sided)
+
+    @property
+    def unknown_columns(self) -> tuple[str, ...]:
+        """Columns that were compared with the default tolerance."""
+        return tuple(c.column for c in self.columns if c.kind == "default")
+
+    @property
+    def verdict(self) -> str:
+        """The outcome in one line."""
+        counted = f"{len(self.cases)} cases, {len(self.columns)} columns"
+        if self.same:
+            worst = self.columns[0] if self.columns else None
+            near = f"; closest: {worst.column} at {worst.worst.excess:.2g} of its tolerance" if worst else ""
+            return f"SAME within tolerance ({counted}{near})"
+        parts = [f"{len(self.differences)} values beyond tolerance"] if self.differences else []
+        if self.differences:
+            first = self.differences[0]
+            parts.append(f"worst {first.column}{_times(first.excess)}")
+        for what in ("missing_cases", "extra_cases", "missing_columns", "extra_columns"):
+            if count := len(getattr(self, what)):
+                parts.append(f"{count} {what.replace('_', ' ')}")
+        return f"DIFFERENT: {', '.join(parts)} ({counted} in common)"
+
+
+def _times(excess: float) -> str:
+    return f" ({excess:.3g} times its tolerance)" if math.isfinite(excess) else ""
+
+
+def compare_tables(baseline: ResultTable, new: ResultTable, tolerances: Tolerances | None = None) -> TableComparison:
+    """Compare new results with a baseline, case by case and column by column.
+
+    Raises
+    ------
+    InputError
+        If the tables have no case in common, name their cases differently, or a tolerance is for a column that neither
+        has.
+    """
+    tolerances = tolerances or Tolerances()
+    if baseline.key != new.key:
+        raise InputError(
+            f"{baseline.path} names its cases by {' and '.join(baseline.key)}, {new.path} by {' and '.join(new.key)};"
+            " compare a study with a study, a map with a map"
+        )
+    common = tuple(case for case in baseline.rows if case in new.rows)
+    if not common:
+        raise InputError(
+            f"{baseline.path} and {new.path} have no case in common (such as {next(iter(baseline.rows))} and"
+            f" {next(iter(new.rows))}); compare results of the same study, at the same size"
+        )
+    _check_columns(tolerances, (*baseline.columns, *new.columns))
+    shared = [name for name in baseline.columns if name in set(new.columns)]
+    columns = [_compare_column(name, baseline, new, common, tolerances) for name in shared]
+    compared = [column for column, _ in columns if column.compared]
+    return TableComparison(
+        baseline=baseline,
+        new=new,
+        cases=common,
+        columns=tuple(sorted(compared, key=lambda column: -column.worst.excess)),
+        efforts=tuple(column for column, _ in columns if not column.compared),
+        differences=tuple(sorted((d for _, beyond in columns for d in beyond), key=lambda d: -d.excess)),
+        missing_cases=_only(baseline.rows, new.rows),
+        extra_cases=_only(new.rows, baseline.rows),
+        missing_columns=_only_compared(baseline.columns, new.columns, tolerances),
+        extra_columns=_only_compared(new.columns, baseline.columns, tolerances),
+        versions=_unequal(baseline.versions, new.versions),
+        settings=_unequal(baseline.settings, new.settings),
+    )
+
+
+def _check_columns(tolerances: Tolerances, columns: tuple[str, ...]) -> None:
+    for name in tolerances.columns:
+        if name not in columns:
+            exist = ", ".join(dict.fromkeys(columns))
+            raise InputError(f"tolerance of column {name!r}: no such column; columns that exist: {exist}")
+
+
+def _only(here: Iterable[str], there: Iterable[str]) -> tuple[str, ...]:
+    return tuple(name for name in here if name not in set(there))
+
+
+def _only_compared(here: Iterable[str], there: Iterable[str], tolerances: Tolerances) -> tuple[str, ...]:
+    return tuple(name for name in _only(here, there) if _is_compared(name, tolerances))
+
+
+def _is_compared(column: str, tolerances: Tolerances) -> bool:
+    return kind_of(column) != EFFORT or column in tolerances.columns
+
+
+def _unequal(baseline: Mapping[str, str], new: Mapping[str, str]) -> dict[str, tuple[str, str]]:
+    return {k: (v, new[k]) for k, v in baseline.items() if k in new and new[k] != v}
+
+
+def _compare_column(
+    name: str, baseline: ResultTable, new: ResultTable, cases: tuple[str, ...], tolerances: Tolerances
+) -> tuple[ColumnComparison, tuple[Difference, ...]]:
+    """A column, and its differences beyond tolerance."""
+    tolerance = tolerances.of(name)
+    all_of = [_difference(name, case, baseline.rows[case][name], new.rows[case][name], tolerance) for case in cases]
+    beyond = tuple(difference for difference in all_of if difference.excess > 1.0)
+    compared = _is_compared(name, tolerances)
+    column = ColumnComparison(
+        column=name,
+        kind=kind_of(name),
+        tolerance=tolerance,
+        compared=compared,
+        cases=len(cases),
+        differing=len(beyond),
+        # where nothing is allowed the size of the difference decides
+        worst=max(all_of, key=lambda difference: (difference.excess, abs(difference.difference or 0.0))),
+    )
+    return column, beyond if compared else ()
+
+
+def _difference(column: str, case: str, baseline: str, new: str, tolerance: Tolerance | None) -> Difference:
+    was, now = (None, None) if kind_of(column) == TEXT else (number(baseline), number(new))
+    if was is None or now is None:
+        excess = 0.0 if baseline == new else math.inf
+        return Difference(
+            column=column, case=case, baseline=baseline, new=new, difference=None, allowed=None, excess=excess
+        )
+    # infinite minus infinite is no number, though both are the same
+    difference = 0.0 if was == now else now - was
+    allowed = (tolerance or Tolerance()).allowed(was) if math.isfinite(was) else 0.0
+    return Difference(
+        column=column,
+        case=case,
+        baseline=baseline,
+        new=new,
+        difference=difference,
+        allowed=allowed,
+        excess=_excess(abs(difference), allowed),
+    )
+
+
+def _excess(difference: float, allowed: float) -> float:
+    if difference == 0.0:
+        return 0.0
+    return difference / allowed if allowed > 0.0 else math.inf
