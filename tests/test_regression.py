@@ -236,6 +236,15 @@ def test_a_map_is_matched_by_shift_and_load(tmp_path, capsys):
     assert "a map with a map" in capsys.readouterr().err
 
 
+def test_a_shift_of_minus_zero_is_zero(tmp_path):
+    head = "lateral_shift_mm,load_kN,status\n"
+    for name, shift in (("was", "-0.0"), ("now", "0")):
+        (tmp_path / f"{name}.csv").write_text(f"{head}{shift},50,converged\n")
+    comparison = compare_tables(load_table(tmp_path / "was.csv"), load_table(tmp_path / "now.csv"))
+    assert comparison.cases == ("+0 mm, 50 kN",)
+    assert comparison.same
+
+
 def test_exit_codes(tmp_path, capsys):
     was = str(write_study(tmp_path / "was", [case_row()]))
     assert call(["compare", was, was]) == 0
@@ -269,6 +278,16 @@ def test_exit_codes(tmp_path, capsys):
         ("list.json", "[1]", "no table of results"),
         ("map.json", '{"cells": []}', "no list of rows"),
         ("rows.json", '{"rows": [1]}', "no list of rows"),
+        ("result.json", '{"schema": "fecontact/result/1", "status": "converged"}', "no list of rows"),
+        ("row.json", '{"schema": "fecontact/row/1", "row": [1]}', "no list of rows"),
+        ("emptyrow.json", '{"schema": "fecontact/row/1", "row": {}}', "neither a column id"),
+        ("nameless.json", '{"schema": "fecontact/row/1", "row": {"a_fe_mm": 1.0}}', "neither a column id"),
+        ("deep.json", "[" * 100_000, "nested too deeply"),
+        ("digits.json", '{"rows": [{"id": ' + 5000 * "1" + "}]}", "not JSON"),
+        ("half.json", '{"rows": [{"id": "\\ud800", "a_fe_mm": 1}]}', "not JSON"),
+        ("bytes.json", b"\xff\xfe\x00", "not JSON"),
+        ("field.csv", "id,a_fe_mm\none," + 140_000 * "1", "not CSV"),
+        ("open.csv", 'id,a_fe_mm\n"one,2\n', "not CSV"),
         ("table.txt", "id\n1\n", "ending .txt"),
         ("disjoint.csv", "id,a_fe_mm\nother,2\n", "no case in common"),
     ],
@@ -287,10 +306,142 @@ def test_unusable_input_is_one_line_and_exit_code_2(tmp_path, capsys, name, text
         assert says in err
 
 
+@pytest.mark.parametrize("versions", ["[1]", "3", '"4.15"', "null", '{"gmsh": [1]}', '{"gmsh": {"a": null}}'])
+def test_versions_of_another_form_are_none(tmp_path, versions):
+    document = '{"rows": [{"id": "one", "a_fe_mm": [1, {}]}], "versions": ' + versions + "}"
+    (tmp_path / "study.json").write_text(document)
+    assert compare_tables(load_table(tmp_path), load_table(tmp_path)).same
+
+
+def write_row(folder: Path, row: dict, **more) -> Path:
+    """The table of a folder that `fecontact solve --out` writes."""
+    folder.mkdir(parents=True, exist_ok=True)
+    document = {"schema": "fecontact/row/1", "row": row, "versions": VERSIONS}
+    (folder / "row.json").write_text(json.dumps(document | more).replace("NaN", "null"), "utf-8")
+    return folder
+
+
+def test_solved_cases_are_compared_by_folder_and_by_file(tmp_path, capsys):
+    was = write_row(tmp_path / "was", case_row(b_fe_mm=math.nan))
+    same = write_row(tmp_path / "same", case_row(b_fe_mm=None))
+    now = write_row(
+        tmp_path / "now", case_row(b_fe_mm=None, p_max_fe_MPa=1300.0), versions={**VERSIONS, "gmsh": "4.13.1"}
+    )
+    for folder in (same, same / "row.json"):
+        assert call(["compare", str(was), str(folder)]) == 0
+    capsys.readouterr()
+    assert call(["compare", str(was / "row.json"), str(now)]) == 1
+    out = capsys.readouterr().out
+    assert "version gmsh: 4.15.2 -> 4.13.1" in out
+    assert "setting" not in out
+    assert "worst p_max_fe_MPa (531 times its tolerance)" in out
+    # a study that has the case has it in the same columns
+    study = load_table(write_study(tmp_path / "study", [case_row(b_fe_mm=None)]))
+    assert compare_tables(study, load_table(same)).same
+    # the tables of a study come first where a folder has both
+    shutil.copy(now / "row.json", tmp_path / "study")
+    assert load_table(tmp_path / "study").path.name == "study.json"
+
+
+def spoil(path: Path, old: str, new: str) -> None:
+    text = path.read_text("utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), "utf-8")
+
+
+@pytest.mark.parametrize("form", ["", "study.json", "study.csv"])
+@pytest.mark.parametrize("spoilt", ["study.json", "study.csv"])
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("1234.5", "1271.5", ["case 'two', column 'p_max_fe_MPa'", "'1234.5'", "'1271.5'"]),
+        ("1234.5", "1234.50000000001", ["'1234.50000000001'"]),
+        ("60E1", "60E2", ["case 'two', column 'rail'", "'60E1'", "'60E2'"]),
+        ("two", "2", ["' is in", "and not in"]),
+        ("area_fe_mm2", "area_mm2", ["column 'area_fe_mm2' is in", "and not in"]),
+    ],
+)
+def test_a_csv_that_does_not_fit_its_json_is_refused(tmp_path, capsys, form, spoilt, old, new, says):
+    good = write_study(tmp_path / "good", [case_row("two"), case_row("one")])
+    bad = write_study(tmp_path / "bad", [case_row("two"), case_row("one")])
+    if (spoilt, old) == ("study.json", "area_fe_mm2"):
+        # each row of the JSON has the name
+        spoil(bad / spoilt, old, new)
+    spoil(bad / spoilt, old, new)
+    for pair in ([good, bad / form], [bad / form, good]):
+        assert call(["compare", *map(str, pair)]) == 2
+        out, err = capsys.readouterr()
+        assert out == ""
+        assert len(err.strip().splitlines()) == 1
+        for text in (*says, str(bad / "study.json"), str(bad / "study.csv"), "run the study again, or move"):
+            assert text in err
+    # moved away, the other one counts
+    (bad / spoilt).unlink()
+    assert call(["compare", str(good), str(bad)]) == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda lines: lines[:-1], "case 'one' is in"),
+        (lambda lines: [*lines, lines[-1]], "case 'one' is twice in"),
+        (lambda lines: [*lines, lines[-1].replace("one", "three")], "case 'three' is in"),
+        (lambda lines: lines[:1], "case 'two' is in"),
+        (lambda lines: [], "is empty"),
+        (lambda lines: [*lines[:-1], lines[-1][:-8]], "row 2 has 4 values of 5"),
+    ],
+)
+def test_a_csv_with_other_cases_than_its_json_is_refused(tmp_path, capsys, change, says):
+    study = write_study(tmp_path / "study", [case_row("two"), case_row("one")])
+    lines = (study / "study.csv").read_text().splitlines(keepends=True)
+    (study / "study.csv").write_text("".join(change(lines)))
+    assert call(["compare", str(study), str(study)]) == 2
+    err = capsys.readouterr().err
+    assert says in err
+    assert "run the study again, or move the wrong one away" in err
+
+
+def test_a_csv_beside_a_study_without_its_rows_is_refused(tmp_path, capsys):
+    study = write_study(tmp_path / "study", [case_row()])
+    (study / "study.json").write_text('{"schema": "fecontact/study/1", "study": "mine"}')
+    assert call(["compare", str(study / "study.csv"), str(study / "study.csv")]) == 2
+    assert "no list of rows" in capsys.readouterr().err
+
+
+def test_what_is_no_value_and_the_order_are_the_same_in_csv_and_json(tmp_path):
+    rows = [
+        case_row(
+            "a", b_fe_mm=math.nan, junction_distance_mm=math.inf, at_junction=False, status="failed: two\r\nlines"
+        ),
+        case_row("b", pieces=1, overlap=0.1 + 0.2, load_kN=1e22, warnings='"quoted", and; more', verdict_cause=""),
+    ]
+    study = write_study(tmp_path / "study", rows)
+    # infinite is no value in JSON and none in the CSV
+    spoil(study / "study.json", "Infinity", "null")
+    with (study / "study.csv").open(newline="") as file:
+        head, *lines = csv.reader(file)
+    with (study / "study.csv").open("w", newline="") as file:
+        csv.writer(file).writerows([row[::-1] for row in (head, *lines[::-1])])
+    for form in ("", "study.json", "study.csv"):
+        assert set(load_table(study / form).rows) == {"a", "b"}
+
+
+def test_parts_of_a_study_are_checked_as_well(tmp_path, capsys):
+    study = write_study(tmp_path / "study", [case_row()])
+    for form in ("csv", "json"):
+        (study / f"study.{form}").rename(study / f"study.part-1-of-2.{form}")
+    part = study / "study.part-1-of-2.csv"
+    assert call(["compare", str(part), str(part.with_suffix(".json"))]) == 0
+    spoil(part, "1234.5", "1271.5")
+    for form in (".csv", ".json"):
+        assert call(["compare", str(part.with_suffix(form)), str(part)]) == 2
+    assert "'1271.5'" in capsys.readouterr().err
+
+
 def test_a_folder_without_results_is_exit_code_2(tmp_path, capsys):
     good = str(write_study(tmp_path / "good", [case_row()]))
     assert call(["compare", good, str(tmp_path)]) == 2
-    assert "study.json, study.csv, map.csv" in capsys.readouterr().err
+    assert "study.json, study.csv, map.csv, row.json" in capsys.readouterr().err
 
 
 def test_a_table_saved_by_a_spreadsheet_is_read(tmp_path):
