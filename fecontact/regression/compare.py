@@ -133,7 +133,7 @@ def compare_tables(baseline: ResultTable, new: ResultTable, tolerances: Toleranc
             f" {next(iter(new.rows))}); compare results of the same study, at the same size"
         )
     _check_columns(tolerances, (*baseline.columns, *new.columns))
-    shared = [name for name in baseline.columns if name in set(new.columns)]
+    shared = [name for name in baseline.columns if name in new.columns]
     columns = [_compare_column(name, baseline, new, common, tolerances) for name in shared]
     compared = [column for column, _ in columns if column.compared]
     return TableComparison(
@@ -160,7 +160,8 @@ def _check_columns(tolerances: Tolerances, columns: tuple[str, ...]) -> None:
 
 
 def _only(here: Iterable[str], there: Iterable[str]) -> tuple[str, ...]:
-    return tuple(name for name in here if name not in set(there))
+    known = set(there)
+    return tuple(name for name in here if name not in known)
 
 
 def _only_compared(here: Iterable[str], there: Iterable[str], tolerances: Tolerances) -> tuple[str, ...]:
