@@ -166,7 +166,7 @@ def test_missing_and_extra_cases_and_columns_are_differences_and_named(tmp_path)
         one_sided = compared(tmp_path, *rows)
         assert not one_sided.same
         assert getattr(one_sided, key) == ("lost_MPa",)
-        assert key.replace("_", " ") in one_sided.verdict
+        assert f"1 {key.replace('_', ' ').removesuffix('s')} (1 case, 4 columns in common)" in one_sided.verdict
 
 
 def test_the_worst_column_is_first_whatever_its_unit(tmp_path):
@@ -178,6 +178,7 @@ def test_the_worst_column_is_first_whatever_its_unit(tmp_path):
         ("p_max_fe_MPa", 1, "one"),
     ]
     assert [round(d.excess, 6) for d in comparison.differences] == [10.0, 2.0]
+    assert [c.unchanged for c in comparison.columns] == [False, False, True, True]
     assert comparison.verdict.startswith("DIFFERENT: 2 values beyond tolerance, worst area_fe_mm2 (10 times")
 
 
@@ -245,10 +246,260 @@ def test_a_shift_of_minus_zero_is_zero(tmp_path):
     assert comparison.same
 
 
+def position_row(shift: float, load: float, name: str = "", **more) -> dict:
+    inputs = {"wheel": "S1002", "lateral_shift_mm": shift, "load_kN": load, "roll_mrad": 0.0, "resolution": "quick"}
+    return case_row(name or f"{shift}_{load}_{more.get('resolution', '')}", **inputs) | more
+
+
+def refused(capsys, *arguments) -> str:
+    """The one line that a refused comparison says."""
+    assert call(["compare", *map(str, arguments)]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert len(err.strip().splitlines()) == 1
+    return err
+
+
+POSITIONS = ((-1.0, 50.0), (0.1 + 0.2, 50.0), (0.0, 100.0))
+
+
+def quick_and_standard(tmp_path: Path) -> tuple[Path, Path]:
+    """The same positions in another order, with other ids, from other arithmetic, and one value off."""
+    quick = [position_row(*at) for at in POSITIONS]
+    other = ((-0.0, 100), (0.3, 50.0), (-1, 50))
+    standard = [position_row(*at, resolution="standard", area_fe_mm2=121.0 if at[0] < 0 else 120.0) for at in other]
+    return write_study(tmp_path / "quick", quick), write_study(tmp_path / "standard", standard)
+
+
+@pytest.mark.parametrize("match", ["shift,load", "load_kN, lateral_shift_mm ", "shift,load,lateral_shift_mm,roll,rail"])
+def test_cases_are_matched_by_columns_where_ids_differ(tmp_path, capsys, match):
+    quick, standard = quick_and_standard(tmp_path)
+    comparison = compare_tables(load_table(quick), load_table(standard), match=match.split(","))
+    assert len(comparison.cases) == 3
+    assert comparison.missing_cases == comparison.extra_cases == ()
+    assert not {"id", "lateral_shift_mm", "load_kN"} & {column.column for column in comparison.columns}
+    assert [d.column for d in comparison.differences if d.column != "resolution"] == ["area_fe_mm2"]
+    (area,) = (d for d in comparison.differences if d.column == "area_fe_mm2")
+    assert "lateral_shift_mm -1" in area.case
+    assert "load_kN 50" in area.case
+    assert area.difference == 1.0
+    report = tmp_path / "report.json"
+    assert call(["compare", str(quick), str(standard), "--match", match, "--json", str(report)]) == 1
+    assert json.loads(report.read_text())["matched_by"] == list(comparison.baseline.key)
+    assert f"cases are matched by {', '.join(comparison.baseline.key)}" in capsys.readouterr().out
+
+
+def test_matched_columns_are_in_the_order_given_and_numbers_have_nine_digits(tmp_path):
+    quick, standard = map(load_table, quick_and_standard(tmp_path))
+    comparison = compare_tables(quick, standard, match=["load", "shift"])
+    assert comparison.baseline.key == ("load_kN", "lateral_shift_mm")
+    assert comparison.cases[1:] == ("load_kN 50, lateral_shift_mm 0.3", "load_kN 100, lateral_shift_mm 0")
+    for off, common in ((1e-11, 1), (1e-7, 0)):
+        tables = [[position_row(1.0, 50.0), position_row(9.0, 50.0)], [position_row(1.0 + off, 50.0, "b")]]
+        was, now = (load_table(write_study(tmp_path / f"{off}{k}", rows)) for k, rows in enumerate(tables))
+        if common:
+            assert compare_tables(was, now, match=["shift"]).cases == ("lateral_shift_mm 1",)
+        else:
+            with pytest.raises(InputError, match="choose fewer or other columns for --match"):
+                compare_tables(was, now, match=["shift"])
+
+
+def test_texts_are_matched_letter_by_letter(tmp_path):
+    # float("60E1") is 600
+    was, now = ([case_row("a", rail="60E1")], [case_row("b", rail="600")])
+    with pytest.raises(InputError, match="rail 60E1 and rail 600"):
+        compare_tables(
+            *(load_table(write_study(tmp_path / rows[0]["id"], rows)) for rows in (was, now)), match=["rail"]
+        )
+
+
+def test_cases_that_only_one_side_has_are_named_by_what_they_are_matched_by(tmp_path):
+    was = load_table(write_study(tmp_path / "was", [position_row(0.0, 50.0), position_row(1.0, 50.0)]))
+    now = load_table(write_study(tmp_path / "now", [position_row(0.0, 50.0, "x"), position_row(2.0, 50.0, "y")]))
+    comparison = compare_tables(was, now, match=["shift"])
+    assert (comparison.missing_cases, comparison.extra_cases) == (("lateral_shift_mm 1",), ("lateral_shift_mm 2",))
+    assert not comparison.same
+
+
+def test_two_cases_with_the_same_match_are_refused_and_what_tells_them_apart_is_named(tmp_path, capsys):
+    rows = [
+        position_row(0.0, 50.0, "one"),
+        position_row(0.0, 50.0, "two", resolution="fine", roll_mrad=3.0, p_max_fe_MPa=1300.0),
+    ]
+    good, bad = write_study(tmp_path / "good", [rows[0]]), write_study(tmp_path / "bad", rows)
+    for pair in ((good, bad), (bad, good)):
+        err = refused(capsys, *pair, "--match", "shift,load")
+        assert "cases 'one' and 'two' are both lateral_shift_mm 0, load_kN 50" in err
+        assert str(bad) in err
+        assert err.rstrip().endswith("add to --match a column in which they differ: roll_mrad, resolution")
+    for column in ("roll", "resolution"):
+        assert call(["compare", str(bad), str(bad), "--match", f"shift,load,{column}"]) == 0
+    capsys.readouterr()
+    # a column that the other table lacks would be of no help
+    for form in ("csv", "json"):
+        path = good / f"study.{form}"
+        path.write_text(path.read_text().replace("roll_mrad", "rolling"))
+    assert "in which they differ: resolution\n" in refused(capsys, bad, good, "--match", "shift,load")
+
+
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [
+        ({"p_max_fe_MPa": 1300.0}, "they differ in no input that both tables have; remove one of them"),
+        ({"resolution": None, "element_size_x_mm": 0.2}, "in which they differ: element_size_x_mm\n"),
+        ({"speed_limit": 7.0}, "in which they differ: speed_limit\n"),
+    ],
+)
+def test_what_tells_two_cases_apart(tmp_path, capsys, more, says):
+    common = {"element_size_x_mm": 0.4, "speed_limit": 5.0}
+    rows = [position_row(0.0, 50.0, "one", **common), position_row(0.0, 50.0, "two", **(common | more))]
+    study = write_study(tmp_path / "study", rows)
+    assert says in refused(capsys, study, study, "--match", "shift")
+
+
+@pytest.mark.parametrize("none", [None, "", math.nan])
+def test_a_case_without_a_value_to_match_by_is_named(tmp_path, capsys, none):
+    rows = [position_row(0.0, 50.0), position_row(1.0, 50.0, "bad", status="failed: no touch", resolution=none)]
+    study, good = write_study(tmp_path / "study", rows), write_study(tmp_path / "good", rows[:1])
+    for pair in ((study, good), (good, study)):
+        err = refused(capsys, *pair, "--match", "shift,resolution")
+        assert "case 'bad' has no value of resolution (1 of 2 have none)" in err
+        assert "take resolution out of --match" in err
+    assert call(["compare", str(study), str(study), "--match", "shift"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("match", "says"),
+    [
+        ("shft", ["no column 'shft'", "did you mean shift?", "allowed are shift, load, roll, id, status, rail"]),
+        ("lateral_shift", ["no column 'lateral_shift'", "did you mean lateral_shift_mm?"]),
+        ("shift,lode_kN", ["--match 'lode_kN': no column", "load_kN"]),
+        ("yaw", ["no column 'yaw_mrad'"]),
+        ("", ["no column ''"]),
+        (",", ["no column ''"]),
+        ("shift;load", ["no column 'shift;load'"]),
+    ],
+)
+def test_an_unknown_column_to_match_by_is_refused(tmp_path, capsys, match, says):
+    study = write_study(tmp_path / "study", [position_row(0.0, 50.0)])
+    err = refused(capsys, study, study, "--match", match)
+    for text in says:
+        assert text in err
+
+
+def test_a_renamed_column_is_refused_with_the_table_that_lacks_it(tmp_path, capsys):
+    was = write_study(tmp_path / "was", [position_row(0.0, 50.0)])
+    row = {name.replace("lateral_shift_mm", "shift_mm"): value for name, value in position_row(0.0, 50.0, "b").items()}
+    now = write_study(tmp_path / "now", [row])
+    for pair in ((was, now), (now, was)):
+        err = refused(capsys, *pair, "--match", "shift,load")
+        assert f"--match 'shift': no column 'lateral_shift_mm' in {now / 'study.json'};" in err
+        assert "allowed are load, roll, id" in err
+    # a table that has the short form as its own name is taken at its word
+    for folder in (was, now):
+        for form in ("study.json", "study.csv"):
+            spoil(folder / form, "shift_mm" if folder == now else "lateral_shift_mm", "shift")
+    assert compare_tables(load_table(was), load_table(now), match=["shift"]).cases == ("shift 0",)
+
+
+def test_a_map_is_compared_with_a_study_by_shift_and_load(tmp_path, capsys):
+    cells = [{"lateral_shift_mm": 0.0, "load_kN": at, "status": "converged", "area_fe_mm2": 120.0} for at in (50, 100)]
+    (tmp_path / "map").mkdir()
+    write_csv([cell | {"pieces": 1} for cell in cells], tmp_path / "map" / "map.csv")
+    study = write_study(tmp_path / "study", [position_row(0.0, 50.0), position_row(0.0, 100.0, area_fe_mm2=132.0)])
+    err = refused(capsys, tmp_path / "map", study)
+    assert "a map with a map, or match them by their inputs with --match shift,load (2 in common)" in err
+    for pair in ((tmp_path / "map", study), (study, tmp_path / "map")):
+        comparison = compare_tables(*map(load_table, pair), match=["shift", "load"])
+        assert comparison.cases == tuple(f"lateral_shift_mm 0, load_kN {load}" for load in (50, 100))
+        assert [c.column for c in comparison.columns] == ["area_fe_mm2", "status"]
+        assert [(d.column, d.case) for d in comparison.differences] == [
+            ("area_fe_mm2", "lateral_shift_mm 0, load_kN 100")
+        ]
+        one_sided = {*comparison.missing_columns, *comparison.extra_columns}
+        assert one_sided == {"pieces", "rail", "wheel", "roll_mrad", "resolution", "p_max_fe_MPa"}
+    # without the shift a map has each load once for each shift
+    write_csv([*cells, cells[0] | {"lateral_shift_mm": 1.0}], tmp_path / "map" / "map.csv")
+    err = refused(capsys, tmp_path / "map", study, "--match", "load")
+    assert "cases '+0 mm, 50 kN' and '+1 mm, 50 kN' are both load_kN 50" in err
+    assert "in which they differ: lateral_shift_mm" in err
+
+
+def test_a_solved_case_is_matched_with_a_study(tmp_path):
+    study = write_study(tmp_path / "study", [position_row(0.0, 50.0, "a"), position_row(1.0, 50.0, "b")])
+    case = write_row(tmp_path / "case", position_row(1.0, 50.0, "c"))
+    comparison = compare_tables(load_table(case), load_table(study), match=["shift", "load"])
+    assert comparison.cases == ("lateral_shift_mm 1, load_kN 50",)
+    assert (comparison.differences, comparison.missing_columns, comparison.extra_columns) == ((), (), ())
+
+
+@pytest.mark.parametrize(
+    ("was", "now", "says"),
+    [
+        # quick against standard; what is the same for all cases of a table is not in the example
+        (
+            [position_row(0.0, 50.0), position_row(1.0, 50.0)],
+            [position_row(0.0, 50.0, resolution="fine"), position_row(1.0, 50.0, resolution="fine")],
+            ", or match them by their inputs with --match shift,load (2 in common)\n",
+        ),
+        # a roll that is another by rounding only
+        (
+            [position_row(0.0, 50.0, "a", roll_mrad=0.3), position_row(1.0, 50.0, "b", roll_mrad=0.1 + 0.2)],
+            [position_row(0.0, 50.0, "c", roll_mrad=0.3), position_row(1.0, 50.0, "d", roll_mrad=0.3)],
+            "with --match shift,load (2 in common)\n",
+        ),
+        # two rails in one table
+        (
+            [position_row(0.0, 50.0, "a"), position_row(0.0, 50.0, "b", rail="worn")],
+            [position_row(0.0, 50.0, "c"), position_row(0.0, 50.0, "d", rail="worn")],
+            "with --match shift,load,rail (2 in common)\n",
+        ),
+        # another load for all
+        (
+            [position_row(0.0, 50.0), position_row(1.0, 50.0)],
+            [position_row(0.0, 60.0), position_row(1.0, 60.0)],
+            "with --match shift (2 in common)\n",
+        ),
+        # a case that failed before its resolution was known
+        (
+            [position_row(0.0, 50.0), position_row(1.0, 50.0, "f", resolution=None)],
+            [position_row(0.0, 50.0, "x"), position_row(1.0, 50.0, "y")],
+            "with --match shift,load (2 in common)\n",
+        ),
+        # other positions altogether
+        ([position_row(0.0, 50.0)], [position_row(1.0, 60.0)], ", such as --match shift,load\n"),
+        ([case_row("a", rail="x")], [case_row("b", rail="y")], "of the same study, at the same size\n"),
+    ],
+)
+def test_nothing_in_common_by_id_suggests_what_to_match_by(tmp_path, capsys, was, now, says):
+    folders = write_study(tmp_path / "was", was), write_study(tmp_path / "now", now)
+    err = refused(capsys, *folders)
+    assert "have no case in common" in err
+    assert err.endswith(says)
+    # what is suggested with a number of cases works
+    if found := re.search(r"--match (\S+) \((\d+) in common\)", err):
+        comparison = compare_tables(*map(load_table, folders), match=found[1].split(","))
+        assert len(comparison.cases) == int(found[2])
+
+
+def test_without_a_column_to_compare_nothing_is_the_same(tmp_path, capsys):
+    study = write_study(tmp_path / "study", [{"id": "a", "load_kN": 50.0, "seconds": 1.0}])
+    assert "no column to compare besides load_kN" in refused(capsys, study, study, "--match", "load")
+    assert call(["compare", str(study), str(study)]) == 0
+
+
+def test_a_tolerance_of_a_column_that_is_matched_by_is_refused(tmp_path, capsys):
+    study = write_study(tmp_path / "study", [position_row(0.0, 50.0)])
+    given = tolerance_file(tmp_path, "[columns.load_kN]\nabsolute = 1\n")
+    assert call(["compare", str(study), str(study), "--tolerance", str(given)]) == 0
+    capsys.readouterr()
+    assert "cases are matched by it" in refused(capsys, study, study, "--tolerance", given, "--match", "load")
+
+
 def test_exit_codes(tmp_path, capsys):
     was = str(write_study(tmp_path / "was", [case_row()]))
     assert call(["compare", was, was]) == 0
-    assert capsys.readouterr().out.splitlines()[-1].startswith("SAME within tolerance (1 cases, 4 columns")
+    assert capsys.readouterr().out.splitlines()[-1].startswith("SAME, all values are equal (1 case, 4 columns)")
     for name, rows in (
         ("value", [case_row(p_max_fe_MPa=1300.0)]),
         ("extra", [case_row(), case_row("two")]),
@@ -573,12 +824,73 @@ def test_the_terminal_shows_the_worst_first_with_both_values(tmp_path, capsys):
     assert not any(line.startswith("status") for line in lines)
 
 
+def test_the_same_shows_only_what_is_not_equal(tmp_path, capsys):
+    was = write_study(tmp_path / "was", [case_row(seconds=1.0, pieces=1)])
+    near = write_study(tmp_path / "near", [case_row(seconds=1.0, pieces=1.0) | {"p_max_fe_MPa": 1234.5 * (1 + 5e-5)}])
+    equal = write_study(tmp_path / "equal", [case_row(seconds=2.0, pieces=1.0)])
+    assert call(["compare", str(was), str(near)]) == 0
+    out = capsys.readouterr().out
+    assert "Closest to their tolerance" in out
+    assert [line.split()[0] for line in out.splitlines() if " 0/1 " in line] == ["p_max_fe_MPa"]
+    assert out.splitlines()[-1] == (
+        "SAME within tolerance (1 case, 5 columns; closest: p_max_fe_MPa at 0.5 of its tolerance)"
+    )
+    assert call(["compare", str(was), str(equal)]) == 0
+    out = capsys.readouterr().out
+    assert "Closest" not in out
+    assert " 0/1 " not in out
+    assert out.splitlines()[-1] == "SAME, all values are equal (1 case, 5 columns)"
+
+
+@pytest.mark.parametrize(
+    ("more", "state", "open_columns", "title"),
+    [
+        ({}, "same", [], "SAME, all values are equal (1 case, 4 columns)"),
+        ({"p_max_fe_MPa": 1234.5 * (1 + 5e-5)}, "same", ["p_max_fe_MPa"], None),
+        (
+            {"area_fe_mm2": 132.0},
+            "different",
+            ["area_fe_mm2"],
+            "DIFFERENT: 1 value beyond tolerance, worst area_fe_mm2 (100 times its tolerance)"
+            " (1 case, 4 columns in common)",
+        ),
+    ],
+)
+def test_html_folds_columns_that_are_equal(tmp_path, more, state, open_columns, title):
+    was = write_study(tmp_path / "was", [case_row()])
+    now = write_study(tmp_path / "now", [case_row() | more])
+    assert call(["compare", str(was), str(now), "--html", str(tmp_path / "a.html")]) == int(state == "different")
+    text = (tmp_path / "a.html").read_text("utf-8")
+    page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
+    assert page.find(f".//p[@class='{state}']") is not None
+    if title is not None:
+        assert page.find(".//title").text == page.find(f".//p[@class='{state}']").text == title
+    (folded,) = page.iter("details")
+    assert folded.get("open") is None
+    equal = [name for name in ("status", "rail", "p_max_fe_MPa", "area_fe_mm2") if name not in open_columns]
+    assert folded.find("summary").text == f"{len(equal)} columns with equal values"
+    assert [line[0].text for line in folded.iter("tr") if line[0].tag == "td"] == equal
+    tables = {table.findtext("caption"): table for table in page.find("body").iterfind("table")}
+    shown = tables.get("Columns, the worst first")
+    assert [line[0].text for line in (shown if shown is not None else [])[2:]] == open_columns
+    # what differs stands above
+    assert shown is None or text.index("Columns, the worst first") < text.index("<details>")
+
+
+def test_html_folds_nothing_where_every_column_differs(tmp_path):
+    for name, value in (("was", 1.0), ("now", 2.0)):
+        (tmp_path / f"{name}.csv").write_text(f"id,a_fe_mm\none,{value}\n")
+    page = tmp_path / "a.html"
+    assert call(["compare", str(tmp_path / "was.csv"), str(tmp_path / "now.csv"), "--html", str(page)]) == 1
+    assert "<details>" not in page.read_text("utf-8")
+
+
 def test_a_baseline_is_written_and_compares_with_its_results(tmp_path, capsys):
     rows = [case_row("a", centre_x_mm=4e-19, overlap=1 / 3, pieces=1, seconds=3.2, verdict_cause=None)]
     study = write_study(tmp_path / "study", rows)
     arguments = ["baseline", "update", str(study), "--baselines", str(tmp_path / "b")]
     assert call([*arguments, "--reason", "  the first  "]) == 0
-    assert "new baseline of 1 cases" in capsys.readouterr().out
+    assert "new baseline of 1 case\n" in capsys.readouterr().out
     with (tmp_path / "b" / "mine.csv").open() as file:
         (written,) = csv.DictReader(file)
     assert written == {
@@ -601,12 +913,12 @@ def test_an_update_says_what_changed(tmp_path, capsys):
     out = capsys.readouterr().out
     assert "p_max_fe_MPa" in out
     assert "extra cases: two" in out
-    assert "mine.csv: DIFFERENT: 1 values beyond tolerance" in out
+    assert "mine.csv: DIFFERENT: 1 value beyond tolerance" in out
     assert json.loads((folder / "mine.json").read_text())["reason"] == "mended"
     assert load_table(folder / "mine.csv").rows["one"]["p_max_fe_MPa"] == "1300"
     replaced = update_baseline(write_study(tmp_path / "three", [case_row("x")]), folder, reason="other cases")
     assert replaced.comparison is None
-    assert "all 2 cases of the old baseline were replaced" in replaced.text
+    assert replaced.text == "2 cases replaced by 1 other case"
 
 
 @pytest.mark.parametrize("reason", ["", "   "])

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from fecontact.errors import InputError
+from fecontact.regression.matching import match_columns, match_example, matched_by
 from fecontact.regression.tables import ResultTable, number
 from fecontact.regression.tolerances import EFFORT, TEXT, Tolerance, Tolerances, kind_of
 
@@ -43,6 +44,11 @@ class ColumnComparison:
     cases: int
     differing: int
     worst: Difference
+
+    @property
+    def unchanged(self) -> bool:
+        """Whether all values are equal, as numbers where they are numbers."""
+        return self.worst.excess == 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,47 +98,65 @@ class TableComparison:
     @property
     def verdict(self) -> str:
         """The outcome in one line."""
-        counted = f"{len(self.cases)} cases, {len(self.columns)} columns"
+        common = f"{counted(len(self.cases), 'case')}, {counted(len(self.columns), 'column')}"
         if self.same:
-            worst = self.columns[0] if self.columns else None
-            near = f"; closest: {worst.column} at {worst.worst.excess:.2g} of its tolerance" if worst else ""
-            return f"SAME within tolerance ({counted}{near})"
-        parts = [f"{len(self.differences)} values beyond tolerance"] if self.differences else []
+            worst = self.columns[0]
+            if worst.unchanged:
+                return f"SAME, all values are equal ({common})"
+            near = f"closest: {worst.column} at {worst.worst.excess:.2g} of its tolerance"
+            return f"SAME within tolerance ({common}; {near})"
+        parts = []
         if self.differences:
             first = self.differences[0]
+            parts = [f"{counted(len(self.differences), 'value')} beyond tolerance"]
             parts.append(f"worst {first.column}{_times(first.excess)}")
-        for what in ("missing_cases", "extra_cases", "missing_columns", "extra_columns"):
-            if count := len(getattr(self, what)):
-                parts.append(f"{count} {what.replace('_', ' ')}")
-        return f"DIFFERENT: {', '.join(parts)} ({counted} in common)"
+        for what in ("missing case", "extra case", "missing column", "extra column"):
+            if count := len(getattr(self, f"{what.replace(' ', '_')}s")):
+                parts.append(counted(count, what))
+        return f"DIFFERENT: {', '.join(parts)} ({common} in common)"
+
+
+def counted(number_of: int, noun: str) -> str:
+    """A number of things in words, such as "1 case" or "2 cases"."""
+    return f"{number_of} {noun}{'' if number_of == 1 else 's'}"
 
 
 def _times(excess: float) -> str:
     return f" ({excess:.3g} times its tolerance)" if math.isfinite(excess) else ""
 
 
-def compare_tables(baseline: ResultTable, new: ResultTable, tolerances: Tolerances | None = None) -> TableComparison:
+def compare_tables(
+    baseline: ResultTable, new: ResultTable, tolerances: Tolerances | None = None, *, match: Sequence[str] = ()
+) -> TableComparison:
     """Compare new results with a baseline, case by case and column by column.
+
+    Parameters
+    ----------
+    baseline, new
+        Tables that name their cases in the same way, unless `match` is given.
+    tolerances
+        Those of `KINDS`, if not given.
+    match
+        Columns, or short forms of them, that say which case of one table is which of the other, instead of what the
+        tables name their cases by. They are not compared.
+
+    Returns
+    -------
+    TableComparison
+        At least one case, and at least one column in one of the two.
 
     Raises
     ------
     InputError
-        If the tables have no case in common, name their cases differently, or a tolerance is for a column that neither
-        has.
+        If the tables have no case in common, name their cases differently, cannot be matched by the columns of `match`,
+        have nothing else than these, or a tolerance is for a column that is not compared.
     """
     tolerances = tolerances or Tolerances()
-    if baseline.key != new.key:
-        raise InputError(
-            f"{baseline.path} names its cases by {' and '.join(baseline.key)}, {new.path} by {' and '.join(new.key)};"
-            " compare a study with a study, a map with a map"
-        )
-    common = tuple(case for case in baseline.rows if case in new.rows)
-    if not common:
-        raise InputError(
-            f"{baseline.path} and {new.path} have no case in common (such as {next(iter(baseline.rows))} and"
-            f" {next(iter(new.rows))}); compare results of the same study, at the same size"
-        )
-    _check_columns(tolerances, (*baseline.columns, *new.columns))
+    if match:
+        columns_of_match = match_columns(match, baseline, new)
+        baseline, new = matched_by(baseline, columns_of_match, new), matched_by(new, columns_of_match, baseline)
+    common = _common_cases(baseline, new, matched=bool(match))
+    _check_columns(tolerances, baseline, new)
     shared = [name for name in baseline.columns if name in new.columns]
     columns = [_compare_column(name, baseline, new, common, tolerances) for name in shared]
     compared = [column for column, _ in columns if column.compared]
@@ -152,11 +176,40 @@ def compare_tables(baseline: ResultTable, new: ResultTable, tolerances: Toleranc
     )
 
 
-def _check_columns(tolerances: Tolerances, columns: tuple[str, ...]) -> None:
+def _common_cases(baseline: ResultTable, new: ResultTable, *, matched: bool) -> tuple[str, ...]:
+    if baseline.key != new.key:
+        example = match_example(baseline, new)
+        raise InputError(
+            f"{baseline.path} names its cases by {' and '.join(baseline.key)}, {new.path} by {' and '.join(new.key)};"
+            f" compare a study with a study, a map with a map{example and f', or {example}'}"
+        )
+    common = tuple(case for case in baseline.rows if case in new.rows)
+    if common:
+        return common
+    if matched:
+        remedy = f"both have to have the same {' and '.join(baseline.key)}; choose fewer or other columns for --match"
+    else:
+        example = match_example(baseline, new)
+        remedy = f"compare results of the same study, at the same size{example and f', or {example}'}"
+    raise InputError(
+        f"{baseline.path} and {new.path} have no case in common (such as {next(iter(baseline.rows))} and"
+        f" {next(iter(new.rows))}); {remedy}"
+    )
+
+
+def _check_columns(tolerances: Tolerances, baseline: ResultTable, new: ResultTable) -> None:
+    columns = dict.fromkeys((*baseline.columns, *new.columns))
     for name in tolerances.columns:
-        if name not in columns:
-            exist = ", ".join(dict.fromkeys(columns))
-            raise InputError(f"tolerance of column {name!r}: no such column; columns that exist: {exist}")
+        if name in columns:
+            continue
+        if name in baseline.key:
+            raise InputError(f"tolerance of column {name!r}: cases are matched by it; take it out of one of the two")
+        raise InputError(f"tolerance of column {name!r}: no such column; columns that exist: {', '.join(columns)}")
+    if not any(_is_compared(name, tolerances) for name in columns):
+        raise InputError(
+            f"{baseline.path} and {new.path} have no column to compare besides {' and '.join(baseline.key)};"
+            " give tables with results, or fewer columns to match by"
+        )
 
 
 def _only(here: Iterable[str], there: Iterable[str]) -> tuple[str, ...]:
