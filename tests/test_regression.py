@@ -10,6 +10,7 @@ import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from fecontact.cli import call
@@ -19,6 +20,7 @@ from fecontact.errors import InputError
 from fecontact.map.cells import MapCell
 from fecontact.outputs.map import cell_row
 from fecontact.outputs.record import result_record, row
+from fecontact.outputs.study_files import write_tables
 from fecontact.outputs.tables import write_csv
 from fecontact.regression.baselines import update_baseline
 from fecontact.regression.compare import compare_tables
@@ -973,6 +975,21 @@ def test_every_column_of_a_result_is_known_and_the_baselines_have_them_all(ellip
     assert [name for name in columns if kind_of(name) == "default"] == []
     kept = tuple(name for name in columns if kind_of(name) != EFFORT)
     assert load_table(BASELINES / "01_elliptic_hertz.csv").columns == kept
+
+
+def test_the_tables_that_a_study_writes_fit_each_other(elliptic_quick, tmp_path):
+    failed = {
+        "id": "b",
+        "status": 'failed: a "name", and\ntwo lines\r\n',
+        "rail": "60E1",
+        "lateral_shift_mm": np.float64(0.1),
+    }
+    rows = [{"id": "a", **row(result_record(elliptic_quick)), "pieces": np.int64(1), "at_junction": np.True_}, failed]
+    write_tables("mine", 2, rows, tmp_path / "study")
+    tables = [load_table(tmp_path / form) for form in ("", "study.json", "study.csv")]
+    assert tables[0].rows == tables[1].rows == tables[2].rows
+    # no junction is infinitely far
+    assert math.inf in rows[0].values()
 
 
 def test_every_column_of_a_map_is_known():
