@@ -390,16 +390,26 @@ def mesh(body: Literal["rail", "wheel"], options: CaseOptions = _DEFAULTS, *, ou
 
 @app.command
 def compare(
-    baseline: Path, new: Path, *, tolerance: Path | None = None, json: Path | None = None, html: Path | None = None
+    baseline: Path,
+    new: Path,
+    *,
+    match: str | None = None,
+    tolerance: Path | None = None,
+    json: Path | None = None,
+    html: Path | None = None,
 ) -> int:
     """Compare two sets of results, case by case; exit code 1 if they differ by more than the tolerances.
 
     Parameters
     ----------
     baseline
-        Result folder, study.json, study.csv, map.csv, or a CSV of studies/baselines.
+        Folder that run, map or solve --out wrote, study.json, study.csv, map.csv, row.json, or a CSV of
+        studies/baselines.
     new
         Likewise.
+    match
+        Columns by which cases are matched where their ids differ, such as shift,load; in full, or shift, load, roll and
+        yaw.
     tolerance
         TOML file with [kinds.NAME] and [columns.NAME] tables of relative and absolute tolerances.
     json
@@ -409,11 +419,14 @@ def compare(
     """
     from fecontact.files import write_json, write_text
     from fecontact.outputs.comparison_report import comparison_html, comparison_record, print_comparison
-    from fecontact.regression.tables import compare_tables, load_table
+    from fecontact.regression.compare import compare_tables
+    from fecontact.regression.tables import load_table
     from fecontact.regression.tolerances import read_tolerances
 
     tolerances = read_tolerances(tolerance) if tolerance is not None else None
-    comparison = compare_tables(load_table(baseline), load_table(new), tolerances)
+    comparison = compare_tables(
+        load_table(baseline), load_table(new), tolerances, match=() if match is None else match.split(",")
+    )
     if json is not None:
         write_json(json, comparison_record(comparison))
     if html is not None:

@@ -10,6 +10,7 @@ import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from fecontact.cli import call
@@ -19,9 +20,11 @@ from fecontact.errors import InputError
 from fecontact.map.cells import MapCell
 from fecontact.outputs.map import cell_row
 from fecontact.outputs.record import result_record, row
+from fecontact.outputs.study_files import write_tables
 from fecontact.outputs.tables import write_csv
 from fecontact.regression.baselines import update_baseline
-from fecontact.regression.tables import compare_tables, load_table
+from fecontact.regression.compare import compare_tables
+from fecontact.regression.tables import load_table
 from fecontact.regression.tolerances import EFFORT, KINDS, TEXT, kind_of, read_tolerances
 from fecontact.solving.load_sweep import LoadPoint
 
@@ -165,7 +168,7 @@ def test_missing_and_extra_cases_and_columns_are_differences_and_named(tmp_path)
         one_sided = compared(tmp_path, *rows)
         assert not one_sided.same
         assert getattr(one_sided, key) == ("lost_MPa",)
-        assert key.replace("_", " ") in one_sided.verdict
+        assert f"1 {key.replace('_', ' ').removesuffix('s')} (1 case, 4 columns in common)" in one_sided.verdict
 
 
 def test_the_worst_column_is_first_whatever_its_unit(tmp_path):
@@ -177,6 +180,7 @@ def test_the_worst_column_is_first_whatever_its_unit(tmp_path):
         ("p_max_fe_MPa", 1, "one"),
     ]
     assert [round(d.excess, 6) for d in comparison.differences] == [10.0, 2.0]
+    assert [c.unchanged for c in comparison.columns] == [False, False, True, True]
     assert comparison.verdict.startswith("DIFFERENT: 2 values beyond tolerance, worst area_fe_mm2 (10 times")
 
 
@@ -235,10 +239,269 @@ def test_a_map_is_matched_by_shift_and_load(tmp_path, capsys):
     assert "a map with a map" in capsys.readouterr().err
 
 
+def test_a_shift_of_minus_zero_is_zero(tmp_path):
+    head = "lateral_shift_mm,load_kN,status\n"
+    for name, shift in (("was", "-0.0"), ("now", "0")):
+        (tmp_path / f"{name}.csv").write_text(f"{head}{shift},50,converged\n")
+    comparison = compare_tables(load_table(tmp_path / "was.csv"), load_table(tmp_path / "now.csv"))
+    assert comparison.cases == ("+0 mm, 50 kN",)
+    assert comparison.same
+
+
+def position_row(shift: float, load: float, name: str = "", **more) -> dict:
+    inputs = {"wheel": "S1002", "lateral_shift_mm": shift, "load_kN": load, "roll_mrad": 0.0, "resolution": "quick"}
+    return case_row(name or f"{shift}_{load}_{more.get('resolution', '')}", **inputs) | more
+
+
+def refused(capsys, *arguments) -> str:
+    """The one line that a refused comparison says."""
+    assert call(["compare", *map(str, arguments)]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert len(err.strip().splitlines()) == 1
+    return err
+
+
+POSITIONS = ((-1.0, 50.0), (0.1 + 0.2, 50.0), (0.0, 100.0))
+
+
+def quick_and_standard(tmp_path: Path) -> tuple[Path, Path]:
+    """The same positions in another order, with other ids, from other arithmetic, and one value off."""
+    quick = [position_row(*at) for at in POSITIONS]
+    other = ((-0.0, 100), (0.3, 50.0), (-1, 50))
+    standard = [position_row(*at, resolution="standard", area_fe_mm2=121.0 if at[0] < 0 else 120.0) for at in other]
+    return write_study(tmp_path / "quick", quick), write_study(tmp_path / "standard", standard)
+
+
+@pytest.mark.parametrize("match", ["shift,load", "load_kN, lateral_shift_mm ", "shift,load,lateral_shift_mm,roll,rail"])
+def test_cases_are_matched_by_columns_where_ids_differ(tmp_path, capsys, match):
+    quick, standard = quick_and_standard(tmp_path)
+    comparison = compare_tables(load_table(quick), load_table(standard), match=match.split(","))
+    assert len(comparison.cases) == 3
+    assert comparison.missing_cases == comparison.extra_cases == ()
+    assert not {"id", "lateral_shift_mm", "load_kN"} & {column.column for column in comparison.columns}
+    assert [d.column for d in comparison.differences if d.column != "resolution"] == ["area_fe_mm2"]
+    (area,) = (d for d in comparison.differences if d.column == "area_fe_mm2")
+    assert "lateral_shift_mm -1" in area.case
+    assert "load_kN 50" in area.case
+    assert area.difference == 1.0
+    report = tmp_path / "report.json"
+    assert call(["compare", str(quick), str(standard), "--match", match, "--json", str(report)]) == 1
+    assert json.loads(report.read_text())["matched_by"] == list(comparison.baseline.key)
+    assert f"cases are matched by {', '.join(comparison.baseline.key)}" in capsys.readouterr().out
+
+
+def test_matched_columns_are_in_the_order_given_and_numbers_have_nine_digits(tmp_path):
+    quick, standard = map(load_table, quick_and_standard(tmp_path))
+    comparison = compare_tables(quick, standard, match=["load", "shift"])
+    assert comparison.baseline.key == ("load_kN", "lateral_shift_mm")
+    assert comparison.cases[1:] == ("load_kN 50, lateral_shift_mm 0.3", "load_kN 100, lateral_shift_mm 0")
+    for off, common in ((1e-11, 1), (1e-7, 0)):
+        tables = [[position_row(1.0, 50.0), position_row(9.0, 50.0)], [position_row(1.0 + off, 50.0, "b")]]
+        was, now = (load_table(write_study(tmp_path / f"{off}{k}", rows)) for k, rows in enumerate(tables))
+        if common:
+            assert compare_tables(was, now, match=["shift"]).cases == ("lateral_shift_mm 1",)
+        else:
+            with pytest.raises(InputError, match="choose fewer or other columns for --match"):
+                compare_tables(was, now, match=["shift"])
+
+
+def test_texts_are_matched_letter_by_letter(tmp_path):
+    # float("60E1") is 600
+    was, now = ([case_row("a", rail="60E1")], [case_row("b", rail="600")])
+    with pytest.raises(InputError, match="rail 60E1 and rail 600"):
+        compare_tables(
+            *(load_table(write_study(tmp_path / rows[0]["id"], rows)) for rows in (was, now)), match=["rail"]
+        )
+
+
+def test_cases_that_only_one_side_has_are_named_by_what_they_are_matched_by(tmp_path):
+    was = load_table(write_study(tmp_path / "was", [position_row(0.0, 50.0), position_row(1.0, 50.0)]))
+    now = load_table(write_study(tmp_path / "now", [position_row(0.0, 50.0, "x"), position_row(2.0, 50.0, "y")]))
+    comparison = compare_tables(was, now, match=["shift"])
+    assert (comparison.missing_cases, comparison.extra_cases) == (("lateral_shift_mm 1",), ("lateral_shift_mm 2",))
+    assert not comparison.same
+
+
+def test_two_cases_with_the_same_match_are_refused_and_what_tells_them_apart_is_named(tmp_path, capsys):
+    rows = [
+        position_row(0.0, 50.0, "one"),
+        position_row(0.0, 50.0, "two", resolution="fine", roll_mrad=3.0, p_max_fe_MPa=1300.0),
+    ]
+    good, bad = write_study(tmp_path / "good", [rows[0]]), write_study(tmp_path / "bad", rows)
+    for pair in ((good, bad), (bad, good)):
+        err = refused(capsys, *pair, "--match", "shift,load")
+        assert "cases 'one' and 'two' are both lateral_shift_mm 0, load_kN 50" in err
+        assert str(bad) in err
+        assert err.rstrip().endswith("add to --match a column in which they differ: roll_mrad, resolution")
+    for column in ("roll", "resolution"):
+        assert call(["compare", str(bad), str(bad), "--match", f"shift,load,{column}"]) == 0
+    capsys.readouterr()
+    # a column that the other table lacks would be of no help
+    for form in ("csv", "json"):
+        path = good / f"study.{form}"
+        path.write_text(path.read_text().replace("roll_mrad", "rolling"))
+    assert "in which they differ: resolution\n" in refused(capsys, bad, good, "--match", "shift,load")
+
+
+@pytest.mark.parametrize(
+    ("more", "says"),
+    [
+        ({"p_max_fe_MPa": 1300.0}, "they differ in no input that both tables have; remove one of them"),
+        ({"resolution": None, "element_size_x_mm": 0.2}, "in which they differ: element_size_x_mm\n"),
+        ({"speed_limit": 7.0}, "in which they differ: speed_limit\n"),
+    ],
+)
+def test_what_tells_two_cases_apart(tmp_path, capsys, more, says):
+    common = {"element_size_x_mm": 0.4, "speed_limit": 5.0}
+    rows = [position_row(0.0, 50.0, "one", **common), position_row(0.0, 50.0, "two", **(common | more))]
+    study = write_study(tmp_path / "study", rows)
+    assert says in refused(capsys, study, study, "--match", "shift")
+
+
+@pytest.mark.parametrize("none", [None, "", math.nan])
+def test_a_case_without_a_value_to_match_by_is_named(tmp_path, capsys, none):
+    rows = [position_row(0.0, 50.0), position_row(1.0, 50.0, "bad", status="failed: no touch", resolution=none)]
+    study, good = write_study(tmp_path / "study", rows), write_study(tmp_path / "good", rows[:1])
+    for pair in ((study, good), (good, study)):
+        err = refused(capsys, *pair, "--match", "shift,resolution")
+        assert "case 'bad' has no value of resolution (1 of 2 have none)" in err
+        assert "take resolution out of --match" in err
+    assert call(["compare", str(study), str(study), "--match", "shift"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("match", "says"),
+    [
+        ("shft", ["no column 'shft'", "did you mean shift?", "allowed are shift, load, roll, id, status, rail"]),
+        ("lateral_shift", ["no column 'lateral_shift'", "did you mean lateral_shift_mm?"]),
+        ("shift,lode_kN", ["--match 'lode_kN': no column", "load_kN"]),
+        ("yaw", ["no column 'yaw_mrad'"]),
+        ("", ["no column ''"]),
+        (",", ["no column ''"]),
+        ("shift;load", ["no column 'shift;load'"]),
+    ],
+)
+def test_an_unknown_column_to_match_by_is_refused(tmp_path, capsys, match, says):
+    study = write_study(tmp_path / "study", [position_row(0.0, 50.0)])
+    err = refused(capsys, study, study, "--match", match)
+    for text in says:
+        assert text in err
+
+
+def test_a_renamed_column_is_refused_with_the_table_that_lacks_it(tmp_path, capsys):
+    was = write_study(tmp_path / "was", [position_row(0.0, 50.0)])
+    row = {name.replace("lateral_shift_mm", "shift_mm"): value for name, value in position_row(0.0, 50.0, "b").items()}
+    now = write_study(tmp_path / "now", [row])
+    for pair in ((was, now), (now, was)):
+        err = refused(capsys, *pair, "--match", "shift,load")
+        assert f"--match 'shift': no column 'lateral_shift_mm' in {now / 'study.json'};" in err
+        assert "allowed are load, roll, id" in err
+    # a table that has the short form as its own name is taken at its word
+    for folder in (was, now):
+        for form in ("study.json", "study.csv"):
+            spoil(folder / form, "shift_mm" if folder == now else "lateral_shift_mm", "shift")
+    assert compare_tables(load_table(was), load_table(now), match=["shift"]).cases == ("shift 0",)
+
+
+def test_a_map_is_compared_with_a_study_by_shift_and_load(tmp_path, capsys):
+    cells = [{"lateral_shift_mm": 0.0, "load_kN": at, "status": "converged", "area_fe_mm2": 120.0} for at in (50, 100)]
+    (tmp_path / "map").mkdir()
+    write_csv([cell | {"pieces": 1} for cell in cells], tmp_path / "map" / "map.csv")
+    study = write_study(tmp_path / "study", [position_row(0.0, 50.0), position_row(0.0, 100.0, area_fe_mm2=132.0)])
+    err = refused(capsys, tmp_path / "map", study)
+    assert "a map with a map, or match them by their inputs with --match shift,load (2 in common)" in err
+    for pair in ((tmp_path / "map", study), (study, tmp_path / "map")):
+        comparison = compare_tables(*map(load_table, pair), match=["shift", "load"])
+        assert comparison.cases == tuple(f"lateral_shift_mm 0, load_kN {load}" for load in (50, 100))
+        assert [c.column for c in comparison.columns] == ["area_fe_mm2", "status"]
+        assert [(d.column, d.case) for d in comparison.differences] == [
+            ("area_fe_mm2", "lateral_shift_mm 0, load_kN 100")
+        ]
+        one_sided = {*comparison.missing_columns, *comparison.extra_columns}
+        assert one_sided == {"pieces", "rail", "wheel", "roll_mrad", "resolution", "p_max_fe_MPa"}
+    # without the shift a map has each load once for each shift
+    write_csv([*cells, cells[0] | {"lateral_shift_mm": 1.0}], tmp_path / "map" / "map.csv")
+    err = refused(capsys, tmp_path / "map", study, "--match", "load")
+    assert "cases '+0 mm, 50 kN' and '+1 mm, 50 kN' are both load_kN 50" in err
+    assert "in which they differ: lateral_shift_mm" in err
+
+
+def test_a_solved_case_is_matched_with_a_study(tmp_path):
+    study = write_study(tmp_path / "study", [position_row(0.0, 50.0, "a"), position_row(1.0, 50.0, "b")])
+    case = write_row(tmp_path / "case", position_row(1.0, 50.0, "c"))
+    comparison = compare_tables(load_table(case), load_table(study), match=["shift", "load"])
+    assert comparison.cases == ("lateral_shift_mm 1, load_kN 50",)
+    assert (comparison.differences, comparison.missing_columns, comparison.extra_columns) == ((), (), ())
+
+
+@pytest.mark.parametrize(
+    ("was", "now", "says"),
+    [
+        # quick against standard; what is the same for all cases of a table is not in the example
+        (
+            [position_row(0.0, 50.0), position_row(1.0, 50.0)],
+            [position_row(0.0, 50.0, resolution="fine"), position_row(1.0, 50.0, resolution="fine")],
+            ", or match them by their inputs with --match shift,load (2 in common)\n",
+        ),
+        # a roll that is another by rounding only
+        (
+            [position_row(0.0, 50.0, "a", roll_mrad=0.3), position_row(1.0, 50.0, "b", roll_mrad=0.1 + 0.2)],
+            [position_row(0.0, 50.0, "c", roll_mrad=0.3), position_row(1.0, 50.0, "d", roll_mrad=0.3)],
+            "with --match shift,load (2 in common)\n",
+        ),
+        # two rails in one table
+        (
+            [position_row(0.0, 50.0, "a"), position_row(0.0, 50.0, "b", rail="worn")],
+            [position_row(0.0, 50.0, "c"), position_row(0.0, 50.0, "d", rail="worn")],
+            "with --match shift,load,rail (2 in common)\n",
+        ),
+        # another load for all
+        (
+            [position_row(0.0, 50.0), position_row(1.0, 50.0)],
+            [position_row(0.0, 60.0), position_row(1.0, 60.0)],
+            "with --match shift (2 in common)\n",
+        ),
+        # a case that failed before its resolution was known
+        (
+            [position_row(0.0, 50.0), position_row(1.0, 50.0, "f", resolution=None)],
+            [position_row(0.0, 50.0, "x"), position_row(1.0, 50.0, "y")],
+            "with --match shift,load (2 in common)\n",
+        ),
+        # other positions altogether
+        ([position_row(0.0, 50.0)], [position_row(1.0, 60.0)], ", such as --match shift,load\n"),
+        ([case_row("a", rail="x")], [case_row("b", rail="y")], "of the same study, at the same size\n"),
+    ],
+)
+def test_nothing_in_common_by_id_suggests_what_to_match_by(tmp_path, capsys, was, now, says):
+    folders = write_study(tmp_path / "was", was), write_study(tmp_path / "now", now)
+    err = refused(capsys, *folders)
+    assert "have no case in common" in err
+    assert err.endswith(says)
+    # what is suggested with a number of cases works
+    if found := re.search(r"--match (\S+) \((\d+) in common\)", err):
+        comparison = compare_tables(*map(load_table, folders), match=found[1].split(","))
+        assert len(comparison.cases) == int(found[2])
+
+
+def test_without_a_column_to_compare_nothing_is_the_same(tmp_path, capsys):
+    study = write_study(tmp_path / "study", [{"id": "a", "load_kN": 50.0, "seconds": 1.0}])
+    assert "no column to compare besides load_kN" in refused(capsys, study, study, "--match", "load")
+    assert call(["compare", str(study), str(study)]) == 0
+
+
+def test_a_tolerance_of_a_column_that_is_matched_by_is_refused(tmp_path, capsys):
+    study = write_study(tmp_path / "study", [position_row(0.0, 50.0)])
+    given = tolerance_file(tmp_path, "[columns.load_kN]\nabsolute = 1\n")
+    assert call(["compare", str(study), str(study), "--tolerance", str(given)]) == 0
+    capsys.readouterr()
+    assert "cases are matched by it" in refused(capsys, study, study, "--tolerance", given, "--match", "load")
+
+
 def test_exit_codes(tmp_path, capsys):
     was = str(write_study(tmp_path / "was", [case_row()]))
     assert call(["compare", was, was]) == 0
-    assert capsys.readouterr().out.splitlines()[-1].startswith("SAME within tolerance (1 cases, 4 columns")
+    assert capsys.readouterr().out.splitlines()[-1].startswith("SAME, all values are equal (1 case, 4 columns)")
     for name, rows in (
         ("value", [case_row(p_max_fe_MPa=1300.0)]),
         ("extra", [case_row(), case_row("two")]),
@@ -268,6 +531,16 @@ def test_exit_codes(tmp_path, capsys):
         ("list.json", "[1]", "no table of results"),
         ("map.json", '{"cells": []}', "no list of rows"),
         ("rows.json", '{"rows": [1]}', "no list of rows"),
+        ("result.json", '{"schema": "fecontact/result/1", "status": "converged"}', "no list of rows"),
+        ("row.json", '{"schema": "fecontact/row/1", "row": [1]}', "no list of rows"),
+        ("emptyrow.json", '{"schema": "fecontact/row/1", "row": {}}', "neither a column id"),
+        ("nameless.json", '{"schema": "fecontact/row/1", "row": {"a_fe_mm": 1.0}}', "neither a column id"),
+        ("deep.json", "[" * 100_000, "nested too deeply"),
+        ("digits.json", '{"rows": [{"id": ' + 5000 * "1" + "}]}", "not JSON"),
+        ("half.json", '{"rows": [{"id": "\\ud800", "a_fe_mm": 1}]}', "not JSON"),
+        ("bytes.json", b"\xff\xfe\x00", "not JSON"),
+        ("field.csv", "id,a_fe_mm\none," + 140_000 * "1", "not CSV"),
+        ("open.csv", 'id,a_fe_mm\n"one,2\n', "not CSV"),
         ("table.txt", "id\n1\n", "ending .txt"),
         ("disjoint.csv", "id,a_fe_mm\nother,2\n", "no case in common"),
     ],
@@ -286,10 +559,142 @@ def test_unusable_input_is_one_line_and_exit_code_2(tmp_path, capsys, name, text
         assert says in err
 
 
+@pytest.mark.parametrize("versions", ["[1]", "3", '"4.15"', "null", '{"gmsh": [1]}', '{"gmsh": {"a": null}}'])
+def test_versions_of_another_form_are_none(tmp_path, versions):
+    document = '{"rows": [{"id": "one", "a_fe_mm": [1, {}]}], "versions": ' + versions + "}"
+    (tmp_path / "study.json").write_text(document)
+    assert compare_tables(load_table(tmp_path), load_table(tmp_path)).same
+
+
+def write_row(folder: Path, row: dict, **more) -> Path:
+    """The table of a folder that `fecontact solve --out` writes."""
+    folder.mkdir(parents=True, exist_ok=True)
+    document = {"schema": "fecontact/row/1", "row": row, "versions": VERSIONS}
+    (folder / "row.json").write_text(json.dumps(document | more).replace("NaN", "null"), "utf-8")
+    return folder
+
+
+def test_solved_cases_are_compared_by_folder_and_by_file(tmp_path, capsys):
+    was = write_row(tmp_path / "was", case_row(b_fe_mm=math.nan))
+    same = write_row(tmp_path / "same", case_row(b_fe_mm=None))
+    now = write_row(
+        tmp_path / "now", case_row(b_fe_mm=None, p_max_fe_MPa=1300.0), versions={**VERSIONS, "gmsh": "4.13.1"}
+    )
+    for folder in (same, same / "row.json"):
+        assert call(["compare", str(was), str(folder)]) == 0
+    capsys.readouterr()
+    assert call(["compare", str(was / "row.json"), str(now)]) == 1
+    out = capsys.readouterr().out
+    assert "version gmsh: 4.15.2 -> 4.13.1" in out
+    assert "setting" not in out
+    assert "worst p_max_fe_MPa (531 times its tolerance)" in out
+    # a study that has the case has it in the same columns
+    study = load_table(write_study(tmp_path / "study", [case_row(b_fe_mm=None)]))
+    assert compare_tables(study, load_table(same)).same
+    # the tables of a study come first where a folder has both
+    shutil.copy(now / "row.json", tmp_path / "study")
+    assert load_table(tmp_path / "study").path.name == "study.json"
+
+
+def spoil(path: Path, old: str, new: str) -> None:
+    text = path.read_text("utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), "utf-8")
+
+
+@pytest.mark.parametrize("form", ["", "study.json", "study.csv"])
+@pytest.mark.parametrize("spoilt", ["study.json", "study.csv"])
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("1234.5", "1271.5", ["case 'two', column 'p_max_fe_MPa'", "'1234.5'", "'1271.5'"]),
+        ("1234.5", "1234.50000000001", ["'1234.50000000001'"]),
+        ("60E1", "60E2", ["case 'two', column 'rail'", "'60E1'", "'60E2'"]),
+        ("two", "2", ["' is in", "and not in"]),
+        ("area_fe_mm2", "area_mm2", ["column 'area_fe_mm2' is in", "and not in"]),
+    ],
+)
+def test_a_csv_that_does_not_fit_its_json_is_refused(tmp_path, capsys, form, spoilt, old, new, says):
+    good = write_study(tmp_path / "good", [case_row("two"), case_row("one")])
+    bad = write_study(tmp_path / "bad", [case_row("two"), case_row("one")])
+    if (spoilt, old) == ("study.json", "area_fe_mm2"):
+        # each row of the JSON has the name
+        spoil(bad / spoilt, old, new)
+    spoil(bad / spoilt, old, new)
+    for pair in ([good, bad / form], [bad / form, good]):
+        assert call(["compare", *map(str, pair)]) == 2
+        out, err = capsys.readouterr()
+        assert out == ""
+        assert len(err.strip().splitlines()) == 1
+        for text in (*says, str(bad / "study.json"), str(bad / "study.csv"), "run the study again, or move"):
+            assert text in err
+    # moved away, the other one counts
+    (bad / spoilt).unlink()
+    assert call(["compare", str(good), str(bad)]) == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda lines: lines[:-1], "case 'one' is in"),
+        (lambda lines: [*lines, lines[-1]], "case 'one' is twice in"),
+        (lambda lines: [*lines, lines[-1].replace("one", "three")], "case 'three' is in"),
+        (lambda lines: lines[:1], "case 'two' is in"),
+        (lambda lines: [], "is empty"),
+        (lambda lines: [*lines[:-1], lines[-1][:-8]], "row 2 has 4 values of 5"),
+    ],
+)
+def test_a_csv_with_other_cases_than_its_json_is_refused(tmp_path, capsys, change, says):
+    study = write_study(tmp_path / "study", [case_row("two"), case_row("one")])
+    lines = (study / "study.csv").read_text().splitlines(keepends=True)
+    (study / "study.csv").write_text("".join(change(lines)))
+    assert call(["compare", str(study), str(study)]) == 2
+    err = capsys.readouterr().err
+    assert says in err
+    assert "run the study again, or move the wrong one away" in err
+
+
+def test_a_csv_beside_a_study_without_its_rows_is_refused(tmp_path, capsys):
+    study = write_study(tmp_path / "study", [case_row()])
+    (study / "study.json").write_text('{"schema": "fecontact/study/1", "study": "mine"}')
+    assert call(["compare", str(study / "study.csv"), str(study / "study.csv")]) == 2
+    assert "no list of rows" in capsys.readouterr().err
+
+
+def test_what_is_no_value_and_the_order_are_the_same_in_csv_and_json(tmp_path):
+    rows = [
+        case_row(
+            "a", b_fe_mm=math.nan, junction_distance_mm=math.inf, at_junction=False, status="failed: two\r\nlines"
+        ),
+        case_row("b", pieces=1, overlap=0.1 + 0.2, load_kN=1e22, warnings='"quoted", and; more', verdict_cause=""),
+    ]
+    study = write_study(tmp_path / "study", rows)
+    # infinite is no value in JSON and none in the CSV
+    spoil(study / "study.json", "Infinity", "null")
+    with (study / "study.csv").open(newline="") as file:
+        head, *lines = csv.reader(file)
+    with (study / "study.csv").open("w", newline="") as file:
+        csv.writer(file).writerows([row[::-1] for row in (head, *lines[::-1])])
+    for form in ("", "study.json", "study.csv"):
+        assert set(load_table(study / form).rows) == {"a", "b"}
+
+
+def test_parts_of_a_study_are_checked_as_well(tmp_path, capsys):
+    study = write_study(tmp_path / "study", [case_row()])
+    for form in ("csv", "json"):
+        (study / f"study.{form}").rename(study / f"study.part-1-of-2.{form}")
+    part = study / "study.part-1-of-2.csv"
+    assert call(["compare", str(part), str(part.with_suffix(".json"))]) == 0
+    spoil(part, "1234.5", "1271.5")
+    for form in (".csv", ".json"):
+        assert call(["compare", str(part.with_suffix(form)), str(part)]) == 2
+    assert "'1271.5'" in capsys.readouterr().err
+
+
 def test_a_folder_without_results_is_exit_code_2(tmp_path, capsys):
     good = str(write_study(tmp_path / "good", [case_row()]))
     assert call(["compare", good, str(tmp_path)]) == 2
-    assert "study.json, study.csv, map.csv" in capsys.readouterr().err
+    assert "study.json, study.csv, map.csv, row.json" in capsys.readouterr().err
 
 
 def test_a_table_saved_by_a_spreadsheet_is_read(tmp_path):
@@ -421,12 +826,73 @@ def test_the_terminal_shows_the_worst_first_with_both_values(tmp_path, capsys):
     assert not any(line.startswith("status") for line in lines)
 
 
+def test_the_same_shows_only_what_is_not_equal(tmp_path, capsys):
+    was = write_study(tmp_path / "was", [case_row(seconds=1.0, pieces=1)])
+    near = write_study(tmp_path / "near", [case_row(seconds=1.0, pieces=1.0) | {"p_max_fe_MPa": 1234.5 * (1 + 5e-5)}])
+    equal = write_study(tmp_path / "equal", [case_row(seconds=2.0, pieces=1.0)])
+    assert call(["compare", str(was), str(near)]) == 0
+    out = capsys.readouterr().out
+    assert "Closest to their tolerance" in out
+    assert [line.split()[0] for line in out.splitlines() if " 0/1 " in line] == ["p_max_fe_MPa"]
+    assert out.splitlines()[-1] == (
+        "SAME within tolerance (1 case, 5 columns; closest: p_max_fe_MPa at 0.5 of its tolerance)"
+    )
+    assert call(["compare", str(was), str(equal)]) == 0
+    out = capsys.readouterr().out
+    assert "Closest" not in out
+    assert " 0/1 " not in out
+    assert out.splitlines()[-1] == "SAME, all values are equal (1 case, 5 columns)"
+
+
+@pytest.mark.parametrize(
+    ("more", "state", "open_columns", "title"),
+    [
+        ({}, "same", [], "SAME, all values are equal (1 case, 4 columns)"),
+        ({"p_max_fe_MPa": 1234.5 * (1 + 5e-5)}, "same", ["p_max_fe_MPa"], None),
+        (
+            {"area_fe_mm2": 132.0},
+            "different",
+            ["area_fe_mm2"],
+            "DIFFERENT: 1 value beyond tolerance, worst area_fe_mm2 (100 times its tolerance)"
+            " (1 case, 4 columns in common)",
+        ),
+    ],
+)
+def test_html_folds_columns_that_are_equal(tmp_path, more, state, open_columns, title):
+    was = write_study(tmp_path / "was", [case_row()])
+    now = write_study(tmp_path / "now", [case_row() | more])
+    assert call(["compare", str(was), str(now), "--html", str(tmp_path / "a.html")]) == int(state == "different")
+    text = (tmp_path / "a.html").read_text("utf-8")
+    page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
+    assert page.find(f".//p[@class='{state}']") is not None
+    if title is not None:
+        assert page.find(".//title").text == page.find(f".//p[@class='{state}']").text == title
+    (folded,) = page.iter("details")
+    assert folded.get("open") is None
+    equal = [name for name in ("status", "rail", "p_max_fe_MPa", "area_fe_mm2") if name not in open_columns]
+    assert folded.find("summary").text == f"{len(equal)} columns with equal values"
+    assert [line[0].text for line in folded.iter("tr") if line[0].tag == "td"] == equal
+    tables = {table.findtext("caption"): table for table in page.find("body").iterfind("table")}
+    shown = tables.get("Columns, the worst first")
+    assert [line[0].text for line in (shown if shown is not None else [])[2:]] == open_columns
+    # what differs stands above
+    assert shown is None or text.index("Columns, the worst first") < text.index("<details>")
+
+
+def test_html_folds_nothing_where_every_column_differs(tmp_path):
+    for name, value in (("was", 1.0), ("now", 2.0)):
+        (tmp_path / f"{name}.csv").write_text(f"id,a_fe_mm\none,{value}\n")
+    page = tmp_path / "a.html"
+    assert call(["compare", str(tmp_path / "was.csv"), str(tmp_path / "now.csv"), "--html", str(page)]) == 1
+    assert "<details>" not in page.read_text("utf-8")
+
+
 def test_a_baseline_is_written_and_compares_with_its_results(tmp_path, capsys):
     rows = [case_row("a", centre_x_mm=4e-19, overlap=1 / 3, pieces=1, seconds=3.2, verdict_cause=None)]
     study = write_study(tmp_path / "study", rows)
     arguments = ["baseline", "update", str(study), "--baselines", str(tmp_path / "b")]
     assert call([*arguments, "--reason", "  the first  "]) == 0
-    assert "new baseline of 1 cases" in capsys.readouterr().out
+    assert "new baseline of 1 case\n" in capsys.readouterr().out
     with (tmp_path / "b" / "mine.csv").open() as file:
         (written,) = csv.DictReader(file)
     assert written == {
@@ -449,12 +915,12 @@ def test_an_update_says_what_changed(tmp_path, capsys):
     out = capsys.readouterr().out
     assert "p_max_fe_MPa" in out
     assert "extra cases: two" in out
-    assert "mine.csv: DIFFERENT: 1 values beyond tolerance" in out
+    assert "mine.csv: DIFFERENT: 1 value beyond tolerance" in out
     assert json.loads((folder / "mine.json").read_text())["reason"] == "mended"
     assert load_table(folder / "mine.csv").rows["one"]["p_max_fe_MPa"] == "1300"
     replaced = update_baseline(write_study(tmp_path / "three", [case_row("x")]), folder, reason="other cases")
     assert replaced.comparison is None
-    assert "all 2 cases of the old baseline were replaced" in replaced.text
+    assert replaced.text == "2 cases replaced by 1 other case"
 
 
 @pytest.mark.parametrize("reason", ["", "   "])
@@ -509,6 +975,21 @@ def test_every_column_of_a_result_is_known_and_the_baselines_have_them_all(ellip
     assert [name for name in columns if kind_of(name) == "default"] == []
     kept = tuple(name for name in columns if kind_of(name) != EFFORT)
     assert load_table(BASELINES / "01_elliptic_hertz.csv").columns == kept
+
+
+def test_the_tables_that_a_study_writes_fit_each_other(elliptic_quick, tmp_path):
+    failed = {
+        "id": "b",
+        "status": 'failed: a "name", and\ntwo lines\r\n',
+        "rail": "60E1",
+        "lateral_shift_mm": np.float64(0.1),
+    }
+    rows = [{"id": "a", **row(result_record(elliptic_quick)), "pieces": np.int64(1), "at_junction": np.True_}, failed]
+    write_tables("mine", 2, rows, tmp_path / "study")
+    tables = [load_table(tmp_path / form) for form in ("", "study.json", "study.csv")]
+    assert tables[0].rows == tables[1].rows == tables[2].rows
+    # no junction is infinitely far
+    assert math.inf in rows[0].values()
 
 
 def test_every_column_of_a_map_is_known():

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from fecontact.regression.tables import ColumnComparison, Difference, TableComparison
+from fecontact.regression.compare import ColumnComparison, Difference, TableComparison, counted
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -42,6 +42,7 @@ def comparison_record(comparison: TableComparison) -> Record:
         "verdict": comparison.verdict,
         "baseline": str(comparison.baseline.path),
         "new": str(comparison.new.path),
+        "matched_by": list(comparison.baseline.key),
         "cases": list(comparison.cases),
         "missing_cases": list(comparison.missing_cases),
         "extra_cases": list(comparison.extra_cases),
@@ -87,13 +88,24 @@ def _difference_record(difference: Difference) -> Record:
 
 
 def print_comparison(comparison: TableComparison, *, console: Console | None = None) -> None:
-    """Print what differs, the worst column first, or the closest columns where none does, and the verdict."""
+    """Print what differs, the worst column first, or what is closest to it where nothing does, and the verdict.
+
+    Parameters
+    ----------
+    comparison
+        What is shown; columns in which all values are equal are not.
+    console
+        Standard output, if not given.
+    """
     console = console or _console()
     for line in _head_lines(comparison):
         _say(console, line)
     differing = [column for column in comparison.columns if column.differing]
-    shown = differing or comparison.columns[:_CLOSEST]
-    _print_table(console, "Columns that differ" if differing else "Closest to their tolerance", shown)
+    closest = [column for column in comparison.columns if not column.unchanged][:_CLOSEST]
+    if differing:
+        _print_table(console, "Columns that differ", differing)
+    elif closest:
+        _print_table(console, "Closest to their tolerance", closest)
     changed = [column for column in comparison.efforts if column.worst.baseline != column.worst.new]
     if changed:
         _say(console, f"not compared: {', '.join(_effort(column) for column in changed)}")
@@ -124,6 +136,8 @@ def _print_table(console: Console, title: str, columns: Sequence[ColumnCompariso
 def _head_lines(comparison: TableComparison) -> list[str]:
     """What is not in the columns: the two tables, versions, settings, and what only one of them has."""
     lines = [f"baseline {comparison.baseline.path}", f"new      {comparison.new.path}"]
+    if comparison.baseline.key != ("id",):
+        lines.append(f"cases are matched by {', '.join(comparison.baseline.key)}")
     for what, pairs in (("version", comparison.versions), ("setting", comparison.settings)):
         lines += [f"{what} {name}: {was} -> {now}" for name, (was, now) in pairs.items()]
     lines += [
@@ -168,7 +182,8 @@ def comparison_html(comparison: TableComparison) -> str:
     """The comparison as one HTML page that needs no other file; well-formed XML as well."""
     state = "same" if comparison.same else "different"
     head = "".join(f"<li>{escape(line)}</li>" for line in _head_lines(comparison))
-    columns = [(_cells(column), column.differing > 0) for column in comparison.columns]
+    changed = [(_cells(column), column.differing > 0) for column in comparison.columns if not column.unchanged]
+    unchanged = [(_cells(column), False) for column in comparison.columns if column.unchanged]
     values = [(_difference_cells(difference), True) for difference in comparison.differences]
     efforts = [(_cells(c)[:1] + _cells(c)[2:6], False) for c in comparison.efforts]
     names = ("column", "case", "baseline", "new", "difference", "tolerance", "times")
@@ -176,7 +191,8 @@ def comparison_html(comparison: TableComparison) -> str:
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8"/>\n'
         f"<title>{escape(comparison.verdict)}</title>\n<style>{_STYLE}</style>\n</head>\n<body>\n"
         f'<h1>Comparison of results</h1>\n<p class="{state}">{escape(comparison.verdict)}</p>\n<ul>{head}</ul>\n'
-        + _html_table("Columns, the worst first", _HEADINGS, columns)
+        + _html_table("Columns, the worst first", _HEADINGS, changed)
+        + _html_folded(f"{counted(len(unchanged), 'column')} with equal values", _HEADINGS, unchanged)
         + _html_table("All values beyond their tolerance, the worst first", names, values)
         + _html_table("Not compared; where they are furthest apart", names[:5], efforts)
         + _tolerance_table(comparison)
@@ -215,7 +231,15 @@ def _html_table(caption: str, headings: Sequence[str], rows: Sequence[tuple[Sequ
     for cells, marked in rows:
         texts = "".join(f"<td>{escape(cell)}</td>" for cell in cells)
         lines.append(f'<tr class="beyond">{texts}</tr>\n' if marked else f"<tr>{texts}</tr>\n")
-    return f"<table>\n<caption>{escape(caption)}</caption>\n<tr>{head}</tr>\n{''.join(lines)}</table>\n"
+    title = f"<caption>{escape(caption)}</caption>\n" if caption else ""
+    return f"<table>\n{title}<tr>{head}</tr>\n{''.join(lines)}</table>\n"
+
+
+def _html_folded(summary: str, headings: Sequence[str], rows: Sequence[tuple[Sequence[str], bool]]) -> str:
+    """A table that is shown on demand only; nothing where it has no rows."""
+    if not rows:
+        return ""
+    return f"<details>\n<summary>{escape(summary)}</summary>\n{_html_table('', headings, rows)}</details>\n"
 
 
 def _console() -> Console:

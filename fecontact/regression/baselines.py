@@ -10,7 +10,8 @@ from pathlib import Path
 
 from fecontact.errors import InputError
 from fecontact.files import write_json, write_text
-from fecontact.regression.tables import ResultTable, TableComparison, compare_tables, load_table
+from fecontact.regression.compare import TableComparison, compare_tables, counted
+from fecontact.regression.tables import ResultTable, load_table
 from fecontact.regression.tolerances import EFFORT, TEXT, Tolerances, kind_of
 
 # Enough for every tolerance; the digits beyond would differ between machines and fill the version history.
@@ -91,17 +92,17 @@ def _check_status(table: ResultTable, allow_failed: bool) -> None:
     unusable = [f"{case}: {row['status']}" for case, row in table.rows.items() if row["status"] != "converged"]
     if unusable and not allow_failed:
         raise InputError(
-            f"results {table.path}: {len(unusable)} of {len(table.rows)} cases are not converged ({unusable[0]});"
-            " correct the study, or take them as they are with --allow-failed"
+            f"results {table.path}: not converged: {len(unusable)} of {counted(len(table.rows), 'case')}"
+            f" ({unusable[0]}); correct the study, or take them as they are with --allow-failed"
         )
 
 
 def _against_old(path: Path, table: ResultTable) -> tuple[TableComparison | None, str]:
     if not path.is_file():
-        return None, f"new baseline of {len(table.rows)} cases"
+        return None, f"new baseline of {counted(len(table.rows), 'case')}"
     old = load_table(path)
     if not set(old.rows) & set(table.rows):
-        return None, f"all {len(old.rows)} cases of the old baseline were replaced by {len(table.rows)} others"
+        return None, f"{counted(len(old.rows), 'case')} replaced by {counted(len(table.rows), 'other case')}"
     comparison = compare_tables(old, table)
     return comparison, comparison.verdict
 

@@ -1,4 +1,4 @@
-"""Two tables of results side by side: what has changed by more than its tolerance, the worst first."""
+"""Tables of results, read as text from the files that a run, a map, a solved case or a baseline left."""
 
 from __future__ import annotations
 
@@ -6,17 +6,22 @@ import csv
 import io
 import json
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from fecontact.errors import InputError
-from fecontact.regression.tolerances import EFFORT, TEXT, Tolerance, Tolerances, kind_of
 
-_TABLE_NAMES = ("study.json", "study.csv", "map.csv")
+_TABLE_NAMES = ("study.json", "study.csv", "map.csv", "row.json")
+_STUDY_SCHEMA = "fecontact/study/1"
 _MAP_KEY = ("lateral_shift_mm", "load_kN")
-_REMEDY = "give a result folder, a study.json, a study.csv, a map.csv or a CSV of studies/baselines"
+_REMEDY = (
+    "give a folder that `fecontact run`, `map` or `solve --out` wrote, a study.json, a study.csv, a map.csv, a row.json"
+    " or a CSV of studies/baselines"
+)
+_PAIR_REMEDY = "run the study again, or move the wrong one away"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,105 +49,10 @@ class ResultTable:
     versions: Mapping[str, str] = field(default_factory=dict)
     settings: Mapping[str, str] = field(default_factory=dict)
 
-
-@dataclass(frozen=True, kw_only=True)
-class Difference:
-    """One value of one case in both tables.
-
-    Attributes
-    ----------
-    difference, allowed
-        Numbers in the column's unit; None where a value is text or missing.
-    excess
-        Difference over what is allowed; infinite where nothing is allowed.
-    """
-
-    column: str
-    case: str
-    baseline: str
-    new: str
-    difference: float | None
-    allowed: float | None
-    excess: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class ColumnComparison:
-    """A column over all common cases: kind, tolerance, how many differ, and where the two are furthest apart."""
-
-    column: str
-    kind: str
-    tolerance: Tolerance | None
-    compared: bool
-    cases: int
-    differing: int
-    worst: Difference
-
-
-@dataclass(frozen=True, kw_only=True)
-class TableComparison:
-    """Everything that two tables of results have not in common.
-
-    Attributes
-    ----------
-    cases
-        Those that both have.
-    columns
-        Compared columns, the worst first.
-    efforts
-        Columns that are only shown.
-    differences
-        Every value beyond its tolerance, the worst first.
-    missing_cases, extra_cases, missing_columns, extra_columns
-        What only the baseline has, and what only the new results have.
-    versions, settings
-        (baseline, new) of what is recorded on both sides and is not equal.
-    """
-
-    baseline: ResultTable
-    new: ResultTable
-    cases: tuple[str, ...]
-    columns: tuple[ColumnComparison, ...]
-    efforts: tuple[ColumnComparison, ...]
-    differences: tuple[Difference, ...]
-    missing_cases: tuple[str, ...]
-    extra_cases: tuple[str, ...]
-    missing_columns: tuple[str, ...]
-    extra_columns: tuple[str, ...]
-    versions: Mapping[str, tuple[str, str]]
-    settings: Mapping[str, tuple[str, str]]
-
     @property
-    def same(self) -> bool:
-        """Whether both hold the same cases and columns, with all values within their tolerances."""
-        one_sided = self.missing_cases, self.extra_cases, self.missing_columns, self.extra_columns
-        return not self.differences and not any(one_sided)
-
-    @property
-    def unknown_columns(self) -> tuple[str, ...]:
-        """Columns that were compared with the default tolerance."""
-        return tuple(c.column for c in self.columns if c.kind == "default")
-
-    @property
-    def verdict(self) -> str:
-        """The outcome in one line."""
-        counted = f"{len(self.cases)} cases, {len(self.columns)} columns"
-        if self.same:
-            worst = self.columns[0] if self.columns else None
-            near = f"; closest: {worst.column} at {worst.worst.excess:.2g} of its tolerance" if worst else ""
-            return f"SAME within tolerance ({counted}{near})"
-        parts = [f"{len(self.differences)} values beyond tolerance"] if self.differences else []
-        if self.differences:
-            first = self.differences[0]
-            parts.append(f"worst {first.column}{_times(first.excess)}")
-        for what in ("missing_cases", "extra_cases", "missing_columns", "extra_columns"):
-            if count := len(getattr(self, what)):
-                parts.append(f"{count} {what.replace('_', ' ')}")
-        return f"DIFFERENT: {', '.join(parts)} ({counted} in common)"
-
-
-def _times(excess: float) -> str:
-    return f" ({excess:.3g} times its tolerance)" if math.isfinite(excess) else ""
+    def all_columns(self) -> tuple[str, ...]:
+        """The columns that a row has, with those of `key`."""
+        return tuple(dict.fromkeys((*self.key, *self.columns)))
 
 
 def load_table(path: str | Path) -> ResultTable:
@@ -151,23 +61,37 @@ def load_table(path: str | Path) -> ResultTable:
     Parameters
     ----------
     path
-        A result folder, a study.json, or a CSV of a study, a map or a baseline; versions of a CSV are those of the
-        .json of the same name beside it.
+        A result folder, a study.json, a row.json, or a CSV of a study, a map or a baseline; versions of a CSV are those
+        of the .json of the same name beside it.
+
+    Returns
+    -------
+    ResultTable
+        At least one row, each of another case.
 
     Raises
     ------
     InputError
-        If there is no such file, it is no table of results, or two of its rows are the same case.
+        If there is no such file, it is no table of results, two of its rows are the same case, or the CSV and the JSON
+        of a study that stand side by side do not hold the same.
     """
     file = _find(Path(path))
-    if file.suffix == ".json":
-        document = _json(file)
-        columns, records = _rows_of_json(file, document)
-    elif file.suffix == ".csv":
-        columns, records = _rows_of_csv(file)
-        document = _beside(file)
-    else:
-        raise InputError(f"results {file}: the ending {file.suffix or '(none)'} is not known; {_REMEDY}")
+    try:
+        if file.suffix == ".json":
+            document = _json(file)
+            table = _table(file, *_rows_of_json(file, document), document)
+        elif file.suffix == ".csv":
+            document = _beside(file)
+            table = _table(file, *_rows_of_csv(file), document)
+        else:
+            raise InputError(f"results {file}: the ending {file.suffix or '(none)'} is not known; {_REMEDY}")
+        _check_pair(table, document)
+    except RecursionError as error:
+        raise InputError(f"results {file}: its JSON is nested too deeply; {_REMEDY}") from error
+    return table
+
+
+def _table(file: Path, columns: list[str], records: list[dict[str, str]], document: Mapping[str, Any]) -> ResultTable:
     key = _key(file, columns, records)
     rows: dict[str, Mapping[str, str]] = {}
     for record in records:
@@ -175,14 +99,61 @@ def load_table(path: str | Path) -> ResultTable:
         if name in rows:
             raise InputError(f"results {file}: case {name!r} is there twice; each case once is allowed; remove one")
         rows[name] = record
+    versions = document.get("versions")
     return ResultTable(
         path=file,
         key=key,
         columns=tuple(name for name in columns if name != "id"),
         rows=rows,
-        versions=_flat(document.get("versions") or {}),
+        versions=_flat(versions) if isinstance(versions, Mapping) else {},
         settings=_settings(document),
     )
+
+
+def _check_pair(table: ResultTable, document: Mapping[str, Any]) -> None:
+    """Refuse a table whose CSV and JSON differ: one of the two was changed after the study, and who knows which.
+
+    The JSON of a baseline or a map has no rows, the CSV of a row is not written: there is nothing to check.
+    """
+    if "rows" not in document and document.get("schema") != _STUDY_SCHEMA:
+        return
+    if table.path.suffix == ".csv":
+        twin = table.path.with_suffix(".json")
+        columns, records = _rows_of_json(twin, document)
+    else:
+        twin = table.path.with_suffix(".csv")
+        if not twin.is_file():
+            return
+        try:
+            columns, records = _rows_of_csv(twin)
+        except InputError as error:
+            raise InputError(f"{error}; or, as {table.path.name} is beside it, {_PAIR_REMEDY}") from error
+    for name in sorted({*columns} ^ {*table.all_columns}):
+        has, lacks = (twin, table.path) if name in columns else (table.path, twin)
+        raise _unequal_pair(f"column {name!r} is in {has} and not in {lacks}")
+    _check_pair_rows(table, twin, records)
+
+
+def _check_pair_rows(table: ResultTable, twin: Path, records: Iterable[Mapping[str, str]]) -> None:
+    missing = dict.fromkeys(table.rows)
+    for record in records:
+        name = _case_name(twin, table.key, record)
+        if name not in missing:
+            where = f"twice in {twin}" if name in table.rows else f"in {twin} and not in {table.path}"
+            raise _unequal_pair(f"case {name!r} is {where}")
+        del missing[name]
+        own = table.rows[name]
+        if own != record:
+            column = next(column for column in own if own[column] != record[column])
+            raise _unequal_pair(
+                f"case {name!r}, column {column!r} is {own[column]!r} in {table.path}, {record[column]!r} in {twin}"
+            )
+    for name in missing:
+        raise _unequal_pair(f"case {name!r} is in {table.path} and not in {twin}")
+
+
+def _unequal_pair(what: str) -> InputError:
+    return InputError(f"results: {what}; both files have to hold the same; {_PAIR_REMEDY}")
 
 
 def _find(path: Path) -> Path:
@@ -198,8 +169,13 @@ def _find(path: Path) -> Path:
 
 def _json(path: Path) -> dict[str, Any]:
     try:
-        document = json.loads(path.read_text("utf-8"))
-    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        text = path.read_text("utf-8")
+        document = json.loads(text)
+        if re.search(r"\\u[dD]", text):
+            # an escape may stand for half a character, which neither a terminal nor a report takes
+            json.dumps(document, ensure_ascii=False).encode("utf-8")
+    # also what is not UTF-8, and a whole number of more digits than Python reads
+    except ValueError as error:
         raise InputError(f"results {path}: it is not JSON ({error}); {_REMEDY}") from error
     if not isinstance(document, dict):
         raise InputError(f"results {path}: it is no table of results; {_REMEDY}")
@@ -213,7 +189,8 @@ def _beside(path: Path) -> dict[str, Any]:
 
 
 def _rows_of_json(path: Path, document: Mapping[str, Any]) -> tuple[list[str], list[dict[str, str]]]:
-    rows = document.get("rows")
+    # a solved case has one row, and no list of them
+    rows = [document["row"]] if "row" in document and "rows" not in document else document.get("rows")
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         raise InputError(f"results {path}: it has no list of rows; {_REMEDY}")
     columns = list(dict.fromkeys(name for row in rows for name in row))
@@ -240,8 +217,11 @@ def _rows_of_csv(path: Path) -> tuple[list[str], list[dict[str, str]]]:
 def _text(value: Any) -> str:
     """A value as the CSV has it, empty for what is no value."""
     text = "" if value is None else value if isinstance(value, str) else str(value)
-    number = _number(text)
-    return "" if number is not None and math.isnan(number) else text
+    value_of = number(text)
+    if value_of is not None and math.isnan(value_of):
+        return ""
+    # as reading a CSV leaves the ends of lines
+    return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
 
 
 def _key(path: Path, columns: Iterable[str], records: list[dict[str, str]]) -> tuple[str, ...]:
@@ -259,12 +239,29 @@ def _case_name(path: Path, key: tuple[str, ...], record: Mapping[str, str]) -> s
         if not name:
             raise InputError(f"results {path}: a row has no id; {_REMEDY}")
         return name
-    shift, load = (_number(record[column]) for column in key)
+    shift, load = (number(record[column]) for column in key)
     if shift is None or load is None:
         values = ", ".join(f"{column} {record[column]!r}" for column in key)
         raise InputError(f"results {path}: {values}: a number is needed; {_REMEDY}")
-    # nine digits: the same position also where one table was written with fewer digits
-    return f"{shift:+.9g} mm, {load:.9g} kN"
+    return f"{key_text(shift, sign='+')} mm, {key_text(load)} kN"
+
+
+def key_text(value: float, *, sign: str = "") -> str:
+    """A number as it names a case: nine significant digits, so that fewer digits in one table are the same case.
+
+    Parameters
+    ----------
+    value
+        In any unit; minus zero is zero.
+    sign
+        "+" shows the sign of a number that is not negative as well.
+
+    Returns
+    -------
+    str
+        Without a unit.
+    """
+    return f"{value + 0.0:{sign}.9g}"
 
 
 def _flat(value: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
@@ -279,123 +276,12 @@ def _flat(value: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
 
 def _settings(document: Mapping[str, Any]) -> dict[str, str]:
     """What a document says of its results as a whole: neither the results themselves nor words about the file."""
-    other = ("schema", "cases", "rows", "versions", "reason")
+    other = ("schema", "cases", "rows", "row", "versions", "reason")
     return _flat({name: value for name, value in document.items() if name not in other})
 
 
-def compare_tables(baseline: ResultTable, new: ResultTable, tolerances: Tolerances | None = None) -> TableComparison:
-    """Compare new results with a baseline, case by case and column by column.
-
-    Raises
-    ------
-    InputError
-        If the tables have no case in common, name their cases differently, or a tolerance is for a column that neither
-        has.
-    """
-    tolerances = tolerances or Tolerances()
-    if baseline.key != new.key:
-        raise InputError(
-            f"{baseline.path} names its cases by {' and '.join(baseline.key)}, {new.path} by {' and '.join(new.key)};"
-            " compare a study with a study, a map with a map"
-        )
-    common = tuple(case for case in baseline.rows if case in new.rows)
-    if not common:
-        raise InputError(
-            f"{baseline.path} and {new.path} have no case in common (such as {next(iter(baseline.rows))} and"
-            f" {next(iter(new.rows))}); compare results of the same study, at the same size"
-        )
-    _check_columns(tolerances, (*baseline.columns, *new.columns))
-    shared = [name for name in baseline.columns if name in set(new.columns)]
-    columns = [_compare_column(name, baseline, new, common, tolerances) for name in shared]
-    compared = [column for column, _ in columns if column.compared]
-    return TableComparison(
-        baseline=baseline,
-        new=new,
-        cases=common,
-        columns=tuple(sorted(compared, key=lambda column: -column.worst.excess)),
-        efforts=tuple(column for column, _ in columns if not column.compared),
-        differences=tuple(sorted((d for _, beyond in columns for d in beyond), key=lambda d: -d.excess)),
-        missing_cases=_only(baseline.rows, new.rows),
-        extra_cases=_only(new.rows, baseline.rows),
-        missing_columns=_only_compared(baseline.columns, new.columns, tolerances),
-        extra_columns=_only_compared(new.columns, baseline.columns, tolerances),
-        versions=_unequal(baseline.versions, new.versions),
-        settings=_unequal(baseline.settings, new.settings),
-    )
-
-
-def _check_columns(tolerances: Tolerances, columns: tuple[str, ...]) -> None:
-    for name in tolerances.columns:
-        if name not in columns:
-            exist = ", ".join(dict.fromkeys(columns))
-            raise InputError(f"tolerance of column {name!r}: no such column; columns that exist: {exist}")
-
-
-def _only(here: Iterable[str], there: Iterable[str]) -> tuple[str, ...]:
-    return tuple(name for name in here if name not in set(there))
-
-
-def _only_compared(here: Iterable[str], there: Iterable[str], tolerances: Tolerances) -> tuple[str, ...]:
-    return tuple(name for name in _only(here, there) if _is_compared(name, tolerances))
-
-
-def _is_compared(column: str, tolerances: Tolerances) -> bool:
-    return kind_of(column) != EFFORT or column in tolerances.columns
-
-
-def _unequal(baseline: Mapping[str, str], new: Mapping[str, str]) -> dict[str, tuple[str, str]]:
-    return {k: (v, new[k]) for k, v in baseline.items() if k in new and new[k] != v}
-
-
-def _compare_column(
-    name: str, baseline: ResultTable, new: ResultTable, cases: tuple[str, ...], tolerances: Tolerances
-) -> tuple[ColumnComparison, tuple[Difference, ...]]:
-    """A column, and its differences beyond tolerance."""
-    tolerance = tolerances.of(name)
-    all_of = [_difference(name, case, baseline.rows[case][name], new.rows[case][name], tolerance) for case in cases]
-    beyond = tuple(difference for difference in all_of if difference.excess > 1.0)
-    compared = _is_compared(name, tolerances)
-    column = ColumnComparison(
-        column=name,
-        kind=kind_of(name),
-        tolerance=tolerance,
-        compared=compared,
-        cases=len(cases),
-        differing=len(beyond),
-        # where nothing is allowed the size of the difference decides
-        worst=max(all_of, key=lambda difference: (difference.excess, abs(difference.difference or 0.0))),
-    )
-    return column, beyond if compared else ()
-
-
-def _difference(column: str, case: str, baseline: str, new: str, tolerance: Tolerance | None) -> Difference:
-    was, now = (None, None) if kind_of(column) == TEXT else (_number(baseline), _number(new))
-    if was is None or now is None:
-        excess = 0.0 if baseline == new else math.inf
-        return Difference(
-            column=column, case=case, baseline=baseline, new=new, difference=None, allowed=None, excess=excess
-        )
-    # infinite minus infinite is no number, though both are the same
-    difference = 0.0 if was == now else now - was
-    allowed = (tolerance or Tolerance()).allowed(was) if math.isfinite(was) else 0.0
-    return Difference(
-        column=column,
-        case=case,
-        baseline=baseline,
-        new=new,
-        difference=difference,
-        allowed=allowed,
-        excess=_excess(abs(difference), allowed),
-    )
-
-
-def _excess(difference: float, allowed: float) -> float:
-    if difference == 0.0:
-        return 0.0
-    return difference / allowed if allowed > 0.0 else math.inf
-
-
-def _number(text: str) -> float | None:
+def number(text: str) -> float | None:
+    """The number that a text is, or None."""
     try:
         return float(text)
     except ValueError:

@@ -6,6 +6,7 @@ import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated
@@ -127,6 +128,8 @@ _PATTERNS = (
 )
 
 
+# asked for each value of a column
+@cache
 def kind_of(column: str) -> str:
     """Kind of a column by its name: by the whole name, by its unit, or `default`."""
     if column in _NAMED:
