@@ -504,7 +504,6 @@ def test_numbers_that_are_none(text):
     ("arguments", "message"),
     [
         (["--shifts", "-6:x:1"], "neither a number nor a range"),
-        (["--shifts", "0", "--shift", "2"], "instead of --shift"),
         (["--shifts", "0", "--loads-kn", "-5"], "load is -5000.0 N"),
     ],
 )

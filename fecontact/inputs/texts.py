@@ -66,5 +66,5 @@ def nearest(name: str, known: Mapping[str, str]) -> str:
         For each spelling the name to propose.
     """
     lower = {spelling.lower(): proposal for spelling, proposal in known.items()}
-    found = get_close_matches(name.lower(), lower, n=1, cutoff=0.5)
+    found = get_close_matches(name.lower(), lower, n=1, cutoff=0.6)
     return f"; did you mean {lower[found[0]]}?" if found else ""

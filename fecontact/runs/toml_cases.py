@@ -94,7 +94,8 @@ def _slot(key: str, table: str, prefix: str) -> Slot:
     if key in own:
         return own[key]
     elsewhere = [f"[{prefix}{slot.table}]" if slot.table else "no table" for slot in INPUTS if slot.key == key]
-    known = {name: name for name in own} if table else {name: name for name in (*own, *PARTS, "case")}
+    beside = () if table else tuple(PARTS) if prefix else (*PARTS, "case")
+    known = {name: name for name in (*own, *beside)}
     # a user may know an input by its name in Python or on the command line
     known |= {name: slot.key for slot in own.values() for name in (slot.field, *slot.input.options)}
     meant = f"; {key} stands in {' or '.join(elsewhere)}" if elsewhere else nearest(key, known)
