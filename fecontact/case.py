@@ -1,31 +1,68 @@
-"""A case: everything that decides about one result, as plain values."""
+"""A case: everything that decides about one result, as plain values, and the one description of each of them.
+
+What a field of `Case` and of its parts is (unit, range, help, key, group) stands beside it as metadata. Checks, study
+files and the options of the command line are made from that.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import Literal
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields, replace
+from typing import Any, Literal, get_args
 
-from fecontact.errors import InputError, check_positive
+from fecontact.errors import InputError
+from fecontact.inputs.kinds import Choice, Number, Text
+from fecontact.inputs.slots import Part, Slot, check_inputs, slots
+from fecontact.inputs.texts import INCLINATION_FORMS, inclination_text, parse_inclination
 from fecontact.material import STEEL, Material
+
+Group = Literal["place", "load", "material", "bodies", "solution", "verdict"]
+LoadKind = Literal["vertical", "normal"]
+SolverChoice = Literal["auto", "pardiso", "amg"]
+
+RESOLUTIONS = {"quick": 5.0, "standard": 8.0, "fine": 12.0}
+"""Named resolutions: elements a semi-axis of the expected patch, in each direction."""
+
+INCLINATION_1_40 = math.atan(1.0 / 40.0)
+
+
+def _limit(measure: str, name: str, key: str) -> dict[str, Any]:
+    described = Number(
+        label=f"limit of {measure}",
+        help=f"Hertz holds if his {name} is off by less",
+        key=key,
+        shown_unit="%",
+        factor=100.0,
+        high=1.0,
+        inclusive=False,
+        remedy="for example 0.05 for 5 %",
+    )
+    return {"input": described, "measure": measure}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Criteria:
     """How far Hertz may be off the finite elements and still hold: relative limits of peak pressure and patch area."""
 
-    p_max: float = 0.05
-    area: float = 0.10
+    p_max: float = field(default=0.05, metadata=_limit("p_max_MPa", "peak pressure", "p_max_percent"))
+    area: float = field(default=0.10, metadata=_limit("area_mm2", "patch area", "area_percent"))
 
     def __post_init__(self) -> None:
-        for name, value in self.limits.items():
-            if not (math.isfinite(value) and 0.0 < value < 1.0):
-                raise InputError(f"limit of {name} is {value!r}; allowed: between 0 and 1, for example 0.05 for 5 %")
+        check_inputs(self)
 
     @property
     def limits(self) -> dict[str, float]:
         """Limits by the name of the measure."""
-        return {"p_max_MPa": self.p_max, "area_mm2": self.area}
+        return {limit.metadata["measure"]: getattr(self, limit.name) for limit in fields(self)}
+
+
+def _length(label: str, help: str, remedy: str) -> dict[str, Any]:
+    return {"input": Number(label=label, help=help, unit="mm", remedy=remedy)}
+
+
+def _cut(label: str, help: str) -> dict[str, Any]:
+    return _length(label, help, "bodies are usually cut at 60 mm")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,10 +73,15 @@ class BodySize:
     slender web, which is a matter of the track and not of the contact. The rim is driven at its inner face.
     """
 
-    rail_depth_mm: float = 60.0
-    rail_half_length_mm: float = 60.0
-    rim_thickness_mm: float = 65.0
-    rim_half_length_mm: float = 60.0
+    rail_depth_mm: float = field(default=60.0, metadata=_cut("rail depth", "Depth of the rail's base below its crown"))
+    rail_half_length_mm: float = field(
+        default=60.0, metadata=_cut("rail half length", "Length of the rail to each side")
+    )
+    rim_thickness_mm: float = field(default=65.0, metadata=_cut("rim thickness", "Thickness of the wheel's rim"))
+    rim_half_length_mm: float = field(default=60.0, metadata=_cut("rim half length", "Length of the rim to each side"))
+
+    def __post_init__(self) -> None:
+        check_inputs(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,11 +92,24 @@ class Track:
     crown of the rail at a given distance from the track centre instead (for heads without a gauge face).
     """
 
-    gauge_mm: float = 1435.0
-    gauge_depth_mm: float = 14.0
-    back_to_back_mm: float = 1360.0
-    tape_circle_from_back_mm: float = 70.0
-    rail_crown_y_mm: float | None = None
+    gauge_mm: float = field(default=1435.0, metadata=_length("gauge", "Track gauge", "usually 1435 mm"))
+    gauge_depth_mm: float = field(
+        default=14.0,
+        metadata=_length("gauge depth", "Depth of the gauge below the rail's top", "usually 14 mm"),
+    )
+    back_to_back_mm: float = field(
+        default=1360.0, metadata=_length("back-to-back distance", "Distance of the wheels' backs", "usually 1360 mm")
+    )
+    tape_circle_from_back_mm: float = field(
+        default=70.0, metadata=_length("tape circle", "Distance of the tape circle from the back", "usually 70 mm")
+    )
+    rail_crown_y_mm: float | None = field(
+        default=None,
+        metadata=_length("rail crown", "Crown from the track centre, instead of the gauge", "None places by the gauge"),
+    )
+
+    def __post_init__(self) -> None:
+        check_inputs(self)
 
     @property
     def tape_circle_y_mm(self) -> float:
@@ -62,80 +117,124 @@ class Track:
         return 0.5 * self.back_to_back_mm + self.tape_circle_from_back_mm
 
 
-LoadKind = Literal["vertical", "normal"]
-SolverChoice = Literal["auto", "pardiso", "amg"]
-
-RESOLUTIONS = {"quick": 5.0, "standard": 8.0, "fine": 12.0}
-"""Named resolutions: elements a semi-axis of the expected patch, in each direction."""
-
-INCLINATION_1_40 = math.atan(1.0 / 40.0)
+_RAIL = Text(
+    group="place",
+    label="rail",
+    help="Rail",
+    domain="library name, profile file, circle:R, or arcs:R/R@D for two arcs whose junction is D from the crown; mm",
+)
+_WHEEL = replace(_RAIL, label="wheel", help="Wheel", domain="library name, profile file, or cylinder:R (flat); mm")
+_INCLINATION = Number(
+    group="place",
+    label="inclination",
+    help="Inclination of the rail towards the track centre, none if the profile is canted already",
+    key="inclination",
+    unit="rad",
+    shown_unit="mrad",
+    factor=1e3,
+    low=-0.35,
+    high=0.35,
+    remedy="1:40 is 0.025 rad",
+    parse=parse_inclination,
+    show=inclination_text,
+    forms=INCLINATION_FORMS,
+)
+_SHIFT = Number(
+    group="place",
+    label="lateral shift",
+    help="Lateral shift of the wheelset, positive towards this rail",
+    options=("shift", "lateral-shift-mm"),
+    unit="mm",
+    low=-60.0,
+    high=60.0,
+)
+_ROLL = Number(
+    group="place",
+    label="roll",
+    help="Roll of the wheelset about x, positive lifts this wheel",
+    key="roll_mrad",
+    unit="rad",
+    shown_unit="mrad",
+    factor=1e3,
+    low=-0.1,
+    high=0.1,
+    remedy="wheelsets roll by some mrad",
+)
+_YAW = replace(
+    _ROLL, label="yaw", help="Yaw of the wheelset about z", key="yaw_mrad", remedy="wheelsets yaw by some mrad, or tens"
+)
+_LOAD = Number(
+    group="load",
+    label="load",
+    help="Wheel load",
+    key="load_kN",
+    unit="N",
+    shown_unit="kN",
+    factor=1e-3,
+    remedy="give the wheel load, for example 100000 N (100 kN)",
+)
+_LOAD_KIND = Choice(
+    group="load",
+    label="load kind",
+    help="Whether the load is vertical or acts along the contact normal at first touch",
+    names=get_args(LoadKind),
+)
+_ROLLING_RADIUS = Number(
+    group="place",
+    label="rolling radius",
+    help="Rolling radius at the tape circle",
+    unit="mm",
+    remedy="railway wheels have 300 to 625 mm",
+)
+_RESOLUTION = Choice(
+    group="solution",
+    label="resolution",
+    help=f"Elements a semi-axis of the patch ({', '.join(f'{n:g}' for n in RESOLUTIONS.values())}), or their sizes"
+    " along x and across",
+    names=tuple(RESOLUTIONS),
+    pair=Number(label="element size", help="", unit="mm", remedy="a tenth of the patch's semi-axis is a good size"),
+)
+_SOLVER = Choice(group="solution", label="solver", help="Linear solver", names=get_args(SolverChoice))
+_REFINE = Number(
+    group="solution",
+    label="refinement limit",
+    help="Refine an unresolved verdict while fewer unknowns than this are expected; 0 never refines",
+    unit="degrees of freedom",
+    high=1e9,
+    whole=True,
+    remedy="0 never refines",
+)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
     """One wheel-rail position under one load.
 
-    Attributes
-    ----------
-    rail, wheel
-        Library name, a profile file, `circle:R` or `arcs:R/R@D` (rail), `cylinder:R` (wheel); lengths in mm.
-    inclination_rad
-        Rail inclination, towards the track centre; 0 for a profile that is already canted.
-    lateral_shift_mm
-        Wheelset displacement, positive towards this rail.
-    load_N, load_kind
-        Wheel load: vertical, or along the contact normal at first touch.
-    resolution
-        `quick`, `standard`, `fine`, or the element sizes (along x, across) on the contact surface in mm.
-    criteria
-        Limits within which Hertz holds.
-    refine_degrees_of_freedom
-        An unresolved verdict is refined as long as the next pair of meshes is expected to have fewer degrees of freedom
-        than this, which bounds time and memory alike, on every machine in the same way; 0 never refines.
+    What each field is, its unit and its range stand in its description; `fecontact solve --help` prints them all.
+    `resolution` may be the element sizes (along x, across). The bound on the degrees of freedom of a refinement bounds
+    time and memory alike, on every machine in the same way.
     """
 
-    rail: str = "60E1"
-    wheel: str = "S1002"
-    inclination_rad: float = INCLINATION_1_40
-    lateral_shift_mm: float = 0.0
-    roll_rad: float = 0.0
-    yaw_rad: float = 0.0
-    load_N: float = 100e3
-    load_kind: LoadKind = "vertical"
-    rail_material: Material = STEEL
-    wheel_material: Material = STEEL
-    rolling_radius_mm: float = 460.0
-    track: Track = field(default_factory=Track)
-    size: BodySize = field(default_factory=BodySize)
-    resolution: str | tuple[float, float] = "standard"
-    solver: SolverChoice = "auto"
-    criteria: Criteria = field(default_factory=Criteria)
-    refine_degrees_of_freedom: int = 400_000
+    rail: str = field(default="60E1", metadata={"input": _RAIL})
+    wheel: str = field(default="S1002", metadata={"input": _WHEEL})
+    inclination_rad: float = field(default=INCLINATION_1_40, metadata={"input": _INCLINATION})
+    lateral_shift_mm: float = field(default=0.0, metadata={"input": _SHIFT})
+    roll_rad: float = field(default=0.0, metadata={"input": _ROLL})
+    yaw_rad: float = field(default=0.0, metadata={"input": _YAW})
+    load_N: float = field(default=100e3, metadata={"input": _LOAD})
+    load_kind: LoadKind = field(default="vertical", metadata={"input": _LOAD_KIND})
+    rail_material: Material = field(default=STEEL, metadata={"part": Part(group="material", body="rail")})
+    wheel_material: Material = field(default=STEEL, metadata={"part": Part(group="material", body="wheel")})
+    rolling_radius_mm: float = field(default=460.0, metadata={"input": _ROLLING_RADIUS})
+    track: Track = field(default_factory=Track, metadata={"part": Part(group="place")})
+    size: BodySize = field(default_factory=BodySize, metadata={"part": Part(group="bodies")})
+    resolution: str | tuple[float, float] = field(default="standard", metadata={"input": _RESOLUTION})
+    solver: SolverChoice = field(default="auto", metadata={"input": _SOLVER})
+    criteria: Criteria = field(default_factory=Criteria, metadata={"part": Part(group="verdict")})
+    refine_degrees_of_freedom: int = field(default=400_000, metadata={"input": _REFINE})
 
     def __post_init__(self) -> None:
-        check_positive("load", self.load_N, "N", "give the wheel load, for example 100000 N (100 kN)")
-        check_positive("rolling radius", self.rolling_radius_mm, "mm", "railway wheels have 300 to 625 mm")
-        _check_range("lateral shift", self.lateral_shift_mm, -60.0, 60.0, "mm", "")
-        _check_range("inclination", self.inclination_rad, -0.35, 0.35, "rad", "1:40 is 0.025 rad")
-        _check_range("roll", self.roll_rad, -0.1, 0.1, "rad", "wheelsets roll by some mrad")
-        _check_range("yaw", self.yaw_rad, -0.1, 0.1, "rad", "wheelsets yaw by some mrad, or some tens in sharp curves")
-        _check_range(
-            "refinement limit", self.refine_degrees_of_freedom, 0, 1e9, "degrees of freedom", "0 never refines"
-        )
-        if self.load_kind not in ("vertical", "normal"):
-            raise InputError(f"load kind {self.load_kind!r}: allowed are vertical and normal")
-        if self.solver not in ("auto", "pardiso", "amg"):
-            raise InputError(f"solver {self.solver!r}: allowed are auto, pardiso and amg")
-        for name, value in vars(self.size).items():
-            check_positive(name.removesuffix("_mm").replace("_", " "), value, "mm", "bodies are usually cut at 60 mm")
-        if isinstance(self.resolution, str):
-            if self.resolution not in RESOLUTIONS:
-                raise InputError(
-                    f"resolution {self.resolution!r}: allowed are {', '.join(RESOLUTIONS)}, or two element sizes in mm"
-                )
-        else:
-            for size in self.resolution:
-                check_positive("element size", size, "mm", "a tenth of the patch's semi-axis is a good size")
+        check_inputs(self)
 
     @property
     def half(self) -> bool:
@@ -143,8 +242,58 @@ class Case:
         return self.yaw_rad == 0.0
 
 
-def _check_range(name: str, value: float, low: float, high: float, unit: str, remedy: str) -> None:
-    if not (math.isfinite(value) and low <= value <= high):
-        raise InputError(
-            f"{name} is {value!r} {unit}; allowed: {low:g} to {high:g} {unit}" + (f"; {remedy}" if remedy else "")
-        )
+INPUTS = slots(Case())
+"""Every input of a case and of its parts."""
+PARTS = {part.name: type(getattr(Case(), part.name)) for part in fields(Case) if "part" in part.metadata}
+"""The fields of a case that have fields of their own."""
+
+
+def case_with(values: Mapping[Slot, Any]) -> Case:
+    """The case with these values, in the units inside, and defaults for all other inputs.
+
+    Raises
+    ------
+    InputError
+        If a value is outside its range.
+    """
+    given: dict[str, dict[str, Any]] = {}
+    for slot, value in values.items():
+        given.setdefault(slot.table, {})[slot.field] = value
+    top = given.pop("", {})
+    return Case(**top, **{table: replace(getattr(Case(), table), **changes) for table, changes in given.items()})
+
+
+def case_record(case: Case) -> dict[str, Any]:
+    """All inputs of a case; of `resolution` and `element_size_mm` (along x, across) one is None."""
+    record: dict[str, Any] = {}
+    for name, value in asdict(case).items():
+        record[name] = value
+        if name == "resolution":
+            named = isinstance(value, str)
+            record[name], record["element_size_mm"] = (value, None) if named else (None, list(value))
+    return record
+
+
+def case_from_record(record: Mapping[str, Any]) -> Case:
+    """The case of a record; a key that is missing takes the case's default.
+
+    Raises
+    ------
+    InputError
+        If there is a key or a value that a case cannot have.
+    """
+    inputs = dict(record)
+    sizes = inputs.pop("element_size_mm", None)
+    if inputs.get("resolution") is None:
+        inputs.pop("resolution", None)
+    try:
+        if sizes is not None:
+            along_x, across = sizes
+            inputs["resolution"] = (float(along_x), float(across))
+        for name in PARTS.keys() & inputs:
+            inputs[name] = PARTS[name](**inputs[name])
+        return Case(**inputs)
+    except InputError:
+        raise
+    except (TypeError, ValueError) as error:
+        raise InputError(f"case record: {error}; keys that exist: {', '.join(case_record(Case()))}") from error

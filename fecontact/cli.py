@@ -5,17 +5,15 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
 
 from cyclopts import App, CycloptsError, Parameter
 
 from fecontact import __version__
+from fecontact.case import Group
 from fecontact.errors import FecontactError, InputError
-
-if TYPE_CHECKING:
-    from fecontact.case import Case
+from fecontact.options import CaseOptions, options_of
 
 app = App(
     name="fecontact",
@@ -28,65 +26,18 @@ baseline_app = App(name="baseline", help="Baselines: the results that later ones
 app.command(baseline_app)
 
 
-@Parameter(name="*")
-@dataclass(frozen=True, kw_only=True)
-class CaseOptions:
-    """Options that describe one wheel-rail position."""
-
-    rail: str = "60E1"
-    "Rail: library name, profile file, circle:R, or arcs:R/R@D (two arcs, their junction at D from the crown; mm)."
-    wheel: str = "S1002"
-    "Wheel: library name, profile file, or cylinder:R (rolling radius in mm, flat across)."
-    inclination: str = "1:40"
-    "Rail inclination: 1:N, none (profile already canted), or an angle such as 25mrad."
-    shift: float = 0.0
-    "Lateral shift of the wheelset towards this rail, mm."
-    load_kn: Annotated[float, Parameter(name="--load-kn")] = 100.0
-    "Wheel load, kN."
-    normal_force: Annotated[bool, Parameter(negative="")] = False
-    "The load acts along the contact normal instead of vertically."
-    roll_mrad: float = 0.0
-    "Roll of the wheelset about x, mrad; positive lifts this wheel."
-    yaw_mrad: float = 0.0
-    "Yaw of the wheelset about z, mrad."
-    rolling_radius_mm: float = 460.0
-    "Rolling radius at the tape circle, mm."
-    young_mpa: Annotated[float, Parameter(name="--young-mpa")] = 210_000.0
-    "Young's modulus of both bodies, MPa."
-    poisson: float = 0.3
-    "Poisson's ratio of both bodies."
-    yield_mpa: Annotated[float | None, Parameter(name="--yield-mpa")] = None
-    "Yield stress of both bodies, MPa."
-    resolution: str = "standard"
-    "quick, standard, fine, or two element sizes in mm such as 0.5,0.4 (along x, across)."
-    solver: Literal["auto", "pardiso", "amg"] = "auto"
-    "Linear solver."
-
-    def case(self) -> Case:
-        """The case that the options describe."""
-        from fecontact.case import Case
-        from fecontact.material import Material
-        from fecontact.runs.casefile import parse_inclination, parse_resolution
-
-        material = Material(name="steel", young_MPa=self.young_mpa, poisson=self.poisson, yield_MPa=self.yield_mpa)
-        return Case(
-            rail=self.rail,
-            wheel=self.wheel,
-            inclination_rad=parse_inclination(self.inclination),
-            lateral_shift_mm=self.shift,
-            roll_rad=1e-3 * self.roll_mrad,
-            yaw_rad=1e-3 * self.yaw_mrad,
-            load_N=1e3 * self.load_kn,
-            load_kind="normal" if self.normal_force else "vertical",
-            rolling_radius_mm=self.rolling_radius_mm,
-            rail_material=material,
-            wheel_material=material,
-            resolution=parse_resolution(self.resolution),
-            solver=self.solver,
-        )
-
-
-_DEFAULTS = CaseOptions()
+# a map has lists of these two, and the theory needs no meshes
+_EVERY = options_of(*get_args(Group))
+_OF_MAP = options_of(*get_args(Group), without=("lateral_shift_mm", "load_N"))
+_OF_HERTZ = options_of("place", "load", "material")
+_OF_MESH = options_of("place", "load", "material", "bodies", "solution")
+if TYPE_CHECKING:
+    EveryOption: TypeAlias = CaseOptions
+    MapOptions: TypeAlias = CaseOptions
+    HertzOptions: TypeAlias = CaseOptions
+    MeshOptions: TypeAlias = CaseOptions
+else:
+    EveryOption, MapOptions, HertzOptions, MeshOptions = map(type, (_EVERY, _OF_MAP, _OF_HERTZ, _OF_MESH))
 
 
 @app.command
@@ -209,7 +160,7 @@ def validate(
 
 @app.command
 def solve(
-    options: CaseOptions = _DEFAULTS,
+    options: EveryOption = _EVERY,
     *,
     json: Annotated[bool, Parameter(negative="")] = False,
     out: Path | None = None,
@@ -246,7 +197,7 @@ def solve(
 
 @app.command(name="map")
 def map_(
-    options: CaseOptions = _DEFAULTS,
+    options: MapOptions = _OF_MAP,
     *,
     shifts: Annotated[str, Parameter(allow_leading_hyphen=True)],
     loads_kn: Annotated[str, Parameter(name="--loads-kn", allow_leading_hyphen=True)] = "10,20,50,80,100,125,150",
@@ -273,16 +224,14 @@ def map_(
     force
         Solve finished shifts again.
     """
+    from fecontact.inputs.texts import parse_numbers
     from fecontact.jobs.lock import locked
     from fecontact.jobs.workers import default_workers, process_crew
     from fecontact.map.cells import ApplicabilityMap, MapPosition
     from fecontact.map.making import make_map
     from fecontact.outputs.map import map_table, write_map
-    from fecontact.runs.casefile import parse_numbers
     from fecontact.runs.map_store import KeptPositions, kept_positions, write_position
 
-    if options.shift != _DEFAULTS.shift or options.load_kn != _DEFAULTS.load_kn:
-        raise InputError("map takes --shifts and --loads-kn instead of --shift and --load-kn")
     if workers is not None and workers < 1:
         raise InputError(f"workers is {workers}; allowed: 1 and more")
     positions, case = parse_numbers(shifts, "shifts"), options.case()
@@ -315,7 +264,7 @@ def map_(
 
 
 @app.command
-def hertz(options: CaseOptions = _DEFAULTS, *, json: Annotated[bool, Parameter(negative="")] = False) -> int:
+def hertz(options: HertzOptions = _OF_HERTZ, *, json: Annotated[bool, Parameter(negative="")] = False) -> int:
     """Hertz's ellipse at the touch points, analytic only (no mesh, no gmsh).
 
     Parameters
@@ -369,7 +318,7 @@ def profiles(name: str | None = None, *, out: Path | None = None) -> int:
 
 
 @app.command
-def mesh(body: Literal["rail", "wheel"], options: CaseOptions = _DEFAULTS, *, out: Path) -> int:
+def mesh(body: Literal["rail", "wheel"], options: MeshOptions = _OF_MESH, *, out: Path) -> int:
     """Write the mesh of one body, refined about the contact of the given position.
 
     Parameters

@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from fecontact.errors import InputError, check_positive
+from fecontact.errors import check_positive
+from fecontact.inputs.kinds import Number, Text
+from fecontact.inputs.slots import check_inputs
+
+_NAME = Text(label="name of the material", help="Label in reports", options=("material-name",))
+_YOUNG = Number(
+    label="Young's modulus", help="Young's modulus", unit="MPa", remedy="give it in MPa, for example 210000 for steel"
+)
+_POISSON = Number(
+    label="Poisson's ratio",
+    help="Poisson's ratio",
+    low=-1.0,
+    high=0.5,
+    inclusive=False,
+    symbol="nu",
+    remedy="use 0.27 to 0.30 for steel, and a value below 0.5 for a nearly incompressible material",
+)
+_YIELD = Number(label="yield stress", help="Yield stress", unit="MPa", remedy="leave it out (None) if it is not known")
 
 
 def check_poisson(poisson: float) -> float:
     """Return Poisson's ratio if it lies in the open range (-1, 0.5), otherwise raise `InputError`."""
-    if -1.0 < poisson < 0.5:
-        return float(poisson)
-    raise InputError(
-        f"Poisson's ratio is {float(poisson)!r} (no unit); allowed: -1 < nu < 0.5; "
-        "use 0.27 to 0.30 for steel, and a value below 0.5 for a nearly incompressible material"
-    )
+    _POISSON.check(poisson)
+    return float(poisson)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,33 +38,28 @@ class Material:
     ----------
     name
         Label used in reports.
-    young_MPa
-        Young's modulus E in MPa, finite and > 0.
-    poisson
-        Poisson's ratio nu, in the open range (-1, 0.5).
+    young_MPa, poisson
+        Young's modulus E and Poisson's ratio nu.
     yield_MPa
-        Uniaxial yield stress in MPa, finite and > 0, or None if unknown.
+        Uniaxial yield stress, or None if unknown.
 
     Raises
     ------
     InputError
-        A constant is outside its range.
+        If a constant is outside its range.
 
     Notes
     -----
     Range of validity: small strains, isotropy; an incompressible material (nu = 0.5) has no finite stiffness matrix.
     """
 
-    name: str
-    young_MPa: float
-    poisson: float
-    yield_MPa: float | None = None
+    name: str = field(metadata={"input": _NAME})
+    young_MPa: float = field(metadata={"input": _YOUNG})
+    poisson: float = field(metadata={"input": _POISSON})
+    yield_MPa: float | None = field(default=None, metadata={"input": _YIELD})
 
     def __post_init__(self) -> None:
-        check_positive("Young's modulus", self.young_MPa, "MPa", "give it in MPa, for example 210000 for steel")
-        check_poisson(self.poisson)
-        if self.yield_MPa is not None:
-            check_positive("yield stress", self.yield_MPa, "MPa", "leave it out (None) if it is not known")
+        check_inputs(self)
 
     @classmethod
     def from_shear(cls, *, name: str, shear_MPa: float, poisson: float, yield_MPa: float | None = None) -> Material:

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from fecontact.case import Case
+from fecontact.inputs.texts import parse_inclination
 from fecontact.regression.checks import Check, discretisation_check
-from fecontact.runs.casefile import parse_inclination
 
 PAIRS = (("60E1", "1:40"), ("60E1", "1:20"), ("60E2", "1:40"))
 SHIFTS_MM = tuple(float(shift) for shift in range(-8, 6))

@@ -26,7 +26,7 @@ DISCRETISATION_PERCENT = 0.5
 
 def cases(quick: bool = False) -> list[Case]:
     """All positions under 100 kN at `standard`, or three of them at `quick`."""
-    from fecontact.runs.casefile import parse_numbers
+    from fecontact.inputs.texts import parse_numbers
 
     shifts = (-4.0, 0.0, 4.0) if quick else parse_numbers(SHIFTS, "shifts")
     made = [Case(lateral_shift_mm=shift) for shift in shifts]

@@ -12,12 +12,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from fecontact.case import Case
+from fecontact.case import Case, case_record
 from fecontact.comparison.measures import MEASURES
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.files import write_json, write_text
 from fecontact.jobs.provenance import provenance
-from fecontact.outputs.record import case_record
 
 MEMORY = "the factor of 9 degrees of freedom needs about 9.0 GB of memory, 1.0 GB are available; use a larger machine"
 

@@ -17,8 +17,10 @@ BASE = {"errors", "files", "material"}
 ROOMS: dict[str, set[str]] = {
     "errors": set(),
     "files": {"errors"},
-    "material": {"errors"},
-    "case": {"errors", "material"},
+    "inputs": {"errors"},
+    "material": {"errors", "inputs"},
+    "case": {"errors", "inputs", "material"},
+    "options": {"errors", "inputs", "case"},
     "profiles": {"errors", "files"},
     "contact": {"errors"},
     "geometry": {"errors", "case", "profiles"},
@@ -31,8 +33,8 @@ ROOMS: dict[str, set[str]] = {
     "regression": {"errors", "files"},
     "outputs": {*BASE, "case", "profiles", "geometry", "theory", "contact", "fe", "comparison", "solving", "map"}
     | {"regression", "jobs"},
-    "runs": {*BASE, "case", "profiles", "comparison", "solving", "map", "jobs", "outputs", "regression"},
-    "cli": {*BASE, "case", "profiles", "solving", "map", "jobs", "outputs", "regression", "runs"},
+    "runs": {*BASE, "inputs", "case", "profiles", "comparison", "solving", "map", "jobs", "outputs", "regression"},
+    "cli": {*BASE, "inputs", "case", "options", "profiles", "solving", "map", "jobs", "outputs", "regression", "runs"},
     "system_check": set(),
     "__init__": {"case", "solving"},
     "__main__": {"cli"},
@@ -122,7 +124,9 @@ def test_theory_and_finite_elements_never_meet_below_the_comparison():
             assert rooms & {"comparison", "solving"}, module
 
 
-@pytest.mark.parametrize("name", ["theory", "comparison", "contact", "geometry", "profiles", "case", "material"])
+@pytest.mark.parametrize(
+    "name", ["theory", "comparison", "contact", "geometry", "profiles", "case", "inputs", "material"]
+)
 def test_what_needs_no_finite_elements_reaches_none(name):
     for module in [module for module in MODULES if room(module) == name]:
         reached = {module, *reachable(module)}

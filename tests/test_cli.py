@@ -12,7 +12,8 @@ import pytest
 from fecontact.case import Case
 from fecontact.cli import call
 from fecontact.errors import InputError
-from fecontact.runs.casefile import Study, load_study, parse_inclination
+from fecontact.inputs.texts import parse_inclination
+from fecontact.runs.casefile import Study, load_study
 from fecontact.runs.study import case_id, run_study
 
 STUDIES = Path(__file__).parents[1] / "studies"

@@ -15,7 +15,7 @@ import pytest
 import pyvista
 from scipy.interpolate import LinearNDInterpolator
 
-from fecontact.case import BodySize, Case, Criteria, Track
+from fecontact.case import BodySize, Case, Criteria, Track, case_from_record, case_record
 from fecontact.errors import InputError
 from fecontact.fe.meshing import BodyMesh, mesh_volume
 from fecontact.fe.stress import nodal_stress, von_mises
@@ -24,7 +24,7 @@ from fecontact.material import Material
 from fecontact.outputs import tables
 from fecontact.outputs.figures import case_figure, profile_figure, study_figure
 from fecontact.outputs.meshfile import write_mesh
-from fecontact.outputs.record import case_from_record, case_record, hertz_record, result_record, row
+from fecontact.outputs.record import hertz_record, result_record, row
 from fecontact.outputs.series import series
 from fecontact.outputs.study_files import _write_collections
 from fecontact.outputs.vtk import contact_surface, write_case_vtk, write_pvd

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact import __version__
-from fecontact.case import Case
+from fecontact.case import Case, case_record
 
 _PACKAGE = Path(__file__).parents[1]
 # Parts that bring cases in, carry results about or write them: no number of a result depends on them.
@@ -21,6 +21,7 @@ _NOT_NUMERICAL = {
     "cli.py",
     "files.py",
     "jobs",
+    "options.py",
     "outputs",
     "regression",
     "runs",
@@ -36,8 +37,6 @@ def case_id(case: Case) -> str:
     Of a profile that is a file the content counts, not the folder. Versions do not count: results of two versions have
     the same ids and can be compared row by row.
     """
-    from fecontact.outputs.record import case_record
-
     record = case_record(case)
     for body, file in input_files(case).items():
         # the ending decides how the content is read

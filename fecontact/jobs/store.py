@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fecontact.case import Case
+from fecontact.case import Case, case_record
 from fecontact.files import write_json
 from fecontact.jobs.provenance import difference, fingerprint, provenance
 from fecontact.solving.solve import CaseResult, solve
@@ -34,7 +34,7 @@ def write_case(result: CaseResult, folder: Path, name: str, settings: Mapping[st
         Settings of the command, for the provenance in `result.json`.
     """
     from fecontact.outputs.figures import case_figure
-    from fecontact.outputs.record import case_record, result_record, row
+    from fecontact.outputs.record import result_record, row
     from fecontact.outputs.vtk import write_case_vtk
 
     folder.mkdir(parents=True, exist_ok=True)

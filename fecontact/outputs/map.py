@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.case import Case
+from fecontact.case import Case, case_record
 from fecontact.comparison.measures import MEASURES
 from fecontact.comparison.verdict import AT_JUNCTION
 from fecontact.files import write_json
@@ -19,7 +19,7 @@ from fecontact.jobs.provenance import input_files, makers
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
 from fecontact.outputs.figures import blank_figure, save_figure
 from fecontact.outputs.map_record import cell_record, limit_record
-from fecontact.outputs.record import case_record, versions
+from fecontact.outputs.record import versions
 from fecontact.outputs.series import short_name
 from fecontact.outputs.tables import write_csv
 from fecontact.solving.stiffness_fit import fit_stiffness

@@ -1,4 +1,4 @@
-"""Cases and results as plain dictionaries with units in their keys: what the JSON and CSV files hold."""
+"""Results as plain dictionaries with units in their keys: what the JSON and CSV files hold."""
 
 from __future__ import annotations
 
@@ -10,11 +10,9 @@ from importlib import metadata
 from typing import Any
 
 from fecontact import __version__
-from fecontact.case import BodySize, Case, Criteria, Track
+from fecontact.case import Case, case_record
 from fecontact.comparison.measures import MEASURES, hertz_measures
-from fecontact.errors import InputError
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
-from fecontact.material import Material
 from fecontact.solving.position import hertz_of_case, hertz_points_of_case, place_case
 from fecontact.solving.solve import CaseResult, SolverRecord
 from fecontact.theory.hertz import HertzContact
@@ -24,44 +22,6 @@ Record = dict[str, Any]
 
 _PACKAGES = ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "pyvista", "vtk", "pypardiso", "pyamg", "matplotlib")
 _STEP_MEASURES = ("p_max_MPa", "area_mm2", "approach_mm")
-_PARTS = {"rail_material": Material, "wheel_material": Material, "track": Track, "size": BodySize, "criteria": Criteria}
-
-
-def case_record(case: Case) -> Record:
-    """All inputs of a case; of `resolution` and `element_size_mm` (along x, across) one is None."""
-    record: Record = {}
-    for name, value in asdict(case).items():
-        record[name] = value
-        if name == "resolution":
-            named = isinstance(value, str)
-            record[name], record["element_size_mm"] = (value, None) if named else (None, list(value))
-    return record
-
-
-def case_from_record(record: Mapping[str, Any]) -> Case:
-    """The case of a record; a key that is missing takes the case's default.
-
-    Raises
-    ------
-    InputError
-        If there is a key or a value that a case cannot have.
-    """
-    inputs = dict(record)
-    sizes = inputs.pop("element_size_mm", None)
-    if inputs.get("resolution") is None:
-        inputs.pop("resolution", None)
-    try:
-        if sizes is not None:
-            along_x, across = sizes
-            inputs["resolution"] = (float(along_x), float(across))
-        for name, part in _PARTS.items():
-            if name in inputs:
-                inputs[name] = part(**inputs[name])
-        return Case(**inputs)
-    except InputError:
-        raise
-    except (TypeError, ValueError) as error:
-        raise InputError(f"case record: {error}; keys that exist: {', '.join(case_record(Case()))}") from error
 
 
 def result_record(result: CaseResult) -> Record:

@@ -1,0 +1,1 @@
+"""How inputs are described: their ranges, their texts, and where each of them stands."""

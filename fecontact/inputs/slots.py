@@ -1,0 +1,106 @@
+"""Inputs at their places: `metadata={"input": ...}` of a field, and `metadata={"part": ...}` of one that has fields."""
+
+from __future__ import annotations
+
+from dataclasses import Field, dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+from fecontact.inputs.kinds import Input
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """A field with fields of its own, in files a table.
+
+    Attributes
+    ----------
+    group
+        Group of its inputs.
+    body
+        The body that it belongs to, if another part has the same inputs for the other body; on the command line it
+        stands before their names, and without it they are given for both.
+    """
+
+    group: str
+    body: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slot:
+    """An input at its place.
+
+    Attributes
+    ----------
+    field, table
+        Name of its field, and of the part that the field belongs to (empty at the top level).
+    input, default
+        What it is, and its value if none is given.
+    group, body
+        As those of `Part`.
+    """
+
+    field: str
+    table: str
+    input: Input
+    default: Any
+    group: str
+    body: str = ""
+
+    @property
+    def key(self) -> str:
+        """Its key in files."""
+        return self.input.key or self.field
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Its names on the command line."""
+        return tuple(f"--{self.body}-{name}" if self.body else f"--{name}" for name in self._stems)
+
+    @property
+    def common_names(self) -> tuple[str, ...]:
+        """The names that give it for both bodies; none if it belongs to no body."""
+        return tuple(f"--{name}" for name in self._stems) if self.body else ()
+
+    @property
+    def _stems(self) -> tuple[str, ...]:
+        return self.input.options or (self.key.lower().replace("_", "-"),)
+
+    @property
+    def shown_default(self) -> str:
+        """Its default as a user would write it."""
+        return "none" if self.default is None else self.input.shown(self.default)
+
+
+def slots(whole: DataclassInstance) -> tuple[Slot, ...]:
+    """All inputs of a dataclass and of its parts, with the values of this instance as defaults."""
+    found: list[Slot] = []
+    for field in fields(whole):
+        value = getattr(whole, field.name)
+        if (part := field.metadata.get("part")) is None:
+            found.append(_slot(field, value, "", field.metadata["input"].group, ""))
+        else:
+            found += [
+                _slot(inner, getattr(value, inner.name), field.name, part.group, part.body) for inner in fields(value)
+            ]
+    return tuple(found)
+
+
+def _slot(field: Field[Any], default: Any, table: str, group: str, body: str) -> Slot:
+    return Slot(field=field.name, table=table, input=field.metadata["input"], default=default, group=group, body=body)
+
+
+def check_inputs(instance: DataclassInstance) -> None:
+    """Check each field that has a description; None is allowed where it is the default.
+
+    Raises
+    ------
+    InputError
+        For the first value outside its range.
+    """
+    for field in fields(instance):
+        value = getattr(instance, field.name)
+        if "input" in field.metadata and not (value is None and field.default is None):
+            field.metadata["input"].check(value)

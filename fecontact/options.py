@@ -1,0 +1,136 @@
+"""The options of the command line that describe a case, made from the description of its inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, make_dataclass
+from typing import Annotated, Any, Protocol, get_args
+
+from cyclopts import Group as Panel
+from cyclopts import Parameter
+
+from fecontact.case import INPUTS, Case, Group, case_with
+from fecontact.inputs.kinds import Number
+from fecontact.inputs.slots import Slot
+
+_PANELS = {
+    group: Panel(group.capitalize(), sort_key=position) for position, group in enumerate(get_args(Group), start=1)
+}
+
+
+class CaseOptions(Protocol):
+    """Options as they were given."""
+
+    def case(self) -> Case:
+        """The case that they describe.
+
+        Raises
+        ------
+        InputError
+            If a value is outside its range.
+        """
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseOption:
+    """One option: its names, the inputs that it gives, and its help."""
+
+    names: tuple[str, ...]
+    slots: tuple[Slot, ...]
+    help: str
+
+    @property
+    def attribute(self) -> str:
+        """Name of its value among the values of all options."""
+        return self.names[0].removeprefix("--").replace("-", "_")
+
+    @property
+    def type(self) -> Any:
+        """Type of its value for the command line, which shows anything as a text."""
+        described = self.slots[0].input
+        if not isinstance(described, Number) or described.parse:
+            return Any
+        return int if described.whole else float
+
+    def read(self, text: str) -> Any:
+        """The value in the unit inside.
+
+        Raises
+        ------
+        InputError
+            If the text cannot be understood.
+        """
+        return self.slots[0].input.read(text if self.type is Any else _number(text))
+
+
+def _number(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def case_options(*groups: Group, without: Sequence[str] = ()) -> tuple[CaseOption, ...]:
+    """Options of all inputs of some groups; those for both bodies come before those of one, which override them."""
+    chosen = [slot for slot in INPUTS if slot.group in groups and slot.field not in without]
+    common: dict[tuple[str, ...], list[Slot]] = {}
+    for slot in chosen:
+        if slot.common_names:
+            common.setdefault(slot.common_names, []).append(slot)
+    return (
+        *(CaseOption(names=names, slots=tuple(slots), help=_help(slots[0], "")) for names, slots in common.items()),
+        *(CaseOption(names=slot.names, slots=(slot,), help=_help(slot, slot.body)) for slot in chosen),
+    )
+
+
+def _help(slot: Slot, body: str) -> str:
+    described, default = slot.input, f"default {slot.shown_default}"
+    if not slot.body:
+        return f"{described.help}: {described.domain}; {default}."
+    if not body:
+        return f"{described.help} of both bodies: {described.domain}; {default}."
+    return f"{described.help} of the {body}: {described.domain}; {default}, or that of both bodies."
+
+
+def options_of(*groups: Group, without: Sequence[str] = ()) -> CaseOptions:
+    """Options for a command, none of them given; their class is the type of the command's parameter.
+
+    Parameters
+    ----------
+    groups
+        Groups of inputs that the command uses.
+    without
+        Fields among them that it does not take.
+    """
+    options = case_options(*groups, without=without)
+
+    def case(given: Any) -> Case:
+        values = {
+            slot: value for o in options if (value := getattr(given, o.attribute)) is not None for slot in o.slots
+        }
+        return case_with(values)
+
+    made = make_dataclass(
+        "CaseOptions",
+        [(option.attribute, _annotation(option), field(default=None)) for option in options],
+        frozen=True,
+        kw_only=True,
+        # cyclopts does not look into classes of the module "types"
+        namespace={"case": case, "__module__": __name__},
+    )
+    defaults: CaseOptions = Parameter(name="*")(made)()
+    return defaults
+
+
+def _annotation(option: CaseOption) -> Any:
+    return Annotated[
+        option.type | None,
+        Parameter(
+            name=option.names,
+            help=option.help,
+            group=_PANELS[option.slots[0].group],
+            show_default=False,
+            n_tokens=1,
+            converter=lambda _, tokens: option.read(tokens[0].value),
+        ),
+    ]

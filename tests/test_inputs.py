@@ -1,0 +1,464 @@
+"""Every input of a case by Python, by a file and on the command line: the same case, and the same refusal."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fecontact.case import INPUTS, PARTS, Case, Criteria, Track, case_from_record, case_record
+from fecontact.cli import app, call
+from fecontact.errors import InputError
+from fecontact.inputs.slots import Slot
+from fecontact.inputs.texts import inclination_text, parse_inclination
+from fecontact.runs.casefile import load_study
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """A value as a user writes it and as the program holds it; a bad one likewise; unit, range and default in help."""
+
+    key: str
+    option: str
+    written: Any
+    held: Any
+    bad_written: Any
+    bad_held: Any
+    refusal: str
+    help: str
+
+
+def length(key: str, value: float, default: str, option: str = "") -> Row:
+    option = option or "--" + key.replace("_", "-")
+    return Row(
+        key, option, value, value, 0, 0.0, "is 0.0 mm; allowed: finite and > 0", f": mm, finite and > 0; {default}"
+    )
+
+
+def material(body: str) -> dict[tuple[str, str], Row]:
+    table = f"{body}_material"
+    positive = "allowed: finite and > 0"
+    return {
+        (table, "name"): Row(
+            "name", f"--{body}-material-name", "R260", "R260", " ", " ", "is ' '; allowed", "default steel",
+        ),
+        (table, "young_MPa"): Row(
+            "young_MPa", f"--{body}-young-mpa", 206e3, 206e3, -1, -1.0, f"Young's modulus is -1.0 MPa; {positive}",
+            ": MPa, finite and > 0; default 210000",
+        ),
+        (table, "poisson"): Row(
+            "poisson", f"--{body}-poisson", 0.28, 0.28, 0.5, 0.5, "Poisson's ratio is 0.5; allowed: -1 < nu < 0.5",
+            ": no unit, -1 < nu < 0.5; default 0.3",
+        ),
+        (table, "yield_MPa"): Row(
+            "yield_MPa", f"--{body}-yield-mpa", 500, 500.0, 0, 0.0, f"yield stress is 0.0 MPa; {positive}",
+            ": MPa, finite and > 0; default none",
+        ),
+    }  # fmt: skip
+
+
+def angle(key: str) -> Row:
+    return Row(
+        key, "--" + key.replace("_", "-"), 9, 0.009, 200, 0.2,
+        "is 0.2 rad (200 mrad); allowed: -0.1 to 0.1 rad (-100 to 100 mrad)", ": mrad, -100 to 100; default 0",
+    )  # fmt: skip
+
+
+def limit(key: str, measure: str, default: str) -> Row:
+    return Row(
+        key, "--" + key.replace("_", "-"), 7, 0.07, 120, 1.2,
+        f"limit of {measure} is 1.2 (120 %); allowed: between 0 and 1 (between 0 and 100 %)",
+        f": %, between 0 and 100; default {default}",
+    )  # fmt: skip
+
+
+# by table and field; written down a second time on purpose, with the units that users know
+ROWS: dict[tuple[str, str], Row] = {
+    ("", "rail"): Row("rail", "--rail", "54E1", "54E1", "", "", "rail is ''; allowed", "; mm; default 60E1"),
+    ("", "wheel"): Row("wheel", "--wheel", "S1002x", "S1002x", "", "", "wheel is ''; allowed", "; mm; default S1002"),
+    ("", "inclination_rad"): Row(
+        "inclination", "--inclination", "1:20", math.atan(1 / 20), "500mrad", 0.5,
+        "inclination is 0.5 rad (500 mrad); allowed: -0.35 to 0.35 rad (-350 to 350 mrad)",
+        "1.43deg; mrad, -350 to 350; default 1:40",
+    ),
+    ("", "lateral_shift_mm"): Row(
+        "lateral_shift_mm", "--shift", -2.5, -2.5, 61, 61.0, "lateral shift is 61.0 mm; allowed: -60 to 60 mm",
+        ": mm, -60 to 60; default 0",
+    ),
+    ("", "roll_rad"): angle("roll_mrad"),
+    ("", "yaw_rad"): angle("yaw_mrad"),
+    ("", "load_N"): Row(
+        "load_kN", "--load-kn", 87.654321, 87654.321, -5, -5000.0,
+        "load is -5000.0 N (-5 kN); allowed: finite and > 0; give the wheel load", ": kN, finite and > 0; default 100",
+    ),
+    ("", "load_kind"): Row(
+        "load_kind", "--load-kind", "normal", "normal", "norml", "norml",
+        "load kind is 'norml'; allowed: vertical, normal; did you mean normal?", "vertical, normal; default vertical",
+    ),
+    ("", "rolling_radius_mm"): length("rolling_radius_mm", 425.0, "default 460"),
+    ("", "resolution"): Row(
+        "resolution", "--resolution", "fine", "fine", "fin", "fin",
+        "resolution is 'fin'; allowed: quick, standard, fine, or two element sizes in mm", "default standard",
+    ),
+    ("", "solver"): Row(
+        "solver", "--solver", "amg", "amg", "magic", "magic", "solver is 'magic'; allowed: auto, pardiso, amg",
+        "auto, pardiso, amg; default auto",
+    ),
+    ("", "refine_degrees_of_freedom"): Row(
+        "refine_degrees_of_freedom", "--refine-degrees-of-freedom", 0, 0, -1, -1,
+        "refinement limit is -1 degrees of freedom; allowed: 0 to 1000000000 degrees of freedom",
+        ": degrees of freedom, 0 to 1000000000; default 400000",
+    ),
+    **material("rail"),
+    **material("wheel"),
+    ("track", "gauge_mm"): length("gauge_mm", 1432.0, "default 1435"),
+    ("track", "gauge_depth_mm"): length("gauge_depth_mm", 16.0, "default 14"),
+    ("track", "back_to_back_mm"): length("back_to_back_mm", 1362.0, "default 1360"),
+    ("track", "tape_circle_from_back_mm"): length("tape_circle_from_back_mm", 68.0, "default 70"),
+    ("track", "rail_crown_y_mm"): length("rail_crown_y_mm", 750.0, "default none"),
+    ("size", "rail_depth_mm"): length("rail_depth_mm", 50.0, "default 60"),
+    ("size", "rail_half_length_mm"): length("rail_half_length_mm", 50.0, "default 60"),
+    ("size", "rim_thickness_mm"): length("rim_thickness_mm", 50.0, "default 65"),
+    ("size", "rim_half_length_mm"): length("rim_half_length_mm", 50.0, "default 60"),
+    ("criteria", "p_max"): limit("p_max_percent", "p_max_MPa", "5"),
+    ("criteria", "area"): limit("area_percent", "area_mm2", "10"),
+}  # fmt: skip
+
+EACH = pytest.mark.parametrize("place", ROWS, ids="/".join)
+
+
+def by_python(place: tuple[str, str], value: Any) -> Case:
+    table, field = place
+    changes = {field: value}
+    return replace(Case(), **({table: replace(getattr(Case(), table), **changes)} if table else changes))
+
+
+def by_file(folder: Path, text: str, *, quick: bool = False) -> tuple[Case, ...]:
+    path = folder / "mine.toml"
+    path.write_text(text)
+    return load_study(path, quick=quick).cases
+
+
+def line(place: tuple[str, str], value: Any) -> str:
+    return (f"[{place[0]}]\n" if place[0] else "") + f"{ROWS[place].key} = {json.dumps(value)}\n"
+
+
+def by_command(*arguments: object) -> Case:
+    _, bound, _ = app.parse_args(["solve", *map(str, arguments)], exit_on_error=False, print_error=False)
+    bound.apply_defaults()
+    made = bound.arguments["options"].case()
+    assert isinstance(made, Case)
+    return made
+
+
+def test_the_table_above_has_every_field_of_a_case_and_its_parts():
+    case = Case()
+    every = {("", field.name) for field in dataclasses.fields(case) if field.name not in PARTS}
+    every |= {(part, field.name) for part in PARTS for field in dataclasses.fields(getattr(case, part))}
+    assert set(ROWS) == every == {(slot.table, slot.field) for slot in INPUTS}
+
+
+@EACH
+def test_an_input_is_the_same_by_python_file_and_command_line(place, tmp_path):
+    row = ROWS[place]
+    case = by_python(place, row.held)
+    assert case != Case()
+    assert by_file(tmp_path, line(place, row.written)) == (case,)
+    assert by_command(row.option, row.written) == case
+    assert case_from_record(json.loads(json.dumps(case_record(case)))) == case
+
+
+@EACH
+def test_an_input_outside_its_range_is_refused_in_the_same_words(place, tmp_path, capsys):
+    row = ROWS[place]
+    with pytest.raises(InputError) as python:
+        by_python(place, row.bad_held)
+    assert row.refusal in str(python.value)
+    with pytest.raises(InputError) as file:
+        by_file(tmp_path, line(place, row.bad_written))
+    assert str(file.value).startswith(f"study {tmp_path / 'mine.toml'}: ")
+    assert str(file.value).endswith(str(python.value))
+    assert call(["solve", row.option, str(row.bad_written)]) == 2
+    assert capsys.readouterr().err.strip().endswith(str(python.value))
+
+
+@pytest.fixture
+def help_lines(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "300")
+
+    def lines(command: str) -> list[str]:
+        call([command, "--help"])
+        return [found.strip("│ ") for found in capsys.readouterr().out.splitlines() if found.startswith("│")]
+
+    return lines
+
+
+def test_help_has_unit_range_and_default_of_every_input(help_lines):
+    lines = {found.split()[0]: found for found in help_lines("solve")}
+    for row in ROWS.values():
+        assert row.help in lines[row.option]
+
+
+def test_each_command_takes_what_it_uses(help_lines):
+    def options(command: str) -> set[str]:
+        return {word for found in help_lines(command) for word in found.split()[:2] if word.startswith("--")}
+
+    def of_groups(*groups: str) -> set[str]:
+        return {name for slot in INPUTS if slot.group in groups for name in (*slot.names, *slot.common_names)}
+
+    every = of_groups("place", "load", "material", "bodies", "solution", "verdict")
+    assert options("solve") & every == every
+    assert options("map") & every == every - {"--shift", "--lateral-shift-mm", "--load-kn"}
+    assert options("hertz") & every == of_groups("place", "load", "material")
+    assert options("mesh") & every == every - of_groups("verdict")
+
+
+def test_a_material_for_both_bodies_and_one_of_its_own():
+    case = by_command("--rail-young-mpa", 190e3, "--young-mpa", 206e3, "--poisson", 0.28, "--wheel-yield-mpa", 520)
+    assert (case.rail_material.young_MPa, case.wheel_material.young_MPa) == (190e3, 206e3)
+    assert (case.rail_material.poisson, case.wheel_material.poisson) == (0.28, 0.28)
+    assert (case.rail_material.yield_MPa, case.wheel_material.yield_MPa) == (None, 520.0)
+
+
+def test_no_option_and_an_empty_file_are_the_default_case(tmp_path):
+    assert by_command() == Case()
+    assert by_file(tmp_path, "") == (Case(),)
+
+
+def test_the_shift_has_two_names_and_element_sizes_are_a_resolution():
+    assert by_command("--lateral-shift-mm", "-3") == Case(lateral_shift_mm=-3.0)
+    assert by_command("--resolution", "0.5,0.4") == Case(resolution=(0.5, 0.4))
+    assert by_command("--refine-degrees-of-freedom", "1e6") == Case(refine_degrees_of_freedom=1_000_000)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--lateral-shft-mm", "1"], "Did you mean --lateral-shift-mm?"),
+        (["--p-max-percnt", "1"], "Did you mean --p-max-percent?"),
+        (["--load-kn", "heavy"], "load is 'heavy'; allowed: a number (kN, finite and > 0)"),
+        (
+            ["--refine-degrees-of-freedom", "2.5"],
+            "limit is 2.5; allowed: a whole number (degrees of freedom",
+        ),
+        (["--resolution", "0.5,x"], "two element sizes in mm such as 0.5,0.4"),
+        (["--resolution", "0.5,-1"], "element size is -1.0 mm; allowed: finite and > 0"),
+    ],
+)
+def test_the_command_line_refuses(arguments, says, capsys):
+    assert call(["solve", *arguments]) == 2
+    assert says in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("option", "instead"), [("--shift", "--shifts"), ("--load-kn", "--loads-kn")])
+def test_a_map_refuses_what_it_has_lists_of_and_names_them(option, instead, capsys, tmp_path):
+    assert call(["map", "--shifts", "0", option, "2", "--out", str(tmp_path)]) == 2
+    assert f"Did you mean {instead}?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("value", [0.0, math.atan(1 / 40), -math.atan(1 / 20), 0.025, 1e-5, 0.3])
+def test_inclinations_are_shown_as_they_are_read(value):
+    assert parse_inclination(inclination_text(value)) == value
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"load_N": "100"},
+        {"load_N": True},
+        {"load_N": None},
+        {"load_N": 10**400},
+        {"rail": 60},
+        {"refine_degrees_of_freedom": 0.5},
+        {"resolution": (0.5,)},
+        {"resolution": (0.5, math.inf)},
+        {"resolution": 0.5},
+    ],
+    ids=lambda change: str(change)[:40],
+)
+def test_values_of_another_type_are_refused_by_python(change):
+    with pytest.raises(InputError, match="allowed: "):
+        Case(**change)
+
+
+# --- files ------------------------------------------------------------------------------------------------------
+
+
+def refusal(folder: Path, text: str) -> str:
+    with pytest.raises(InputError) as refused:
+        by_file(folder, text)
+    message = str(refused.value)
+    assert message.startswith(f"study {folder / 'mine.toml'}")
+    assert "Extra inputs" not in message
+    assert "Input should" not in message
+    assert "\n" not in message
+    return message.removeprefix(f"study {folder / 'mine.toml'}")
+
+
+@pytest.mark.parametrize("slot", INPUTS, ids=lambda slot: f"{slot.table}/{slot.key}")
+def test_a_misspelt_key_is_refused_with_the_nearest_and_all_others(slot: Slot, tmp_path):
+    middle = len(slot.key) // 2
+    own = [other.key for other in INPUTS if other.table == slot.table]
+    head = f"[{slot.table}]\n" if slot.table else ""
+    for wrong in (slot.key[:middle] + slot.key[middle + 1 :], f"{slot.key}s", slot.key[1:], f"{slot.key[:-1]}x"):
+        message = refusal(tmp_path, f"{head}{wrong} = 1\n")
+        assert f"{wrong}: there is no such key; did you mean {slot.key}?; keys: {', '.join(own)}" in message
+        assert message.startswith(f": [{slot.table}]: " if slot.table else ": ")
+        numbered = refusal(tmp_path, f"[[case]]\n[[case]]\n{head.replace('[', '[case.')}{wrong} = 1\n")
+        assert numbered.startswith(f", [[case]] 2: [case.{slot.table}]: " if slot.table else ", [[case]] 2: ")
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("shift = 1", "did you mean lateral_shift_mm?"),
+        ("load_N = 1e5", "did you mean load_kN?"),
+        ("inclination_rad = 0.1", "did you mean inclination?"),
+        ("[tracks]\ngauge_mm = 1435", "tracks: there is no such key; did you mean track?"),
+        ("[[cases]]", "did you mean case?"),
+        ("gauge_mm = 1435", "gauge_mm stands in [track]"),
+        ("young_MPa = 1", "young_MPa stands in [rail_material] or [wheel_material]"),
+        ("[track]\nload_kN = 1", "[track]: load_kN: there is no such key; load_kN stands in no table"),
+        ("[[case]]\n[case.size]\ngauge_mm = 1435", "gauge_mm stands in [case.track]"),
+        ("qqqq = 1", "qqqq: there is no such key; keys: rail, wheel, inclination, lateral_shift_mm"),
+        ("load_kN = true", "load_kN: load is True; allowed: a number (kN, finite and > 0)"),
+        ("load_kN = 'x'", "load_kN: load 'x': 'x' is neither a number nor a range"),
+        ("load_kN = [50, 'x']", "allowed: a number (kN, finite and > 0)"),
+        ("load_kN = []", "load_kN: it is an empty list; allowed: a number (kN, finite and > 0)"),
+        ("load_kN = [[50]]", "load is [50]; allowed: a number (kN, finite and > 0)"),
+        ("load_kN = nan", "load is nan N"),
+        ("load_kN = 1e999", "load is inf N"),
+        (f"load_kN = {10**400}", "load is 1000"),
+        ("load_kN = 1979-05-27", "allowed: a number (kN, finite and > 0)"),
+        ("lateral_shift_mm = '6:-6:1'", "a range goes up"),
+        ("inclination = 40", "inclination is 40; allowed: 1:N such as 1:40"),
+        ("rail = 60", "rail is 60; allowed: a text (library name"),
+        ("refine_degrees_of_freedom = 0.5", "allowed: a whole number (degrees of freedom, 0 to 1000000000)"),
+        ("resolution = [0.5]", "two element sizes in mm"),
+        ("resolution = 0.5", "resolution is 0.5; allowed: quick, standard, fine, or two"),
+        ("track = 1435", "track is 1435; it is a table, which begins with the line [track]"),
+        ("[[track]]", "it is a table, which begins with the line [track]"),
+        ("[track]\ngauge_mm = '1435'", "[track]: gauge_mm: gauge is '1435'; allowed: a number (mm, finite and > 0)"),
+        ("[track]\ngauge_mm = [1435, 1437]", "[track]: gauge_mm: it is [1435, 1437]; allowed: a number (mm"),
+        ("[case]", "each of which begins with the line [[case]]"),
+        ("case = []", "each of which begins with the line [[case]]"),
+        ("[[case]]\n[[case.case]]", "[[case]] 1: case: there is no such key; keys"),
+        ("load_kN = [", "it is not TOML"),
+        ("load_kN = '1:1000:1'\nyaw_mrad = '0:0.9:0.001'\nlateral_shift_mm = '0:1:0.1'", "take shorter lists"),
+    ],
+)
+def test_a_wrong_file_is_refused(text, says, tmp_path):
+    assert says in refusal(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("text", "case"), [("load_kN = -1", 1), ("load_kN = 'x'", 1), ("[case.track]\ngauge_mm = 0", 1), ("rail = 1", 1)]
+)
+def test_what_is_wrong_in_a_case_table_is_said_with_its_number(text, case, tmp_path):
+    message = refusal(tmp_path, f"load_kN = 80\n[[case]]\nload_kN = 50\n[[case]]\n{text}\n[[case]]\n")
+    assert message.startswith(f", [[case]] {case + 1}: ")
+
+
+def test_every_top_level_key_may_be_a_list_and_the_shift_changes_fastest(tmp_path):
+    cases = by_file(
+        tmp_path,
+        'lateral_shift_mm = [0, 1]\nload_kN = [50, 100]\nwheel = ["S1002", "cylinder:460"]\nrail = ["60E1", "54E1"]\n'
+        'solver = ["auto", "amg"]\ninclination = ["1:40", "1:20"]\n',
+    )
+    expected = [
+        Case(rail=rail, wheel=wheel, load_N=load, lateral_shift_mm=shift, solver=solver, inclination_rad=inclination)
+        for inclination in (math.atan(1 / 40), math.atan(1 / 20))
+        for solver in ("auto", "amg")
+        for rail in ("60E1", "54E1")
+        for wheel in ("S1002", "cylinder:460")
+        for load in (50e3, 100e3)
+        for shift in (0.0, 1.0)
+    ]
+    assert list(cases) == expected
+
+
+@pytest.mark.parametrize("slot", [slot for slot in INPUTS if not slot.table], ids=lambda slot: slot.key)
+def test_a_list_of_any_top_level_key(slot, tmp_path):
+    row = ROWS["", slot.field]
+    assert by_file(tmp_path, f"{row.key} = [{json.dumps(row.written)}]\n") == (by_python(("", slot.field), row.held),)
+
+
+def test_ranges_of_numbers(tmp_path):
+    cases = by_file(tmp_path, 'lateral_shift_mm = "-6:6:6, 8"\nyaw_mrad = ["0:2:1", 9]\n')
+    assert [(case.yaw_rad, case.lateral_shift_mm) for case in cases] == [
+        (yaw, shift) for yaw in (0.0, 0.001, 0.002, 0.009) for shift in (-6.0, 0.0, 6.0, 8.0)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "resolutions"),
+    [
+        ("[0.5, 0.4]", [(0.5, 0.4)]),
+        ('["quick", "standard"]', ["quick", "standard"]),
+        ('["fine", [0.5, 0.4]]', ["fine", (0.5, 0.4)]),
+        ("[[0.5, 0.4], [1, 2]]", [(0.5, 0.4), (1.0, 2.0)]),
+    ],
+)
+def test_two_sizes_are_one_resolution_and_names_are_a_list(text, resolutions, tmp_path):
+    assert [case.resolution for case in by_file(tmp_path, f"resolution = {text}\n")] == resolutions
+    assert [case.resolution for case in by_file(tmp_path, f"resolution = {text}\n", quick=True)] == ["quick"]
+
+
+def test_case_tables_inherit_what_they_do_not_give(tmp_path):
+    cases = by_file(
+        tmp_path,
+        """
+        rail = "54E1"
+        load_kN = [50, 100]
+        resolution = "fine"
+        [criteria]
+        p_max_percent = 3
+        [track]
+        gauge_mm = 1437
+        gauge_depth_mm = 16
+        [[case]]
+        lateral_shift_mm = -3
+        roll_mrad = 0.5
+        [[case]]
+        lateral_shift_mm = [3, 4]
+        load_kN = 80
+        roll_mrad = -0.5
+        resolution = "quick"
+        [case.track]
+        gauge_mm = 1432
+        [[case]]
+        """,
+    )
+    common = {"rail": "54E1", "criteria": Criteria(p_max=0.03)}
+    track = Track(gauge_mm=1437.0, gauge_depth_mm=16.0)
+    first = {"lateral_shift_mm": -3.0, "roll_rad": 0.0005, "resolution": "fine", "track": track}
+    second = {"load_N": 80e3, "roll_rad": -0.0005, "resolution": "quick", "track": replace(track, gauge_mm=1432.0)}
+    assert cases == (
+        Case(**common, **first, load_N=50e3),
+        Case(**common, **first, load_N=100e3),
+        Case(**common, **second, lateral_shift_mm=3.0),
+        Case(**common, **second, lateral_shift_mm=4.0),
+        Case(**common, track=track, resolution="fine", load_N=50e3),
+        Case(**common, track=track, resolution="fine", load_N=100e3),
+    )
+
+
+def test_a_key_after_a_case_belongs_to_it_and_not_to_the_next(tmp_path):
+    first, second, again = by_file(tmp_path, "[[case]]\nyaw_mrad = 2\n[[case]]\n[[case]]\nyaw_mrad = 2\n")
+    assert (first.yaw_rad, second.yaw_rad) == (0.002, 0.0)
+    assert again == first
+
+
+def test_the_example_of_the_readme(tmp_path):
+    example = (Path(__file__).parents[1] / "README.md").read_text("utf-8").split("```toml\n")[1].split("```")[0]
+    assert [(case.lateral_shift_mm, case.roll_rad, case.load_N) for case in by_file(tmp_path, example)] == [
+        (-4.0, 0.0004, 50e3),
+        (-4.0, 0.0004, 100e3),
+        (4.0, -0.0004, 50e3),
+        (4.0, -0.0004, 100e3),
+    ]
