@@ -1,23 +1,23 @@
 """Where does Hertz's ellipse hold for a railway wheel on a rail?
 
-The pipeline, step by step:
+The story, step by step:
 
 1. Profiles: a rail and a wheel as lines of exact segments.
 
-    >>> from fecontact.profiles import load
-    >>> rail, wheel = load("60E1"), load("S1002")
+    >>> from fecontact.profiles.library import load as profile
+    >>> rail, wheel = profile("60E1"), profile("S1002")
 
 2. Placement: the wheel on the rail, where the rigid bodies touch.
 
-    >>> from fecontact.placement import place
+    >>> from fecontact.geometry.placement import place
     >>> position = place(rail, wheel, inclination_rad=1 / 40, lateral_shift_mm=4.0)
     >>> round(position.first.rail_y_mm, 1)
     -13.6
 
 3. Hertz: the ellipse that vehicle codes use there.
 
-    >>> from fecontact.hertz import hertz_from_hessian
     >>> from fecontact.material import STEEL, contact_modulus_MPa
+    >>> from fecontact.theory.hertz import hertz_from_hessian
     >>> ellipse = hertz_from_hessian(
     ...     position.first.curvatures[0].hessian,
     ...     normal_force_N=100e3,
@@ -26,7 +26,29 @@ The pipeline, step by step:
     >>> round(ellipse.p0_MPa, -1)
     1500.0
 
-4. Meshing, elasticity, contact and comparison: `fecontact.solve(Case(...))` does all of it and returns a `CaseResult`.
+4. Solve: both bodies by finite elements, on two meshes.
+
+    >>> import fecontact
+    >>> case = fecontact.Case(lateral_shift_mm=4.0, resolution="quick", refine_degrees_of_freedom=0)
+    >>> result = fecontact.solve(case)
+    >>> result.status
+    'converged'
+
+5. Ladder: what each step from Hertz to the finite elements moves; all rungs carry the same force.
+
+    >>> [name for name in result.load.ladder.rungs]
+    ['hertz', 'half_space_quadratic', 'half_space', 'fe']
+    >>> abs(result.load.ladder.steps["half_space_to_bodies"]["p_max_MPa"]) < 0.02
+    True
+
+6. Verdict: whether Hertz holds, by which measure, and how sure that is.
+
+    >>> result.verdict.answer, result.verdict.measure
+    ('HOLDS', 'area_mm2')
+    >>> abs(result.load.deviation["p_max_MPa"]) < 0.05 - result.load.uncertainty["p_max_MPa"]
+    True
+
+`fecontact.load(FOLDER)` reads back what `fecontact solve --out`, `run` and `map` wrote.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -34,20 +56,29 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from fecontact.case import Case
+    from fecontact.case import Case, Criteria
+    from fecontact.runs.load import load
     from fecontact.solving.solve import CaseResult, solve
 
-__all__ = ["Case", "CaseResult", "__version__", "solve"]
+__all__ = ["Case", "CaseResult", "Criteria", "__version__", "load", "solve"]
+
+_HOMES = {
+    "Case": "fecontact.case",
+    "Criteria": "fecontact.case",
+    "CaseResult": "fecontact.solving.solve",
+    "solve": "fecontact.solving.solve",
+    "load": "fecontact.runs.load",
+}
 
 
 def __getattr__(name: str) -> Any:
     # the command line must answer --help at once: nothing heavy is imported before it is used
-    if name == "Case":
-        from fecontact import case
+    if name in _HOMES:
+        from importlib import import_module
 
-        return case.Case
-    if name in ("CaseResult", "solve"):
-        from fecontact.solving import solve as pipeline
-
-        return getattr(pipeline, name)
+        return getattr(import_module(_HOMES[name]), name)
     raise AttributeError(f"module 'fecontact' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

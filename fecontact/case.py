@@ -15,7 +15,7 @@ from fecontact.errors import InputError
 from fecontact.inputs.kinds import Choice, Number, Text
 from fecontact.inputs.slots import Part, Slot, check_inputs, slots
 from fecontact.inputs.texts import INCLINATION_FORMS, inclination_text, parse_inclination
-from fecontact.material import STEEL, Material
+from fecontact.material import STEEL, Material, contact_modulus_MPa
 
 Group = Literal["place", "load", "material", "bodies", "solution", "verdict"]
 LoadKind = Literal["vertical", "normal"]
@@ -235,6 +235,11 @@ class Case:
 
     def __post_init__(self) -> None:
         check_inputs(self)
+
+    @property
+    def contact_modulus_MPa(self) -> float:
+        """Contact modulus E* of wheel and rail."""
+        return contact_modulus_MPa(self.rail_material, self.wheel_material)
 
     @property
     def half(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
 from cyclopts import App, CycloptsError, Parameter
 
 from fecontact import __version__
-from fecontact.case import Group
+from fecontact.case import Criteria, Group
 from fecontact.errors import FecontactError, InputError
 from fecontact.options import CaseOptions, options_of
 
@@ -31,13 +31,17 @@ _EVERY = options_of(*get_args(Group))
 _OF_MAP = options_of(*get_args(Group), without=("lateral_shift_mm", "load_N"))
 _OF_HERTZ = options_of("place", "load", "material")
 _OF_MESH = options_of("place", "load", "material", "bodies", "solution")
+_OF_VERDICT = options_of("verdict")
 if TYPE_CHECKING:
     EveryOption: TypeAlias = CaseOptions
     MapOptions: TypeAlias = CaseOptions
     HertzOptions: TypeAlias = CaseOptions
     MeshOptions: TypeAlias = CaseOptions
+    VerdictOptions: TypeAlias = CaseOptions
 else:
-    EveryOption, MapOptions, HertzOptions, MeshOptions = map(type, (_EVERY, _OF_MAP, _OF_HERTZ, _OF_MESH))
+    EveryOption, MapOptions, HertzOptions, MeshOptions, VerdictOptions = map(
+        type, (_EVERY, _OF_MAP, _OF_HERTZ, _OF_MESH, _OF_VERDICT)
+    )
 
 
 @app.command
@@ -73,9 +77,10 @@ def run(
     scheduler
         Address of a Dask scheduler whose workers share the folder of the results.
     """
+    from fecontact.jobs.engine import RunSettings, parse_part
     from fecontact.outputs.tables import print_table
     from fecontact.runs.casefile import load_study
-    from fecontact.runs.study import RunSettings, parse_part, run_study
+    from fecontact.runs.study import run_study
 
     settings = RunSettings(
         workers=workers, threads=threads, force=force, part=parse_part(part) if part else None, scheduler=scheduler
@@ -83,9 +88,7 @@ def run(
     loaded = load_study(study, quick=quick)
     with _progress(len(loaded.cases), first=0) as progress:
         outcome = run_study(loaded, out, settings=settings, progress=progress)
-    for reason in dict.fromkeys(outcome.recomputed.values()):
-        names = [name for name, why in outcome.recomputed.items() if why == reason]
-        print(f"solved again, {reason}: {', '.join(names)}", file=sys.stderr)
+    _print_recomputed(outcome.recomputed)
     print_table(outcome.rows)
     if outcome.reused:
         print(f"{len(outcome.reused)} finished cases were reused; --force solves them again")
@@ -99,6 +102,13 @@ def run(
     else:
         print(f"Part {part} is in {out}; when all parts are, the same command without --part puts them together")
     return 0 if outcome.all_converged else 3
+
+
+def _print_recomputed(recomputed: Mapping[str, str]) -> None:
+    """Say which finished jobs were solved, or evaluated, again, and why."""
+    for reason in dict.fromkeys(recomputed.values()):
+        names = [name for name, why in recomputed.items() if why == reason]
+        print(f"done again, {reason}: {', '.join(names)}", file=sys.stderr)
 
 
 @app.command
@@ -125,11 +135,12 @@ def validate(
         Cases at a time, as for `run`.
     """
     from fecontact.files import write_text
+    from fecontact.jobs.engine import RunSettings
     from fecontact.outputs.record import versions
     from fecontact.regression.checks import Check
     from fecontact.regression.checks import report as validation_report
     from fecontact.runs.casefile import load_study
-    from fecontact.runs.study import RunSettings, run_study
+    from fecontact.runs.study import run_study
 
     loaded = [load_study(path, quick=quick) for path in studies or sorted(Path("studies").glob("[0-9]*.py"))]
     checked = [study for study in loaded if study.checks is not None]
@@ -175,23 +186,26 @@ def solve(
         Folder for the case's JSON, ParaView files and figure.
     """
     from fecontact.files import json_text
-    from fecontact.outputs.record import result_record, row
+    from fecontact.outputs.record import result_record
+    from fecontact.outputs.rows import case_row
     from fecontact.outputs.tables import print_case, print_table
-    from fecontact.runs.study import case_id, write_case
+    from fecontact.runs.case_store import solve_into_folder
     from fecontact.solving.solve import solve as solve_case
 
     case = options.case()
     with _progress(1) as progress:
-        result = solve_case(case, progress=lambda step: progress(0, 1, step))
-    # shown before it is written: a disk may be full
+
+        def step(name: str) -> None:
+            progress(0, 1, name)
+
+        # what was solved is kept before it is shown: what it is shown on may be full, or closed
+        result = solve_case(case, progress=step) if out is None else solve_into_folder(case, out, progress=step)
     record = result_record(result)
     if json:
         print(json_text(record), flush=True)
     else:
-        print_table([{"id": case_id(case), **row(record)}])
+        print_table([case_row(result)])
         print_case(record)
-    if out is not None:
-        write_case(result, out, case_id(case))
     return 0 if result.status == "converged" else 3
 
 
@@ -204,7 +218,10 @@ def map_(
     out: Path,
     adaptive: Annotated[bool, Parameter(negative="")] = False,
     workers: int | None = None,
+    threads: int = 1,
     force: Annotated[bool, Parameter(name="--force", negative="--resume")] = False,
+    part: str | None = None,
+    scheduler: str | None = None,
 ) -> int:
     """Map where Hertz holds over lateral shift and load, with the load up to which it holds at each shift.
 
@@ -215,52 +232,83 @@ def map_(
     loads_kn
         Wheel loads in kN, likewise.
     out
-        Folder for map.csv, stiffness.csv, map.json and map.png, written after each shift, and for each shift a file in
-        positions/ from which a later map with the same inputs and loads takes it.
+        Folder for map.csv, stiffness.csv, map.json and map.png, written after each shift, and for each shift a folder
+        in positions/ from which a later map with the same inputs and loads takes it.
     adaptive
         Solve every second shift, and those between only where the half-space leaves a doubt; marked in all outputs.
     workers
         Shifts at a time; as many as there are cores and 2 GB of memory for each, if not given.
+    threads
+        Threads that each shift computes on.
     force
         Solve finished shifts again.
+    part
+        Solve only part i of N, given as i/N; the same command without it then puts all parts together.
+    scheduler
+        Address of a Dask scheduler whose workers share the folder of the results.
     """
     from fecontact.inputs.texts import parse_numbers
-    from fecontact.jobs.lock import locked
-    from fecontact.jobs.workers import default_workers, process_crew
-    from fecontact.map.cells import ApplicabilityMap, MapPosition
-    from fecontact.map.making import make_map
-    from fecontact.outputs.map import map_table, write_map
-    from fecontact.runs.map_store import KeptPositions, kept_positions, write_position
+    from fecontact.jobs.engine import RunSettings, parse_part
+    from fecontact.outputs.map import map_table
+    from fecontact.runs.map_run import run_map
 
-    if workers is not None and workers < 1:
-        raise InputError(f"workers is {workers}; allowed: 1 and more")
+    settings = RunSettings(
+        workers=workers, threads=threads, force=force, part=parse_part(part) if part else None, scheduler=scheduler
+    )
     positions, case = parse_numbers(shifts, "shifts"), options.case()
     loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
-    crew = process_crew(workers or default_workers(), threads=1)
-    with locked(out), _progress(len(positions), first=0) as progress, crew.open(crew.workers) as executor:
-        kept = KeptPositions() if force else kept_positions(out, case, positions, loads_N)
+    with _progress(len(positions), first=0) as progress:
+        outcome = run_map(case, positions, loads_N, out, adaptive=adaptive, settings=settings, progress=progress)
+    _print_recomputed(outcome.recomputed)
+    print(map_table(outcome.made))
+    if outcome.reused:
+        print(f"{len(outcome.reused)} finished positions were reused; --force solves them again")
+    if settings.part is None:
+        print(f"Results in {out}: map.csv, stiffness.csv, map.json, map.png")
+    else:
+        print(f"Part {part} is in {out}; when all parts are, the same command without --part puts them together")
+    return 0 if outcome.made.all_solved else 3
 
-        def keep(position: MapPosition, so_far: ApplicabilityMap) -> None:
-            write_position(position, out, case, loads_N)
-            write_map(so_far, out)
 
-        made = make_map(
-            case,
-            positions,
-            loads_N,
-            executor=executor,
-            workers=crew.workers,
-            adaptive=adaptive,
-            done=kept.positions,
-            progress=progress,
-            on_position=keep,
-        )
-        write_map(made, out)
+@app.command
+def judge(folder: Path, options: VerdictOptions = _OF_VERDICT, *, out: Path | None = None) -> int:
+    """Judge stored results again by other criteria, without gmsh and finite elements.
+
+    Parameters
+    ----------
+    folder
+        Of a study, a map, or a case that fecontact wrote; it stays as it is.
+    out
+        Folder for the tables of the new verdicts (study.csv and study.json, or map.csv, map.json and map.png).
+    """
+    criteria = options.case().criteria
+    if (folder / "map.json").is_file():
+        return _judge_map(folder, criteria, out)
+    from fecontact.outputs.tables import print_table
+    from fecontact.runs.judging import judge_study
+
+    judged = judge_study(folder, criteria, out)
+    print_table(judged.rows)
+    for name, (before, now) in judged.changed.items():
+        print(f"{name}: {before} -> {now}")
+    print(f"{len(judged.rows)} cases judged by {_criteria_text(criteria)}: {len(judged.changed)} verdicts changed")
+    return 0 if judged.all_judged else 3
+
+
+def _judge_map(folder: Path, criteria: Criteria, out: Path | None) -> int:
+    from fecontact.outputs.map import map_table
+    from fecontact.runs.judging import judge_map
+
+    made, problems = judge_map(folder, criteria, out)
     print(map_table(made))
-    for problem in kept.problems:
-        print(f"solved again: {problem}", file=sys.stderr)
-    print(f"Results in {out}: map.csv, stiffness.csv, map.json, map.png")
+    for problem in problems:
+        print(f"not judged: {problem}", file=sys.stderr)
+    print(f"{len(made.cells)} cells judged by {_criteria_text(criteria)}")
     return 0 if made.all_solved else 3
+
+
+def _criteria_text(criteria: Criteria) -> str:
+    return ", ".join(f"{name.rsplit('_', 1)[0]} ±{100.0 * limit:g} %" for name, limit in criteria.limits.items())
 
 
 @app.command
@@ -329,7 +377,7 @@ def mesh(body: Literal["rail", "wheel"], options: MeshOptions = _OF_MESH, *, out
         File to write: .msh (gmsh 4.1), .inp (CalculiX, Abaqus) or .vtu.
     """
     from fecontact.outputs.meshfile import write_mesh
-    from fecontact.solving.levels import mesh_case
+    from fecontact.solving.coupled_mesh import mesh_case
 
     made = mesh_case(options.case(), body)
     write_mesh(made, out)

@@ -18,6 +18,10 @@ class InputError(FecontactError, ValueError):
     exit_code: ClassVar[int] = 2
 
 
+class NotEnoughMemory(InputError):
+    """The machine does not have the memory that is needed now; alone on it the same may go."""
+
+
 class ConvergenceError(FecontactError):
     """An iteration did not reach its tolerance; the message gives the cause and the remedy."""
 

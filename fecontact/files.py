@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from fecontact.errors import InputError
+
 
 def write_atomically(path: str | Path, writer: Callable[[Path], object]) -> Path:
     """Write a file so that a reader, or an interrupted run, sees the old file or the whole new one.
@@ -55,6 +57,22 @@ def write_text(path: str | Path, text: str) -> Path:
 def write_json(path: str | Path, value: object) -> Path:
     """Write a value as JSON, see `json_text`."""
     return write_text(path, json_text(value) + "\n")
+
+
+def read_json(path: str | Path) -> Any:
+    """The value of a JSON file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read or is no JSON.
+    """
+    try:
+        return json.loads(Path(path).read_text("utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror or error}; solve it again") from error
+    except ValueError as error:
+        raise InputError(f"{path}: no JSON ({error}); solve it again") from error
 
 
 def json_text(value: object) -> str:

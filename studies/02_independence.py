@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import BodySize, Case
-from fecontact.jobs.provenance import case_id
 from fecontact.regression.checks import Check, discretisation_check
+from fecontact.runs.identity import case_id
 
 LIMIT_PERCENT = 0.3
 # Eight elements a semi-axis state the peak pressure of a real pair to half a per cent, five to one.

@@ -17,7 +17,6 @@ still holds is the verdict's answer.
 """
 
 import json
-import os
 from dataclasses import dataclass
 from itertools import pairwise
 from math import asin, sqrt
@@ -41,8 +40,7 @@ PROFILES = Path(__file__).parent / "profiles"
 
 
 def profile_path(thickness_mm: int) -> str:
-    """File of a section, relative to where one stands: ids hash it, and must not depend on where the studies lie."""
-    return Path(os.path.relpath(PROFILES / f"switch_tongue_{thickness_mm}.toml")).as_posix()
+    return str(PROFILES / f"switch_tongue_{thickness_mm}.toml")
 
 
 def cases(quick: bool = False) -> list[Case]:
@@ -109,7 +107,8 @@ class _Head:
 
 
 def _head(row: dict[str, Any], out: Path) -> _Head:
-    rail = Path(str(row["rail"])).stem
+    # of a file its name and a hash of its content
+    rail = Path(str(row["rail"]).partition("@")[0]).stem
     result = json.loads((out / "cases" / row["id"] / "result.json").read_text("utf-8"))
     step = result["steps"]["half_space_to_bodies"]
     return _Head(

@@ -8,7 +8,7 @@ more below a head of radius R, see `depth_limit_percent`), and the load of first
 within 9 %.
 
 The layers of the meshes are 0.15 to 0.25 semi-axes apart there: depth and size are read from a cubic spline through the
-nodes along the axis (see fecontact/subsurface.py), which costs 0.2 % of the depth on the exact stresses. Hertz takes
+nodes along the axis (fecontact/fe/stress_peak.py), which costs 0.2 % of the depth on the exact stresses. Hertz takes
 both bodies for half-spaces: below a head of radius 13 mm, 13 semi-axes across, the stress has less room to spread than
 in one, and the peak lies deeper than in the wheel.
 """

@@ -15,7 +15,6 @@ import argparse
 import csv
 import math
 import multiprocessing
-import resource
 import subprocess
 import sys
 import time
@@ -47,8 +46,10 @@ def cases(quick: bool = False) -> list[Case]:
 def measure(case: Case) -> dict[str, Any]:
     """Solve a case on its one mesh and take the time of each step."""
     from fecontact.comparison.compare import compare
-    from fecontact.solving.levels import couple, coupled_problem, fine_zone
+    from fecontact.contact.rung import Rung
+    from fecontact.solving.coupled_mesh import couple, coupled_problem, fine_zone
     from fecontact.solving.position import hertz_of_case, position_of
+    from fecontact.solving.solve import peak_memory_MB
 
     begin = time.process_time()
     position = position_of(case)
@@ -59,7 +60,7 @@ def measure(case: Case) -> dict[str, Any]:
     _, solution = problem.solve(case.load_N)
     solved = time.process_time()
     hertz = hertz_of_case(case, position.placement)
-    found = compare(bodies.grid, solution.pressure_MPa.reshape(bodies.grid.shape), solution.approach_mm, hertz)
+    found = compare(Rung.of(bodies.grid, solution, approach_mm=solution.approach_mm), hertz)
     end = time.process_time()
     _, again = problem.solve(0.8 * case.load_N)
     further = time.process_time() - end
@@ -76,7 +77,7 @@ def measure(case: Case) -> dict[str, Any]:
         "degrees_of_freedom": dof,
         "cpu_s": end - begin,
         "dof_per_cpu_s": dof / (end - begin),
-        "peak_memory_MB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e6,
+        "peak_memory_MB": peak_memory_MB(),
         "p_max_error_percent": -100.0 * found.deviation["p_max_MPa"] / (1.0 + found.deviation["p_max_MPa"]),
         "a_error_percent": -100.0 * found.deviation["a_mm"] / (1.0 + found.deviation["a_mm"]),
         "b_error_percent": -100.0 * found.deviation["b_mm"] / (1.0 + found.deviation["b_mm"]),
@@ -109,7 +110,7 @@ def assembly(case: Case) -> dict[str, float]:
 
     from fecontact.fe.stiffness import _skfem_mesh, stiffness
     from fecontact.material import STEEL
-    from fecontact.solving.levels import mesh_case
+    from fecontact.solving.coupled_mesh import mesh_case
 
     mesh = mesh_case(case, "rail")
     start = time.process_time()

@@ -4,19 +4,23 @@ The plan gives for a load in kN what shall happen to its case; `solves.txt` ther
 """
 
 import errno
-import json
 import os
 import signal
 import time
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fecontact.case import Case, case_record
+from fecontact.case import Case
 from fecontact.comparison.measures import MEASURES
-from fecontact.errors import ConvergenceError, InputError
-from fecontact.files import write_json, write_text
-from fecontact.jobs.provenance import provenance
+from fecontact.errors import ConvergenceError, NotEnoughMemory
+from fecontact.files import read_json, write_json, write_text
+from fecontact.map.position import failed_position
+from fecontact.outputs.rows import input_columns, write_row
+from fecontact.runs.case_store import RESULT, ROW
+from fecontact.runs.identity import provenance
+from fecontact.runs.position_store import write_position
 
 MEMORY = "the factor of 9 degrees of freedom needs about 9.0 GB of memory, 1.0 GB are available; use a larger machine"
 
@@ -32,21 +36,47 @@ def solves(out: Path) -> list[str]:
     return path.read_text().split() if path.exists() else []
 
 
-def solve_into(case: Case, folder: Path, name: str, settings: Mapping[str, Any]) -> None:
-    out = folder.parent.parent
-    begun = solves(out).count(name)
-    with (out / "solves.txt").open("a") as file:
-        file.write(name + "\n")
-    what = json.loads((out / "plan.json").read_text()) if (out / "plan.json").exists() else {}
-    write_text(folder / "rail.vtu", f"mesh of {case.load_N}\n")
-    write_text(folder / "case.vtm", "")
-    for file in ("wheel.vtu", "contact.vtp"):
-        write_text(folder / file, "")
-    warnings = _act(what.get(f"{case.load_N / 1e3:g}", what.get("all", "")), begun, settings)
-    write_json(folder / "result.json", record(case, warnings) | {"provenance": provenance(case, name, settings)})
+@dataclass(frozen=True, kw_only=True)
+class FakeWork:
+    """Stands for `CaseWork`."""
+
+    case: Case
+    name: str
+    settings: Mapping[str, Any]
+
+    def __call__(self, folder: Path, finished: Path | None) -> bool:
+        out = folder.parent.parent
+        begun = solves(out).count(self.name)
+        with (out / "solves.txt").open("a") as file:
+            file.write(("" if finished is None else "again:") + self.name + "\n")
+        what = read_json(out / "plan.json") if (out / "plan.json").exists() else {}
+        write_text(folder / "rail.vtu", f"mesh of {self.case.load_N}\n")
+        for file in ("case.vtm", "wheel.vtu", "contact.vtp"):
+            write_text(folder / file, "")
+        short = _act(what.get(f"{self.case.load_N / 1e3:g}", what.get("all", "")), begun)
+        write_json(folder / RESULT, {"provenance": provenance(self.case, self.name, self.settings)})
+        write_row(folder / ROW, {"id": self.name, **row(self.case), "verdict_warnings": MEMORY if short else ""})
+        return short
 
 
-def _act(what: str, begun: int, settings: Mapping[str, Any]) -> list[str]:
+@dataclass(frozen=True, kw_only=True)
+class FakePosition:
+    """Stands for `PositionWork`: no load of the position can be solved, and that is kept."""
+
+    case: Case
+    loads_N: tuple[float, ...]
+    name: str
+
+    def __call__(self, folder: Path, finished: Path | None) -> bool:
+        with (folder.parent.parent / "solves.txt").open("a") as file:
+            file.write(f"{self.case.lateral_shift_mm:g}\n")
+        made = failed_position(self.case.lateral_shift_mm, self.loads_N, f"planned in process {os.getpid()}")
+        write_position(made, self.case, folder, self.name)
+        return False
+
+
+def _act(what: str, begun: int) -> bool:
+    """Do what is planned; whether there was too little memory for all of it."""
     match what.split():
         case ["die"]:
             os._exit(9)
@@ -61,51 +91,27 @@ def _act(what: str, begun: int, settings: Mapping[str, Any]) -> list[str]:
         case ["iteration"]:
             raise ConvergenceError("it did not converge")
         case ["memory"] if begun == 0:
-            raise InputError(MEMORY)
+            raise NotEnoughMemory(MEMORY)
         case ["less"] if begun == 0:
-            return [f"refinement stopped: {MEMORY}"]
-    return []
+            return True
+    return False
 
 
-def record(case: Case, warnings: list[str]) -> dict[str, Any]:
-    """A result record with all that a row needs; one number is none, as it can happen."""
-    numbers = {name: case.load_N / (3.0 + number) for number, name in enumerate(MEASURES)}
-    return {
-        "schema": "fecontact/result/1",
-        "status": "converged",
-        "case": case_record(case),
-        "normal_force_N": case.load_N,
-        "contact_angle_rad": 0.1,
-        "touch_points": [{"rail_y_mm": 1.0 / 3.0, "wheel_y_mm": 2.0, "at_junction": False}],
-        "fe": numbers,
-        "hertz": numbers,
-        "deviation": dict.fromkeys(MEASURES, 0.1),
-        "uncertainty": dict.fromkeys(MEASURES, 0.01) | {"approach_mm": float("nan")},
-        "verdict": {"verdict": "HOLDS", "measure": "p_max_MPa", "cause": None, "warnings": warnings},
-        "rungs": {"half_space": {"p_max_MPa": 1.0}},
-        "von_mises": {body: {"von_mises_MPa": 1.0, "depth_mm": 1.0} for body in ("rail", "wheel")},
-        "steps": dict.fromkeys(("quadratic_to_true_gap", "half_space_to_bodies"), dict.fromkeys(MEASURES, 0.01)),
-        "bodies_step_uncertainty": dict.fromkeys(MEASURES, 0.002),
-        "geometry": {
-            "junction_distance_mm": float("inf"),
-            "junction_distance_over_b": float("inf"),
-            "junction_in_patch": False,
-            "curvature_variation": 0.1,
-            "normal_turn_rad": 0.01,
-        },
-        "hertz_points": {"shared": {"p_max_MPa": 1.0}},
-        "pressure_l2": 0.1,
-        "overlap": 0.9,
-        "centre_of_pressure_mm": [0.0, 0.1],
-        "pieces": 1,
-        "hertz_stiffness_GN_per_m15": 1.0,
-        "solver": {
-            "element_size_mm": [1.0, 1.0],
-            "degrees_of_freedom": {"rail": 1},
-            "iterations": 3,
-            "load_balance": 1e-9,
-            "seconds": {"contact": time.perf_counter()},
-            "peak_memory_MB": time.perf_counter(),
-        },
-        "warnings": [],
+def row(case: Case) -> dict[str, Any]:
+    """A row with the columns that tables and figures need; some numbers are none, as it can happen."""
+    made: dict[str, Any] = {"status": "converged", **input_columns(case), "touch_rail_y_mm": 1.0 / 3.0}
+    for number, measure in enumerate(MEASURES):
+        name, unit = measure.rsplit("_", 1)
+        made[f"{name}_fe_{unit}"] = made[f"{name}_hertz_{unit}"] = case.load_N / (3.0 + number)
+        made[f"{name}_deviation_percent"] = 10.0
+        made[f"{name}_uncertainty_percent"] = float("nan") if name == "approach" else 1.0
+    return made | {
+        "junction_distance_mm": float("inf"),
+        "verdict": "HOLDS",
+        "verdict_cause": None,
+        "pressure_l2_percent": 10.0,
+        "resolution": None,
+        "degrees_of_freedom": 1,
+        "seconds": time.perf_counter(),
+        "peak_memory_MB": time.perf_counter(),
     }

@@ -50,21 +50,21 @@ def verdict(p: float, area: float, u_p: float = 0.0, u_area: float = 0.0, criter
 )
 def test_truth_table(sign, p, area, u_p, u_area, answer, measure):
     found = verdict(sign * p, -sign * area, u_p, u_area)
-    assert (found.verdict, found.measure) == (answer, measure)
+    assert (found.answer, found.measure) == (answer, measure)
 
 
 def test_boundaries():
     # exactly at the limit: neither beyond nor within
-    assert verdict(0.0625, 0.0).verdict == "UNRESOLVED"
-    assert verdict(0.0, 0.125).verdict == "UNRESOLVED"
+    assert verdict(0.0625, 0.0).answer == "UNRESOLVED"
+    assert verdict(0.0, 0.125).answer == "UNRESOLVED"
     above, below = math.nextafter(0.0625, 1.0), math.nextafter(0.0625, 0.0)
-    assert verdict(above, 0.0).verdict == "FAILS"
-    assert verdict(below, 0.0).verdict == "HOLDS"
+    assert verdict(above, 0.0).answer == "FAILS"
+    assert verdict(below, 0.0).answer == "HOLDS"
     # the uncertainty just reaches the limit, from both sides
-    assert verdict(0.0625 + 0.03125, 0.0, 0.03125).verdict == "UNRESOLVED"
-    assert verdict(0.0625 - 0.03125, 0.0, 0.03125).verdict == "UNRESOLVED"
-    assert verdict(0.0625 + 0.03125, 0.0, 0.03124).verdict == "FAILS"
-    assert verdict(0.0625 - 0.03125, 0.0, 0.03124).verdict == "HOLDS"
+    assert verdict(0.0625 + 0.03125, 0.0, 0.03125).answer == "UNRESOLVED"
+    assert verdict(0.0625 - 0.03125, 0.0, 0.03125).answer == "UNRESOLVED"
+    assert verdict(0.0625 + 0.03125, 0.0, 0.03124).answer == "FAILS"
+    assert verdict(0.0625 - 0.03125, 0.0, 0.03124).answer == "HOLDS"
 
 
 @pytest.mark.parametrize(
@@ -80,21 +80,21 @@ def test_boundaries():
 )
 def test_a_measure_that_is_no_number_leaves_it_open(p, area, u_p, u_area):
     found = verdict(p, area, u_p, u_area)
-    assert found.verdict == "UNRESOLVED"
+    assert found.answer == "UNRESOLVED"
     # one measure is fine: the other one is named
     fine = A if not (math.isfinite(p) and math.isfinite(u_p)) else P
     assert found.measure == ({P, A} - {fine}).pop()
 
 
 def test_a_certain_failure_needs_no_other_number():
-    assert verdict(0.2, math.nan, 0.001, math.nan).verdict == "FAILS"
-    assert verdict(math.nan, 0.3, math.nan, 0.001).verdict == "FAILS"
+    assert verdict(0.2, math.nan, 0.001, math.nan).answer == "FAILS"
+    assert verdict(math.nan, 0.3, math.nan, 0.001).answer == "FAILS"
 
 
 def test_the_verdict_follows_the_criteria():
-    assert verdict(0.08, 0.01, 0.01, 0.01).verdict == "FAILS"
-    assert verdict(0.08, 0.01, 0.01, 0.01, Criteria(p_max=0.2)).verdict == "HOLDS"
-    assert verdict(0.08, 0.01, 0.01, 0.01, Criteria(p_max=0.085)).verdict == "UNRESOLVED"
+    assert verdict(0.08, 0.01, 0.01, 0.01).answer == "FAILS"
+    assert verdict(0.08, 0.01, 0.01, 0.01, Criteria(p_max=0.2)).answer == "HOLDS"
+    assert verdict(0.08, 0.01, 0.01, 0.01, Criteria(p_max=0.085)).answer == "UNRESOLVED"
 
 
 numbers = st.floats(-1.0, 1.0)
@@ -103,15 +103,15 @@ sizes = st.floats(0.0, 1.0)
 
 @given(p=numbers, area=numbers, u_p=sizes, u_area=sizes, more_p=sizes, more_area=sizes)
 def test_more_uncertainty_never_decides(p, area, u_p, u_area, more_p, more_area):
-    before = verdict(p, area, u_p, u_area).verdict
-    after = verdict(p, area, u_p + more_p, u_area + more_area).verdict
+    before = verdict(p, area, u_p, u_area).answer
+    after = verdict(p, area, u_p + more_p, u_area + more_area).answer
     # an open verdict stays open and a decided one may only become open
     assert after in (before, "UNRESOLVED")
 
 
 @given(p=numbers, area=numbers, u_p=sizes, u_area=sizes)
 def test_a_decision_is_right_wherever_the_truth_lies_within_the_uncertainty(p, area, u_p, u_area):
-    found = verdict(p, area, u_p, u_area).verdict
+    found = verdict(p, area, u_p, u_area).answer
     truths = [(abs(p) + i * u_p, abs(area) + j * u_area) for i in (-1, 0, 1) for j in (-1, 0, 1)]
     held = [max(t_p / CRITERIA.p_max, t_area / CRITERIA.area) <= 1.0 for t_p, t_area in truths]
     if found == "HOLDS":
@@ -132,7 +132,7 @@ def test_wider_limits_never_turn_a_yes_into_a_no(p, area, u_p, u_area, wider):
     order = ("FAILS", "UNRESOLVED", "HOLDS")
     wide = Criteria(p_max=wider * CRITERIA.p_max, area=wider * CRITERIA.area)
     strict_, loose = verdict(p, area, u_p, u_area), verdict(p, area, u_p, u_area, wide)
-    assert order.index(loose.verdict) >= order.index(strict_.verdict)
+    assert order.index(loose.answer) >= order.index(strict_.answer)
 
 
 # --- criteria ---------------------------------------------------------------------------------------------------

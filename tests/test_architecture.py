@@ -3,17 +3,17 @@
 import ast
 import subprocess
 import sys
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
 
-from fecontact.jobs.provenance import _NOT_NUMERICAL
+from fecontact.runs.identity import EVALUATING, SOLVING
 
 PACKAGE = Path(__file__).parents[1] / "fecontact"
 
 # Each room and the rooms that it may use, from the ground up. A room is a folder, or a file beside the folders.
-BASE = {"errors", "files", "material"}
 ROOMS: dict[str, set[str]] = {
     "errors": set(),
     "files": {"errors"},
@@ -21,22 +21,25 @@ ROOMS: dict[str, set[str]] = {
     "material": {"errors", "inputs"},
     "case": {"errors", "inputs", "material"},
     "options": {"errors", "inputs", "case"},
-    "profiles": {"errors", "files"},
+    "profiles": {"errors"},
     "contact": {"errors"},
     "geometry": {"errors", "case", "profiles"},
     "theory": {"errors", "material", "geometry"},
     "fe": {"errors", "material", "case", "profiles", "geometry", "contact"},
-    "comparison": {"errors", "material", "case", "profiles", "geometry", "theory", "contact"},
-    "solving": {*BASE, "case", "profiles", "geometry", "theory", "contact", "fe", "comparison"},
-    "map": {*BASE, "case", "comparison", "solving", "fe"},
-    "jobs": {*BASE, "case", "profiles", "fe", "solving", "outputs"},
+    "comparison": {"case", "geometry", "theory", "contact"},
+    "solving": {"errors", "case", "profiles", "geometry", "theory", "contact", "fe", "comparison"},
+    "map": {"errors", "case", "geometry", "comparison", "solving"},
     "regression": {"errors", "files"},
-    "outputs": {*BASE, "case", "profiles", "geometry", "theory", "contact", "fe", "comparison", "solving", "map"}
-    | {"regression", "jobs"},
-    "runs": {*BASE, "inputs", "case", "profiles", "comparison", "solving", "map", "jobs", "outputs", "regression"},
-    "cli": {*BASE, "inputs", "case", "options", "profiles", "solving", "map", "jobs", "outputs", "regression", "runs"},
+    # knows neither physics nor outputs: what is done, and what is written, is handed in
+    "jobs": {"errors", "files"},
+    "outputs": {"errors", "files", "case", "profiles", "geometry", "theory", "contact", "fe", "comparison", "solving"}
+    | {"map", "regression"},
+    "runs": {"errors", "files", "inputs", "case", "profiles", "fe", "comparison", "solving", "map", "regression"}
+    | {"jobs", "outputs"},
+    "cli": {"errors", "files", "inputs", "case", "options", "profiles", "solving", "regression", "jobs", "outputs"}
+    | {"runs"},
     "system_check": set(),
-    "__init__": {"case", "solving"},
+    "__init__": {"case", "solving", "runs"},
     "__main__": {"cli"},
 }
 FINITE_ELEMENT_PACKAGES = {"skfem", "gmsh", "pypardiso", "pyamg", "meshio", "pyvista", "vtk", "vtkmodules"}
@@ -58,6 +61,7 @@ def room(module: str) -> str:
     return module.partition(".")[0]
 
 
+@cache
 def imported(module: str) -> tuple[set[str], set[str]]:
     """Modules of the package that a module imports, also inside its functions, and packages from elsewhere."""
     inside, outside = set(), set()
@@ -108,7 +112,8 @@ def test_a_room_uses_only_the_rooms_below_it(name):
 
 
 def test_no_arrow_goes_upwards():
-    # graphlib raises for a circle
+    # graphlib raises for a circle: among the rooms as they are allowed, and among the modules as they are
+    TopologicalSorter(ROOMS).prepare()
     TopologicalSorter({module: imported(module)[0] for module in MODULES}).prepare()
 
 
@@ -134,11 +139,28 @@ def test_what_needs_no_finite_elements_reaches_none(name):
         assert not {package for other in reached for package in imported(other)[1]} & FINITE_ELEMENT_PACKAGES, module
 
 
-def test_numerical_modules_need_nothing_that_the_fingerprint_leaves_out():
-    # a result is reused as long as the sources in its fingerprint are the same
-    left_out = {name.removesuffix(".py") for name in _NOT_NUMERICAL} - {"files"}
-    for module in [module for module in MODULES if room(module) not in left_out | {"__init__"}]:
-        assert not {room(other) for other in reachable(module)} & left_out, module
+def test_only_the_doors_open_what_the_command_line_calls():
+    users = {room(module) for module in MODULES for other in imported(module)[0] if room(other) == "runs"}
+    assert users <= {"runs", "cli", "__init__"}
+
+
+def within(module: str, parts: tuple[str, ...]) -> bool:
+    """Whether a module's file is one of some files, or in one of some folders."""
+    path = MODULES[module].relative_to(PACKAGE).as_posix()
+    return any(path == part or path.startswith(f"{part}/") for part in parts)
+
+
+def test_the_digests_see_all_that_decides_about_a_result():
+    # a stored result is used as long as the sources in its digests are the same; what an input is called, and how it
+    # is told, is not in them: the values themselves are in the id
+    told = ("inputs", "files.py")
+    for module in ("solving.solve", "solving.load_sweep", "map.position"):
+        for other in {module, *reachable(module)}:
+            assert within(other, (*SOLVING, *EVALUATING, *told)), other
+    for module in ("comparison.judged_load", "outputs.rows", "outputs.record", "outputs.stored"):
+        for other in {module, *reachable(module)}:
+            assert within(other, (*SOLVING, *EVALUATING, *told)), other
+    assert all((PACKAGE / part).exists() for part in (*SOLVING, *EVALUATING))
 
 
 def test_packages_are_empty_so_that_help_is_instant():

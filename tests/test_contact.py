@@ -8,7 +8,8 @@ import pytest
 from scipy.integrate import dblquad
 from scipy.optimize import nnls
 
-from fecontact.contact.halfspace import half_space_compliance, love_influence
+from fecontact.contact.grid import ContactGrid, Field
+from fecontact.contact.halfspace import half_space_compliance, half_space_problem, love_influence
 from fecontact.contact.solver import ContactProblem, ContactSolution, solve_contact
 from fecontact.material import STEEL, contact_modulus_MPa
 from fecontact.theory.hertz import HertzContact, hertz_ellipse
@@ -28,7 +29,8 @@ def grid(rail: float, count: int, *, half: bool = True, room: float = 1.3) -> tu
     return x, h.b_mm / count * np.arange(-k, k + 1)
 
 
-def half_space_problem(x: np.ndarray, s: np.ndarray, gap: np.ndarray, *, half: bool) -> ContactProblem:
+def uniform_problem(x: np.ndarray, s: np.ndarray, gap: np.ndarray, *, half: bool) -> ContactProblem:
+    """A gap on half-spaces with whole cells at the ends too."""
     dx, ds = x[1] - x[0], s[1] - s[0]
     area = np.full((x.size, s.size), dx * ds)
     if half:
@@ -47,7 +49,7 @@ def rung_q(rail: float, count: int, *, half: bool = True, load: float = LOAD) ->
     """Pressure (nx, ns) and solution of the quadratic gap on half-spaces."""
     x, s = grid(rail, count, half=half)
     gap = 0.5 / WHEEL * x[:, None] ** 2 + 0.5 / rail * s[None, :] ** 2
-    solution = solve_contact(half_space_problem(x, s, gap, half=half), load)
+    solution = solve_contact(uniform_problem(x, s, gap, half=half), load)
     assert solution.status == "converged"
     return solution.pressure_MPa.reshape(x.size, s.size), solution
 
@@ -61,7 +63,7 @@ def rough_problem(seed: int = 3) -> ContactProblem:
         for k in range(4)
         for l in range(4)
     )
-    return half_space_problem(x, s, x[:, None] ** 2 / 900.0 + s[None, :] ** 2 / 500.0 + waves, half=False)
+    return uniform_problem(x, s, x[:, None] ** 2 / 900.0 + s[None, :] ** 2 / 500.0 + waves, half=False)
 
 
 # --- the half-space ---------------------------------------------------------------------------------------------
@@ -118,6 +120,107 @@ def test_half_model_mirrors_the_pressure():
     full = half_space_compliance(nodes_x=2 * nx - 1, half=False, **options)(mirrored.ravel()).reshape(-1, ns)
     half = half_space_compliance(nodes_x=nx, half=True, **options)(p.ravel()).reshape(nx, ns)
     np.testing.assert_allclose(half, full[nx - 1 :], rtol=1e-12)
+
+
+@pytest.mark.parametrize("half", [True, False])
+def test_half_space_problem_of_a_grid(half):
+    x, s = grid(80.0, 6, half=half)
+    nodes = ContactGrid(x_mm=x, s_mm=s, half=half)
+    gap = (0.5 / WHEEL * x[:, None] ** 2 + 0.5 / 80.0 * s[None, :] ** 2).ravel()
+    closing = np.random.default_rng(4).uniform(0.8, 1.0, gap.size)
+    made = half_space_problem(nodes, gap, contact_modulus_MPa=MODULUS)
+    by_hand = uniform_problem(x, s, gap, half=half)
+    # cells at the ends are half of those inside, and nothing touches there
+    assert made.area_mm2.sum() == pytest.approx((2.0 if half else 1.0) * np.ptp(x) * np.ptp(s), rel=1e-12)
+    inside = made.area_mm2.reshape(nodes.shape)[0 if half else 1 : -1, 1:-1]
+    np.testing.assert_allclose(inside, by_hand.area_mm2.reshape(nodes.shape)[0 if half else 1 : -1, 1:-1], rtol=1e-12)
+    p = np.random.default_rng(1).uniform(size=gap.size)
+    np.testing.assert_allclose(made.compliance(p), by_hand.compliance(p), rtol=1e-12)
+    np.testing.assert_array_equal(made.gap_mm, gap)
+    np.testing.assert_array_equal(made.closing, 1.0)
+    one, two = (solve_contact(problem, LOAD, tolerance=1e-9) for problem in (made, by_hand))
+    np.testing.assert_allclose(one.pressure_MPa, two.pressure_MPa, atol=1e-7 * two.pressure_MPa.max())
+    tilted = half_space_problem(nodes, gap, closing=closing, contact_modulus_MPa=MODULUS)
+    np.testing.assert_array_equal(tilted.closing, closing)
+
+
+# --- fields on a grid -------------------------------------------------------------------------------------------
+
+HALF_GRID = ContactGrid(x_mm=0.5 * np.arange(5), s_mm=0.3 * (np.arange(7) - 2.2), half=True)
+FULL_GRID = ContactGrid(x_mm=0.5 * (np.arange(6) - 1.3), s_mm=0.3 * (np.arange(7) - 2.2), half=False)
+
+
+def values_on(nodes: ContactGrid) -> np.ndarray:
+    return np.random.default_rng(6).uniform(1.0, 2.0, nodes.shape)
+
+
+def moments(field: Field) -> list[float]:
+    """Sum over the whole contact, and its first and second moments, in the areas of the nodes."""
+    x, s, p = field.grid.x_mm[:, None], field.grid.s_mm[None, :], field.values
+    area = field.grid.whole_area_mm2().reshape(field.grid.shape)
+    return [float(np.sum(area * p * w)) for w in (1.0, s, x**2, s**2, x**2 * s)]
+
+
+def test_the_whole_of_a_half_field_keeps_sums_and_mirrors_positions():
+    half = Field(grid=HALF_GRID, values=values_on(HALF_GRID))
+    whole = half.whole()
+    assert not whole.grid.half
+    assert whole.grid.shape == whole.values.shape == (9, 7)
+    np.testing.assert_array_equal(whole.grid.x_mm, -whole.grid.x_mm[::-1])
+    np.testing.assert_array_equal(whole.grid.x_mm[4:], HALF_GRID.x_mm)
+    np.testing.assert_array_equal(whole.grid.s_mm, HALF_GRID.s_mm)
+    np.testing.assert_array_equal(whole.values, whole.values[::-1])
+    # the plane of symmetry is there once
+    np.testing.assert_array_equal(whole.values[4:], half.values)
+    assert moments(whole) == pytest.approx(moments(half), rel=1e-12)
+    assert whole.whole() is whole
+
+
+def test_a_full_field_is_whole():
+    full = Field(grid=FULL_GRID, values=values_on(FULL_GRID))
+    assert full.whole() is full
+
+
+@pytest.mark.parametrize("nodes", [HALF_GRID, FULL_GRID], ids=["half", "full"])
+@pytest.mark.parametrize("box", [(12.0, 9.0), (12.0, 0.5), (0.5, 9.0), (0.5, 0.5)])
+def test_a_covering_field_adds_zeros_in_the_same_steps(nodes, box):
+    values = values_on(nodes)
+    # where nothing touches at the ends, so that their half cells do not count
+    values[-1] = values[:, [0, -1]] = 0.0
+    if not nodes.half:
+        values[0] = 0.0
+    field = Field(grid=nodes, values=values)
+    covering = field.covering(*box)
+    assert not covering.grid.half
+    assert covering.values.shape == covering.grid.shape
+    for line, old, length in (
+        (covering.grid.x_mm, field.whole().grid.x_mm, box[0]),
+        (covering.grid.s_mm, nodes.s_mm, box[1]),
+    ):
+        np.testing.assert_allclose(np.diff(line), old[1] - old[0], rtol=1e-12)
+        assert line[0] < -0.5 * length
+        assert line[-1] > 0.5 * length
+        # what was there lies where it was, to the last bit
+        first = int(np.flatnonzero(line == old[0])[0])
+        np.testing.assert_array_equal(line[first : first + old.size], old)
+        # no more than two steps beyond the box, or nothing at all
+        assert first == 0 or line[0] >= -0.5 * length - 2.0 * (old[1] - old[0])
+        assert line[-1] == old[-1] or line[-1] <= 0.5 * length + 2.0 * (old[1] - old[0])
+    if nodes.half:
+        np.testing.assert_allclose(covering.grid.x_mm, -covering.grid.x_mm[::-1], atol=1e-12)
+        np.testing.assert_array_equal(covering.values, covering.values[::-1])
+    assert covering.values.sum() == pytest.approx(field.whole().values.sum(), rel=1e-12)
+    assert moments(covering) == pytest.approx(moments(field), rel=1e-12)
+
+
+def test_fields_of_nodes_may_have_components():
+    vectors = np.random.default_rng(7).uniform(size=(35, 3))
+    field = Field.of_nodes(HALF_GRID, vectors)
+    assert field.values.shape == (5, 7, 3)
+    np.testing.assert_array_equal(field.values[2, 3], vectors[2 * 7 + 3])
+    covering = field.covering(12.0, 9.0)
+    assert covering.values.shape == (*covering.grid.shape, 3)
+    np.testing.assert_allclose(covering.values.sum(axis=(0, 1)), field.whole().values.sum(axis=(0, 1)), rtol=1e-12)
 
 
 # --- rung Q against Hertz ---------------------------------------------------------------------------------------
@@ -194,7 +297,7 @@ def test_dense_quadratic_programme_agrees(seed):
     x, s = np.linspace(-3.0, 3.0, 9), np.linspace(-2.0, 2.0, 7)
     rng = np.random.default_rng(seed)
     gap = x[:, None] ** 2 / 900.0 + s[None, :] ** 2 / 500.0 + rng.uniform(0.0, 0.01, (x.size, s.size))
-    problem = half_space_problem(x, s, gap, half=False)
+    problem = uniform_problem(x, s, gap, half=False)
     problem = replace(problem, closing=rng.uniform(0.8, 1.0, gap.size))
     n = gap.size
     solution = solve_contact(problem, 8e3, tolerance=1e-10)
@@ -259,11 +362,11 @@ def test_start_does_not_matter():
 def test_scaling_lengths_and_load():
     x, s = grid(80.0, 6)
     gap = 0.5 / WHEEL * x[:, None] ** 2 + 0.5 / 80.0 * s[None, :] ** 2
-    base = solve_contact(half_space_problem(x, s, gap, half=True), LOAD, tolerance=1e-9)
+    base = solve_contact(uniform_problem(x, s, gap, half=True), LOAD, tolerance=1e-9)
     scale = 2.5
     # all lengths (gap too) times 2.5, the load times 2.5^2: the same pressures
     other = solve_contact(
-        half_space_problem(scale * x, scale * s, scale * gap, half=True), scale**2 * LOAD, tolerance=1e-9
+        uniform_problem(scale * x, scale * s, scale * gap, half=True), scale**2 * LOAD, tolerance=1e-9
     )
     np.testing.assert_allclose(other.pressure_MPa, base.pressure_MPa, atol=1e-7 * base.pressure_MPa.max())
     assert other.approach_mm == pytest.approx(scale * base.approach_mm, rel=1e-8)
@@ -273,7 +376,7 @@ def test_peak_grows_with_the_cube_root_of_the_load():
     loads = np.array([0.4, 0.7, 1.0]) * LOAD
     x, s = grid(300.0, 16)
     gap = 0.5 / WHEEL * x[:, None] ** 2 + 0.5 / 300.0 * s[None, :] ** 2
-    problem = half_space_problem(x, s, gap, half=True)
+    problem = uniform_problem(x, s, gap, half=True)
     solutions = [solve_contact(problem, load) for load in loads]
     peak = np.polyfit(np.log(loads), np.log([q.pressure_MPa.max() for q in solutions]), 1)[0]
     approach = np.polyfit(np.log(loads), np.log([q.approach_mm for q in solutions]), 1)[0]
@@ -294,7 +397,7 @@ def test_mirrored_gap_mirrors_the_pressure():
 def test_tilted_normals_carry_the_load_along_the_approach():
     x, s = grid(300.0, 6)
     gap = 0.5 / WHEEL * x[:, None] ** 2 + 0.5 / 300.0 * s[None, :] ** 2
-    upright = half_space_problem(x, s, gap, half=True)
+    upright = uniform_problem(x, s, gap, half=True)
     straight = solve_contact(upright, LOAD * math.cos(0.3), tolerance=1e-9)
     # all normals tilted by the same angle: the vertical load is the normal one times cos, the approach its inverse
     tilted = solve_contact(

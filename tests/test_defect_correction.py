@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from fecontact.contact.correction import model_of, solve_by_correction
-from fecontact.contact.halfspace import convolution, half_space_compliance, love_influence
+from fecontact.contact.grid import ContactGrid
+from fecontact.contact.halfspace import convolution, half_space_problem, love_influence
 from fecontact.contact.solver import ContactProblem, solve_contact
 from fecontact.material import STEEL, contact_modulus_MPa
 
@@ -16,18 +17,7 @@ LOAD = 20e3
 STEP_X, STEP_S = 0.5, 0.4
 
 
-def uniform(nx: int, ns: int, *, half: bool) -> dict:
-    return {
-        "nodes_x": nx,
-        "nodes_s": ns,
-        "step_x_mm": STEP_X,
-        "step_s_mm": STEP_S,
-        "contact_modulus_MPa": MODULUS,
-        "half": half,
-    }
-
-
-def problem(*, half: bool, skew: float = 0.0) -> tuple[ContactProblem, dict]:
+def problem(*, half: bool, skew: float = 0.0) -> tuple[ContactProblem, ContactGrid]:
     """An elliptic gap with a wave in it, on Love's half-space."""
     nx, ns = (12, 23) if half else (23, 23)
     x = STEP_X * (np.arange(nx) - (0 if half else nx // 2))
@@ -36,16 +26,15 @@ def problem(*, half: bool, skew: float = 0.0) -> tuple[ContactProblem, dict]:
     area = np.full((nx, ns), STEP_X * STEP_S)
     if half:
         area[1:] *= 2.0
-    grid = uniform(nx, ns, half=half)
-    made = ContactProblem(
-        compliance=half_space_compliance(**grid), gap_mm=gap.ravel(), closing=np.ones(gap.size), area_mm2=area.ravel()
-    )
-    return made, grid
+    grid = ContactGrid(x_mm=x, s_mm=s, half=half)
+    made = half_space_problem(grid, gap.ravel(), contact_modulus_MPa=MODULUS)
+    # whole cells at the ends too
+    return replace(made, area_mm2=area.ravel()), grid
 
 
-def bodies_like(base: ContactProblem, grid: dict, strength: float) -> Callable[[np.ndarray], np.ndarray]:
+def bodies_like(base: ContactProblem, grid: ContactGrid, strength: float) -> Callable[[np.ndarray], np.ndarray]:
     """A half-space with the softness of elements under each node and a slow drift of the compliance across it."""
-    nx, ns = grid["nodes_x"], grid["nodes_s"]
+    nx, ns = grid.shape
     drift = 1.0 + strength * np.sin(np.arange(ns) / ns)[None, :].repeat(nx, axis=0).ravel()
     local = 0.4 * float(base.compliance(_unit(nx * ns, nx * ns // 2)).max())
 
@@ -101,7 +90,7 @@ def test_least_spectrum_makes_a_kernel_positive_definite():
 @pytest.mark.parametrize("half", [True, False])
 def test_model_of_a_uniform_compliance_is_the_compliance(half):
     base, grid = problem(half=half)
-    model = model_of(base.compliance, **grid)
+    model = model_of(base.compliance, grid, contact_modulus_MPa=MODULUS)
     p = np.random.default_rng(1).uniform(size=base.gap_mm.size)
     # FFT rounding; nothing is extrapolated, since the difference to the half-space is zero
     np.testing.assert_allclose(model(p), base.compliance(p), rtol=1e-10)
@@ -120,7 +109,7 @@ def test_correction_gives_the_answer_of_conjugate_gradients(half, skew, strength
     exact = solve_contact(whole, LOAD, tolerance=1e-11)
     plain = len(calls)
     calls.clear()
-    model = model_of(compliance, **grid)
+    model = model_of(compliance, grid, contact_modulus_MPa=MODULUS)
     solution = solve_by_correction(whole, LOAD, model)
     assert solution.status == "converged"
     assert len(calls) == solution.compliance_calls + 1
@@ -149,7 +138,7 @@ def test_a_useless_model_falls_back_to_conjugate_gradients():
 def test_start_does_not_change_the_answer():
     base, grid = problem(half=True)
     whole = replace(base, compliance=bodies_like(base, grid, 0.1))
-    model = model_of(whole.compliance, **grid)
+    model = model_of(whole.compliance, grid, contact_modulus_MPa=MODULUS)
     start = np.random.default_rng(5).uniform(size=base.gap_mm.size)
     one, two = solve_by_correction(whole, LOAD, model), solve_by_correction(whole, LOAD, model, start_MPa=start)
     np.testing.assert_allclose(one.pressure_MPa, two.pressure_MPa, atol=2e-6 * one.pressure_MPa.max())

@@ -5,7 +5,11 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import os
+import subprocess
+import sys
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -187,24 +191,22 @@ def test_an_input_outside_its_range_is_refused_in_the_same_words(place, tmp_path
     assert capsys.readouterr().err.strip().endswith(str(python.value))
 
 
-@pytest.fixture
-def help_lines(capsys, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "300")
-
-    def lines(command: str) -> list[str]:
-        call([command, "--help"])
-        return [found.strip("│ ") for found in capsys.readouterr().out.splitlines() if found.startswith("│")]
-
-    return lines
+@cache
+def help_lines(command: str) -> tuple[str, ...]:
+    """Lines of a command's help, in a process of its own: a console keeps the width that it began with."""
+    code = f"from fecontact.cli import call; call([{command!r}, '--help'])"
+    environment = {**os.environ, "COLUMNS": "300"}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
+    return tuple(found.strip("│ ") for found in done.stdout.splitlines() if found.startswith("│"))
 
 
-def test_help_has_unit_range_and_default_of_every_input(help_lines):
+def test_help_has_unit_range_and_default_of_every_input():
     lines = {found.split()[0]: found for found in help_lines("solve")}
     for row in ROWS.values():
         assert row.help in lines[row.option]
 
 
-def test_each_command_takes_what_it_uses(help_lines):
+def test_each_command_takes_what_it_uses():
     def options(command: str) -> set[str]:
         return {word for found in help_lines(command) for word in found.split()[:2] if word.startswith("--")}
 

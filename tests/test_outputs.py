@@ -16,6 +16,8 @@ import pyvista
 from scipy.interpolate import LinearNDInterpolator
 
 from fecontact.case import BodySize, Case, Criteria, Track, case_from_record, case_record
+from fecontact.comparison.judged_load import judge_load
+from fecontact.contact.rung import Rung
 from fecontact.errors import InputError
 from fecontact.fe.meshing import BodyMesh, mesh_volume
 from fecontact.fe.stress import nodal_stress, von_mises
@@ -24,11 +26,21 @@ from fecontact.material import Material
 from fecontact.outputs import tables
 from fecontact.outputs.figures import case_figure, profile_figure, study_figure
 from fecontact.outputs.meshfile import write_mesh
-from fecontact.outputs.record import hertz_record, result_record, row
+from fecontact.outputs.record import hertz_record, load_record, result_record, shown_case_record
+from fecontact.outputs.rows import MEASURED_COLUMNS, case_row, load_row, read_row, write_row
 from fecontact.outputs.series import series
-from fecontact.outputs.study_files import _write_collections
-from fecontact.outputs.vtk import contact_surface, write_case_vtk, write_pvd
+from fecontact.outputs.stored import (
+    placement_from_record,
+    placement_record,
+    read_arrays,
+    solved_from_record,
+    solved_record,
+    write_arrays,
+)
+from fecontact.outputs.study_files import _write_collections, study_figures
+from fecontact.outputs.vtk import contact_surface, write_case_vtk, write_contact_vtk, write_pvd
 from fecontact.profiles.library import load
+from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.solving.solve import CaseResult
 
 MEASURES = ["p_max_MPa", "area_mm2", "a_mm", "b_mm", "extent_x_mm", "extent_y_mm", "approach_mm"]
@@ -37,6 +49,29 @@ MEASURES = ["p_max_MPa", "area_mm2", "a_mm", "b_mm", "extent_x_mm", "extent_y_mm
 @pytest.fixture(scope="module")
 def record(elliptic_quick: CaseResult) -> dict:
     return result_record(elliptic_quick)
+
+
+@pytest.fixture(scope="module")
+def flat(elliptic_quick: CaseResult) -> dict:
+    return case_row(elliptic_quick)
+
+
+def changed_fe(result: CaseResult, **changes) -> CaseResult:
+    """A result with another contact of the finite elements, read as before."""
+    finest, *others = result.load.solved.levels
+    levels = (replace(finest, fe=replace(finest.fe, **changes)), *others)
+    return replace(result, load=replace(result.load, solved=replace(result.load.solved, levels=levels)))
+
+
+def changed_hertz(result: CaseResult, **changes) -> CaseResult:
+    """A result with another ellipse, compared as before."""
+    *others, last = result.load.sides
+    sides = (*others, replace(last, hertz=replace(last.hertz, **changes)))
+    return replace(result, load=replace(result.load, sides=sides))
+
+
+def mesh_of(result: CaseResult, name: str) -> BodyMesh:
+    return getattr(result.bodies.coupled, name).mesh
 
 
 @pytest.fixture(scope="module")
@@ -153,24 +188,33 @@ def test_a_wrong_case_record_is_refused(change):
 
 def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
     assert list(record) == [
-        "schema", "status", "case", "normal_force_N", "contact_angle_rad", "touch_points", "fe", "hertz", "deviation",
-        "pressure_l2", "overlap", "centre_of_pressure_mm", "pieces", "hertz_stiffness_GN_per_m15", "rungs", "steps",
-        "bodies_step_uncertainty", "uncertainty", "geometry", "hertz_points", "verdict", "von_mises", "solver",
+        "schema", "status", "case", "contact_angle_rad", "touch_points", "normal_force_N", "fe", "hertz", "deviation",
+        "uncertainty", "pressure_l2", "overlap", "centre_of_pressure_mm", "pieces", "hertz_stiffness_GN_per_m15",
+        "rungs", "steps", "bodies_step_uncertainty", "geometry", "verdict", "solver", "hertz_points", "von_mises",
         "warnings", "versions",
     ]  # fmt: skip
-    assert record["schema"] == "fecontact/result/1"
+    assert record["schema"] == "fecontact/result/2"
     assert all(list(record[part]) == MEASURES for part in ("fe", "hertz", "deviation"))
     assert list(record["rungs"]) == ["hertz", "half_space_quadratic", "half_space", "fe"]
     assert all(list(rung) == MEASURES for rung in (*record["rungs"].values(), record["uncertainty"]))
     assert record["rungs"]["fe"] == record["fe"]
+    assert record["rungs"]["hertz"] == record["hertz"]
+    assert list(record["steps"]) == ["hertz_to_quadratic", "quadratic_to_true_gap", "half_space_to_bodies"]
     assert all(list(step) == ["p_max_MPa", "area_mm2", "approach_mm"] for step in record["steps"].values())
+    assert list(record["bodies_step_uncertainty"]) == ["p_max_MPa", "area_mm2", "approach_mm"]
     assert list(record["von_mises"]) == ["rail", "wheel"]
     assert list(record["von_mises"]["rail"]) == ["von_mises_MPa", "depth_mm", "x_mm", "y_mm"]
     assert list(record["verdict"]) == ["verdict", "measure", "cause", "sides", "warnings"]
+    (side,) = record["verdict"]["sides"]
+    assert list(side) == ["side", "verdict", "measure", "hertz", "deviation", "uncertainty"]
+    assert (side["side"], side["verdict"], side["measure"]) == (
+        "both", record["verdict"]["verdict"], record["verdict"]["measure"],
+    )  # fmt: skip
+    assert all(side[part] == record[part] for part in ("hertz", "deviation", "uncertainty"))
     assert list(record["solver"]) == [
-        "path", "iterations", "compliance_calls", "contact_residual", "penetration_residual", "load_balance",
-        "degrees_of_freedom", "elements", "element_size_mm", "meshes", "zone_enlarged", "seconds", "memory_MB",
-        "peak_memory_MB",
+        "path", "seconds", "memory_MB", "peak_memory_MB", "iterations", "compliance_calls", "contact_residual",
+        "penetration_residual", "load_balance", "degrees_of_freedom", "elements", "element_size_mm", "meshes",
+        "zone_enlarged",
     ]  # fmt: skip
     # json_text refuses anything that is not plain; what is no number (no junction on this head) is null
     plain = json.loads(json_text(record), parse_constant=pytest.fail)
@@ -178,6 +222,78 @@ def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
     assert plain["fe"] == record["fe"]
     assert case_from_record(record["case"]) == elliptic_quick.case
     assert record["versions"]["numpy"] == np.__version__
+
+
+def test_a_load_says_the_same_in_a_case_and_in_a_map(record, flat, elliptic_quick):
+    own = load_record(elliptic_quick.load)
+    assert {key: record[key] for key in own if key != "solver"} == {k: v for k, v in own.items() if k != "solver"}
+    assert {key: record["solver"][key] for key in own["solver"]} == own["solver"]
+    assert set(record["solver"]) - set(own["solver"]) == {"path", "seconds", "memory_MB", "peak_memory_MB"}
+    row = load_row(elliptic_quick.load, elliptic_quick.placement)
+    assert {key: flat[key] for key in row} == row
+    assert list(flat) == [*row, "p_max_shared_hertz_MPa", *(
+        f"von_mises_{what}" for body in ("rail", "wheel") for what in (f"max_{body}_MPa", f"depth_{body}_mm")
+    ), "seconds", "peak_memory_MB", "warnings"]  # fmt: skip
+    assert not set(MEASURED_COLUMNS) & set(row)
+
+
+def test_a_stored_result_says_the_same_to_the_last_bit(record, flat, elliptic_quick, tmp_path):
+    """Fields and placement are stored, and everything is read from them again."""
+    result, arrays = elliptic_quick, {}
+    case = result.case
+    stored = json.loads(
+        json_text({"load": solved_record(result.load.solved, arrays), "placement": placement_record(result.placement)})
+    )
+    placement = placement_from_record(stored["placement"], resolve_rail(case.rail), resolve_wheel(case.wheel).profile)
+    read = solved_from_record(stored["load"], read_arrays(write_arrays(tmp_path / "fields.npz", arrays)), case)
+    for level, own in zip(read.levels, result.load.solved.levels, strict=True):
+        for name in ("half_space", "fe"):
+            assert_same_rung(getattr(level, name), getattr(own, name))
+    assert_same_rung(read.quadratic, result.load.solved.quadratic)
+    again = replace(result, load=judge_load(read, placement), placement=placement, bodies=None)
+    assert json_text(result_record(again)) == json_text(record)
+    assert case_row(again) == flat
+
+
+def assert_same_rung(read: Rung, own: Rung) -> None:
+    for f in fields(Rung):
+        if f.name not in ("grid", "pressure_MPa", "gap_mm"):
+            assert getattr(read, f.name) == getattr(own, f.name)
+            assert type(getattr(read, f.name)) is type(getattr(own, f.name))
+    assert read.grid.half == own.grid.half
+    for name in ("x_mm", "s_mm"):
+        assert getattr(read.grid, name).tobytes() == getattr(own.grid, name).tobytes()
+    assert read.pressure_MPa.tobytes() == own.pressure_MPa.tobytes()
+    assert read.gap_mm.tobytes() == own.gap_mm.tobytes()
+    assert read.pressure_MPa.shape == own.pressure_MPa.shape
+
+
+def test_results_name_a_profile_s_file_and_not_its_folder(tmp_path):
+    path = tmp_path / "secret" / "head.txt"
+    path.parent.mkdir()
+    path.write_text("0 0\n")
+    shown = shown_case_record(Case(rail=str(path)))
+    assert shown["rail"].startswith("head.txt@")
+    assert shown["wheel"] == "S1002"
+    assert "secret" not in json_text(shown)
+    before = shown["rail"]
+    path.write_text("0 1\n")
+    assert shown_case_record(Case(rail=str(path)))["rail"] != before
+
+
+def test_a_row_comes_back_with_what_json_does_not_have(flat, tmp_path):
+    given = {"id": "x", **flat, "a_fe_mm": math.nan, "low": -math.inf}
+    assert given["junction_distance_mm"] == math.inf
+    read = read_row(write_row(tmp_path / "row.json", given))
+    assert math.isnan(read.pop("a_fe_mm"))
+    assert read == {key: value for key, value in given.items() if key != "a_fe_mm"}
+    assert list(read) == [key for key in given if key != "a_fe_mm"]
+    # plain JSON, for readers that know no NaN
+    text = (tmp_path / "row.json").read_text("utf-8")
+    assert json.loads(text, parse_constant=pytest.fail)["versions"]["numpy"] == np.__version__
+    write_text(tmp_path / "row.json", text.replace("fecontact/row/1", "fecontact/row/0"))
+    with pytest.raises(InputError, match="solve the case again"):
+        read_row(tmp_path / "row.json")
 
 
 def test_a_result_record_says_what_hertz_says(record):
@@ -205,14 +321,25 @@ def test_a_record_has_both_curvatures_at_a_junction(elliptic_quick):
     assert [(c["side"], round(c["rail_radius_mm"])) for c in written["curvatures"]] == [("gauge", 80), ("field", 300)]
 
 
-def test_a_row_is_flat_and_in_the_units_of_its_keys(record):
-    flat = row(record)
+def test_a_row_is_flat_and_in_the_units_of_its_keys(record, flat):
     assert list(flat)[:5] == ["status", "rail", "wheel", "lateral_shift_mm", "load_kN"]
     assert not any(isinstance(value, dict | list | tuple) for value in flat.values())
     assert flat["load_kN"] == 100.0
     assert flat["p_max_fe_MPa"] == record["fe"]["p_max_MPa"]
     assert flat["area_hertz_mm2"] == record["hertz"]["area_mm2"]
     assert flat["p_max_deviation_percent"] == pytest.approx(100.0 * record["deviation"]["p_max_MPa"])
+    assert flat["area_uncertainty_percent"] == pytest.approx(100.0 * record["uncertainty"]["area_mm2"])
+    assert flat["area_step_bodies_percent"] == pytest.approx(
+        100.0 * record["steps"]["half_space_to_bodies"]["area_mm2"]
+    )
+    assert flat["pressure_l2_percent"] == pytest.approx(100.0 * record["pressure_l2"])
+    assert flat["normal_force_kN"] == pytest.approx(record["normal_force_N"] / 1e3)
+    assert [flat[f"verdict{what}"] for what in ("", "_measure", "_cause")] == [
+        record["verdict"][what] for what in ("verdict", "measure", "cause")
+    ]
+    assert flat["verdict_warnings"] == "; ".join(record["verdict"]["warnings"])
+    assert flat["p_max_shared_hertz_MPa"] == record["hertz_points"]["shared"]["p_max_MPa"]
+    assert flat["seconds"] == pytest.approx(sum(record["solver"]["seconds"].values()))
     assert flat["von_mises_max_rail_MPa"] == record["von_mises"]["rail"]["von_mises_MPa"]
     assert flat["von_mises_depth_wheel_mm"] == record["von_mises"]["wheel"]["depth_mm"]
     assert flat["degrees_of_freedom"] == sum(record["solver"]["degrees_of_freedom"].values())
@@ -303,7 +430,7 @@ def test_a_half_surface_is_whole_and_symmetric(vtk_folder, elliptic_quick):
 
 @pytest.mark.parametrize("name", ["rail", "wheel"])
 def test_a_half_body_is_mirrored_whole(vtk_folder, elliptic_quick, name):
-    mesh = elliptic_quick.meshes[name]
+    mesh = mesh_of(elliptic_quick, name)
     body = pyvista.read(vtk_folder / f"{name}.vtu")
     assert body.n_cells == 2 * len(mesh.hexes)
     assert body.n_points == 2 * len(mesh.points) - np.unique(mesh.surfaces["symmetry"]).size
@@ -318,7 +445,7 @@ def test_a_half_body_is_mirrored_whole(vtk_folder, elliptic_quick, name):
 @pytest.mark.parametrize("name", ["rail", "wheel"])
 def test_the_whole_body_has_the_stress_of_its_own_displacement(vtk_folder, elliptic_quick, name):
     """Recovered anew from the written displacements of both halves; single precision leaves about 1e-7 of the peak."""
-    body = getattr(elliptic_quick.bodies, name)
+    body = getattr(elliptic_quick.bodies.coupled, name)
     written = pyvista.read(vtk_folder / f"{name}.vtu")
     mesh = replace(body.mesh, points=np.asarray(written.points), hexes=written.cells.reshape(-1, 9)[:, 1:], half=False)
     stress = nodal_stress(replace(body, mesh=mesh), np.asarray(written.point_data["displacement_mm"]))
@@ -334,8 +461,8 @@ def test_warping_both_bodies_makes_them_meet(vtk_folder, elliptic_quick):
     """
     result = elliptic_quick
     rail, wheel = (pyvista.read(vtk_folder / f"{name}.vtu") for name in ("rail", "wheel"))
-    u_rail = rail.point_data["displacement_mm"][result.meshes["rail"].contact_nodes]
-    nodes = np.unique(result.meshes["wheel"].surfaces["contact"])
+    u_rail = rail.point_data["displacement_mm"][mesh_of(result, "rail").contact_nodes]
+    nodes = np.unique(mesh_of(result, "wheel").surfaces["contact"])
     u_wheel = LinearNDInterpolator(
         result.placement.project(wheel.points[nodes]), wheel.point_data["displacement_mm"][nodes]
     )
@@ -346,17 +473,30 @@ def test_warping_both_bodies_makes_them_meet(vtk_folder, elliptic_quick):
     assert float(np.abs(gap[core]).max()) < 0.02 * result.comparison.fe.approach_mm
     assert float(gap.min()) > -0.05 * result.comparison.fe.approach_mm
     # held below, driven above: the ends of the warp are rigid
-    assert (
-        float(np.abs(rail.point_data["displacement_mm"][np.unique(result.meshes["rail"].surfaces["fixed"])]).max()) == 0
-    )
-    driven = wheel.point_data["displacement_mm"][np.unique(result.meshes["wheel"].surfaces["driven"])]
+    fixed = rail.point_data["displacement_mm"][np.unique(mesh_of(result, "rail").surfaces["fixed"])]
+    assert float(np.abs(fixed).max()) == 0
+    driven = wheel.point_data["displacement_mm"][np.unique(mesh_of(result, "wheel").surfaces["driven"])]
     np.testing.assert_allclose(driven, [[0.0, 0.0, -result.comparison.fe.approach_mm]] * len(driven), atol=1e-12)
 
 
 def test_a_surface_that_is_not_half_is_not_mirrored(elliptic_quick):
     grid = replace(elliptic_quick.grid, half=False)
-    surface = contact_surface(replace(elliptic_quick, grid=grid))
+    surface = contact_surface(changed_fe(elliptic_quick, grid=grid))
     assert surface.n_points == grid.shape[0] * grid.shape[1]
+
+
+def test_the_contact_alone_is_the_file_of_the_whole(vtk_folder, elliptic_quick, tmp_path):
+    """Of a result that was read back there are no meshes: its contact is written anew, beside the old bodies."""
+    read = replace(elliptic_quick, bodies=None)
+    for number, result in enumerate((elliptic_quick, read)):
+        path = write_contact_vtk(result, tmp_path / str(number))
+        assert [p.name for p in path.parent.iterdir()] == ["contact.vtp"]
+        assert path.read_bytes() == (vtk_folder / "contact.vtp").read_bytes()
+    with pytest.raises(InputError, match="no meshes"):
+        write_case_vtk(read, tmp_path / "whole")
+    assert not (tmp_path / "whole").exists()
+    other = changed_hertz(elliptic_quick, p0_MPa=1.0)
+    assert write_contact_vtk(other, tmp_path).read_bytes() != (vtk_folder / "contact.vtp").read_bytes()
 
 
 def test_a_study_collection_lists_existing_files_at_its_times(elliptic_quick, tmp_path):
@@ -402,7 +542,7 @@ def test_a_disk_that_refuses_a_file_is_an_error_with_its_name(elliptic_quick, tm
 
 @pytest.fixture(scope="module", params=["rail", "wheel"])
 def body_mesh(request: pytest.FixtureRequest, elliptic_quick: CaseResult) -> BodyMesh:
-    return elliptic_quick.meshes[request.param]
+    return mesh_of(elliptic_quick, request.param)
 
 
 def volume_of(read: meshio.Mesh, like: BodyMesh) -> float:
@@ -477,8 +617,8 @@ def lost(record: dict) -> dict:
 
 
 @pytest.mark.parametrize("lost_first", [False, True])
-def test_csv_has_a_column_for_every_key_in_a_stable_order(record, tmp_path, lost_first):
-    good = {"id": "good", **row(record), "a_fe_mm": math.nan}
+def test_csv_has_a_column_for_every_key_in_a_stable_order(record, flat, tmp_path, lost_first):
+    good = {"id": "good", **flat, "a_fe_mm": math.nan}
     rows = [lost(record), good] if lost_first else [good, lost(record)]
     with tables.write_csv(rows, tmp_path / "study.csv").open(newline="") as file:
         read = list(csv.DictReader(file))
@@ -490,10 +630,10 @@ def test_csv_has_a_column_for_every_key_in_a_stable_order(record, tmp_path, lost
     assert by_id["lost"]["status"] == "failed: the wheel [left] the rail"
 
 
-def test_the_table_fits_its_width_and_names_the_reason_of_a_bad_row(record, capsys):
+def test_the_table_fits_its_width_and_names_the_reason_of_a_bad_row(record, flat, capsys):
     wide = {"lateral_shift_mm": -12.25, "load_kN": 112.5, "degrees_of_freedom": 1_234_567, "seconds": 1234.0}
     wide |= {"p_max_deviation_percent": -43.21, "area_deviation_percent": 143.2, "contact_angle_mrad": 1234.5}
-    good = {"id": "good", **row(record)}
+    good = {"id": "good", **flat}
     tables.print_table([good, good | wide, good | {"status": "not converged"}, lost(record)])
     text = capsys.readouterr().out
     assert "\x1b" not in text
@@ -530,25 +670,25 @@ def test_a_case_figure_is_the_same_png_twice_and_not_blank(elliptic_quick, tmp_p
 
 
 def test_figures_hold_for_a_patch_larger_than_the_grid_and_for_two_sides(elliptic_quick, tmp_path):
-    large = replace(elliptic_quick.hertz, a_mm=30.0, b_mm=20.0, orientation_rad=0.1)
-    case_figure(replace(elliptic_quick, hertz=large), tmp_path / "large.png")
+    large = changed_hertz(elliptic_quick, a_mm=30.0, b_mm=20.0, orientation_rad=0.1)
+    case_figure(large, tmp_path / "large.png")
     assert size(tmp_path / "large.png")[0] > 1500
 
 
-def drawn_lines(monkeypatch, rows: list[dict]) -> list:
+def drawn_lines(monkeypatch, rows: list[dict], rail=None) -> list:
     from fecontact.outputs import figures
 
     kept = []
     monkeypatch.setattr(figures, "save_figure", lambda figure, path: kept.append(figure))
-    study_figure(rows, "unused.png")
+    study_figure(rows, "unused.png", rail)
     return kept[0].axes
 
 
-def test_a_study_figure_never_connects_bad_rows(record, monkeypatch):
-    base = {"id": "x", **row(record), "rail": "60E1"}
+def test_a_study_figure_never_connects_bad_rows(record, flat, monkeypatch):
+    base = {"id": "x", **flat, "rail": "60E1"}
     rows = [base | {"lateral_shift_mm": float(k), "touch_rail_y_mm": -6.0 * k} for k in range(4)]
     rows[1]["status"] = "not converged"
-    peak, _, touch = drawn_lines(monkeypatch, [*rows, lost(record) | {"rail": "60E1"}])
+    peak, _, touch = drawn_lines(monkeypatch, [*rows, lost(record) | {"rail": "60E1"}], load("60E1"))
     lines = [line for line in peak.get_lines() if line.get_linestyle() != "None"]
     assert len(lines) == 2
     good = next(line for line in lines if np.isfinite(line.get_ydata()).any())
@@ -559,8 +699,22 @@ def test_a_study_figure_never_connects_bad_rows(record, monkeypatch):
     assert levels == {-10.228}
 
 
-def test_a_study_figure_has_a_line_for_each_load(record, monkeypatch):
-    base = {"id": "x", **row(record)}
+def test_a_study_figure_knows_no_junctions_without_the_rail(flat, monkeypatch):
+    _, _, touch = drawn_lines(monkeypatch, [{"id": "x", **flat, "rail": "60E1"}])
+    assert not [line for line in touch.get_lines() if line.get_linestyle() == "-."]
+
+
+def test_figures_of_a_study_draw_the_rail_they_are_given(flat, monkeypatch, tmp_path):
+    drawn = []
+    monkeypatch.setattr("fecontact.outputs.figures.study_figure", lambda *given: drawn.append(given))
+    monkeypatch.setattr("fecontact.outputs.vtk.write_pvd", lambda path, cases: path)
+    rail, rows = load("60E1"), [{"id": "x", **flat}]
+    assert study_figures(rows, tmp_path, rail) == ("study.pvd",)
+    assert drawn == [(rows, tmp_path / "study.png", rail)]
+
+
+def test_a_study_figure_has_a_line_for_each_load(flat, monkeypatch):
+    base = {"id": "x", **flat}
     rows = [base | {"lateral_shift_mm": s, "load_kN": f} for s in (0.0, 1.0) for f in (60.0, 100.0)]
     peak, deviation, _ = drawn_lines(monkeypatch, rows)
     assert [t.get_text() for t in peak.get_legend().get_texts()] == [
@@ -569,8 +723,8 @@ def test_a_study_figure_has_a_line_for_each_load(record, monkeypatch):
     assert len(deviation.patches) == 2
 
 
-def test_study_and_profile_figures_are_pngs(record, tmp_path):
-    study_figure([{"id": "x", **row(record)}, lost(record)], tmp_path / "study.png")
+def test_study_and_profile_figures_are_pngs(record, flat, tmp_path):
+    study_figure([{"id": "x", **flat}, lost(record)], tmp_path / "study.png")
     profile_figure(load("S1002"), tmp_path / "profile.png")
     assert min(size(tmp_path / "study.png") + size(tmp_path / "profile.png")) > 900
     with pytest.raises(InputError, match="no rows"):
@@ -581,7 +735,10 @@ def test_study_and_profile_figures_are_pngs(record, tmp_path):
 
 
 def test_importing_the_writers_loads_no_plotting_and_no_vtk():
-    modules = ", ".join(f"fecontact.outputs.{name}" for name in ("record", "vtk", "figures", "tables", "meshfile"))
+    modules = ", ".join(
+        f"fecontact.outputs.{name}"
+        for name in ("record", "rows", "stored", "map", "vtk", "figures", "tables", "meshfile", "study_files")
+    )
     check = f"import sys, {modules}; print(*sorted({{'vtk', 'vtkmodules', 'pyvista', 'meshio', 'matplotlib', 'gmsh', 'rich'}} & set(sys.modules)))"  # noqa: E501
     done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == ""
@@ -613,7 +770,7 @@ def rows_like(*rows):
                 for row in rows_like(
                     {"lateral_shift_mm": shift},
                     {"lateral_shift_mm": shift, "inclination_rad": 0.05},
-                    {"lateral_shift_mm": shift, "rail": "some/where/arcs:300/80@2.toml"},
+                    {"lateral_shift_mm": shift, "rail": "80@2.toml@0123abcd"},
                 )
             ],
             ["study_60E1_inclination0.025rad", "study_60E1_inclination0.05rad", "study_80@2"],
@@ -641,20 +798,20 @@ def test_cases_are_put_together_by_what_they_have_in_common(rows, names):
 
 
 def test_a_series_is_named_by_what_others_do_not_share():
-    rows = rows_like({"rail": "a/b/worn.toml"}, {"rail": "arcs:300/80@-2"}, {"load_kN": 50.0}, {"load_kN": None})
+    rows = rows_like({"rail": "worn.toml@0123abcd"}, {"rail": "arcs:300/80@-2"}, {"load_kN": 50.0}, {"load_kN": None})
     del rows[-1]["load_kN"]
     assert [one.label for one in series(rows)] == ["worn", "arcs:300/80@-2", "60E1, 50 kN", "60E1, no load_kN"]
 
 
 def test_series_of_the_same_name_do_not_overwrite_each_other(monkeypatch, tmp_path):
     monkeypatch.setattr("fecontact.outputs.vtk.write_pvd", lambda path, cases: path)
-    rails = [f"{folder}/worn.toml" for folder in "abc"]
+    rails = [f"worn.toml@0123456{end}" for end in "abc"]
     rows = [row for rail in rails for row in rows_like({"rail": rail}, {"rail": rail, "lateral_shift_mm": 1.0})]
     assert _write_collections(rows, tmp_path) == ("study_worn.pvd", "study_worn.2.pvd", "study_worn.3.pvd")
 
 
-def test_more_series_than_colours_are_drawn_without_names(record, tmp_path):
-    rows = [row(record) | {"rail": f"arcs:300/80@{k}"} for k in range(40)]
+def test_more_series_than_colours_are_drawn_without_names(flat, tmp_path):
+    rows = [flat | {"rail": f"arcs:300/80@{k}"} for k in range(40)]
     # matplotlib warns, and a warning is an error here, where a legend leaves no room for the axes
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -1,7 +1,9 @@
 """Real profiles: where Hertz holds and where it fails, both solver paths, and another code's pressures."""
 
 import math
+import sys
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -9,14 +11,16 @@ from scipy.optimize import brentq
 from scipy.signal import find_peaks
 
 from fecontact.case import BodySize, Case
+from fecontact.comparison.measures import Measures, measures_of
+from fecontact.contact.halfspace import half_space_problem
 from fecontact.contact.solver import solve_contact
 from fecontact.fe.linear_solver import pardiso_available
 from fecontact.geometry.placement import Placement
 from fecontact.material import Material, contact_modulus_MPa
+from fecontact.solving.coupled_mesh import couple, coupled_problem, fine_zone
 from fecontact.solving.expected_patch import expected_patch
-from fecontact.solving.levels import couple, coupled_problem, fine_zone
-from fecontact.solving.position import place_case, position_of
-from fecontact.solving.solve import CaseResult, solve
+from fecontact.solving.position import expect_on_half_space, place_case, position_of
+from fecontact.solving.solve import CaseResult, peak_memory_MB, solve
 
 needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO is not installed on this platform")
 
@@ -33,10 +37,14 @@ def lobes(result: CaseResult) -> int:
 
 def check(result: CaseResult) -> None:
     assert result.status == "converged"
-    assert result.solver.load_balance < 1e-8
+    assert result.load.fe.load_balance < 1e-8
     area = result.grid.nodal_area_mm2() * (2.0 if result.grid.half else 1.0)
-    vertical = float(np.dot(area * result.bodies.normals[:, 2], result.pressure_MPa.ravel()))
+    vertical = float(np.dot(area * result.bodies.coupled.normals[:, 2], result.pressure_MPa.ravel()))
     assert vertical == pytest.approx(result.case.load_N, rel=1e-8)
+    upright = result.bodies.coupled.normals @ result.placement.first.normal
+    along_normal = float(np.dot(area * upright, result.pressure_MPa.ravel()))
+    assert result.normal_force_N == pytest.approx(along_normal, rel=1e-12)
+    assert result.hertz.normal_force_N == result.normal_force_N
 
 
 # --- 60E1 1:40, S1002, 100 kN -----------------------------------------------------------------------------------
@@ -72,7 +80,7 @@ def test_hertz_holds_on_plain_arcs(shift):
     result = solve(Case(lateral_shift_mm=shift, resolution="quick", **FIXED))
     check_hertz_holds(result)
     # corrections of the calibrated half-space, to residuals of 1e-7: measured 3 on the tread
-    assert result.solver.compliance_calls <= 4
+    assert result.load.fe.compliance_calls <= 4
 
 
 @needs_pardiso
@@ -112,6 +120,42 @@ def test_named_resolutions_say_the_same(shift, check_case, resolution):
     check_case(solve(Case(lateral_shift_mm=shift, resolution=resolution, **FIXED)))
 
 
+# --- a rung's force and approach are those along the contact normal --------------------------------------------------
+
+
+def test_force_and_approach_of_a_rung_on_a_tilted_pair():
+    case = Case(lateral_shift_mm=4.0)
+    placement = place_case(case)
+    normal, vertical = placement.first.normal, np.array([0.0, 0.0, 1.0])
+    # the load is vertical, the contact is not
+    assert normal @ vertical < 0.9995
+    rung = expect_on_half_space(case, placement)[1].half_space
+    grid, p = rung.grid, rung.pressure_MPa
+    assert grid.half
+    assert p[-1].max() == p[:, [0, -1]].max() == 0.0
+    _, normals = placement.surface(grid.x_mm[:, None], grid.s_mm[None, :])
+
+    def carried(direction: np.ndarray) -> float:
+        """Trapezoidal sums of the pressure over both halves, along a direction."""
+        return 2.0 * float(np.trapezoid(np.trapezoid(p * (normals @ direction), grid.s_mm, axis=1), grid.x_mm))
+
+    assert carried(vertical) == pytest.approx(case.load_N, rel=1e-8)
+    assert rung.normal_force_N == pytest.approx(carried(normal), rel=1e-12)
+    # the normals below the patch hardly turn: nearly the load over the cosine
+    assert rung.normal_force_N == pytest.approx(case.load_N / float(normal @ vertical), rel=1e-3)
+    assert rung.normal_force_N > 1.0005 * case.load_N
+    # what the bodies come together vertically closes the gaps of the nodes in contact, each along its own normal
+    problem = half_space_problem(
+        grid,
+        placement.gap(grid.x_mm[:, None], grid.s_mm[None, :]).ravel(),
+        contact_modulus_MPa=case.contact_modulus_MPa,
+    )
+    opened = (problem.gap_mm + problem.compliance(p.ravel())).reshape(grid.shape)
+    approach = (opened / (normals @ vertical))[p > 0.0]
+    # the solution's tolerance there is 1e-5 of the approach
+    np.testing.assert_allclose(approach * (normal @ vertical), rung.approach_mm, rtol=3e-5)
+
+
 # --- solver paths and symmetry ----------------------------------------------------------------------------------
 
 COARSE = Case(
@@ -128,13 +172,29 @@ COARSE = Case(
 @needs_pardiso
 def test_both_solver_paths_agree():
     direct, multigrid = (solve(replace(COARSE, solver=name)) for name in ("pardiso", "amg"))
-    assert (direct.solver.path, multigrid.solver.path) == ("pardiso", "amg")
+    assert (direct.effort.path, multigrid.effort.path) == ("pardiso", "amg")
     np.testing.assert_array_equal(direct.grid.s_mm, multigrid.grid.s_mm)
     # the same iterations on the same problem; multigrid solves to 1e-10 of the load
     np.testing.assert_allclose(multigrid.pressure_MPa, direct.pressure_MPa, atol=1e-6 * direct.pressure_MPa.max())
     for name in ("rail", "wheel"):
-        u = direct.displacement_mm[name]
-        np.testing.assert_allclose(multigrid.displacement_mm[name], u, atol=1e-6 * np.abs(u).max())
+        u = direct.bodies.displacement_mm[name]
+        np.testing.assert_allclose(multigrid.bodies.displacement_mm[name], u, atol=1e-6 * np.abs(u).max())
+
+
+def test_a_solve_ends_well_where_no_system_keeps_the_largest_memory(monkeypatch):
+    known = peak_memory_MB()
+    # as on Windows
+    monkeypatch.setitem(sys.modules, "resource", None)
+    with pytest.raises(ImportError):
+        import_module("resource")
+    result = solve(COARSE)
+    check(result)
+    # what is resident now: less than its largest so far, and more than Python with NumPy and SciPy alone
+    assert result.effort.peak_memory_MB > 50.0
+    assert peak_memory_MB() > 50.0
+    monkeypatch.undo()
+    assert result.effort.peak_memory_MB <= 1.01 * peak_memory_MB()
+    assert known <= peak_memory_MB()
 
 
 def test_full_model_without_yaw_is_the_half_model():
@@ -197,8 +257,8 @@ def manchester_case(wheel: str, shift: float, yaw_mrad: float, force: float, **c
     return one(1.0 if wheel == "right" else -1.0, roll)
 
 
-def on_half_space(case: Case, placement: Placement):
-    return expected_patch(
+def on_half_space(case: Case, placement: Placement) -> Measures:
+    expected = expected_patch(
         placement,
         case.load_N,
         contact_modulus_MPa=contact_modulus_MPa(BENCHMARK_STEEL, BENCHMARK_STEEL),
@@ -206,6 +266,7 @@ def on_half_space(case: Case, placement: Placement):
         half=case.half,
         guess_mm=0.025,
     )
+    return measures_of(expected.half_space)
 
 
 @pytest.mark.parametrize(("wheel", "shift", "yaw", "force", "peak", "approach"), MANCHESTER)
@@ -214,16 +275,16 @@ def test_manchester_on_the_half_space(wheel, shift, yaw, force, peak, approach):
     case = manchester_case(wheel, shift, 0.0, force)
     found = on_half_space(case, place_case(case))
     # the same physics as CONTACT's; both are discrete (its cells are 0.2 mm): measured 0.2 %
-    assert found.measures.p_max_MPa == pytest.approx(peak, rel=0.005)
-    assert found.measures.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
+    assert found.p_max_MPa == pytest.approx(peak, rel=0.005)
+    assert found.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
 
 
 def test_manchester_on_the_half_space_with_yaw():
     wheel, shift, yaw, force, peak, approach = MANCHESTER[-1]
     case = manchester_case(wheel, shift, yaw, force)
     found = on_half_space(case, place_case(case))
-    assert found.measures.p_max_MPa == pytest.approx(peak, rel=0.005)
-    assert found.measures.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
+    assert found.p_max_MPa == pytest.approx(peak, rel=0.005)
+    assert found.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
 
 
 @pytest.mark.slow

@@ -14,19 +14,15 @@ import numpy as np
 import pytest
 
 from fecontact.cli import call
-from fecontact.comparison.measures import MEASURES, Measures
-from fecontact.comparison.verdict import Judgement
 from fecontact.errors import InputError
-from fecontact.map.cells import MapCell
-from fecontact.outputs.map import cell_row
-from fecontact.outputs.record import result_record, row
+from fecontact.map.position import solved_cell
+from fecontact.outputs import rows as outputs_rows
 from fecontact.outputs.study_files import write_tables
 from fecontact.outputs.tables import write_csv
 from fecontact.regression.baselines import update_baseline
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.regression.tolerances import EFFORT, KINDS, TEXT, kind_of, read_tolerances
-from fecontact.solving.load_sweep import LoadPoint
 
 BASELINES = Path(__file__).parents[1] / "studies" / "baselines"
 VERSIONS = {"fecontact": "0.1.0", "gmsh": "4.15.2", "platform": "Linux-6-x86_64"}
@@ -971,7 +967,7 @@ def test_the_baselines_are_whole(path):
 
 
 def test_every_column_of_a_result_is_known_and_the_baselines_have_them_all(elliptic_quick):
-    columns = list(row(result_record(elliptic_quick)))
+    columns = list(outputs_rows.case_row(elliptic_quick))
     assert [name for name in columns if kind_of(name) == "default"] == []
     kept = tuple(name for name in columns if kind_of(name) != EFFORT)
     assert load_table(BASELINES / "01_elliptic_hertz.csv").columns == kept
@@ -984,7 +980,10 @@ def test_the_tables_that_a_study_writes_fit_each_other(elliptic_quick, tmp_path)
         "rail": "60E1",
         "lateral_shift_mm": np.float64(0.1),
     }
-    rows = [{"id": "a", **row(result_record(elliptic_quick)), "pieces": np.int64(1), "at_junction": np.True_}, failed]
+    rows = [
+        {"id": "a", **outputs_rows.case_row(elliptic_quick), "pieces": np.int64(1), "at_junction": np.True_},
+        failed,
+    ]
     write_tables("mine", 2, rows, tmp_path / "study")
     tables = [load_table(tmp_path / form) for form in ("", "study.json", "study.csv")]
     assert tables[0].rows == tables[1].rows == tables[2].rows
@@ -992,25 +991,10 @@ def test_the_tables_that_a_study_writes_fit_each_other(elliptic_quick, tmp_path)
     assert math.inf in rows[0].values()
 
 
-def test_every_column_of_a_map_is_known():
-    measures = Measures(**dict.fromkeys(MEASURES, 1.0))
-    point = LoadPoint(
-        load_N=1e5,
-        status="converged",
-        fe=measures,
-        hertz=measures,
-        deviation=dict.fromkeys(MEASURES, 0.0),
-        uncertainty=dict.fromkeys(MEASURES, 0.0),
-        verdict=Judgement(verdict="HOLDS", measure="p_max_MPa"),
-        cause=None,
-        normal_force_N=1e5,
-        half_space_p_max_MPa=1.0,
-        hertz_stiffness_N_per_mm15=3e6,
-        pieces=1,
-        meshes=2,
-    )
-    columns = list(cell_row(MapCell(shift_mm=0.0, load_N=1e5, status="converged", point=point)))
-    assert len(columns) > 30
+def test_every_column_of_a_map_is_known(elliptic_quick):
+    cell = solved_cell(0.0, elliptic_quick.load)
+    columns = list(outputs_rows.cell_row(cell, elliptic_quick.placement))
+    assert len(columns) > 60
     assert [name for name in columns if kind_of(name) == "default"] == []
 
 

@@ -1,6 +1,5 @@
 """Finished cases on disk: whose result it is, whether it is whole, and who may write."""
 
-import json
 import os
 import shutil
 import signal
@@ -13,21 +12,28 @@ from pathlib import Path
 import fake_solve
 import pytest
 
-from fecontact.case import Case
+from fecontact.case import Case, Criteria
 from fecontact.errors import InputError
-from fecontact.jobs import provenance as identity
+from fecontact.files import read_json
 from fecontact.jobs.lock import locked
-from fecontact.jobs.provenance import case_id, difference, fingerprint, makers, source_digest
-from fecontact.jobs.store import CHECKSUMS, case_folder, kept_case, new_case_folder, remove_leftovers
+from fecontact.jobs.store import MANIFEST, Kept, difference, kept_folder, new_folder, remove_leftovers
+from fecontact.outputs.rows import read_row
+from fecontact.runs import identity
+from fecontact.runs.case_store import case_folder
+from fecontact.runs.identity import EVALUATING, SOLVING, case_id, origin_of, source_digest
 
 CASE = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
 
 
 def stored(out: Path, case: Case = CASE) -> str:
     name = case_id(case)
-    with new_case_folder(out, name) as folder:
-        fake_solve.solve_into(case, folder, name, {})
+    with new_folder(case_folder(out, name), name, origin_of(case), "run 1") as folder:
+        fake_solve.FakeWork(case=case, name=name, settings={})(folder, None)
     return name
+
+
+def kept(out: Path, name: str, of=None) -> Kept:
+    return kept_folder(case_folder(out, name), name, of or origin_of(CASE))
 
 
 def profile(path: Path, radius: float) -> str:
@@ -53,47 +59,68 @@ def test_every_input_changes_the_id(change):
     assert case_id(replace(CASE, **change)) != case_id(CASE)
 
 
-def test_the_id_does_not_depend_on_versions_and_the_fingerprint_does(monkeypatch):
-    name, made_by = case_id(CASE), makers(CASE)
-    newer = made_by | {"numpy": "99.1"}
-    assert fingerprint(name, newer) != fingerprint(name, made_by)
+def test_criteria_by_which_a_solved_case_is_judged_do_not_change_its_id():
+    other = replace(CASE, criteria=Criteria(p_max=0.03))
+    assert case_id(other) == case_id(CASE)
+    assert origin_of(other).solved_by == origin_of(CASE).solved_by
+    changes = difference(origin_of(CASE).evaluated_by, origin_of(other).evaluated_by)
+    assert changes == "criterion p_max 0.05 -> 0.03"
+
+
+def test_the_id_does_not_depend_on_versions_and_the_origin_does(monkeypatch):
+    name, made_by = case_id(CASE), origin_of(CASE).solved_by
+    newer = {**made_by, "numpy": "99.1"}
     assert difference(made_by, newer) == f"numpy {made_by['numpy']} -> 99.1"
-    assert makers(replace(CASE, solver="amg"))["pyamg"]
+    assert origin_of(replace(CASE, solver="amg")).solved_by["pyamg"]
     monkeypatch.setattr(identity, "__version__", "99")
+    identity._solving.cache_clear()
     assert case_id(CASE) == name
-    assert makers(CASE)["fecontact"] == "99"
+    assert origin_of(CASE).solved_by["fecontact"] == "99"
+    identity._solving.cache_clear()
 
 
-def test_the_source_digest_sees_numerical_files_and_no_others(tmp_path, monkeypatch):
+def test_each_digest_sees_its_own_files_and_no_others(tmp_path, monkeypatch):
     package = tmp_path / "fecontact"
     shutil.copytree(Path(identity.__file__).parents[1], package, ignore=shutil.ignore_patterns("__pycache__"))
     monkeypatch.setattr(identity, "_PACKAGE", package)
+    parts = {"solving": SOLVING, "evaluating": EVALUATING}
 
-    def digest_after(file: str) -> str:
+    def digests() -> dict[str, str]:
+        return {name: source_digest.__wrapped__(part) for name, part in parts.items()}
+
+    before = digests()
+    assert before == {name: source_digest(part) for name, part in parts.items()}
+    files = {
+        "outputs/tables.py": set(),
+        "cli.py": set(),
+        "jobs/workers.py": set(),
+        "runs/study.py": set(),
+        "contact/solver.py": {"solving"},
+        "profiles/curve.py": {"solving"},
+        "profiles/data/60E1.toml": {"solving"},
+        "theory/table_form.py": {"evaluating"},
+        "outputs/rows.py": {"evaluating"},
+        "comparison/verdict.py": {"evaluating"},
+        "theory/hertz.py": {"solving", "evaluating"},
+    }
+    for file, seen_by in files.items():
         with (package / file).open("a") as opened:
             opened.write("\n# changed\n")
-        return source_digest.__wrapped__()
-
-    before = source_digest.__wrapped__()
-    assert before == source_digest()
-    for file in ("outputs/tables.py", "cli.py", "jobs/workers.py", "runs/study.py"):
-        assert digest_after(file) == before, file
-    for file in ("contact/solver.py", "outputs/record.py", "profiles/curve.py", "profiles/data/60E1.toml"):
-        after = digest_after(file)
-        assert after != before, file
+        after = digests()
+        assert {name for name in parts if after[name] != before[name]} == seen_by, file
         before = after
 
 
 def test_a_whole_case_is_kept_with_its_provenance(tmp_path):
     name = stored(tmp_path)
-    kept = kept_case(tmp_path, name, makers(CASE))
-    assert kept.problem is None
-    assert kept.record["provenance"]["fingerprint"] == fingerprint(name, makers(CASE))
-    assert kept_case(tmp_path, "another", makers(CASE)) == type(kept)()
+    assert kept(tmp_path, name) == Kept(found=True, run="run 1")
+    provenance = read_json(case_folder(tmp_path, name) / "result.json")["provenance"]
+    assert provenance["made_by"] == origin_of(CASE).solved_by
+    assert kept(tmp_path, "another") == Kept()
     assert [path.name for path in (tmp_path / "cases").iterdir()] == [name]
 
 
-@pytest.mark.parametrize("file", ["rail.vtu", "result.json", CHECKSUMS])
+@pytest.mark.parametrize("file", ["rail.vtu", "result.json", MANIFEST])
 @pytest.mark.parametrize("damage", ["removed", "cut", "changed"])
 def test_a_damaged_file_is_named(tmp_path, file, damage):
     name = stored(tmp_path)
@@ -103,35 +130,62 @@ def test_a_damaged_file_is_named(tmp_path, file, damage):
         path.unlink()
     else:
         path.write_bytes(data[: len(data) // 2] if damage == "cut" else bytes([data[0] ^ 1]) + data[1:])
-    kept = kept_case(tmp_path, name, makers(CASE))
-    assert kept.record is None
-    assert file in kept.problem
+    assert not kept(tmp_path, name).usable
+    assert file in (kept(tmp_path, name).problem or "")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ('"fecontact/stored/1"', '"fecontact/stored/0"', "has another layout"),
+        ('"files": {', '"file": {', "is damaged"),
+        ('"run": "run 1"', '"run": 1', "is damaged"),
+    ],
+)
+def test_a_manifest_of_another_layout_is_said(tmp_path, old, new, says):
+    name = stored(tmp_path)
+    path = case_folder(tmp_path, name) / MANIFEST
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    assert says in (kept(tmp_path, name).problem or "")
+
+
+def test_the_result_of_other_inputs_under_a_case_s_name_is_said(tmp_path):
+    name = stored(tmp_path)
+    other = case_folder(tmp_path, name).rename(case_folder(tmp_path, "other"))
+    assert "other inputs" in (kept_folder(other, "other", origin_of(CASE)).problem or "")
 
 
 def test_another_version_is_a_reason(tmp_path):
-    name, made_by = stored(tmp_path), makers(CASE)
-    kept = kept_case(tmp_path, name, made_by | {"numpy": "99.1"})
-    assert kept.problem == f"made by another version: numpy {made_by['numpy']} -> 99.1"
+    name, made_by = stored(tmp_path), origin_of(CASE)
+    newer = replace(made_by, solved_by={**made_by.solved_by, "numpy": "99.1"})
+    found = kept(tmp_path, name, newer)
+    assert found.problem == f"made by another version: numpy {made_by.solved_by['numpy']} -> 99.1"
+    judged = replace(made_by, evaluated_by={**made_by.evaluated_by, "criterion p_max": "0.1"})
+    found = kept(tmp_path, name, judged)
+    assert found.problem is None
+    assert found.outdated == "evaluated by another version: criterion p_max 0.05 -> 0.1"
 
 
 def test_a_folder_that_was_not_finished_leaves_the_older_one(tmp_path):
     name = stored(tmp_path)
 
     def half_a_case() -> None:
-        with new_case_folder(tmp_path, name) as folder:
+        with new_folder(case_folder(tmp_path, name), name, origin_of(CASE)) as folder:
             (folder / "result.json").write_text("half")
             raise OSError("disk full")
 
     with pytest.raises(OSError, match="full"):
         half_a_case()
-    assert kept_case(tmp_path, name, makers(CASE)).record is not None
+    assert kept(tmp_path, name).usable
     assert [path.name for path in (tmp_path / "cases").iterdir()] == [name]
 
 
 def test_leftovers_of_killed_runs_are_removed_and_cases_stay(tmp_path):
     name = stored(tmp_path)
     (tmp_path / "cases" / f".{name}.0123").mkdir()
-    remove_leftovers(tmp_path)
+    remove_leftovers(tmp_path / "cases")
     assert [path.name for path in (tmp_path / "cases").iterdir()] == [name]
 
 
@@ -177,11 +231,17 @@ def test_parts_run_beside_each_other_and_not_beside_the_whole(tmp_path):
 
 def test_a_digest_is_cheap():
     start = time.perf_counter()
-    source_digest.__wrapped__()
+    source_digest.__wrapped__(SOLVING)
     assert time.perf_counter() - start < 1.0
 
 
-def test_result_json_of_a_stored_case_is_json_without_nan(tmp_path):
+def test_a_row_is_read_as_it_was_written(tmp_path):
     name = stored(tmp_path)
-    record = json.loads((case_folder(tmp_path, name) / "result.json").read_text())
-    assert record["uncertainty"]["approach_mm"] is None
+    row = read_row(case_folder(tmp_path, name) / "row.json")
+    assert row["approach_uncertainty_percent"] != row["approach_uncertainty_percent"]
+    assert row["junction_distance_mm"] == float("inf")
+    assert row["verdict_cause"] is None
+    with pytest.raises(InputError, match=r"rail\.vtu: no JSON"):
+        read_row(case_folder(tmp_path, name) / "rail.vtu")
+    with pytest.raises(InputError, match=r"fecontact/row/1.*again"):
+        read_row(case_folder(tmp_path, name) / MANIFEST)

@@ -8,12 +8,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from inline import inline_crew
 
 from fecontact.profiles.resolve import resolve_rail
+from fecontact.regression.compare import compare_tables
+from fecontact.regression.tables import load_table
 from fecontact.runs.casefile import load_study
 from fecontact.runs.study import run_study
 
 STUDIES = Path(__file__).parents[1] / "studies"
+BASELINES = STUDIES / "baselines"
 
 
 def module(name: str) -> ModuleType:
@@ -25,9 +29,17 @@ def module(name: str) -> ModuleType:
     return made
 
 
+@pytest.fixture(autouse=True)
+def _no_pictures_of_cases(monkeypatch):
+    """They take a second each and are looked at elsewhere."""
+    monkeypatch.setattr("fecontact.outputs.figures.case_figure", lambda result, path: path)
+
+
 def run_quick(name: str, out: Path) -> tuple[list[dict[str, Any]], str]:
-    outcome = run_study(load_study(STUDIES / f"{name}.py", quick=True), out)
+    outcome = run_study(load_study(STUDIES / f"{name}.py", quick=True), out, crew=inline_crew())
     assert outcome.all_converged
+    comparison = compare_tables(load_table(BASELINES / f"{name}.csv"), load_table(out))
+    assert comparison.same, comparison.verdict
     assert outcome.conclusion is not None
     study = module(name)
     if hasattr(study, "checks"):
@@ -58,6 +70,7 @@ def test_06_manchester(tmp_path):
     assert "Largest deviation of the peak pressure" in said
 
 
+@pytest.mark.slow
 def test_09_applicability_map(tmp_path):
     rows, said = run_quick("09_applicability_map", tmp_path)
     peak = {row["lateral_shift_mm"]: row["p_max_deviation_percent"] for row in rows}
@@ -89,6 +102,7 @@ def test_03_reach_is_where_the_deviation_comes_within_the_limit():
     assert study.reach(distance, np.array([9.0, 1.0, 9.0, 1.0]), 5.0) == pytest.approx(1.5)
 
 
+@pytest.mark.slow
 def test_04_claim_of_yan_and_fischer(tmp_path):
     rows, said = run_quick("04_claim_of_yan_and_fischer", tmp_path)
     verdicts = {row["lateral_shift_mm"]: row["verdict"] for row in rows}

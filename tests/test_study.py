@@ -4,11 +4,12 @@ import contextlib
 import csv
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -19,17 +20,19 @@ import psutil
 import pytest
 from test_store import profile
 
-from fecontact.case import Case
+from fecontact.case import Case, Criteria
 from fecontact.errors import InputError
-from fecontact.jobs import provenance as identity
 from fecontact.jobs import workers
-from fecontact.jobs.job import Task, run_task
-from fecontact.jobs.provenance import makers
-from fecontact.jobs.store import case_folder
+from fecontact.jobs.engine import RunSettings, parse_part
+from fecontact.jobs.job import Job, run_job
 from fecontact.jobs.workers import Crew, default_workers, thread_environment
-from fecontact.outputs.record import MEASURED_COLUMNS
+from fecontact.outputs.rows import MEASURED_COLUMNS
+from fecontact.runs import identity
+from fecontact.runs.case_store import case_folder, case_job
 from fecontact.runs.casefile import Study
-from fecontact.runs.study import RunSettings, StudyOutcome, case_id, parse_part, run_study
+from fecontact.runs.identity import case_id
+from fecontact.runs.map_run import run_map
+from fecontact.runs.study import StudyOutcome, run_study
 
 LOADS_KN = (50, 60, 70, 80, 90)
 HERE = Path(__file__).parent
@@ -43,6 +46,10 @@ def study(loads: tuple[float, ...] = LOADS_KN, **more: Any) -> Study:
     return Study(name="fake", cases=tuple(case(load) for load in loads), **more)
 
 
+def fake_work(case: Case, name: str, settings: Mapping[str, Any]) -> fake_solve.FakeWork:
+    return fake_solve.FakeWork(case=case, name=name, settings=settings)
+
+
 def in_process() -> Crew:
     return Crew(open=ThreadPoolExecutor, workers=1, together=1)
 
@@ -52,7 +59,7 @@ def run(out: Path, given: Study | None = None, *, crew: Crew | None = None, **se
     chosen = RunSettings(**settings)
     if crew is None and chosen.workers is None and chosen.scheduler is None:
         crew = in_process()
-    return run_study(given or study(), out, settings=chosen, crew=crew, solve=fake_solve.solve_into)
+    return run_study(given or study(), out, settings=chosen, crew=crew, work=fake_work)
 
 
 def table(path: Path) -> list[dict[str, str]]:
@@ -65,7 +72,7 @@ def table(path: Path) -> list[dict[str, str]]:
 def _no_figures(request, monkeypatch):
     """Figures take a second each and are looked at elsewhere."""
     if "figures" not in request.node.name:
-        monkeypatch.setattr("fecontact.runs.study.study_figures", lambda rows, out: None)
+        monkeypatch.setattr("fecontact.runs.study.study_figures", lambda rows, out, rail: None)
 
 
 @pytest.fixture(scope="module")
@@ -111,10 +118,30 @@ def test_a_case_that_occurs_twice_is_solved_once(tmp_path):
 def test_another_version_is_solved_again_and_said(tmp_path, monkeypatch):
     run(tmp_path, study((50, 60)))
     monkeypatch.setattr(identity, "__version__", "99")
+    identity._solving.cache_clear()
     outcome = run(tmp_path, study((50, 60)))
     assert set(outcome.recomputed.values()) == {"made by another version: fecontact 0.1.0 -> 99"}
     assert len(fake_solve.solves(tmp_path)) == 4
     assert run(tmp_path, study((50, 60))).recomputed == {}
+    identity._solving.cache_clear()
+
+
+def test_another_evaluation_or_other_criteria_judge_again_and_solve_nothing(tmp_path, monkeypatch):
+    run(tmp_path, study((50, 60)))
+    by_other = tuple(replace(case(load), criteria=Criteria(p_max=0.03)) for load in (50, 60))
+    outcome = run(tmp_path, Study(name="fake", cases=by_other))
+    assert set(outcome.recomputed.values()) == {"evaluated by another version: criterion p_max 0.05 -> 0.03"}
+    names = [case_id(case(load)) for load in (50, 60)]
+    assert fake_solve.solves(tmp_path) == [*names, *(f"again:{name}" for name in names)]
+    monkeypatch.setattr(identity, "source_digest", lambda parts: "0123456789abcdefg")
+    outcome = run(tmp_path, Study(name="fake", cases=by_other))
+    assert all("source of evaluation" in why for why in outcome.recomputed.values())
+
+
+def test_cases_that_differ_in_their_criteria_alone_are_refused(tmp_path):
+    twice = (case(50), replace(case(50), criteria=Criteria(area=0.2)))
+    with pytest.raises(InputError, match="fecontact judge"):
+        run(tmp_path, Study(name="fake", cases=twice))
 
 
 def test_a_damaged_case_is_named_and_solved_again(tmp_path, serial):
@@ -137,7 +164,8 @@ def test_a_moved_profile_is_reused_and_a_changed_one_is_not(tmp_path):
     run(out, Study(name="x", cases=(old,)))
     outcome = run(out, Study(name="x", cases=(moved,)))
     assert outcome.reused
-    assert outcome.rows[0]["rail"] == moved.rail
+    # the name and the content, not the folder
+    assert re.fullmatch(r"head\.txt@[0-9a-f]{8}", outcome.rows[0]["rail"])
     profile(tmp_path / "b" / "head.txt", 301.0)
     assert not run(out, Study(name="x", cases=(moved,))).reused
 
@@ -231,26 +259,26 @@ def test_a_full_disk_that_ends_the_process_is_named_and_its_room_given_back(tmp_
     assert not list((tmp_path / "cases").iterdir())
 
 
+def job(out: Path, load_kN: float = 50, **more: Any) -> Job:
+    name = case_id(case(load_kN))
+    work = fake_solve.FakeWork(case=case(load_kN), name=name, settings={})
+    return replace(case_job(case(load_kN), out, work), **more)
+
+
 @pytest.mark.parametrize(("second", "times"), [("one", 1), ("two", 2)])
-def test_a_task_that_comes_twice_in_a_run_is_solved_once_even_by_force(tmp_path, second, times):
-    first = Task(
-        case=case(50),
-        name=case_id(case(50)),
-        out=tmp_path,
-        made_by=makers(case(50)),
-        settings={"run": "one"},
-        solve_into=fake_solve.solve_into,
-        force=True,
-    )
-    assert run_task(first).failure is None
-    assert run_task(replace(first, settings={"run": second})).failure is None
+def test_a_job_that_comes_twice_in_a_run_is_done_once_even_by_force(tmp_path, second, times):
+    first = job(tmp_path, run="one", force=True)
+    assert run_job(first).failure is None
+    assert run_job(replace(first, run=second)).failure is None
     assert len(fake_solve.solves(tmp_path)) == times
 
 
-def test_a_worker_with_other_versions_solves_nothing(tmp_path):
-    given = makers(case(50)) | {"numpy": "99.1"}
-    task = Task(case=case(50), name="x", out=tmp_path, made_by=given, settings={}, solve_into=fake_solve.solve_into)
-    assert "numpy 99.1 -> " in (run_task(task).failure or "")
+@pytest.mark.parametrize("part", ["solved_by", "evaluated_by"])
+def test_a_worker_with_other_versions_solves_nothing(tmp_path, part):
+    own = job(tmp_path)
+    given = {part: {**getattr(own.origin, part), "numpy": "99.1"}}
+    done = run_job(replace(own, origin=replace(own.origin, **given)))
+    assert "numpy 99.1 -> " in (done.failure or "")
     assert fake_solve.solves(tmp_path) == []
 
 
@@ -409,6 +437,21 @@ def test_a_dask_worker_that_is_killed_loses_nothing_and_nothing_is_done_twice(tm
     assert all(solved.count(name) == 1 for name in finished)
 
 
+def fake_position(case: Case, loads_N: Sequence[float], name: str) -> fake_solve.FakePosition:
+    return fake_solve.FakePosition(case=case, loads_N=tuple(loads_N), name=name)
+
+
+def test_a_map_goes_to_the_workers_of_a_cluster(tmp_path):
+    out, shifts = tmp_path / "out", [-1.0, 0.0, 1.0]
+    with dask_cluster(tmp_path, 2) as (address, processes):
+        settings = RunSettings(scheduler=address)
+        made = run_map(case(50), shifts, [50e3, 90e3], out, settings=settings, work=fake_position).made
+    assert made.lateral_shifts_mm == tuple(shifts)
+    statuses = {cell.status for cell in made.cells}
+    assert statuses <= {f"failed: planned in process {process.pid}" for process in processes}
+    assert sorted(map(float, fake_solve.solves(out))) == shifts
+
+
 def test_a_scheduler_that_is_not_there(tmp_path, monkeypatch):
     pytest.importorskip("distributed")
     from fecontact.jobs import cluster
@@ -428,7 +471,7 @@ def test_a_dask_worker_on_other_threads_is_refused(tmp_path):
 
 def test_without_distributed_the_remedy_is_said(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(InputError, match=r"fecontact\[cluster\]"):
+    with pytest.raises(InputError, match="pip install distributed"):
         run(tmp_path, scheduler="tcp://127.0.0.1:9")
 
 
@@ -437,9 +480,9 @@ def test_a_worker_that_does_not_see_the_folder_says_so(tmp_path, monkeypatch):
 
     monkeypatch.setattr(cluster, "_SEEN_S", 0.0)
     with thread_environment(1):
-        (tmp_path / "study.lock").touch()
-        assert cluster.worker_problem(tmp_path / "study.lock", 1) is None
-        assert "share" in (cluster.worker_problem(tmp_path / "other" / "study.lock", 1) or "")
+        (tmp_path / "run.lock").touch()
+        assert cluster.worker_problem(tmp_path / "run.lock", 1) is None
+        assert "share" in (cluster.worker_problem(tmp_path / "other" / "run.lock", 1) or "")
 
 
 @pytest.mark.slow

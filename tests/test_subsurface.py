@@ -38,7 +38,7 @@ def test_the_layers_of_a_mesh_are_close_enough_for_depth_and_size(ratio, element
 
 @pytest.mark.parametrize("name", ["rail", "wheel"])
 def test_block_nodes_go_straight_into_the_body(elliptic_quick: CaseResult, name):
-    mesh: BodyMesh = elliptic_quick.meshes[name]
+    mesh: BodyMesh = getattr(elliptic_quick.bodies.coupled, name).mesh
     assert np.array_equal(mesh.block_nodes[..., 0], mesh.contact_nodes)
     columns = mesh.points[mesh.block_nodes]
     steps = np.diff(columns, axis=2)
@@ -64,9 +64,9 @@ def test_the_peak_is_that_of_the_closed_form(elliptic_quick: CaseResult, body):
 @pytest.mark.parametrize("name", ["rail", "wheel"])
 def test_a_peak_below_a_shallow_block_is_found_all_the_same(elliptic_quick: CaseResult, name, layers):
     # as over a tight corner; with 3 layers the block ends at 0.4, with 4 at 0.7 of the peak's depth
-    body = getattr(elliptic_quick.bodies, name)
+    body = getattr(elliptic_quick.bodies.coupled, name)
     shallow = replace(body.mesh, block_nodes=body.mesh.block_nodes[:, :, :layers])
-    found = stress_peak(replace(body, mesh=shallow), elliptic_quick.displacement_mm[name])
+    found = stress_peak(replace(body, mesh=shallow), elliptic_quick.bodies.displacement_mm[name])
     whole = elliptic_quick.von_mises[name]
     # other points and another interpolation: measured within 0.04 % and 1.3 %
     assert found.von_mises_MPa == pytest.approx(whole.von_mises_MPa, rel=2e-3)

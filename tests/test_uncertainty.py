@@ -9,9 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fecontact.case import Case, Track
+from fecontact.comparison.judged_load import PointNoise
 from fecontact.comparison.measures import MEASURES
 from fecontact.comparison.uncertainty import MESH_RATIO, estimate
-from fecontact.solving.position import place_case, points_part
+from fecontact.solving.position import place_case, point_noise
 from fecontact.solving.solve import solve
 
 # A cut plane moved out by half: 0.12 % at most, stated as 0.15 %. Part of every estimate, whatever the meshes say.
@@ -185,7 +186,7 @@ def test_the_true_error_lies_inside_the_stated_one_nine_times_of_ten():
     for case in cases:
         result = solve(case)
         assert result.status == "converged"
-        deviation, stated = result.comparison.deviation, result.uncertainty
+        deviation, stated = result.comparison.deviation, result.load.uncertainty
         # (Hertz - FE) / FE and its uncertainty carry the same factor: this is |FE - Hertz| / Hertz over the stated one
         row = [abs(deviation[name]) / stated[name] for name in COUNTED]
         ratios.append(row)
@@ -211,13 +212,19 @@ def head_of_points(path, radius_mm: float, spacing_mm: float, decimals: int) -> 
     return str(path)
 
 
-def part_of_points(rail: str) -> dict[str, float]:
+def noise_of_points(rail: str) -> PointNoise | None:
     case = Case(rail=rail, wheel="cylinder:460", inclination_rad=0.0, load_N=50e3, track=Track(rail_crown_y_mm=750.0))
-    return points_part(case, place_case(case))
+    return point_noise(case, place_case(case))
+
+
+def part_of_points(rail: str) -> dict[str, float]:
+    noise = noise_of_points(rail)
+    assert noise is not None
+    return noise.uncertainty()
 
 
 def test_exact_lines_have_no_part_from_points():
-    assert set(part_of_points("circle:80").values()) == {0.0}
+    assert noise_of_points("circle:80") is None
 
 
 def test_dense_exact_points_have_hardly_a_part(tmp_path):
@@ -242,6 +249,7 @@ def test_the_part_of_points_goes_into_the_uncertainty(tmp_path):
     options = {"wheel": "cylinder:460", "inclination_rad": 0.0, "track": Track(rail_crown_y_mm=750.0)}
     coarse = {"resolution": (1.6, 0.6), "refine_degrees_of_freedom": 0}
     result = solve(Case(rail=rail, **options, **coarse))
-    part = points_part(result.case, result.placement)
+    part = result.load.solved.point_noise.uncertainty()
+    assert part == point_noise(result.case, result.placement).uncertainty()
     assert part["p_max_MPa"] > 0.0
-    assert all(result.uncertainty[name] > part[name] for name in MEASURES)
+    assert all(result.load.uncertainty[name] > part[name] for name in MEASURES)

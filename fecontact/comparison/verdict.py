@@ -1,4 +1,4 @@
-"""Criteria and verdict: does Hertz hold here, by which measure, why not, and how sure is that?"""
+"""Verdict: does Hertz hold here, by which measure, why not, and how sure is that?"""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ Answer = Literal["HOLDS", "FAILS", "UNRESOLVED"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Judgement:
-    """A verdict and the measure that decided it."""
+class Verdict:
+    """Whether Hertz holds, the measure that decided, and why he does not where he is off by more than a limit."""
 
-    verdict: Answer
+    answer: Answer
     measure: str
+    cause: str | None = None
 
 
-def judge(deviation: Mapping[str, float], uncertainty: Mapping[str, float], criteria: Criteria) -> Judgement:
+def judge(deviation: Mapping[str, float], uncertainty: Mapping[str, float], criteria: Criteria) -> Verdict:
     """Compare deviations with their limits.
 
     FAILS if any measure is beyond its limit by more than its uncertainty; otherwise UNRESOLVED if a limit lies within
@@ -32,14 +33,14 @@ def judge(deviation: Mapping[str, float], uncertainty: Mapping[str, float], crit
     used = {name: abs(deviation[name]) / limit for name, limit in limits.items()}
     fails = [m for m, limit in limits.items() if abs(deviation[m]) - uncertainty[m] > limit]
     if fails:
-        return Judgement(verdict="FAILS", measure=max(fails, key=lambda m: used[m]))
+        return Verdict(answer="FAILS", measure=max(fails, key=lambda m: used[m]))
     open_ = [m for m, limit in limits.items() if not abs(deviation[m]) + uncertainty[m] < limit]
     if open_:
         unsure = {m: uncertainty[m] / limits[m] for m in open_}
-        return Judgement(
-            verdict="UNRESOLVED", measure=max(open_, key=lambda m: math.inf if math.isnan(unsure[m]) else unsure[m])
+        return Verdict(
+            answer="UNRESOLVED", measure=max(open_, key=lambda m: math.inf if math.isnan(unsure[m]) else unsure[m])
         )
-    return Judgement(verdict="HOLDS", measure=max(used, key=lambda m: used[m]))
+    return Verdict(answer="HOLDS", measure=max(used, key=lambda m: used[m]))
 
 
 @dataclass(frozen=True, kw_only=True)

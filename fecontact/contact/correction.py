@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact.halfspace import convolution, love_influence
 from fecontact.contact.solver import (
     CONTACT_TOLERANCE,
@@ -31,25 +32,17 @@ _DEPTH = 4
 _LEAST_SPECTRUM = 1e-3
 
 
-def model_of(
-    compliance: Compliance,
-    *,
-    nodes_x: int,
-    nodes_s: int,
-    step_x_mm: float,
-    step_s_mm: float,
-    contact_modulus_MPa: float,
-    half: bool,
-) -> Compliance:
+def model_of(compliance: Compliance, grid: ContactGrid, *, contact_modulus_MPa: float) -> Compliance:
     """A model that is the same at every node, from one response of a compliance on a uniform grid of nodes.
 
     The response to a unit pressure in the middle of the grid; beyond the grid's reach the half-space's, with the
     difference at the end of the reach.
     """
+    (nodes_x, nodes_s), (step_x_mm, step_s_mm), half = grid.shape, grid.steps_mm, grid.half
     middle_x, middle_s = 0 if half else nodes_x // 2, nodes_s // 2
     unit = np.zeros((nodes_x, nodes_s))
     unit[middle_x, middle_s] = 1.0
-    response = compliance(unit.ravel()).reshape(nodes_x, nodes_s)
+    response = Field.of_nodes(grid, compliance(unit.ravel())).values
     rows = 2 * nodes_x - 1 if half else nodes_x
     x, s = np.arange(1 - rows, rows), np.arange(1 - nodes_s, nodes_s)
     half_space = love_influence(

@@ -1,9 +1,10 @@
-"""The nodes on which a contact pressure lives: a tensor grid on the rail's surface."""
+"""The nodes on which a contact pressure lives, a tensor grid on the rail's surface, and fields on them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,3 +64,43 @@ class ContactGrid:
 def _line_areas(x: Floats) -> Floats:
     step = np.diff(x)
     return 0.5 * (np.append(step, 0.0) + np.insert(step, 0, 0.0))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Field:
+    """Values (nx, ns, ...) on the nodes of a grid."""
+
+    grid: ContactGrid
+    values: NDArray[Any]
+
+    @classmethod
+    def of_nodes(cls, grid: ContactGrid, values: NDArray[Any]) -> Field:
+        """Field of values (n, ...) in the order of the nodes."""
+        return cls(grid=grid, values=values.reshape(*grid.shape, *values.shape[1:]))
+
+    def whole(self) -> Field:
+        """Both halves of a half model, the second one as the mirror image at x = 0 of an even function."""
+        grid = self.grid
+        if not grid.half:
+            return self
+        x = np.concatenate([-grid.x_mm[:0:-1], grid.x_mm])
+        whole = ContactGrid(x_mm=x, s_mm=grid.s_mm, half=False)
+        return Field(grid=whole, values=np.concatenate([self.values[:0:-1], self.values]))
+
+    def covering(self, length_x_mm: float, length_s_mm: float) -> Field:
+        """Both halves, continued by zeros in the grid's own steps past a box of these lengths around the origin."""
+        field = self.whole()
+        x, more_x = _continued(field.grid.x_mm, 0.5 * length_x_mm)
+        s, more_s = _continued(field.grid.s_mm, 0.5 * length_s_mm)
+        rest = ((0, 0),) * (field.values.ndim - 2)
+        grid = ContactGrid(x_mm=x, s_mm=s, half=False)
+        return Field(grid=grid, values=np.pad(field.values, (more_x, more_s, *rest)))
+
+
+def _continued(line: Floats, reach: float) -> tuple[Floats, tuple[int, int]]:
+    """A uniform line continued in its own steps until it goes past -reach and reach, and how many steps that took."""
+    step = float(line[1] - line[0])
+    before = max(0, int(np.ceil((reach + line[0]) / step)) + 1)
+    after = max(0, int(np.ceil((reach - line[-1]) / step)) + 1)
+    low, high = line[0] - step * np.arange(before, 0, -1), line[-1] + step * np.arange(1, after + 1)
+    return np.concatenate([low, line, high]), (before, after)

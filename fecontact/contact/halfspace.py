@@ -6,9 +6,37 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft2, next_fast_len, rfft2
 
-from fecontact.contact.solver import Compliance
+from fecontact.contact.grid import ContactGrid
+from fecontact.contact.solver import Compliance, ContactProblem
 
 Floats = NDArray[np.float64]
+
+
+def half_space_problem(
+    grid: ContactGrid, gap_mm: Floats, *, contact_modulus_MPa: float, closing: Floats | None = None
+) -> ContactProblem:
+    """Contact of a gap on a pair of half-spaces.
+
+    Parameters
+    ----------
+    gap_mm (n,)
+        Undeformed gap at the grid's nodes.
+    closing (n,)
+        How much it closes when the bodies approach by 1; 1 everywhere if not given.
+    """
+    return ContactProblem(
+        compliance=half_space_compliance(
+            nodes_x=grid.shape[0],
+            nodes_s=grid.shape[1],
+            step_x_mm=grid.steps_mm[0],
+            step_s_mm=grid.steps_mm[1],
+            contact_modulus_MPa=contact_modulus_MPa,
+            half=grid.half,
+        ),
+        gap_mm=gap_mm,
+        closing=np.ones(gap_mm.size) if closing is None else closing,
+        area_mm2=grid.whole_area_mm2(),
+    )
 
 
 def half_space_compliance(

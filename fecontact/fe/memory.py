@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fecontact.errors import InputError
+from fecontact.errors import NotEnoughMemory
 
 # Bytes of a Cholesky factor of n degrees of freedom and of its analysis, from PARDISO's own count on bodies of 26 to
 # 179 thousand: 158 to 187 n^(4/3), the growth of nested dissection in space, and 1.3 kB each.
@@ -17,23 +17,19 @@ def factor_bytes(degrees_of_freedom: int) -> float:
     return float(_FACTOR_BYTES * degrees_of_freedom ** (4.0 / 3.0) + _ANALYSIS_BYTES * degrees_of_freedom)
 
 
-SHORT_OF_MEMORY = "GB of memory"
-"""What every message about too little memory has in it: alone on the machine the same case may be solved."""
-
-
 def check_memory(needed_bytes: float, what: str) -> None:
     """Refuse what the machine cannot hold before it is begun.
 
     Raises
     ------
-    InputError
+    NotEnoughMemory
         If more is needed than is available now.
     """
     import psutil
 
     available = float(psutil.virtual_memory().available)
     if needed_bytes > available:
-        raise InputError(
-            f"{what} needs about {needed_bytes / 1e9:.1f} {SHORT_OF_MEMORY}, {available / 1e9:.1f} GB are available;"
+        raise NotEnoughMemory(
+            f"{what} needs about {needed_bytes / 1e9:.1f} GB of memory, {available / 1e9:.1f} GB are available;"
             " use a coarser resolution, the amg solver, or a larger machine"
         )

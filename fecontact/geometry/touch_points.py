@@ -66,6 +66,11 @@ class TouchPoint:
     curvatures: tuple[RelativeCurvature, ...]
 
     @property
+    def curvature(self) -> RelativeCurvature:
+        """The curvature, that of the field side where the touch point lies at a junction."""
+        return self.curvatures[-1]
+
+    @property
     def at_junction(self) -> bool:
         """Whether the curvature is undefined here."""
         return len(self.curvatures) > 1

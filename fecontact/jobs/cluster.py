@@ -1,4 +1,4 @@
-"""Studies on a Dask cluster whose workers share the study's folder."""
+"""Jobs on a Dask cluster whose workers share the folder of the results."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.errors import InputError
-from fecontact.jobs.job import Done, Task, run_task
+from fecontact.jobs.job import Done, Job, run_job
 from fecontact.jobs.workers import Crew, other_threads
 
 _CONNECT_S = 10
@@ -32,9 +32,9 @@ def dask_crew(address: str, lock: Path, threads: int) -> Iterator[Crew]:
     address
         Of the scheduler, such as tcp://10.0.0.1:8786.
     lock
-        The lock file of the study's folder, which every worker must see.
+        The lock file of the results' folder, which every worker must see.
     threads
-        Threads that a case computes on; workers whose environment says otherwise are refused.
+        Threads that a job computes on; workers whose environment says otherwise are refused.
 
     Raises
     ------
@@ -59,15 +59,15 @@ def dask_crew(address: str, lock: Path, threads: int) -> Iterator[Crew]:
 
 
 class _Run:
-    """`run_task` with the checks of a worker that came later."""
+    """`run_job` with the checks of a worker that came later."""
 
     def __init__(self, lock: Path, threads: int) -> None:
         self._lock, self._threads = lock, threads
 
-    def __call__(self, task: Task) -> Done:
+    def __call__(self, job: Job) -> Done:
         if problem := worker_problem(self._lock, self._threads):
             raise InputError(problem)
-        return run_task(task)
+        return run_job(job)
 
 
 @contextmanager
@@ -76,7 +76,7 @@ def _connected(address: str) -> Iterator[Any]:
         # it has types in part only
         distributed: Any = import_module("distributed")
     except ImportError as error:
-        raise InputError("--scheduler needs the package distributed: pip install 'fecontact[cluster]'") from error
+        raise InputError("--scheduler needs the package distributed: pip install distributed") from error
     try:
         client = distributed.Client(address, timeout=_CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:
@@ -109,7 +109,7 @@ def _check_workers(client: Any, address: str, lock: Path, threads: int) -> None:
 
 
 def worker_problem(lock: Path, threads: int) -> str | None:
-    """Why this process cannot work on a study: it does not see the folder, or computes on other threads."""
+    """Why this process cannot work on a run: it does not see the folder, or computes on other threads."""
     if problem := other_threads(threads):
         return f"{problem}; set it before the worker is started, and --threads likewise"
     end = time.monotonic() + _SEEN_S

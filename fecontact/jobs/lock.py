@@ -12,17 +12,17 @@ from typing import IO
 
 from fecontact.errors import InputError
 
-LOCK = "study.lock"
+LOCK = "run.lock"
 
 
 @contextmanager
 def locked(out: Path, part: tuple[int, int] | None = None) -> Iterator[Path]:
-    """Hold the folder of a study, or one part of it beside the other parts; yields the lock file.
+    """Hold the folder of a run, or one part of it beside the other parts; yields the lock file.
 
     Parameters
     ----------
     part
-        (i, N): parts share the folder with each other, but not with a run of the whole study.
+        (i, N): parts share the folder with each other, but not with a run of the whole.
 
     Raises
     ------
@@ -37,7 +37,7 @@ def locked(out: Path, part: tuple[int, int] | None = None) -> Iterator[Path]:
             me = f"process {os.getpid()} on {socket.gethostname()}, part {part[0]}/{part[1]}"
             others = f"runs of parts (--part), see {LOCK.replace('.lock', '.part-*.lock')}"
             stack.enter_context(_held(out / LOCK, others, shared=True))
-            stack.enter_context(_held(out / f"study.part-{part[0]}-of-{part[1]}.lock", me))
+            stack.enter_context(_held(out / f"run.part-{part[0]}-of-{part[1]}.lock", me))
         yield out / LOCK
 
 

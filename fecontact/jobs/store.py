@@ -1,4 +1,4 @@
-"""Finished cases on disk: each a folder that is whole or absent, with the checksums of its files."""
+"""Finished jobs on disk: each a folder that is whole or absent, with the checksums of its files and what made it."""
 
 from __future__ import annotations
 
@@ -9,77 +9,80 @@ import hashlib
 import json
 import secrets
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fecontact.case import Case, case_record
 from fecontact.files import write_json
-from fecontact.jobs.provenance import difference, fingerprint, provenance
-from fecontact.solving.solve import CaseResult, solve
 
-Record = dict[str, Any]
-
-CHECKSUMS = "checksums.json"
+MANIFEST = "stored.json"
+SCHEMA = "fecontact/stored/1"
 
 
-def write_case(result: CaseResult, folder: Path, name: str, settings: Mapping[str, Any] | None = None) -> Record:
-    """Write all files of one case into a folder and return its row.
+@dataclass(frozen=True, kw_only=True)
+class Origin:
+    """What decides about a result beside its inputs: versions and sources that solve it, and that evaluate it."""
 
-    Parameters
+    solved_by: Mapping[str, str]
+    evaluated_by: Mapping[str, str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kept:
+    """A finished job as it is on disk.
+
+    Attributes
     ----------
-    settings
-        Settings of the command, for the provenance in `result.json`.
+    found
+        Whether there is a folder of it.
+    problem
+        Why it must be solved again.
+    outdated
+        Why it must be evaluated again, which its stored fields are enough for.
+    run
+        The run that finished it.
     """
-    from fecontact.outputs.figures import case_figure
-    from fecontact.outputs.record import result_record, row
-    from fecontact.outputs.vtk import write_case_vtk
 
-    folder.mkdir(parents=True, exist_ok=True)
-    record = result_record(result) | {"provenance": provenance(result.case, name, settings or {})}
-    write_case_vtk(result, folder)
-    case_figure(result, folder / "case.png")
-    write_json(folder / "case.json", case_record(result.case))
-    write_json(folder / "result.json", record)
-    return {"id": name, **row(record)}
+    found: bool = False
+    problem: str | None = None
+    outdated: str | None = None
+    run: str = ""
 
-
-def solve_into(case: Case, folder: Path, name: str, settings: Mapping[str, Any]) -> None:
-    """Solve a case and write its files into a folder.
-
-    Raises
-    ------
-    FecontactError
-        As `solve` does.
-    OSError
-        If the disk refuses a file.
-    """
-    write_case(solve(case), folder, name, settings)
-
-
-def case_folder(out: Path, name: str) -> Path:
-    """Folder of a finished case."""
-    return out / "cases" / name
+    @property
+    def usable(self) -> bool:
+        """Whether it may be taken as it is."""
+        return self.found and self.problem is None and self.outdated is None
 
 
 @contextmanager
-def new_case_folder(out: Path, name: str) -> Iterator[Path]:
-    """A temporary folder to write a case into, put in the place of the case's folder in one step if nothing is raised.
+def new_folder(final: Path, name: str, origin: Origin, run: str = "") -> Iterator[Path]:
+    """A temporary folder to write a job's files into, put in the place of `final` in one step if nothing is raised.
 
     Files get their checksums before that; a reader, or a killed run, sees the old folder, none, or the whole new one.
     """
-    final = case_folder(out, name)
     temporary = _beside(final)
     temporary.mkdir(parents=True)
     try:
         yield temporary
-        files = sorted(path for path in temporary.rglob("*") if path.is_file())
-        write_json(temporary / CHECKSUMS, {path.relative_to(temporary).as_posix(): _sha256(path) for path in files})
+        write_manifest(temporary, [path for path in temporary.rglob("*") if path.is_file()], name, origin, run)
         _put(temporary, final)
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
+
+
+def write_manifest(folder: Path, files: Iterable[Path], name: str, origin: Origin, run: str = "") -> Path:
+    """Seal some files of a folder as the result of a job: their checksums, and what made them."""
+    manifest = {
+        "schema": SCHEMA,
+        "id": name,
+        "solved_by": dict(origin.solved_by),
+        "evaluated_by": dict(origin.evaluated_by),
+        "run": run,
+        "files": {path.relative_to(folder).as_posix(): _sha256(path) for path in sorted(files)},
+    }
+    return write_json(folder / MANIFEST, manifest)
 
 
 def _beside(final: Path) -> Path:
@@ -95,64 +98,63 @@ def _put(temporary: Path, final: Path) -> None:
             temporary.rename(final)
             break
         except OSError as error:
-            # a worker that was given up for lost has put the same case there in between
+            # a worker that was given up for lost has put the same job there in between
             if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
                 raise
             shutil.rmtree(older, ignore_errors=True)
     shutil.rmtree(older, ignore_errors=True)
 
 
-def remove_leftovers(out: Path, name: str | None = None) -> None:
-    """Remove the temporary folders of processes that were killed: of one case, or of all.
+def remove_leftovers(parent: Path, name: str | None = None) -> None:
+    """Remove the temporary folders of processes that were killed: of one job, or of all below a folder.
 
     Those of all are only for who has the whole store to himself.
     """
-    for path in (out / "cases").glob(".*" if name is None else f".{glob.escape(name)}.*"):
+    for path in parent.glob(".*" if name is None else f".{glob.escape(name)}.*"):
         shutil.rmtree(path, ignore_errors=True)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Kept:
-    """A finished case as it is on disk: its result record if it may be used again, and if not why."""
-
-    record: Record | None = None
-    problem: str | None = None
-
-
-def kept_case(out: Path, name: str, made_by: Mapping[str, str]) -> Kept:
-    """Read a finished case; neither record nor problem if it has not been solved.
-
-    A file that is missing or not as it was written, and a result that something else than `made_by` (see
-    `identity.makers`) made, are problems.
-    """
-    from fecontact.outputs.record import row
-
-    folder = case_folder(out, name)
+def kept_folder(folder: Path, name: str, origin: Origin) -> Kept:
+    """Look at a finished job and all its files."""
     if not folder.is_dir():
         return Kept()
-    if problem := _damage(folder):
-        return Kept(problem=problem)
-    record: Record = json.loads((folder / "result.json").read_text("utf-8"))
-    made = record.get("provenance", {})
-    if made.get("fingerprint") != fingerprint(name, made_by):
-        changes = difference(made.get("made_by", {}), made_by)
-        return Kept(problem=f"made by another version: {changes or 'its fingerprint differs'}")
-    try:
-        row(record)
-    except (KeyError, TypeError) as error:
-        return Kept(problem=f"its result.json has another layout ({error})")
-    return Kept(record=record)
+    manifest = whole_manifest(folder)
+    if isinstance(manifest, str):
+        return Kept(found=True, problem=manifest)
+    if manifest["id"] != name:
+        return Kept(found=True, problem=f"it is the result of other inputs ({manifest['id']})")
+    if changes := difference(manifest["solved_by"], origin.solved_by):
+        return Kept(found=True, problem=f"made by another version: {changes}")
+    changes = difference(manifest["evaluated_by"], origin.evaluated_by)
+    outdated = f"evaluated by another version: {changes}" if changes else None
+    return Kept(found=True, outdated=outdated, run=manifest["run"])
 
 
-def _damage(folder: Path) -> str | None:
-    """The first file of a case's folder that is not as it was written."""
+def whole_manifest(folder: Path) -> dict[str, Any] | str:
+    """What a folder says of the job in it, or which of its files is not as it was written."""
+    manifest = _manifest(folder)
+    if isinstance(manifest, str):
+        return manifest
+    return _damage(folder, manifest["files"]) or manifest
+
+
+def _manifest(folder: Path) -> dict[str, Any] | str:
+    """What a folder says of itself, or why it cannot be used."""
     try:
-        expected = json.loads((folder / CHECKSUMS).read_text("utf-8"))
+        manifest = json.loads((folder / MANIFEST).read_text("utf-8"))
     except (OSError, ValueError):
-        return f"{CHECKSUMS} is missing or damaged"
-    if not isinstance(expected, dict) or "result.json" not in expected:
-        return f"{CHECKSUMS} is damaged"
-    for name, digest in expected.items():
+        return f"{MANIFEST} is missing or damaged"
+    if not isinstance(manifest, dict) or manifest.get("schema") != SCHEMA:
+        return f"{MANIFEST} has another layout than {SCHEMA}"
+    shape = {"id": str, "solved_by": dict, "evaluated_by": dict, "run": str, "files": dict}
+    if not all(isinstance(manifest.get(key), kind) for key, kind in shape.items()) or not manifest["files"]:
+        return f"{MANIFEST} is damaged"
+    return manifest
+
+
+def _damage(folder: Path, files: Mapping[str, str]) -> str | None:
+    """The first file of a folder that is not as it was written."""
+    for name, digest in files.items():
         try:
             actual = _sha256(folder / name)
         except FileNotFoundError:
@@ -162,6 +164,15 @@ def _damage(folder: Path) -> str | None:
         if actual != digest:
             return f"{name} is damaged (its checksum differs)"
     return None
+
+
+def difference(old: Mapping[str, str], new: Mapping[str, str]) -> str:
+    """What differs between two origins of a result, such as `numpy 2.1.0 -> 2.2.0`."""
+    return ", ".join(
+        f"{key} {old.get(key, 'none')} -> {new.get(key, 'none')}"
+        for key in dict.fromkeys((*new, *old))
+        if old.get(key) != new.get(key)
+    )
 
 
 def _sha256(path: Path) -> str:

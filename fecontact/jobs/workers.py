@@ -1,4 +1,4 @@
-"""Who solves the cases of a study: worker processes of this machine, or a Dask cluster."""
+"""Who does the jobs: worker processes of this machine, and what happens when one of them dies."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from multiprocessing import connection, get_context, parent_process
 from typing import Protocol
 
 from fecontact.errors import InputError
-from fecontact.jobs.job import Done, Task, run_task
+from fecontact.jobs.job import Done, Job, run_job
 from fecontact.jobs.store import remove_leftovers
 
 _BYTES_A_WORKER = 2e9
@@ -26,7 +26,7 @@ _THREAD_VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS
 
 @dataclass(frozen=True, kw_only=True)
 class Crew:
-    """Workers for tasks.
+    """Workers for jobs.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Crew:
     workers
         Number of workers.
     together
-        Tasks handed out at a time; with `workers` of them it is known which were under way when a worker dies.
+        Jobs handed out at a time; with `workers` of them it is known which were under way when a worker dies.
     run
         What a worker calls.
     """
@@ -43,11 +43,11 @@ class Crew:
     open: Callable[[int], AbstractContextManager[Executor]]
     workers: int
     together: int
-    run: Callable[[Task], Done] = run_task
+    run: Callable[[Job], Done] = run_job
 
 
 class Report(Protocol):
-    """Hears of the tasks."""
+    """Hears of the jobs."""
 
     def under_way(self, names: Sequence[str]) -> None:
         """These have been handed to workers and have not come back."""
@@ -75,7 +75,7 @@ def process_crew(workers: int, threads: int) -> Crew:
 
 @contextmanager
 def _process_pool(workers: int, threads: int) -> Iterator[Executor]:
-    # a process is started when the first task is handed to it, so the environment holds as long as the pool
+    # a process is started when the first job is handed to it, so the environment holds as long as the pool
     with thread_environment(threads):
         executor = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin_worker)
         try:
@@ -126,25 +126,25 @@ def other_threads(threads: int) -> str | None:
     return None
 
 
-def run_tasks(tasks: Sequence[Task], crew: Crew, report: Report) -> None:
-    """Run all tasks and report each once.
+def run_jobs(jobs: Sequence[Job], crew: Crew, report: Report) -> None:
+    """Run all jobs and report each once.
 
-    When a worker process dies, the tasks that were under way run again, each alone; one whose process dies twice is
-    reported as failed. A task that was short of memory beside others runs again alone, after all others.
+    When a worker process dies, the jobs that were under way run again, each alone; one whose process dies twice is
+    reported as failed. A job that was short of memory beside others runs again alone, after all others.
     """
-    queue = deque(replace(task, alone=crew.workers == 1) for task in tasks)
-    again: list[Task] = []
+    queue = deque(replace(job, alone=crew.workers == 1) for job in jobs)
+    again: list[Job] = []
     while queue:
-        for task in _together(queue, again, crew, report):
-            report.done(_alone(task, crew, report, deaths=1))
-    for task in again:
-        report.done(_alone(task, crew, report, deaths=0))
+        for job in _together(queue, again, crew, report):
+            report.done(_alone(job, crew, report, deaths=1))
+    for job in again:
+        report.done(_alone(job, crew, report, deaths=0))
 
 
-def _together(queue: deque[Task], again: list[Task], crew: Crew, report: Report) -> list[Task]:
-    """Run tasks of the queue until it is empty or a worker dies; returns those that were under way then."""
-    running: dict[Future[Done], Task] = {}
-    lost: list[Task] = []
+def _together(queue: deque[Job], again: list[Job], crew: Crew, report: Report) -> list[Job]:
+    """Run jobs of the queue until it is empty or a worker dies; returns those that were under way then."""
+    running: dict[Future[Done], Job] = {}
+    lost: list[Job] = []
     with crew.open(crew.workers) as executor:
         while (queue and not lost) or running:
             while queue and not lost and len(running) < crew.together:
@@ -155,45 +155,45 @@ def _together(queue: deque[Task], again: list[Task], crew: Crew, report: Report)
                 queue.popleft()
             if not running:
                 break
-            report.under_way([task.name for task in running.values()])
+            report.under_way([job.name for job in running.values()])
             for future in wait(running, return_when=FIRST_COMPLETED).done:
-                task = running.pop(future)
-                done = _outcome(future, task)
+                job = running.pop(future)
+                done = _outcome(future, job)
                 if done is None:
-                    lost.append(task)
+                    lost.append(job)
                 elif done.short_of_memory:
-                    again.append(task)
+                    again.append(job)
                 else:
                     report.done(done)
     return lost
 
 
-def _alone(task: Task, crew: Crew, report: Report, *, deaths: int) -> Done:
-    """Run a task with nothing beside it, each time in a new process."""
-    task = replace(task, alone=True)
-    report.under_way([task.name])
+def _alone(job: Job, crew: Crew, report: Report, *, deaths: int) -> Done:
+    """Run a job with nothing beside it, each time in a new process."""
+    job = replace(job, alone=True)
+    report.under_way([job.name])
     while deaths < 2:
         if deaths:
-            remove_leftovers(task.out, task.name)
+            remove_leftovers(job.folder.parent, job.name)
         with crew.open(1) as executor:
-            done = _outcome(executor.submit(crew.run, task), task)
+            done = _outcome(executor.submit(crew.run, job), job)
         if done is not None:
             return done
         deaths += 1
     # ParaView's writers can end the process when the disk is full, so it is looked at before its room is given back
-    full = shutil.disk_usage(task.out).free < _FULL_DISK_BYTES
-    remove_leftovers(task.out, task.name)
-    return Done(name=task.name, failure=f"failed: its process died twice ({'disk full' if full else 'out of memory'}?)")
+    full = shutil.disk_usage(job.folder.parent).free < _FULL_DISK_BYTES
+    remove_leftovers(job.folder.parent, job.name)
+    return Done(name=job.name, failure=f"failed: its process died twice ({'disk full' if full else 'out of memory'}?)")
 
 
-def _outcome(future: Future[Done], task: Task) -> Done | None:
-    """What came of a task; None if its worker died."""
+def _outcome(future: Future[Done], job: Job) -> Done | None:
+    """What came of a job; None if its worker died."""
     try:
         return future.result()
     except BrokenExecutor:
         return None
     except InputError as error:
-        return Done(name=task.name, failure=f"failed: {error}")
+        return Done(name=job.name, failure=f"failed: {error}")
     except Exception as error:
-        # the executor's own troubles, such as a cluster that has given the task up
-        return Done(name=task.name, failure=" ".join(f"failed: {type(error).__name__}: {error}".split()))
+        # the executor's own troubles, such as a cluster that has given the job up
+        return Done(name=job.name, failure=" ".join(f"failed: {type(error).__name__}: {error}".split()))

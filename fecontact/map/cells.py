@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from fecontact.case import Case
-from fecontact.comparison.verdict import Answer
-from fecontact.map.inference import Inferred
-from fecontact.solving.load_sweep import LoadPoint
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.verdict import Answer, Verdict
+from fecontact.geometry.placement import Placement
 
 CellVerdict = Literal["HOLDS", "FAILS", "UNRESOLVED", "failed"]
 
@@ -30,7 +30,9 @@ class LoadLimit:
     note
         What else there is to know: more than one change of the verdict, unresolved loads at the limit.
     tried
-        Loads that the bisection solved, with their verdicts.
+        Loads that the bisection took, with their verdicts.
+    narrowed
+        Whether the bisection came to its end.
     """
 
     F_max_N: float | None = None
@@ -39,17 +41,40 @@ class LoadLimit:
     reason: str | None = None
     note: str | None = None
     tried: tuple[tuple[float, Answer], ...] = field(default=())
+    narrowed: bool = True
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inferred:
+    """Deviation of Hertz and the verdict of a cell that was not solved (peak pressure and area).
+
+    Attributes
+    ----------
+    uncertainty
+        Of the deviation.
+    doubt
+        The uncertainty with a margin of safety, under which the verdict must stand.
+    """
+
+    deviation: Mapping[str, float]
+    uncertainty: Mapping[str, float]
+    doubt: Mapping[str, float]
+    verdict: Verdict
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MapCell:
-    """One position and load, solved or inferred; `status` says why there is neither, or why it must not be used."""
+    """One position and load, solved or inferred; `status` says why there is neither, or why it must not be used.
 
-    shift_mm: float
+    `short_of_memory` is set where the machine had too little memory for the load.
+    """
+
+    lateral_shift_mm: float
     load_N: float
     status: str
-    point: LoadPoint | None
+    judged: JudgedLoad | None = None
     inferred: Inferred | None = None
+    short_of_memory: bool = False
 
     @property
     def solved(self) -> bool:
@@ -59,28 +84,59 @@ class MapCell:
     @property
     def verdict(self) -> CellVerdict:
         """The verdict, `failed` where there is none."""
-        found = self.point or self.inferred
-        return "failed" if found is None else found.verdict.verdict
+        found = self.judged or self.inferred
+        return "failed" if found is None else found.verdict.answer
 
     @property
     def deviation(self) -> Mapping[str, float]:
         """(Hertz - FE) / FE of the measures that are known."""
-        found = self.point or self.inferred
+        found = self.judged or self.inferred
         return {} if found is None else found.deviation
+
+    @property
+    def uncertainty(self) -> Mapping[str, float]:
+        """Uncertainty of the deviations."""
+        found = self.judged or self.inferred
+        return {} if found is None else found.uncertainty
 
     @property
     def cause(self) -> str | None:
         """Why Hertz does not hold."""
-        return None if self.point is None else self.point.cause
+        return None if self.judged is None else self.judged.verdict.cause
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MapPosition:
-    """All loads of one lateral shift, by increasing load, and its load limit."""
+    """All loads of one lateral shift, by increasing load, and its load limit.
 
-    shift_mm: float
+    Attributes
+    ----------
+    placement
+        None where the wheel could not be placed, and where the position was inferred.
+    tried
+        Loads that the bisection of the limit solved.
+    stopped
+        The load that it could not solve, at which it ended.
+    """
+
+    lateral_shift_mm: float
     cells: tuple[MapCell, ...]
     limit: LoadLimit
+    placement: Placement | None = None
+    tried: tuple[JudgedLoad, ...] = ()
+    stopped: MapCell | None = None
+
+    @property
+    def converged(self) -> bool:
+        """Whether finite elements gave a usable result at every load."""
+        return all(cell.status == "converged" for cell in self.cells)
+
+    @property
+    def short_of_memory(self) -> bool:
+        """Whether the machine had too little memory for any of its loads."""
+        loads = (*self.tried, *(cell.judged for cell in self.cells if cell.judged is not None))
+        cells = self.cells if self.stopped is None else (*self.cells, self.stopped)
+        return any(cell.short_of_memory for cell in cells) or any(one.solved.short_of_memory for one in loads)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -92,9 +148,9 @@ class ApplicabilityMap:
     positions: tuple[MapPosition, ...]
 
     @property
-    def shifts_mm(self) -> tuple[float, ...]:
+    def lateral_shifts_mm(self) -> tuple[float, ...]:
         """Lateral shifts of the positions."""
-        return tuple(position.shift_mm for position in self.positions)
+        return tuple(position.lateral_shift_mm for position in self.positions)
 
     @property
     def cells(self) -> tuple[MapCell, ...]:

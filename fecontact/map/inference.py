@@ -10,10 +10,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from fecontact.case import Case
-from fecontact.comparison.measures import Measures, deviations, hertz_measures
-from fecontact.comparison.verdict import Judgement, judge
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.measures import Measures, deviations, hertz_measures, measures_of
+from fecontact.comparison.verdict import judge
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.solving.load_sweep import LoadPoint
+from fecontact.map.cells import Inferred
 from fecontact.solving.position import expect_on_half_space
 
 # What the fitted grids of the half-spaces leave open in peak pressure and area (16 nodes a semi-axis: 0.1 and
@@ -21,15 +22,6 @@ from fecontact.solving.position import expect_on_half_space
 _GRID = {"p_max_MPa": 0.003, "area_mm2": 0.01}
 # An inferred verdict must stand with so many times what the inference adds to the neighbours' own uncertainty.
 _SAFETY = 2.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Inferred:
-    """Deviation of Hertz, its uncertainty and the verdict of a cell that was not solved (peak pressure and area)."""
-
-    deviation: Mapping[str, float]
-    uncertainty: Mapping[str, float]
-    verdict: Judgement
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,13 +38,13 @@ def predict(case: Case) -> Prediction | None:
         hertz, expected = expect_on_half_space(case)
     except (InputError, ConvergenceError):
         return None
-    return Prediction(hertz=hertz_measures(hertz), half_space=expected.measures)
+    return Prediction(hertz=hertz_measures(hertz), half_space=measures_of(expected.half_space))
 
 
 def infer_loads(
     case: Case,
     loads_N: Sequence[float],
-    neighbours: Sequence[Mapping[float, LoadPoint | None]],
+    neighbours: Sequence[Mapping[float, JudgedLoad | None]],
     neighbour_cases: Sequence[Case],
 ) -> dict[float, Inferred] | None:
     """Infer all loads of a position from solved neighbours on both sides.
@@ -75,14 +67,14 @@ def infer_loads(
         if len(usable) < 2:
             return None
         one = _infer(case, load, usable, neighbour_cases)
-        verdicts = {point.verdict.verdict for point in usable}
-        if one is None or verdicts != {one.verdict.verdict} or one.verdict.verdict == "UNRESOLVED":
+        verdicts = {point.verdict.answer for point in usable}
+        if one is None or verdicts != {one.verdict.answer} or one.verdict.answer == "UNRESOLVED":
             return None
         found[load] = one
-    return found if len({one.verdict.verdict for one in found.values()}) == 1 else None
+    return found if len({one.verdict.answer for one in found.values()}) == 1 else None
 
 
-def _infer(case: Case, load_N: float, points: Sequence[LoadPoint], cases: Sequence[Case]) -> Inferred | None:
+def _infer(case: Case, load_N: float, points: Sequence[JudgedLoad], cases: Sequence[Case]) -> Inferred | None:
     predictions = [predict(replace(each, load_N=load_N)) for each in (case, *cases)]
     own, *others = predictions
     if own is None or any(other is None for other in others):
@@ -91,7 +83,7 @@ def _infer(case: Case, load_N: float, points: Sequence[LoadPoint], cases: Sequen
     solved, added = {}, {}
     for name, grid in _GRID.items():
         ratios = [
-            getattr(point.fe, name) / getattr(other.half_space, name)
+            getattr(point.comparison.fe, name) / getattr(other.half_space, name)
             for point, other in zip(points, others, strict=True)
             if other is not None
         ]
@@ -104,8 +96,10 @@ def _infer(case: Case, load_N: float, points: Sequence[LoadPoint], cases: Sequen
     def unsure(factor: float) -> dict[str, float]:
         return {name: (solved[name] + factor * added[name]) * abs(1.0 + deviation[name]) for name in _GRID}
 
+    doubt = unsure(_SAFETY)
     return Inferred(
         deviation={name: deviation[name] for name in _GRID},
         uncertainty=unsure(1.0),
-        verdict=judge(deviation, unsure(_SAFETY), case.criteria),
+        doubt=doubt,
+        verdict=judge(deviation, doubt, case.criteria),
     )

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.comparison.compare import hertz_on
 from fecontact.errors import InputError
 from fecontact.files import write_atomically
 from fecontact.geometry.placement import Placement
 from fecontact.outputs.series import series, short_name
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.resolve import resolve_rail
+from fecontact.profiles.identity import profile_identity
 from fecontact.solving.solve import CaseResult
 from fecontact.theory.hertz import HertzContact
 
@@ -68,22 +69,9 @@ class _Field:
 
 
 def _covering_field(result: CaseResult) -> _Field:
-    grid, p = result.grid, result.pressure_MPa
-    x = grid.x_mm
-    if grid.half:
-        x, p = np.concatenate([-x[:0:-1], x]), np.concatenate([p[:0:-1], p])
-    x, more_x = _extended(x, 0.5 * result.hertz.extent_x_mm)
-    s, more_s = _extended(grid.s_mm, 0.5 * result.hertz.extent_y_mm)
-    hertz = result.hertz.pressure_MPa(x[:, None], s[None, :])
-    return _Field(x_mm=x, s_mm=s, fe=np.pad(p, (more_x, more_s)), hertz=hertz)
-
-
-def _extended(line: Floats, reach: float) -> tuple[Floats, tuple[int, int]]:
-    """A uniform line continued in its own steps until it goes past -reach and reach, and how many steps that took."""
-    step = float(line[1] - line[0])
-    before = max(0, math.ceil((reach + line[0]) / step) + 1)
-    after = max(0, math.ceil((reach - line[-1]) / step) + 1)
-    return line[0] + step * np.arange(-before, line.size + after), (before, after)
+    hertz = result.hertz
+    fe = result.load.fe.pressure.covering(hertz.extent_x_mm, hertz.extent_y_mm)
+    return _Field(x_mm=fe.grid.x_mm, s_mm=fe.grid.s_mm, fe=fe.values, hertz=hertz_on(fe.grid, hertz))
 
 
 def _draw_maps(figure: Figure, axes: Sequence[Axes], field: _Field, hertz: HertzContact) -> None:
@@ -174,7 +162,7 @@ def _case_text(result: CaseResult) -> str:
     case, comparison, first = result.case, result.comparison, result.placement.first
     fe, hertz, deviation = comparison.fe, comparison.hertz, comparison.deviation
     lines = [
-        f"rail {short_name(case.rail)}, wheel {short_name(case.wheel)}",
+        f"rail {short_name(profile_identity(case.rail))}, wheel {short_name(profile_identity(case.wheel))}",
         f"lateral shift   {case.lateral_shift_mm:+z.2f} mm",
         f"{case.load_kind + ' load':<15} {case.load_N / 1e3:.1f} kN",
         f"touch point     {first.rail_y_mm:+z.2f} mm on the rail",
@@ -206,12 +194,12 @@ def _cell(value: float, form: str) -> str:
     return text if math.isfinite(value) else "-".rjust(len(text))
 
 
-def study_figure(rows: Sequence[Row], path: str | Path) -> Path:
+def study_figure(rows: Sequence[Row], path: str | Path, rail: Profile | None = None) -> Path:
     """Draw a study over the lateral shift: peak pressures, deviations of Hertz, and where the wheel touches the rail.
 
     One colour for each series; more of them than there are colours are not named. A row whose status is not
     `converged` is a cross that no line goes through; it lies at its value, or at the bottom of the first panel if it
-    has none.
+    has none. The junctions of `rail` are drawn beside the touch points.
 
     Raises
     ------
@@ -247,7 +235,7 @@ def study_figure(rows: Sequence[Row], path: str | Path) -> Path:
         )
         _draw_series(touch, group, "touch_rail_y_mm", color=colour, marker="o")
         _draw_without_value(peak, group)
-    _finish_study(peak, deviation, touch, rows)
+    _finish_study(peak, deviation, touch, rows, rail)
     return save_figure(figure, path)
 
 
@@ -267,7 +255,7 @@ def _draw_without_value(ax: Axes, group: Sequence[Row]) -> None:
     )
 
 
-def _finish_study(peak: Axes, deviation: Axes, touch: Axes, rows: Sequence[Row]) -> None:
+def _finish_study(peak: Axes, deviation: Axes, touch: Axes, rows: Sequence[Row], rail: Profile | None) -> None:
     pairs = sorted({(short_name(str(row["rail"])), short_name(str(row["wheel"]))) for row in rows})
     loads = sorted({float(row["load_kN"]) for row in rows})
     title = "; ".join(f"rail {rail}, wheel {wheel}" for rail, wheel in pairs[:3]) + ("; ..." if len(pairs) > 3 else "")
@@ -277,7 +265,8 @@ def _finish_study(peak: Axes, deviation: Axes, touch: Axes, rows: Sequence[Row])
     deviation.axhspan(-5.0, 5.0, color="0.86", zorder=0)
     deviation.axhline(0.0, color="0.4", lw=0.8)
     deviation.set(ylabel="Hertz against FE in %\n(bands ±5 %, ±10 %)")
-    _draw_junction_levels(touch, rows)
+    if rail is not None:
+        _draw_junction_levels(touch, rail)
     touch.set(xlabel="lateral shift of the wheelset in mm  (positive: towards this rail)")
     touch.set(ylabel="touch point on the rail\ny in mm  (gauge side negative)")
     if any(row["status"] != "converged" for row in rows):
@@ -288,19 +277,10 @@ def _finish_study(peak: Axes, deviation: Axes, touch: Axes, rows: Sequence[Row])
         ax.grid(alpha=0.3)
 
 
-def _draw_junction_levels(ax: Axes, rows: Sequence[Row]) -> None:
-    """The junctions of a study's only rail; those of several rails would be told apart by nobody."""
-    rails = {str(row["rail"]) for row in rows}
-    if len(rails) > 1:
-        return
-    try:
-        profile = resolve_rail(rails.pop())
-    except InputError:
-        # rows outlive the profile file that they were made with
-        return
+def _draw_junction_levels(ax: Axes, rail: Profile) -> None:
     low, high = ax.get_ylim()
     room = 0.15 * (high - low) + 2.0
-    shown = [junction for junction in profile.junctions if low - room < junction.y_mm < high + room]
+    shown = [junction for junction in rail.junctions if low - room < junction.y_mm < high + room]
     for junction in shown:
         ax.axhline(junction.y_mm, color=_RAIL_JUNCTION, lw=1.0, ls="-.", zorder=0)
         radii = (_radius(junction.curvature_left_per_mm), _radius(junction.curvature_right_per_mm))

@@ -11,17 +11,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.case import Case, case_record
-from fecontact.comparison.measures import MEASURES
 from fecontact.comparison.verdict import AT_JUNCTION
 from fecontact.files import write_json
-from fecontact.jobs.provenance import input_files, makers
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
 from fecontact.outputs.figures import blank_figure, save_figure
-from fecontact.outputs.map_record import cell_record, limit_record
-from fecontact.outputs.record import versions
+from fecontact.outputs.record import load_record, shown_case_record, versions
+from fecontact.outputs.rows import cell_row
 from fecontact.outputs.series import short_name
 from fecontact.outputs.tables import write_csv
+from fecontact.profiles.identity import profile_identity
 from fecontact.solving.stiffness_fit import fit_stiffness
 
 if TYPE_CHECKING:
@@ -30,7 +28,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Record = dict[str, Any]
 
-MAP_SCHEMA = "fecontact/map/1"
+MAP_SCHEMA = "fecontact/map/2"
 _FEWEST_LOADS = 3
 
 # Okabe and Ito's colours, told apart by the colour-blind and in grey.
@@ -52,46 +50,15 @@ CAUSE_LETTERS = {
 """Marks of the causes in the picture."""
 
 
-def write_map(made: ApplicabilityMap, out: Path) -> None:
-    """Write map.csv, stiffness.csv, map.json and map.png into a folder."""
-    write_csv([cell_row(cell) for cell in made.cells], out / "map.csv")
-    write_csv([row for position in made.positions for row in stiffness_rows(position)], out / "stiffness.csv")
-    write_json(out / "map.json", map_record(made))
-    map_figure(made, out / "map.png")
-
-
-def cell_row(cell: MapCell) -> Record:
-    """A cell as one flat row; deviations and uncertainties in percent."""
-    row: Record = {
-        "lateral_shift_mm": cell.shift_mm,
-        "load_kN": cell.load_N / 1e3,
-        "status": cell.status,
-        "verdict": cell.verdict,
-        "solved": cell.solved,
-        "cause": cell.cause,
-    }
-    if cell.inferred is not None:
-        for measure, deviation in cell.inferred.deviation.items():
-            name = measure.rsplit("_", 1)[0]
-            row[f"{name}_deviation_percent"] = 1e2 * deviation
-            row[f"{name}_uncertainty_percent"] = 1e2 * cell.inferred.uncertainty[measure]
-    point = cell.point
-    if point is None:
-        return row
-    row |= {"verdict_measure": point.verdict.measure, "normal_force_kN": point.normal_force_N / 1e3}
-    for measure in MEASURES:
-        name, unit = measure.rsplit("_", 1)
-        row[f"{name}_fe_{unit}"] = getattr(point.fe, measure)
-        row[f"{name}_hertz_{unit}"] = getattr(point.hertz, measure)
-        row[f"{name}_deviation_percent"] = 1e2 * point.deviation[measure]
-        row[f"{name}_uncertainty_percent"] = 1e2 * point.uncertainty[measure]
-    return row | {
-        "p_max_half_space_MPa": point.half_space_p_max_MPa,
-        "hertz_stiffness_N_per_mm15": point.hertz_stiffness_N_per_mm15,
-        "pieces": point.pieces,
-        "meshes": point.meshes,
-        "warnings": "; ".join(point.warnings),
-    }
+def write_map(made: ApplicabilityMap, out: Path, name: str = "map", *, provenance: Record | None = None) -> None:
+    """Write NAME.csv, NAME.json and NAME.png, and stiffness.csv for the whole map, into a folder."""
+    rows = [cell_row(cell, position.placement) for position in made.positions for cell in position.cells]
+    write_csv(rows, out / f"{name}.csv")
+    if name == "map":
+        write_csv([row for position in made.positions for row in stiffness_rows(position)], out / "stiffness.csv")
+    write_json(out / f"{name}.json", map_record(made, provenance))
+    if made.positions:
+        map_figure(made, out / f"{name}.png")
 
 
 def stiffness_rows(position: MapPosition) -> list[Record]:
@@ -99,7 +66,7 @@ def stiffness_rows(position: MapPosition) -> list[Record]:
 
     Two loads would be met exactly, which says nothing about the fit's error.
     """
-    points = [cell.point for cell in position.cells if cell.point is not None and cell.status == "converged"]
+    points = [c.judged for c in position.cells if c.judged is not None and c.status == "converged"]
     if len(points) < _FEWEST_LOADS:
         return []
     fit = fit_stiffness(points)
@@ -108,11 +75,11 @@ def stiffness_rows(position: MapPosition) -> list[Record]:
         tangent = fit.tangent(point.normal_force_N)
         rows.append(
             {
-                "lateral_shift_mm": position.shift_mm,
+                "lateral_shift_mm": position.lateral_shift_mm,
                 "load_kN": point.load_N / 1e3,
                 "normal_force_kN": point.normal_force_N / 1e3,
-                "approach_fe_mm": point.fe.approach_mm,
-                "approach_hertz_mm": point.hertz.approach_mm,
+                "approach_fe_mm": point.comparison.fe.approach_mm,
+                "approach_hertz_mm": point.comparison.hertz.approach_mm,
                 "tangent_with_bulk_kN_per_mm": tangent.with_bulk_N_per_mm / 1e3,
                 "tangent_with_bulk_error_kN_per_mm": tangent.error_N_per_mm / 1e3,
                 "tangent_contact_kN_per_mm": tangent.contact_N_per_mm / 1e3,
@@ -130,29 +97,49 @@ def stiffness_rows(position: MapPosition) -> list[Record]:
     return rows
 
 
-def map_record(made: ApplicabilityMap) -> Record:
+def map_record(made: ApplicabilityMap, provenance: Record | None = None) -> Record:
     """The whole map with the base case, its criteria, and what made it."""
     return {
         "schema": MAP_SCHEMA,
-        "case": _base_record(made.case),
+        # shift and load are the map's own
+        "case": {k: v for k, v in shown_case_record(made.case).items() if k not in ("lateral_shift_mm", "load_N")},
         "criteria": asdict(made.case.criteria),
-        "lateral_shifts_mm": list(made.shifts_mm),
+        "lateral_shifts_mm": list(made.lateral_shifts_mm),
         "loads_N": list(made.loads_N),
         "cells": [cell_record(cell) for cell in made.cells],
-        "limits": [limit_record(shift, limit) for shift, limit in zip(made.shifts_mm, made.limits, strict=True)],
+        "limits": [limit_record(position) for position in made.positions],
         "stiffness": [row for position in made.positions for row in stiffness_rows(position)],
         "versions": versions(),
-        "provenance": _provenance(made.case),
+        "provenance": provenance or {},
     }
 
 
-def _provenance(case: Case) -> Record:
-    return {"made_by": makers(case), "input_files": {body: f["sha256"] for body, f in input_files(case).items()}}
+def cell_record(cell: MapCell) -> Record:
+    """A cell with all that is known of it."""
+    return {
+        "lateral_shift_mm": cell.lateral_shift_mm,
+        "load_N": cell.load_N,
+        "status": cell.status,
+        "verdict": cell.verdict,
+        "solved": cell.solved,
+        "cause": cell.cause,
+        "load": None if cell.judged is None else load_record(cell.judged),
+        "inferred": None if cell.inferred is None else asdict(cell.inferred),
+    }
 
 
-def _base_record(case: Case) -> Record:
-    # shift and load are the map's own
-    return {k: v for k, v in case_record(case).items() if k not in ("lateral_shift_mm", "load_N")}
+def limit_record(position: MapPosition) -> Record:
+    """The load limit of a position."""
+    limit = position.limit
+    return {
+        "lateral_shift_mm": position.lateral_shift_mm,
+        "F_max_N": limit.F_max_N,
+        "holds_N": limit.holds_N,
+        "fails_N": limit.fails_N,
+        "reason": limit.reason,
+        "note": limit.note,
+        "bisection": [{"load_N": load, "verdict": verdict} for load, verdict in limit.tried],
+    }
 
 
 def map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
@@ -164,9 +151,9 @@ def map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    figure = blank_figure(max(9.0, min(16.0, 5.0 + 0.45 * len(made.shifts_mm))), 6.4)
+    figure = blank_figure(max(9.0, min(16.0, 5.0 + 0.45 * len(made.lateral_shifts_mm))), 6.4)
     ax = figure.add_subplot()
-    shifts, loads = np.array(made.shifts_mm), np.array(made.loads_N) / 1e3
+    shifts, loads = np.array(made.lateral_shifts_mm), np.array(made.loads_N) / 1e3
     cells = np.array(made.cells, dtype=object).reshape(shifts.size, loads.size).T
     _draw_cells(ax, shifts, loads, cells)
     lines = _draw_deviation(ax, shifts, loads, cells)
@@ -188,8 +175,9 @@ def map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
     ]
     ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, fontsize=9.5)
     criteria = made.case.criteria
+    rail, wheel = (short_name(profile_identity(spec)) for spec in (made.case.rail, made.case.wheel))
     ax.set(
-        title=f"rail {short_name(made.case.rail)}, wheel {short_name(made.case.wheel)}: Hertz holds within"
+        title=f"rail {rail}, wheel {wheel}: Hertz holds within"
         f" ±{1e2 * criteria.p_max:g} % of the peak pressure\nand ±{1e2 * criteria.area:g} % of the area",
         xlabel="lateral shift of the wheelset in mm  (positive: towards this rail)",
         ylabel=f"{made.case.load_kind} load in kN",
@@ -230,7 +218,7 @@ def _draw_cells(ax: Axes, shifts: Floats, loads: Floats, cells: NDArray[Any]) ->
 def _draw_deviation(ax: Axes, shifts: Floats, loads: Floats, cells: NDArray[Any]) -> bool:
     """Lines of equal deviation of the peak pressure in percent; whether there are any."""
     values = np.vectorize(_deviation_percent, otypes=[float])(cells)
-    if min(values.shape) < 2:
+    if min(values.shape) < 2 or not np.isfinite(values).any():
         return False
     shown = [v for v in (-40, -20, -10, -5, 5, 10, 20, 40) if np.nanmin(values) < v < np.nanmax(values)]
     if not shown:
@@ -280,16 +268,18 @@ def limit_text(limit: LoadLimit) -> str:
     return f"{text} ({limit.note})" if limit.note else text
 
 
+def _deviation_text(cell: MapCell) -> str:
+    percent = _deviation_percent(cell)
+    return f"{percent:+z.1f}" if math.isfinite(percent) else ""
+
+
 def map_table(made: ApplicabilityMap) -> str:
     """Verdicts and peak deviations in percent, a line for each position, and the load limits."""
     marks: Mapping[str, str] = {"HOLDS": "+", "FAILS": "x", "UNRESOLVED": "?", "failed": "!"}
     lines = ["shift mm " + "".join(f"{load / 1e3:>10g}" for load in made.loads_N) + "  kN"]
-    for k, (shift, limit) in enumerate(zip(made.shifts_mm, made.limits, strict=True)):
+    for k, (shift, limit) in enumerate(zip(made.lateral_shifts_mm, made.limits, strict=True)):
         row = made.cells[k * len(made.loads_N) : (k + 1) * len(made.loads_N)]
-        texts = [
-            marks[c.verdict] + (f"{_deviation_percent(c):+z.1f}" if c.deviation else "").rjust(7) + "i "[c.solved]
-            for c in row
-        ]
+        texts = [marks[c.verdict] + _deviation_text(c).rjust(7) + "i "[c.solved] for c in row]
         lines.append(f"{shift:+z8.2f} " + "".join(text.rjust(10) for text in texts) + f"  {limit_text(limit)}")
     lines.append("+ holds, x fails, ? unresolved, ! could not be solved; peak pressure, Hertz against FE in %")
     if not all(cell.solved for cell in made.cells):

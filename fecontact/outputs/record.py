@@ -2,75 +2,107 @@
 
 from __future__ import annotations
 
-import math
 import platform
-from collections.abc import Mapping
 from dataclasses import asdict
 from importlib import metadata
 from typing import Any
 
 from fecontact import __version__
 from fecontact.case import Case, case_record
+from fecontact.comparison.judged_load import JudgedLoad, SideJudgement
 from fecontact.comparison.measures import MEASURES, hertz_measures
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
+from fecontact.profiles.identity import profile_identity
 from fecontact.solving.position import hertz_of_case, hertz_points_of_case, place_case
-from fecontact.solving.solve import CaseResult, SolverRecord
+from fecontact.solving.solve import CaseResult
 from fecontact.theory.hertz import HertzContact
 from fecontact.theory.touch_hertz import HertzPoints, sides
 
 Record = dict[str, Any]
 
 _PACKAGES = ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "pyvista", "vtk", "pypardiso", "pyamg", "matplotlib")
-_STEP_MEASURES = ("p_max_MPa", "area_mm2", "approach_mm")
+RESULT_SCHEMA = "fecontact/result/2"
+STEP_MEASURES = ("p_max_MPa", "area_mm2", "approach_mm")
+
+
+def shown_case_record(case: Case) -> Record:
+    """The inputs as results show them: of a profile that is a file its name and a hash of its content, no folder."""
+    return case_record(case) | {"rail": profile_identity(case.rail), "wheel": profile_identity(case.wheel)}
 
 
 def result_record(result: CaseResult) -> Record:
     """Everything that a case gives, without its fields; lengths of infinite radii are None."""
-    comparison = result.comparison
+    load = load_record(result.load)
     return {
-        "schema": "fecontact/result/1",
+        "schema": RESULT_SCHEMA,
         "status": result.status,
-        "case": case_record(result.case),
-        "normal_force_N": result.normal_force_N,
+        "case": shown_case_record(result.case),
         "contact_angle_rad": result.placement.first.contact_angle_rad,
         "touch_points": [touch_record(touch) for touch in result.placement.touch_points],
+        **load,
+        "hertz_points": points_record(result.hertz_points),
+        "von_mises": {body: asdict(peak) for body, peak in result.von_mises.items()},
+        "solver": {**asdict(result.effort), **load["solver"]},
+        "warnings": list(result.notes),
+        "versions": versions(),
+    }
+
+
+def load_record(load: JudgedLoad) -> Record:
+    """What a judged load says, of a case and of a cell of a map alike."""
+    comparison = load.comparison
+    return {
+        "normal_force_N": load.normal_force_N,
         "fe": comparison.fe.as_dict(),
         "hertz": comparison.hertz.as_dict(),
         "deviation": {name: float(comparison.deviation[name]) for name in MEASURES},
+        "uncertainty": {name: load.uncertainty[name] for name in MEASURES},
         "pressure_l2": comparison.pressure_l2,
         "overlap": comparison.overlap,
         "centre_of_pressure_mm": [comparison.centre_x_mm, comparison.centre_y_mm],
         "pieces": comparison.pieces,
-        "hertz_stiffness_GN_per_m15": result.hertz.stiffness_GN_per_m15,
-        "rungs": {name: rung.as_dict() for name, rung in result.ladder.rungs.items()},
+        "hertz_stiffness_GN_per_m15": load.hertz.stiffness_GN_per_m15,
+        "rungs": {name: rung.as_dict() for name, rung in load.ladder.rungs.items()},
         "steps": {
-            name: {measure: step[measure] for measure in _STEP_MEASURES} for name, step in result.ladder.steps.items()
+            name: {measure: step[measure] for measure in STEP_MEASURES} for name, step in load.ladder.steps.items()
         },
-        "bodies_step_uncertainty": {name: result.bodies_step_uncertainty[name] for name in _STEP_MEASURES},
-        "uncertainty": {name: result.uncertainty[name] for name in MEASURES},
-        "geometry": asdict(result.geometry),
-        "hertz_points": points_record(result.hertz_points),
+        "bodies_step_uncertainty": {name: load.bodies_step_uncertainty[name] for name in STEP_MEASURES},
+        "geometry": asdict(load.geometry),
         "verdict": {
-            "verdict": result.verdict.verdict,
-            "measure": result.verdict.measure,
-            "cause": result.verdict.cause,
-            "sides": [
-                {
-                    "side": side.side,
-                    "verdict": side.judgement.verdict,
-                    "measure": side.judgement.measure,
-                    "hertz": side.hertz.as_dict(),
-                    "deviation": {name: float(side.deviation[name]) for name in MEASURES},
-                    "uncertainty": {name: float(side.uncertainty[name]) for name in MEASURES},
-                }
-                for side in result.verdict.sides
-            ],
-            "warnings": list(result.verdict.warnings),
+            "verdict": load.verdict.answer,
+            "measure": load.verdict.measure,
+            "cause": load.verdict.cause,
+            "sides": [_side_record(side) for side in load.sides],
+            "warnings": list(load.warnings),
         },
-        "von_mises": {body: asdict(peak) for body, peak in result.von_mises.items()},
-        "solver": _solver_record(result.solver),
-        "warnings": list(result.warnings),
-        "versions": versions(),
+        "solver": _solver_record(load),
+    }
+
+
+def _side_record(side: SideJudgement) -> Record:
+    return {
+        "side": side.side,
+        "verdict": side.verdict.answer,
+        "measure": side.verdict.measure,
+        "hertz": side.measures.as_dict(),
+        "deviation": {name: float(side.deviation[name]) for name in MEASURES},
+        "uncertainty": {name: float(side.uncertainty[name]) for name in MEASURES},
+    }
+
+
+def _solver_record(load: JudgedLoad) -> Record:
+    level, fe = load.level, load.fe
+    return {
+        "iterations": fe.iterations,
+        "compliance_calls": fe.compliance_calls,
+        "contact_residual": fe.contact_residual,
+        "penetration_residual": fe.penetration_residual,
+        "load_balance": fe.load_balance,
+        "degrees_of_freedom": dict(level.degrees_of_freedom),
+        "elements": dict(level.elements),
+        "element_size_mm": list(fe.grid.steps_mm),
+        "meshes": len(load.solved.levels),
+        "zone_enlarged": level.enlarged,
     }
 
 
@@ -106,12 +138,6 @@ def _radius_mm(curvature_per_mm: float) -> float | None:
     return 1.0 / curvature_per_mm if abs(curvature_per_mm) > 1e-9 else None
 
 
-def _solver_record(solver: SolverRecord) -> Record:
-    record = asdict(solver)
-    record["element_size_mm"] = list(solver.element_size_mm)
-    return record
-
-
 def versions() -> dict[str, str | None]:
     """Versions of this package, of Python and of the packages that decide about numbers; None where one is absent."""
     found: dict[str, str | None] = {
@@ -125,88 +151,6 @@ def versions() -> dict[str, str | None]:
         except metadata.PackageNotFoundError:
             found[package] = None
     return found
-
-
-MEASURED_COLUMNS = ("seconds", "peak_memory_MB")
-"""Columns of a row that differ from run to run; all others are the same to the last bit."""
-
-
-def row(record: Mapping[str, Any]) -> Record:
-    """A result record as one flat row; deviations and L2 in percent, degrees of freedom and seconds summed up.
-
-    A record that was read from a file gives the same row: what is no number is null there and NaN here.
-    """
-    case, solver, touch = record["case"], record["solver"], record["touch_points"][0]
-    flat: Record = {
-        "status": record["status"],
-        "rail": case["rail"],
-        "wheel": case["wheel"],
-        "lateral_shift_mm": case["lateral_shift_mm"],
-        "load_kN": case["load_N"] / 1e3,
-        "load_kind": case["load_kind"],
-        "inclination_rad": case["inclination_rad"],
-        "roll_mrad": 1e3 * case["roll_rad"],
-        "yaw_mrad": 1e3 * case["yaw_rad"],
-        "normal_force_kN": record["normal_force_N"] / 1e3,
-        "contact_angle_mrad": 1e3 * record["contact_angle_rad"],
-        "touch_rail_y_mm": touch["rail_y_mm"],
-        "touch_wheel_y_mm": touch["wheel_y_mm"],
-        "at_junction": touch["at_junction"],
-        "touch_points": len(record["touch_points"]),
-    }
-    for measure in MEASURES:
-        name, unit = measure.rsplit("_", 1)
-        flat[f"{name}_fe_{unit}"] = _number(record["fe"][measure])
-        flat[f"{name}_hertz_{unit}"] = _number(record["hertz"][measure])
-        flat[f"{name}_deviation_percent"] = 1e2 * _number(record["deviation"][measure])
-        flat[f"{name}_uncertainty_percent"] = 1e2 * _number(record["uncertainty"][measure])
-    steps = record["steps"]
-    for measure in _STEP_MEASURES:
-        name = measure.rsplit("_", 1)[0]
-        flat[f"{name}_step_true_gap_percent"] = 1e2 * _number(steps["quadratic_to_true_gap"][measure])
-        flat[f"{name}_step_bodies_percent"] = 1e2 * _number(steps["half_space_to_bodies"][measure])
-        flat[f"{name}_step_bodies_uncertainty_percent"] = 1e2 * _number(record["bodies_step_uncertainty"][measure])
-    for name in ("junction_distance_mm", "junction_distance_over_b", "curvature_variation", "normal_turn_rad"):
-        # no junction is null in JSON
-        value = record["geometry"][name]
-        flat[name] = math.inf if value is None and name.startswith("junction") else _number(value)
-    return flat | {
-        "junction_in_patch": record["geometry"]["junction_in_patch"],
-        "verdict": record["verdict"]["verdict"],
-        "verdict_measure": record["verdict"]["measure"],
-        "verdict_cause": record["verdict"]["cause"],
-        "verdict_warnings": "; ".join(record["verdict"]["warnings"]),
-        "p_max_half_space_MPa": _number(record["rungs"]["half_space"]["p_max_MPa"]),
-        "p_max_shared_hertz_MPa": record["hertz_points"]["shared"]["p_max_MPa"],
-        **_von_mises_columns(record["von_mises"]),
-        "pressure_l2_percent": 1e2 * _number(record["pressure_l2"]),
-        "overlap": _number(record["overlap"]),
-        "centre_x_mm": _number(record["centre_of_pressure_mm"][0]),
-        "centre_y_mm": _number(record["centre_of_pressure_mm"][1]),
-        "pieces": record["pieces"],
-        "hertz_stiffness_GN_per_m15": record["hertz_stiffness_GN_per_m15"],
-        "resolution": case["resolution"],
-        "element_size_x_mm": solver["element_size_mm"][0],
-        "element_size_y_mm": solver["element_size_mm"][1],
-        "degrees_of_freedom": sum(solver["degrees_of_freedom"].values()),
-        "iterations": solver["iterations"],
-        "load_balance": _number(solver["load_balance"]),
-        "seconds": sum(solver["seconds"].values()),
-        "peak_memory_MB": solver["peak_memory_MB"],
-        "warnings": "; ".join(record["warnings"]),
-    }
-
-
-def _number(value: float | None) -> float:
-    return math.nan if value is None else value
-
-
-def _von_mises_columns(bodies: Mapping[str, Any]) -> Record:
-    return {
-        f"von_mises_{column}_{body}_{unit}": _number(peak[key])
-        for body, peak in bodies.items()
-        for column, unit, key in (("max", "MPa", "von_mises_MPa"), ("depth", "mm", "depth_mm"))
-    }
 
 
 def hertz_record(case: Case) -> Record:
@@ -224,7 +168,7 @@ def hertz_record(case: Case) -> Record:
     hertz = hertz_of_case(case, placement)
     return {
         "schema": "fecontact/hertz/1",
-        "case": case_record(case),
+        "case": shown_case_record(case),
         "normal_force_N": hertz.normal_force_N,
         "contact_angle_rad": placement.first.contact_angle_rad,
         "touch_points": [touch_record(touch) for touch in placement.touch_points],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -43,9 +44,9 @@ def series(rows: Sequence[Row]) -> tuple[Series, ...]:
 
 
 def short_name(name: str) -> str:
-    """Profile's name, of a file without folder and ending."""
-    made = name.partition(":")[0] in ("circle", "arcs", "cylinder")
-    return Path(name).stem if not made and (name.endswith(".toml") or "/" in name) else name
+    """Profile's name, of a file (`NAME.ext@HASH`) without ending and hash."""
+    file = re.fullmatch(r"(.+)@[0-9a-f]{8}", name)
+    return Path(file[1]).stem if file else name
 
 
 def _split(rows: Sequence[Row], own: Mapping[str, str], columns: Sequence[str]) -> Iterator[Series]:

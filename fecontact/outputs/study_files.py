@@ -10,15 +10,18 @@ from fecontact.files import write_json
 from fecontact.outputs.record import versions
 from fecontact.outputs.series import series
 from fecontact.outputs.tables import write_csv
+from fecontact.profiles.curve import Profile
 
 Row = dict[str, Any]
+
+STUDY_SCHEMA = "fecontact/study/1"
 
 
 def write_tables(study: str, cases: int, rows: Sequence[Row], path: Path) -> None:
     """Write the rows of a study of so many cases to `path` with the endings .csv and .json."""
     write_csv(rows, path.with_name(f"{path.name}.csv"))
     record = {
-        "schema": "fecontact/study/1",
+        "schema": STUDY_SCHEMA,
         "study": study,
         "cases": cases,
         "rows": list(rows),
@@ -27,8 +30,10 @@ def write_tables(study: str, cases: int, rows: Sequence[Row], path: Path) -> Non
     write_json(path.with_name(f"{path.name}.json"), record)
 
 
-def study_figures(rows: Sequence[Row], out: Path) -> tuple[str, ...]:
+def study_figures(rows: Sequence[Row], out: Path, rail: Profile | None = None) -> tuple[str, ...]:
     """Draw the figure of a study and write its collections; cases are in the folder `cases` below `out`.
+
+    The junctions of `rail` are drawn where it is the only one.
 
     Returns the names of the collections.
     """
@@ -36,7 +41,7 @@ def study_figures(rows: Sequence[Row], out: Path) -> tuple[str, ...]:
 
     solved = [row for row in rows if row.get("p_max_fe_MPa") is not None]
     if solved:
-        study_figure(list(rows), out / "study.png")
+        study_figure(list(rows), out / "study.png", rail)
     return _write_collections(solved, out)
 
 

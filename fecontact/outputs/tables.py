@@ -97,9 +97,7 @@ def _print_rows(rows: Sequence[Record], title: str, console: Console, *, with_pa
 def _pair_text(row: Record) -> str:
     inclination = float(row.get("inclination_rad") or 0.0)
     inclined = f" 1:{1.0 / math.tan(inclination):.3g}" if inclination else ""
-    names = (Path(str(row[key])).name if Path(str(row[key])).is_file() else str(row[key]) for key in ("rail", "wheel"))
-    rail, wheel = names
-    return f"rail {rail}{inclined}, wheel {wheel}"
+    return f"rail {row['rail']}{inclined}, wheel {row['wheel']}"
 
 
 def _cell(row: Record, key: str, form: str) -> str:

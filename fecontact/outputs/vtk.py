@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact import __version__
+from fecontact.contact.grid import Field
 from fecontact.errors import InputError
 from fecontact.fe.body import ElasticBody
 from fecontact.fe.stress import nodal_stress, von_mises
@@ -49,21 +50,41 @@ def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
 
     Field data: `TimeValue` (the lateral shift), `lateral_shift_mm`, `load_kN`, `hertz_p0_MPa`, `hertz_a_mm`,
     `hertz_b_mm`, and on the contact surface `status` and `version`.
+
+    Raises
+    ------
+    InputError
+        If the result was read back from a folder, without its meshes.
     """
-    folder = Path(folder)
+    folder, bodies = Path(folder), result.bodies
+    if bodies is None:
+        raise InputError(f"{folder}: a result that was read back has no meshes; they are beside it, or solve it again")
+    coupled, displacement = bodies.coupled, bodies.displacement_mm
     meshes = {
-        "rail": _body(result.bodies.rail, result.displacement_mm["rail"], np.zeros(3)),
-        "wheel": _body(result.bodies.wheel, result.displacement_mm["wheel"], -_approach_mm(result)),
+        "rail": _body(coupled.rail, displacement["rail"], np.zeros(3)),
+        "wheel": _body(coupled.wheel, displacement["wheel"], -_approach_mm(result)),
         "contact": contact_surface(result),
     }
-    for name, _ in _BLOCKS:
-        _add_numbers(meshes[name], result)
-    # meshio cannot read a .vtu with texts in its field data, and the bodies are what other programs read
-    meshes["contact"].field_data["status"] = [result.status]
-    meshes["contact"].field_data["version"] = [__version__]
     for name, file in _BLOCKS:
+        _add_numbers(meshes[name], result)
+        if name == "contact":
+            _add_texts(meshes[name], result)
         write_text(folder / file, _xml_text(meshes[name], Path(file).suffix))
     return write_text(folder / COLLECTION, _collection_text())
+
+
+def write_contact_vtk(result: CaseResult, folder: str | Path) -> Path:
+    """Write the contact surface alone, beside bodies that were written before: what changes when a case is judged."""
+    surface = contact_surface(result)
+    _add_numbers(surface, result)
+    _add_texts(surface, result)
+    return write_text(Path(folder) / "contact.vtp", _xml_text(surface, ".vtp"))
+
+
+def _add_texts(surface: Any, result: CaseResult) -> None:
+    # meshio cannot read a .vtu with texts in its field data, and the bodies are what other programs read
+    surface.field_data["status"] = [result.status]
+    surface.field_data["version"] = [__version__]
 
 
 def _xml_text(mesh: Any, suffix: str) -> str:
@@ -204,7 +225,7 @@ def contact_surface(result: CaseResult) -> Any:
     import pyvista
 
     hertz = result.comparison.hertz_pressure_MPa
-    points = _whole(result, result.surface_points_mm)
+    points = _whole(result, result.surface_points_mm).copy()
     if result.grid.half:
         points[: result.grid.x_mm.size - 1, :, 0] *= -1.0
     index = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape[:2])
@@ -224,5 +245,4 @@ def contact_surface(result: CaseResult) -> Any:
 
 
 def _whole(result: CaseResult, values: NDArray[Any]) -> NDArray[Any]:
-    """Values (nx, ns, ...) on the grid of a half model, preceded by their mirror image."""
-    return np.concatenate([values[:0:-1], values]) if result.grid.half else values.copy()
+    return Field(grid=result.grid, values=values).whole().values

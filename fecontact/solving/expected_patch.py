@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 from scipy.signal import find_peaks
 
-from fecontact.comparison.measures import Measures, measures_of
-from fecontact.contact.halfspace import half_space_compliance
-from fecontact.contact.patch import measure_patch
-from fecontact.contact.solver import ContactProblem, ContactSolution, solve_contact
+from fecontact.contact.grid import ContactGrid, Field
+from fecontact.contact.halfspace import half_space_problem
+from fecontact.contact.rung import Rung
+from fecontact.contact.solver import ContactSolution, solve_contact
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.geometry.placement import Placement
+from fecontact.geometry.placement import OPEN_GAP_MM, Placement
+from fecontact.profiles.curve import Profile
 
 Floats = NDArray[np.float64]
 
@@ -26,14 +29,15 @@ _LESSER_PEAK = 0.5
 _LESSER_LOAD = 0.1
 # A peak is a lobe of its own if the pressure falls by this part of the highest peak on both sides of it.
 _VALLEY = 0.15
+# A kink by less than this turns the surface less than a patch's own curvature does (5 mm on R 300: 0.017).
+_CORNER_RAD = 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
 class ExpectedPatch:
     """Extent of the patch on the rail's surface from the first touch point, and its narrowest lobe's size (mm).
 
-    `measures` are those of the half-space under the true gap, with 16 nodes a semi-axis; the approach is that along the
-    load.
+    `half_space` is the contact of the true gap on a half-space, with 16 nodes a semi-axis.
     """
 
     x_low_mm: float
@@ -42,7 +46,7 @@ class ExpectedPatch:
     s_high_mm: float
     semi_axis_x_mm: float
     semi_axis_s_mm: float
-    measures: Measures
+    half_space: Rung
 
 
 def approach_direction(placement: Placement, *, normal_force: bool) -> Floats:
@@ -71,26 +75,96 @@ def expected_patch(
     Raises
     ------
     InputError
-        If the patch reaches the end of the running surface.
+        If the patch reaches the end of a running surface, or a corner of one.
+    ConvergenceError
+        If the patch grows without bound, or its contact is not found.
     """
+    space = _HalfSpace(placement=placement, modulus=contact_modulus_MPa, direction=direction, load_N=load_N, half=half)
     reach = guess_mm
     for _ in range(12):
         (x_low, x_high), (s_low, s_high) = _region(placement, reach, direction, half)
         x = np.linspace(0.0 if half else x_low, x_high, _COARSE_NODES_X if half else 2 * _COARSE_NODES_X - 1)
         s = np.linspace(s_low, s_high, max(33, int(np.ceil((s_high - s_low) / _COARSE_STEP_S_MM)) + 1))
-        solution = _solve(placement, x, s, load_N, contact_modulus_MPa, direction, half)
-        if solution.approach_mm < reach:
+        rung, approach = space.solve(ContactGrid(x_mm=x, s_mm=s, half=half))
+        if approach < reach:
             break
-        reach = 1.3 * solution.approach_mm
+        reach = 1.3 * approach
     else:
         raise ConvergenceError(
             f"the patch grows without bound under {load_N:g} N: the bodies conform all over; reduce the load"
         )
     for _ in range(2):
-        box = _box(x, s, solution, half)
-        x, s = _fitted_grid(box, half)
-        solution = _solve(placement, x, s, load_N, contact_modulus_MPa, direction, half)
-    return _box(x, s, solution, half)
+        rung, _ = space.solve(_fitted_grid(_box(rung)))
+    return _box(rung)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _HalfSpace:
+    """The true gap of a placement on a half-space under one load."""
+
+    placement: Placement
+    modulus: float
+    direction: Floats
+    load_N: float
+    half: bool
+
+    def solve(self, grid: ContactGrid) -> tuple[Rung, float]:
+        """Contact on a grid, and the approach along the load."""
+        _, normals = self.placement.surface(0.0, grid.s_mm)
+        weights = np.full(grid.shape, grid.steps_mm[0] * grid.steps_mm[1])
+        if self.half:
+            weights[1:] *= 2.0
+        problem = half_space_problem(
+            grid,
+            self.placement.gap(grid.x_mm[:, None], grid.s_mm[None, :]).ravel(),
+            closing=np.tile(normals @ self.direction, grid.shape[0]),
+            contact_modulus_MPa=self.modulus,
+        )
+        # whole cells at the ends too: the patch does not come there
+        solution = solve_contact(replace(problem, area_mm2=weights.ravel()), self.load_N, tolerance=1e-5)
+        self._check_ends(grid, solution, problem.gap_mm)
+        if solution.status != "converged":
+            raise ConvergenceError(
+                f"the contact on a half-space of {grid.shape[0]} by {grid.shape[1]} nodes did not converge (residual"
+                f" {solution.residual:.1e} of the approach); another load or lateral shift may go"
+            )
+        upright = self.placement.first.normal
+        approach = solution.approach_mm * float(self.direction @ upright)
+        rung = Rung.of(grid, solution, approach_mm=approach, upright=np.tile(normals @ upright, grid.shape[0]))
+        return rung, solution.approach_mm
+
+    def _check_ends(self, grid: ContactGrid, solution: ContactSolution, gap_mm: Floats) -> None:
+        """Refuse a contact at the end of the wheel's line or on a corner: its pressure has no finite value there."""
+        in_contact = Field.of_nodes(grid, solution.in_contact).values
+        nothing_above = Field.of_nodes(grid, gap_mm >= OPEN_GAP_MM).values
+        if np.any(binary_dilation(nothing_above, structure=np.ones((3, 3))) & in_contact):
+            raise InputError(
+                f"the contact reaches the end of the running surface of wheel {self.placement.wheel.profile.name};"
+                " reduce the load, change the lateral shift, or give a longer profile line"
+            )
+        below = grid.s_mm[in_contact.any(axis=0)]
+        for profile, y, arc in _corners(self.placement):
+            # its own cell counts: the pressure ends at a corner that it cannot pass
+            if below[0] - grid.steps_mm[1] <= arc <= below[-1] + grid.steps_mm[1]:
+                raise InputError(
+                    f"the contact reaches a corner of {profile.kind} {profile.name} at y = {y:.2f} mm, where its"
+                    " pressure has no finite value; change the lateral shift, or round the corner in the profile"
+                )
+
+
+def _corners(placement: Placement) -> list[tuple[Profile, float, float]]:
+    """Convex corners of both profiles: y and arc length from the touch point (mm)."""
+    found = []
+    touch = placement.first
+    for profile, u in ((placement.rail.profile, touch.rail_u), (placement.wheel.profile, touch.wheel_u)):
+        turns = (
+            (junction.y_mm, math.remainder(junction.angle_right_rad - junction.angle_left_rad, math.tau))
+            for junction in profile.junctions
+        )
+        y = np.array([place for place, turn in turns if profile.convex_sign * turn > _CORNER_RAD])
+        arcs = profile.arc_length(profile.locate(y)) - float(profile.arc_length(u))
+        found += [(profile, float(at), float(arc)) for at, arc in zip(y, arcs, strict=True)]
+    return found
 
 
 def _region(
@@ -116,37 +190,23 @@ def _region(
     return (x[rows[0]] - dx, x[rows[-1]] + dx), (s[columns[0]] - _COARSE_STEP_S_MM, s[columns[-1]] + _COARSE_STEP_S_MM)
 
 
-def _solve(
-    placement: Placement, x: Floats, s: Floats, load: float, modulus: float, direction: Floats, half: bool
-) -> ContactSolution:
-    _, normals = placement.surface(0.0, s)
-    dx, ds = float(x[1] - x[0]), float(s[1] - s[0])
-    weights = np.full((x.size, s.size), dx * ds)
-    if half:
-        weights[1:] *= 2.0
-    problem = ContactProblem(
-        compliance=half_space_compliance(
-            nodes_x=x.size, nodes_s=s.size, step_x_mm=dx, step_s_mm=ds, contact_modulus_MPa=modulus, half=half
-        ),
-        gap_mm=placement.gap(x[:, None], s[None, :]).ravel(),
-        closing=np.tile(normals @ direction, x.size),
-        area_mm2=weights.ravel(),
-    )
-    return solve_contact(problem, load, tolerance=1e-5)
-
-
-def _fitted_grid(box: ExpectedPatch, half: bool) -> tuple[Floats, Floats]:
+def _fitted_grid(box: ExpectedPatch) -> ContactGrid:
+    half = box.half_space.grid.half
     step_x, step_s = box.semi_axis_x_mm / _NODES_A_SEMI_AXIS, box.semi_axis_s_mm / _NODES_A_SEMI_AXIS
     x_low = 0.0 if half else box.x_low_mm - 3.0 * step_x
     s_low = box.s_low_mm - 3.0 * step_s
     count_x = int(np.ceil((box.x_high_mm + 3.0 * step_x - x_low) / step_x))
     count_s = int(np.ceil((box.s_high_mm + 3.0 * step_s - s_low) / step_s))
-    return np.asarray(x_low + step_x * np.arange(count_x + 1)), np.asarray(s_low + step_s * np.arange(count_s + 1))
+    return ContactGrid(
+        x_mm=np.asarray(x_low + step_x * np.arange(count_x + 1)),
+        s_mm=np.asarray(s_low + step_s * np.arange(count_s + 1)),
+        half=half,
+    )
 
 
-def _box(x: Floats, s: Floats, solution: ContactSolution, half: bool) -> ExpectedPatch:
-    p = solution.pressure_MPa.reshape(x.size, s.size)
-    dx, ds = float(x[1] - x[0]), float(s[1] - s[0])
+def _box(rung: Rung) -> ExpectedPatch:
+    p, x, s, half = rung.pressure_MPa, rung.grid.x_mm, rung.grid.s_mm, rung.grid.half
+    dx, ds = rung.grid.steps_mm
     rows, columns = np.flatnonzero(p.any(axis=1)), np.flatnonzero(p.any(axis=0))
     x_high = float(x[rows[-1]] + 0.5 * dx)
     x_low = -x_high if half else float(x[rows[0]] - 0.5 * dx)
@@ -158,7 +218,7 @@ def _box(x: Floats, s: Floats, solution: ContactSolution, half: bool) -> Expecte
         s_high_mm=float(s[columns[-1]] + 0.5 * ds),
         semi_axis_x_mm=min(size[0] for size in sizes),
         semi_axis_s_mm=min(size[1] for size in sizes),
-        measures=measures_of(measure_patch(x, s, p, half=half), solution.approach_mm),
+        half_space=rung,
     )
 
 

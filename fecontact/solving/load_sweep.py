@@ -6,64 +6,17 @@ iterations, started from the half-space pressure.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Sequence
 
 from fecontact.case import Case
-from fecontact.comparison.measures import Measures
-from fecontact.comparison.verdict import Judgement
+from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.errors import check_positive
-from fecontact.solving.judged_load import JudgedLoad, Meshes
+from fecontact.solving.meshes import Meshes
 from fecontact.solving.position import Position, Progress, position_of
-
-Floats = NDArray[np.float64]
 
 # A load whose patch has fewer than this part of the elements that the resolution asks for gets meshes of its own.
 # Patches grow with the cube root of the load: one set of meshes serves loads down to about a fifth of its largest.
 _LEAST_ELEMENTS = 0.6
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class LoadPoint:
-    """One load at a position.
-
-    Attributes
-    ----------
-    status
-        `converged`, or why the point must not be used.
-    deviation, uncertainty
-        (Hertz - FE) / FE of each measure, and how sure it is.
-    verdict
-        Whether Hertz holds; open where the status is not `converged`.
-    normal_force_N
-        Force along the contact normal at first touch.
-    half_space_p_max_MPa
-        Peak pressure of the true gap on a half-space.
-    hertz_stiffness_N_per_mm15
-        K_H of Hertz's spring F = K_H approach^1.5.
-    meshes
-        On how many meshes it was solved.
-    warnings
-        What stopped a refinement.
-    """
-
-    load_N: float
-    status: str
-    fe: Measures
-    hertz: Measures
-    deviation: Mapping[str, float]
-    uncertainty: Mapping[str, float]
-    verdict: Judgement
-    cause: str | None
-    normal_force_N: float
-    half_space_p_max_MPa: float
-    hertz_stiffness_N_per_mm15: float
-    pieces: int
-    meshes: int
-    warnings: tuple[str, ...] = field(default=())
 
 
 class LoadSweep:
@@ -76,10 +29,11 @@ class LoadSweep:
     def __init__(self, case: Case, *, progress: Progress | None = None) -> None:
         """Place the case; its own load does not matter."""
         self._position = position_of(case, progress=progress)
+        self.placement = self._position.placement
         self._groups: list[Meshes] = []
         self._open: Meshes | None = None
 
-    def solve(self, load_N: float) -> LoadPoint:
+    def solve(self, load_N: float) -> JudgedLoad:
         """Solve one load.
 
         Raises
@@ -92,7 +46,7 @@ class LoadSweep:
         if self._open is not meshes:
             self.close()
             self._open = meshes
-        return _point(load_N, meshes.solve(load_N), wanted)
+        return meshes.solve(load_N)
 
     def close(self) -> None:
         """Release the factors; the sweep may go on, with new ones."""
@@ -124,33 +78,12 @@ def _serves(meshed: Position, wanted: Position) -> bool:
     return fine_enough and meshed.case.load_N >= wanted.case.load_N
 
 
-def _point(load_N: float, judged: JudgedLoad, position: Position) -> LoadPoint:
-    level = judged.levels[0]
-    ladder, _, cause = judged.climb(position)
-    return LoadPoint(
-        load_N=load_N,
-        status=level.status,
-        fe=level.comparison.fe,
-        hertz=level.comparison.hertz,
-        deviation=level.comparison.deviation,
-        uncertainty=judged.uncertainty,
-        verdict=replace(judged.judgement, verdict=judged.verdict),
-        cause=cause,
-        normal_force_N=level.normal_force_N,
-        half_space_p_max_MPa=ladder.half_space.p_max_MPa,
-        hertz_stiffness_N_per_mm15=level.hertz.stiffness_N_per_mm15,
-        pieces=level.comparison.pieces,
-        meshes=len(judged.levels),
-        warnings=judged.limits,
-    )
-
-
-def solve_loads(case: Case, loads_N: Sequence[float], progress: Progress | None = None) -> tuple[LoadPoint, ...]:
+def solve_loads(case: Case, loads_N: Sequence[float], progress: Progress | None = None) -> tuple[JudgedLoad, ...]:
     """Solve several loads at the position of a case with the factors reused.
 
     Returns
     -------
-    tuple of LoadPoint
+    tuple of JudgedLoad
         In the order of the loads.
 
     Raises

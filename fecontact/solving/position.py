@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,12 +12,10 @@ import psutil
 from numpy.typing import NDArray
 
 from fecontact.case import RESOLUTIONS, Case
-from fecontact.comparison.measures import MEASURES, deviations, hertz_measures
+from fecontact.comparison.judged_load import PointNoise
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.fe.linear_solver import choose_solver
 from fecontact.geometry.placement import Placement, place
-from fecontact.geometry.touch_points import RelativeCurvature
-from fecontact.material import contact_modulus_MPa
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import has_no_gauge_face, resolve_rail, resolve_wheel
 from fecontact.solving.expected_patch import ExpectedPatch, approach_direction, expected_patch
@@ -87,15 +84,10 @@ def hertz_of_case(case: Case, placement: Placement) -> HertzContact:
         If the surfaces conform at the touch point, so that there is no ellipse.
     """
     touch = placement.first
-    return hertz_of_side(case, touch.curvatures[-1], case.load_N / float(touch.normal @ _direction(case, placement)))
-
-
-def hertz_of_side(case: Case, curvature: RelativeCurvature, normal_force_N: float) -> HertzContact:
-    """Hertz's ellipse with the curvature of one side of a touch point."""
     return hertz_from_hessian(
-        curvature.hessian,
-        normal_force_N=normal_force_N,
-        contact_modulus_MPa=contact_modulus_MPa(case.rail_material, case.wheel_material),
+        touch.curvature.hessian,
+        normal_force_N=case.load_N / float(touch.normal @ _direction(case, placement)),
+        contact_modulus_MPa=case.contact_modulus_MPa,
     )
 
 
@@ -105,7 +97,7 @@ def hertz_points_of_case(case: Case, placement: Placement) -> HertzPoints:
         placement,
         case.load_N,
         direction=_direction(case, placement),
-        contact_modulus_MPa=contact_modulus_MPa(case.rail_material, case.wheel_material),
+        contact_modulus_MPa=case.contact_modulus_MPa,
     )
 
 
@@ -174,21 +166,19 @@ def position_of(case: Case, *, progress: Progress | None = None) -> Position:
     )
 
 
-def points_part(case: Case, placement: Placement) -> dict[str, float]:
-    """Uncertainty of each deviation from profiles that are given by points: nothing where both are exact lines.
-
-    How much the deviation of Hertz from the half-space under the true gap changes when these profiles lose every second
-    point: it sees noise and spacing alike. NaN where such profiles do not come into contact.
-    """
+def point_noise(case: Case, placement: Placement) -> PointNoise | None:
+    """Half-spaces that show what profiles given by points leave open; None where both are exact lines."""
     rail, wheel = placement.rail.profile.thinned(), placement.wheel.profile.thinned()
     if rail is None and wheel is None:
-        return dict.fromkeys(MEASURES, 0.0)
-    own = _half_space_deviations(case, placement)
+        return None
+    own = expect_on_half_space(case, placement)
     try:
-        other = _half_space_deviations(case, place_case(case, rail=rail, wheel=wheel))
+        other = expect_on_half_space(case, place_case(case, rail=rail, wheel=wheel))
     except (InputError, ConvergenceError):
-        return dict.fromkeys(MEASURES, math.nan)
-    return {name: abs(other[name] - own[name]) for name in MEASURES}
+        other = None
+    return PointNoise(
+        own=(own[0], own[1].half_space), thinned=None if other is None else (other[0], other[1].half_space)
+    )
 
 
 def expect_on_half_space(case: Case, placement: Placement | None = None) -> tuple[HertzContact, ExpectedPatch]:
@@ -206,7 +196,7 @@ def expect_on_half_space(case: Case, placement: Placement | None = None) -> tupl
     return hertz, expected_patch(
         placement,
         case.load_N,
-        contact_modulus_MPa=contact_modulus_MPa(case.rail_material, case.wheel_material),
+        contact_modulus_MPa=case.contact_modulus_MPa,
         direction=_direction(case, placement),
         half=case.half,
         guess_mm=1.1 * hertz.approach_mm,
@@ -215,8 +205,3 @@ def expect_on_half_space(case: Case, placement: Placement | None = None) -> tupl
 
 def _direction(case: Case, placement: Placement) -> Floats:
     return approach_direction(placement, normal_force=case.load_kind == "normal")
-
-
-def _half_space_deviations(case: Case, placement: Placement) -> dict[str, float]:
-    hertz, expected = expect_on_half_space(case, placement)
-    return deviations(hertz_measures(hertz), expected.measures)

@@ -1,28 +1,25 @@
-"""The pipeline from a case to its result: placement, meshes, contact, Hertz, comparison, verdict."""
+"""From a case to its result: placement, meshes, contact, Hertz, comparison, verdict."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
+import psutil
 from numpy.typing import NDArray
 
 from fecontact.case import Case
 from fecontact.comparison.compare import Comparison
-from fecontact.comparison.ladder import Ladder
-from fecontact.comparison.verdict import Answer, PatchGeometry
+from fecontact.comparison.judged_load import JudgedLoad, Status
+from fecontact.comparison.verdict import Verdict
+from fecontact.comparison.warnings import position_notes
 from fecontact.contact.grid import ContactGrid
-from fecontact.fe.coupling import CoupledBodies
 from fecontact.fe.linear_solver import SolverName
-from fecontact.fe.meshing import BodyMesh
 from fecontact.fe.stress_peak import StressPeak, stress_peak
 from fecontact.geometry.placement import Placement
-from fecontact.solving.expected_patch import ExpectedPatch
-from fecontact.solving.judged_load import JudgedLoad, Meshes, SideJudgement
-from fecontact.solving.levels import Status
-from fecontact.solving.position import Position, Progress, hertz_points_of_case, position_of
-from fecontact.theory.axis_stress import first_yield_p0_MPa
+from fecontact.solving.meshes import Meshes, SolvedBodies
+from fecontact.solving.position import Clock, Progress, hertz_points_of_case, position_of
 from fecontact.theory.hertz import HertzContact
 from fecontact.theory.touch_hertz import HertzPoints
 
@@ -30,38 +27,13 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
-class SolverRecord:
-    """How the contact was solved: path, work, residuals, wall seconds and resident memory at the end of each step."""
+class Effort:
+    """What the finite elements of a case cost: solver path, wall seconds and resident memory after each step."""
 
     path: SolverName
-    iterations: int
-    compliance_calls: int
-    contact_residual: float
-    penetration_residual: float
-    load_balance: float
-    degrees_of_freedom: dict[str, int]
-    elements: dict[str, int]
-    element_size_mm: tuple[float, float]
-    meshes: int
-    zone_enlarged: int
-    seconds: dict[str, float]
-    memory_MB: dict[str, float]
+    seconds: Mapping[str, float]
+    memory_MB: Mapping[str, float]
     peak_memory_MB: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class Verdict:
-    """Whether Hertz holds, the measure that decided, and why it does not; warnings that do not change it.
-
-    At a curvature junction Hertz's ellipse is not defined: `sides` has it with the curvature of either side, and the
-    verdict is the worse of the two.
-    """
-
-    verdict: Answer
-    measure: str
-    cause: str | None
-    sides: tuple[SideJudgement, ...]
-    warnings: tuple[str, ...]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -70,58 +42,82 @@ class CaseResult:
 
     Attributes
     ----------
-    status
-        `converged`, or why the result must not be used.
-    normal_force_N
-        Force along the contact normal at first touch that the finite elements carry.
-    grid, pressure_MPa, gap_mm (nx, ns), in_contact
-        Pressure nodes, the finite-element pressure and the deformed gap on them.
-    surface_points_mm (nx, ns, 3)
-        The pressure nodes on the true rail, in the track frame.
-    hertz, hertz_points
-        Hertz's ellipse at the first touch point under `normal_force_N`, and those at all touch points.
-    ladder, bodies_step_uncertainty, geometry
-        The rungs between Hertz and the finite elements, how sure the relative step of each measure from the half-space
-        to the bodies is, and what the profiles do below the patch.
-    uncertainty
-        Numerical uncertainty of each deviation of `comparison`, from the meshes, the residuals and the cut planes.
-    displacement_mm
-        Displacements (n, 3) of the meshes' nodes, base held and driver held: the rigid approach is not in them.
+    load
+        The load as it was solved, field by field and rung by rung, with all that is read from it.
+    hertz_points
+        Hertz's ellipses at all touch points of the rigid bodies.
     von_mises
         Largest von Mises stress of rail and wheel, and where it lies.
+    bodies
+        Both meshes with their displacements; None in a result that was read from a folder, which has them as
+        `rail.vtu` and `wheel.vtu`.
     """
 
-    case: Case
-    status: Status
+    load: JudgedLoad
     placement: Placement
-    expected: ExpectedPatch
-    normal_force_N: float
-    grid: ContactGrid
-    pressure_MPa: Floats
-    gap_mm: Floats
-    surface_points_mm: Floats
-    hertz: HertzContact
     hertz_points: HertzPoints
-    comparison: Comparison
-    ladder: Ladder
-    bodies_step_uncertainty: dict[str, float]
-    geometry: PatchGeometry
-    uncertainty: dict[str, float]
-    verdict: Verdict
-    bodies: CoupledBodies
-    displacement_mm: dict[str, Floats]
-    von_mises: dict[str, StressPeak]
-    solver: SolverRecord
-    warnings: tuple[str, ...] = field(default=())
+    von_mises: Mapping[str, StressPeak]
+    effort: Effort
+    bodies: SolvedBodies | None
 
     @property
-    def meshes(self) -> dict[str, BodyMesh]:
-        """Meshes of rail and wheel."""
-        return {"rail": self.bodies.rail.mesh, "wheel": self.bodies.wheel.mesh}
+    def case(self) -> Case:
+        """The inputs."""
+        return self.load.case
+
+    @property
+    def status(self) -> Status:
+        """`converged`, or why the result must not be used."""
+        return self.load.status
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether Hertz holds, by which measure, and why he does not."""
+        return self.load.verdict
+
+    @property
+    def comparison(self) -> Comparison:
+        """Hertz's ellipse against the finite elements."""
+        return self.load.comparison
+
+    @property
+    def hertz(self) -> HertzContact:
+        """Hertz's ellipse at the first touch point under `normal_force_N`."""
+        return self.load.hertz
+
+    @property
+    def normal_force_N(self) -> float:
+        """Force along the contact normal at first touch that the finite elements carry."""
+        return self.load.normal_force_N
+
+    @property
+    def grid(self) -> ContactGrid:
+        """Pressure nodes on the rail's surface; in a half model those of x >= 0 alone."""
+        return self.load.fe.grid
+
+    @property
+    def pressure_MPa(self) -> Floats:
+        """Pressure (nx, ns) of the finite elements on `grid`; `load.fe.pressure.whole()` has both halves."""
+        return self.load.fe.pressure_MPa
+
+    @property
+    def gap_mm(self) -> Floats:
+        """Deformed gap (nx, ns) on `grid`."""
+        return self.load.fe.gap_mm
+
+    @property
+    def surface_points_mm(self) -> Floats:
+        """The pressure nodes on the true rail (nx, ns, 3), in the track frame."""
+        return self.placement.surface(self.grid.x_mm[:, None], self.grid.s_mm[None, :])[0]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is to be known of the profiles and of the contact as a whole."""
+        return position_notes(self.placement, self.comparison)
 
 
 def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
-    """Solve one case on two meshes, climb the ladder from Hertz, and judge; refine where the verdict stays open.
+    """Solve one case on two meshes, find the rungs between Hertz and them, judge, and refine an open verdict.
 
     Parameters
     ----------
@@ -131,122 +127,48 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
     Raises
     ------
     InputError
-        For inputs that cannot be solved, naming value, range and remedy. A contact that does not converge is not an
-        error but a result whose `status` says so.
+        For inputs that cannot be solved, naming value, range and remedy; `NotEnoughMemory` where the machine has too
+        little. A contact that does not converge is not an error but a result whose `status` says so.
     """
     position = position_of(case, progress=progress)
-    judged = Meshes(position).solve(case.load_N)
-    with position.clock.step("climb the ladder"):
-        return _result(position, judged)
-
-
-def _result(position: Position, judged: JudgedLoad) -> CaseResult:
-    case, placement, clock = position.case, position.placement, position.clock
-    level = judged.levels[0]
-    grid, solution, bodies, comparison = level.bodies.grid, level.solution, level.bodies, level.comparison
-    ladder, geometry, cause = judged.climb(position)
-    verdict = Verdict(
-        verdict=judged.verdict,
-        measure=judged.judgement.measure,
-        cause=cause,
-        sides=judged.sides,
-        warnings=(*_junction_warning(judged.sides), *judged.limits, *_yield_warning(case, comparison)),
-    )
+    meshes = Meshes(position)
+    judged = meshes.solve(case.load_N)
+    bodies = meshes.bodies
+    assert bodies is not None
+    with position.clock.step("recover"):
+        peaks: dict[str, StressPeak] = {
+            body.mesh.name: stress_peak(body, bodies.displacement_mm[body.mesh.name])
+            for body in (bodies.coupled.rail, bodies.coupled.wheel)
+        }
     return CaseResult(
-        case=case,
-        status=level.status,
-        placement=placement,
-        expected=position.expected,
-        normal_force_N=level.normal_force_N,
-        grid=grid,
-        pressure_MPa=solution.pressure_MPa.reshape(grid.shape),
-        gap_mm=solution.gap_mm.reshape(grid.shape),
-        surface_points_mm=placement.surface(grid.x_mm[:, None], grid.s_mm[None, :])[0],
-        hertz=level.hertz,
-        hertz_points=hertz_points_of_case(case, placement),
-        comparison=comparison,
-        ladder=ladder,
-        bodies_step_uncertainty=judged.bodies_step_uncertainty(position),
-        geometry=geometry,
-        uncertainty=judged.uncertainty,
-        verdict=verdict,
+        load=judged,
+        placement=position.placement,
+        hertz_points=hertz_points_of_case(case, position.placement),
+        von_mises=peaks,
+        effort=_effort(position.clock, bodies),
         bodies=bodies,
-        displacement_mm=level.displacement_mm,
-        von_mises={
-            b.mesh.name: stress_peak(b, level.displacement_mm[b.mesh.name]) for b in (bodies.rail, bodies.wheel)
-        },
-        solver=SolverRecord(
-            path=bodies.rail.solver,
-            iterations=solution.iterations,
-            compliance_calls=solution.compliance_calls,
-            contact_residual=solution.contact_residual,
-            penetration_residual=solution.penetration_residual,
-            load_balance=solution.load_balance,
-            degrees_of_freedom={b.mesh.name: 3 * len(b.mesh.points) for b in (bodies.rail, bodies.wheel)},
-            elements={b.mesh.name: len(b.mesh.hexes) for b in (bodies.rail, bodies.wheel)},
-            element_size_mm=grid.steps_mm,
-            meshes=len(judged.levels),
-            zone_enlarged=level.enlarged,
-            seconds=clock.seconds,
-            memory_MB=clock.memory_MB,
-            peak_memory_MB=_peak_memory_MB(),
-        ),
-        warnings=_warnings(placement, comparison),
     )
 
 
-def _junction_warning(sides: Sequence[SideJudgement]) -> list[str]:
-    """What Hertz says with the curvature of either side of a junction."""
-    if len(sides) == 1:
-        return []
-    said = (
-        f"with that of its {side.side} side Hertz {side.judgement.verdict} ({side.deviation['p_max_MPa']:+.1%} in peak"
-        f" pressure, {side.deviation['area_mm2']:+.1%} in area)"
-        for side in sides
+def _effort(clock: Clock, bodies: SolvedBodies) -> Effort:
+    return Effort(
+        path=bodies.coupled.rail.solver,
+        seconds=clock.seconds,
+        memory_MB=clock.memory_MB,
+        peak_memory_MB=peak_memory_MB(),
     )
-    return [f"the curvature is undefined at the touch point: {'; '.join(said)}"]
 
 
-def _yield_warning(case: Case, comparison: Comparison) -> list[str]:
-    """First yield below a Hertz ellipse of the finite elements' peak pressure."""
-    found = []
-    for name, material in (("rail", case.rail_material), ("wheel", case.wheel_material)):
-        if material.yield_MPa is None:
-            continue
-        limit = first_yield_p0_MPa(
-            a_mm=comparison.hertz.a_mm,
-            b_mm=comparison.hertz.b_mm,
-            poisson=material.poisson,
-            yield_MPa=material.yield_MPa,
-        )
-        if comparison.fe.p_max_MPa > limit:
-            found.append(
-                f"first yield: the {name} yields below the surface at a peak pressure of {limit:.0f} MPa, it is"
-                f" {comparison.fe.p_max_MPa:.0f} MPa; the verdict is that of elastic bodies"
-            )
-    return found
+def peak_memory_MB() -> float:
+    """Largest resident memory of this process so far; what it has now, where the system does not keep the largest."""
+    try:
+        import resource
+    except ImportError:
+        # Windows
+        info = psutil.Process().memory_info()
+        return float(getattr(info, "peak_wset", info.rss)) / 1e6
+    import sys
 
-
-def _warnings(placement: Placement, comparison: Comparison) -> tuple[str, ...]:
-    found = [*placement.rail.profile.notes, *placement.wheel.profile.notes]
-    if not placement.rail.profile.outline:
-        found.append(
-            f"rail {placement.rail.profile.name}: only its running surface is known; the body below"
-            " it is a block down to the cut"
-        )
-    if placement.first.at_junction:
-        found.append(
-            "the touch point lies at a curvature junction: deviations are those from Hertz with the curvature of its"
-            " field side; the verdict is the worse of both sides"
-        )
-    if comparison.pieces > 1:
-        found.append(
-            f"the contact has {comparison.pieces} separate patches; Hertz stands for the first touch point alone"
-        )
-    return tuple(found)
-
-
-def _peak_memory_MB() -> float:
-    import resource
-
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024.0 / 1e6
+    # bytes on macOS, kilobytes elsewhere
+    unit = 1.0 if sys.platform == "darwin" else 1024.0
+    return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) * unit / 1e6

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.errors import InputError
-from fecontact.solving.load_sweep import LoadPoint
 
 Floats = NDArray[np.float64]
 
@@ -90,7 +90,7 @@ class Stiffness:
         )
 
 
-def fit_stiffness(points: Sequence[LoadPoint]) -> Stiffness:
+def fit_stiffness(points: Sequence[JudgedLoad]) -> Stiffness:
     """Fit the approach of the converged points by least squares of its relative error.
 
     Raises
@@ -102,7 +102,7 @@ def fit_stiffness(points: Sequence[LoadPoint]) -> Stiffness:
     force = np.array([point.normal_force_N for point in usable])
     if np.unique(force).size < 2:
         raise InputError(f"stiffness: {np.unique(force).size} converged loads; give at least two, better four")
-    approach = np.array([point.fe.approach_mm for point in usable])
+    approach = np.array([point.comparison.fe.approach_mm for point in usable])
     # meshes err by a part of the approach, not by a length: every load counts alike
     terms = np.column_stack([force ** (2.0 / 3.0), force]) / approach[:, None]
     scale = np.linalg.norm(terms, axis=0)
@@ -112,7 +112,7 @@ def fit_stiffness(points: Sequence[LoadPoint]) -> Stiffness:
     variance = float(error @ error) / free if free else math.nan
     covariance = variance * np.linalg.inv((terms / scale).T @ (terms / scale)) / np.outer(scale, scale)
     c1, c2 = scaled / scale
-    hertz = usable[-1].hertz_stiffness_N_per_mm15 ** (-2.0 / 3.0)
+    hertz = usable[-1].hertz.stiffness_N_per_mm15 ** (-2.0 / 3.0)
     return Stiffness(
         c1_mm_per_N23=float(c1),
         c2_mm_per_N=float(c2),

@@ -90,7 +90,7 @@ def hertz_points(placement: Placement, load_N: float, *, direction: Floats, cont
         force = stiffness * np.maximum(approach * closing - gap, 0.0) ** 1.5
         shared = [
             hertz_from_hessian(
-                touch.curvatures[-1].hessian, normal_force_N=float(f), contact_modulus_MPa=contact_modulus_MPa
+                touch.curvature.hessian, normal_force_N=float(f), contact_modulus_MPa=contact_modulus_MPa
             )
             if f > 0.0
             else None

@@ -1,21 +1,20 @@
-"""One load on one pair of meshes: fine zone, bodies, contact, and the comparison with Hertz."""
+"""One pair of meshes of a position: fine zone, both bodies coupled at their surfaces, and the contact between them."""
 
 from __future__ import annotations
 
-import logging
 import math
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.case import Case
-from fecontact.comparison.compare import Comparison, compare
-from fecontact.comparison.measures import Measures, measure
+from fecontact.comparison.judged_load import Level
 from fecontact.contact.correction import model_of, solve_by_correction
-from fecontact.contact.grid import ContactGrid
-from fecontact.contact.halfspace import half_space_compliance
+from fecontact.contact.grid import ContactGrid, Field
+from fecontact.contact.halfspace import half_space_problem
+from fecontact.contact.rung import Rung
 from fecontact.contact.solver import Compliance, ContactProblem, ContactSolution, solve_contact
 from fecontact.errors import InputError
 from fecontact.fe.body import elastic_body
@@ -26,16 +25,10 @@ from fecontact.fe.meshing import BodyMesh, FineZone, least_memory_bytes, rail_me
 from fecontact.fe.mortar import mortar_matrix
 from fecontact.fe.stiffness import stiffness
 from fecontact.geometry.placement import Placement
-from fecontact.material import contact_modulus_MPa
 from fecontact.solving.expected_patch import ExpectedPatch
-from fecontact.solving.position import Clock, Position, element_size_mm, expect_on_half_space, hertz_of_side, place_case
+from fecontact.solving.position import Clock, Position, element_size_mm, expect_on_half_space, place_case
 from fecontact.theory.hertz import HertzContact
-from fecontact.theory.touch_hertz import Side, sides
 
-_log = logging.getLogger(__name__)
-
-Floats = NDArray[np.float64]
-Status = Literal["converged", "not converged", "patch at the edge of the fine mesh"]
 # Free room around the expected patch, in elements; a patch within EDGE_ELEMENTS of the edge enlarges the zone.
 _MARGIN_ELEMENTS = 4
 EDGE_ELEMENTS = 2
@@ -141,102 +134,52 @@ class CoupledProblem:
 
 def coupled_problem(position: Position, bodies: CoupledBodies) -> CoupledProblem:
     """Set up the contact of coupled bodies; costs one application of their compliance."""
-    case, grid = position.case, bodies.grid
-    uniform: dict[str, Any] = {
-        "nodes_x": grid.shape[0],
-        "nodes_s": grid.shape[1],
-        "step_x_mm": grid.steps_mm[0],
-        "step_s_mm": grid.steps_mm[1],
-        "contact_modulus_MPa": contact_modulus_MPa(case.rail_material, case.wheel_material),
-        "half": grid.half,
-    }
-    problem = ContactProblem(
-        compliance=bodies.compliance,
-        gap_mm=grid.weighted_mean(position.placement.gap),
+    grid, modulus = bodies.grid, position.case.contact_modulus_MPa
+    half_space = half_space_problem(
+        grid,
+        grid.weighted_mean(position.placement.gap),
         closing=bodies.normals @ position.direction,
-        area_mm2=grid.whole_area_mm2(),
+        contact_modulus_MPa=modulus,
     )
     return CoupledProblem(
-        bodies=problem,
-        half_space=replace(problem, compliance=half_space_compliance(**uniform)),
-        model=model_of(bodies.compliance, **uniform),
+        bodies=replace(half_space, compliance=bodies.compliance),
+        half_space=half_space,
+        model=model_of(bodies.compliance, grid, contact_modulus_MPa=modulus),
     )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Level:
-    """A load solved on one mesh.
+class CoupledMesh:
+    """Bodies of a position on one mesh, coupled once; the fine zone grows where a patch comes to its edge.
 
-    Attributes
-    ----------
-    half_space, solution
-        Contact of the true gap on a half-space, and between the finite bodies.
-    enlarged, at_edge
-        How often the fine zone was enlarged, and whether the patch still came to its edge.
-    displacement_mm
-        Displacements (n, 3) of the meshes' nodes; empty where the factors were kept for further loads.
+    `stopped_by` is the error that kept it from growing.
     """
-
-    bodies: CoupledBodies
-    half_space: ContactSolution
-    solution: ContactSolution
-    enlarged: int
-    at_edge: bool
-    displacement_mm: dict[str, Floats]
-    normal_force_N: float
-    hertz_sides: tuple[tuple[Side, HertzContact], ...]
-    comparison: Comparison
-
-    @property
-    def hertz(self) -> HertzContact:
-        """Hertz's ellipse, with the field side's curvature at a junction."""
-        return self.hertz_sides[-1][1]
-
-    @property
-    def degrees_of_freedom(self) -> int:
-        """Of both bodies together."""
-        return 3 * (len(self.bodies.rail.mesh.points) + len(self.bodies.wheel.mesh.points))
-
-    def half_space_measures(self, position: Position) -> Measures:
-        """Measures of the true gap on a half-space."""
-        grid = self.bodies.grid
-        pressure = self.half_space.pressure_MPa.reshape(grid.shape)
-        return measure(grid, pressure, self.half_space.approach_mm * position.closing)
-
-    @property
-    def status(self) -> Status:
-        """Whether the level may be used."""
-        return "patch at the edge of the fine mesh" if self.at_edge else self.solution.status
-
-
-class LoadedMesh:
-    """Bodies of a position on one mesh, coupled once; the fine zone grows where a patch comes to its edge."""
 
     def __init__(self, position: Position, coarser: float) -> None:
         """Make and couple both bodies; `coarser` multiplies the element sizes."""
         self._position, self._coarser = position, coarser
         self._room = Room()
-        self.enlarged = 0
+        self._enlarged = 0
+        self.stopped_by: InputError | None = None
         self._take(self._couple(self._room))
 
-    def solve(self, case: Case) -> tuple[ContactSolution, ContactSolution, bool]:
+    def solve(self, load_N: float) -> Level:
         """Contact on a half-space and between the bodies, and whether the patch is at the edge of the zone."""
         position = self._position
         while True:
             with position.clock.step("contact"):
-                half_space, solution = self._problem.solve(case.load_N)
-            contact = solution.in_contact.reshape(self.bodies.grid.shape)
+                half_space, solution = self._problem.solve(load_N)
+            contact = Field.of_nodes(self.bodies.grid, solution.in_contact).values
             more = _more_room(self._room, self.bodies.grid, contact, position.expected)
-            if more == self._room or self.enlarged == _ENLARGEMENTS:
-                return half_space, solution, more != self._room
+            if more == self._room or self._enlarged == _ENLARGEMENTS:
+                return self._level(half_space, solution, at_edge=more != self._room)
             try:
                 larger = self._couple(more)
             except InputError as error:
-                _log.warning("the contact zone cannot be enlarged: %s", error)
-                return half_space, solution, True
+                self.stopped_by = error
+                return self._level(half_space, solution, at_edge=True)
             self.bodies.close()
             self._take(larger)
-            self._room, self.enlarged = more, self.enlarged + 1
+            self._room, self._enlarged = more, self._enlarged + 1
 
     def close(self) -> None:
         """Release both factors."""
@@ -252,38 +195,22 @@ class LoadedMesh:
         with self._position.clock.step("contact"):
             self._problem = coupled_problem(self._position, bodies)
 
-
-def level_of(
-    position: Position,
-    case: Case,
-    mesh: LoadedMesh,
-    solutions: tuple[ContactSolution, ContactSolution],
-    at_edge: bool,
-    displacement_mm: dict[str, Floats],
-) -> Level:
-    """Put what is known of a solved load together, with Hertz under the normal force that the elements carry."""
-    placement, grid = position.placement, mesh.bodies.grid
-    half_space, solution = solutions
-    with position.clock.step("compare"):
-        area = grid.whole_area_mm2()
-        normal_force = float(np.dot(area * (mesh.bodies.normals @ placement.first.normal), solution.pressure_MPa))
-        hertz_sides = tuple(
-            (side, hertz_of_side(case, curvature, normal_force))
-            for side, curvature in zip(sides(placement.first), placement.first.curvatures, strict=True)
+    def _level(self, half_space: ContactSolution, solution: ContactSolution, *, at_edge: bool) -> Level:
+        bodies, position = self.bodies, self._position
+        upright = bodies.normals @ position.placement.first.normal
+        on_half_space, fe = (
+            Rung.of(bodies.grid, one, approach_mm=one.approach_mm * position.closing, upright=upright)
+            for one in (half_space, solution)
         )
-        approach = solution.approach_mm * position.closing
-        comparison = compare(grid, solution.pressure_MPa.reshape(grid.shape), approach, hertz_sides[-1][1])
-    return Level(
-        bodies=mesh.bodies,
-        half_space=half_space,
-        solution=solution,
-        enlarged=mesh.enlarged,
-        at_edge=at_edge,
-        displacement_mm=displacement_mm,
-        normal_force_N=normal_force,
-        hertz_sides=hertz_sides,
-        comparison=comparison,
-    )
+        meshes = (bodies.rail.mesh, bodies.wheel.mesh)
+        return Level(
+            half_space=on_half_space,
+            fe=fe,
+            degrees_of_freedom={mesh.name: 3 * len(mesh.points) for mesh in meshes},
+            elements={mesh.name: len(mesh.hexes) for mesh in meshes},
+            enlarged=self._enlarged,
+            at_edge=at_edge,
+        )
 
 
 def mesh_case(case: Case, body: Literal["rail", "wheel"]) -> BodyMesh:

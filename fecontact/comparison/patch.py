@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_erosion, label
 
+from fecontact.contact.grid import Field
+
 Floats = NDArray[np.float64]
 
 # The ellipse is fitted where p is above this part of the peak: nodes at the edge carry the discretisation error.
 _FIT_FROM = 0.5
+# A continuation goes through three nodes.
+_REACH = 3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,12 +52,10 @@ class Patch:
     pieces: int
 
 
-def measure_patch(x_mm: Floats, s_mm: Floats, pressure_MPa: Floats, *, half: bool) -> Patch:
-    """Measure a pressure (nx, ns) in MPa on a uniform grid x (nx,), s (ns,) in mm; mirrored if `half`."""
-    if half:
-        x_mm = np.concatenate([-x_mm[:0:-1], x_mm])
-        pressure_MPa = np.concatenate([pressure_MPa[:0:-1], pressure_MPa])
-    p = pressure_MPa
+def measure_patch(pressure: Field) -> Patch:
+    """Measure a pressure (nx, ns) in MPa on a uniform grid."""
+    whole = pressure.whole()
+    x_mm, s_mm, p = whole.grid.x_mm, whole.grid.s_mm, whole.values
     # A node at the edge stands for a cell that is only partly in contact: with it the line of zero pressure lies too
     # far out, without it too far in, both by an error of first order in the element size; their mean is of higher
     # order.
@@ -105,10 +107,11 @@ def _continue_once(value: Floats, known: NDArray[np.bool_]) -> tuple[Floats, NDA
     """
     total, count = np.zeros((2, *value.shape)), np.zeros((2, *value.shape))
     bare = np.zeros_like(value)
+    around, known_around = np.pad(value, _REACH), np.pad(known, _REACH)
     for axis in (0, 1):
         for step in (1, -1):
-            q1, q2, q3 = (np.roll(value, step * k, axis) for k in (1, 2, 3))
-            i1, i2, i3 = (np.roll(known, step * k, axis) for k in (1, 2, 3))
+            q1, q2, q3 = (_moved(around, step * k, axis) for k in (1, 2, 3))
+            i1, i2, i3 = (_moved(known_around, step * k, axis) for k in (1, 2, 3))
             here = i1 & ~known
             # beyond the line of zero pressure the sign must not come back
             for k, (usable, guess) in enumerate(((i2 & i3, 3.0 * q1 - 3.0 * q2 + q3), (i2 & ~i3, 2.0 * q1 - q2))):
@@ -119,6 +122,13 @@ def _continue_once(value: Floats, known: NDArray[np.bool_]) -> tuple[Floats, NDA
     best = np.where(count[0] > 0.0, total[0] / np.maximum(count[0], 1.0), total[1] / np.maximum(count[1], 1.0))
     reached = count.sum(axis=0) > 0.0
     return np.where(reached, best, bare), reached | (bare < 0.0)
+
+
+def _moved(around: NDArray[Any], by: int, axis: int) -> NDArray[Any]:
+    """An array that was padded by `_REACH`, moved along an axis, as a view without the padding."""
+    window = [slice(_REACH, -_REACH), slice(_REACH, -_REACH)]
+    window[axis] = slice(_REACH - by, around.shape[axis] - _REACH - by)
+    return around[tuple(window)]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,64 @@
+"""What a judged load has to say beside its verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from fecontact.case import Case
+from fecontact.comparison.compare import Comparison
+from fecontact.comparison.verdict import Verdict
+from fecontact.geometry.placement import Placement
+from fecontact.theory.axis_stress import first_yield_p0_MPa
+from fecontact.theory.touch_hertz import Side
+
+
+def junction_warnings(sides: Sequence[tuple[Side, Verdict, Mapping[str, float]]]) -> list[str]:
+    """What Hertz says with the curvature of either side of a junction, from its verdicts and deviations."""
+    if len(sides) == 1:
+        return []
+    said = (
+        f"with that of its {side} side Hertz {verdict.answer} ({deviation['p_max_MPa']:+.1%} in peak"
+        f" pressure, {deviation['area_mm2']:+.1%} in area)"
+        for side, verdict, deviation in sides
+    )
+    return [f"the curvature is undefined at the touch point: {'; '.join(said)}"]
+
+
+def yield_warnings(case: Case, comparison: Comparison) -> list[str]:
+    """First yield below a Hertz ellipse of the finite elements' peak pressure."""
+    found = []
+    for name, material in (("rail", case.rail_material), ("wheel", case.wheel_material)):
+        if material.yield_MPa is None:
+            continue
+        limit = first_yield_p0_MPa(
+            a_mm=comparison.hertz.a_mm,
+            b_mm=comparison.hertz.b_mm,
+            poisson=material.poisson,
+            yield_MPa=material.yield_MPa,
+        )
+        if comparison.fe.p_max_MPa > limit:
+            found.append(
+                f"first yield: the {name} yields below the surface at a peak pressure of {limit:.0f} MPa, it is"
+                f" {comparison.fe.p_max_MPa:.0f} MPa; the verdict is that of elastic bodies"
+            )
+    return found
+
+
+def position_notes(placement: Placement, comparison: Comparison) -> tuple[str, ...]:
+    """What is to be known of the profiles and of the contact as a whole."""
+    found = [*placement.rail.profile.notes, *placement.wheel.profile.notes]
+    if not placement.rail.profile.outline:
+        found.append(
+            f"rail {placement.rail.profile.name}: only its running surface is known; the body below"
+            " it is a block down to the cut"
+        )
+    if placement.first.at_junction:
+        found.append(
+            "the touch point lies at a curvature junction: deviations are those from Hertz with the curvature of its"
+            " field side; the verdict is the worse of both sides"
+        )
+    if comparison.pieces > 1:
+        found.append(
+            f"the contact has {comparison.pieces} separate patches; Hertz stands for the first touch point alone"
+        )
+    return tuple(found)

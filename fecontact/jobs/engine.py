@@ -1,0 +1,207 @@
+"""Many jobs: each done once, on all cores or a cluster, what is finished kept, nothing lost when one fails."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import secrets
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from fecontact.errors import InputError
+from fecontact.jobs.job import Done, Job
+from fecontact.jobs.lock import locked
+from fecontact.jobs.store import kept_folder, remove_leftovers
+from fecontact.jobs.workers import Crew, default_workers, process_crew, run_jobs
+
+Progress = Callable[[int, int, str], None]
+_MOST_NAMES = 8
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunSettings:
+    """How jobs are run; none of it changes a result.
+
+    Attributes
+    ----------
+    workers
+        Processes at a time; None for `workers.default_workers`.
+    threads
+        Threads that each job computes on; other than 1 may change the last digits of results.
+    force
+        Solve finished jobs again.
+    part
+        (i, N): only every N-th job, from the i-th on.
+    scheduler
+        Address of a Dask scheduler whose workers are to solve.
+    """
+
+    workers: int | None = None
+    threads: int = 1
+    force: bool = False
+    part: tuple[int, int] | None = None
+    scheduler: str | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in (("workers", self.workers), ("threads", self.threads)):
+            if value is not None and value < 1:
+                raise InputError(f"{name} is {value}; allowed: 1 and more")
+        if self.part is not None and not 1 <= self.part[0] <= self.part[1]:
+            raise InputError(f"part {self.part[0]}/{self.part[1]}: allowed are 1/N to N/N")
+
+    @property
+    def part_suffix(self) -> str:
+        """What the names of a part's tables end in; nothing for a whole run."""
+        return "" if self.part is None else f".part-{self.part[0]}-of-{self.part[1]}"
+
+    def own_part(self, names: Sequence[str]) -> tuple[str, ...]:
+        """Ids that the part does, each once."""
+        once = tuple(dict.fromkeys(names))
+        return once if self.part is None else once[self.part[0] - 1 :: self.part[1]]
+
+
+def parse_part(text: str) -> tuple[int, int]:
+    """The part i of N from `i/N`."""
+    match = re.fullmatch(r"(\d+)/(\d+)", text.strip())
+    if match is None:
+        raise InputError(f"part {text!r}: give which of how many, such as 2/4")
+    return int(match[1]), int(match[2])
+
+
+@dataclass(frozen=True, kw_only=True)
+class OpenRun:
+    """A run that holds its folder: who does its jobs, and the run's name, whose own results are taken even by force."""
+
+    crew: Crew
+    settings: RunSettings
+    run: str = field(default_factory=lambda: secrets.token_hex(8))
+
+
+@contextmanager
+def open_run(out: Path, store: Path, settings: RunSettings, crew: Crew | None = None) -> Iterator[OpenRun]:
+    """Hold the folder of a run and open what does its jobs, which are kept below `store`.
+
+    Raises
+    ------
+    InputError
+        If another run has the folder, or the cluster cannot be used.
+    """
+    with locked(out, settings.part) as lock, _crew(settings, lock, crew) as opened:
+        if settings.part is None:
+            remove_leftovers(store)
+        yield OpenRun(crew=opened, settings=settings)
+
+
+@contextmanager
+def _crew(settings: RunSettings, lock: Path, given: Crew | None) -> Iterator[Crew]:
+    if given is not None:
+        yield given
+    elif settings.scheduler is not None:
+        from fecontact.jobs.cluster import dask_crew
+
+        with dask_crew(settings.scheduler, lock, settings.threads) as crew:
+            yield crew
+    else:
+        yield process_crew(settings.workers or default_workers(), settings.threads)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finished:
+    """What came of all jobs.
+
+    Attributes
+    ----------
+    failures
+        Why there is no result, by id; the other jobs have their folders.
+    reused
+        Ids of the jobs that were finished before.
+    recomputed
+        Why finished jobs were solved or evaluated again, by id.
+    """
+
+    failures: dict[str, str] = field(default_factory=dict)
+    reused: list[str] = field(default_factory=list)
+    recomputed: dict[str, str] = field(default_factory=dict)
+
+
+def finish(
+    jobs: Sequence[Job],
+    by: OpenRun,
+    *,
+    total: int | None = None,
+    already: int = 0,
+    progress: Progress | None = None,
+    on_done: Callable[[Done], None] | None = None,
+    finished: Finished | None = None,
+) -> Finished:
+    """Do all jobs that are not finished.
+
+    Parameters
+    ----------
+    total, already
+        For the progress: how many jobs the whole run has, and how many were done before these.
+    on_done
+        Called after each job, also those that were finished before; when the run is interrupted, with those that
+        workers have finished in the meantime.
+    finished
+        What is known from earlier jobs of the run, which this adds to.
+    """
+    found = finished or Finished()
+    report = _Report(found, jobs, total or len(jobs), already, progress, on_done)
+    report.reuse(by.settings.force)
+    try:
+        run_jobs([replace(job, run=by.run, force=by.settings.force) for job in report.open], by.crew, report)
+    except BaseException:
+        # workers may have finished jobs that they could not tell of any more
+        with contextlib.suppress(OSError):
+            report.reuse(False)
+        raise
+    return found
+
+
+class _Report:
+    """What is known of the jobs while they run."""
+
+    def __init__(
+        self,
+        found: Finished,
+        jobs: Sequence[Job],
+        total: int,
+        already: int,
+        progress: Progress | None,
+        on_done: Callable[[Done], None] | None,
+    ) -> None:
+        self._found, self._jobs, self._total, self._already = found, jobs, total, already
+        self._progress, self._on_done = progress, on_done
+        self._done: set[str] = set()
+
+    @property
+    def open(self) -> list[Job]:
+        """Jobs that have not been done."""
+        return [job for job in self._jobs if job.name not in self._done]
+
+    def reuse(self, force: bool) -> None:
+        """Take the jobs that are finished, and say of the others why not."""
+        for job in () if force else self.open:
+            kept = kept_folder(job.folder, job.name, job.origin)
+            if kept.usable:
+                self._found.reused.append(job.name)
+                self.done(Done(name=job.name))
+            elif kept.found:
+                self._found.recomputed[job.name] = kept.problem or kept.outdated or ""
+
+    def under_way(self, names: Sequence[str]) -> None:
+        """Tell the progress."""
+        if self._progress is not None:
+            text = ", ".join(names) if len(names) <= _MOST_NAMES else f"{len(names)} jobs"
+            self._progress(self._already + len(self._done), self._total, f"solving {text}")
+
+    def done(self, done: Done) -> None:
+        """Keep what came of a job."""
+        self._done.add(done.name)
+        if done.failure is not None:
+            self._found.failures[done.name] = done.failure
+        if self._on_done is not None:
+            self._on_done(done)

@@ -1,0 +1,148 @@
+"""Flat rows of results, one a case or a cell of a map: the columns of the tables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from fecontact.case import Case
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.measures import MEASURES
+from fecontact.errors import InputError
+from fecontact.files import read_json, write_json
+from fecontact.geometry.placement import Placement
+from fecontact.map.cells import MapCell
+from fecontact.outputs.record import STEP_MEASURES, versions
+from fecontact.profiles.identity import profile_identity
+from fecontact.solving.solve import CaseResult
+
+Row = dict[str, Any]
+
+ROW_SCHEMA = "fecontact/row/1"
+MEASURED_COLUMNS = ("seconds", "peak_memory_MB")
+"""Columns of a row that differ from run to run; all others are the same to the last bit."""
+
+
+def load_row(load: JudgedLoad, placement: Placement) -> Row:
+    """A judged load as a flat row; deviations, uncertainties, steps and L2 in percent, degrees of freedom summed up."""
+    case, comparison, first = load.case, load.comparison, placement.first
+    row: Row = {
+        "status": load.status,
+        **input_columns(case),
+        "normal_force_kN": load.normal_force_N / 1e3,
+        "contact_angle_mrad": 1e3 * first.contact_angle_rad,
+        "touch_rail_y_mm": first.rail_y_mm,
+        "touch_wheel_y_mm": first.wheel_y_mm,
+        "at_junction": first.at_junction,
+        "touch_points": len(placement.touch_points),
+    }
+    for measure in MEASURES:
+        name, unit = measure.rsplit("_", 1)
+        row[f"{name}_fe_{unit}"] = getattr(comparison.fe, measure)
+        row[f"{name}_hertz_{unit}"] = getattr(comparison.hertz, measure)
+        row[f"{name}_deviation_percent"] = 1e2 * load.deviation[measure]
+        row[f"{name}_uncertainty_percent"] = 1e2 * load.uncertainty[measure]
+    steps = load.ladder.steps
+    for measure in STEP_MEASURES:
+        name = measure.rsplit("_", 1)[0]
+        row[f"{name}_step_true_gap_percent"] = 1e2 * steps["quadratic_to_true_gap"][measure]
+        row[f"{name}_step_bodies_percent"] = 1e2 * steps["half_space_to_bodies"][measure]
+        row[f"{name}_step_bodies_uncertainty_percent"] = 1e2 * load.bodies_step_uncertainty[measure]
+    for name in ("junction_distance_mm", "junction_distance_over_b", "curvature_variation", "normal_turn_rad"):
+        row[name] = getattr(load.geometry, name)
+    return row | {
+        "junction_in_patch": load.geometry.junction_in_patch,
+        "verdict": load.verdict.answer,
+        "verdict_measure": load.verdict.measure,
+        "verdict_cause": load.verdict.cause,
+        "verdict_warnings": "; ".join(load.warnings),
+        "p_max_half_space_MPa": load.ladder.half_space.p_max_MPa,
+        "pressure_l2_percent": 1e2 * comparison.pressure_l2,
+        "overlap": comparison.overlap,
+        "centre_x_mm": comparison.centre_x_mm,
+        "centre_y_mm": comparison.centre_y_mm,
+        "pieces": comparison.pieces,
+        "hertz_stiffness_GN_per_m15": load.hertz.stiffness_GN_per_m15,
+        "resolution": case.resolution if isinstance(case.resolution, str) else None,
+        "element_size_x_mm": load.fe.grid.steps_mm[0],
+        "element_size_y_mm": load.fe.grid.steps_mm[1],
+        "meshes": len(load.solved.levels),
+        "degrees_of_freedom": sum(load.level.degrees_of_freedom.values()),
+        "iterations": load.fe.iterations,
+        "load_balance": load.fe.load_balance,
+    }
+
+
+def input_columns(case: Case) -> Row:
+    """The inputs that a row shows."""
+    return {
+        "rail": profile_identity(case.rail),
+        "wheel": profile_identity(case.wheel),
+        "lateral_shift_mm": case.lateral_shift_mm,
+        "load_kN": case.load_N / 1e3,
+        "load_kind": case.load_kind,
+        "inclination_rad": case.inclination_rad,
+        "roll_mrad": 1e3 * case.roll_rad,
+        "yaw_mrad": 1e3 * case.yaw_rad,
+    }
+
+
+def case_row(result: CaseResult) -> Row:
+    """A result as a flat row: its load, and what is known of its bodies and of the work."""
+    row = load_row(result.load, result.placement) | {"p_max_shared_hertz_MPa": result.hertz_points.shared_p_max_MPa}
+    for body, peak in result.von_mises.items():
+        row[f"von_mises_max_{body}_MPa"] = peak.von_mises_MPa
+        row[f"von_mises_depth_{body}_mm"] = peak.depth_mm
+    return row | {
+        "seconds": sum(result.effort.seconds.values()),
+        "peak_memory_MB": result.effort.peak_memory_MB,
+        "warnings": "; ".join(result.notes),
+    }
+
+
+def cell_row(cell: MapCell, placement: Placement | None) -> Row:
+    """A cell of a map as a flat row, with the columns of a case as far as it has them."""
+    head: Row = {
+        "lateral_shift_mm": cell.lateral_shift_mm,
+        "load_kN": cell.load_N / 1e3,
+        "status": cell.status,
+        "verdict": cell.verdict,
+        "solved": cell.solved,
+    }
+    if cell.judged is not None and placement is not None:
+        return head | load_row(cell.judged, placement)
+    for measure, deviation in cell.deviation.items():
+        name = measure.rsplit("_", 1)[0]
+        head[f"{name}_deviation_percent"] = 1e2 * deviation
+        head[f"{name}_uncertainty_percent"] = 1e2 * cell.uncertainty[measure]
+    return head
+
+
+def write_row(path: Path, row: Row) -> Path:
+    """Write a row with what made it; numbers that JSON does not have are kept as texts."""
+    kept = {key: repr(value) if _is_not_finite(value) else value for key, value in row.items()}
+    return write_json(path, {"schema": ROW_SCHEMA, "row": kept, "versions": versions()})
+
+
+def read_row(path: Path) -> Row:
+    """Read a row as it was before it was written.
+
+    Raises
+    ------
+    InputError
+        If the file is no row of this layout.
+    """
+    document = read_json(path)
+    if not isinstance(document, Mapping) or document.get("schema") != ROW_SCHEMA:
+        raise InputError(f"{path}: no row of the layout {ROW_SCHEMA}; solve the case again")
+    row = document["row"]
+    return {key: _NOT_FINITE.get(value, value) if isinstance(value, str) else value for key, value in row.items()}
+
+
+_NOT_FINITE = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
+
+
+def _is_not_finite(value: object) -> bool:
+    return isinstance(value, float) and not math.isfinite(value)

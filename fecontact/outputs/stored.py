@@ -1,0 +1,164 @@
+"""Solved loads and placements as plain values and arrays, and back: what a stored result is judged again from.
+
+Numbers go through JSON and NumPy's own format without loss, so that what is read back is what was solved, to the last
+bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.case import Case
+from fecontact.comparison.judged_load import Level, PointNoise, SolvedLoad
+from fecontact.contact.grid import ContactGrid
+from fecontact.contact.rung import Rung
+from fecontact.files import write_atomically
+from fecontact.geometry.placement import Placement
+from fecontact.geometry.poses import RailPose, WheelPose
+from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
+from fecontact.profiles.curve import Profile
+from fecontact.theory.hertz import HertzContact
+
+Record = dict[str, Any]
+Arrays = dict[str, NDArray[np.float64]]
+
+_RUNG_FIELDS = ("pressure_MPa", "gap_mm")
+_RUNG_NUMBERS = tuple(f.name for f in fields(Rung) if f.name not in ("grid", *_RUNG_FIELDS))
+
+
+def solved_record(solved: SolvedLoad, arrays: Arrays, prefix: str = "") -> Record:
+    """A solved load without its case; puts its fields into `arrays` under names that begin with `prefix`."""
+    noise = solved.point_noise
+    return {
+        "load_N": solved.case.load_N,
+        "levels": [
+            {
+                "half_space": _rung_record(level.half_space, arrays, f"{prefix}level{k}_half_space"),
+                "fe": _rung_record(level.fe, arrays, f"{prefix}level{k}_fe"),
+                "degrees_of_freedom": dict(level.degrees_of_freedom),
+                "elements": dict(level.elements),
+                "enlarged": level.enlarged,
+                "at_edge": level.at_edge,
+            }
+            for k, level in enumerate(solved.levels)
+        ],
+        "quadratic": _rung_record(solved.quadratic, arrays, f"{prefix}quadratic"),
+        "point_noise": noise
+        and {
+            "own": _noise_record(noise.own, arrays, f"{prefix}points"),
+            "thinned": noise.thinned and _noise_record(noise.thinned, arrays, f"{prefix}thinned"),
+        },
+        "limits": list(solved.limits),
+        "short_of_memory": solved.short_of_memory,
+    }
+
+
+def solved_from_record(record: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]], case: Case) -> SolvedLoad:
+    """A solved load from its record and arrays; `case` has its load.
+
+    Raises
+    ------
+    KeyError, TypeError
+        If the record has another layout.
+    """
+
+    def rung(of: Mapping[str, Any]) -> Rung:
+        return _rung(of, arrays)
+
+    def noise(of: Mapping[str, Any]) -> tuple[HertzContact, Rung]:
+        return HertzContact(**of["hertz"]), rung(of["half_space"])
+
+    points = record["point_noise"]
+    return SolvedLoad(
+        case=case,
+        levels=tuple(
+            Level(**{**level, "half_space": rung(level["half_space"]), "fe": rung(level["fe"])})
+            for level in record["levels"]
+        ),
+        quadratic=rung(record["quadratic"]),
+        point_noise=points
+        and PointNoise(own=noise(points["own"]), thinned=points["thinned"] and noise(points["thinned"])),
+        limits=tuple(record["limits"]),
+        short_of_memory=record["short_of_memory"],
+    )
+
+
+def _noise_record(solved: tuple[HertzContact, Rung], arrays: Arrays, name: str) -> Record:
+    hertz, rung = solved
+    return {"hertz": asdict(hertz), "half_space": _rung_record(rung, arrays, name)}
+
+
+def _rung_record(rung: Rung, arrays: Arrays, name: str) -> Record:
+    arrays[f"{name}_x_mm"], arrays[f"{name}_s_mm"] = rung.grid.x_mm, rung.grid.s_mm
+    for field in _RUNG_FIELDS:
+        arrays[f"{name}_{field}"] = getattr(rung, field)
+    return {"arrays": name, "half": rung.grid.half, **{key: getattr(rung, key) for key in _RUNG_NUMBERS}}
+
+
+def _rung(record: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> Rung:
+    name = record["arrays"]
+    grid = ContactGrid(x_mm=arrays[f"{name}_x_mm"], s_mm=arrays[f"{name}_s_mm"], half=record["half"])
+    values: Record = {key: record[key] for key in _RUNG_NUMBERS}
+    values |= {field: arrays[f"{name}_{field}"] for field in _RUNG_FIELDS}
+    return Rung(grid=grid, **values)
+
+
+def write_arrays(path: Path, arrays: Arrays) -> Path:
+    """Write arrays as one compressed NumPy archive, the same bytes every time."""
+    return write_atomically(path, lambda temporary: np.savez_compressed(temporary, allow_pickle=False, **arrays))
+
+
+def read_arrays(path: Path) -> Arrays:
+    """Read all arrays of an archive."""
+    with np.load(path, allow_pickle=False) as archive:
+        return {name: archive[name] for name in archive.files}
+
+
+def placement_record(placement: Placement) -> Record:
+    """Where both bodies stand and touch, without their profiles."""
+    rail, wheel = placement.rail, placement.wheel
+    return {
+        "rail": {
+            "inclination_rad": rail.inclination_rad,
+            "crown_y_mm": rail.crown_y_mm,
+            "crown_z_mm": rail.crown_z_mm,
+        },
+        "wheel": {
+            "rolling_radius_mm": wheel.rolling_radius_mm,
+            "tape_circle_y_mm": wheel.tape_circle_y_mm,
+            "axes": wheel.axes.tolist(),
+            "centre_mm": wheel.centre_mm.tolist(),
+        },
+        "touch_points": [asdict(touch) for touch in placement.touch_points],
+    }
+
+
+def placement_from_record(record: Mapping[str, Any], rail: Profile, wheel: Profile) -> Placement:
+    """A placement from its record and the profiles, without any search for touch points.
+
+    Raises
+    ------
+    KeyError, TypeError
+        If the record has another layout.
+    """
+    array: Callable[[Any], NDArray[np.float64]] = np.array
+    on_axle = record["wheel"]
+    return Placement(
+        rail=RailPose(profile=rail, **record["rail"]),
+        wheel=WheelPose(
+            profile=wheel,
+            **{**on_axle, "axes": array(on_axle["axes"]), "centre_mm": array(on_axle["centre_mm"])},
+        ),
+        touch_points=tuple(
+            TouchPoint(
+                **{**touch, "curvatures": tuple(RelativeCurvature(**curvature) for curvature in touch["curvatures"])}
+            )
+            for touch in record["touch_points"]
+        ),
+    )

@@ -1,0 +1,151 @@
+"""Which result is whose: the id of a case from its inputs, and what made a result beside them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from fecontact import __version__
+from fecontact.case import Case, case_record
+from fecontact.errors import InputError
+from fecontact.fe.linear_solver import choose_solver
+from fecontact.jobs.store import Origin
+from fecontact.profiles.identity import content_sha256, profile_file
+
+_PACKAGE = Path(__file__).parents[1]
+# What solves: a change of it makes stored results those of another version.
+SOLVING = (
+    *("errors.py", "material.py", "case.py", "profiles", "geometry", "contact", "fe", "solving"),
+    *("theory/hertz.py", "theory/springs.py", "theory/touch_hertz.py"),
+)
+# What reads and judges what was solved: after a change of it stored fields are evaluated again.
+EVALUATING = (
+    *("comparison", "theory", "map", "outputs/record.py", "outputs/rows.py", "outputs/stored.py"),
+    *("runs/case_store.py", "runs/position_store.py"),
+)
+SOLVING_SOURCE = "source of solving"
+_COMMON = ("numpy", "scipy", "scikit-fem", "gmsh")
+_SOLVERS = {"pardiso": ("pypardiso", "mkl"), "amg": ("pyamg",)}
+
+
+def case_id(case: Case) -> str:
+    """Readable name of a case with a hash of all inputs that it is solved with, usable as a file name.
+
+    Of a profile that is a file the content counts, not the folder. Neither do criteria count, by which a solved case
+    is judged, nor versions: results of two versions have the same ids and can be compared row by row.
+    """
+    record = {name: value for name, value in case_record(case).items() if name != "criteria"}
+    files = input_files(case)
+    for body, file in files.items():
+        # the ending decides how the content is read
+        record[body] = {"sha256": file["sha256"], "ending": Path(file["name"]).suffix.lower()}
+    shown = (Path(name).stem if body in files else name for body, name in _bodies(case).items())
+    names = "_".join("".join(c if c.isalnum() or c in ".-" else "-" for c in name) for name in shown)
+    return f"{names}_{case.lateral_shift_mm:+.2f}mm_{case.load_N / 1e3:g}kN_{json_digest(record)[:8]}"
+
+
+def position_id(case: Case, loads_N: Sequence[float]) -> str:
+    """Name of a position of a map: that of its case at the largest load, with a hash of all loads."""
+    return f"{case_id(replace(case, load_N=max(loads_N)))}_{json_digest(sorted(set(loads_N)))[:8]}"
+
+
+def input_files(case: Case) -> dict[str, dict[str, str]]:
+    """Name and sha256 of the profiles that are files, by body; one that cannot be read is left for `solve`."""
+    found = {}
+    for body, spec in _bodies(case).items():
+        path = profile_file(spec)
+        if path is None:
+            continue
+        try:
+            found[body] = {"name": path.name, "sha256": content_sha256(path)}
+        except OSError:
+            continue
+    return found
+
+
+def with_absolute_paths(case: Case) -> Case:
+    """The same case for a process that runs in another folder."""
+    paths = {body: profile_file(spec) for body, spec in _bodies(case).items()}
+    absolute: dict[str, Any] = {body: str(path.absolute()) for body, path in paths.items() if path is not None}
+    return replace(case, **absolute)
+
+
+def _bodies(case: Case) -> dict[str, str]:
+    return {"rail": case.rail, "wheel": case.wheel}
+
+
+def origin_of(case: Case) -> Origin:
+    """Everything beside the inputs that decides about the numbers of a case on this machine.
+
+    Versions of this package, of Python and of the packages that compute; the solver path; digests of the sources that
+    solve and that evaluate, and the criteria. A solver that this machine does not have is left for `solve` to refuse.
+    """
+    solving = _solving(case.solver)
+    criteria = {f"criterion {name}": repr(limit) for name, limit in asdict(case.criteria).items()}
+    return Origin(solved_by=solving, evaluated_by={"source of evaluation": source_digest(EVALUATING)[:16], **criteria})
+
+
+@cache
+def _solving(solver: str) -> Mapping[str, str]:
+    try:
+        path: str = choose_solver(solver)  # type: ignore[arg-type]
+    except InputError:
+        path = solver
+    return {
+        "fecontact": __version__,
+        "python": ".".join(platform.python_version_tuple()[:2]),
+        **_versions((*_COMMON, *_SOLVERS[path])),
+        "solver path": path,
+        SOLVING_SOURCE: source_digest(SOLVING)[:16],
+    }
+
+
+def _versions(packages: Iterable[str]) -> dict[str, str]:
+    from importlib import metadata
+
+    found = {}
+    for package in packages:
+        try:
+            found[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            found[package] = "absent"
+    return found
+
+
+@cache
+def source_digest(parts: tuple[str, ...]) -> str:
+    """Hash of the package's source and data files in some of its folders; read once."""
+    digest = hashlib.sha256()
+    for path in sorted({path for part in parts for path in _files(_PACKAGE / part)}):
+        name = path.relative_to(_PACKAGE).as_posix()
+        digest.update(name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def _files(part: Path) -> list[Path]:
+    found = [part] if part.is_file() else list(part.rglob("*"))
+    return [path for path in found if path.suffix in (".py", ".toml") and path.is_file()]
+
+
+def provenance(case: Case, name: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Where a result comes from: what made it, platform, input files, settings of the command."""
+    made = origin_of(case)
+    return {
+        "id": name,
+        "made_by": {**made.solved_by},
+        "evaluated_by": {**made.evaluated_by},
+        "platform": platform.platform(),
+        "input_files": input_files(case),
+        "settings": dict(settings),
+    }
+
+
+def json_digest(value: object) -> str:
+    """SHA-256 of a value of plain JSON, whatever the order of its keys."""
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,116 @@
+"""Stored results judged again, by other criteria or by a newer evaluation: no finite elements, no meshes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from fecontact.case import Criteria
+from fecontact.errors import InputError
+from fecontact.jobs.workers import default_workers, process_crew
+from fecontact.map.cells import ApplicabilityMap
+from fecontact.outputs.map import write_map
+from fecontact.outputs.rows import Row, case_row, read_row
+from fecontact.outputs.study_files import write_tables
+from fecontact.runs.case_store import RESULT, ROW, case_folder, read_case
+from fecontact.runs.load import read_map, stored_study, unusable
+
+# A case takes some hundredths of a second, a process seconds to begin.
+_WORTH_PROCESSES = 100
+
+
+@dataclass(frozen=True, kw_only=True)
+class JudgedStudy:
+    """Rows of a study by other criteria.
+
+    Attributes
+    ----------
+    rows
+        One a case; that of a case that cannot be judged has a status that says why.
+    changed
+        Verdicts before and now, by id, where they differ.
+    """
+
+    rows: tuple[Row, ...]
+    changed: dict[str, tuple[str, str]]
+
+    @property
+    def all_judged(self) -> bool:
+        """Whether every case was judged and may be used."""
+        return all(row["status"] == "converged" for row in self.rows)
+
+
+def judge_study(folder: str | Path, criteria: Criteria, out: Path | None = None) -> JudgedStudy:
+    """Judge the cases of a stored study, or a single stored case, by given criteria.
+
+    Parameters
+    ----------
+    out
+        Folder for `study.csv` and `study.json` of the new verdicts, beside which the old ones stay.
+
+    Raises
+    ------
+    InputError
+        If the folder holds neither, or `out` is the folder itself.
+    """
+    folder = Path(folder)
+    _check_out(folder, out)
+    if (folder / RESULT).is_file():
+        row = read_row(folder / ROW)
+        name, before, folders = str(row["id"]), [row], [folder]
+    else:
+        study = stored_study(folder)
+        name, before = study.name, list(study.rows)
+        folders = [case_folder(folder, str(row["id"])) for row in before]
+    rows = _judged_rows(before, folders, criteria)
+    changed = {
+        str(new["id"]): (str(old["verdict"]), str(new.get("verdict", "none")))
+        for old, new in zip(before, rows, strict=True)
+        if old.get("verdict") and old["verdict"] != new.get("verdict")
+    }
+    if out is not None:
+        write_tables(name, len(rows), rows, out / "study")
+    return JudgedStudy(rows=tuple(rows), changed=changed)
+
+
+def _judged_rows(before: Sequence[Row], folders: Sequence[Path], criteria: Criteria) -> list[Row]:
+    judge = partial(_judged_row, criteria=criteria)
+    if len(folders) < _WORTH_PROCESSES:
+        return list(map(judge, before, folders))
+    crew = process_crew(default_workers(), threads=1)
+    with crew.open(crew.workers) as executor:
+        return list(executor.map(judge, before, folders, chunksize=_WORTH_PROCESSES // 2))
+
+
+def _judged_row(old: Row, folder: Path, criteria: Criteria) -> Row:
+    if str(old["status"]).startswith("failed"):
+        return old
+    if problem := unusable(folder):
+        kept = {key: value for key, value in old.items() if key in ("rail", "wheel", "lateral_shift_mm", "load_kN")}
+        return {"id": old["id"], "status": f"failed: {problem}", **kept}
+    return {"id": old["id"], **case_row(read_case(folder, criteria=criteria))}
+
+
+def judge_map(folder: str | Path, criteria: Criteria, out: Path | None = None) -> tuple[ApplicabilityMap, list[str]]:
+    """Judge a stored map by given criteria; returns it with what cannot be judged.
+
+    A load limit is as sharp as the loads that were solved. `out` is a folder for the files of the new map.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no map, or `out` is the folder itself.
+    """
+    folder = Path(folder)
+    _check_out(folder, out)
+    made, problems = read_map(folder, criteria)
+    if out is not None:
+        write_map(made, out)
+    return made, list(problems.values())
+
+
+def _check_out(folder: Path, out: Path | None) -> None:
+    if out is not None and out.resolve() == folder.resolve():
+        raise InputError(f"--out {out} is the folder of the results, which stay as they are; give another one")

@@ -1,0 +1,186 @@
+"""Results read back from their folders: cases, studies and maps, as the objects that the solution gave."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from fecontact.case import Case, Criteria
+from fecontact.comparison.verdict import judge
+from fecontact.errors import InputError
+from fecontact.files import read_json
+from fecontact.jobs.store import whole_manifest
+from fecontact.map.cells import ApplicabilityMap, Inferred, LoadLimit, MapCell, MapPosition
+from fecontact.map.load_limit import without_bracket
+from fecontact.outputs.map import MAP_SCHEMA
+from fecontact.outputs.rows import Row
+from fecontact.outputs.study_files import STUDY_SCHEMA
+from fecontact.runs.case_store import RESULT, case_folder, read_case, stored_case
+from fecontact.runs.identity import SOLVING_SOURCE, origin_of
+from fecontact.runs.position_store import POSITION, position_folder, read_position
+from fecontact.solving.solve import CaseResult
+
+_REMEDY = "give the folder of a case, a study or a map that fecontact wrote"
+
+
+def load(folder: str | Path) -> CaseResult | tuple[CaseResult, ...] | ApplicabilityMap:
+    """Read finished results.
+
+    Parameters
+    ----------
+    folder
+        Of a case (what `solve --out` writes, or one of a study's `cases/`), of a study, or of a map.
+
+    Returns
+    -------
+    CaseResult, tuple of CaseResult, or ApplicabilityMap
+        What the solution gave, but for the meshes; of a study the cases that have a result, in its order.
+
+    Raises
+    ------
+    InputError
+        If there is nothing to read, a result is damaged, or another version of the program solved it.
+    """
+    folder = Path(folder)
+    if (folder / RESULT).is_file():
+        refuse_unusable(folder)
+        return read_case(folder)
+    if (folder / "study.json").is_file():
+        rows = stored_study(folder).rows
+        folders = [case_folder(folder, row["id"]) for row in rows if not str(row["status"]).startswith("failed")]
+        for one in folders:
+            refuse_unusable(one)
+        return tuple(read_case(one) for one in folders)
+    if (folder / "map.json").is_file():
+        made, problems = read_map(folder)
+        if problems:
+            raise InputError(next(iter(problems.values())))
+        return made
+    raise InputError(f"{folder}: it has no {RESULT}, study.json or map.json; {_REMEDY}")
+
+
+def refuse_unusable(folder: Path) -> None:
+    """Raise `InputError` where a finished case or position cannot be judged any more, with why and what to do."""
+    if problem := unusable(folder):
+        raise InputError(problem)
+
+
+def unusable(folder: Path) -> str | None:
+    """Why a finished case or position cannot be judged any more, and what to do."""
+    file = folder / (RESULT if (folder / RESULT).is_file() else POSITION)
+    if not file.is_file():
+        return f"{folder}: there is no finished result; solve it"
+    manifest = whole_manifest(folder)
+    if isinstance(manifest, str):
+        return f"{folder}: {manifest}; solve it again"
+    try:
+        case = stored_case(folder, read_json(file)["case"])
+    except InputError as error:
+        return str(error)
+    except (KeyError, TypeError) as error:
+        return f"{file}: it has another layout ({type(error).__name__}: {error}); solve it again"
+    # the packages, and the solver, of the machine that solved it need not be there for judging it
+    made, here = (of.get(SOLVING_SOURCE, "none") for of in (manifest["solved_by"], origin_of(case).solved_by))
+    if made == here:
+        return None
+    return f"{folder}: made by another version: {SOLVING_SOURCE} {made} -> {here}; solve it again"
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredStudy:
+    """Name and rows of a study as they were written."""
+
+    name: str
+    rows: tuple[Row, ...]
+
+
+def stored_study(folder: Path) -> StoredStudy:
+    """What `study.json` says.
+
+    Raises
+    ------
+    InputError
+        If it has another layout.
+    """
+    document = read_json(folder / "study.json")
+    rows = document.get("rows") if isinstance(document, Mapping) else None
+    if not isinstance(rows, list) or document.get("schema") != STUDY_SCHEMA:
+        raise InputError(f"{folder / 'study.json'}: its layout is not {STUDY_SCHEMA}; run the study again")
+    return StoredStudy(name=str(document.get("study", "")), rows=tuple(rows))
+
+
+def read_map(folder: Path, criteria: Criteria | None = None) -> tuple[ApplicabilityMap, dict[float, str]]:
+    """A finished map, judged by other criteria than its own if they are given, and which positions cannot be used.
+
+    Raises
+    ------
+    InputError
+        If `map.json` has another layout, or no position of the map can be read.
+    """
+    document = read_json(folder / "map.json")
+    if not isinstance(document, Mapping) or document.get("schema") != MAP_SCHEMA:
+        raise InputError(f"{folder / 'map.json'}: its layout is not {MAP_SCHEMA}; make the map again")
+    names = {shift: name for name, shift in document["provenance"].get("positions", {}).items()}
+    positions: list[MapPosition] = []
+    problems: dict[float, str] = {}
+    base: Case | None = None
+    for shift in document["lateral_shifts_mm"]:
+        cells = [cell for cell in document["cells"] if cell["lateral_shift_mm"] == shift]
+        if shift in names:
+            own = position_folder(folder, names[shift])
+            try:
+                refuse_unusable(own)
+                positions.append(read_position(own, criteria=criteria))
+                base = base or stored_case(own, read_json(own / POSITION)["case"])
+            except InputError as error:
+                problems[shift] = str(error)
+                positions.append(_as_written(shift, cells, str(error)))
+        elif cells and cells[0]["inferred"] is not None:
+            positions.append(_inferred(shift, cells, criteria or Criteria(**document["criteria"])))
+        else:
+            positions.append(_as_written(shift, cells, None))
+    if base is None:
+        why = next(iter(problems.values()), "none is there")
+        raise InputError(f"{folder}: no position of the map can be judged ({why})")
+    return _map(base, document["loads_N"], positions, criteria), problems
+
+
+def _map(
+    base: Case, loads_N: Sequence[float], positions: Sequence[MapPosition], criteria: Criteria | None
+) -> ApplicabilityMap:
+    case = replace(base, lateral_shift_mm=0.0, criteria=criteria or base.criteria)
+    return ApplicabilityMap(case=case, loads_N=tuple(loads_N), positions=tuple(positions))
+
+
+def _as_written(shift: float, cells: Sequence[Mapping[str, Any]], problem: str | None) -> MapPosition:
+    """A position of which only its status is known."""
+    made = tuple(
+        MapCell(
+            lateral_shift_mm=shift,
+            load_N=cell["load_N"],
+            status=f"failed: {problem}" if problem else cell["status"],
+        )
+        for cell in cells
+    )
+    return MapPosition(lateral_shift_mm=shift, cells=made, limit=LoadLimit(reason=made[0].status if made else None))
+
+
+def _inferred(shift: float, cells: Sequence[Mapping[str, Any]], criteria: Criteria) -> MapPosition:
+    made = []
+    for cell in cells:
+        numbers = {name: cell["inferred"][name] for name in ("deviation", "uncertainty", "doubt")}
+        verdict = judge(numbers["deviation"], numbers["doubt"], criteria)
+        made.append(
+            MapCell(
+                lateral_shift_mm=shift,
+                load_N=cell["load_N"],
+                status="inferred",
+                inferred=Inferred(**numbers, verdict=verdict),
+            )
+        )
+    verdicts = [cell.verdict for cell in made if cell.verdict in ("HOLDS", "FAILS")]
+    return MapPosition(
+        lateral_shift_mm=shift, cells=tuple(made), limit=LoadLimit(reason=without_bracket(made, verdicts))
+    )

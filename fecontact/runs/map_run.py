@@ -1,0 +1,209 @@
+"""An applicability map: positions as jobs, each kept as it is finished, and the files of the whole."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from fecontact.case import Case
+from fecontact.errors import InputError
+from fecontact.jobs.engine import Finished, OpenRun, Progress, RunSettings, finish, open_run
+from fecontact.jobs.job import Done, Job, Work
+from fecontact.jobs.store import kept_folder
+from fecontact.jobs.workers import Crew
+from fecontact.map.cells import ApplicabilityMap, MapPosition
+from fecontact.map.position import failed_position, inferred_position
+from fecontact.outputs.map import write_map
+from fecontact.runs.case_store import OriginOf
+from fecontact.runs.identity import input_files, origin_of, position_id, with_absolute_paths
+from fecontact.runs.position_store import PositionWork, has_open_loads, position_folder, read_position
+
+MakeWork = Callable[[Case, Sequence[float], str], Work]
+
+
+def position_work(case: Case, loads_N: Sequence[float], name: str) -> Work:
+    """What a worker does with a position: solve it under all loads and write its files."""
+    return PositionWork(case=case, loads_N=tuple(loads_N), name=name)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapOutcome:
+    """What a map gave, which positions were finished before, and why others were solved, or judged, again."""
+
+    made: ApplicabilityMap
+    reused: tuple[str, ...] = ()
+    recomputed: dict[str, str] = field(default_factory=dict)
+
+
+def run_map(
+    base_case: Case,
+    lateral_shifts_mm: Sequence[float],
+    loads_N: Sequence[float],
+    out: Path,
+    *,
+    adaptive: bool = False,
+    settings: RunSettings | None = None,
+    progress: Progress | None = None,
+    crew: Crew | None = None,
+    work: MakeWork = position_work,
+) -> MapOutcome:
+    """Solve all positions and loads that are not finished, find each position's load limit, and write the map.
+
+    Parameters
+    ----------
+    base_case
+        Everything but lateral shift and load.
+    adaptive
+        Solve every second position first, and infer those between them whose verdict is beyond doubt.
+    progress
+        Called with the number of finished positions, how many there are, and what is under way.
+    crew, work
+        Who solves, and what it does with a position; for tests.
+
+    Raises
+    ------
+    InputError
+        If there are no shifts or loads, or values that no case can have; if another run has the folder, or the cluster
+        cannot be used. A position that cannot be solved is not an error but cells whose status says why.
+    """
+    settings = settings or RunSettings()
+    shifts, loads = tuple(sorted(set(lateral_shifts_mm))), tuple(sorted(set(loads_N)))
+    if not shifts or not loads:
+        raise InputError("map: give at least one lateral shift and one load")
+    # all are made first: a value that no case can have is said before anything is solved
+    every = [replace(base_case, lateral_shift_mm=shift, load_N=load) for shift in shifts for load in reversed(loads)]
+    cases = {case.lateral_shift_mm: case for case in every[:: len(loads)]}
+    with open_run(out, out / "positions", settings, crew) as by:
+        run = _Run(base_case, cases, loads, out, by, progress, work)
+        try:
+            run.solve(adaptive=adaptive)
+        finally:
+            with contextlib.suppress(OSError):
+                run.write()
+        made = run.write()
+    return MapOutcome(made=made, reused=tuple(run.finished.reused), recomputed=run.finished.recomputed)
+
+
+class _Run:
+    """What is known of a map while it is made."""
+
+    def __init__(
+        self,
+        base_case: Case,
+        cases: Mapping[float, Case],
+        loads_N: tuple[float, ...],
+        out: Path,
+        by: OpenRun,
+        progress: Progress | None,
+        work: MakeWork,
+    ) -> None:
+        self._base, self._cases, self._loads, self._out = base_case, cases, loads_N, out
+        self._by, self._progress, self._work = by, progress, work
+        self._shifts = {position_id(case, loads_N): shift for shift, case in cases.items()}
+        self._positions: dict[float, MapPosition] = {}
+        self._unreadable: dict[str, str] = {}
+        self.finished = Finished()
+
+    def solve(self, *, adaptive: bool) -> None:
+        """Solve what is not finished; an adaptive map in two passes."""
+        shifts = list(self._cases)
+        if not adaptive:
+            self._finish(shifts)
+            return
+        first = {*shifts[::2], shifts[-1]}
+        if self._by.settings.part is not None:
+            # what lies between needs the neighbours of all parts
+            self._finish(sorted(first))
+            return
+        self._finish([shift for shift in shifts if shift in first or self._is_kept(shift)])
+        self._infer([shift for shift in shifts if shift not in self._positions])
+        self._finish([shift for shift in shifts if shift not in self._positions])
+
+    def write(self) -> ApplicabilityMap:
+        """Write the files of the map, or of the part, with the positions that are known."""
+        found = tuple(self._positions[shift] for shift in sorted(self._positions))
+        made = ApplicabilityMap(case=self._base, loads_N=self._loads, positions=found)
+        write_map(made, self._out, f"map{self._by.settings.part_suffix}", provenance=self._provenance())
+        return made
+
+    def _provenance(self) -> dict[str, Any]:
+        made = origin_of(self._base)
+        return {
+            "made_by": dict(made.solved_by),
+            "evaluated_by": dict(made.evaluated_by),
+            "input_files": input_files(self._base),
+            "positions": {name: shift for name, shift in self._shifts.items() if self._is_solved(shift)},
+        }
+
+    def _is_solved(self, shift: float) -> bool:
+        return shift in self._positions and all(cell.solved for cell in self._positions[shift].cells)
+
+    def _is_kept(self, shift: float) -> bool:
+        """Whether a position was solved before, which is better than inferring it."""
+        return not self._by.settings.force and self._can_be_read(position_id(self._cases[shift], self._loads))
+
+    def _can_be_read(self, name: str) -> bool:
+        job = self._job(name)
+        kept = kept_folder(job.folder, job.name, job.origin)
+        return kept.found and kept.problem is None
+
+    def _finish(self, shifts: Sequence[float]) -> None:
+        names = self._by.settings.own_part([position_id(self._cases[shift], self._loads) for shift in shifts])
+        again = [name for name in names if has_open_loads(position_folder(self._out, name)) and self._can_be_read(name)]
+        self._do([name for name in names if name not in again], self._by)
+        unreadable = [name for name in names if name in self._unreadable]
+        for name in unreadable:
+            self.finished.reused.remove(name)
+            self.finished.recomputed[name] = self._unreadable[name]
+        self._do([*again, *unreadable], replace(self._by, settings=replace(self._by.settings, force=True)))
+
+    def _do(self, names: Sequence[str], by: OpenRun) -> None:
+        finish(
+            [self._job(name) for name in names],
+            by,
+            total=len(self._cases),
+            already=len(self._positions),
+            progress=self._progress,
+            on_done=self._done,
+            finished=self.finished,
+        )
+
+    def _job(self, name: str) -> Job:
+        case = self._cases[self._shifts[name]]
+        if self._by.settings.scheduler:
+            case = with_absolute_paths(case)
+        return Job(
+            name=name,
+            folder=position_folder(self._out.absolute(), name),
+            origin=origin_of(case),
+            origin_here=OriginOf(case=case),
+            work=self._work(case, self._loads, name),
+        )
+
+    def _done(self, done: Done) -> None:
+        shift = self._shifts[done.name]
+        if done.failure is not None:
+            self._positions[shift] = failed_position(shift, self._loads, done.failure.removeprefix("failed: "))
+        else:
+            folder = position_folder(self._out, done.name)
+            try:
+                self._positions[shift] = read_position(folder, criteria=self._base.criteria)
+            except InputError as error:
+                if done.name in self._unreadable or done.name not in self.finished.reused:
+                    raise
+                self._unreadable[done.name] = str(error)
+                return
+        # a full disk now may have room at the end
+        with contextlib.suppress(OSError):
+            self.write()
+
+    def _infer(self, shifts: Sequence[float]) -> None:
+        for shift in shifts:
+            if self._progress is not None:
+                self._progress(len(self._positions), len(self._cases), f"{shift:+z.2f} mm: half-space")
+            inferred = inferred_position(self._cases[shift], self._loads, list(self._cases), self._positions)
+            if inferred is not None:
+                self._positions[shift] = inferred

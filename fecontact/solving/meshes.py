@@ -1,0 +1,144 @@
+"""The meshes of a position, the one owner of their factors: a load is solved on as many as its verdict takes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.case import Case
+from fecontact.comparison.judged_load import (
+    JudgedLoad,
+    Level,
+    PointNoise,
+    SolvedLoad,
+    judge_load,
+    judge_sides,
+    worst_of,
+)
+from fecontact.comparison.uncertainty import MESH_RATIO
+from fecontact.errors import InputError, NotEnoughMemory
+from fecontact.fe.coupling import CoupledBodies
+from fecontact.geometry.placement import Placement
+from fecontact.solving.coupled_mesh import CoupledMesh
+from fecontact.solving.position import Position, point_noise
+from fecontact.solving.quadratic_rung import quadratic_rung
+
+# The case's own mesh, a coarser one, and two refinements.
+_MOST_MESHES = 4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SolvedBodies:
+    """Both bodies of the finest meshes under a load, and the displacements (n, 3) in mm of their nodes.
+
+    Base held and driver held: the rigid approach is not in them.
+    """
+
+    coupled: CoupledBodies
+    displacement_mm: dict[str, NDArray[np.float64]]
+
+
+class Meshes:
+    """The meshes of a position, each made when it is first needed and solved for any number of loads.
+
+    Parameters
+    ----------
+    position
+        Its expected patch decides about zone and element size of all meshes.
+    keep
+        Whether the factors stay for further loads until `close`; otherwise they go as soon as a load is solved, and
+        `bodies` are those of its finest meshes.
+    """
+
+    def __init__(self, position: Position, *, keep: bool = False) -> None:
+        """Make no mesh yet."""
+        self.position = position
+        self.bodies: SolvedBodies | None = None
+        self._keep = keep
+        self._meshes: dict[float, CoupledMesh] = {}
+        self._not_enlarged: list[InputError] = []
+
+    def solve(self, load_N: float) -> JudgedLoad:
+        """Solve a load on two meshes and judge it; refine while the verdict stays open and the limit allows."""
+        position = self.position
+        case, placement = replace(position.case, load_N=load_N), position.placement
+        with position.clock.step("expect the patch"):
+            noise = point_noise(case, placement)
+        self._not_enlarged = []
+        levels = [self._level(load_N, 1.0), self._level(load_N, MESH_RATIO)]
+        stop: InputError | None = None
+        while stop is None and is_open(case, levels, placement, noise):
+            stop = self._refine(case, levels)
+        with position.clock.step("ladder"):
+            hertz = judge_sides(case, levels, placement.first, noise)[-1].hertz
+            solved = SolvedLoad(
+                case=case,
+                levels=tuple(levels),
+                quadratic=quadratic_rung(levels[0].fe.grid, placement.first, hertz),
+                point_noise=noise,
+                limits=(
+                    *(f"the contact zone cannot be enlarged: {error}" for error in self._not_enlarged),
+                    *(() if stop is None else (f"refinement stopped: {stop}",)),
+                ),
+                short_of_memory=any(isinstance(error, NotEnoughMemory) for error in (*self._not_enlarged, stop)),
+            )
+            return judge_load(solved, placement)
+
+    def close(self) -> None:
+        """Release all factors; a further load makes its meshes again."""
+        for mesh in self._meshes.values():
+            mesh.close()
+        self._meshes.clear()
+
+    def _refine(self, case: Case, levels: list[Level]) -> InputError | None:
+        """Put a level on finer meshes before the others, or say why there is none."""
+        if (expected := finer_degrees_of_freedom(levels)) > case.refine_degrees_of_freedom:
+            return InputError(
+                f"the next meshes would have about {expected} of at most {case.refine_degrees_of_freedom} degrees of"
+                " freedom"
+            )
+        try:
+            levels.insert(0, self._level(case.load_N, MESH_RATIO ** (1 - len(levels))))
+        except InputError as error:
+            return error
+        return None
+
+    def _level(self, load_N: float, coarser: float) -> Level:
+        mesh = self._meshes.get(coarser) or CoupledMesh(self.position, coarser)
+        level = mesh.solve(load_N)
+        if mesh.stopped_by is not None:
+            self._not_enlarged.append(mesh.stopped_by)
+        if self._keep:
+            self._meshes[coarser] = mesh
+            return level
+        with self.position.clock.step("recover"):
+            # the coarse mesh comes second, a refinement after it
+            if self.bodies is None or coarser < 1.0:
+                rail, wheel = mesh.bodies.displacements(level.fe.pressure_MPa.ravel())
+                self.bodies = SolvedBodies(coupled=mesh.bodies, displacement_mm={"rail": rail, "wheel": wheel})
+            mesh.close()
+        return level
+
+
+def is_open(case: Case, levels: Sequence[Level], placement: Placement, noise: PointNoise | None) -> bool:
+    """Whether the verdict on a load is open and another pair of meshes may decide it."""
+    if levels[0].status != "converged" or len(levels) == _MOST_MESHES:
+        return False
+    return worst_of(judge_sides(case, levels, placement.first, noise)).answer == "UNRESOLVED"
+
+
+def would_be_refined(load: JudgedLoad, placement: Placement) -> bool:
+    """Whether a new solution would go on where a stored one, as it is judged now, leaves the verdict open."""
+    solved = load.solved
+    affordable = finer_degrees_of_freedom(solved.levels) <= load.case.refine_degrees_of_freedom
+    return affordable and is_open(load.case, solved.levels, placement, solved.point_noise)
+
+
+def finer_degrees_of_freedom(levels: Sequence[Level]) -> int:
+    """Degrees of freedom to expect of the next finer meshes: graded ones grow less than with the cube of MESH_RATIO."""
+    fine, coarse = (sum(level.degrees_of_freedom.values()) for level in levels[:2])
+    # the uniform zone grows faster than the rest, so that the ratio grows too
+    return int(fine * min((fine / coarse) ** 1.2, MESH_RATIO**3))

@@ -1,0 +1,118 @@
+"""What thousands of stored cases cost: going on with a finished study, and judging it by other criteria.
+
+One case is solved in earnest; all others are its files under other names, so that their sizes are those of real
+results but for the meshes, which nothing here reads beside their checksums. Measured in processes of their own: the
+run that finds nothing to do, tables included, and `fecontact judge`.
+
+    python studies/benchmark_store.py --cases 5000
+"""
+
+import argparse
+import json
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from fecontact.case import Case
+from fecontact.jobs.workers import Crew
+from fecontact.outputs.rows import read_row, write_row
+from fecontact.runs.case_store import FIELDS, RESULT, ROW, write_case
+from fecontact.runs.casefile import Study
+from fecontact.runs.identity import case_id
+from fecontact.runs.study import run_study
+from fecontact.solving.solve import solve
+
+TEMPLATE = Case(resolution="quick", refine_degrees_of_freedom=0)
+
+
+def study(count: int) -> Study:
+    """So many cases that differ in their loads by 10 N."""
+    return Study(name="stored", cases=tuple(replace(TEMPLATE, load_N=50e3 + 10.0 * k) for k in range(count)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Copy:
+    """Stands for solving a case: the template's files with the case's own name and load in them."""
+
+    case: Case
+    name: str
+    template: Path
+
+    def __call__(self, folder: Path, finished: Path | None) -> bool:
+        shutil.copyfile(self.template / FIELDS, folder / FIELDS)
+        record = json.loads((self.template / RESULT).read_text("utf-8"))
+        record["provenance"]["id"] = self.name
+        record["case"]["load_N"] = record["stored"]["load"]["load_N"] = self.case.load_N
+        (folder / RESULT).write_text(json.dumps(record), "utf-8")
+        row = read_row(self.template / ROW)
+        write_row(folder / ROW, row | {"id": self.name, "load_kN": self.case.load_N / 1e3})
+        return False
+
+
+def fill(out: Path, count: int) -> None:
+    """Store all cases that are not there."""
+    template = out / "template"
+    if not (template / ROW).is_file():
+        write_case(solve(TEMPLATE), template, case_id(TEMPLATE))
+
+    def work(case: Case, name: str, settings: Mapping[str, Any]) -> Copy:
+        return Copy(case=case, name=name, template=template)
+
+    run_study(study(count), out, crew=Crew(open=ThreadPoolExecutor, workers=1, together=1), work=work)
+
+
+_FILL = """
+import sys
+from pathlib import Path
+sys.path.insert(0, {studies!r})
+import benchmark_store
+if __name__ == "__main__":
+    benchmark_store.fill(Path({out!r}), {count})
+"""
+# The figures of a study are drawn by no resume alone: they take as long for any number of cases.
+_RESUME = """
+import sys, time
+from pathlib import Path
+sys.path.insert(0, {studies!r})
+import benchmark_store, fecontact.runs.study as runs
+from fecontact.solving.solve import peak_memory_MB
+runs.study_figures = lambda rows, out, rail: ()
+begin = time.perf_counter()
+outcome = runs.run_study(benchmark_store.study({count}), Path({out!r}))
+assert len(outcome.reused) == {count}, outcome.recomputed
+print(f"nothing to do: {{time.perf_counter() - begin:.1f}} s, {{peak_memory_MB():.0f}} MB")
+"""
+_JUDGE = """
+import time
+from pathlib import Path
+from fecontact.case import Criteria
+from fecontact.runs.judging import judge_study
+from fecontact.solving.solve import peak_memory_MB
+if __name__ == "__main__":
+    begin = time.perf_counter()
+    judged = judge_study(Path({out!r}), Criteria(p_max=0.03))
+    assert len(judged.rows) == {count} and judged.all_judged, judged.rows[0]["status"]
+    print(f"judged again: {{time.perf_counter() - begin:.1f}} s, {{peak_memory_MB():.0f}} MB")
+"""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--cases", type=int, default=5000)
+    parser.add_argument("--out", type=Path, default=Path("out/benchmark_store"))
+    given = parser.parse_args()
+    # each in a process of its own, whose peak of memory is its own
+    for code in (_FILL, _RESUME, _JUDGE):
+        script = given.out / "measured.py"
+        script.parent.mkdir(parents=True, exist_ok=True)
+        script.write_text(code.format(studies=str(Path(__file__).parent), count=given.cases, out=str(given.out)))
+        subprocess.run([sys.executable, str(script)], check=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,282 @@
+"""Stored results read back and judged again: the same objects, no finite elements, nothing judged that is not whole."""
+
+import json
+import shutil
+import subprocess
+import sys
+from dataclasses import asdict, fields, is_dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from inline import inline_crew
+
+import fecontact
+from fecontact.case import Case, Criteria
+from fecontact.cli import call
+from fecontact.comparison.judged_load import judge_load
+from fecontact.errors import InputError
+from fecontact.jobs.store import MANIFEST, write_manifest
+from fecontact.outputs.rows import case_row, read_row
+from fecontact.regression.compare import compare_tables
+from fecontact.regression.tables import load_table
+from fecontact.runs import identity
+from fecontact.runs.case_store import FIELDS, PROFILES, RESULT, ROW, write_case
+from fecontact.runs.casefile import Study, load_study
+from fecontact.runs.identity import case_id, origin_of
+from fecontact.runs.judging import judge_study
+from fecontact.runs.load import load
+from fecontact.runs.study import run_study
+
+# an arc of R 300 as a file of segments
+HEAD = """kind = "rail"
+units = "mm"
+[[surface]]
+type = "arc"
+from = [-30.0, -1.5037689]
+to = [30.0, -1.5037689]
+centre = [0.0, -300.0]
+radius = 300.0
+"""
+
+
+def same(one: object, other: object, where: str = "result") -> None:
+    """Equal to the last bit, field by field; a NaN is equal to a NaN."""
+    if is_dataclass(one):
+        assert type(one) is type(other), where
+        for field in fields(one):
+            if field.name != "bodies":
+                same(getattr(one, field.name), getattr(other, field.name), f"{where}.{field.name}")
+    elif isinstance(one, np.ndarray):
+        np.testing.assert_array_equal(one, other, where)
+    elif isinstance(one, dict):
+        assert one.keys() == other.keys(), where
+        for key in one:
+            same(one[key], other[key], f"{where}.{key}")
+    elif isinstance(one, tuple):
+        assert len(one) == len(other), where
+        for number, (first, second) in enumerate(zip(one, other, strict=True)):
+            same(first, second, f"{where}[{number}]")
+    else:
+        assert one == other or (one != one and other != other), where
+
+
+def stored(result: fecontact.CaseResult, folder: Path) -> Path:
+    """A result as `solve --out` writes it."""
+    name = case_id(result.case)
+    write_case(result, folder, name)
+    write_manifest(folder, [path for path in folder.rglob("*") if path.is_file()], name, origin_of(result.case))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def solved_folder(elliptic_quick, tmp_path_factory) -> Path:
+    return stored(elliptic_quick, tmp_path_factory.mktemp("solved") / "one")
+
+
+def test_what_is_read_back_is_what_was_solved(elliptic_quick, solved_folder):
+    read = load(solved_folder)
+    same(elliptic_quick, read)
+    assert read.bodies is None
+    assert read.load.fe.pressure.whole().values.sum() > read.pressure_MPa.sum()
+    # each rung has its own field, and all carry the load
+    for rung in (read.load.fe, read.load.level.half_space, read.load.solved.quadratic):
+        area = rung.grid.whole_area_mm2()
+        assert float(area @ rung.pressure_MPa.ravel()) == pytest.approx(1e5, rel=2e-4)
+
+
+def test_the_row_that_is_stored_is_that_of_the_result(elliptic_quick, solved_folder):
+    row = read_row(solved_folder / ROW)
+    same({"id": case_id(elliptic_quick.case), **case_row(elliptic_quick)}, row)
+    same(row, {"id": row["id"], **case_row(load(solved_folder))})
+
+
+def test_other_criteria_give_the_verdict_of_a_solution_with_them(elliptic_quick, solved_folder):
+    wide = Criteria(p_max=0.2, area=0.5)
+    (row,) = judge_study(solved_folder, wide).rows
+    case = replace(elliptic_quick.case, criteria=wide)
+    fresh = judge_load(replace(elliptic_quick.load.solved, case=case), elliptic_quick.placement)
+    assert (row["verdict"], row["verdict_measure"]) == (fresh.verdict.answer, fresh.verdict.measure)
+    assert (elliptic_quick.verdict.answer, row["verdict"]) == ("UNRESOLVED", "HOLDS")
+    # the numbers are as they were
+    assert row["p_max_fe_MPa"] == elliptic_quick.comparison.fe.p_max_MPa
+    assert row["area_uncertainty_percent"] == 1e2 * elliptic_quick.load.uncertainty["area_mm2"]
+
+
+def test_judging_needs_neither_gmsh_nor_finite_elements(solved_folder):
+    missing = ("gmsh", "skfem", "pypardiso", "pyamg", "meshio", "vtk", "pyvista")
+    code = (
+        f"import sys; sys.modules.update(dict.fromkeys({missing!r})); from fecontact.cli import call;"
+        f"sys.exit(call(['judge', {str(solved_folder)!r}, '--p-max-percent', '3', '--area-percent', '20']))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "p_max ±3 %, area ±20 %" in done.stdout
+
+
+@pytest.mark.parametrize("file", [FIELDS, RESULT, ROW, MANIFEST])
+def test_a_damaged_result_is_named_and_never_judged(solved_folder, tmp_path, file, capsys):
+    folder = shutil.copytree(solved_folder, tmp_path / "one")
+    data = bytearray((folder / file).read_bytes())
+    data[len(data) // 2] ^= 1
+    (folder / file).write_bytes(data)
+    # a checksum that is damaged is that of another file
+    named = "" if file == MANIFEST else file
+    with pytest.raises(InputError, match=rf"{named}.*solve (it|the case) again"):
+        load(folder)
+    code = call(["judge", str(folder)])
+    out, err = capsys.readouterr()
+    assert code in (2, 3)
+    assert named in " ".join((out + err).split())
+    assert "HOLDS" not in out
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"schema": "fecontact/result/1"}, "its layout is fecontact/result/1, not"),
+        ({"stored": {}}, "cannot be read"),
+        ({"case": {"rail": "60E1", "wheels": "S1002"}}, "wheels"),
+    ],
+)
+def test_a_result_of_another_layout_is_named(elliptic_quick, solved_folder, tmp_path, change, says):
+    folder = shutil.copytree(solved_folder, tmp_path / "one")
+    record = json.loads((folder / RESULT).read_text()) | change
+    (folder / RESULT).write_text(json.dumps(record))
+    (folder / MANIFEST).unlink()
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    write_manifest(folder, files, case_id(elliptic_quick.case), origin_of(elliptic_quick.case))
+    with pytest.raises(InputError, match=says):
+        load(folder)
+
+
+def test_another_version_of_the_solving_code_is_named_and_never_judged(solved_folder, monkeypatch, capsys):
+    digest = identity.source_digest
+    monkeypatch.setattr(
+        identity, "source_digest", lambda parts: digest(parts)[::-1] if "fe" in parts else digest(parts)
+    )
+    identity._solving.cache_clear()
+    try:
+        with pytest.raises(InputError, match=r"made by another version: source of solving .* solve it again"):
+            load(solved_folder)
+        assert call(["judge", str(solved_folder)]) == 3
+        assert "source of solving" in " ".join(capsys.readouterr().out.split())
+    finally:
+        monkeypatch.undo()
+        identity._solving.cache_clear()
+
+
+def test_another_version_of_the_evaluating_code_is_judged(elliptic_quick, solved_folder, monkeypatch):
+    digest = identity.source_digest
+    other = {identity.EVALUATING: "another"}
+    monkeypatch.setattr(identity, "source_digest", lambda parts: other.get(parts) or digest(parts))
+    same(elliptic_quick, load(solved_folder))
+
+
+def test_a_folder_that_is_none_is_said(tmp_path):
+    with pytest.raises(InputError, match=r"no result\.json, study\.json or map\.json"):
+        load(tmp_path)
+    assert call(["judge", str(tmp_path / "nowhere")]) == 2
+
+
+# --- studies of profiles in files ------------------------------------------------------------------------------------
+
+
+def study_of(folder: Path, **more: object) -> Study:
+    """Two loads on a head in a file, as a study that lies in a folder."""
+    folder.mkdir(exist_ok=True)
+    (folder / "head.toml").write_text(HEAD)
+    (folder / "mine.toml").write_text(
+        f'rail = "{(folder / "head.toml").as_posix()}"\nwheel = "cylinder:460"\ninclination = "none"\n'
+        "load_kN = [50.0, 80.0]\nresolution = [1.4, 1.1]\nrefine_degrees_of_freedom = 0\n"
+        "[track]\nrail_crown_y_mm = 750.0\n"
+    )
+    return load_study(folder / "mine.toml")
+
+
+@pytest.fixture(scope="module")
+def twice(tmp_path_factory) -> tuple[Path, Path]:
+    """The same study, run in two folders."""
+    made = []
+    for name in ("a", "other place"):
+        folder = tmp_path_factory.mktemp("studies") / name
+        assert run_study(study_of(folder), folder / "out", crew=inline_crew()).all_converged
+        made.append(folder)
+    return made[0], made[1]
+
+
+def test_results_made_under_two_folders_are_the_same(twice):
+    first, second = (load_table(folder / "out") for folder in twice)
+    assert list(first.rows) == list(second.rows)
+    comparison = compare_tables(first, second)
+    assert comparison.same
+    assert all(column.worst.excess == 0.0 for column in comparison.columns)
+
+
+def test_no_file_of_a_result_says_where_it_was_made(twice):
+    for folder in twice:
+        files = [path for path in (folder / "out").rglob("*") if path.is_file() and path.suffix != ".lock"]
+        assert {path.suffix for path in files} >= {".json", ".csv", ".npz", ".png", ".vtu", ".vtp", ".vtm", ".toml"}
+        for path in files:
+            assert str(folder).encode() not in path.read_bytes(), path
+
+
+def test_a_study_is_read_back_and_judged_without_its_profile_files(twice, tmp_path, capsys):
+    out = shutil.copytree(twice[0] / "out", tmp_path / "out")
+    results = load(out)
+    assert [result.case.load_N for result in results] == [50e3, 80e3]
+    rows = {row["id"]: row for row in map(lambda f: read_row(f / ROW), sorted((out / "cases").iterdir()))}
+    for result in results:
+        # the stored copy of the profile is the same profile: the same id, whatever the file is called from
+        assert PROFILES in result.case.rail
+        assert case_id(result.case) in rows
+        same(rows[case_id(result.case)], {"id": case_id(result.case), **case_row(result)})
+    assert call(["judge", str(out), "--p-max-percent", "0.01", "--out", str(tmp_path / "strict")]) == 0
+    said = capsys.readouterr().out
+    assert "2 cases judged by p_max ±0.01 %" in said
+    table = load_table(tmp_path / "strict")
+    assert list(table.rows) == list(load_table(out).rows)
+    assert {row["verdict"] for row in table.rows.values()} <= {"FAILS", "UNRESOLVED"}
+    assert call(["judge", str(out), "--out", str(out)]) == 2
+
+
+def test_a_study_with_a_damaged_case_is_judged_without_it(twice, tmp_path):
+    out = shutil.copytree(twice[0] / "out", tmp_path / "out")
+    first = sorted((out / "cases").iterdir())[0]
+    (first / "rail.vtu").unlink()
+    judged = judge_study(out, Criteria())
+    (bad,) = [row for row in judged.rows if row["status"] != "converged"]
+    assert bad["id"] == first.name
+    assert "rail.vtu is missing; solve it again" in bad["status"]
+    assert not judged.all_judged
+
+
+def test_changed_criteria_judge_a_study_again_and_solve_nothing(twice, tmp_path):
+    study = study_of(twice[0])
+    out = shutil.copytree(twice[0] / "out", tmp_path / "out")
+    meshes = {path: path.read_bytes() for path in out.rglob("*.vtu")}
+    others = tuple(replace(case, criteria=Criteria(p_max=0.2, area=0.6)) for case in study.cases)
+    outcome = run_study(Study(name="mine", cases=others), out, crew=inline_crew())
+    assert set(outcome.recomputed) == {case_id(case) for case in study.cases}
+    assert [row["verdict"] for row in outcome.rows] == ["HOLDS", "HOLDS"]
+    assert {path: path.read_bytes() for path in out.rglob("*.vtu")} == meshes
+    # what was written again is whole, and judged by the criteria that it says
+    for result in load(out):
+        assert asdict(result.case.criteria) == {"p_max": 0.2, "area": 0.6}
+    assert run_study(Study(name="mine", cases=others), out, crew=inline_crew()).recomputed == {}
+
+
+def test_an_open_verdict_that_may_be_refined_is_solved_again(tmp_path):
+    case = Case(
+        rail="circle:300",
+        wheel="cylinder:460",
+        inclination_rad=0.0,
+        resolution=(2.0, 1.8),
+        refine_degrees_of_freedom=60_000,
+    )
+    wide = replace(case, criteria=Criteria(p_max=0.9, area=0.95))
+    assert run_study(Study(name="x", cases=(wide,)), tmp_path, crew=inline_crew()).rows[0]["meshes"] == 2
+    outcome = run_study(Study(name="x", cases=(case,)), tmp_path, crew=inline_crew())
+    (why,) = outcome.recomputed.values()
+    assert why.startswith("evaluated by another version")
+    assert outcome.rows[0]["meshes"] > 2
