@@ -291,7 +291,8 @@ def judge(folder: Path, options: VerdictOptions = _OF_VERDICT, *, out: Path | No
     print_table(judged.rows)
     for name, (before, now) in judged.changed.items():
         print(f"{name}: {before} -> {now}")
-    print(f"{len(judged.rows)} cases judged by {_criteria_text(criteria)}: {len(judged.changed)} verdicts changed")
+    cases, changed = _count(len(judged.rows), "case"), _count(len(judged.changed), "verdict")
+    print(f"{cases} judged by {_criteria_text(criteria)}: {changed} changed")
     return 0 if judged.all_judged else 3
 
 
@@ -303,8 +304,12 @@ def _judge_map(folder: Path, criteria: Criteria, out: Path | None) -> int:
     print(map_table(made))
     for problem in problems:
         print(f"not judged: {problem}", file=sys.stderr)
-    print(f"{len(made.cells)} cells judged by {_criteria_text(criteria)}")
+    print(f"{_count(len(made.cells), 'cell')} judged by {_criteria_text(criteria)}")
     return 0 if made.all_solved else 3
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
 def _criteria_text(criteria: Criteria) -> str:

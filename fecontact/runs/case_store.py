@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -37,8 +38,6 @@ ROW, RESULT, FIELDS, PROFILES = "row.json", "result.json", "fields.npz", "profil
 _FILES = (ROW, RESULT, FIELDS, "case.json", "case.png", "*.vtu", "contact.vtp", "case.vtm", f"{PROFILES}/*/*")
 # Of a case that is judged again these stay as they are.
 _BODIES = ("rail.vtu", "wheel.vtu", "case.vtm")
-
-SolveCase = Callable[[Case], CaseResult]
 
 
 def case_folder(out: Path, name: str) -> Path:
@@ -177,16 +176,29 @@ def read_case(folder: str | Path, *, criteria: Criteria | None = None) -> CaseRe
         If the folder holds no finished case, or one of another layout, and what to do.
     """
     folder = Path(folder)
-    record = read_json(folder / RESULT)
-    if not isinstance(record, Mapping) or record.get("schema") != RESULT_SCHEMA:
-        found = record.get("schema") if isinstance(record, Mapping) else None
-        raise InputError(f"{folder / RESULT}: its layout is {found}, not {RESULT_SCHEMA}; solve the case again")
-    try:
+    with stored_record(folder / RESULT, RESULT_SCHEMA, "solve the case again") as record:
         return _result(folder, record, criteria)
+
+
+@contextmanager
+def stored_record(path: Path, schema: str, remedy: str) -> Iterator[Mapping[str, Any]]:
+    """The record of a finished case or position, while a result is made of it.
+
+    Raises
+    ------
+    InputError
+        If its layout is another one, or what is read from it does not fit; with the remedy.
+    """
+    record = read_json(path)
+    found = record.get("schema") if isinstance(record, Mapping) else None
+    if found != schema:
+        raise InputError(f"{path}: its layout is {found}, not {schema}; {remedy}")
+    try:
+        yield record
+    except InputError:
+        raise
     except (KeyError, TypeError, AttributeError, ValueError, OSError) as error:
-        raise InputError(
-            f"{folder}: it cannot be read ({type(error).__name__}: {error}); solve the case again"
-        ) from error
+        raise InputError(f"{path.parent}: it cannot be read ({type(error).__name__}: {error}); {remedy}") from error
 
 
 def _result(folder: Path, record: Mapping[str, Any], criteria: Criteria | None) -> CaseResult:

@@ -25,7 +25,7 @@ from fecontact.outputs.stored import (
     write_arrays,
 )
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.runs.case_store import FIELDS, PROFILES, copy_profiles, stored_case
+from fecontact.runs.case_store import FIELDS, PROFILES, copy_profiles, stored_case, stored_record
 from fecontact.runs.identity import position_id
 from fecontact.solving.meshes import would_be_refined
 
@@ -123,15 +123,8 @@ def read_position(folder: Path, *, criteria: Criteria | None = None) -> MapPosit
     InputError
         If the folder holds no finished position, or one of another layout, and what to do.
     """
-    record = read_json(folder / POSITION)
-    if not isinstance(record, Mapping) or record.get("schema") != SCHEMA:
-        raise InputError(f"{folder / POSITION}: its layout is not {SCHEMA}; make the map again")
-    try:
+    with stored_record(folder / POSITION, SCHEMA, "make the map again") as record:
         return _position(folder, record, criteria)
-    except (KeyError, TypeError, AttributeError, ValueError, OSError) as error:
-        raise InputError(
-            f"{folder}: it cannot be read ({type(error).__name__}: {error}); make the map again"
-        ) from error
 
 
 def _position(folder: Path, record: Mapping[str, Any], criteria: Criteria | None) -> MapPosition:
