@@ -20,7 +20,7 @@ from fecontact.jobs.store import MANIFEST, write_manifest
 from fecontact.outputs.rows import case_row, read_row
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
-from fecontact.runs import identity
+from fecontact.runs import identity, judging
 from fecontact.runs.case_store import FIELDS, PROFILES, RESULT, ROW, write_case
 from fecontact.runs.casefile import Study, load_study
 from fecontact.runs.identity import case_id, origin_of
@@ -238,6 +238,14 @@ def test_a_study_is_read_back_and_judged_without_its_profile_files(twice, tmp_pa
     assert list(table.rows) == list(load_table(out).rows)
     assert {row["verdict"] for row in table.rows.values()} <= {"FAILS", "UNRESOLVED"}
     assert call(["judge", str(out), "--out", str(out)]) == 2
+
+
+def test_many_cases_are_judged_by_processes_with_the_same_rows(twice, monkeypatch):
+    here = judge_study(twice[0] / "out", Criteria(p_max=0.01))
+    monkeypatch.setattr(judging, "_WORTH_PROCESSES", 2)
+    there = judge_study(twice[0] / "out", Criteria(p_max=0.01))
+    assert len(here.rows) == 2
+    same(here, there)
 
 
 def test_a_study_with_a_damaged_case_is_judged_without_it(twice, tmp_path):
