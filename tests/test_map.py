@@ -401,7 +401,7 @@ def test_map_has_a_cell_for_every_position_and_load(run, tmp_path):
     assert made.lateral_shifts_mm == SHIFTS
     assert [(c.lateral_shift_mm, c.load_N) for c in made.cells] == [(s, f) for s in SHIFTS for f in LOADS]
     names = [position_id(replace(ROUND, lateral_shift_mm=shift), LOADS) for shift in SHIFTS]
-    assert heard == [(k, 7, f"solving {name}") for k, name in enumerate(names)]
+    assert heard == [(k, 7, f"solving {shift:+z.2f} mm") for k, shift in enumerate(SHIFTS)]
     assert sorted(path.name for path in (tmp_path / "positions").iterdir()) == sorted(names)
     assert FakeSweep.open == 0
     assert not made.all_solved
@@ -552,7 +552,7 @@ def test_positions_of_several_workers_are_those_of_one(run, tmp_path, monkeypatc
     assert all(shifts == sorted(shifts) for shifts in seen)
     # no more is told to be under way than there are workers
     assert heard
-    assert all(1 <= what.count("mm_") <= 3 for what in heard)
+    assert all(1 <= what.count(" mm") <= 3 for what in heard)
     name = position_id(replace(ROUND, lateral_shift_mm=1.0), LOADS)
     said = f"failed: RuntimeError: a fault of the program; see {name}.error.txt"
     for got, expected in zip(plain(outcome.made)["cells"], plain(alone)["cells"], strict=True):

@@ -176,6 +176,7 @@ class _Report:
         self._found, self._jobs, self._total, self._already = found, jobs, total, already
         self._progress, self._on_done = progress, on_done
         self._done: set[str] = set()
+        self._labels = {job.name: job.label or job.name for job in jobs}
 
     @property
     def open(self) -> list[Job]:
@@ -195,7 +196,9 @@ class _Report:
     def under_way(self, names: Sequence[str]) -> None:
         """Tell the progress."""
         if self._progress is not None:
-            text = ", ".join(names) if len(names) <= _MOST_NAMES else f"{len(names)} jobs"
+            text = (
+                ", ".join(self._labels[name] for name in names) if len(names) <= _MOST_NAMES else f"{len(names)} jobs"
+            )
             self._progress(self._already + len(self._done), self._total, f"solving {text}")
 
     def done(self, done: Done) -> None:

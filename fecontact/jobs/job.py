@@ -41,6 +41,8 @@ class Job:
         What decides about its numbers where the run was started; a worker must agree with it.
     origin_here
         Finds the same on a worker.
+    label
+        What it is called while it is under way; its name if not given.
     run
         Names the run, whose own results are taken even with `force`.
     force
@@ -54,6 +56,7 @@ class Job:
     origin: Origin
     origin_here: Callable[[], Origin]
     work: Work
+    label: str = ""
     run: str = ""
     force: bool = False
     alone: bool = False

@@ -181,6 +181,7 @@ class _Run:
             origin=origin_of(case),
             origin_here=OriginOf(case=case),
             work=self._work(case, self._loads, name),
+            label=f"{case.lateral_shift_mm:+z.2f} mm",
         )
 
     def _done(self, done: Done) -> None:
