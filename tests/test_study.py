@@ -28,7 +28,7 @@ from fecontact.jobs.job import Job, run_job
 from fecontact.jobs.workers import Crew, default_workers, thread_environment
 from fecontact.outputs.rows import MEASURED_COLUMNS
 from fecontact.runs import identity
-from fecontact.runs.case_store import case_folder, case_job
+from fecontact.runs.case_store import case_folder, job_of
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id
 from fecontact.runs.map_run import run_map
@@ -262,7 +262,7 @@ def test_a_full_disk_that_ends_the_process_is_named_and_its_room_given_back(tmp_
 def job(out: Path, load_kN: float = 50, **more: Any) -> Job:
     name = case_id(case(load_kN))
     work = fake_solve.FakeWork(case=case(load_kN), name=name, settings={})
-    return replace(case_job(case(load_kN), out, work), **more)
+    return replace(job_of(case(load_kN), case_folder(out, name), work), **more)
 
 
 @pytest.mark.parametrize(("second", "times"), [("one", 1), ("two", 2)])

@@ -109,19 +109,16 @@ def _crew(settings: RunSettings, lock: Path, given: Crew | None) -> Iterator[Cre
 
 @dataclass(frozen=True, kw_only=True)
 class Finished:
-    """What came of all jobs.
+    """What became of jobs that had been finished before.
 
     Attributes
     ----------
-    failures
-        Why there is no result, by id; the other jobs have their folders.
     reused
         Ids of the jobs that were finished before.
     recomputed
         Why finished jobs were solved or evaluated again, by id.
     """
 
-    failures: dict[str, str] = field(default_factory=dict)
     reused: list[str] = field(default_factory=list)
     recomputed: dict[str, str] = field(default_factory=dict)
 
@@ -129,27 +126,26 @@ class Finished:
 def finish(
     jobs: Sequence[Job],
     by: OpenRun,
+    finished: Finished,
     *,
     total: int | None = None,
     already: int = 0,
     progress: Progress | None = None,
     on_done: Callable[[Done], None] | None = None,
-    finished: Finished | None = None,
-) -> Finished:
+) -> None:
     """Do all jobs that are not finished.
 
     Parameters
     ----------
+    finished
+        What is known of earlier jobs of the run, to which this adds, also when it is interrupted.
     total, already
         For the progress: how many jobs the whole run has, and how many were done before these.
     on_done
         Called after each job, also those that were finished before; when the run is interrupted, with those that
         workers have finished in the meantime.
-    finished
-        What is known from earlier jobs of the run, which this adds to.
     """
-    found = finished or Finished()
-    report = _Report(found, jobs, total or len(jobs), already, progress, on_done)
+    report = _Report(finished, jobs, total or len(jobs), already, progress, on_done)
     report.reuse(by.settings.force)
     try:
         run_jobs([replace(job, run=by.run, force=by.settings.force) for job in report.open], by.crew, report)
@@ -158,7 +154,6 @@ def finish(
         with contextlib.suppress(OSError):
             report.reuse(False)
         raise
-    return found
 
 
 class _Report:
@@ -204,7 +199,5 @@ class _Report:
     def done(self, done: Done) -> None:
         """Keep what came of a job."""
         self._done.add(done.name)
-        if done.failure is not None:
-            self._found.failures[done.name] = done.failure
         if self._on_done is not None:
             self._on_done(done)

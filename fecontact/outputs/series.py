@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from fecontact.profiles.identity import file_of_identity
 
 Row = Mapping[str, Any]
 
@@ -45,8 +46,8 @@ def series(rows: Sequence[Row]) -> tuple[Series, ...]:
 
 def short_name(name: str) -> str:
     """Profile's name, of a file (`NAME.ext@HASH`) without ending and hash."""
-    file = re.fullmatch(r"(.+)@[0-9a-f]{8}", name)
-    return Path(file[1]).stem if file else name
+    file = file_of_identity(name)
+    return Path(file).stem if file else name
 
 
 def _split(rows: Sequence[Row], own: Mapping[str, str], columns: Sequence[str]) -> Iterator[Series]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 from pathlib import Path, PureWindowsPath
 
 from fecontact.profiles.library import is_known
@@ -40,6 +41,12 @@ def profile_identity(spec: str) -> str:
         return f"{path.name}@{content_sha256(path)[:_SHOWN_DIGITS]}"
     except OSError:
         return path.name
+
+
+def file_of_identity(identity: str) -> str | None:
+    """Own name of the file that an identity stands for, without folder and hash; None where it stands for none."""
+    file = re.fullmatch(rf"(.+)@[0-9a-f]{{{_SHOWN_DIGITS}}}", identity)
+    return file[1] if file else None
 
 
 def content_sha256(path: str | Path) -> str:

@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from fecontact.comparison.judged_load import judge_load
 from fecontact.errors import InputError
 from fecontact.fe.stress_peak import StressPeak
 from fecontact.files import read_json, write_json
-from fecontact.jobs.job import Job
+from fecontact.jobs.job import Job, Work
 from fecontact.jobs.store import write_manifest
 from fecontact.outputs.record import RESULT_SCHEMA, result_record, shown_case_record
 from fecontact.outputs.rows import Row, case_row, write_row
@@ -27,15 +28,15 @@ from fecontact.outputs.stored import (
     solved_record,
     write_arrays,
 )
-from fecontact.profiles.identity import profile_file
+from fecontact.profiles.identity import file_of_identity, profile_file
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.runs.identity import case_id, origin_of, provenance
+from fecontact.runs.identity import case_id, input_files, origin_of, provenance
 from fecontact.solving.meshes import would_be_refined
 from fecontact.solving.position import Progress, hertz_points_of_case
 from fecontact.solving.solve import CaseResult, Effort, solve
 
 ROW, RESULT, FIELDS, PROFILES = "row.json", "result.json", "fields.npz", "profiles"
-_FILES = (ROW, RESULT, FIELDS, "case.json", "case.png", "*.vtu", "contact.vtp", "case.vtm", f"{PROFILES}/*/*")
+_FILES = (ROW, RESULT, FIELDS, "case.json", "case.png", "*.vtu", "contact.vtp", "case.vtm")
 # Of a case that is judged again these stay as they are.
 _BODIES = ("rail.vtu", "wheel.vtu", "case.vtm")
 
@@ -81,31 +82,21 @@ def solve_into_folder(case: Case, folder: Path, *, progress: Progress | None = N
     result = solve(case, progress=progress)
     write_case(result, folder, name)
     own = [path for pattern in _FILES for path in folder.glob(pattern) if path.is_file()]
+    own += [folder / PROFILES / body / file["name"] for body, file in input_files(case).items()]
     write_manifest(folder, own, name, origin_of(case))
     return result
 
 
-def case_job(case: Case, out: Path, work: Any) -> Job:
-    """Job of a case whose folder is below `out`; `work` is what a worker does, as `CaseWork`."""
-    name = case_id(case)
+def job_of(case: Case, folder: Path, work: Work, *, label: str = "") -> Job:
+    """Job that is kept in a folder of its own name; its case says what decides about its numbers."""
     return Job(
-        name=name,
-        folder=case_folder(out.absolute(), name),
+        name=folder.name,
+        folder=folder.absolute(),
         origin=origin_of(case),
-        origin_here=OriginOf(case=case),
+        origin_here=partial(origin_of, case),
         work=work,
+        label=label,
     )
-
-
-@dataclass(frozen=True, kw_only=True)
-class OriginOf:
-    """Finds the origin of a case where it is called."""
-
-    case: Case
-
-    def __call__(self) -> Any:
-        """Origin on this machine."""
-        return origin_of(self.case)
 
 
 def write_case(result: CaseResult, folder: Path, name: str, settings: Mapping[str, Any] | None = None) -> Row:
@@ -221,5 +212,6 @@ def _result(folder: Path, record: Mapping[str, Any], criteria: Criteria | None) 
 
 def stored_case(folder: Path, record: Mapping[str, Any]) -> Case:
     """The case of a record, with the profiles that were stored beside it in place of the files that it was given."""
-    own = {body: next(iter(sorted((folder / PROFILES / body).glob("*"))), None) for body in ("rail", "wheel")}
-    return case_from_record({**record, **{body: str(path) for body, path in own.items() if path is not None}})
+    files = {body: file_of_identity(str(record.get(body, ""))) for body in ("rail", "wheel")}
+    own = {body: str(folder / PROFILES / body / name) for body, name in files.items() if name is not None}
+    return case_from_record({**record, **own})

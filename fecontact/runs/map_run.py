@@ -17,7 +17,7 @@ from fecontact.jobs.workers import Crew
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.position import failed_position, inferred_position
 from fecontact.outputs.map import write_map
-from fecontact.runs.case_store import OriginOf
+from fecontact.runs.case_store import job_of
 from fecontact.runs.identity import input_files, origin_of, position_id, with_absolute_paths
 from fecontact.runs.position_store import PositionWork, has_open_loads, position_folder, read_position
 
@@ -164,23 +164,21 @@ class _Run:
         finish(
             [self._job(name) for name in names],
             by,
+            self.finished,
             total=len(self._cases),
             already=len(self._positions),
             progress=self._progress,
             on_done=self._done,
-            finished=self.finished,
         )
 
     def _job(self, name: str) -> Job:
         case = self._cases[self._shifts[name]]
         if self._by.settings.scheduler:
             case = with_absolute_paths(case)
-        return Job(
-            name=name,
-            folder=position_folder(self._out.absolute(), name),
-            origin=origin_of(case),
-            origin_here=OriginOf(case=case),
-            work=self._work(case, self._loads, name),
+        return job_of(
+            case,
+            position_folder(self._out, name),
+            self._work(case, self._loads, name),
             label=f"{case.lateral_shift_mm:+z.2f} mm",
         )
 
@@ -197,6 +195,9 @@ class _Run:
                     raise
                 self._unreadable[done.name] = str(error)
                 return
+        if done.name in self.finished.reused:
+            # it is drawn with the next one that is solved, or at the end
+            return
         # a full disk now may have room at the end
         with contextlib.suppress(OSError):
             self.write()

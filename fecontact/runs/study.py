@@ -18,7 +18,7 @@ from fecontact.outputs.rows import Row, input_columns, read_row
 from fecontact.outputs.study_files import study_figures, write_tables
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail
-from fecontact.runs.case_store import ROW, CaseWork, case_folder, case_job
+from fecontact.runs.case_store import ROW, CaseWork, case_folder, job_of
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id, with_absolute_paths
 
@@ -98,10 +98,10 @@ def run_study(
     table = _Table(study.name, [(name, case) for name, case in named if name in set(own)], len(named), out, settings)
     with open_run(out, out / "cases", settings, crew) as by:
         solved = {name: with_absolute_paths(cases[name]) if settings.scheduler else cases[name] for name in own}
-        jobs = [case_job(case, out, work(case, name, command)) for name, case in solved.items()]
+        jobs = [job_of(case, case_folder(out, name), work(case, name, command)) for name, case in solved.items()]
         finished = Finished()
         try:
-            finish(jobs, by, progress=progress, on_done=table.done, finished=finished)
+            finish(jobs, by, finished, progress=progress, on_done=table.done)
         finally:
             with contextlib.suppress(OSError):
                 table.write()
