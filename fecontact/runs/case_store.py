@@ -36,9 +36,9 @@ from fecontact.solving.position import Progress, hertz_points_of_case
 from fecontact.solving.solve import CaseResult, Effort, solve
 
 ROW, RESULT, FIELDS, PROFILES = "row.json", "result.json", "fields.npz", "profiles"
-_FILES = (ROW, RESULT, FIELDS, "case.json", "case.png", "*.vtu", "contact.vtp", "case.vtm")
 # Of a case that is judged again these stay as they are.
 _BODIES = ("rail.vtu", "wheel.vtu", "case.vtm")
+_FILES = (ROW, RESULT, FIELDS, "case.json", "case.png", "contact.vtp", *_BODIES)
 
 
 def case_folder(out: Path, name: str) -> Path:
@@ -81,7 +81,7 @@ def solve_into_folder(case: Case, folder: Path, *, progress: Progress | None = N
     name = case_id(case)
     result = solve(case, progress=progress)
     write_case(result, folder, name)
-    own = [path for pattern in _FILES for path in folder.glob(pattern) if path.is_file()]
+    own = [folder / file for file in _FILES]
     own += [folder / PROFILES / body / file["name"] for body, file in input_files(case).items()]
     write_manifest(folder, own, name, origin_of(case))
     return result
