@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any, Literal, get_args
 
 from fecontact.errors import InputError
-from fecontact.inputs.kinds import Choice, Number, Text
+from fecontact.inputs.kinds import Choice, Names, Number, Text
 from fecontact.inputs.slots import Part, Slot, check_inputs, slots
 from fecontact.inputs.texts import INCLINATION_FORMS, inclination_text, parse_inclination
 from fecontact.material import STEEL, Material, contact_modulus_MPa
@@ -21,40 +21,98 @@ Group = Literal["place", "load", "material", "bodies", "solution", "verdict"]
 LoadKind = Literal["vertical", "normal"]
 SolverChoice = Literal["auto", "pardiso", "amg"]
 
-RESOLUTIONS = {"quick": 5.0, "standard": 8.0, "fine": 12.0}
+RESOLUTIONS = {"quick": 6.0, "standard": 9.0, "fine": 13.5}
 """Named resolutions: elements a semi-axis of the expected patch, in each direction."""
+# With 16 the area of a patch with a thin tail is read to 0.7 % only.
+NODES_A_SEMI_AXIS = 32
+"""Nodes of the pressure on the narrowest semi-axis of the patch."""
+# What these leave open must not hide what more elements bring.
+_NODES_OF_MORE_ELEMENTS = 48
 
 INCLINATION_1_40 = math.atan(1.0 / 40.0)
 
 
-def _limit(measure: str, name: str, key: str) -> dict[str, Any]:
+def _limit(measure: str, help: str, key: str) -> dict[str, Any]:
     described = Number(
         label=f"limit of {measure}",
-        help=f"Hertz holds if his {name} is off by less",
+        help=f"Hertz holds if {help}",
         key=key,
-        shown_unit="%",
-        factor=100.0,
+        shown_unit="%" if key.endswith("_percent") else "",
+        factor=100.0 if key.endswith("_percent") else 1.0,
         high=1.0,
         inclusive=False,
-        remedy="for example 0.05 for 5 %",
+        remedy="for example 0.05 for 5 %" if key.endswith("_percent") else "for example 0.15",
     )
     return {"input": described, "measure": measure}
 
 
+_SETS = {
+    "strength": ("p_max",),
+    "patch": ("area", "a", "b", "centre"),
+    "all": ("p_max", "area", "a", "b", "centre", "valley", "separate", "misplaced"),
+}
+
+
 @dataclass(frozen=True, kw_only=True)
 class Criteria:
-    """How far Hertz may be off the finite elements and still hold: relative limits of peak pressure and patch area."""
+    """How far Hertz may be off the finite elements and still hold, and by which measures he is judged.
 
-    p_max: float = field(default=0.05, metadata=_limit("p_max_MPa", "peak pressure", "p_max_percent"))
-    area: float = field(default=0.10, metadata=_limit("area_mm2", "patch area", "area_percent"))
+    Limits of peak pressure, area and half-widths are relative; that of the centre of pressure is in Hertz's half-width
+    b; those of the valley between two lobes, of the load on separate patches and of the misplaced load are parts of the
+    peak and of the load (`comparison.measures.Misfit`).
+
+    `judged_by` names measures by the fields here, or sets of them: `strength` for the stress below the surface, which
+    follows the peak; `patch` for creep forces and wear, which take the ellipse's axes and its place; `all` for whoever
+    takes the ellipse for the contact.
+    """
+
+    p_max: float = field(
+        default=0.05, metadata=_limit("p_max_MPa", "his peak pressure is off by less", "p_max_percent")
+    )
+    area: float = field(default=0.10, metadata=_limit("area_mm2", "his patch area is off by less", "area_percent"))
+    a: float = field(default=0.10, metadata=_limit("a_mm", "his half-width along x is off by less", "a_percent"))
+    b: float = field(default=0.10, metadata=_limit("b_mm", "his half-width across is off by less", "b_percent"))
+    centre: float = field(
+        default=0.15,
+        metadata=_limit("centre_over_b", "the centre of pressure is off by less of his half-width b", "centre_over_b"),
+    )
+    valley: float = field(
+        default=0.10,
+        metadata=_limit("valley", "the pressure falls by less of its peak between two lobes", "valley_percent"),
+    )
+    separate: float = field(
+        default=0.001,
+        metadata=_limit("separate_load", "separate patches carry less of the load", "separate_load_percent"),
+    )
+    misplaced: float = field(
+        default=0.10,
+        metadata=_limit("misplaced_load", "less of the load is elsewhere than he has it", "misplaced_load_percent"),
+    )
+    judged_by: tuple[str, ...] = field(
+        default=("all",),
+        metadata={
+            "input": Names(
+                label="judged by",
+                help=f"Measures that decide, or sets of them (patch: {', '.join(_SETS['patch'])}; strength: p_max)",
+                sets=_SETS,
+            )
+        },
+    )
 
     def __post_init__(self) -> None:
         check_inputs(self)
+        # JSON has lists alone
+        object.__setattr__(self, "judged_by", tuple(self.judged_by))
 
     @property
     def limits(self) -> dict[str, float]:
-        """Limits by the name of the measure."""
-        return {limit.metadata["measure"]: getattr(self, limit.name) for limit in fields(self)}
+        """Limits by the name of the measure, of those that decide."""
+        chosen = {name for judged in self.judged_by for name in _SETS.get(judged, (judged,))}
+        return {
+            limit.metadata["measure"]: getattr(self, limit.name)
+            for limit in fields(self)
+            if "measure" in limit.metadata and limit.name in chosen
+        }
 
 
 def _length(label: str, help: str, remedy: str) -> dict[str, Any]:
@@ -228,7 +286,7 @@ class Case:
     rolling_radius_mm: float = field(default=460.0, metadata={"input": _ROLLING_RADIUS})
     track: Track = field(default_factory=Track, metadata={"part": Part(group="place")})
     size: BodySize = field(default_factory=BodySize, metadata={"part": Part(group="bodies")})
-    resolution: str | tuple[float, float] = field(default="standard", metadata={"input": _RESOLUTION})
+    resolution: str | tuple[float, float] = field(default="quick", metadata={"input": _RESOLUTION})
     solver: SolverChoice = field(default="auto", metadata={"input": _SOLVER})
     criteria: Criteria = field(default_factory=Criteria, metadata={"part": Part(group="verdict")})
     refine_degrees_of_freedom: int = field(default=400_000, metadata={"input": _REFINE})
@@ -240,6 +298,11 @@ class Case:
     def contact_modulus_MPa(self) -> float:
         """Contact modulus E* of wheel and rail."""
         return contact_modulus_MPa(self.rail_material, self.wheel_material)
+
+    @property
+    def nodes_a_semi_axis(self) -> int:
+        """Nodes of the pressure on the narrowest semi-axis of the patch, whatever the elements are."""
+        return _NODES_OF_MORE_ELEMENTS if self.resolution in ("standard", "fine") else NODES_A_SEMI_AXIS
 
     @property
     def half(self) -> bool:

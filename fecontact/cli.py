@@ -284,6 +284,7 @@ def judge(folder: Path, options: VerdictOptions = _OF_VERDICT, *, out: Path | No
     criteria = options.case().criteria
     if (folder / "map.json").is_file():
         return _judge_map(folder, criteria, out)
+    from fecontact.outputs.measure_words import criteria_text
     from fecontact.outputs.tables import print_table
     from fecontact.runs.judging import judge_study
 
@@ -292,28 +293,30 @@ def judge(folder: Path, options: VerdictOptions = _OF_VERDICT, *, out: Path | No
     for name, (before, now) in judged.changed.items():
         print(f"{name}: {before} -> {now}")
     cases, changed = _count(len(judged.rows), "case"), _count(len(judged.changed), "verdict")
-    print(f"{cases} judged by {_criteria_text(criteria)}: {changed} changed")
+    lost = sum("verdict" not in row for row in judged.rows)
+    print(f"{cases} judged by {criteria_text(criteria)}: {changed} changed" + (f", {lost} not judged" if lost else ""))
     return 0 if judged.all_judged else 3
 
 
 def _judge_map(folder: Path, criteria: Criteria, out: Path | None) -> int:
     from fecontact.outputs.map import map_table
+    from fecontact.outputs.measure_words import criteria_text, unknown_text
     from fecontact.runs.judging import judge_map
 
     made, problems = judge_map(folder, criteria, out)
     print(map_table(made))
     for problem in problems:
         print(f"not judged: {problem}", file=sys.stderr)
-    print(f"{_count(len(made.cells), 'cell')} judged by {_criteria_text(criteria)}")
+    unknown = [cell.inferred.verdict.unknown for cell in made.cells if cell.inferred and cell.inferred.verdict.unknown]
+    if unknown:
+        missing = dict.fromkeys(name for names in unknown for name in names)
+        print(f"{_count(len(unknown), 'inferred cell')} left open: {unknown_text(missing)}", file=sys.stderr)
+    print(f"{_count(len(made.cells), 'cell')} judged by {criteria_text(criteria)}")
     return 0 if made.all_solved else 3
 
 
 def _count(number: int, what: str) -> str:
     return f"{number} {what}" if number == 1 else f"{number} {what}s"
-
-
-def _criteria_text(criteria: Criteria) -> str:
-    return ", ".join(f"{name.rsplit('_', 1)[0]} ±{100.0 * limit:g} %" for name, limit in criteria.limits.items())
 
 
 @app.command

@@ -18,6 +18,10 @@ class InputError(FecontactError, ValueError):
     exit_code: ClassVar[int] = 2
 
 
+class FoldedMesh(InputError):
+    """A mesh has an element that is turned inside out; other element sizes may not have one."""
+
+
 class NotEnoughMemory(InputError):
     """The machine does not have the memory that is needed now; alone on it the same may go."""
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import zoom
 
-from fecontact.comparison.measures import Measures, deviations, hertz_measures, measures_of, patch_of
-from fecontact.comparison.patch import signed_square
-from fecontact.contact.grid import ContactGrid, Field
+from fecontact.comparison.measures import Measures, deviations, hertz_measures, hertz_on, measures_of, patch_of
+from fecontact.comparison.patch import Patch, signed_square
+from fecontact.contact.grid import Field
 from fecontact.contact.rung import Rung
 from fecontact.theory.hertz import HertzContact
 
@@ -25,52 +25,41 @@ class Comparison:
 
     Attributes
     ----------
+    patch
+        What the pressure of the finite elements says of its patch.
     deviation
-        (Hertz - FE) / FE for each measure.
+        (Hertz - FE) / FE of each of `MEASURES`, and the `MISFITS`.
     pressure_l2
         Norm of the pressure difference over the norm of the finite-element pressure, over both patches.
     overlap
         Area of the intersection of the patches over the area of their union.
-    centre_x_mm, centre_y_mm
-        Centre of the finite-element pressure, from the touch point, where Hertz has it.
-    pieces
-        Number of separate finite-element patches.
     hertz_pressure_MPa (nx, ns)
-        Hertz pressure on the nodes.
+        Hertz pressure on the nodes, in the mean over their cells.
     """
 
+    patch: Patch
     fe: Measures
     hertz: Measures
     deviation: Mapping[str, float]
     pressure_l2: float
     overlap: float
-    centre_x_mm: float
-    centre_y_mm: float
-    pieces: int
     hertz_pressure_MPa: Floats
 
 
 def compare(fe: Rung, hertz: HertzContact) -> Comparison:
     """Compare a solved contact with Hertz's ellipse at the origin of its grid."""
-    patch, measured, analytic = patch_of(fe), measures_of(fe), hertz_measures(hertz)
+    measured, analytic = measures_of(fe), hertz_measures(hertz)
     covering = fe.pressure.covering(hertz.extent_x_mm, hertz.extent_y_mm)
     reference = hertz_on(covering.grid, hertz)
     return Comparison(
+        patch=patch_of(fe),
         fe=measured,
         hertz=analytic,
-        deviation=deviations(analytic, measured),
+        deviation=deviations(fe, hertz),
         pressure_l2=float(np.linalg.norm(reference - covering.values) / np.linalg.norm(covering.values)),
         overlap=_overlap(covering, hertz),
-        centre_x_mm=patch.centre_x_mm,
-        centre_y_mm=patch.centre_y_mm,
-        pieces=patch.pieces,
         hertz_pressure_MPa=hertz_on(fe.grid, hertz),
     )
-
-
-def hertz_on(grid: ContactGrid, hertz: HertzContact) -> Floats:
-    """Hertz pressure (nx, ns) in MPa on the nodes of a grid, the ellipse at its origin."""
-    return np.asarray(hertz.pressure_MPa(grid.x_mm[:, None], grid.s_mm[None, :]))
 
 
 def _overlap(pressure: Field, hertz: HertzContact) -> float:

@@ -6,6 +6,7 @@ again in milliseconds, with other criteria or by other readings.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -14,25 +15,25 @@ from fecontact.case import Case
 from fecontact.comparison.compare import Comparison, compare
 from fecontact.comparison.ladder import Ladder, patch_geometry
 from fecontact.comparison.measures import (
+    FLOORS,
     MEASURES,
+    MISFITS,
     Measures,
     deviations,
     hertz_measures,
     measures_of,
-    patch_of,
-    reading_uncertainty,
+    misfit_of,
 )
-from fecontact.comparison.uncertainty import estimate
-from fecontact.comparison.verdict import AT_JUNCTION, Answer, PatchGeometry, Verdict, cause_of, judge
+from fecontact.comparison.uncertainty import step_uncertainty, uncertainty
+from fecontact.comparison.verdict import AT_JUNCTION, FROM_BEST, PatchGeometry, Verdict, cause_of, judge
 from fecontact.comparison.warnings import junction_warnings, yield_warnings
-from fecontact.contact.rung import Rung
+from fecontact.contact.rung import Rung, misfit
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.touch_points import TouchPoint
 from fecontact.theory.hertz import HertzContact, hertz_from_hessian
 from fecontact.theory.touch_hertz import Side, sides
 
 Status = Literal["converged", "not converged", "patch at the edge of the fine mesh"]
-_FROM_BEST: tuple[Answer, ...] = ("HOLDS", "UNRESOLVED", "FAILS")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,16 +42,23 @@ class Level:
 
     Attributes
     ----------
-    half_space, fe
-        Contact of the true gap on a half-space, and between the finite bodies, on the same nodes.
+    nodal
+        Contact between the finite bodies, as the nodes of their elements carry it.
+    fe
+        The same contact on finer nodes: that of the true gap on a half-space, opened by what the bodies of `nodal` open
+        more than a half-space of the same elements. That is smooth and known well on coarse meshes, so that the fine
+        pressure has neither the elements' softness nor their size.
+    otherwise
+        The same with another idea of what of the opening is the elements' and what the bodies'.
     degrees_of_freedom, elements
         Of rail and wheel.
     enlarged, at_edge
         How often the fine zone was enlarged, and whether the patch still came to its edge.
     """
 
-    half_space: Rung
+    nodal: Rung
     fe: Rung
+    otherwise: Rung
     degrees_of_freedom: Mapping[str, int]
     elements: Mapping[str, int]
     enlarged: int
@@ -59,7 +67,18 @@ class Level:
     @property
     def status(self) -> Status:
         """Whether the level may be used."""
-        return "patch at the edge of the fine mesh" if self.at_edge else self.fe.status
+        return (
+            "patch at the edge of the fine mesh" if self.at_edge else _worst_status(self.nodal, self.fe, self.otherwise)
+        )
+
+    @property
+    def misfit(self) -> float:
+        """Part of the load that the elements' own nodes carry elsewhere than the finer ones."""
+        return misfit(self.nodal, self.fe)
+
+
+def _worst_status(*rungs: Rung) -> Status:
+    return "converged" if all(rung.status == "converged" for rung in rungs) else "not converged"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -76,14 +95,14 @@ class PointNoise:
         """Change of each deviation of Hertz from the half-space, which sees noise and spacing alike; NaN without."""
         own = _half_space_deviations(self.own)
         if self.thinned is None:
-            return dict.fromkeys(MEASURES, float("nan"))
+            return dict.fromkeys(own, float("nan"))
         other = _half_space_deviations(self.thinned)
-        return {name: abs(other[name] - own[name]) for name in MEASURES}
+        return {name: abs(other[name] - value) for name, value in own.items()}
 
 
 def _half_space_deviations(solved: tuple[HertzContact, Rung]) -> dict[str, float]:
     hertz, rung = solved
-    return deviations(hertz_measures(hertz), measures_of(rung))
+    return deviations(rung, hertz)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,8 +115,10 @@ class SolvedLoad:
         The position under this load.
     levels
         One a pair of meshes, the finest first.
+    half_space
+        The true gap on a half-space.
     quadratic
-        Hertz's gap on a discrete half-space, with the spacing of the finest mesh.
+        Hertz's gap on a half-space, with as many nodes a semi-axis.
     point_noise
         None where both profiles are exact lines.
     limits
@@ -108,10 +129,21 @@ class SolvedLoad:
 
     case: Case
     levels: tuple[Level, ...]
+    half_space: Rung
     quadratic: Rung
     point_noise: PointNoise | None
     limits: tuple[str, ...] = ()
     short_of_memory: bool = False
+
+    @property
+    def status(self) -> Status:
+        """`converged` if all solutions are, on all meshes; otherwise why the load must not be used."""
+        for level in self.levels:
+            if level.status != "converged":
+                return level.status
+        noise = self.point_noise
+        of_points = () if noise is None else (noise.own, *(() if noise.thinned is None else (noise.thinned,)))
+        return _worst_status(self.half_space, self.quadratic, *(rung for _, rung in of_points))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -171,13 +203,13 @@ class JudgedLoad:
 
     @property
     def fe(self) -> Rung:
-        """Contact of the finite elements on the finest meshes."""
+        """Contact between the finite bodies, from the finest meshes."""
         return self.level.fe
 
     @property
     def status(self) -> Status:
         """`converged`, or why the load must not be used."""
-        return self.level.status
+        return self.solved.status
 
     @property
     def normal_force_N(self) -> float:
@@ -191,12 +223,19 @@ class JudgedLoad:
 
     @property
     def deviation(self) -> Mapping[str, float]:
-        """(Hertz - FE) / FE of each measure."""
+        """(Hertz - FE) / FE of each of `MEASURES`, and the `MISFITS`."""
         return self.comparison.deviation
 
     @property
+    def limit_used(self) -> float:
+        """By how much the measure that uses most of its limit does so, on the worst side; Hertz is off from 1 on."""
+        limits = self.case.criteria.limits
+        used = [abs(side.deviation[name]) / limit for side in self.sides for name, limit in limits.items()]
+        return math.nan if any(math.isnan(part) for part in used) else max(used)
+
+    @property
     def uncertainty(self) -> Mapping[str, float]:
-        """Numerical uncertainty of each deviation."""
+        """Numerical uncertainty of the deviations, of those where it is known."""
         return self.sides[-1].uncertainty
 
 
@@ -206,13 +245,8 @@ def judge_load(solved: SolvedLoad, placement: Placement) -> JudgedLoad:
     judged = judge_sides(solved.case, solved.levels, touch, solved.point_noise)
     hertz = judged[-1].hertz
     comparison = compare(finest.fe, hertz)
-    ladder = Ladder(
-        hertz=comparison.hertz,
-        half_space_quadratic=measures_of(solved.quadratic),
-        half_space=measures_of(finest.half_space),
-        fe=comparison.fe,
-    )
-    geometry = patch_geometry(placement, finest.fe, hertz, comparison.pieces)
+    ladder = Ladder.of(hertz, quadratic=solved.quadratic, half_space=solved.half_space, fe=finest.fe)
+    geometry = patch_geometry(placement, finest.fe, hertz, comparison.patch)
     worst = worst_of(judged)
     cause: str | None = None
     if _is_off(judged, worst, solved.case):
@@ -223,9 +257,9 @@ def judge_load(solved: SolvedLoad, placement: Placement) -> JudgedLoad:
         comparison=comparison,
         ladder=ladder,
         geometry=geometry,
-        bodies_step_uncertainty=_bodies_step_uncertainty(solved.levels),
+        bodies_step_uncertainty=_bodies_step_uncertainty(solved, hertz),
         # a result that must not be used leaves it open
-        verdict=replace(worst, cause=cause, answer=worst.answer if finest.status == "converged" else "UNRESOLVED"),
+        verdict=replace(worst, cause=cause, answer=worst.answer if solved.status == "converged" else "UNRESOLVED"),
         warnings=(
             *junction_warnings([(side.side, side.verdict, side.deviation) for side in judged]),
             *solved.limits,
@@ -239,29 +273,21 @@ def judge_sides(
 ) -> tuple[SideJudgement, ...]:
     """Judge Hertz with the curvature of each side of the first touch point, under the finest level's normal force."""
     finest = levels[0].fe
-    of_points = dict.fromkeys(MEASURES, 0.0) if point_noise is None else point_noise.uncertainty()
-    measured = [measures_of(level.fe) for level in levels]
-    reading = reading_uncertainty(patch_of(finest))
-    relative = {
-        name: estimate(
-            [getattr(one, name) for one in measured], residual=finest.residual, reading=reading[name]
-        ).relative
-        for name in MEASURES
-    }
+    of_points = {} if point_noise is None else point_noise.uncertainty()
     found = []
     for side, curvature in zip(sides(touch), touch.curvatures, strict=True):
         hertz = hertz_from_hessian(
             curvature.hessian, normal_force_N=finest.normal_force_N, contact_modulus_MPa=case.contact_modulus_MPa
         )
-        measures = hertz_measures(hertz)
-        deviation = deviations(measures, measured[0])
-        # of (Hertz - FE) / FE, from that of the finite-element measure
-        uncertainty = {name: relative[name] * abs(1.0 + deviation[name]) + of_points[name] for name in MEASURES}
+        deviation = deviations(finest, hertz)
+        uncertainty = {
+            name: known + of_points.get(name, 0.0) for name, known in _uncertainties(levels, hertz, deviation).items()
+        }
         found.append(
             SideJudgement(
                 side=side,
                 hertz=hertz,
-                measures=measures,
+                measures=hertz_measures(hertz),
                 deviation=deviation,
                 uncertainty=uncertainty,
                 verdict=judge(deviation, uncertainty, case.criteria),
@@ -270,9 +296,29 @@ def judge_sides(
     return tuple(found)
 
 
+def _uncertainties(levels: Sequence[Level], hertz: HertzContact, deviation: Mapping[str, float]) -> dict[str, float]:
+    """Uncertainty of each deviation, where meshes tell it."""
+    residual = levels[0].fe.residual
+    measured = _on_each([level.fe for level in levels], hertz)
+    otherwise = _on_each([levels[0].otherwise], hertz)
+    found = {}
+    for name, values in measured.items():
+        known = uncertainty(name, values, otherwise=otherwise[name][0], residual=residual)
+        if known is not None:
+            # of (Hertz - FE) / FE, from that of the finite-element measure
+            found[name] = known * abs(1.0 + deviation[name]) if name in MEASURES else known
+    return found
+
+
+def _on_each(rungs: Sequence[Rung], hertz: HertzContact) -> dict[str, list[float]]:
+    """All measures on several rungs."""
+    read = [measures_of(rung).as_dict() | misfit_of(rung, hertz).as_dict() for rung in rungs]
+    return {name: [values[name] for values in read] for name in (*MEASURES, *MISFITS)}
+
+
 def worst_of(judged: Sequence[SideJudgement]) -> Verdict:
     """The worst verdict of the sides, that of the field side where both are the same."""
-    return max((side.verdict for side in reversed(judged)), key=lambda verdict: _FROM_BEST.index(verdict.answer))
+    return max((side.verdict for side in reversed(judged)), key=lambda verdict: FROM_BEST.index(verdict.answer))
 
 
 def _is_off(judged: Sequence[SideJudgement], worst: Verdict, case: Case) -> bool:
@@ -281,14 +327,15 @@ def _is_off(judged: Sequence[SideJudgement], worst: Verdict, case: Case) -> bool
     return worst.answer != "HOLDS" and any(abs(side.deviation[worst.measure]) > limit for side in judged)
 
 
-def _bodies_step_uncertainty(levels: Sequence[Level]) -> dict[str, float]:
-    """Uncertainty of the relative step of each measure from the half-space to the bodies.
-
-    Both rungs have the same nodes, so that most of their discretisation error is not in their ratio.
-    """
-    pairs = [(measures_of(level.fe).as_dict(), measures_of(level.half_space).as_dict()) for level in levels]
+def _bodies_step_uncertainty(solved: SolvedLoad, hertz: HertzContact) -> dict[str, float]:
+    """Uncertainty of the step of each measure from the half-space to the bodies; it has no approach."""
+    finest = solved.levels[0]
+    on_half_space, otherwise = _on_each([solved.half_space], hertz), _on_each([finest.otherwise], hertz)
     found = {}
-    for name in MEASURES:
-        ratios = [fe[name] / half_space[name] for fe, half_space in pairs]
-        found[name] = estimate(ratios, residual=levels[0].fe.residual).relative * abs(ratios[0])
+    for name, values in _on_each([level.fe for level in solved.levels], hertz).items():
+        if FLOORS[name] is not None:
+            ratio = values[0] / on_half_space[name][0] if name in MEASURES else 1.0
+            found[name] = abs(ratio) * step_uncertainty(
+                name, values, otherwise=otherwise[name][0], residual=finest.fe.residual
+            )
     return found

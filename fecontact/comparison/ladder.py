@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from fecontact.comparison.measures import MEASURES, Measures
+from fecontact.comparison.measures import MEASURES, MISFITS, Measures, Misfit, hertz_measures, measures_of, misfit_of
+from fecontact.comparison.patch import Patch
 from fecontact.comparison.verdict import PatchGeometry
 from fecontact.contact.rung import Rung
 from fecontact.geometry.placement import Placement
@@ -15,34 +17,48 @@ from fecontact.theory.hertz import HertzContact
 
 @dataclass(frozen=True, kw_only=True)
 class Ladder:
-    """Measures on each rung; all carry the same normal force.
+    """Measures on each rung, and what of each is beside Hertz; all carry the same normal force.
 
     `hertz`: closed form. `half_space_quadratic`: Hertz's gap on a discrete half-space, which checks the discretisation.
-    `half_space`: the true gap on it. `fe`: the true gap between the finite bodies.
+    `half_space`: the true gap on it. `fe`: the true gap between the finite bodies. The last three have the same number
+    of nodes a semi-axis, the last two the same nodes: what lies between them is no matter of discretisation.
     """
 
     hertz: Measures
     half_space_quadratic: Measures
     half_space: Measures
     fe: Measures
+    misfits: Mapping[str, Misfit]
+
+    @classmethod
+    def of(cls, hertz: HertzContact, *, quadratic: Rung, half_space: Rung, fe: Rung) -> Ladder:
+        """Read the rungs of a load."""
+        solved = {"half_space_quadratic": quadratic, "half_space": half_space, "fe": fe}
+        return cls(
+            hertz=hertz_measures(hertz),
+            **{name: measures_of(rung) for name, rung in solved.items()},
+            misfits={name: misfit_of(rung, hertz) for name, rung in solved.items()},
+        )
 
     @property
     def rungs(self) -> dict[str, Measures]:
         """The rungs by name, in their order."""
-        return dict(vars(self))
+        return {name: getattr(self, name) for name in ("hertz", "half_space_quadratic", "half_space", "fe")}
 
     @property
     def steps(self) -> dict[str, dict[str, float]]:
-        """Relative change of each measure from one rung to the next."""
+        """Change of each measure from one rung to the next: relative, or as it is where Hertz has no value."""
         names = ("hertz_to_quadratic", "quadratic_to_true_gap", "half_space_to_bodies")
         rungs = [rung.as_dict() for rung in self.rungs.values()]
+        beside = [dict.fromkeys(MISFITS, 0.0), *(misfit.as_dict() for misfit in self.misfits.values())]
         return {
-            name: {m: after[m] / before[m] - 1.0 for m in MEASURES}
-            for name, before, after in zip(names, rungs[:-1], rungs[1:], strict=True)
+            name: {m: rungs[k + 1][m] / rungs[k][m] - 1.0 for m in MEASURES}
+            | {m: beside[k + 1][m] - beside[k][m] for m in MISFITS}
+            for k, name in enumerate(names)
         }
 
 
-def patch_geometry(placement: Placement, fe: Rung, hertz: HertzContact, pieces: int) -> PatchGeometry:
+def patch_geometry(placement: Placement, fe: Rung, hertz: HertzContact, patch: Patch) -> PatchGeometry:
     """What the two profiles do below the patch of the finite elements."""
     touch = placement.first
     below = np.flatnonzero(fe.pressure_MPa.max(axis=0) > 0.0)
@@ -62,7 +78,8 @@ def patch_geometry(placement: Placement, fe: Rung, hertz: HertzContact, pieces: 
         junction_in_patch=any(low <= place <= high for place in places),
         curvature_variation=float(np.ptp(relative) / abs(touch.curvature.yy_per_mm)),
         normal_turn_rad=float(np.ptp(angles)),
-        pieces=pieces,
+        lobes=len(patch.lobes),
+        pieces=patch.pieces,
     )
 
 

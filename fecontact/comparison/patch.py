@@ -1,22 +1,34 @@
-"""What a pressure field on a grid says of the contact patch: peak, area, semi-axes, extents, centre."""
+"""What a pressure field on a grid says of the contact patch: peak, area, semi-axes, extents, centre, lobes."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_erosion, label
+from scipy.signal import find_peaks, peak_prominences
 
 from fecontact.contact.grid import Field
 
 Floats = NDArray[np.float64]
 
-# The ellipse is fitted where p is above this part of the peak: nodes at the edge carry the discretisation error.
-_FIT_FROM = 0.5
 # A continuation goes through three nodes.
 _REACH = 3
+# A lobe is one of its own if the pressure falls by this part of the highest peak on both its sides; less is a shoulder:
+# on single patches whose pressure is known there is no fall at all.
+_LEAST_VALLEY = 0.05
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lobe:
+    """A peak of the pressure across, from valley to valley: its place and height, and its part of the force."""
+
+    y_mm: float
+    p_max_MPa: float
+    force_share: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,30 +38,37 @@ class Patch:
     Attributes
     ----------
     p_max_MPa
-        Largest nodal pressure.
+        Peak pressure: the top of p^2 through the nine nodes around the highest one.
     area_mm2, extent_x_mm, extent_y_mm
         Area of the patch and full lengths of its bounding box, from the line where p^2 falls to zero between nodes.
-    area_spread_mm2
-        Difference between the areas with and without the outermost nodes: how well the area can be read at all.
     a_mm, b_mm
-        Principal semi-axes, a the one nearer to x, of the ellipsoid p^2 = p0^2 (1 - (x/a)^2 - (y/b)^2) fitted around
-        the peak; NaN where the pressure there is no ellipsoid (fewer than 6 nodes, or not concave).
+        Half-widths along x and across from the second moments of the pressure about its centre, sqrt(5 <x^2>) and
+        sqrt(5 <y^2>): the semi-axes of a Hertz ellipse that lies along x, half its extents of one that is turned.
     centre_x_mm, centre_y_mm
         Centre of pressure, from the first touch point.
+    lobes
+        Peaks of the largest pressure on each line along x, from the highest down.
+    valley
+        By how much the pressure falls between the highest peak and the one that stands out most beside it, over the
+        highest: 0 for a single peak, and the height of a separate patch.
     pieces
         Number of separate patches.
+    separate_load
+        Part of the force on all patches but the one that carries most.
     """
 
     p_max_MPa: float
     area_mm2: float
-    area_spread_mm2: float
     a_mm: float
     b_mm: float
     extent_x_mm: float
     extent_y_mm: float
     centre_x_mm: float
     centre_y_mm: float
+    lobes: tuple[Lobe, ...]
+    valley: float
     pieces: int
+    separate_load: float
 
 
 def measure_patch(pressure: Field) -> Patch:
@@ -60,20 +79,70 @@ def measure_patch(pressure: Field) -> Patch:
     # far out, without it too far in, both by an error of first order in the element size; their mean is of higher
     # order.
     outer, inner = (_outline(x_mm, s_mm, signed_square(p, without_edge=w)) for w in (False, True))
-    a, b = _fitted_axes(x_mm, s_mm, p)
     total = float(p.sum())
+    along_x, across = p.sum(axis=1) / total, p.sum(axis=0) / total
+    centre_x, centre_s = float(x_mm @ along_x), float(s_mm @ across)
+    lobes, valley = _lobes(p, s_mm)
+    pieces = label(p > 0.0, structure=np.ones((3, 3)))[0]
+    forces = np.bincount(pieces.ravel(), weights=p.ravel())[1:]
     return Patch(
-        p_max_MPa=float(p.max()),
+        p_max_MPa=_top(p),
         area_mm2=0.5 * (outer.area + inner.area),
-        area_spread_mm2=abs(outer.area - inner.area),
-        a_mm=a,
-        b_mm=b,
+        a_mm=float(np.sqrt(5.0 * ((x_mm - centre_x) ** 2 @ along_x))),
+        b_mm=float(np.sqrt(5.0 * ((s_mm - centre_s) ** 2 @ across))),
         extent_x_mm=0.5 * (outer.length_x + inner.length_x),
         extent_y_mm=0.5 * (outer.length_s + inner.length_s),
-        centre_x_mm=float(x_mm @ p.sum(axis=1)) / total,
-        centre_y_mm=float(s_mm @ p.sum(axis=0)) / total,
-        pieces=int(label(p > 0.0, structure=np.ones((3, 3)))[1]),
+        centre_x_mm=centre_x,
+        centre_y_mm=centre_s,
+        lobes=lobes,
+        valley=valley,
+        pieces=forces.size,
+        separate_load=float((forces.sum() - forces.max()) / forces.sum()),
     )
+
+
+def _top(p: Floats) -> float:
+    """Peak of a pressure (nx, ns) between its nodes."""
+    i, j = (int(k) for k in np.unravel_index(np.argmax(p), p.shape))
+    square = p[i - 1 : i + 2, j - 1 : j + 2] ** 2
+    if i == 0 or j == 0 or square.shape != (3, 3) or not np.all(square > 0.0):
+        return float(p[i, j])
+    # least squares of c + g t + t H t / 2 on the nine nodes
+    g = np.array([(square[2] - square[0]).sum(), (square[:, 2] - square[:, 0]).sum()]) / 6.0
+    xx = (square[2] - 2.0 * square[1] + square[0]).sum() / 3.0
+    ss = (square[:, 2] - 2.0 * square[:, 1] + square[:, 0]).sum() / 3.0
+    xs = (square[2, 2] - square[2, 0] - square[0, 2] + square[0, 0]) / 4.0
+    hessian = np.array([[xx, xs], [xs, ss]])
+    if np.linalg.eigvalsh(hessian)[1] >= 0.0:
+        return float(p[i, j])
+    top = float(square.mean() - (xx + ss) / 3.0 - 0.5 * g @ np.linalg.solve(hessian, g))
+    # a saddle beside a ridge must not be taken for a peak
+    return float(np.sqrt(top)) if top <= 1.1 * float(square.max()) else float(p[i, j])
+
+
+def _lobes(p: Floats, s: Floats) -> tuple[tuple[Lobe, ...], float]:
+    """Lobes of a pressure (nx, ns), from the highest down, and the valley beside the highest."""
+    ridge = np.concatenate(([0.0], p.max(axis=0), [0.0]))
+    highest = float(ridge.max())
+    peaks, _ = find_peaks(ridge, plateau_size=1)
+    # of equal peaks one is the higher one: otherwise each would be said to fall to the ends, whatever lies between
+    ranked = ridge.copy()
+    ranked[peaks] *= 1.0 + 1e-9 * np.arange(peaks.size)
+    falls = peak_prominences(ranked, peaks)[0] / highest
+    # the highest stands above everything
+    others = np.delete(falls, int(np.argmax(ranked[peaks])))
+    seen = peaks[falls >= _LEAST_VALLEY]
+    ends = [1, *(int(a + np.argmin(ridge[a:b])) for a, b in pairwise(seen)), ridge.size - 1]
+    force = p.sum(axis=0) / p.sum()
+    lobes = (
+        Lobe(
+            y_mm=float(s[peak - 1]),
+            p_max_MPa=float(ridge[peak]),
+            force_share=float(force[low - 1 : high - 1].sum()),
+        )
+        for peak, (low, high) in zip(seen, pairwise(ends), strict=True)
+    )
+    return tuple(sorted(lobes, key=lambda lobe: -lobe.p_max_MPa)), float(others.max(initial=0.0))
 
 
 def signed_square(pressure: Floats, *, without_edge: bool = False) -> Floats:
@@ -152,21 +221,3 @@ def _outline(x: Floats, s: Floats, square: Floats) -> _Outline:
         area += 0.5 * float(np.dot(u[:-1], v[1:]) - np.dot(u[1:], v[:-1]))
     span = np.ptp(np.vstack(lines), axis=0)
     return _Outline(area=abs(area), length_x=float(span[1]), length_s=float(span[0]))
-
-
-def _fitted_axes(x: Floats, s: Floats, p: Floats) -> tuple[float, float]:
-    groups, _ = label(p > _FIT_FROM * p.max())
-    mask = groups == groups[np.unravel_index(np.argmax(p), p.shape)]
-    i, j = np.nonzero(mask)
-    if i.size < 6:
-        return float("nan"), float("nan")
-    xs, ss = x[i], s[j]
-    columns = np.column_stack([np.ones(i.size), xs, ss, xs**2, xs * ss, ss**2])
-    c, _, rank, _ = np.linalg.lstsq(columns, p[mask] ** 2, rcond=None)
-    quadratic = -np.array([[c[3], 0.5 * c[4]], [0.5 * c[4], c[5]]])
-    if rank < 6 or np.linalg.eigvalsh(quadratic)[0] <= 0.0:
-        return float("nan"), float("nan")
-    top = c[0] + 0.25 * np.array(c[1:3]) @ np.linalg.solve(quadratic, np.array(c[1:3]))
-    values, axes = np.linalg.eigh(quadratic)
-    along_x = int(np.argmax(np.abs(axes[0])))
-    return float(np.sqrt(top / values[along_x])), float(np.sqrt(top / values[1 - along_x]))

@@ -10,37 +10,70 @@ from typing import Literal
 from fecontact.case import Criteria
 
 Answer = Literal["HOLDS", "FAILS", "UNRESOLVED"]
+FROM_BEST: tuple[Answer, ...] = ("HOLDS", "UNRESOLVED", "FAILS")
+"""Answers from the best to the worst."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """Whether Hertz holds, the measure that decided, and why he does not where he is off by more than a limit."""
+    """Whether Hertz holds, and what decided it.
+
+    Attributes
+    ----------
+    answer
+        The worst of `each`.
+    measure
+        The measure that decided: the one furthest beyond its limit (FAILS), with the largest uncertainty for its limit
+        (UNRESOLVED), or using most of its limit (HOLDS).
+    each
+        The answer of every measure that is judged.
+    cause
+        Why Hertz is off where he is, by more than a limit.
+    unknown
+        Measures that the result does not tell.
+    """
 
     answer: Answer
     measure: str
+    each: Mapping[str, Answer]
     cause: str | None = None
+    unknown: tuple[str, ...] = ()
+
+    @property
+    def failing(self) -> tuple[str, ...]:
+        """The measures that fail."""
+        return tuple(measure for measure, answer in self.each.items() if answer == "FAILS")
 
 
 def judge(deviation: Mapping[str, float], uncertainty: Mapping[str, float], criteria: Criteria) -> Verdict:
     """Compare deviations with their limits.
 
-    FAILS if any measure is beyond its limit by more than its uncertainty; otherwise UNRESOLVED if a limit lies within
-    the uncertainty of any measure, or a measure is not a number; otherwise HOLDS. The measure named is the one furthest
-    beyond its limit (FAILS), the one with the largest uncertainty for its limit (UNRESOLVED), or the one that uses most
-    of its limit (HOLDS).
+    A measure FAILS if it is beyond its limit by more than its uncertainty, HOLDS if it is within by more than that, and
+    is UNRESOLVED otherwise, or where the result does not tell it. Hertz fails if a measure does, and holds if all do.
     """
     limits = criteria.limits
-    used = {name: abs(deviation[name]) / limit for name, limit in limits.items()}
-    fails = [m for m, limit in limits.items() if abs(deviation[m]) - uncertainty[m] > limit]
-    if fails:
-        return Verdict(answer="FAILS", measure=max(fails, key=lambda m: used[m]))
-    open_ = [m for m, limit in limits.items() if not abs(deviation[m]) + uncertainty[m] < limit]
-    if open_:
-        unsure = {m: uncertainty[m] / limits[m] for m in open_}
-        return Verdict(
-            answer="UNRESOLVED", measure=max(open_, key=lambda m: math.inf if math.isnan(unsure[m]) else unsure[m])
-        )
-    return Verdict(answer="HOLDS", measure=max(used, key=lambda m: used[m]))
+    unknown = tuple(measure for measure in limits if measure not in deviation or measure not in uncertainty)
+    each = {
+        measure: "UNRESOLVED" if measure in unknown else _answer(deviation[measure], uncertainty[measure], limit)
+        for measure, limit in limits.items()
+    }
+    worst = max(each.values(), key=FROM_BEST.index)
+
+    def weight(measure: str) -> float:
+        if measure in unknown or math.isnan(uncertainty[measure]) or math.isnan(deviation[measure]):
+            return math.inf
+        of = uncertainty[measure] if worst == "UNRESOLVED" else abs(deviation[measure])
+        return of / limits[measure]
+
+    decided = max((measure for measure, answer in each.items() if answer == worst), key=weight)
+    return Verdict(answer=worst, measure=decided, each=each, unknown=unknown)
+
+
+def _answer(deviation: float, uncertainty: float, limit: float) -> Answer:
+    if abs(deviation) - uncertainty > limit:
+        return "FAILS"
+    # not the other way round: what is not a number does not hold
+    return "HOLDS" if abs(deviation) + uncertainty < limit else "UNRESOLVED"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,8 +92,8 @@ class PatchGeometry:
         (Largest - smallest) over the value at the touch point of the relative lateral curvature below the patch.
     normal_turn_rad
         How far the rail's normal turns below the patch: the measure of conformity.
-    pieces
-        Separate patches.
+    lobes, pieces
+        Lobes of the pressure, and separate patches.
     """
 
     junction_distance_mm: float
@@ -68,6 +101,7 @@ class PatchGeometry:
     junction_in_patch: bool
     curvature_variation: float
     normal_turn_rad: float
+    lobes: int
     pieces: int
 
 
@@ -88,6 +122,8 @@ def cause_of(steps: Mapping[str, Mapping[str, float]], measure: str, geometry: P
         return "finite bodies"
     if geometry.pieces > 1:
         return "second patch"
+    if geometry.lobes > 1:
+        return "second lobe"
     if geometry.junction_in_patch:
         return "curvature change within the patch"
     if geometry.normal_turn_rad > _CONFORMING_RAD:

@@ -57,8 +57,8 @@ def position_notes(placement: Placement, comparison: Comparison) -> tuple[str, .
             "the touch point lies at a curvature junction: deviations are those from Hertz with the curvature of its"
             " field side; the verdict is the worse of both sides"
         )
-    if comparison.pieces > 1:
+    if comparison.patch.pieces > 1:
         found.append(
-            f"the contact has {comparison.pieces} separate patches; Hertz stands for the first touch point alone"
+            f"the contact has {comparison.patch.pieces} separate patches; Hertz stands for the first touch point alone"
         )
     return tuple(found)

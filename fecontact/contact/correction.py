@@ -13,8 +13,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.contact.grid import ContactGrid, Field
-from fecontact.contact.halfspace import convolution, love_influence
 from fecontact.contact.solver import (
     CONTACT_TOLERANCE,
     Compliance,
@@ -28,33 +26,6 @@ Floats = NDArray[np.float64]
 
 _MOST_CORRECTIONS = 15
 _DEPTH = 4
-# A response beside a curved body's edge, carried to all nodes, need not be positive definite.
-_LEAST_SPECTRUM = 1e-3
-
-
-def model_of(compliance: Compliance, grid: ContactGrid, *, contact_modulus_MPa: float) -> Compliance:
-    """A model that is the same at every node, from one response of a compliance on a uniform grid of nodes.
-
-    The response to a unit pressure in the middle of the grid; beyond the grid's reach the half-space's, with the
-    difference at the end of the reach.
-    """
-    (nodes_x, nodes_s), (step_x_mm, step_s_mm), half = grid.shape, grid.steps_mm, grid.half
-    middle_x, middle_s = 0 if half else nodes_x // 2, nodes_s // 2
-    unit = np.zeros((nodes_x, nodes_s))
-    unit[middle_x, middle_s] = 1.0
-    response = Field.of_nodes(grid, compliance(unit.ravel())).values
-    rows = 2 * nodes_x - 1 if half else nodes_x
-    x, s = np.arange(1 - rows, rows), np.arange(1 - nodes_s, nodes_s)
-    half_space = love_influence(
-        np.asarray(x[:, None] * step_x_mm), np.asarray(s[None, :] * step_s_mm), step_x_mm, step_s_mm
-    ) / (np.pi * contact_modulus_MPa)
-    seen_x = np.clip((np.abs(x) if half else x) + middle_x, 0, nodes_x - 1)
-    seen_s = np.clip(s + middle_s, 0, nodes_s - 1)
-    nearest = np.ix_(seen_x - middle_x + rows - 1, seen_s - middle_s + nodes_s - 1)
-    difference = response[np.ix_(seen_x, seen_s)] - half_space[nearest]
-    # a symmetric compliance answers equally on opposite sides
-    kernel = half_space + 0.5 * (difference + difference[::-1, ::-1])
-    return convolution(kernel[rows - 1 :], nodes_x=nodes_x, nodes_s=nodes_s, half=half, least_spectrum=_LEAST_SPECTRUM)
 
 
 def solve_by_correction(

@@ -76,3 +76,24 @@ class Rung:
     def residual(self) -> float:
         """Both residuals together: what the solution leaves open, relative to the approach."""
         return self.contact_residual + self.penetration_residual
+
+
+def misfit(nodal: Rung, fine: Rung) -> float:
+    """Part of the load that a contact on the nodes of elements has elsewhere than the same contact on finer nodes.
+
+    A nodal pressure is the mean over the node's shape function, so that means of the finer pressure are compared.
+    """
+    grid, pressure = nodal.pressure.whole().grid, nodal.pressure.whole().values
+    finer = fine.pressure.whole()
+    weights = [
+        _shape_functions(line, places) for line, places in ((grid.x_mm, finer.grid.x_mm), (grid.s_mm, finer.grid.s_mm))
+    ]
+    cell = finer.grid.steps_mm[0] * finer.grid.steps_mm[1]
+    area = grid.nodal_area_mm2().reshape(grid.shape)
+    force = cell * weights[0] @ finer.values @ weights[1].T
+    return float(0.5 * np.abs(area * pressure - force).sum() / force.sum())
+
+
+def _shape_functions(line: Floats, places: Floats) -> Floats:
+    """Linear shape functions (n, m) of the n nodes of a uniform line at m places."""
+    return np.asarray(np.maximum(0.0, 1.0 - np.abs(places - line[:, None]) / (line[1] - line[0])))

@@ -48,6 +48,10 @@ class ContactProblem:
         """Force along the approach that pressures (n,) in MPa carry."""
         return float(np.dot(self.area_mm2 * self.closing, pressure))
 
+    def opening_mm(self, solution: ContactSolution) -> Floats:
+        """Opening (n,) that a solution's pressures cause, from its gap: the compliance is not applied again."""
+        return solution.gap_mm + solution.approach_mm * self.closing - self.gap_mm
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ContactSolution:

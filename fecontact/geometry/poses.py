@@ -17,6 +17,10 @@ Floats = NDArray[np.float64]
 _SEARCH_STEP_MM = 0.02
 
 
+# A direction meets the surface where the last step along it is below this; elsewhere it is 1e-9 and less.
+_STEP_OF_A_LINE_MM = 1e-3
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RailPose:
     """A rail profile in the track frame: turned inwards by the inclination, its crown at (crown_y, crown_z) (mm)."""
@@ -122,13 +126,21 @@ class WheelPose:
         """
         d0 = (points - self.centre_mm) @ self.axes
         n = normals @ self.axes
-        t = np.zeros(points.shape[:-1])
+        t, step, y = self._newton(d0, n)
+        y_low, y_high = self.profile.y_range_mm
+        # a line may step by the rounding of its coefficients at a junction (S1002: 2e-4 mm), where steps go to and fro
+        inside = (y >= y_low) & (y <= y_high) & (np.abs(step) < _STEP_OF_A_LINE_MM)
+        return np.where(inside, t, np.nan)
+
+    def _newton(self, d0: Floats, n: Floats) -> tuple[Floats, Floats, Floats]:
+        """Distances (...), their last steps, and y on the profile; all in the wheel's own axes."""
+        t = np.zeros(d0.shape[:-1])
         y_low, y_high = self.profile.y_range_mm
         for _ in range(12):
             d = d0 + t[..., None] * n
             y = d[..., 1] - self.tape_circle_y_mm
             rho = np.hypot(d[..., 0], d[..., 2])
-            # beyond the ends the surface is continued by its end point; such points are sorted out below
+            # beyond the ends the surface is continued by its end point; such points are sorted out by their y
             u = self.profile.locate(np.clip(y, y_low, y_high))
             p = self.profile.evaluate(u)
             rate = (d[..., 0] * n[..., 0] + d[..., 2] * n[..., 2]) / rho + p.dz / p.dy * n[..., 1]
@@ -136,8 +148,7 @@ class WheelPose:
             t = t + np.clip(step, -5.0, 5.0)
             if not np.any(np.abs(step) > 1e-12):
                 break
-        inside = (y >= y_low) & (y <= y_high) & (np.abs(step) < 1e-9)
-        return np.where(inside, t, np.nan)
+        return t, np.asarray(step), np.asarray(y)
 
 
 def _sample(profile: Profile) -> Floats:

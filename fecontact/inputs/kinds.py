@@ -1,4 +1,4 @@
-"""What an input may be: a number within a range, a text, or one of several names.
+"""What an input may be: a number within a range, a text, one of several names, or some of them.
 
 Each kind reads a value as a user writes it, checks a value as the program holds it, and says what it allows. The first
 message is for a value that cannot be understood, the second for one that is understood and lies outside the range.
@@ -7,8 +7,8 @@ message is for a value that cannot be understood, the second for one that is und
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from numbers import Real
 from typing import Any
 
@@ -242,7 +242,71 @@ class Choice:
             raise InputError(f"{self.label} is {value!r}; allowed: {self.domain}{meant}")
 
 
-Input = Number | Text | Choice
+@dataclass(frozen=True, kw_only=True)
+class Names:
+    """One or more of several names, or of sets of them; the other attributes are as those of `Number`.
+
+    Attributes
+    ----------
+    sets
+        Names in each set; every name is in at least one.
+    """
+
+    label: str
+    help: str
+    sets: Mapping[str, tuple[str, ...]] = field(hash=False)
+    key: str = ""
+    group: str = ""
+    options: tuple[str, ...] = ()
+
+    @property
+    def domain(self) -> str:
+        """What is allowed."""
+        return f"sets {', '.join(self.sets)}; measures {', '.join(self._single)}; joined by commas"
+
+    @property
+    def allowed(self) -> str:
+        """What a user may write."""
+        return self.domain
+
+    @property
+    def _single(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(name for names in self.sets.values() for name in names))
+
+    def shown(self, value: Sequence[str]) -> str:
+        """A value as a user would write it."""
+        return ",".join(value)
+
+    def read(self, value: Any) -> tuple[str, ...]:
+        """The names, from a list of them or from a text with commas between.
+
+        Raises
+        ------
+        InputError
+            If one of them is not known.
+        """
+        names = tuple(part.strip() for part in value.split(",")) if isinstance(value, str) else value
+        self.check(names)
+        return tuple(names)
+
+    def check(self, value: Any) -> None:
+        """Refuse what is no name, and no names at all.
+
+        Raises
+        ------
+        InputError
+            With the value, what is allowed, and the name that may have been meant.
+        """
+        known = (*self.sets, *self._single)
+        if not isinstance(value, list | tuple) or not value:
+            raise InputError(f"{self.label} is {value!r}; allowed: {self.domain}")
+        for name in value:
+            if name not in known:
+                meant = nearest(name, {one: one for one in known}) if isinstance(name, str) else ""
+                raise InputError(f"{self.label} is {name!r}; allowed: {self.domain}{meant}")
+
+
+Input = Number | Text | Choice | Names
 
 
 def as_number(value: Any) -> float | None:

@@ -15,38 +15,49 @@ CellVerdict = Literal["HOLDS", "FAILS", "UNRESOLVED", "failed"]
 
 
 @dataclass(frozen=True, kw_only=True)
+class LoadInterval:
+    """Loads with one verdict; UNRESOLVED also between two loads whose verdicts differ."""
+
+    low_N: float
+    high_N: float
+    answer: Answer
+
+
+@dataclass(frozen=True, kw_only=True)
 class LoadLimit:
-    """The load up to which Hertz holds.
+    """At which loads Hertz holds.
 
     Attributes
     ----------
-    F_max_N
-        Largest load found within the criteria below the first that is not; None where there is none, see `reason`.
-        An unresolved load counts by its deviation alone.
-    holds_N, fails_N
-        The loads next to the limit whose verdicts are beyond doubt: the last that HOLDS and the first that FAILS.
+    intervals
+        By increasing load, from the smallest load that was looked at to the largest.
     reason
-        Why there is no limit.
+        Why there are none.
     note
-        What else there is to know: more than one change of the verdict, unresolved loads at the limit.
+        Loads that could not be used.
     tried
-        Loads that the bisection took, with their verdicts.
+        Loads solved beside those of the map, with their verdicts.
     narrowed
-        Whether the bisection came to its end.
+        Whether every change of the verdict is known as well as it can be.
     """
 
-    F_max_N: float | None = None
-    holds_N: float | None = None
-    fails_N: float | None = None
+    intervals: tuple[LoadInterval, ...] = ()
     reason: str | None = None
     note: str | None = None
     tried: tuple[tuple[float, Answer], ...] = field(default=())
     narrowed: bool = True
 
+    @property
+    def F_max_N(self) -> float | None:
+        """The load up to which Hertz holds from the smallest on; None where he does not there, or holds at all."""
+        if len(self.intervals) < 2 or self.intervals[0].answer != "HOLDS":
+            return None
+        return self.intervals[0].high_N
+
 
 @dataclass(frozen=True, kw_only=True)
 class Inferred:
-    """Deviation of Hertz and the verdict of a cell that was not solved (peak pressure and area).
+    """Deviation of Hertz and the verdict of a cell that was not solved.
 
     Attributes
     ----------
@@ -114,9 +125,9 @@ class MapPosition:
     placement
         None where the wheel could not be placed, and where the position was inferred.
     tried
-        Loads that the bisection of the limit solved.
+        Loads that the search for its limits solved.
     stopped
-        The load that it could not solve, at which it ended.
+        The load that the search could not solve, at which it ended.
     """
 
     lateral_shift_mm: float

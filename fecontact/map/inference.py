@@ -7,45 +7,38 @@ about it varies slowly. A cell is inferred only where this leaves no doubt about
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.measures import Measures, deviations, hertz_measures, measures_of
+from fecontact.comparison.measures import FLOORS, MEASURES, deviations
 from fecontact.comparison.verdict import judge
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.map.cells import Inferred
-from fecontact.solving.position import expect_on_half_space
+from fecontact.solving.position import expect_on_half_space, place_case, point_noise
 
-# What the fitted grids of the half-spaces leave open in peak pressure and area (16 nodes a semi-axis: 0.1 and
-# 0.5 % against Hertz, and both enter a ratio).
-_GRID = {"p_max_MPa": 0.003, "area_mm2": 0.01}
 # An inferred verdict must stand with so many times what the inference adds to the neighbours' own uncertainty.
 _SAFETY = 2.0
 
 
-@dataclass(frozen=True, kw_only=True)
-class Prediction:
-    """Hertz and the half-space under the true gap at one position and load."""
+def predict(case: Case) -> dict[str, float] | None:
+    """Deviations of Hertz from the half-space under the true gap.
 
-    hertz: Measures
-    half_space: Measures
-
-
-def predict(case: Case) -> Prediction | None:
-    """Solve the half-space rung of a case, None where it cannot be placed or the patch leaves the surface."""
+    None where the case cannot be placed, the patch leaves the surface, or the curvature at the touch point has two
+    values.
+    """
     try:
-        hertz, expected = expect_on_half_space(case)
+        placement = place_case(case)
+        if placement.first.at_junction:
+            return None
+        hertz, expected = expect_on_half_space(case, placement)
     except (InputError, ConvergenceError):
         return None
-    return Prediction(hertz=hertz_measures(hertz), half_space=measures_of(expected.half_space))
+    return deviations(expected.half_space, hertz)
 
 
 def infer_loads(
-    case: Case,
-    loads_N: Sequence[float],
-    neighbours: Sequence[Mapping[float, JudgedLoad | None]],
-    neighbour_cases: Sequence[Case],
+    case: Case, loads_N: Sequence[float], neighbours: Sequence[Mapping[float, JudgedLoad | None]]
 ) -> dict[float, Inferred] | None:
     """Infer all loads of a position from solved neighbours on both sides.
 
@@ -66,7 +59,7 @@ def infer_loads(
         usable = [point for point in points if point is not None and point.status == "converged"]
         if len(usable) < 2:
             return None
-        one = _infer(case, load, usable, neighbour_cases)
+        one = _infer(replace(case, load_N=load), usable)
         verdicts = {point.verdict.answer for point in usable}
         if one is None or verdicts != {one.verdict.answer} or one.verdict.answer == "UNRESOLVED":
             return None
@@ -74,32 +67,36 @@ def infer_loads(
     return found if len({one.verdict.answer for one in found.values()}) == 1 else None
 
 
-def _infer(case: Case, load_N: float, points: Sequence[JudgedLoad], cases: Sequence[Case]) -> Inferred | None:
-    predictions = [predict(replace(each, load_N=load_N)) for each in (case, *cases)]
-    own, *others = predictions
-    if own is None or any(other is None for other in others):
+def _infer(case: Case, points: Sequence[JudgedLoad]) -> Inferred | None:
+    half_space = predict(case)
+    if half_space is None:
         return None
-    measures = own.half_space.as_dict()
-    solved, added = {}, {}
-    for name, grid in _GRID.items():
-        ratios = [
-            getattr(point.comparison.fe, name) / getattr(other.half_space, name)
-            for point, other in zip(points, others, strict=True)
-            if other is not None
-        ]
-        measures[name] *= sum(ratios) / len(ratios)
-        # that of the finite-element measure, from that of the deviation
-        solved[name] = max(point.uncertainty[name] / abs(1.0 + point.deviation[name]) for point in points)
-        added[name] = max(ratios) - min(ratios) + grid
-    deviation = deviations(own.hertz, replace(own.half_space, **measures))
-
-    def unsure(factor: float) -> dict[str, float]:
-        return {name: (solved[name] + factor * added[name]) * abs(1.0 + deviation[name]) for name in _GRID}
-
-    doubt = unsure(_SAFETY)
+    of_points = _of_points(case, points)
+    deviation, uncertainty, doubt = {}, {}, {}
+    for name, floor in FLOORS.items():
+        if floor is None:
+            continue
+        steps = [point.ladder.steps["half_space_to_bodies"][name] for point in points]
+        mean = sum(steps) / len(steps)
+        solved = max(point.bodies_step_uncertainty[name] for point in points)
+        added = max(steps) - min(steps) + floor
+        factor = 1.0
+        if name in MEASURES:
+            deviation[name] = (1.0 + half_space[name]) / (1.0 + mean) - 1.0
+            factor = abs(1.0 + deviation[name])
+        else:
+            deviation[name] = half_space[name] + mean
+        own = of_points.get(name, 0.0)
+        uncertainty[name] = factor * (solved + added) + own
+        doubt[name] = factor * (solved + _SAFETY * added) + own
     return Inferred(
-        deviation={name: deviation[name] for name in _GRID},
-        uncertainty=unsure(1.0),
-        doubt=doubt,
-        verdict=judge(deviation, doubt, case.criteria),
+        deviation=deviation, uncertainty=uncertainty, doubt=doubt, verdict=judge(deviation, doubt, case.criteria)
     )
+
+
+def _of_points(case: Case, points: Sequence[JudgedLoad]) -> dict[str, float]:
+    """What profiles given by points leave open of each deviation here; empty where both are exact lines."""
+    if all(point.solved.point_noise is None for point in points):
+        return {}
+    noise = point_noise(case, place_case(case))
+    return {} if noise is None else noise.uncertainty()

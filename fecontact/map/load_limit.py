@@ -1,121 +1,158 @@
-"""The load up to which Hertz holds at one position, by bisection between the loads of a map."""
+"""At which loads Hertz holds at one position: what is known, and which load to solve next to know it better.
+
+Nothing is assumed of how the verdict changes over the load: a second lobe may come and be swallowed again.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from itertools import pairwise
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise, takewhile
 
-from fecontact.case import Criteria
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.verdict import Answer
-from fecontact.errors import FecontactError, InputError
-from fecontact.map.cells import LoadLimit, MapCell
+from fecontact.map.cells import LoadInterval, LoadLimit, MapCell
 
-# The load limit is bisected until its bracket is this part of the load.
+# The loads on both sides of a limit are brought together to this part of the load; those where an open verdict begins
+# or ends to the second, which follows from the uncertainty and not from the contact.
 LOAD_TOLERANCE = 0.02
+_OPEN_TOLERANCE = 0.05
+# Solved loads at most, beside the map's own.
+_MOST_TRIED = 14
+# A load beyond a limit is tried where the next one is farther away than this.
+_GUARD_FROM = 1.1
+# Loads on the way guard it if no gap between them is more than this part of the whole, in logarithms.
+_GUARDED = 0.75
 
-Between = Callable[[float, float], JudgedLoad]
-"""Gives a load between two others (N), best half way."""
+
+@dataclass(frozen=True, kw_only=True)
+class KnownLoad:
+    """Verdict at a load; `excess` is by how much the measure that uses most of its limit is beyond it, in limits."""
+
+    load_N: float
+    answer: Answer
+    excess: float
+
+    @classmethod
+    def of(cls, judged: JudgedLoad) -> KnownLoad:
+        """The worst side of a judged load."""
+        return cls(load_N=judged.load_N, answer=judged.verdict.answer, excess=judged.limit_used - 1.0)
 
 
-def load_limit(
-    criteria: Criteria, cells: Sequence[MapCell], between: Between, *, tolerance: float = LOAD_TOLERANCE
-) -> LoadLimit:
-    """The load up to which Hertz holds, bisected between the last load that holds and the first that fails.
+def known_loads(cells: Sequence[MapCell], tried: Sequence[JudgedLoad] = ()) -> tuple[KnownLoad, ...]:
+    """The loads of a position that may be used, by increasing load."""
+    found = [KnownLoad.of(judged) for judged in tried if judged.status == "converged"]
+    for cell in cells:
+        if cell.judged is not None and cell.status == "converged":
+            found.append(KnownLoad.of(cell.judged))
+        elif cell.inferred is not None:
+            found.append(KnownLoad(load_N=cell.load_N, answer=cell.inferred.verdict.answer, excess=math.nan))
+    return tuple(sorted(found, key=lambda known: known.load_N))
+
+
+def next_load(known: Sequence[KnownLoad], own_N: Sequence[float]) -> float | None:
+    """The load (N) to solve next, None where every change of the verdict is known well, or enough loads were tried.
 
     Parameters
     ----------
-    criteria
-        They decide about unresolved loads.
-    cells
-        One position by increasing load.
-    between
-        Solves, or finds, a further load.
+    known
+        By increasing load.
+    own_N
+        The loads that the map asks for.
+
+    Notes
+    -----
+    Between two loads whose verdicts differ, where the excess of a straight line between them is zero; then, as a
+    guard, half way from the loads that fail beside a limit to the map's next one above, where Hertz might hold again.
     """
-    decided = [(c.load_N, c.verdict) for c in cells if c.verdict in ("HOLDS", "FAILS")]
-    verdicts = [verdict for _, verdict in decided]
-    changes = [k for k in range(1, len(decided)) if verdicts[k - 1 : k + 1] == ["HOLDS", "FAILS"]]
-    note = _not_monotone(decided)
-    if not changes:
-        return LoadLimit(reason=without_bracket(cells, verdicts), note=note)
-    low, high = decided[changes[0] - 1][0], decided[changes[0]][0]
-    return _bisect(criteria, (low, high), between, tolerance, note)
+    # not the difference of both numbers: of the map's own loads some may not be known
+    if sum(one.load_N not in own_N for one in known) >= _MOST_TRIED:
+        return None
+    for below, above in pairwise(known):
+        if below.answer == above.answer:
+            continue
+        limit = "UNRESOLVED" not in (below.answer, above.answer)
+        if above.load_N - below.load_N > (LOAD_TOLERANCE if limit else _OPEN_TOLERANCE) * above.load_N:
+            return _between(below, above)
+    for number, (before, first) in enumerate(pairwise(known), 1):
+        if before.answer == "FAILS" or first.answer != "FAILS" or first.load_N in own_N:
+            continue
+        failing = [one.load_N for one in takewhile(lambda one: one.answer == "FAILS", known[number:])]
+        own = next((place for place, load_N in enumerate(failing) if load_N in own_N), 0)
+        if own and (guard := _guard(failing[: own + 1])) is not None:
+            return guard
+    return None
 
 
-def among(loads: Sequence[JudgedLoad], stopped: MapCell | None = None) -> Between:
-    """Further loads among those that were solved already; `stopped` is the one that could not be."""
+def _guard(failing_N: Sequence[float]) -> float | None:
+    """A load in the widest gap between those that fail from a limit to the map's next load, None if it is narrow.
 
-    def between(low: float, high: float) -> JudgedLoad:
-        inside = [load for load in loads if low < load.load_N < high]
-        if not inside and stopped is not None and stopped.load_N == 0.5 * (low + high):
-            raise InputError(stopped.status.removeprefix("failed: "))
-        if not inside:
-            raise InputError(
-                f"none was solved between {low / 1e3:.1f} and {high / 1e3:.1f} kN; solve the map with these criteria"
-            )
-        return min(inside, key=lambda load: abs(load.load_N - 0.5 * (low + high)))
-
-    return between
+    A load that came of the search beside the limit is no guard of what lies beyond it.
+    """
+    gap, low_N = max((above / below, below) for below, above in pairwise(failing_N))
+    whole = failing_N[-1] / failing_N[0]
+    return low_N * math.sqrt(gap) if gap > max(_GUARD_FROM, whole**_GUARDED) else None
 
 
-def without_bracket(cells: Sequence[MapCell], verdicts: Sequence[str]) -> str:
-    """Why there is no load limit, where no load that fails follows one that holds."""
-    if not verdicts:
-        usable = any(cell.status in ("converged", "inferred") for cell in cells)
-        return "unresolved at all loads" if usable else "no load could be solved"
-    if "FAILS" in verdicts and "HOLDS" in verdicts:
-        return "fails at small loads and holds above"
-    rest = "" if len(verdicts) == len(cells) else " that are resolved"
-    return f"holds at all loads{rest}" if "HOLDS" in verdicts else f"fails at all loads{rest}"
+def _between(below: KnownLoad, above: KnownLoad) -> float:
+    """A load between two: beside the zero of the excess, on the side where more is open."""
+    low, high = math.log(below.load_N), math.log(above.load_N)
+    part = 0.5
+    if below.excess * above.excess < 0.0:
+        part = below.excess / (below.excess - above.excess)
+    root = low + part * (high - low)
+    # so that the next load lies on the other side of the limit, and the change between both
+    beside = 0.4 * LOAD_TOLERANCE
+    wanted = root - beside if root - low > high - root else root + beside
+    room = 0.1 * (high - low)
+    return math.exp(min(max(wanted, low + room), high - room))
 
 
-def _not_monotone(decided: Sequence[tuple[float, str]]) -> str | None:
-    """Where Hertz holds again above a load at which it fails."""
-    again = [
-        f"fails at {low / 1e3:g} kN but holds at {high / 1e3:g} kN"
-        for (low, before), (high, after) in pairwise(decided)
-        if (before, after) == ("FAILS", "HOLDS")
-    ]
-    return f"not monotone: {', '.join(again)}" if again else None
-
-
-def _bisect(
-    criteria: Criteria, bracket: tuple[float, float], between: Between, tolerance: float, note: str | None
+def load_limit(
+    cells: Sequence[MapCell], tried: Sequence[JudgedLoad] = (), *, stopped: MapCell | None = None
 ) -> LoadLimit:
-    low, high = bracket
-    tried: list[tuple[float, Answer]] = []
-    notes = [note] if note else []
-    narrowed = True
-    while high - low > tolerance * high:
-        try:
-            found = between(low, high)
-        except FecontactError as error:
-            notes.append(f"bisection stopped at {0.5e-3 * (low + high):.1f} kN: {error}")
-            narrowed = False
-            break
-        if found.status != "converged":
-            notes.append(f"bisection stopped at {found.load_N / 1e3:.1f} kN: {found.status}")
-            break
-        answer = found.verdict.answer
-        tried.append((found.load_N, answer))
-        if answer == "HOLDS" or (answer == "UNRESOLVED" and _within(criteria, found)):
-            low = found.load_N
-        else:
-            high = found.load_N
-    # a verdict beyond doubt next to the limit, not one that a later step has passed
-    holds = max([bracket[0], *(load for load, answer in tried if answer == "HOLDS" and load <= low)])
-    fails = min([bracket[1], *(load for load, answer in tried if answer == "FAILS" and load >= high)])
-    if any(answer == "UNRESOLVED" for _, answer in tried):
-        notes.append(f"unresolved between {holds / 1e3:.1f} and {fails / 1e3:.1f} kN")
+    """What the loads of one position, by increasing load, say of where Hertz holds.
+
+    Parameters
+    ----------
+    tried
+        Loads solved beside those of the map.
+    stopped
+        A further load that could not be solved.
+    """
+    known = known_loads(cells, tried)
+    lost = [] if not known else [cell for cell in cells if cell.status not in ("converged", "inferred")]
+    lost += [] if stopped is None else [stopped]
+    notes = [f"{cell.load_N / 1e3:.4g} kN: {cell.status}" for cell in lost]
+    unusable = [judged for judged in tried if judged.status != "converged"]
+    notes += [f"{judged.load_N / 1e3:.4g} kN: {judged.status}" for judged in unusable]
     return LoadLimit(
-        F_max_N=low,
-        holds_N=holds,
-        fails_N=fails,
+        intervals=_intervals(known),
+        reason=None if known else _without_any(cells),
         note="; ".join(notes) or None,
-        tried=tuple(tried),
-        narrowed=narrowed,
+        tried=tuple((one.load_N, one.verdict.answer) for one in tried),
+        # another attempt would end in the same unusable result
+        narrowed=stopped is None and (bool(unusable) or next_load(known, [cell.load_N for cell in cells]) is None),
     )
 
 
-def _within(criteria: Criteria, load: JudgedLoad) -> bool:
-    return all(abs(load.deviation[name]) <= limit for name, limit in criteria.limits.items())
+def _intervals(known: Sequence[KnownLoad]) -> tuple[LoadInterval, ...]:
+    """Between two loads with one verdict it is theirs; between others it is open."""
+    found: list[LoadInterval] = []
+
+    def add(low_N: float, high_N: float, answer: Answer) -> None:
+        if found and found[-1].answer == answer:
+            low_N = found.pop().low_N
+        found.append(LoadInterval(low_N=low_N, high_N=high_N, answer=answer))
+
+    for number, one in enumerate(known):
+        if number and known[number - 1].answer != one.answer:
+            add(known[number - 1].load_N, one.load_N, "UNRESOLVED")
+        add(found[-1].high_N if found else one.load_N, one.load_N, one.answer)
+    return tuple(found)
+
+
+def _without_any(cells: Sequence[MapCell]) -> str:
+    statuses: Mapping[str, None] = dict.fromkeys(cell.status for cell in cells)
+    return "no load could be solved" if len(statuses) != 1 else next(iter(statuses))

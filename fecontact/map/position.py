@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Protocol
 
 from fecontact.case import Case
@@ -12,7 +11,7 @@ from fecontact.errors import FecontactError, NotEnoughMemory
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import LoadLimit, MapCell, MapPosition
 from fecontact.map.inference import infer_loads
-from fecontact.map.load_limit import among, load_limit, without_bracket
+from fecontact.map.load_limit import known_loads, load_limit, next_load
 from fecontact.solving.load_sweep import LoadSweep
 
 StepProgress = Callable[[str], None]
@@ -26,11 +25,14 @@ class Sweep(Protocol):
     def solve(self, load_N: float) -> JudgedLoad:
         """Solve one load."""
 
+    def is_ready_for(self, load_N: float) -> bool:
+        """Whether a load can be solved with what is kept now."""
+
     def close(self) -> None:
         """Release what was kept between the loads."""
 
 
-MakeSweep = Callable[[Case, StepProgress], Sweep]
+MakeSweep = Callable[[Case, Sequence[float], StepProgress], Sweep]
 
 
 def solve_position(
@@ -40,50 +42,73 @@ def solve_position(
 
     A position or a load that cannot be solved is not an error but cells whose status says why.
     """
-    shift = case.lateral_shift_mm
-    tell: StepProgress = step or (lambda what: None)
-    under_way = ""
+    under_way = _UnderWay(step)
     try:
-        solver = (sweep or _load_sweep)(case, lambda what: tell(f"{under_way}{what}"))
+        solver = (sweep or _load_sweep)(case, loads_N, under_way.tell)
     except FecontactError as error:
-        return failed_position(shift, loads_N, error)
-    solved: dict[float, MapCell] = {}
-    tried: list[JudgedLoad] = []
+        return failed_position(case.lateral_shift_mm, loads_N, error)
     try:
-        # the largest load first: its meshes serve the smaller ones
-        for load_N in reversed(loads_N):
-            under_way = f"{load_N / 1e3:g} kN: "
-            solved[load_N] = _cell(solver, shift, load_N)
-        cells = tuple(solved[load_N] for load_N in loads_N)
-
-        stopped: MapCell | None = None
-
-        def half_way(low_N: float, high_N: float) -> JudgedLoad:
-            nonlocal under_way, stopped
-            load_N = 0.5 * (low_N + high_N)
-            under_way = f"limit, {load_N / 1e3:.1f} kN: "
-            try:
-                tried.append(solver.solve(load_N))
-            except FecontactError as error:
-                stopped = _failed_cell(shift, load_N, error)
-                raise
-            return tried[-1]
-
-        limit = load_limit(case.criteria, cells, half_way)
-        return MapPosition(
-            lateral_shift_mm=shift,
-            cells=cells,
-            limit=limit,
-            placement=solver.placement,
-            tried=tuple(tried),
-            stopped=stopped,
-        )
+        return _Loads(solver, case.lateral_shift_mm, under_way).solve(loads_N)
     finally:
         solver.close()
 
 
-def _load_sweep(case: Case, step: StepProgress) -> Sweep:
-    return LoadSweep(case, progress=step)
+class _UnderWay:
+    """Tells the steps of a load, with the load before them."""
+
+    def __init__(self, step: StepProgress | None) -> None:
+        self._step = step
+        self.load = ""
+
+    def tell(self, step: str) -> None:
+        if self._step is not None:
+            self._step(f"{self.load}{step}")
+
+
+class _Loads:
+    """The loads of one position while they are solved."""
+
+    def __init__(self, solver: Sweep, shift_mm: float, under_way: _UnderWay) -> None:
+        self._solver, self._shift, self._under_way = solver, shift_mm, under_way
+        self._cells: dict[float, MapCell] = {}
+        self._tried: list[JudgedLoad] = []
+        self._stopped: MapCell | None = None
+
+    def solve(self, loads_N: Sequence[float]) -> MapPosition:
+        # the largest load first: its meshes serve the smaller ones
+        waiting = list(loads_N)
+        while waiting:
+            load_N = waiting.pop()
+            self._under_way.load = f"{load_N / 1e3:g} kN: "
+            self._cells[load_N] = _cell(self._solver, self._shift, load_N)
+            # the limits among these loads while their meshes are there
+            if not (waiting and self._solver.is_ready_for(waiting[-1])):
+                self._search()
+        cells = tuple(self._cells[load_N] for load_N in loads_N)
+        return MapPosition(
+            lateral_shift_mm=self._shift,
+            cells=cells,
+            limit=load_limit(cells, self._tried, stopped=self._stopped),
+            placement=self._solver.placement,
+            tried=tuple(self._tried),
+            stopped=self._stopped,
+        )
+
+    def _search(self) -> None:
+        """Solve further loads until every change of the verdict among the solved ones is known well."""
+        while self._stopped is None and all(one.status == "converged" for one in self._tried):
+            wanted = next_load(known_loads(tuple(self._cells.values()), self._tried), tuple(self._cells))
+            if wanted is None:
+                return
+            self._under_way.load = f"limit, {wanted / 1e3:.1f} kN: "
+            try:
+                self._tried.append(self._solver.solve(wanted))
+            except FecontactError as error:
+                self._stopped = _failed_cell(self._shift, wanted, error)
+
+
+def _load_sweep(case: Case, loads_N: Sequence[float], step: StepProgress) -> Sweep:
+    return LoadSweep(case, loads_N, progress=step)
 
 
 def _cell(sweep: Sweep, shift: float, load_N: float) -> MapCell:
@@ -110,13 +135,6 @@ def failed_position(shift_mm: float, loads_N: Sequence[float], error: Exception 
     return MapPosition(lateral_shift_mm=shift_mm, cells=cells, limit=LoadLimit(reason=f"failed: {error}"))
 
 
-def limit_of_solved(
-    case: Case, cells: Sequence[MapCell], tried: Sequence[JudgedLoad], stopped: MapCell | None = None
-) -> LoadLimit:
-    """The load limit as far as the loads that were solved tell it."""
-    return load_limit(case.criteria, cells, among(tried, stopped))
-
-
 def inferred_position(
     case: Case, loads_N: Sequence[float], shifts_mm: Sequence[float], positions: Mapping[float, MapPosition]
 ) -> MapPosition | None:
@@ -124,13 +142,11 @@ def inferred_position(
     number = shifts_mm.index(case.lateral_shift_mm)
     sides = [positions[shift] for shift in (shifts_mm[number - 1], shifts_mm[number + 1]) if shift in positions]
     loads = [{cell.load_N: cell.judged for cell in side.cells} for side in sides]
-    cases = [replace(case, lateral_shift_mm=side.lateral_shift_mm) for side in sides]
-    found = infer_loads(case, loads_N, loads, cases)
+    found = infer_loads(case, loads_N, loads)
     if found is None:
         return None
     shift = case.lateral_shift_mm
     cells = tuple(
         MapCell(lateral_shift_mm=shift, load_N=load, status="inferred", inferred=one) for load, one in found.items()
     )
-    verdicts = [one.verdict.answer for one in found.values()]
-    return MapPosition(lateral_shift_mm=shift, cells=cells, limit=LoadLimit(reason=without_bracket(cells, verdicts)))
+    return MapPosition(lateral_shift_mm=shift, cells=cells, limit=load_limit(cells))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,10 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.comparison.compare import hertz_on
+from fecontact.case import Criteria
+from fecontact.comparison.measures import hertz_on
 from fecontact.errors import InputError
 from fecontact.files import write_atomically
 from fecontact.geometry.placement import Placement
+from fecontact.outputs.measure_words import WORDS
+from fecontact.outputs.rows import deviation_column
 from fecontact.outputs.series import series, short_name
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.identity import profile_identity
@@ -34,6 +36,9 @@ _MOST_LABELS = 10
 _FE, _HERTZ, _RAIL_JUNCTION, _WHEEL_JUNCTION = "#0b5fa5", "#d1495b", "0.35", "0.65"
 # What the two colour maps show at zero.
 _NO_PRESSURE, _NO_DIFFERENCE = "#440154", "#f7f6f6"
+# Okabe and Ito's colours, told apart by the colour-blind and in grey.
+_ANSWER_COLOURS = {"HOLDS": "#56b4e9", "UNRESOLVED": "#f0e442", "FAILS": "#d55e00"}
+_MARKERS = "o^sDvP*X"
 _ACROSS, _ROLLING = "s across in mm", "x (rolling) in mm"
 _SIDES = "gauge side ←            → field side"
 
@@ -54,7 +59,7 @@ def case_figure(result: CaseResult, path: str | Path) -> Path:
     _draw_rolling_cut(figure.add_subplot(grid[1, 1]), field, int(j), result.hertz)
     words = figure.add_subplot(grid[1, 2])
     words.axis("off")
-    words.text(0.0, 1.0, _case_text(result), va="top", ha="left", family="monospace", fontsize=10.5, linespacing=1.45)
+    words.text(0.0, 1.0, _case_text(result), va="top", ha="left", family="monospace", fontsize=9.5, linespacing=1.45)
     return save_figure(figure, path)
 
 
@@ -137,7 +142,7 @@ def _draw_rolling_cut(ax: Axes, field: _Field, j: int, hertz: HertzContact) -> N
 
 
 def _draw_cut(ax: Axes, fe: tuple[Floats, Floats], hertz: tuple[Floats, Floats]) -> None:
-    ax.plot(*fe, color=_FE, marker="o", ms=3.5, lw=1.3, label="finite elements")
+    ax.plot(*fe, color=_FE, marker="o", ms=2.5, lw=1.3, label="finite elements")
     ax.plot(*hertz, color=_HERTZ, ls="--", lw=1.6, label="Hertz")
     ax.set(ylabel="pressure in MPa", ylim=(0.0, 1.12 * max(float(fe[1].max()), float(hertz[1].max()), 1.0)))
     ax.grid(alpha=0.3)
@@ -160,46 +165,46 @@ def _wheel_junctions(placement: Placement) -> Floats:
 
 def _case_text(result: CaseResult) -> str:
     case, comparison, first = result.case, result.comparison, result.placement.first
-    fe, hertz, deviation = comparison.fe, comparison.hertz, comparison.deviation
+    verdict, side = result.verdict, result.load.sides[-1]
     lines = [
         f"rail {short_name(profile_identity(case.rail))}, wheel {short_name(profile_identity(case.wheel))}",
-        f"lateral shift   {case.lateral_shift_mm:+z.2f} mm",
-        f"{case.load_kind + ' load':<15} {case.load_N / 1e3:.1f} kN",
-        f"touch point     {first.rail_y_mm:+z.2f} mm on the rail",
-        f"contact angle   {1e3 * first.contact_angle_rad:+z.1f} mrad",
+        f"lateral shift {case.lateral_shift_mm:+z.2f} mm, {case.load_kind} load {case.load_N / 1e3:.1f} kN",
+        f"touch at {first.rail_y_mm:+z.2f} mm on the rail, {1e3 * first.contact_angle_rad:+z.1f} mrad",
         "",
-        f"{'':<15} {'FE':>8} {'Hertz':>8} {'dev %':>7}",
+        f"{'':<10} {'FE':>6} {'Hertz':>6} {'off by':>9} {'±':>6}",
     ]
-    for title, name, digits in (
-        ("peak MPa", "p_max_MPa", 0),
-        ("area mm²", "area_mm2", 1),
-        ("a mm (rolling)", "a_mm", 2),
-        ("b mm (across)", "b_mm", 2),
-    ):
-        cells = (_cell(getattr(fe, name), f">8.{digits}f"), _cell(getattr(hertz, name), f">8.{digits}f"))
-        lines.append(f"{title:<15} {cells[0]} {cells[1]} {_cell(1e2 * deviation[name], '>+z7.1f')}")
-    lines += [
-        "",
-        f"L2 {1e2 * comparison.pressure_l2:.1f} %, overlap {comparison.overlap:.2f}, patches {comparison.pieces}",
-        f"status: {result.status}",
-    ]
+    fe, hertz = comparison.fe.as_dict(), side.measures.as_dict()
+    for name, answer in side.verdict.each.items():
+        words = WORDS[name]
+        head = f"{words.short} {words.unit}" if name in fe else words.short
+        values = (f"{of[name]:.4g}" if name in of else "" for of in (fe, hertz))
+        off, unsure = words.off(side.deviation[name]), words.off(side.uncertainty[name], size=True).split()[0]
+        lines.append(f"{head:<10} {' '.join(f'{value:>6}' for value in values)} {off:>9} {unsure:>6} {answer}")
     if first.at_junction:
-        lines.append("touch point at a junction: field side taken")
+        # the ellipse drawn, and the numbers, are those of one side
+        lines.append("all with the curvature of the field side")
+    lines += ["", f"Hertz {verdict.answer}" + (f": {verdict.cause}" if verdict.cause else "")]
+    lines.append(f"L2 {1e2 * comparison.pressure_l2:.1f} %, overlap {comparison.overlap:.2f}")
+    lines.append(f"lobes {len(comparison.patch.lobes)}, patches {comparison.patch.pieces}")
+    lines.append(f"status: {result.status}")
     return "\n".join(lines)
 
 
-def _cell(value: float, form: str) -> str:
-    """A number, or a dash of the same width where it is NaN: not every pressure has semi-axes."""
-    text = format(value, form)
-    return text if math.isfinite(value) else "-".rjust(len(text))
+def study_figure(
+    rows: Sequence[Row], path: str | Path, rail: Profile | None = None, criteria: Criteria | None = None
+) -> Path:
+    """Draw a study over the lateral shift: peak pressures, how far Hertz is off, and where the wheel touches the rail.
 
+    How far he is off is drawn for each measure that decides, in parts of its limit, where there is one series and one
+    set of criteria; otherwise for peak and area, in percent. One colour for each series; more of them than there are
+    colours are not named. A row whose status is not `converged` is a cross that no line goes through; it lies at its
+    value, or at the bottom of the first panel if it has none. The junctions of `rail` are drawn beside the touch
+    points.
 
-def study_figure(rows: Sequence[Row], path: str | Path, rail: Profile | None = None) -> Path:
-    """Draw a study over the lateral shift: peak pressures, deviations of Hertz, and where the wheel touches the rail.
-
-    One colour for each series; more of them than there are colours are not named. A row whose status is not
-    `converged` is a cross that no line goes through; it lies at its value, or at the bottom of the first panel if it
-    has none. The junctions of `rail` are drawn beside the touch points.
+    Parameters
+    ----------
+    criteria
+        Those by which all rows were judged, None if there is more than one set.
 
     Raises
     ------
@@ -208,35 +213,78 @@ def study_figure(rows: Sequence[Row], path: str | Path, rail: Profile | None = N
     """
     if not rows:
         raise InputError("study figure: there are no rows to draw")
-    figure = blank_figure(10.0, 11.0)
-    peak, deviation, touch = figure.subplots(3, 1, sharex=True, height_ratios=(1.2, 1.2, 0.9))
     found = series(rows)
+    figure = blank_figure(10.0, 11.0)
+    peak, off, touch = figure.subplots(3, 1, sharex=True, height_ratios=(1.0, 1.4, 0.9))
     # more than there are colours cannot be told apart anyway
     shown = len(found) <= _MOST_LABELS
     for number, one in enumerate(found):
         colour, group = f"C{number % 10}", one.rows
         label = f", {one.label}" if one.label and shown else ""
         # an underscore keeps a line out of the legend
-        fe, hertz, peak_label, area = (
-            f"{'' if shown or number == 0 else '_'}{what}{label}" for what in ("FE", "Hertz", "peak", "area")
-        )
+        kept = "" if shown or number == 0 else "_"
+        fe, hertz = f"{kept}FE{label}", f"{kept}Hertz{label}"
         _draw_series(peak, group, "p_max_fe_MPa", color=colour, marker="o", label=fe)
         _draw_series(peak, group, "p_max_hertz_MPa", color=colour, marker="s", ls="--", mfc="white", label=hertz)
-        _draw_series(deviation, group, "p_max_deviation_percent", color=colour, marker="o", label=peak_label)
-        _draw_series(
-            deviation,
-            group,
-            "area_deviation_percent",
-            color=colour,
-            marker="^",
-            ls=":",
-            mfc="white",
-            label=area,
-        )
         _draw_series(touch, group, "touch_rail_y_mm", color=colour, marker="o")
         _draw_without_value(peak, group)
-    _finish_study(peak, deviation, touch, rows, rail)
+        if len(found) > 1 or criteria is None:
+            _draw_deviations(off, group, colour, (f"{kept}peak{label}", f"{kept}area{label}"))
+    if len(found) == 1 and criteria is not None:
+        _draw_used_limits(off, found[0].rows, criteria)
+    else:
+        _finish_deviations(off, criteria)
+    _finish_study(peak, off, touch, rows, rail)
     return save_figure(figure, path)
+
+
+def _draw_deviations(ax: Axes, group: Sequence[Row], colour: str, labels: tuple[str, str]) -> None:
+    peak, area = labels
+    _draw_series(ax, group, "p_max_deviation_percent", color=colour, marker="o", label=peak)
+    _draw_series(ax, group, "area_deviation_percent", color=colour, marker="^", ls=":", mfc="white", label=area)
+
+
+def _finish_deviations(ax: Axes, criteria: Criteria | None) -> None:
+    limits = {} if criteria is None else criteria.limits
+    drawn = [(limits[name], WORDS[name].short) for name in ("p_max_MPa", "area_mm2") if name in limits]
+    for (limit, _), grey in zip(sorted(drawn, reverse=True), ("0.93", "0.86"), strict=False):
+        ax.axhspan(-1e2 * limit, 1e2 * limit, color=grey, zorder=0)
+    ax.axhline(0.0, color="0.4", lw=0.8)
+    bands = ", ".join(f"{short} ±{1e2 * limit:g} %" for limit, short in drawn)
+    ax.set(ylabel="Hertz against FE in %" + (f"\n(bands: {bands})" if bands else ""))
+
+
+def _draw_used_limits(ax: Axes, group: Sequence[Row], criteria: Criteria) -> None:
+    """How far Hertz is off in every measure that decides, in parts of its limit, and the verdicts above."""
+    for number, (measure, limit) in enumerate(criteria.limits.items()):
+        column, _, factor = deviation_column(measure)
+        used = [
+            {**row, "used": None if row.get(column) is None else abs(float(row[column])) / (factor * limit)}
+            for row in group
+        ]
+        style = {"color": f"C{number}", "marker": _MARKERS[number], "ls": "-" if number % 2 else "--"}
+        _draw_series(ax, used, "used", label=WORDS[measure].short, **style)
+    ax.axhspan(0.0, 1.0, color="0.93", zorder=0)
+    ax.axhline(1.0, color="0.3", lw=1.0, zorder=1)
+    # what is within the limits on a line, what is beyond by its magnitude
+    ax.set_yscale("symlog", linthresh=1.0, linscale=1.0)
+    top = max(3.0, 1.3 * ax.get_ylim()[1])
+    ax.set_ylim(0.0, top)
+    ticks = [tick for tick in (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0) if tick <= top]
+    ax.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+    ax.minorticks_off()
+    for answer, colour in _ANSWER_COLOURS.items():
+        shifts = [
+            float(row["lateral_shift_mm"])
+            for row in group
+            if row["status"] == "converged" and row.get("verdict") == answer
+        ]
+        if shifts:
+            place: dict[str, Any] = {"transform": ax.get_xaxis_transform(), "clip_on": False}
+            ax.plot(shifts, [1.0] * len(shifts), "s", ms=8, mfc=colour, mec="0.3", mew=0.7, label=answer, **place)
+    ax.set(ylabel="Hertz against FE\nin parts of the limit")
+    # outside: so many lines leave no room for it
+    ax.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
 
 
 def _draw_series(ax: Axes, group: Sequence[Row], key: str, **style: Any) -> None:
@@ -255,25 +303,22 @@ def _draw_without_value(ax: Axes, group: Sequence[Row]) -> None:
     )
 
 
-def _finish_study(peak: Axes, deviation: Axes, touch: Axes, rows: Sequence[Row], rail: Profile | None) -> None:
+def _finish_study(peak: Axes, off: Axes, touch: Axes, rows: Sequence[Row], rail: Profile | None) -> None:
     pairs = sorted({(short_name(str(row["rail"])), short_name(str(row["wheel"]))) for row in rows})
     loads = sorted({float(row["load_kN"]) for row in rows})
     title = "; ".join(f"rail {rail}, wheel {wheel}" for rail, wheel in pairs[:3]) + ("; ..." if len(pairs) > 3 else "")
     peak.set(title=title + (f", {loads[0]:g} kN" if len(loads) == 1 else ""), ylabel="peak pressure in MPa")
     peak.set_ylim(bottom=0.0)
-    deviation.axhspan(-10.0, 10.0, color="0.93", zorder=0)
-    deviation.axhspan(-5.0, 5.0, color="0.86", zorder=0)
-    deviation.axhline(0.0, color="0.4", lw=0.8)
-    deviation.set(ylabel="Hertz against FE in %\n(bands ±5 %, ±10 %)")
     if rail is not None:
         _draw_junction_levels(touch, rail)
     touch.set(xlabel="lateral shift of the wheelset in mm  (positive: towards this rail)")
     touch.set(ylabel="touch point on the rail\ny in mm  (gauge side negative)")
     if any(row["status"] != "converged" for row in rows):
         peak.plot([], [], color="0.2", marker="x", ms=9, mew=2.0, ls="none", label="not usable")
-    for ax in (peak, deviation):
-        ax.legend(fontsize=9, ncols=2 if len(ax.get_legend_handles_labels()[0]) > 4 else 1)
-    for ax in (peak, deviation, touch):
+    for ax in (peak, off):
+        if ax.get_legend() is None:
+            ax.legend(fontsize=9, ncols=2 if len(ax.get_legend_handles_labels()[0]) > 4 else 1)
+    for ax in (peak, off, touch):
         ax.grid(alpha=0.3)
 
 

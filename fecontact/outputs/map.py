@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.case import Criteria
 from fecontact.comparison.verdict import AT_JUNCTION
 from fecontact.files import write_json
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
 from fecontact.outputs.figures import blank_figure, save_figure
+from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.record import load_record, shown_case_record, versions
 from fecontact.outputs.rows import cell_row
 from fecontact.outputs.series import short_name
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Record = dict[str, Any]
 
-MAP_SCHEMA = "fecontact/map/2"
+MAP_SCHEMA = "fecontact/map/3"
 _FEWEST_LOADS = 3
 
 # Okabe and Ito's colours, told apart by the colour-blind and in grey.
@@ -42,6 +44,7 @@ _LABELS = {
 CAUSE_LETTERS = {
     "finite bodies": "B",
     "second patch": "S",
+    "second lobe": "L",
     "curvature change within the patch": "J",
     "conformity": "C",
     "curvature varies over the patch": "V",
@@ -134,19 +137,18 @@ def limit_record(position: MapPosition) -> Record:
     return {
         "lateral_shift_mm": position.lateral_shift_mm,
         "F_max_N": limit.F_max_N,
-        "holds_N": limit.holds_N,
-        "fails_N": limit.fails_N,
+        "intervals": [asdict(interval) for interval in limit.intervals],
         "reason": limit.reason,
         "note": limit.note,
-        "bisection": [{"load_N": load, "verdict": verdict} for load, verdict in limit.tried],
+        "tried": [{"load_N": load, "verdict": verdict} for load, verdict in limit.tried],
     }
 
 
 def map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
     """Draw the verdicts over lateral shift and load.
 
-    Lines of equal deviation of the peak pressure, a letter for the cause of each cell that does not hold, and the load
-    limit of each position.
+    Lines of equal deviation of the peak pressure, a letter for the cause of each cell that does not hold, and bars
+    where ranges of the load end in which Hertz holds.
     """
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -163,7 +165,7 @@ def map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
     verdicts = {cell.verdict for cell in made.cells}
     handles: list[Any] = [Patch(fc=c, ec="0.4", label=_LABELS[v]) for v, c in _COLOURS.items() if v in verdicts]
     if limits:
-        handles.append(Line2D([], [], color="k", lw=2.4, marker="o", label="load limit $F_{max}$"))
+        handles.append(Line2D([], [], color="k", lw=2.4, label="end of a range of loads\nin which Hertz holds"))
     if inferred:
         handles.append(Line2D([], [], ls="none", marker="$i$", color="k", ms=6, label="inferred, not solved"))
     if lines:
@@ -174,15 +176,34 @@ def map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
         if cause in causes
     ]
     ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, fontsize=9.5)
-    criteria = made.case.criteria
     rail, wheel = (short_name(profile_identity(spec)) for spec in (made.case.rail, made.case.wheel))
     ax.set(
-        title=f"rail {rail}, wheel {wheel}: Hertz holds within"
-        f" ±{1e2 * criteria.p_max:g} % of the peak pressure\nand ±{1e2 * criteria.area:g} % of the area",
+        title=f"rail {rail}, wheel {wheel}: where Hertz holds,\n{_criteria_words(made.case.criteria)}",
         xlabel="lateral shift of the wheelset in mm  (positive: towards this rail)",
         ylabel=f"{made.case.load_kind} load in kN",
     )
     return save_figure(figure, path)
+
+
+_MEASURE_LETTERS = {
+    "p_max_MPa": "p",
+    "area_mm2": "A",
+    "a_mm": "a",
+    "b_mm": "b",
+    "centre_over_b": "c",
+    "valley": "v",
+    "separate_load": "s",
+    "misplaced_load": "m",
+}
+
+
+def _criteria_words(criteria: Criteria) -> str:
+    """Measures that decide by their limits, such as "5 % p_max; 10 % area, a, b; 0.15 b centre"."""
+    groups: dict[str, list[str]] = {}
+    for measure, limit in criteria.limits.items():
+        words = WORDS[measure]
+        groups.setdefault(f"{words.factor * limit:.4g} {words.off_unit}", []).append(words.short)
+    return "; ".join(f"{limit} {', '.join(names)}" for limit, names in groups.items())
 
 
 def _edges(centres: Floats) -> Floats:
@@ -236,10 +257,17 @@ def _deviation_percent(cell: MapCell) -> float:
 
 
 def _draw_limits(ax: Axes, shifts: Floats, limits: tuple[LoadLimit, ...]) -> bool:
-    found = np.array([math.nan if limit.F_max_N is None else limit.F_max_N / 1e3 for limit in limits])
-    ax.plot(shifts, found, color="white", lw=4.6, marker="o", ms=8.5, zorder=4)
-    ax.plot(shifts, found, color="k", lw=2.4, marker="o", ms=6, zorder=5)
-    return bool(np.isfinite(found).any())
+    """Bars at the loads where a range ends in which Hertz holds; whether there are any."""
+    edges, found = _edges(shifts), False
+    for low, high, limit in zip(edges[:-1], edges[1:], limits, strict=True):
+        # the smallest and the largest load of the map are no limits
+        changes = {one.high_N for one in limit.intervals[:-1]} & {one.low_N for one in limit.intervals[1:]}
+        for one in limit.intervals:
+            for end in sorted(changes & {one.low_N, one.high_N}) if one.answer == "HOLDS" else []:
+                ax.plot([low, high], [end / 1e3] * 2, color="white", lw=4.6, solid_capstyle="butt", zorder=4)
+                ax.plot([low, high], [end / 1e3] * 2, color="k", lw=2.4, solid_capstyle="butt", zorder=5)
+                found = True
+    return found
 
 
 def _draw_causes(ax: Axes, shifts: Floats, loads: Floats, cells: NDArray[Any]) -> set[str]:
@@ -261,10 +289,17 @@ def _draw_inferred(ax: Axes, shifts: Floats, loads: Floats, cells: NDArray[Any])
     return found
 
 
+_ANSWER_WORDS = {"HOLDS": "holds", "FAILS": "fails", "UNRESOLVED": "open"}
+
+
 def limit_text(limit: LoadLimit) -> str:
-    """A load limit in words."""
-    found = limit.F_max_N
-    text = f"no limit: {limit.reason}" if found is None else f"holds up to {found / 1e3:.1f} kN"
+    """At which loads Hertz holds, in words."""
+    parts = [
+        f"{_ANSWER_WORDS[one.answer]} {one.low_N / 1e3:.4g}"
+        + (f" to {one.high_N / 1e3:.4g}" if one.high_N > one.low_N else "")
+        for one in limit.intervals
+    ]
+    text = f"{', '.join(parts)} kN" if parts else f"{limit.reason}"
     return f"{text} ({limit.note})" if limit.note else text
 
 
@@ -279,9 +314,18 @@ def map_table(made: ApplicabilityMap) -> str:
     lines = ["shift mm " + "".join(f"{load / 1e3:>10g}" for load in made.loads_N) + "  kN"]
     for k, (shift, limit) in enumerate(zip(made.lateral_shifts_mm, made.limits, strict=True)):
         row = made.cells[k * len(made.loads_N) : (k + 1) * len(made.loads_N)]
-        texts = [marks[c.verdict] + _deviation_text(c).rjust(7) + "i "[c.solved] for c in row]
+        texts = [marks[c.verdict] + _decided_by(c) + _deviation_text(c).rjust(6) + "i "[c.solved] for c in row]
         lines.append(f"{shift:+z8.2f} " + "".join(text.rjust(10) for text in texts) + f"  {limit_text(limit)}")
+    letters = ", ".join(f"{letter} {WORDS[measure].short}" for measure, letter in _MEASURE_LETTERS.items())
     lines.append("+ holds, x fails, ? unresolved, ! could not be solved; peak pressure, Hertz against FE in %")
+    lines.append(f"decided by {letters}")
     if not all(cell.solved for cell in made.cells):
         lines.append("i inferred from the half-space and both neighbours, not solved")
     return "\n".join(lines)
+
+
+def _decided_by(cell: MapCell) -> str:
+    found = cell.judged or cell.inferred
+    # no measure leaves open what did not converge
+    usable = cell.status in ("converged", "inferred")
+    return " " if found is None or not usable or cell.verdict == "HOLDS" else _MEASURE_LETTERS[found.verdict.measure]

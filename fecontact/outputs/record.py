@@ -10,9 +10,11 @@ from typing import Any
 from fecontact import __version__
 from fecontact.case import Case, case_record
 from fecontact.comparison.judged_load import JudgedLoad, SideJudgement
-from fecontact.comparison.measures import MEASURES, hertz_measures
+from fecontact.comparison.measures import hertz_measures
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.profiles.identity import profile_identity
+from fecontact.solving.expected_patch import semi_axes_mm
+from fecontact.solving.meshes import finer_degrees_of_freedom
 from fecontact.solving.position import hertz_of_case, hertz_points_of_case, place_case
 from fecontact.solving.solve import CaseResult
 from fecontact.theory.hertz import HertzContact
@@ -21,7 +23,7 @@ from fecontact.theory.touch_hertz import HertzPoints, sides
 Record = dict[str, Any]
 
 _PACKAGES = ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "pyvista", "vtk", "pypardiso", "pyamg", "matplotlib")
-RESULT_SCHEMA = "fecontact/result/2"
+RESULT_SCHEMA = "fecontact/result/3"
 STEP_MEASURES = ("p_max_MPa", "area_mm2", "approach_mm")
 
 
@@ -55,23 +57,27 @@ def load_record(load: JudgedLoad) -> Record:
         "normal_force_N": load.normal_force_N,
         "fe": comparison.fe.as_dict(),
         "hertz": comparison.hertz.as_dict(),
-        "deviation": {name: float(comparison.deviation[name]) for name in MEASURES},
-        "uncertainty": {name: load.uncertainty[name] for name in MEASURES},
+        "deviation": {name: float(value) for name, value in load.deviation.items()},
+        "uncertainty": {name: float(value) for name, value in load.uncertainty.items()},
+        # the part of it that no mesh takes away; None where both profiles are exact lines
+        "uncertainty_of_points": None if load.solved.point_noise is None else load.solved.point_noise.uncertainty(),
         "pressure_l2": comparison.pressure_l2,
         "overlap": comparison.overlap,
-        "centre_of_pressure_mm": [comparison.centre_x_mm, comparison.centre_y_mm],
-        "pieces": comparison.pieces,
+        "centre_of_pressure_mm": [comparison.patch.centre_x_mm, comparison.patch.centre_y_mm],
+        "lobes": [asdict(lobe) for lobe in comparison.patch.lobes],
+        "pieces": comparison.patch.pieces,
         "hertz_stiffness_GN_per_m15": load.hertz.stiffness_GN_per_m15,
         "rungs": {name: rung.as_dict() for name, rung in load.ladder.rungs.items()},
-        "steps": {
-            name: {measure: step[measure] for measure in STEP_MEASURES} for name, step in load.ladder.steps.items()
-        },
-        "bodies_step_uncertainty": {name: load.bodies_step_uncertainty[name] for name in STEP_MEASURES},
+        "steps": load.ladder.steps,
+        "bodies_step_uncertainty": {name: float(value) for name, value in load.bodies_step_uncertainty.items()},
         "geometry": asdict(load.geometry),
         "verdict": {
             "verdict": load.verdict.answer,
             "measure": load.verdict.measure,
+            "each": dict(load.verdict.each),
+            "limits": load.case.criteria.limits,
             "cause": load.verdict.cause,
+            "unknown": list(load.verdict.unknown),
             "sides": [_side_record(side) for side in load.sides],
             "warnings": list(load.warnings),
         },
@@ -84,24 +90,35 @@ def _side_record(side: SideJudgement) -> Record:
         "side": side.side,
         "verdict": side.verdict.answer,
         "measure": side.verdict.measure,
+        "each": dict(side.verdict.each),
         "hertz": side.measures.as_dict(),
-        "deviation": {name: float(side.deviation[name]) for name in MEASURES},
-        "uncertainty": {name: float(side.uncertainty[name]) for name in MEASURES},
+        "deviation": {name: float(value) for name, value in side.deviation.items()},
+        "uncertainty": {name: float(value) for name, value in side.uncertainty.items()},
     }
 
 
 def _solver_record(load: JudgedLoad) -> Record:
-    level, fe = load.level, load.fe
+    level, nodal = load.level, load.level.nodal
+    semi_axes = semi_axes_mm(load.solved.half_space)
     return {
-        "iterations": fe.iterations,
-        "compliance_calls": fe.compliance_calls,
-        "contact_residual": fe.contact_residual,
-        "penetration_residual": fe.penetration_residual,
-        "load_balance": fe.load_balance,
+        "iterations": nodal.iterations,
+        "compliance_calls": nodal.compliance_calls,
+        "contact_residual": nodal.contact_residual,
+        "penetration_residual": nodal.penetration_residual,
+        "load_balance": load.fe.load_balance,
+        "misfit": level.misfit,
         "degrees_of_freedom": dict(level.degrees_of_freedom),
         "elements": dict(level.elements),
-        "element_size_mm": list(fe.grid.steps_mm),
+        "element_size_mm": list(nodal.grid.steps_mm),
+        "node_spacing_mm": list(load.fe.grid.steps_mm),
         "meshes": len(load.solved.levels),
+        # of each mesh, the finest first, in the direction that has fewer
+        "elements_a_semi_axis": [
+            min(length / step for length, step in zip(semi_axes, one.nodal.grid.steps_mm, strict=True))
+            for one in load.solved.levels
+        ],
+        # to expect of the next finer mesh
+        "finer_degrees_of_freedom": finer_degrees_of_freedom(load.solved.levels),
         "zone_enlarged": level.enlarged,
     }
 

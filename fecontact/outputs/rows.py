@@ -14,6 +14,7 @@ from fecontact.errors import InputError
 from fecontact.files import read_json, write_json
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import MapCell
+from fecontact.outputs.measure_words import unknown_text
 from fecontact.outputs.record import STEP_MEASURES, versions
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.solve import CaseResult
@@ -42,37 +43,62 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
         name, unit = measure.rsplit("_", 1)
         row[f"{name}_fe_{unit}"] = getattr(comparison.fe, measure)
         row[f"{name}_hertz_{unit}"] = getattr(comparison.hertz, measure)
-        row[f"{name}_deviation_percent"] = 1e2 * load.deviation[measure]
-        row[f"{name}_uncertainty_percent"] = 1e2 * load.uncertainty[measure]
+    row |= deviation_columns(load.deviation, load.uncertainty)
     steps = load.ladder.steps
     for measure in STEP_MEASURES:
         name = measure.rsplit("_", 1)[0]
         row[f"{name}_step_true_gap_percent"] = 1e2 * steps["quadratic_to_true_gap"][measure]
         row[f"{name}_step_bodies_percent"] = 1e2 * steps["half_space_to_bodies"][measure]
-        row[f"{name}_step_bodies_uncertainty_percent"] = 1e2 * load.bodies_step_uncertainty[measure]
+        if measure in load.bodies_step_uncertainty:
+            row[f"{name}_step_bodies_uncertainty_percent"] = 1e2 * load.bodies_step_uncertainty[measure]
     for name in ("junction_distance_mm", "junction_distance_over_b", "curvature_variation", "normal_turn_rad"):
         row[name] = getattr(load.geometry, name)
     return row | {
         "junction_in_patch": load.geometry.junction_in_patch,
         "verdict": load.verdict.answer,
         "verdict_measure": load.verdict.measure,
+        "limit_used": load.limit_used,
+        "verdict_failing": " ".join(load.verdict.failing),
         "verdict_cause": load.verdict.cause,
         "verdict_warnings": "; ".join(load.warnings),
         "p_max_half_space_MPa": load.ladder.half_space.p_max_MPa,
         "pressure_l2_percent": 1e2 * comparison.pressure_l2,
         "overlap": comparison.overlap,
-        "centre_x_mm": comparison.centre_x_mm,
-        "centre_y_mm": comparison.centre_y_mm,
-        "pieces": comparison.pieces,
+        "centre_x_mm": comparison.patch.centre_x_mm,
+        "centre_y_mm": comparison.patch.centre_y_mm,
+        "lobes": len(comparison.patch.lobes),
+        "pieces": comparison.patch.pieces,
         "hertz_stiffness_GN_per_m15": load.hertz.stiffness_GN_per_m15,
         "resolution": case.resolution if isinstance(case.resolution, str) else None,
-        "element_size_x_mm": load.fe.grid.steps_mm[0],
-        "element_size_y_mm": load.fe.grid.steps_mm[1],
+        "element_size_x_mm": load.level.nodal.grid.steps_mm[0],
+        "element_size_y_mm": load.level.nodal.grid.steps_mm[1],
+        "elements_misfit_percent": 1e2 * load.level.misfit,
         "meshes": len(load.solved.levels),
         "degrees_of_freedom": sum(load.level.degrees_of_freedom.values()),
-        "iterations": load.fe.iterations,
+        "iterations": load.level.nodal.iterations,
         "load_balance": load.fe.load_balance,
     }
+
+
+def deviation_columns(deviation: Mapping[str, float], uncertainty: Mapping[str, float]) -> Row:
+    """Deviations of Hertz that are known, and their uncertainties; the centre of pressure in half-widths b."""
+    row: Row = {}
+    for measure, value in deviation.items():
+        column, unsure, factor = deviation_column(measure)
+        row[column] = factor * value
+        if measure in uncertainty:
+            row[unsure] = factor * uncertainty[measure]
+    return row
+
+
+def deviation_column(measure: str) -> tuple[str, str, float]:
+    """Columns of a measure's deviation and of its uncertainty, and what their numbers are multiplied by."""
+    if measure in MEASURES:
+        name = measure.rsplit("_", 1)[0]
+        return f"{name}_deviation_percent", f"{name}_uncertainty_percent", 1e2
+    if measure.endswith("_over_b"):
+        return measure, measure.replace("_over_b", "_uncertainty_over_b"), 1.0
+    return f"{measure}_percent", f"{measure}_uncertainty_percent", 1e2
 
 
 def input_columns(case: Case) -> Row:
@@ -113,11 +139,16 @@ def cell_row(cell: MapCell, placement: Placement | None) -> Row:
     }
     if cell.judged is not None and placement is not None:
         return head | load_row(cell.judged, placement)
-    for measure, deviation in cell.deviation.items():
-        name = measure.rsplit("_", 1)[0]
-        head[f"{name}_deviation_percent"] = 1e2 * deviation
-        head[f"{name}_uncertainty_percent"] = 1e2 * cell.uncertainty[measure]
-    return head
+    found = deviation_columns(cell.deviation, cell.uncertainty)
+    if cell.inferred is None:
+        return head | found
+    verdict = cell.inferred.verdict
+    return head | {
+        **found,
+        "verdict_measure": verdict.measure,
+        "verdict_failing": " ".join(verdict.failing),
+        "verdict_warnings": unknown_text(verdict.unknown) if verdict.unknown else "",
+    }
 
 
 def write_row(path: Path, row: Row) -> Path:

@@ -39,8 +39,9 @@ def solved_record(solved: SolvedLoad, arrays: Arrays, prefix: str = "") -> Recor
         "load_N": solved.case.load_N,
         "levels": [
             {
-                "half_space": _rung_record(level.half_space, arrays, f"{prefix}level{k}_half_space"),
+                "nodal": _rung_record(level.nodal, arrays, f"{prefix}level{k}_nodal"),
                 "fe": _rung_record(level.fe, arrays, f"{prefix}level{k}_fe"),
+                "otherwise": _rung_record(level.otherwise, arrays, f"{prefix}level{k}_otherwise"),
                 "degrees_of_freedom": dict(level.degrees_of_freedom),
                 "elements": dict(level.elements),
                 "enlarged": level.enlarged,
@@ -48,6 +49,7 @@ def solved_record(solved: SolvedLoad, arrays: Arrays, prefix: str = "") -> Recor
             }
             for k, level in enumerate(solved.levels)
         ],
+        "half_space": _rung_record(solved.half_space, arrays, f"{prefix}half_space"),
         "quadratic": _rung_record(solved.quadratic, arrays, f"{prefix}quadratic"),
         "point_noise": noise
         and {
@@ -78,9 +80,10 @@ def solved_from_record(record: Mapping[str, Any], arrays: Mapping[str, NDArray[n
     return SolvedLoad(
         case=case,
         levels=tuple(
-            Level(**{**level, "half_space": rung(level["half_space"]), "fe": rung(level["fe"])})
+            Level(**{**level, **{name: rung(level[name]) for name in ("nodal", "fe", "otherwise")}})
             for level in record["levels"]
         ),
+        half_space=rung(record["half_space"]),
         quadratic=rung(record["quadratic"]),
         point_noise=points
         and PointNoise(own=noise(points["own"]), thinned=points["thinned"] and noise(points["thinned"])),

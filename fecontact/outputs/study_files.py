@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from fecontact.case import Criteria
 from fecontact.files import write_json
 from fecontact.outputs.record import versions
 from fecontact.outputs.series import series
@@ -30,10 +31,12 @@ def write_tables(study: str, cases: int, rows: Sequence[Row], path: Path) -> Non
     write_json(path.with_name(f"{path.name}.json"), record)
 
 
-def study_figures(rows: Sequence[Row], out: Path, rail: Profile | None = None) -> tuple[str, ...]:
+def study_figures(
+    rows: Sequence[Row], out: Path, rail: Profile | None = None, criteria: Criteria | None = None
+) -> tuple[str, ...]:
     """Draw the figure of a study and write its collections; cases are in the folder `cases` below `out`.
 
-    The junctions of `rail` are drawn where it is the only one.
+    The junctions of `rail` are drawn where it is the only one, and the limits of `criteria` where they are.
 
     Returns the names of the collections.
     """
@@ -41,7 +44,7 @@ def study_figures(rows: Sequence[Row], out: Path, rail: Profile | None = None) -
 
     solved = [row for row in rows if row.get("p_max_fe_MPa") is not None]
     if solved:
-        study_figure(list(rows), out / "study.png", rail)
+        study_figure(list(rows), out / "study.png", rail, criteria)
     return _write_collections(solved, out)
 
 

@@ -6,11 +6,13 @@ import csv
 import io
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fecontact.comparison.measures import MEASURES
+from fecontact.case import RESOLUTIONS
 from fecontact.files import write_text
+from fecontact.outputs.measure_words import WORDS, names_text, unknown_text
 from fecontact.profiles.curve import Arc, Line, Profile, Segment
 
 if TYPE_CHECKING:
@@ -22,25 +24,45 @@ Record = Mapping[str, Any]
 # Width of a table that goes to a file or a pipe.
 _PLAIN_WIDTH = 120
 
-# Heading, key and format of each column; deviations are Hertz minus finite elements.
+
+@dataclass(frozen=True, kw_only=True)
+class _Column:
+    """A column of the table of cases: heading, key of its values and their format.
+
+    Where there is no room, columns with a `name` are left out, those of the lowest `rank` first, and named.
+    """
+
+    heading: str
+    key: str
+    form: str
+    rank: int = 0
+    name: str = ""
+
+    @property
+    def left(self) -> bool:
+        return self.key.startswith("verdict")
+
+
+# Deviations are Hertz minus finite elements.
 _COLUMNS = (
-    ("shift\nmm", "lateral_shift_mm", "{:+z.2f}"),
-    ("load\nkN", "load_kN", "{:g}"),
-    ("status", "status", "{}"),
-    ("p_max\nFE MPa", "p_max_fe_MPa", "{:.0f}"),
-    ("\nHertz", "p_max_hertz_MPa", "{:.0f}"),
-    ("\ndev %", "p_max_deviation_percent", "{:+z.1f}"),
-    ("\n± %", "p_max_uncertainty_percent", "{:.1f}"),
-    ("area\nFE mm²", "area_fe_mm2", "{:.1f}"),
-    ("\nHertz", "area_hertz_mm2", "{:.1f}"),
-    ("\ndev %", "area_deviation_percent", "{:+z.1f}"),
-    ("\n± %", "area_uncertainty_percent", "{:.1f}"),
-    ("verdict", "verdict", "{}"),
-    ("L2\n%", "pressure_l2_percent", "{:.1f}"),
-    ("y rail\nmm", "touch_rail_y_mm", "{:+z.2f}"),
-    ("DOF", "degrees_of_freedom", "{}"),
-    ("time\ns", "seconds", "{:.0f}"),
+    _Column(heading="shift\nmm", key="lateral_shift_mm", form="{:+z.2f}"),
+    _Column(heading="load\nkN", key="load_kN", form="{:g}"),
+    _Column(heading="p_max\nFE MPa", key="p_max_fe_MPa", form="{:.0f}", rank=5, name="p_max in MPa"),
+    _Column(heading="p_max\ndev %", key="p_max_deviation_percent", form="{:+z.1f}"),
+    _Column(heading="\n± %", key="p_max_uncertainty_percent", form="{:.1f}", rank=3, name="± of p_max"),
+    _Column(heading="area\ndev %", key="area_deviation_percent", form="{:+z.1f}", rank=9, name="area"),
+    _Column(heading="a\ndev %", key="a_deviation_percent", form="{:+z.1f}", rank=4, name="a"),
+    _Column(heading="b\ndev %", key="b_deviation_percent", form="{:+z.1f}", rank=8, name="b"),
+    _Column(heading="centre\nin b", key="centre_over_b", form="{:+z.2f}", rank=7, name="centre"),
+    _Column(heading="valley\n%", key="valley_percent", form="{:z.1f}", rank=6, name="valley"),
+    _Column(heading="mispl.\n%", key="misplaced_load_percent", form="{:z.1f}", rank=10, name="misplaced"),
+    _Column(heading="verdict", key="verdict", form="{}"),
+    _Column(heading="fails by", key="verdict_failing", form="{}"),
+    _Column(heading="meshes", key="meshes", form="{}", rank=2, name="meshes"),
+    _Column(heading="time\ns", key="seconds", form="{:.0f}", rank=1, name="time"),
 )
+# Characters for the measures by which a case fails, from the most down to the fewest; those beyond are counted.
+_FAILING_WIDTHS = (50, 34, 30, 26, 22, 18)
 
 
 def write_csv(rows: Iterable[Record], path: str | Path) -> Path:
@@ -83,15 +105,43 @@ _MOST_TABLES = 6
 
 
 def _print_rows(rows: Sequence[Record], title: str, console: Console, *, with_pair: bool = False) -> None:
+    """Print a table with the columns that find room, and name those that do not."""
+    from rich.measure import Measurement
+
+    unbounded = console.options.update(max_width=10_000)
+    by_rank = sorted((column for column in _COLUMNS if column.name), key=lambda column: column.rank)
+    # the list of measures shrinks first, then columns go
+    attempts = [(0, width) for width in _FAILING_WIDTHS]
+    attempts += [(count, _FAILING_WIDTHS[-1]) for count in range(1, len(by_rank) + 1)]
+    for count, failing_width in attempts:
+        left_out = [column.name for column in by_rank[:count]]
+        columns = [column for column in _COLUMNS if not column.name or column.name not in left_out]
+        table = _rows_table(rows, columns, failing_width, title, console, with_pair=with_pair)
+        if Measurement.get(console, unbounded, table).maximum <= console.width:
+            break
+    console.print(table)
+    if left_out:
+        _say(console, f"no room for: {', '.join(left_out)}")
+
+
+def _rows_table(
+    rows: Sequence[Record],
+    columns: Sequence[_Column],
+    failing_width: int,
+    title: str,
+    console: Console,
+    *,
+    with_pair: bool,
+) -> Table:
     table = _table(console, title=title)
     if with_pair:
         table.add_column("rail, wheel", no_wrap=True)
-    for heading, _, _ in _COLUMNS:
-        table.add_column(heading, justify="left" if heading in ("status", "verdict") else "right", no_wrap=True)
+    for column in columns:
+        table.add_column(column.heading, justify="left" if column.left else "right", no_wrap=True)
     for row in rows:
         pair = [_pair_text(row)] if with_pair else []
-        table.add_row(*pair, *(_cell(row, key, form) for _, key, form in _COLUMNS), style=_row_style(row))
-    console.print(table)
+        table.add_row(*pair, *(_cell(row, column, failing_width) for column in columns), style=_row_style(row))
+    return table
 
 
 def _pair_text(row: Record) -> str:
@@ -100,15 +150,29 @@ def _pair_text(row: Record) -> str:
     return f"rail {row['rail']}{inclined}, wheel {row['wheel']}"
 
 
-def _cell(row: Record, key: str, form: str) -> str:
-    value = row.get(key)
-    if _missing(value):
-        return "-"
-    if key == "status":
-        return {"converged": "ok", "patch at the edge of the fine mesh": "at edge"}.get(
-            str(value), "failed" if str(value).startswith("failed") else "not conv."
-        )
-    return form.format(value)
+def _cell(row: Record, column: _Column, failing_width: int) -> str:
+    value = row.get(column.key)
+    if column.key == "verdict" and row["status"] != "converged":
+        # what must not be used has no verdict
+        status = str(row["status"])
+        return "failed" if status.startswith("failed") else _SHORT_STATUS.get(status, status)
+    if column.key == "verdict_failing":
+        return _failing(str(value or "").split(), row.get("verdict_measure"), failing_width)
+    return "-" if _missing(value) else column.form.format(value)
+
+
+_SHORT_STATUS = {"patch at the edge of the fine mesh": "at edge", "not converged": "not conv."}
+
+
+def _failing(measures: Sequence[str], decided: str | None, width: int) -> str:
+    """Short names of the measures that fail, the one that decided first; those that find no room are counted."""
+    names = [WORDS[measure].short for measure in sorted(measures, key=lambda measure: measure != decided)]
+    for shown in range(len(names), 0, -1):
+        more = [f"+{len(names) - shown}"] if shown < len(names) else []
+        text = " ".join((*names[:shown], *more))
+        if len(text) <= width:
+            return text
+    return ""
 
 
 def _row_style(row: Record) -> str:
@@ -119,29 +183,18 @@ def print_case(record: Record, *, console: Console | None = None) -> None:
     """Print a result record: touch points, all measures of both solutions, warnings."""
     console = console or _console()
     _print_touch_points(record, console)
-    table = _table(console, title="Hertz against finite elements")
-    for heading in ("measure", "FE", "Hertz", "deviation %", "± %"):
-        table.add_column(heading, justify="left" if heading == "measure" else "right")
-    for name in MEASURES:
-        fe, hertz, deviation = (record[part][name] for part in ("fe", "hertz", "deviation"))
-        unsure = 1e2 * record["uncertainty"][name]
-        table.add_row(
-            _with_unit(name),
-            _number(fe),
-            _number(hertz),
-            _number(1e2 * deviation, "{:+z.2f}"),
-            _number(unsure, "{:.2f}"),
-        )
-    console.print(table)
+    for side in record["verdict"]["sides"]:
+        _print_measures(record, side, console)
+    _print_lobes(record, console)
     _print_ladder(record, console)
-    verdict = record["verdict"]
-    because = f", because: {verdict['cause']}" if verdict["cause"] else ""
-    _say(console, f"verdict: Hertz {verdict['verdict']} (decided by {_with_unit(verdict['measure'])}{because})")
+    _print_verdict(record, console)
     _say(
         console,
-        f"pressure field: L2 difference {1e2 * record['pressure_l2']:.1f} %, overlap of the patches"
-        f" {record['overlap']:.3f}, separate patches {record['pieces']}",
+        f"beside the verdict: L2 difference of the pressures {1e2 * record['pressure_l2']:.1f} %, overlap of the"
+        f" patches {record['overlap']:.3f}",
     )
+    misfit = record["solver"]["misfit"]
+    _say(console, f"the elements' own nodes carry {1e2 * misfit:.1f} % of the load elsewhere: they are coarser")
     _say(
         console,
         f"normal force {record['normal_force_N'] / 1e3:.3f} kN,"
@@ -157,6 +210,103 @@ def print_case(record: Record, *, console: Console | None = None) -> None:
     )
     _print_work(record["solver"], console)
     _print_warnings({"warnings": [*record["verdict"]["warnings"], *record["warnings"]]}, console)
+
+
+def _print_measures(record: Record, side: Record, console: Console) -> None:
+    """Print all measures beside Hertz with the curvature on one side of the touch point, those that decide first."""
+    limits, each = record["verdict"]["limits"], side["each"]
+    by = "" if side["side"] == "both" else f", with the curvature of the {side['side']} side"
+    table = _table(console, title=f"Hertz against finite elements{by}")
+    for heading in ("measure", "FE", "Hertz", "deviation", "±", "limit", "answer"):
+        # where there is no room, the names take two lines
+        table.add_column(
+            heading, justify="left" if heading in ("measure", "answer") else "right", no_wrap=heading != "measure"
+        )
+    for name in (*limits, *(name for name in WORDS if name not in limits)):
+        words, deviation = WORDS[name], side["deviation"].get(name)
+        if name in side["hertz"]:
+            values = (_number(record["fe"][name]), _number(side["hertz"][name]))
+        else:
+            # there is nothing of it in Hertz's ellipse
+            values = (words.off(deviation).removesuffix(words.off_unit).strip(), "0")
+        table.add_row(
+            words.title,
+            *values,
+            words.off(deviation),
+            words.off(side["uncertainty"].get(name), size=True),
+            words.limit(limits[name]) if name in limits else "",
+            each.get(name, "not judged"),
+            style=_ANSWER_STYLES.get(each.get(name, ""), "dim"),
+        )
+    console.print(table)
+
+
+_ANSWER_STYLES = {"HOLDS": "", "UNRESOLVED": "yellow", "FAILS": "red"}
+
+
+def _print_lobes(record: Record, console: Console) -> None:
+    lobes, pieces = record["lobes"], record["pieces"]
+    counts = f"{len(lobes)} {'lobe' if len(lobes) == 1 else 'lobes'}, {pieces} {'patch' if pieces == 1 else 'patches'}"
+    table = _table(console, title=counts)
+    for heading in ("lobe", "place across\nmm", "peak\nMPa", "of the force\n%"):
+        table.add_column(heading, justify="right")
+    for number, lobe in enumerate(lobes, start=1):
+        part = 1e2 * lobe["force_share"]
+        table.add_row(str(number), f"{lobe['y_mm']:+z.1f}", f"{lobe['p_max_MPa']:.0f}", f"{part:.1f}")
+    console.print(table)
+
+
+def _print_verdict(record: Record, console: Console) -> None:
+    """Print the answer, what decided it and why, on which meshes, and what would decide an open one."""
+    verdict = record["verdict"]
+    answer, measure, each = verdict["verdict"], verdict["measure"], verdict["each"]
+    # the side whose verdict it is, that of the field side where both are the same
+    side = next(s for s in reversed(verdict["sides"]) if (s["each"], s["measure"]) == (each, measure))
+    words = WORDS[measure]
+    said = f"{words.off(side['deviation'].get(measure))} ± {words.off(side['uncertainty'].get(measure), size=True)}"
+    at = "" if side["side"] == "both" else f" with the curvature of the {side['side']} side"
+    by = {"HOLDS": "nearest to its limit", "FAILS": "furthest beyond its limit"}.get(each[measure], "open")
+    because = f"; because: {verdict['cause']}" if verdict["cause"] else ""
+    _say(
+        console,
+        f"verdict: Hertz {answer}{at}; {by}: {words.name} ({said}, limit {words.limit(verdict['limits'][measure])})"
+        f"{because}",
+    )
+    for kind, head in (("FAILS", "he fails by"), ("UNRESOLVED", "open are")):
+        found = [name for name, one in each.items() if one == kind]
+        # the measure that is open is named already
+        if found and found != [measure] * (kind == "UNRESOLVED"):
+            _say(console, f"{head}: {names_text(found)}")
+    elements = [f"{count:.1f}" for count in record["solver"]["elements_a_semi_axis"]]
+    refined = {2: "not refined", 3: "refined once"}.get(len(elements), "refined twice")
+    state = "open" if answer == "UNRESOLVED" else "decided"
+    meshes = f"{', '.join(elements[:-1])} and {elements[-1]}"
+    _say(console, f"{state} on {len(elements)} meshes of {meshes} elements a semi-axis, {refined}")
+    if verdict["unknown"]:
+        _say(console, unknown_text(verdict["unknown"]))
+    elif answer == "UNRESOLVED":
+        _say(console, _what_would_decide(record, side, measure))
+
+
+def _what_would_decide(record: Record, side: Record, measure: str) -> str:
+    if record["status"] != "converged":
+        return f"the result must not be used: {record['status']}"
+    of_points = (record["uncertainty_of_points"] or {}).get(measure, 0.0)
+    # a NaN is not less
+    if not of_points < 0.5 * side["uncertainty"][measure]:
+        left = WORDS[measure].off(of_points, size=True)
+        return (
+            f"finer meshes would hardly decide it: points of the profiles leave {left} open; give profiles with less"
+            " noise, or closer points"
+        )
+    case, solver, names = record["case"], record["solver"], list(RESOLUTIONS)
+    if case["resolution"] in names[:-1]:
+        finer = f"--resolution {' or '.join(names[names.index(case['resolution']) + 1 :])}"
+    else:
+        finer = f"--resolution with sizes below {','.join(f'{size:.3g}' for size in solver['element_size_mm'])}"
+    more = solver["finer_degrees_of_freedom"]
+    limit = f", or --refine-degrees-of-freedom {more}" if more > case["refine_degrees_of_freedom"] else ""
+    return f"to decide it: {finer}{limit}"
 
 
 def _print_ladder(record: Record, console: Console) -> None:
@@ -319,11 +469,6 @@ def _segment_radius(segment: Segment) -> str:
 
 def _radius(curvature_per_mm: float) -> str:
     return "straight" if abs(curvature_per_mm) < 1e-9 else f"{1.0 / curvature_per_mm:.2f}"
-
-
-def _with_unit(name: str) -> str:
-    stem, unit = name.rsplit("_", 1)
-    return f"{stem} ({unit.replace('mm2', 'mm²')})"
 
 
 def _number(value: float | None, form: str = "{:.5g}") -> str:

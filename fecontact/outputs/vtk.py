@@ -42,11 +42,10 @@ def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
     wheel's displacement has the rigid approach in it (elastic displacement minus approach times direction), so that
     warping both bodies by it makes them meet: the rail's base stays, the wheel's driven surface comes down.
 
-    Arrays on the contact surface: `contact_pressure_MPa`, `hertz_pressure_MPa`, `pressure_difference_MPa` (finite
-    elements minus Hertz), `gap_mm` (deformed) and `in_contact` (0 or 1). The contact pressure integrates to the load
-    on this surface. The Hertz pressure does so but for its sampling: it falls off like a root at its edge, which takes
-    up to 4 % off the integral at 5 elements a semi-axis and below 1 % from 8, and more if its ellipse is larger than
-    the surface.
+    Arrays on the contact surface, whose nodes are finer than the elements of the bodies: `contact_pressure_MPa`,
+    `hertz_pressure_MPa`, `pressure_difference_MPa` (finite elements minus Hertz), `gap_mm` (deformed) and `in_contact`
+    (0 or 1). Pressures are means over the cells of the nodes: both integrate to the force along the contact normal,
+    that of Hertz as far as his ellipse lies on the surface.
 
     Field data: `TimeValue` (the lateral shift), `lateral_shift_mm`, `load_kN`, `hertz_p0_MPa`, `hertz_a_mm`,
     `hertz_b_mm`, and on the contact surface `status` and `version`.
@@ -155,8 +154,9 @@ def _approach_mm(result: CaseResult) -> Floats:
     """Rigid approach (3,) of the wheel to the rail, as a vector that points away from the rail."""
     placement = result.placement
     direction = approach_direction(placement, normal_force=result.case.load_kind == "normal")
-    # the comparison has the part of the approach along the contact normal
-    return np.asarray(result.comparison.fe.approach_mm / float(direction @ placement.first.normal) * direction)
+    # that of the elements' own nodes, as the displacements are; it is the part along the contact normal
+    approach = result.load.level.nodal.approach_mm
+    return np.asarray(approach / float(direction @ placement.first.normal) * direction)
 
 
 def _add_numbers(mesh: Any, result: CaseResult) -> None:

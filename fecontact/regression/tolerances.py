@@ -41,9 +41,11 @@ class Tolerance:
 
 # Rounding (PARDISO against multigrid: 3e-12 of the peak) and the end of the contact iteration (2e-7 of the pressure)
 # are far below all of these. Another version of gmsh or MKL moves nodes by rounding, which may end in another mesh of a
-# cross-section: an element size changed by 1e-6 made one of 3 % fewer unknowns at `quick` (R 300 on R 460, 100 kN), and
-# moved the peak by 6e-5, the approach by 2e-4, area and semi-axes by 5e-5 and the centre of pressure by 1 µm. Above the
-# tolerances is what one wants to hear of: another model, another solution, a mesh that is finer or coarser.
+# cross-section: an element size changed by 1e-6 made one of 3 % more unknowns at `quick`. On R 300 under R 460 with
+# 100 kN it moved the peak by 2e-5, the approach by 1.4e-4 and the depth of the largest stress by 2 µm; on 60E1 under
+# S1002 at +0.5 mm and 80 kN, where two lobes share the load, the peak by 4e-4 and the approach by 1.4e-3, which is
+# beyond their tolerances. What one wants to hear of is above all of these: another model, another solution, a mesh that
+# is finer or coarser.
 KINDS: Mapping[str, Tolerance] = MappingProxyType(
     {
         "pressure": Tolerance(relative=1e-4, reason="smooth in the mesh; 1/50 of the usual discretisation error"),
@@ -57,14 +59,18 @@ KINDS: Mapping[str, Tolerance] = MappingProxyType(
         "angle in rad": Tolerance(absolute=1e-6, reason="slope at the touch point"),
         "angle in mrad": Tolerance(absolute=1e-3, reason="slope at the touch point"),
         "input": Tolerance(relative=1e-8, absolute=1e-12, reason="given, not computed; a baseline keeps 10 digits"),
-        "fraction": Tolerance(absolute=1e-3, reason="a ratio of areas"),
-        "percent": Tolerance(absolute=0.1, reason="in percentage points: 1e-3 of an area or a length"),
+        "fraction": Tolerance(absolute=1e-3, reason="a ratio of areas or of lengths"),
+        "percent": Tolerance(absolute=0.1, reason="in percentage points: 1e-3 of an area, a length or a load"),
         "percent of a pressure": Tolerance(absolute=0.01, reason="in percentage points: 1e-4 of a pressure"),
         "percent of an approach": Tolerance(absolute=0.05, reason="in percentage points: 5e-4 of an approach"),
+        "percent of a small load": Tolerance(absolute=0.01, reason="in percentage points: 1/10 of what Hertz may lose"),
         "uncertainty": Tolerance(
-            absolute=0.3, reason="in percentage points: 3 x the value's, extrapolated from two meshes"
+            absolute=0.3, reason="in percentage points: 3 x the value's, the change of two meshes"
         ),
-        "uncertainty of a smooth value": Tolerance(absolute=0.15, reason="in percentage points: 3 x the approach's"),
+        "uncertainty of a pressure": Tolerance(absolute=0.03, reason="in percentage points: 3 x the pressure's"),
+        "uncertainty of a small load": Tolerance(absolute=0.03, reason="in percentage points: 3 x the load's"),
+        "fraction of a limit": Tolerance(absolute=0.01, reason="1e-3 of an area or a length at limits of 10 %"),
+        "uncertainty of a fraction": Tolerance(absolute=3e-3, reason="3 x the fraction's"),
         "count": Tolerance(reason="a number of things that are there"),
         "default": Tolerance(relative=1e-4, reason="a column whose name says no known unit"),
     }
@@ -91,7 +97,7 @@ _TEXTS = (
         "cause",
         "warnings",
     ),
-    *("verdict", "verdict_measure", "verdict_cause", "verdict_warnings"),
+    *("verdict", "verdict_measure", "verdict_failing", "verdict_cause", "verdict_warnings"),
 )
 _EFFORTS = ("iterations", "degrees_of_freedom", "meshes", "load_balance", "seconds", "peak_memory_MB")
 _INPUTS = ("lateral_shift_mm", "load_kN", "inclination_rad", "roll_mrad", "yaw_mrad")
@@ -103,6 +109,12 @@ _NAMED: Mapping[str, str] = {
     "touch_wheel_y_mm": "position",
     "touch_points": "count",
     "pieces": "count",
+    "lobes": "count",
+    "separate_load_percent": "percent of a small load",
+    "separate_load_uncertainty_percent": "uncertainty of a small load",
+    "limit_used": "fraction of a limit",
+    "centre_over_b": "fraction",
+    "centre_uncertainty_over_b": "uncertainty of a fraction",
     "overlap": "fraction",
     "junction_distance_mm": "position",
     # of the patch's edge, which is read from the pressure
@@ -110,7 +122,7 @@ _NAMED: Mapping[str, str] = {
 }
 # The first that fits; what stands before a unit goes before the unit alone.
 _PATTERNS = (
-    (r"(p_max|approach)_(step_bodies_)?uncertainty_percent$", "uncertainty of a smooth value"),
+    (r"p_max_(step_bodies_)?uncertainty_percent$", "uncertainty of a pressure"),
     (r"_uncertainty_percent$", "uncertainty"),
     (r"p_max_(deviation|step_true_gap|step_bodies)_percent$", "percent of a pressure"),
     (r"approach_(deviation|step_true_gap|step_bodies)_percent$", "percent of an approach"),

@@ -26,7 +26,8 @@ SOLVING = (
 )
 # What reads and judges what was solved: after a change of it stored fields are evaluated again.
 EVALUATING = (
-    *("comparison", "theory", "map", "outputs/record.py", "outputs/rows.py", "outputs/stored.py"),
+    *("comparison", "theory", "map"),
+    *("outputs/measure_words.py", "outputs/record.py", "outputs/rows.py", "outputs/stored.py"),
     *("runs/case_store.py", "runs/position_store.py"),
 )
 SOLVING_SOURCE = "source of solving"

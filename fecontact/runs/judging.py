@@ -30,7 +30,7 @@ class JudgedStudy:
     rows
         One a case; that of a case that cannot be judged has a status that says why.
     changed
-        Verdicts before and now, by id, where they differ.
+        Verdicts before and now, by id, where there are both and they differ.
     """
 
     rows: tuple[Row, ...]
@@ -66,9 +66,9 @@ def judge_study(folder: str | Path, criteria: Criteria, out: Path | None = None)
         folders = [case_folder(folder, str(row["id"])) for row in before]
     rows = _judged_rows(before, folders, criteria)
     changed = {
-        str(new["id"]): (str(old["verdict"]), str(new.get("verdict", "none")))
+        str(new["id"]): (str(old["verdict"]), str(new["verdict"]))
         for old, new in zip(before, rows, strict=True)
-        if old.get("verdict") and old["verdict"] != new.get("verdict")
+        if old.get("verdict") and new.get("verdict") and old["verdict"] != new["verdict"]
     }
     if out is not None:
         write_tables(name, len(rows), rows, out / "study")

@@ -13,7 +13,7 @@ from fecontact.errors import InputError
 from fecontact.files import read_json
 from fecontact.jobs.store import whole_manifest
 from fecontact.map.cells import ApplicabilityMap, Inferred, LoadLimit, MapCell, MapPosition
-from fecontact.map.load_limit import without_bracket
+from fecontact.map.load_limit import load_limit
 from fecontact.outputs.map import MAP_SCHEMA
 from fecontact.outputs.rows import Row
 from fecontact.outputs.study_files import STUDY_SCHEMA
@@ -170,7 +170,11 @@ def _as_written(shift: float, cells: Sequence[Mapping[str, Any]], problem: str |
 def _inferred(shift: float, cells: Sequence[Mapping[str, Any]], criteria: Criteria) -> MapPosition:
     made = []
     for cell in cells:
-        numbers = {name: cell["inferred"][name] for name in ("deviation", "uncertainty", "doubt")}
+        # a measure that is not there, or was no number, is one that the map does not tell
+        numbers = {
+            name: {measure: value for measure, value in cell["inferred"][name].items() if value is not None}
+            for name in ("deviation", "uncertainty", "doubt")
+        }
         verdict = judge(numbers["deviation"], numbers["doubt"], criteria)
         made.append(
             MapCell(
@@ -180,7 +184,4 @@ def _inferred(shift: float, cells: Sequence[Mapping[str, Any]], criteria: Criter
                 inferred=Inferred(**numbers, verdict=verdict),
             )
         )
-    verdicts = [cell.verdict for cell in made if cell.verdict in ("HOLDS", "FAILS")]
-    return MapPosition(
-        lateral_shift_mm=shift, cells=tuple(made), limit=LoadLimit(reason=without_bracket(made, verdicts))
-    )
+    return MapPosition(lateral_shift_mm=shift, cells=tuple(made), limit=load_limit(made))

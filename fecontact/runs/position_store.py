@@ -13,7 +13,8 @@ from fecontact.comparison.judged_load import JudgedLoad, judge_load
 from fecontact.errors import InputError
 from fecontact.files import read_json, write_json
 from fecontact.map.cells import LoadLimit, MapCell, MapPosition
-from fecontact.map.position import limit_of_solved, solve_position, solved_cell
+from fecontact.map.load_limit import load_limit
+from fecontact.map.position import solve_position, solved_cell
 from fecontact.outputs.record import shown_case_record
 from fecontact.outputs.stored import (
     Arrays,
@@ -29,7 +30,7 @@ from fecontact.runs.case_store import FIELDS, PROFILES, copy_profiles, stored_ca
 from fecontact.runs.identity import position_id
 from fecontact.solving.meshes import would_be_refined
 
-SCHEMA = "fecontact/map-position/2"
+SCHEMA = "fecontact/map-position/3"
 POSITION = "position.json"
 
 
@@ -151,7 +152,7 @@ def _position(folder: Path, record: Mapping[str, Any], criteria: Criteria | None
     return MapPosition(
         lateral_shift_mm=shift,
         cells=found,
-        limit=limit_of_solved(case, found, tried, stopped),
+        limit=load_limit(found, tried, stopped=stopped),
         placement=placement,
         tried=tuple(tried),
         stopped=stopped,

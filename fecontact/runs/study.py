@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from fecontact.case import Case
+from fecontact.case import Case, Criteria
 from fecontact.errors import InputError
 from fecontact.jobs.engine import Finished, Progress, RunSettings, finish, open_run
 from fecontact.jobs.job import Done, Work
@@ -107,7 +107,7 @@ def run_study(
                 table.write()
         rows = table.write()
         whole = settings.part is None
-        collections = study_figures(rows, out, _only_rail(study.cases)) if whole else ()
+        collections = study_figures(rows, out, _only_rail(study.cases), _only_criteria(study.cases)) if whole else ()
         conclusion = _conclude(study, rows, out) if whole else None
     return StudyOutcome(
         rows=tuple(rows),
@@ -168,6 +168,12 @@ def _only_rail(cases: tuple[Case, ...]) -> Profile | None:
         return resolve_rail(rails.pop())
     except InputError:
         return None
+
+
+def _only_criteria(cases: tuple[Case, ...]) -> Criteria | None:
+    """The criteria of all cases, if they have the same."""
+    found = {case.criteria for case in cases}
+    return found.pop() if len(found) == 1 else None
 
 
 def _conclude(study: Study, rows: list[Row], out: Path) -> str | None:

@@ -12,7 +12,7 @@ from typing import Any
 
 from fecontact.case import INPUTS, PARTS, Case, case_with
 from fecontact.errors import InputError
-from fecontact.inputs.kinds import Choice, Number
+from fecontact.inputs.kinds import Choice, Names, Number
 from fecontact.inputs.slots import Slot
 from fecontact.inputs.texts import nearest, parse_numbers
 
@@ -83,7 +83,7 @@ def _table(data: Mapping[str, Any], table: str, prefix: str) -> Values:
     for key, value in data.items():
         slot = _slot(key, table, prefix)
         with _named(key):
-            if isinstance(value, list):
+            if isinstance(value, list) and not isinstance(slot.input, Names):
                 raise InputError(f"it is {value!r}; allowed: {slot.input.allowed}; a list cannot stand in a table")
             values[slot] = [slot.input.read(value)]
     return values

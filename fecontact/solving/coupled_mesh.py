@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import Level
-from fecontact.contact.correction import model_of, solve_by_correction
+from fecontact.contact.correction import solve_by_correction
+from fecontact.contact.elements import UnitResponse
 from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact.halfspace import half_space_problem
 from fecontact.contact.rung import Rung
 from fecontact.contact.solver import Compliance, ContactProblem, ContactSolution, solve_contact
-from fecontact.errors import InputError
+from fecontact.errors import FoldedMesh, InputError
 from fecontact.fe.body import elastic_body
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.fe.linear_solver import choose_solver
@@ -27,12 +28,16 @@ from fecontact.fe.stiffness import stiffness
 from fecontact.geometry.placement import Placement
 from fecontact.solving.expected_patch import ExpectedPatch
 from fecontact.solving.position import Clock, Position, element_size_mm, expect_on_half_space, place_case
-from fecontact.theory.hertz import HertzContact
+from fecontact.solving.true_gap import TrueGap
+
+Floats = NDArray[np.float64]
 
 # Free room around the expected patch, in elements; a patch within EDGE_ELEMENTS of the edge enlarges the zone.
 _MARGIN_ELEMENTS = 4
 EDGE_ELEMENTS = 2
 _ENLARGEMENTS = 4
+# Sizes of the elements tried one after the other where those of a section fold: another size is another mesh.
+_SIZES_IF_FOLDED = (1.0, 0.97, 0.94, 0.91)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,15 +49,10 @@ class Room:
     s_high: float = 0.0
 
 
-def fine_zone(
-    case: Case, expected: ExpectedPatch, hertz: HertzContact, room: Room | None = None, coarser: float = 1.0
-) -> FineZone:
-    """The uniform zone: the expected patch and a margin, with the resolution's elements on its narrowest semi-axis.
-
-    `coarser` multiplies the element sizes.
-    """
+def fine_zone(expected: ExpectedPatch, element_size_mm: tuple[float, float], room: Room | None = None) -> FineZone:
+    """The uniform zone of these elements: the expected patch and a margin."""
     room = room or Room()
-    step_x, step_s = (coarser * size for size in element_size_mm(case, expected, hertz))
+    step_x, step_s = element_size_mm
     length = max(expected.x_high_mm, -expected.x_low_mm) + _MARGIN_ELEMENTS * step_x + room.x
     low = expected.s_low_mm - _MARGIN_ELEMENTS * step_s - room.s_low
     high = expected.s_high_mm + _MARGIN_ELEMENTS * step_s + room.s_high
@@ -64,14 +64,15 @@ def fine_zone(
         s_high_mm=middle + 0.5 * steps * step_s,
         step_x_mm=step_x,
         step_s_mm=step_s,
-        semi_axis_mm=min(expected.semi_axis_s_mm, hertz.b_mm),
+        semi_axis_mm=expected.semi_axis_s_mm,
     )
 
 
-def _more_room(room: Room, grid: ContactGrid, contact: NDArray[np.bool_], expected: ExpectedPatch) -> Room:
+def _more_room(room: Room, nodal: Rung, expected: ExpectedPatch) -> Room:
     """More room where the contact comes within EDGE_ELEMENTS of the edge; the same room if it nowhere does."""
+    contact = nodal.pressure_MPa > 0.0
     rows, columns = np.asarray(contact.any(axis=1)), np.asarray(contact.any(axis=0))
-    at_end = bool(rows[-EDGE_ELEMENTS:].any() or (not grid.half and rows[:EDGE_ELEMENTS].any()))
+    at_end = bool(rows[-EDGE_ELEMENTS:].any() or (not nodal.grid.half and rows[:EDGE_ELEMENTS].any()))
     quarter = 0.25 * (expected.s_high_mm - expected.s_low_mm)
     return Room(
         x=room.x + (0.25 * expected.x_high_mm if at_end else 0.0),
@@ -119,32 +120,66 @@ def couple(case: Case, placement: Placement, zone: FineZone, clock: Clock) -> Co
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CoupledProblem:
-    """The contact problem of a position on one mesh: between the bodies, on a half-space, and a model of the bodies."""
+    """The contact problem of a position on one mesh, and what is known of its elements.
+
+    Attributes
+    ----------
+    bodies
+        Between the finite bodies, on the nodes of their mesh.
+    half_space
+        The same gap on a half-space, where the solution starts.
+    model
+        The bodies' compliance as if it were the same at every node.
+    elements, otherwise
+        A half-space as soft as the elements, and the same with another idea of what is the elements'.
+    """
 
     bodies: ContactProblem
     half_space: ContactProblem
     model: Compliance
+    elements: Compliance
+    otherwise: Compliance
 
-    def solve(self, load_N: float) -> tuple[ContactSolution, ContactSolution]:
+    def solve(self, load_N: float) -> ContactSolution:
         """Solve the contact on the half-space, and from there that of the bodies."""
-        on_half_space = solve_contact(self.half_space, load_N)
-        start = on_half_space.pressure_MPa
-        return on_half_space, solve_by_correction(self.bodies, load_N, self.model, start_MPa=start)
+        start = solve_contact(self.half_space, load_N).pressure_MPa
+        return solve_by_correction(self.bodies, load_N, self.model, start_MPa=start)
+
+    def read(self, solution: ContactSolution, true_gap: TrueGap, bodies: CoupledBodies) -> tuple[Rung, Field, Field]:
+        """A solution on the elements' nodes, and what the bodies open under it more than a half-space of elements.
+
+        The latter twice, by both ideas of what is the elements'.
+        """
+        nodal = Rung.of(
+            bodies.grid,
+            solution,
+            approach_mm=solution.approach_mm * true_gap.closing,
+            upright=bodies.normals @ true_gap.placement.first.normal,
+        )
+        opening = self.bodies.opening_mm(solution)
+        added, otherwise = (
+            Field.of_nodes(bodies.grid, opening - elements(solution.pressure_MPa))
+            for elements in (self.elements, self.otherwise)
+        )
+        return nodal, added, otherwise
 
 
-def coupled_problem(position: Position, bodies: CoupledBodies) -> CoupledProblem:
+def coupled_problem(true_gap: TrueGap, bodies: CoupledBodies) -> CoupledProblem:
     """Set up the contact of coupled bodies; costs one application of their compliance."""
-    grid, modulus = bodies.grid, position.case.contact_modulus_MPa
+    grid, modulus = bodies.grid, true_gap.contact_modulus_MPa
+    response = UnitResponse.of(bodies.compliance, grid, contact_modulus_MPa=modulus)
     half_space = half_space_problem(
         grid,
-        grid.weighted_mean(position.placement.gap),
-        closing=bodies.normals @ position.direction,
+        grid.weighted_mean(true_gap.placement.gap),
+        closing=bodies.normals @ true_gap.direction,
         contact_modulus_MPa=modulus,
     )
     return CoupledProblem(
         bodies=replace(half_space, compliance=bodies.compliance),
         half_space=half_space,
-        model=model_of(bodies.compliance, grid, contact_modulus_MPa=modulus),
+        model=response.model(),
+        elements=response.half_space_of_elements(),
+        otherwise=response.half_space_of_elements(quartic=True),
     )
 
 
@@ -162,24 +197,41 @@ class CoupledMesh:
         self.stopped_by: InputError | None = None
         self._take(self._couple(self._room))
 
-    def solve(self, load_N: float) -> Level:
-        """Contact on a half-space and between the bodies, and whether the patch is at the edge of the zone."""
-        position = self._position
+    def solve(self, position: Position) -> Level:
+        """Contact of the position's load between the bodies, and whether the patch is at the edge of the zone."""
         while True:
             with position.clock.step("contact"):
-                half_space, solution = self._problem.solve(load_N)
-            contact = Field.of_nodes(self.bodies.grid, solution.in_contact).values
-            more = _more_room(self._room, self.bodies.grid, contact, position.expected)
-            if more == self._room or self._enlarged == _ENLARGEMENTS:
-                return self._level(half_space, solution, at_edge=more != self._room)
+                nodal, added, otherwise = self._contact(position)
+            more = self._more_room(position, nodal, added)
+            at_edge = more != self._room
+            if not at_edge or self._enlarged == _ENLARGEMENTS:
+                return self._level(position, nodal, (added, otherwise), at_edge=at_edge)
             try:
                 larger = self._couple(more)
             except InputError as error:
                 self.stopped_by = error
-                return self._level(half_space, solution, at_edge=True)
+                return self._level(position, nodal, (added, otherwise), at_edge=True)
             self.bodies.close()
             self._take(larger)
             self._room, self._enlarged = more, self._enlarged + 1
+
+    def _contact(self, position: Position) -> tuple[Rung, Field, Field]:
+        """Contact on the elements' nodes, and what the bodies open under it beyond a half-space of elements, twice."""
+        return self._problem.read(self._problem.solve(position.case.load_N), position.true_gap, self.bodies)
+
+    def _more_room(self, position: Position, nodal: Rung, added: Field) -> Room:
+        """More room where the contact comes near the edge of the zone or goes on beyond it; else the same."""
+        more = _more_room(self._room, nodal, position.expected)
+        beyond = position.true_gap.overlaps_beyond(nodal, added)
+        if beyond is None:
+            return more
+        low, high = beyond
+        s = nodal.grid.s_mm
+        return replace(
+            more,
+            s_low=more.s_low + max(0.0, float(s[0]) - low),
+            s_high=more.s_high + max(0.0, high - float(s[-1])),
+        )
 
     def close(self) -> None:
         """Release both factors."""
@@ -187,30 +239,55 @@ class CoupledMesh:
 
     def _couple(self, room: Room) -> CoupledBodies:
         position = self._position
-        zone = fine_zone(position.case, position.expected, position.expected_hertz, room, self._coarser)
-        return couple(position.case, position.placement, zone, position.clock)
+        folded: FoldedMesh | None = None
+        for factor in _SIZES_IF_FOLDED:
+            step_x, step_s = (factor * self._coarser * step for step in position.element_size_mm)
+            zone = fine_zone(position.expected, (step_x, step_s), room)
+            try:
+                return couple(position.case, position.placement, zone, position.clock)
+            except FoldedMesh as error:
+                folded = folded or error
+        assert folded is not None
+        raise folded
 
     def _take(self, bodies: CoupledBodies) -> None:
         self.bodies = bodies
         with self._position.clock.step("contact"):
-            self._problem = coupled_problem(self._position, bodies)
+            self._problem = coupled_problem(self._position.true_gap, bodies)
 
-    def _level(self, half_space: ContactSolution, solution: ContactSolution, *, at_edge: bool) -> Level:
-        bodies, position = self.bodies, self._position
-        upright = bodies.normals @ position.placement.first.normal
-        on_half_space, fe = (
-            Rung.of(bodies.grid, one, approach_mm=one.approach_mm * position.closing, upright=upright)
-            for one in (half_space, solution)
-        )
+    def _level(self, position: Position, nodal: Rung, added: tuple[Field, Field], *, at_edge: bool) -> Level:
+        bodies = self.bodies
+        with position.clock.step("resolve"):
+            grid = grid_over(position.expected.half_space.grid, nodal)
+            fe, otherwise = (position.true_gap.solve(grid, position.case.load_N, added=one) for one in added)
         meshes = (bodies.rail.mesh, bodies.wheel.mesh)
         return Level(
-            half_space=on_half_space,
+            nodal=nodal,
             fe=fe,
+            otherwise=otherwise,
             degrees_of_freedom={mesh.name: 3 * len(mesh.points) for mesh in meshes},
             elements={mesh.name: len(mesh.hexes) for mesh in meshes},
             enlarged=self._enlarged,
             at_edge=at_edge,
         )
+
+
+def grid_over(fine: ContactGrid, nodal: Rung) -> ContactGrid:
+    """A grid with the steps and the places of a finer one, over a contact on elements and two of them around it."""
+    rows, columns = (np.flatnonzero(nodal.pressure_MPa.any(axis=axis)) for axis in (1, 0))
+    return ContactGrid(
+        x_mm=_line_over(fine.x_mm, nodal.grid.x_mm, rows, from_plane=nodal.grid.half),
+        s_mm=_line_over(fine.s_mm, nodal.grid.s_mm, columns),
+        half=nodal.grid.half,
+    )
+
+
+def _line_over(fine: Floats, coarse: Floats, covered: NDArray[np.int64], *, from_plane: bool = False) -> Floats:
+    first, last = max(int(covered[0]) - 2, 0), min(int(covered[-1]) + 2, coarse.size - 1)
+    step = float(fine[1] - fine[0])
+    low = 0 if from_plane else math.ceil((float(coarse[first]) - float(fine[0])) / step)
+    high = math.floor((float(coarse[last]) - float(fine[0])) / step)
+    return np.asarray(fine[0] + step * np.arange(low, high + 1))
 
 
 def mesh_case(case: Case, body: Literal["rail", "wheel"]) -> BodyMesh:
@@ -222,8 +299,8 @@ def mesh_case(case: Case, body: Literal["rail", "wheel"]) -> BodyMesh:
         As `solve` does.
     """
     placement = place_case(case)
-    hertz, expected = expect_on_half_space(case, placement)
-    zone = fine_zone(case, expected, hertz)
+    _, expected = expect_on_half_space(case, placement)
+    zone = fine_zone(expected, element_size_mm(case, expected))
     check_memory(least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements")
     make = rail_mesh if body == "rail" else wheel_mesh
     return make(placement, zone, half=case.half, size=case.size)

@@ -3,41 +3,51 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 from scipy.signal import find_peaks
 
-from fecontact.contact.grid import ContactGrid, Field
-from fecontact.contact.halfspace import half_space_problem
+from fecontact.contact.grid import ContactGrid
 from fecontact.contact.rung import Rung
-from fecontact.contact.solver import ContactSolution, solve_contact
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.geometry.placement import OPEN_GAP_MM, Placement
 from fecontact.profiles.curve import Profile
+from fecontact.solving.true_gap import TrueGap
 
 Floats = NDArray[np.float64]
 
 _COARSE_STEP_S_MM = 0.2
 _COARSE_NODES_X = 25
-_NODES_A_SEMI_AXIS = 16
-# A lobe does not decide about the element size if its peak is below this part of the highest one, or its load below
-# that part of the whole.
+# A lobe does not decide about the size of the elements if its peak is below this part of the highest one, or its load
+# below that part of the whole: what the bodies add to its half-space is nearly constant below it. The nodes resolve it.
 _LESSER_PEAK = 0.5
 _LESSER_LOAD = 0.1
+# The same for the nodes, which follow a small lobe down to a quarter of what the others need.
+_LEAST_LOAD = 0.002
+_FINEST = 0.25
 # A peak is a lobe of its own if the pressure falls by this part of the highest peak on both sides of it.
-_VALLEY = 0.15
+_VALLEY = 0.05
+# Nodes follow a shallower one too: 16 on the semi-axis of the rest read 0.015 of a valley of 0.047 beside a thin lobe.
+_LEAST_VALLEY = 0.01
 # A kink by less than this turns the surface less than a patch's own curvature does (5 mm on R 300: 0.017).
 _CORNER_RAD = 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
 class ExpectedPatch:
-    """Extent of the patch on the rail's surface from the first touch point, and its narrowest lobe's size (mm).
+    """Where the patch will be on the rail's surface (mm, from the first touch point), and its contact on a half-space.
 
-    `half_space` is the contact of the true gap on a half-space, with 16 nodes a semi-axis.
+    Attributes
+    ----------
+    x_low_mm, x_high_mm, s_low_mm, s_high_mm
+        Its bounding box.
+    semi_axis_x_mm, semi_axis_s_mm
+        Half length and smaller half width of its narrowest lobe, small ones left out.
+    half_space
+        The true gap on a half-space, with 32 nodes or more on each semi-axis, of small lobes too.
     """
 
     x_low_mm: float
@@ -55,20 +65,14 @@ def approach_direction(placement: Placement, *, normal_force: bool) -> Floats:
 
 
 def expected_patch(
-    placement: Placement,
-    load_N: float,
-    *,
-    contact_modulus_MPa: float,
-    direction: Floats,
-    half: bool,
-    guess_mm: float = 0.1,
+    true_gap: TrueGap, load_N: float, *, half: bool, nodes: int = 16, guess_mm: float = 0.1
 ) -> ExpectedPatch:
     """Solve the true gap on a half-space over all of the surface in reach, then again on a grid that fits the patch.
 
     Parameters
     ----------
-    direction (3,)
-        Unit vector along which the load acts.
+    nodes
+        Of the grid, on the narrowest semi-axis of the patch.
     guess_mm
         First guess of the approach; enlarged until the patch cannot reach further.
 
@@ -79,13 +83,11 @@ def expected_patch(
     ConvergenceError
         If the patch grows without bound, or its contact is not found.
     """
-    space = _HalfSpace(placement=placement, modulus=contact_modulus_MPa, direction=direction, load_N=load_N, half=half)
     reach = guess_mm
     for _ in range(12):
-        (x_low, x_high), (s_low, s_high) = _region(placement, reach, direction, half)
-        x = np.linspace(0.0 if half else x_low, x_high, _COARSE_NODES_X if half else 2 * _COARSE_NODES_X - 1)
-        s = np.linspace(s_low, s_high, max(33, int(np.ceil((s_high - s_low) / _COARSE_STEP_S_MM)) + 1))
-        rung, approach = space.solve(ContactGrid(x_mm=x, s_mm=s, half=half))
+        grid = _coarse_grid(true_gap, reach, half=half)
+        rung = _solve(true_gap, grid, load_N)
+        approach = rung.approach_mm / true_gap.closing
         if approach < reach:
             break
         reach = 1.3 * approach
@@ -94,62 +96,46 @@ def expected_patch(
             f"the patch grows without bound under {load_N:g} N: the bodies conform all over; reduce the load"
         )
     for _ in range(2):
-        rung, _ = space.solve(_fitted_grid(_box(rung)))
-    return _box(rung)
+        rung = _solve(true_gap, _fitted_grid(rung, nodes), load_N)
+    return _patch_of(rung)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _HalfSpace:
-    """The true gap of a placement on a half-space under one load."""
+def _coarse_grid(true_gap: TrueGap, reach_mm: float, *, half: bool) -> ContactGrid:
+    (x_low, x_high), (s_low, s_high) = _region(true_gap.placement, reach_mm, true_gap.direction, half)
+    x = np.linspace(0.0 if half else x_low, x_high, _COARSE_NODES_X if half else 2 * _COARSE_NODES_X - 1)
+    s = np.linspace(s_low, s_high, max(33, int(np.ceil((s_high - s_low) / _COARSE_STEP_S_MM)) + 1))
+    return ContactGrid(x_mm=x, s_mm=s, half=half)
 
-    placement: Placement
-    modulus: float
-    direction: Floats
-    load_N: float
-    half: bool
 
-    def solve(self, grid: ContactGrid) -> tuple[Rung, float]:
-        """Contact on a grid, and the approach along the load."""
-        _, normals = self.placement.surface(0.0, grid.s_mm)
-        weights = np.full(grid.shape, grid.steps_mm[0] * grid.steps_mm[1])
-        if self.half:
-            weights[1:] *= 2.0
-        problem = half_space_problem(
-            grid,
-            self.placement.gap(grid.x_mm[:, None], grid.s_mm[None, :]).ravel(),
-            closing=np.tile(normals @ self.direction, grid.shape[0]),
-            contact_modulus_MPa=self.modulus,
+def _solve(true_gap: TrueGap, grid: ContactGrid, load_N: float) -> Rung:
+    """Contact on a grid, refused where it ends at the end of a line or on a corner, or is not found."""
+    rung = true_gap.solve(grid, load_N)
+    _check_ends(true_gap.placement, rung)
+    if rung.status != "converged":
+        raise ConvergenceError(
+            f"the contact on a half-space of {grid.shape[0]} by {grid.shape[1]} nodes did not converge (residual"
+            f" {rung.residual:.1e} of the approach); another load or lateral shift may go"
         )
-        # whole cells at the ends too: the patch does not come there
-        solution = solve_contact(replace(problem, area_mm2=weights.ravel()), self.load_N, tolerance=1e-5)
-        self._check_ends(grid, solution, problem.gap_mm)
-        if solution.status != "converged":
-            raise ConvergenceError(
-                f"the contact on a half-space of {grid.shape[0]} by {grid.shape[1]} nodes did not converge (residual"
-                f" {solution.residual:.1e} of the approach); another load or lateral shift may go"
-            )
-        upright = self.placement.first.normal
-        approach = solution.approach_mm * float(self.direction @ upright)
-        rung = Rung.of(grid, solution, approach_mm=approach, upright=np.tile(normals @ upright, grid.shape[0]))
-        return rung, solution.approach_mm
+    return rung
 
-    def _check_ends(self, grid: ContactGrid, solution: ContactSolution, gap_mm: Floats) -> None:
-        """Refuse a contact at the end of the wheel's line or on a corner: its pressure has no finite value there."""
-        in_contact = Field.of_nodes(grid, solution.in_contact).values
-        nothing_above = Field.of_nodes(grid, gap_mm >= OPEN_GAP_MM).values
-        if np.any(binary_dilation(nothing_above, structure=np.ones((3, 3))) & in_contact):
+
+def _check_ends(placement: Placement, rung: Rung) -> None:
+    """Refuse a contact at the end of the wheel's line or on a corner: its pressure has no finite value there."""
+    grid, in_contact = rung.grid, rung.pressure_MPa > 0.0
+    nothing_above = placement.gap(grid.x_mm[:, None], grid.s_mm[None, :]) >= OPEN_GAP_MM
+    if np.any(binary_dilation(nothing_above, structure=np.ones((3, 3))) & in_contact):
+        raise InputError(
+            f"the contact reaches the end of the running surface of wheel {placement.wheel.profile.name};"
+            " reduce the load, change the lateral shift, or give a longer profile line"
+        )
+    below = grid.s_mm[in_contact.any(axis=0)]
+    for profile, y, arc in _corners(placement):
+        # its own cell counts: the pressure ends at a corner that it cannot pass
+        if below[0] - grid.steps_mm[1] <= arc <= below[-1] + grid.steps_mm[1]:
             raise InputError(
-                f"the contact reaches the end of the running surface of wheel {self.placement.wheel.profile.name};"
-                " reduce the load, change the lateral shift, or give a longer profile line"
+                f"the contact reaches a corner of {profile.kind} {profile.name} at y = {y:.2f} mm, where its"
+                " pressure has no finite value; change the lateral shift, or round the corner in the profile"
             )
-        below = grid.s_mm[in_contact.any(axis=0)]
-        for profile, y, arc in _corners(self.placement):
-            # its own cell counts: the pressure ends at a corner that it cannot pass
-            if below[0] - grid.steps_mm[1] <= arc <= below[-1] + grid.steps_mm[1]:
-                raise InputError(
-                    f"the contact reaches a corner of {profile.kind} {profile.name} at y = {y:.2f} mm, where its"
-                    " pressure has no finite value; change the lateral shift, or round the corner in the profile"
-                )
 
 
 def _corners(placement: Placement) -> list[tuple[Profile, float, float]]:
@@ -190,56 +176,103 @@ def _region(
     return (x[rows[0]] - dx, x[rows[-1]] + dx), (s[columns[0]] - _COARSE_STEP_S_MM, s[columns[-1]] + _COARSE_STEP_S_MM)
 
 
-def _fitted_grid(box: ExpectedPatch) -> ContactGrid:
-    half = box.half_space.grid.half
-    step_x, step_s = box.semi_axis_x_mm / _NODES_A_SEMI_AXIS, box.semi_axis_s_mm / _NODES_A_SEMI_AXIS
-    x_low = 0.0 if half else box.x_low_mm - 3.0 * step_x
-    s_low = box.s_low_mm - 3.0 * step_s
-    count_x = int(np.ceil((box.x_high_mm + 3.0 * step_x - x_low) / step_x))
-    count_s = int(np.ceil((box.s_high_mm + 3.0 * step_s - s_low) / step_s))
+def _fitted_grid(rung: Rung, nodes: int) -> ContactGrid:
+    grid, sizes = rung.grid, _lobe_sizes(rung)
+    (x_low, x_high), (s_low, s_high) = _bounds(rung)
+    step_x, step_s = (
+        max(min(every), _FINEST * min(large)) / nodes
+        for every, large in zip(zip(*sizes.every, strict=True), zip(*sizes.large, strict=True), strict=True)
+    )
+    x_low = 0.0 if grid.half else x_low - 3.0 * step_x
+    s_low = s_low - 3.0 * step_s
+    count_x = int(np.ceil((x_high + 3.0 * step_x - x_low) / step_x))
+    count_s = int(np.ceil((s_high + 3.0 * step_s - s_low) / step_s))
     return ContactGrid(
         x_mm=np.asarray(x_low + step_x * np.arange(count_x + 1)),
         s_mm=np.asarray(s_low + step_s * np.arange(count_s + 1)),
-        half=half,
+        half=grid.half,
     )
 
 
-def _box(rung: Rung) -> ExpectedPatch:
-    p, x, s, half = rung.pressure_MPa, rung.grid.x_mm, rung.grid.s_mm, rung.grid.half
-    dx, ds = rung.grid.steps_mm
-    rows, columns = np.flatnonzero(p.any(axis=1)), np.flatnonzero(p.any(axis=0))
-    x_high = float(x[rows[-1]] + 0.5 * dx)
-    x_low = -x_high if half else float(x[rows[0]] - 0.5 * dx)
-    sizes = _lobe_sizes(p, x, s, half)
+def _patch_of(rung: Rung) -> ExpectedPatch:
+    (x_low, x_high), (s_low, s_high) = _bounds(rung)
+    semi_axis_x, semi_axis_s = semi_axes_mm(rung)
     return ExpectedPatch(
         x_low_mm=x_low,
         x_high_mm=x_high,
-        s_low_mm=float(s[columns[0]] - 0.5 * ds),
-        s_high_mm=float(s[columns[-1]] + 0.5 * ds),
-        semi_axis_x_mm=min(size[0] for size in sizes),
-        semi_axis_s_mm=min(size[1] for size in sizes),
+        s_low_mm=s_low,
+        s_high_mm=s_high,
+        semi_axis_x_mm=semi_axis_x,
+        semi_axis_s_mm=semi_axis_s,
         half_space=rung,
     )
 
 
-def _lobe_sizes(p: Floats, x: Floats, s: Floats, half: bool) -> list[tuple[float, float]]:
-    """Half length along x and smaller half width across (mm) of each lobe of a pressure (nx, ns)."""
+def semi_axes_mm(rung: Rung) -> tuple[float, float]:
+    """Half length along x and smaller half width across of the narrowest lobe of a contact, small ones left out."""
+    large = _lobe_sizes(rung).large
+    return min(size[0] for size in large), min(size[1] for size in large)
+
+
+def _bounds(rung: Rung) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Bounding box of the contact, along x and across."""
+    (x, s), (dx, ds), p = (rung.grid.x_mm, rung.grid.s_mm), rung.grid.steps_mm, rung.pressure_MPa
+    rows, columns = np.flatnonzero(p.any(axis=1)), np.flatnonzero(p.any(axis=0))
+    x_high = float(x[rows[-1]] + 0.5 * dx)
+    x_low = -x_high if rung.grid.half else float(x[rows[0]] - 0.5 * dx)
+    return (x_low, x_high), (float(s[columns[0]] - 0.5 * ds), float(s[columns[-1]] + 0.5 * ds))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _LobeSizes:
+    """Half length along x and smaller half width across (mm) of lobes: of all that nodes follow, and of large ones."""
+
+    every: list[tuple[float, float]]
+    large: list[tuple[float, float]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Lobe:
+    """Half length along x and smaller half width across (mm), height over the highest peak and part of the load."""
+
+    size_mm: tuple[float, float]
+    height: float
+    part: float
+
+
+def _lobe_sizes(rung: Rung) -> _LobeSizes:
+    return _LobeSizes(
+        every=[lobe.size_mm for lobe in _lobes(rung, _LEAST_VALLEY) if lobe.height == 1.0 or lobe.part >= _LEAST_LOAD],
+        large=[
+            lobe.size_mm
+            for lobe in _lobes(rung, _VALLEY)
+            if lobe.height == 1.0 or (lobe.height >= _LESSER_PEAK and lobe.part >= _LESSER_LOAD)
+        ],
+    )
+
+
+def _lobes(rung: Rung, valley: float) -> list[_Lobe]:
+    """Peaks across that stand out by a part of the highest one, each from valley to valley."""
+    p, (dx, ds) = rung.pressure_MPa, rung.grid.steps_mm
     ridge = np.concatenate(([0.0], p.max(axis=0), [0.0]))
     line_load = np.concatenate(([0.0], p.sum(axis=0), [0.0]))
-    top = float(ridge.max())
-    peaks, _ = find_peaks(ridge, height=_LESSER_PEAK * top, prominence=_VALLEY * top)
-    dx, ds = float(x[1] - x[0]), float(s[1] - s[0])
+    top, load = float(ridge.max()), float(line_load.sum())
+    peaks, _ = find_peaks(ridge, prominence=valley * top, plateau_size=1)
     zeros = np.flatnonzero(ridge == 0.0)
-    sizes = []
+    found = []
     for k, peak in enumerate(peaks):
         left, right = int(zeros[zeros < peak][-1]), int(zeros[zeros > peak][0])
         if k > 0:
             left = max(left, int(peaks[k - 1] + np.argmin(ridge[peaks[k - 1] : peak])))
         if k < len(peaks) - 1:
             right = min(right, int(peak + np.argmin(ridge[peak : peaks[k + 1]])))
-        if ridge[peak] < top and float(line_load[left:right].sum()) < _LESSER_LOAD * float(line_load.sum()):
-            continue
         rows = np.flatnonzero(p[:, peak - 1])
-        length = (rows[-1] + 0.5) * dx if half else 0.5 * (rows[-1] - rows[0] + 1) * dx
-        sizes.append((length, min(peak - left, right - peak) * ds))
-    return sizes
+        length = (rows[-1] + 0.5) * dx if rung.grid.half else 0.5 * (rows[-1] - rows[0] + 1) * dx
+        found.append(
+            _Lobe(
+                size_mm=(length, min(peak - left, right - peak) * ds),
+                height=float(ridge[peak]) / top,
+                part=float(line_load[left:right].sum()) / load,
+            )
+        )
+    return found

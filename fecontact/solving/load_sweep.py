@@ -7,29 +7,46 @@ iterations, started from the half-space pressure.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
 
-from fecontact.case import Case
+from fecontact.case import NODES_A_SEMI_AXIS, Case
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.errors import check_positive
+from fecontact.errors import ConvergenceError, InputError, check_positive
 from fecontact.solving.meshes import Meshes
 from fecontact.solving.position import Position, Progress, position_of
 
-# A load whose patch has fewer than this part of the elements that the resolution asks for gets meshes of its own.
-# Patches grow with the cube root of the load: one set of meshes serves loads down to about a fifth of its largest.
-_LEAST_ELEMENTS = 0.6
+# Loads share meshes whose elements are at most so many times finer than the largest of them asks for: a coarse mesh
+# that served all loads would have too few elements for the smallest, and a fine one too many for the largest.
+_MOST_FINER = 1.5
+# An expected semi-axis is a number of nodes, so that a load between two others may ask for so many times finer elements
+# than either: meshes for such loads have them.
+_SPARE = 1.0 + 1.0 / NODES_A_SEMI_AXIS
+# Rounding of what is asked for twice.
+_SAME = 1.0 + 1e-9
 
 
 class LoadSweep:
     """A position that is solved for one load after the other.
 
     Loads are best given from the largest down: each goes to the smallest meshes made for a load at least as large on
-    which its patch has enough elements. Only one set of meshes is in memory at a time.
+    which its patch has the elements that the resolution asks for. Only one set of meshes is in memory at a time.
+
+    Parameters
+    ----------
+    planned_N
+        Loads to come; meshes are made so that some of them can share them.
     """
 
-    def __init__(self, case: Case, *, progress: Progress | None = None) -> None:
+    def __init__(self, case: Case, planned_N: Sequence[float] = (), *, progress: Progress | None = None) -> None:
         """Place the case; its own load does not matter."""
-        self._position = position_of(case, progress=progress)
+        self._position = _placed(case, planned_N, progress)
         self.placement = self._position.placement
+        self._planned: dict[float, Position] = {}
+        for load_N in sorted(set(planned_N), reverse=True):
+            # a load that cannot be solved says so when it is its turn
+            with suppress(InputError, ConvergenceError):
+                self._planned[load_N] = self._position.for_load(load_N)
         self._groups: list[Meshes] = []
         self._open: Meshes | None = None
 
@@ -41,12 +58,18 @@ class LoadSweep:
         InputError
             As `fecontact.solve` does.
         """
-        wanted = self._position.for_load(check_positive("load", load_N, "N", "give the wheel load"))
+        check_positive("load", load_N, "N", "give the wheel load")
+        wanted = self._planned.get(load_N) or self._position.for_load(load_N)
         meshes = self._meshes_for(wanted)
         if self._open is not meshes:
             self.close()
             self._open = meshes
-        return meshes.solve(load_N)
+        return meshes.solve(wanted)
+
+    def is_ready_for(self, load_N: float) -> bool:
+        """Whether a planned load goes to the meshes whose factors are in memory."""
+        wanted = self._planned.get(load_N)
+        return wanted is not None and self._open is not None and self._open is self._group_of(wanted)
 
     def close(self) -> None:
         """Release the factors; the sweep may go on, with new ones."""
@@ -59,23 +82,48 @@ class LoadSweep:
         """The loads that meshes were made for."""
         return tuple(group.position.case.load_N for group in self._groups)
 
-    def _meshes_for(self, wanted: Position) -> Meshes:
+    def _group_of(self, wanted: Position) -> Meshes | None:
         fitting = [group for group in self._groups if _serves(group.position, wanted)]
-        if fitting:
-            return min(fitting, key=lambda group: group.position.case.load_N)
-        made = Meshes(wanted, keep=True)
+        return min(fitting, key=lambda group: group.position.case.load_N) if fitting else None
+
+    def _meshes_for(self, wanted: Position) -> Meshes:
+        if (group := self._group_of(wanted)) is not None:
+            return group
+        # a load between planned ones is not the last there: the meshes serve all of them
+        above = min((load for load in self._planned if load >= wanted.case.load_N), default=None)
+        largest = wanted if above is None else self._planned[above]
+        sizes = [wanted.element_size_mm]
+        for load_N, planned in self._planned.items():
+            if load_N < wanted.case.load_N and _finer(planned, largest) <= _MOST_FINER:
+                sizes.append(planned.element_size_mm)
+        spare = 1.0 if above in (None, wanted.case.load_N) else _SPARE
+        finest = (min(size[0] for size in sizes) / spare, min(size[1] for size in sizes) / spare)
+        made = Meshes(replace(largest, element_size_mm=finest), keep=True)
         self._groups.append(made)
         return made
 
 
+def _placed(case: Case, planned_N: Sequence[float], progress: Progress | None) -> Position:
+    """The position of a case under the largest of its loads that can be expected; which one does not matter."""
+    try:
+        return position_of(case, progress=progress)
+    except (InputError, ConvergenceError):
+        for load_N in sorted(set(planned_N) - {case.load_N}, reverse=True):
+            with suppress(InputError, ConvergenceError):
+                return position_of(replace(case, load_N=load_N), progress=progress)
+        raise
+
+
+def _finer(planned: Position, meshed: Position) -> float:
+    """How many times finer elements one load asks for than meshes made for another have."""
+    pairs = zip(meshed.element_size_mm, planned.element_size_mm, strict=True)
+    return max(here / there for here, there in pairs)
+
+
 def _serves(meshed: Position, wanted: Position) -> bool:
     """Whether meshes made for one load hold the patch of another with enough elements."""
-    fine_enough = all(
-        _LEAST_ELEMENTS * size <= needed
-        for size, needed in zip(meshed.element_size_mm, wanted.element_size_mm, strict=True)
-    )
     # the margin around the expected patch, and the zone's growth, take what a smaller load reaches beyond
-    return fine_enough and meshed.case.load_N >= wanted.case.load_N
+    return _finer(wanted, meshed) <= _SAME and meshed.case.load_N >= wanted.case.load_N
 
 
 def solve_loads(case: Case, loads_N: Sequence[float], progress: Progress | None = None) -> tuple[JudgedLoad, ...]:
@@ -91,7 +139,7 @@ def solve_loads(case: Case, loads_N: Sequence[float], progress: Progress | None 
     InputError
         As `fecontact.solve` does, for the first load that cannot be solved.
     """
-    sweep = LoadSweep(case, progress=progress)
+    sweep = LoadSweep(case, loads_N, progress=progress)
     try:
         solved = {load: sweep.solve(load) for load in sorted(set(loads_N), reverse=True)}
     finally:

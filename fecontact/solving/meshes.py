@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,8 @@ from fecontact.solving.quadratic_rung import quadratic_rung
 
 # The case's own mesh, a coarser one, and two refinements.
 _MOST_MESHES = 4
+# Elements a semi-axis that every mesh of a named resolution has.
+_FEWEST_ELEMENTS = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,25 +63,29 @@ class Meshes:
         self._meshes: dict[float, CoupledMesh] = {}
         self._not_enlarged: list[InputError] = []
 
-    def solve(self, load_N: float) -> JudgedLoad:
-        """Solve a load on two meshes and judge it; refine while the verdict stays open and the limit allows."""
-        position = self.position
-        case, placement = replace(position.case, load_N=load_N), position.placement
+    def solve(self, position: Position) -> JudgedLoad:
+        """Solve a position's load on two meshes and judge it; refine while the verdict is open and the limit allows.
+
+        It is the position of the meshes, or the same one under another load.
+        """
+        case, placement = position.case, position.placement
         with position.clock.step("expect the patch"):
             noise = point_noise(case, placement)
         self._not_enlarged = []
-        levels = [self._level(load_N, 1.0), self._level(load_N, MESH_RATIO)]
+        levels = [self._level(position, 1.0), self._level(position, MESH_RATIO)]
         stop: InputError | None = None
         while stop is None and is_open(case, levels, placement, noise):
-            stop = self._refine(case, levels)
+            stop = self._refine(position, levels)
         with position.clock.step("ladder"):
             hertz = judge_sides(case, levels, placement.first, noise)[-1].hertz
             solved = SolvedLoad(
                 case=case,
                 levels=tuple(levels),
-                quadratic=quadratic_rung(levels[0].fe.grid, placement.first, hertz),
+                half_space=position.expected.half_space,
+                quadratic=quadratic_rung(placement.first, hertz, half=case.half, nodes=case.nodes_a_semi_axis),
                 point_noise=noise,
                 limits=(
+                    *_few_elements(position, levels),
                     *(f"the contact zone cannot be enlarged: {error}" for error in self._not_enlarged),
                     *(() if stop is None else (f"refinement stopped: {stop}",)),
                 ),
@@ -93,22 +99,23 @@ class Meshes:
             mesh.close()
         self._meshes.clear()
 
-    def _refine(self, case: Case, levels: list[Level]) -> InputError | None:
+    def _refine(self, position: Position, levels: list[Level]) -> InputError | None:
         """Put a level on finer meshes before the others, or say why there is none."""
+        case = position.case
         if (expected := finer_degrees_of_freedom(levels)) > case.refine_degrees_of_freedom:
             return InputError(
                 f"the next meshes would have about {expected} of at most {case.refine_degrees_of_freedom} degrees of"
                 " freedom"
             )
         try:
-            levels.insert(0, self._level(case.load_N, MESH_RATIO ** (1 - len(levels))))
+            levels.insert(0, self._level(position, MESH_RATIO ** (1 - len(levels))))
         except InputError as error:
             return error
         return None
 
-    def _level(self, load_N: float, coarser: float) -> Level:
+    def _level(self, position: Position, coarser: float) -> Level:
         mesh = self._meshes.get(coarser) or CoupledMesh(self.position, coarser)
-        level = mesh.solve(load_N)
+        level = mesh.solve(position)
         if mesh.stopped_by is not None:
             self._not_enlarged.append(mesh.stopped_by)
         if self._keep:
@@ -117,15 +124,28 @@ class Meshes:
         with self.position.clock.step("recover"):
             # the coarse mesh comes second, a refinement after it
             if self.bodies is None or coarser < 1.0:
-                rail, wheel = mesh.bodies.displacements(level.fe.pressure_MPa.ravel())
+                rail, wheel = mesh.bodies.displacements(level.nodal.pressure_MPa.ravel())
                 self.bodies = SolvedBodies(coupled=mesh.bodies, displacement_mm={"rail": rail, "wheel": wheel})
             mesh.close()
         return level
 
 
+def _few_elements(position: Position, levels: Sequence[Level]) -> tuple[str, ...]:
+    """What is to be said of element sizes that were given and leave too few elements to the narrowest lobe."""
+    semi_axes = (position.expected.semi_axis_x_mm, position.expected.semi_axis_s_mm)
+    sizes = levels[0].nodal.grid.steps_mm
+    count, size, semi_axis = min((axis / size, size, axis) for axis, size in zip(semi_axes, sizes, strict=True))
+    if count >= _FEWEST_ELEMENTS:
+        return ()
+    return (
+        f"elements of {size:.2f} mm are only {count:.1f} to the narrowest lobe's semi-axis of {semi_axis:.2f} mm;"
+        f" {_FEWEST_ELEMENTS} or more make what the bodies add below it sure",
+    )
+
+
 def is_open(case: Case, levels: Sequence[Level], placement: Placement, noise: PointNoise | None) -> bool:
     """Whether the verdict on a load is open and another pair of meshes may decide it."""
-    if levels[0].status != "converged" or len(levels) == _MOST_MESHES:
+    if any(level.status != "converged" for level in levels) or len(levels) == _MOST_MESHES:
         return False
     return worst_of(judge_sides(case, levels, placement.first, noise)).answer == "UNRESOLVED"
 

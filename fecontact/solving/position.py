@@ -19,14 +19,16 @@ from fecontact.geometry.placement import Placement, place
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import has_no_gauge_face, resolve_rail, resolve_wheel
 from fecontact.solving.expected_patch import ExpectedPatch, approach_direction, expected_patch
+from fecontact.solving.true_gap import TrueGap
 from fecontact.theory.hertz import HertzContact, hertz_from_hessian
 from fecontact.theory.touch_hertz import HertzPoints, hertz_points
 
 Floats = NDArray[np.float64]
 Progress = Callable[[str], None]
-# The patch's edge should not fall on a line of nodes: their cells are half covered, and the pressure there is compared
-# with zero. A quarter of an element more on a semi-axis takes a third off the L2 error of an elliptic contact.
-_OFF_THE_EDGE = 0.25
+# More than the resolution says, so that its meshes have as many where the patch is a little smaller than expected.
+_ROOM = 0.25
+# Longest element over its width.
+_MOST_SLENDER = 2.0
 
 
 class Clock:
@@ -101,44 +103,45 @@ def hertz_points_of_case(case: Case, placement: Placement) -> HertzPoints:
     )
 
 
-def element_size_mm(case: Case, expected: ExpectedPatch, hertz: HertzContact) -> tuple[float, float]:
-    """Element sizes along x and across: the resolution's elements on the narrowest semi-axis of the expected patch."""
+def element_size_mm(case: Case, expected: ExpectedPatch) -> tuple[float, float]:
+    """Element sizes along x and across: the resolution's elements on the narrowest semi-axis of the expected patch.
+
+    A slender patch gets more of them along its length: long elements answer a pressure less like a half-space.
+    """
     if not isinstance(case.resolution, str):
         return case.resolution
-    count = RESOLUTIONS[case.resolution] + _OFF_THE_EDGE
-    return (
-        min(expected.semi_axis_x_mm, hertz.a_mm) / count,
-        min(expected.semi_axis_s_mm, hertz.b_mm) / count,
-    )
+    count = RESOLUTIONS[case.resolution] + _ROOM
+    along_x, across = expected.semi_axis_x_mm / count, expected.semi_axis_s_mm / count
+    return min(along_x, _MOST_SLENDER * across), min(across, _MOST_SLENDER * along_x)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Position:
-    """What all meshes and loads of a position share; case and expected patch are those that the meshes are made for."""
+    """What all meshes and loads of a position share; case and expected patch are those that the meshes are made for.
+
+    Attributes
+    ----------
+    element_size_mm
+        Along x and across, of the finest meshes that are made at first.
+    """
 
     case: Case
-    placement: Placement
-    direction: Floats
+    true_gap: TrueGap
     expected: ExpectedPatch
-    expected_hertz: HertzContact
+    element_size_mm: tuple[float, float]
     clock: Clock
 
     def for_load(self, load_N: float) -> Position:
         """The same position with meshes for another load."""
         case = replace(self.case, load_N=load_N)
         with self.clock.step("expect the patch"):
-            hertz, expected = expect_on_half_space(case, self.placement)
-            return replace(self, case=case, expected=expected, expected_hertz=hertz)
+            _, expected = expect_on_half_space(case, self.placement)
+        return replace(self, case=case, expected=expected, element_size_mm=element_size_mm(case, expected))
 
     @property
-    def closing(self) -> float:
-        """How much the gap at the first touch point closes when the bodies approach by 1."""
-        return float(self.direction @ self.placement.first.normal)
-
-    @property
-    def element_size_mm(self) -> tuple[float, float]:
-        """Sizes along x and across that the resolution asks for."""
-        return element_size_mm(self.case, self.expected, self.expected_hertz)
+    def placement(self) -> Placement:
+        """Where both bodies stand."""
+        return self.true_gap.placement
 
 
 def position_of(case: Case, *, progress: Progress | None = None) -> Position:
@@ -155,13 +158,12 @@ def position_of(case: Case, *, progress: Progress | None = None) -> Position:
     with clock.step("place"):
         placement = place_case(case)
     with clock.step("expect the patch"):
-        expected_hertz, expected = expect_on_half_space(case, placement)
+        _, expected = expect_on_half_space(case, placement)
     return Position(
         case=case,
-        placement=placement,
-        direction=_direction(case, placement),
+        true_gap=true_gap_of_case(case, placement),
         expected=expected,
-        expected_hertz=expected_hertz,
+        element_size_mm=element_size_mm(case, expected),
         clock=clock,
     )
 
@@ -193,13 +195,16 @@ def expect_on_half_space(case: Case, placement: Placement | None = None) -> tupl
     """
     placement = placement or place_case(case)
     hertz = hertz_of_case(case, placement)
+    true_gap = true_gap_of_case(case, placement)
     return hertz, expected_patch(
-        placement,
-        case.load_N,
-        contact_modulus_MPa=case.contact_modulus_MPa,
-        direction=_direction(case, placement),
-        half=case.half,
-        guess_mm=1.1 * hertz.approach_mm,
+        true_gap, case.load_N, half=case.half, nodes=case.nodes_a_semi_axis, guess_mm=1.1 * hertz.approach_mm
+    )
+
+
+def true_gap_of_case(case: Case, placement: Placement) -> TrueGap:
+    """The gap of a case, the half-space below it and the direction of its load."""
+    return TrueGap(
+        placement=placement, contact_modulus_MPa=case.contact_modulus_MPa, direction=_direction(case, placement)
     )
 
 

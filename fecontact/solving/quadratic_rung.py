@@ -15,15 +15,14 @@ from fecontact.theory.hertz import HertzContact
 _REACH = 1.2
 
 
-def quadratic_rung(grid: ContactGrid, touch: TouchPoint, hertz: HertzContact) -> Rung:
-    """Solve the quadratic gap at a touch point on a half-space, with the grid's spacing, under Hertz's normal force."""
-    hx, hs = grid.steps_mm
-    count_x = int(np.ceil(_REACH * 0.5 * hertz.extent_x_mm / hx))
-    count_s = int(np.ceil(_REACH * 0.5 * hertz.extent_y_mm / hs))
-    x = np.asarray(hx * np.arange(0 if grid.half else -count_x, count_x + 1))
-    # the same position of the nodes between the patch's edges as on the grid itself
-    s = np.asarray(hs * np.arange(-count_s, count_s + 1) + float(grid.s_mm[np.argmin(np.abs(grid.s_mm))]))
-    own = ContactGrid(x_mm=x, s_mm=s, half=grid.half)
+def quadratic_rung(touch: TouchPoint, hertz: HertzContact, *, half: bool, nodes: int = 16) -> Rung:
+    """Solve the quadratic gap at a touch point on a half-space, under Hertz's normal force, with nodes a semi-axis."""
+    hx, hs = (0.5 * extent / nodes for extent in (hertz.extent_x_mm, hertz.extent_y_mm))
+    count = int(np.ceil(_REACH * nodes))
+    # a third of a step beside the ellipse's centre: no node lies where the symmetry would favour it
+    s = np.asarray(hs * (np.arange(-count, count + 1) + 1.0 / 3.0))
+    x = np.asarray(hx * (np.arange(0, count + 1) if half else np.arange(-count, count + 1)))
+    own = ContactGrid(x_mm=x, s_mm=s, half=half)
     h = touch.curvature
     gap = 0.5 * h.xx_per_mm * x[:, None] ** 2 + h.xy_per_mm * x[:, None] * s + 0.5 * h.yy_per_mm * s**2
     problem = half_space_problem(own, gap.ravel(), contact_modulus_MPa=hertz.contact_modulus_MPa)

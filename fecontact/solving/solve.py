@@ -132,7 +132,7 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
     """
     position = position_of(case, progress=progress)
     meshes = Meshes(position)
-    judged = meshes.solve(case.load_N)
+    judged = meshes.solve(position)
     bodies = meshes.bodies
     assert bodies is not None
     with position.clock.step("recover"):

@@ -1,0 +1,96 @@
+"""The contact of the true gap on a half-space, alone or with what finite bodies add to its opening."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import RectBivariateSpline
+
+from fecontact.contact.grid import ContactGrid, Field
+from fecontact.contact.halfspace import half_space_problem
+from fecontact.contact.rung import Rung
+from fecontact.contact.solver import solve_contact
+from fecontact.geometry.placement import Placement
+
+Floats = NDArray[np.float64]
+
+# Some 1e-5 of the pressure: a tenth of what the nodes leave open.
+_TOLERANCE = 1e-6
+# Steps across at which surfaces beside the contact are looked at.
+_STEP_MM = 0.25
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TrueGap:
+    """The gap between rail and wheel as they are, on a half-space of a contact modulus.
+
+    Attributes
+    ----------
+    direction (3,)
+        Unit vector along which the load acts and the bodies approach.
+    """
+
+    placement: Placement
+    contact_modulus_MPa: float
+    direction: Floats
+
+    @property
+    def closing(self) -> float:
+        """How much the gap at the first touch point closes when the bodies approach by 1."""
+        return float(self.direction @ self.placement.first.normal)
+
+    def solve(self, grid: ContactGrid, load_N: float, *, added: Field | None = None) -> Rung:
+        """Contact on a grid of nodes; `added` is what finite bodies open more than a half-space, on nodes of its own.
+
+        It is smooth: a cubic spline carries it to the nodes, and beyond its own nodes it stays as it is at their edge.
+        """
+        _, normals = self.placement.surface(0.0, grid.s_mm)
+        gap = self.placement.gap(grid.x_mm[:, None], grid.s_mm[None, :])
+        if added is not None:
+            gap = gap + carried(added, grid.x_mm, grid.s_mm)
+        problem = half_space_problem(
+            grid,
+            gap.ravel(),
+            closing=np.tile(normals @ self.direction, grid.shape[0]),
+            contact_modulus_MPa=self.contact_modulus_MPa,
+        )
+        solution = solve_contact(problem, load_N, tolerance=_TOLERANCE)
+        upright = np.tile(normals @ self.placement.first.normal, grid.shape[0])
+        return Rung.of(grid, solution, approach_mm=solution.approach_mm * self.closing, upright=upright)
+
+    def overlaps_beyond(self, rung: Rung, added: Field) -> tuple[float, float] | None:
+        """Where the bodies of a solved contact overlap beside its nodes: range of s (mm), None if they do nowhere.
+
+        Beside the contact a half-space opens as under point forces; `added` stays as it is at the edge of its nodes.
+        """
+        placement, grid, whole = self.placement, rung.grid, rung.pressure.whole()
+        s = np.arange(_STEP_MM, placement.rail.profile.length_mm, _STEP_MM) - placement.first_arc_length_mm
+        s = s[(s < grid.s_mm[0]) | (s > grid.s_mm[-1])]
+        x = np.linspace(grid.x_mm[0], grid.x_mm[-1], 9)
+        _, normals = placement.surface(0.0, s)
+        gap = placement.gap(x[:, None], s[None, :]) - rung.approach_mm / self.closing * (normals @ self.direction)
+        # an opening only adds to it: most are ruled out without
+        near = np.argwhere(gap < 0.0)
+        if near.size == 0:
+            return None
+        force = whole.values * whole.grid.nodal_area_mm2().reshape(whole.grid.shape)
+        i, j = np.nonzero(force)
+        at_x, at_s = x[near[:, 0]], s[near[:, 1]]
+        distance = np.hypot(at_x[:, None] - whole.grid.x_mm[i], at_s[:, None] - whole.grid.s_mm[j])
+        opening = (force[i, j] / distance).sum(axis=1) / (np.pi * self.contact_modulus_MPa)
+        x_edge, s_edge = (np.clip(at, line[0], line[-1]) for at, line in ((at_x, grid.x_mm), (at_s, grid.s_mm)))
+        opening += _spline(added).ev(x_edge, s_edge)
+        overlapping = at_s[gap[near[:, 0], near[:, 1]] + opening < 0.0]
+        return (float(overlapping.min()), float(overlapping.max())) if overlapping.size else None
+
+
+def carried(field: Field, x_mm: Floats, s_mm: Floats) -> Floats:
+    """A smooth field at other places (nx, ns): a cubic spline, beyond its nodes the value at their edge."""
+    x, s = field.grid.x_mm, field.grid.s_mm
+    return np.asarray(_spline(field)(np.clip(x_mm, x[0], x[-1]), np.clip(s_mm, s[0], s[-1])))
+
+
+def _spline(field: Field) -> RectBivariateSpline:
+    return RectBivariateSpline(field.grid.x_mm, field.grid.s_mm, field.values)
