@@ -1,9 +1,10 @@
 """How accurate are the finite elements where Hertz's theory is exact?
 
 Reference (analytic): Hertz's ellipse for a wheel cylinder of radius 460 mm on circular rail heads of radius 300, 80 and
-13 mm and on a crossed cylinder of radius 460 mm (a circular patch), 100 kN, E 210 GPa, nu 0.3. Expected at `standard`:
-peak pressure within 0.5 %, semi-axes within 1.5 %, area within 2 %, L2 of the pressure within 5 %; all falling with the
-element size. The finite block itself raises the peak pressure by about 0.15 %.
+13 mm and on a crossed cylinder of radius 460 mm (a circular patch), 100 kN, E 210 GPa, nu 0.3. Expected at every
+resolution: peak pressure, area and half-widths within 0.5 %, the misplaced load and the L2 of the pressure within 0.5
+and 2 %. Meshes do not decide about that: bodies that are cut, and curved, are no half-spaces. A block of 60 mm raises
+the peak by 0.2 to 0.4 %; the head of R 13 is thirteen of its semi-axes across and widens the patch by 1 %.
 """
 
 from pathlib import Path
@@ -12,15 +13,19 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.regression.checks import Check, hertz_check
 
-LIMITS_PERCENT = {"p_max": 0.5, "a": 1.5, "b": 1.5, "area": 2.0}
-L2_LIMIT_PERCENT = 5.0
+LIMITS_PERCENT = {"p_max": 0.5, "a": 0.5, "b": 0.5, "area": 0.5}
+# Of a head that is narrow for its patch, see above.
+NARROW_PERCENT = {"p_max": 0.5, "a": 0.6, "b": 1.2, "area": 1.0}
+NARROW = "circle:13"
+L2_LIMIT_PERCENT = 2.0
+NARROW_L2_PERCENT = 3.0
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """Four radii at `standard`, and the first one at three resolutions; or R 300 alone, at `quick`."""
+    """Four radii at `quick`, and the first one at three resolutions; or R 300 alone."""
     if quick:
         return [_case(300, "quick")]
-    return [*(_case(radius, "standard") for radius in (300, 80, 13, 460)), _case(300, "quick"), _case(300, "fine")]
+    return [*(_case(radius, "quick") for radius in (300, 80, 13, 460)), _case(300, "standard"), _case(300, "fine")]
 
 
 def _case(radius_mm: int, resolution: str) -> Case:
@@ -28,26 +33,30 @@ def _case(radius_mm: int, resolution: str) -> Case:
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """Largest deviation of each measure at `standard` against its limit."""
-    standard = [row for row in rows if row["resolution"] == "standard"] or rows
-    parts = []
-    for name, limit in LIMITS_PERCENT.items():
-        worst = max(abs(float(row[f"{name}_deviation_percent"])) for row in standard)
-        parts.append(f"{name} {worst:.2f} % (limit {limit:g} %)")
-    worst_l2 = max(float(row["pressure_l2_percent"]) for row in standard)
-    parts.append(f"L2 {worst_l2:.1f} % (limit {L2_LIMIT_PERCENT:g} %)")
-    return "Largest deviations from exact Hertz: " + ", ".join(parts) + "."
+    """Largest deviation of each measure against its limit, the narrow head for itself."""
+    lines = []
+    for what, narrow, limits, l2 in (
+        ("Largest deviations from Hertz", False, LIMITS_PERCENT, L2_LIMIT_PERCENT),
+        ("On the narrow head", True, NARROW_PERCENT, NARROW_L2_PERCENT),
+    ):
+        own = [row for row in rows if (row["rail"] == NARROW) == narrow]
+        if own:
+            worst = {name: max(abs(float(row[f"{name}_deviation_percent"])) for row in own) for name in limits}
+            parts = [f"{name} {worst[name]:.2f} % (limit {limit:g} %)" for name, limit in limits.items()]
+            worst_l2 = max(float(row["pressure_l2_percent"]) for row in own)
+            lines.append(f"{what}: {', '.join(parts)}, L2 {worst_l2:.1f} % (limit {l2:g} %).")
+    return "\n".join(lines)
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Peak, semi-axes, area and L2 of the cases at `standard` and finer; a quick study is held to its own 1.5 times."""
+    """Peak, half-widths, area and L2 of all cases."""
     made = []
     for row in rows:
-        slack = 1.0 if row["resolution"] != "quick" else 1.5
+        narrow = row["rail"] == NARROW
         where = f"{row['rail']}, {row['load_kN']:g} kN, {row['resolution']}"
-        for name, limit in LIMITS_PERCENT.items():
+        for name, limit in (NARROW_PERCENT if narrow else LIMITS_PERCENT).items():
             unit = {"p_max": "MPa", "area": "mm2"}.get(name, "mm")
-            made.append(hertz_check(row, f"{name}_{unit}", where, slack * limit))
+            made.append(hertz_check(row, f"{name}_{unit}", where, limit))
         made.append(
             Check(
                 quantity="L2 of the pressure, %",
@@ -56,7 +65,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                 kind="analytic",
                 value=float(row["pressure_l2_percent"]),
                 expected=None,
-                limit_percent=L2_LIMIT_PERCENT,
+                limit_percent=NARROW_L2_PERCENT if narrow else L2_LIMIT_PERCENT,
             )
         )
     return made

@@ -4,7 +4,7 @@ Yan and Fischer (Arch. Appl. Mech. 70, 2000) claim that for a rail and a wheel H
 does not spread into a region of changed surface curvature, and if nothing yields. Here the elastic half of the claim
 is a hypothesis that can fail: 60E1 1:40 with S1002 at 29 positions from -8 to 6 mm under 50 and 100 kN.
 
-Reference: the verdicts of this package's finite elements (peak pressure within 5 %, area within 10 %). Expected by
+Reference: the verdicts of this package's finite elements, by all measures of the field. Expected by
 the claim: FAILS where the patch covers a curvature junction of rail or wheel, HOLDS elsewhere. The study counts both
 kinds of exceptions and looks for the measure that separates better: the distance from the touch point to the next
 junction over Hertz's semi-axis, and how much the relative curvature varies below the patch. Only the claim itself is
@@ -22,14 +22,14 @@ from fecontact.regression.checks import Check, discretisation_check
 
 SHIFTS_MM = tuple(0.5 * k for k in range(-16, 13))
 LOADS_KN = (50.0, 100.0)
-# Hertz's own gap on the half-space, at five nodes a semi-axis and more.
-DISCRETISATION_PERCENT = 0.5
+# Hertz's own gap on the half-space, at 32 nodes a semi-axis: 0.01 % is reached.
+DISCRETISATION_PERCENT = 0.05
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """All positions and loads at `standard`; or two positions at `quick`."""
+    """All positions and loads, or two positions."""
     if quick:
-        return [Case(lateral_shift_mm=s, resolution="quick", refine_degrees_of_freedom=0) for s in (-4.0, 1.0)]
+        return [Case(lateral_shift_mm=s, refine_degrees_of_freedom=0) for s in (-4.0, 1.0)]
     return [Case(lateral_shift_mm=shift, load_N=1e3 * load) for load in LOADS_KN for shift in SHIFTS_MM]
 
 

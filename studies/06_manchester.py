@@ -2,8 +2,8 @@
 
 Reference (other code): Manchester Contact Benchmark, case A-2.2, as solved by CONTACT 25 (Vollebregt; half-space
 boundary elements): one wheelset with S1002 wheels on UIC60 benchmark rails, 10 kN a wheel, G 82 GPa, nu 0.28, shifts of
-0 to 4 mm. Expected: peak pressure within 2 % at `standard`. Area is a count of 0.2 mm cells there, and yaw (up to
-9.6 mrad) is taken as zero here; both matter less than that.
+0 to 4 mm. Expected: peak pressure within 0.5 %. Area is a count of 0.2 mm cells there, which is half a row of them too
+large all around, and yaw (up to 9.6 mrad) is taken as zero here.
 
 The right wheel of the benchmark runs towards its flange; both wheels are one pair here, with the shift towards or away
 from the rail. The wheelset rolls until both wheels touch.
@@ -21,7 +21,8 @@ from fecontact.material import Material
 from fecontact.regression.checks import Check
 from fecontact.solving.position import place_case
 
-LIMIT_PERCENT = 2.0
+# The reference has four digits, its yaw is left out here, and bodies are no half-spaces; 0.25 % is reached.
+LIMIT_PERCENT = 0.5
 # Half a row of 0.2 mm cells all around a patch of 20 to 50 mm2.
 AREA_PERCENT = 6.0
 # Shift towards this rail (mm), normal force (N), peak pressure (MPa), approach (micrometre), area (mm^2).
@@ -67,10 +68,9 @@ def wheelset_roll_rad(shift_mm: float) -> float:
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """All positions at `standard`, or two of them at `quick`."""
+    """All positions, or two of them."""
     chosen = [entry for entry in REFERENCE if not quick or entry[0] in (-2.0, 2.0)]
-    resolution = "quick" if quick else "standard"
-    return [_case(s, wheelset_roll_rad(s), load_N=force, resolution=resolution) for s, force, *_ in chosen]
+    return [_case(s, wheelset_roll_rad(s), load_N=force, refine_degrees_of_freedom=0) for s, force, *_ in chosen]
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
