@@ -7,12 +7,26 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fecontact.case import Criteria
-from fecontact.comparison.verdict import PatchGeometry, cause_of, judge
+from fecontact.comparison.measures import MEASURES, MISFITS
+from fecontact.comparison.verdict import FROM_BEST, PatchGeometry, cause_of, judge
 from fecontact.errors import InputError
 
 P, A = "p_max_MPa", "area_mm2"
+BOTH = ("p_max", "area")
 # limits that are exact in binary, so that a boundary is a boundary
-CRITERIA = Criteria(p_max=0.0625, area=0.125)
+CRITERIA = Criteria(p_max=0.0625, area=0.125, judged_by=BOTH)
+# every limit by the name of its measure, written down a second time
+LIMITS = {
+    "p_max_MPa": 0.05,
+    "area_mm2": 0.10,
+    "a_mm": 0.10,
+    "b_mm": 0.10,
+    "centre_over_b": 0.15,
+    "valley": 0.10,
+    "separate_load": 0.001,
+    "misplaced_load": 0.10,
+}
+FIELDS = ("p_max", "area", "a", "b", "centre", "valley", "separate", "misplaced")
 
 
 def verdict(p: float, area: float, u_p: float = 0.0, u_area: float = 0.0, criteria: Criteria = CRITERIA):
@@ -93,8 +107,8 @@ def test_a_certain_failure_needs_no_other_number():
 
 def test_the_verdict_follows_the_criteria():
     assert verdict(0.08, 0.01, 0.01, 0.01).answer == "FAILS"
-    assert verdict(0.08, 0.01, 0.01, 0.01, Criteria(p_max=0.2)).answer == "HOLDS"
-    assert verdict(0.08, 0.01, 0.01, 0.01, Criteria(p_max=0.085)).answer == "UNRESOLVED"
+    assert verdict(0.08, 0.01, 0.01, 0.01, Criteria(p_max=0.2, judged_by=BOTH)).answer == "HOLDS"
+    assert verdict(0.08, 0.01, 0.01, 0.01, Criteria(p_max=0.085, judged_by=BOTH)).answer == "UNRESOLVED"
 
 
 numbers = st.floats(-1.0, 1.0)
@@ -130,28 +144,157 @@ def test_a_decision_is_right_wherever_the_truth_lies_within_the_uncertainty(p, a
 @given(p=numbers, area=numbers, u_p=sizes, u_area=sizes, wider=st.floats(1.0, 5.0))
 def test_wider_limits_never_turn_a_yes_into_a_no(p, area, u_p, u_area, wider):
     order = ("FAILS", "UNRESOLVED", "HOLDS")
-    wide = Criteria(p_max=wider * CRITERIA.p_max, area=wider * CRITERIA.area)
+    wide = Criteria(p_max=wider * CRITERIA.p_max, area=wider * CRITERIA.area, judged_by=BOTH)
     strict_, loose = verdict(p, area, u_p, u_area), verdict(p, area, u_p, u_area, wide)
     assert order.index(loose.answer) >= order.index(strict_.answer)
+
+
+# --- all measures -----------------------------------------------------------------------------------------------
+
+
+def judged(deviation: dict[str, float], uncertainty: dict[str, float] | None = None, **criteria: object):
+    """All measures at zero with no uncertainty but these."""
+    zero = dict.fromkeys((*MEASURES, *MISFITS), 0.0)
+    return judge(zero | deviation, zero | (uncertainty or {}), Criteria(**criteria))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("measure", LIMITS)
+def test_each_measure_is_judged_by_its_own_limit(measure, sign):
+    limit = LIMITS[measure]
+    for factor, answer in ((0.999, "HOLDS"), (1.0, "UNRESOLVED"), (1.001, "FAILS")):
+        found = judged({measure: sign * factor * limit})
+        assert (found.answer, found.measure) == (answer, measure)
+        assert found.each == dict.fromkeys(LIMITS, "HOLDS") | {measure: answer}
+        assert found.failing == ((measure,) if answer == "FAILS" else ())
+        assert found.unknown == ()
+    # an uncertainty that reaches the limit from either side leaves it open; a little less decides
+    for factor, far in ((0.5, "HOLDS"), (1.5, "FAILS")):
+        assert judged({measure: sign * factor * limit}, {measure: 0.501 * limit}).answer == "UNRESOLVED"
+        assert judged({measure: sign * factor * limit}, {measure: 0.499 * limit}).answer == far
+
+
+def test_what_is_judged_by_nobody_does_not_matter():
+    # extents and approach have no limit
+    off = {"extent_x_mm": 0.9, "extent_y_mm": -0.9, "approach_mm": math.nan}
+    assert judged(off, dict.fromkeys(off, math.nan)).answer == "HOLDS"
+
+
+def test_several_measures_fail_and_the_one_furthest_beyond_decides():
+    # 3, 4 and 5 limits
+    found = judged({"p_max_MPa": -0.15, "b_mm": 0.40, "separate_load": 0.005})
+    assert (found.answer, found.measure) == ("FAILS", "separate_load")
+    assert found.failing == ("p_max_MPa", "b_mm", "separate_load")
+    assert sum(answer == "HOLDS" for answer in found.each.values()) == 5
+
+
+def test_a_failure_is_worse_than_an_open_measure_and_that_than_none():
+    assert FROM_BEST == ("HOLDS", "UNRESOLVED", "FAILS")
+    found = judged({"valley": 0.3}, {"a_mm": 5.0})
+    assert (found.answer, found.measure, found.failing) == ("FAILS", "valley", ("valley",))
+    assert (found.each["a_mm"], found.each["b_mm"]) == ("UNRESOLVED", "HOLDS")
+
+
+@pytest.mark.parametrize("measure", LIMITS)
+def test_no_number_never_holds(measure):
+    for deviation, uncertainty in ((math.nan, 0.0), (0.0, math.nan), (math.nan, math.nan), (0.0, math.inf)):
+        found = judged({measure: deviation}, {measure: uncertainty})
+        assert (found.answer, found.measure, found.each[measure]) == ("UNRESOLVED", measure, "UNRESOLVED")
+        # it was told, but is no number
+        assert found.unknown == ()
+
+
+@pytest.mark.parametrize("measure", LIMITS)
+@pytest.mark.parametrize("missing", ["deviation", "uncertainty", "both"])
+def test_a_measure_that_the_result_does_not_tell_leaves_it_open(measure, missing):
+    deviation = dict.fromkeys(LIMITS, 0.0)
+    uncertainty = dict(deviation)
+    if missing != "uncertainty":
+        del deviation[measure]
+    if missing != "deviation":
+        del uncertainty[measure]
+    found = judge(deviation, uncertainty, Criteria())
+    assert (found.answer, found.measure, found.unknown) == ("UNRESOLVED", measure, (measure,))
+    assert found.each == dict.fromkeys(LIMITS, "HOLDS") | {measure: "UNRESOLVED"}
+    # whoever does not ask for it has his answer
+    rest = tuple(name for name, of in zip(FIELDS, LIMITS, strict=True) if of != measure)
+    assert judge(deviation, uncertainty, Criteria(judged_by=rest)).answer == "HOLDS"
+    # and a certain failure needs nothing else
+    other = next(name for name in LIMITS if name != measure)
+    failed = judge(deviation | {other: 0.9}, uncertainty, Criteria())
+    assert (failed.answer, failed.measure, failed.unknown) == ("FAILS", other, (measure,))
 
 
 # --- criteria ---------------------------------------------------------------------------------------------------
 
 
-def test_default_criteria():
-    assert Criteria().limits == {P: 0.05, A: 0.10}
+def test_default_criteria_are_all_measures():
+    assert Criteria().judged_by == ("all",)
+    assert Criteria().limits == LIMITS
+    assert set(LIMITS) <= {*MEASURES, *MISFITS}
+
+
+@pytest.mark.parametrize(
+    ("judged_by", "measures"),
+    [
+        (("strength",), {"p_max_MPa"}),
+        (("patch",), {"area_mm2", "a_mm", "b_mm", "centre_over_b"}),
+        (("all",), set(LIMITS)),
+        (("strength", "patch"), {"p_max_MPa", "area_mm2", "a_mm", "b_mm", "centre_over_b"}),
+        (("strength", "valley"), {"p_max_MPa", "valley"}),
+        (("b", "patch"), {"area_mm2", "a_mm", "b_mm", "centre_over_b"}),
+        (("misplaced",), {"misplaced_load"}),
+        (("all", "a"), set(LIMITS)),
+    ],
+)
+def test_sets_of_measures_and_single_ones(judged_by, measures):
+    assert Criteria(judged_by=judged_by).limits == {name: LIMITS[name] for name in measures}
+
+
+def test_who_asks_for_strength_does_not_hear_of_the_patch():
+    deviation, uncertainty = dict.fromkeys(LIMITS, 0.0) | {"b_mm": 0.3, "valley": math.nan}, dict.fromkeys(LIMITS, 0.0)
+    answers = {
+        name: judge(deviation, uncertainty, Criteria(judged_by=(name,))) for name in ("strength", "patch", "all")
+    }
+    assert {name: found.answer for name, found in answers.items()} == {
+        "strength": "HOLDS",
+        "patch": "FAILS",
+        "all": "FAILS",
+    }
+    assert set(answers["strength"].each) == {P}
+    assert judge(deviation, uncertainty, Criteria(judged_by=("valley",))).answer == "UNRESOLVED"
 
 
 @pytest.mark.parametrize("value", [0.0, -0.05, 1.0, 5.0, math.nan, math.inf])
-@pytest.mark.parametrize(("name", "measure"), [("p_max", P), ("area", A)])
+@pytest.mark.parametrize(("name", "measure"), list(zip(FIELDS, LIMITS, strict=True)))
 def test_limits_out_of_range(name, measure, value):
-    with pytest.raises(InputError, match=f"limit of {measure} is .*between 0 and 1.*0.05 for 5 %"):
+    with pytest.raises(InputError, match=f"limit of {measure} is .*between 0 and 1"):
         Criteria(**{name: value})
 
 
 @pytest.mark.parametrize("value", [1e-6, 0.999])
-def test_limits_in_range(value):
-    assert Criteria(p_max=value, area=value).limits == {P: value, A: value}
+@pytest.mark.parametrize(("name", "measure"), list(zip(FIELDS, LIMITS, strict=True)))
+def test_limits_in_range(name, measure, value):
+    assert Criteria(**{name: value}).limits == LIMITS | {measure: value}
+
+
+@pytest.mark.parametrize(
+    ("judged_by", "said"),
+    [
+        (("p_mx",), "judged by is 'p_mx'; allowed: .*; did you mean p_max\\?"),
+        (("strength", "creep"), "judged by is 'creep'; allowed: "),
+        # names of the measures are those of the fields here
+        (("p_max_MPa",), "judged by is 'p_max_MPa'; allowed: .*; did you mean p_max\\?"),
+        ((), "judged by is \\(\\); allowed: "),
+        ("strength", "judged by is 'strength'; allowed: "),
+        ((3,), "judged by is 3; allowed: "),
+    ],
+)
+def test_unknown_measures_are_refused_with_all_that_are_known(judged_by, said):
+    with pytest.raises(InputError, match=said) as refused:
+        Criteria(judged_by=judged_by)
+    for name in ("strength", "patch", "all", *FIELDS):
+        assert name in str(refused.value).split("allowed: ")[1]
 
 
 # --- cause ------------------------------------------------------------------------------------------------------
@@ -162,6 +305,7 @@ PLAIN = {
     "junction_in_patch": False,
     "curvature_variation": 0.1,
     "normal_turn_rad": 0.05,
+    "lobes": 1,
     "pieces": 1,
 }
 
@@ -183,10 +327,14 @@ def cause(gap_step: float, body_step: float, **geometry: object) -> str:
         ({"normal_turn_rad": 0.31}, "conformity"),
         ({"normal_turn_rad": 0.29}, "curvature varies over the patch"),
         ({"junction_in_patch": True}, "curvature change within the patch"),
+        ({"pieces": 2, "lobes": 2}, "second patch"),
+        # a second patch so small that it is no lobe
         ({"pieces": 2}, "second patch"),
+        ({"lobes": 2}, "second lobe"),
         # the more specific one first
         ({"junction_in_patch": True, "normal_turn_rad": 0.5}, "curvature change within the patch"),
-        ({"pieces": 2, "junction_in_patch": True, "normal_turn_rad": 0.5}, "second patch"),
+        ({"lobes": 2, "junction_in_patch": True, "normal_turn_rad": 0.5}, "second lobe"),
+        ({"pieces": 2, "lobes": 3, "junction_in_patch": True, "normal_turn_rad": 0.5}, "second patch"),
     ],
 )
 def test_cause_where_the_gap_decides(geometry, expected, sign):

@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 from inline import inline_crew
 
-from fecontact.case import Case
+from fecontact.case import Case, Criteria, case_from_record, case_record
 from fecontact.cli import call
 from fecontact.errors import InputError
+from fecontact.files import json_text
 from fecontact.inputs.texts import parse_inclination
 from fecontact.runs.casefile import Study, load_study
 from fecontact.runs.identity import case_id
@@ -40,6 +41,11 @@ STUDIES = Path(__file__).parents[1] / "studies"
         (["solve", "--inclination", "1:x"], "1:40"),
         (["solve", "--inclination", "1:0"], "1:40"),
         (["solve", "--solver", "magic"], "magic"),
+        (["solve", "--judged-by", "strenght"], "did you mean strength?"),
+        (["solve", "--judged-by", "patch,"], "sets strength, patch, all; measures p_max, area, a, b, centre, valley"),
+        (["judge", ".", "--judged-by", "p_max,L2"], "'L2'; allowed: sets strength, patch, all; measures p_max, area"),
+        (["judge", ".", "--valley-percent", "100"], "between 0 and 100 %"),
+        (["judge", ".", "--centre-over-b", "1"], "between 0 and 1; for example 0.15"),
         (["hertz", "--rail", "circle:abc"], "circle"),
         (["mesh", "rail", "--out", "rail.stl"], ".msh"),
         (["run", "nothing.py", "--out", "x"], "no such file"),
@@ -95,10 +101,32 @@ def test_solve_as_json_prints_the_result_alone(capsys):
     arguments = ["solve", "--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none", "--load-kn", "50"]
     assert call([*arguments, "--resolution", "2.0,1.8", "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
-    assert record["schema"] == "fecontact/result/2"
+    assert record["schema"] == "fecontact/result/3"
     assert record["status"] == "converged"
     # p0 ~ F^(1/3); 2 %: a mesh of 2.8 elements a semi-axis
     assert record["fe"]["p_max_MPa"] == pytest.approx(1237.559 * 0.5 ** (1 / 3), rel=0.02)
+
+
+def test_solving_by_other_measures_says_so(capsys):
+    pair = ["--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none", "--load-kn", "50"]
+    options = ["--resolution", "2.0,1.8", "--refine-degrees-of-freedom", "0", "--judged-by", "strength,valley"]
+    assert call(["solve", *pair, *options, "--valley-percent", "3", "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["verdict"]["limits"] == {"p_max_MPa": 0.05, "valley": 0.03}
+    assert list(record["verdict"]["each"]) == ["p_max_MPa", "valley"]
+    assert record["case"]["criteria"]["judged_by"] == ["strength", "valley"]
+
+
+@pytest.mark.parametrize("command", ["solve", "judge", "map"])
+def test_the_help_names_every_limit_and_every_set(command, capsys):
+    assert call([command, "--help"]) == 0
+    out = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    for option in ("p-max-percent", "area-percent", "a-percent", "b-percent", "centre-over-b", "valley-percent"):
+        assert f"--{option}" in out
+    assert "--separate-load-percent" in out
+    assert "--misplaced-load-percent" in out
+    assert "--judged-by" in out
+    assert "sets strength, patch, all; measures p_max, area, a, b, centre, valley, separate, misplaced" in out
 
 
 @pytest.mark.parametrize(
@@ -125,7 +153,38 @@ def test_a_toml_study_combines_its_lists(tmp_path):
     assert len({case_id(c) for c in study.cases}) == 4
 
 
-@pytest.mark.parametrize("text", ["loads = 3\n", "load_kN = 'x'\n", "load_kN = [\n", "[track]\ngauge = 1435\n"])
+@pytest.mark.parametrize(
+    ("judged_by", "measures"),
+    [
+        ('"strength"', ["p_max_MPa"]),
+        ('["strength"]', ["p_max_MPa"]),
+        ('"strength, valley"', ["p_max_MPa", "valley"]),
+        ('["patch", "misplaced"]', ["area_mm2", "a_mm", "b_mm", "centre_over_b", "misplaced_load"]),
+        ('"all"', list(Criteria().limits)),
+    ],
+)
+def test_a_toml_study_says_by_which_measures_it_is_judged(tmp_path, judged_by, measures):
+    path = tmp_path / "mine.toml"
+    path.write_text(
+        f"load_kN = [50, 60]\n[criteria]\njudged_by = {judged_by}\ncentre_over_b = 0.2\nvalley_percent = 5\n"
+    )
+    cases = load_study(path).cases
+    assert len(cases) == 2
+    for case in cases:
+        assert list(case.criteria.limits) == measures
+        assert (case.criteria.centre, case.criteria.valley) == (0.2, 0.05)
+        # what is stored comes back the same, lists or not
+        assert case_from_record(json.loads(json_text(case_record(case)))) == case
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("loads = 3\n", "load_kN = 'x'\n", "load_kN = [\n", "[track]\ngauge = 1435\n"),
+        *("[criteria]\njudged_by = ['power']\n", "[criteria]\njudged_by = []\n", "[criteria]\np_max_percent = [5]\n"),
+        *("[criteria]\njudged_by = 1\n", "[criteria]\njudged_by = [['strength']]\n"),
+    ],
+)
 def test_a_wrong_toml_study_is_refused(tmp_path, text):
     path = tmp_path / "wrong.toml"
     path.write_text(text)

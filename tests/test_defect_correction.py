@@ -1,4 +1,4 @@
-"""Contact through a model of the compliance: the same answer as conjugate gradients, in a handful of applications."""
+"""A unit response and what is made of it: a model that finds the contact, and a half-space as soft as the elements."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fecontact.contact.correction import model_of, solve_by_correction
+from fecontact.contact.correction import solve_by_correction
+from fecontact.contact.elements import UnitResponse
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.halfspace import convolution, half_space_problem, love_influence
 from fecontact.contact.solver import ContactProblem, solve_contact
@@ -90,7 +91,7 @@ def test_least_spectrum_makes_a_kernel_positive_definite():
 @pytest.mark.parametrize("half", [True, False])
 def test_model_of_a_uniform_compliance_is_the_compliance(half):
     base, grid = problem(half=half)
-    model = model_of(base.compliance, grid, contact_modulus_MPa=MODULUS)
+    model = UnitResponse.of(base.compliance, grid, contact_modulus_MPa=MODULUS).model()
     p = np.random.default_rng(1).uniform(size=base.gap_mm.size)
     # FFT rounding; nothing is extrapolated, since the difference to the half-space is zero
     np.testing.assert_allclose(model(p), base.compliance(p), rtol=1e-10)
@@ -109,7 +110,7 @@ def test_correction_gives_the_answer_of_conjugate_gradients(half, skew, strength
     exact = solve_contact(whole, LOAD, tolerance=1e-11)
     plain = len(calls)
     calls.clear()
-    model = model_of(compliance, grid, contact_modulus_MPa=MODULUS)
+    model = UnitResponse.of(compliance, grid, contact_modulus_MPa=MODULUS).model()
     solution = solve_by_correction(whole, LOAD, model)
     assert solution.status == "converged"
     assert len(calls) == solution.compliance_calls + 1
@@ -138,7 +139,95 @@ def test_a_useless_model_falls_back_to_conjugate_gradients():
 def test_start_does_not_change_the_answer():
     base, grid = problem(half=True)
     whole = replace(base, compliance=bodies_like(base, grid, 0.1))
-    model = model_of(whole.compliance, grid, contact_modulus_MPa=MODULUS)
+    model = UnitResponse.of(whole.compliance, grid, contact_modulus_MPa=MODULUS).model()
     start = np.random.default_rng(5).uniform(size=base.gap_mm.size)
     one, two = solve_by_correction(whole, LOAD, model), solve_by_correction(whole, LOAD, model, start_MPa=start)
     np.testing.assert_allclose(one.pressure_MPa, two.pressure_MPa, atol=2e-6 * one.pressure_MPa.max())
+
+
+# --- a half-space as soft as the elements ---------------------------------------------------------------------------
+
+
+def offsets(grid: ContactGrid) -> tuple[np.ndarray, np.ndarray]:
+    """Offsets in nodes at which a kernel of `convolution` is given."""
+    rows = 2 * grid.shape[0] - 1 if grid.half else grid.shape[0]
+    return np.arange(rows)[:, None], np.arange(1 - grid.shape[1], grid.shape[1])[None, :]
+
+
+def uniform(kernel: np.ndarray, grid: ContactGrid) -> Callable[[np.ndarray], np.ndarray]:
+    return convolution(kernel, nodes_x=grid.shape[0], nodes_s=grid.shape[1], half=grid.half)
+
+
+def softness(grid: ContactGrid, own: float, reach: float) -> np.ndarray:
+    """Softer under the node and stiffer around it, as elements are, up to `reach` nodes; even."""
+    x, s = offsets(grid)
+    near = np.hypot(x, s) <= reach
+    return np.where(near, own * (1.0 - 0.6 * np.hypot(x, s) + 0.05 * x * s * (not grid.half)), 0.0)
+
+
+def smooth(grid: ContactGrid, own: float) -> np.ndarray:
+    """A quadratic function of the offsets: what bodies of another shape add."""
+    x, s = offsets(grid)
+    return own * (0.3 + 4e-4 * x**2 - 7e-4 * s**2 + 2e-4 * x * s * (not grid.half))
+
+
+@pytest.mark.parametrize("half", [True, False])
+def test_elements_that_are_a_half_space_are_that_half_space(half):
+    base, grid = problem(half=half)
+    elements = UnitResponse.of(base.compliance, grid, contact_modulus_MPa=MODULUS).half_space_of_elements()
+    p = np.random.default_rng(3).uniform(size=base.gap_mm.size)
+    # FFT rounding
+    np.testing.assert_allclose(elements(p), base.compliance(p), rtol=1e-10)
+
+
+@pytest.mark.parametrize("reach", [0.0, 1.5, 2.3, 3.2])
+@pytest.mark.parametrize("half", [True, False])
+def test_softness_of_the_elements_is_told_from_the_shape_of_the_bodies(half, reach):
+    base, grid = problem(half=half)
+    own = float(base.compliance(_unit(base.gap_mm.size, 0 if half else base.gap_mm.size // 2)).max())
+    local, shape = uniform(softness(grid, 0.4 * own, reach), grid), uniform(smooth(grid, own), grid)
+    p = np.random.default_rng(3).uniform(0.0, 1.0, base.gap_mm.size)
+
+    def bodies(pressure: np.ndarray) -> np.ndarray:
+        return base.compliance(pressure) + local(pressure) + shape(pressure)
+
+    elements = UnitResponse.of(bodies, grid, contact_modulus_MPa=MODULUS).half_space_of_elements()
+    # what is quadratic is fitted exactly, so that all of it is left: rounding of the fit and of the FFT
+    np.testing.assert_allclose(elements(p), base.compliance(p) + local(p), rtol=1e-9)
+    added = bodies(p) - elements(p)
+    np.testing.assert_allclose(added, shape(p), atol=1e-9 * np.abs(bodies(p)).max())
+    # by hand: the moments of the pressure in nodes, both halves of it
+    x, s = (line / step for line, step in zip((grid.x_mm, grid.s_mm), (STEP_X, STEP_S), strict=True))
+    whole = p.reshape(grid.shape)
+    if half:
+        x, whole = np.concatenate([-x[:0:-1], x]), np.concatenate([whole[:0:-1], whole])
+    at_x, at_s = grid.x_mm / STEP_X, grid.s_mm / STEP_S
+    dx, ds = at_x[:, None] - x, at_s[:, None] - s
+    cross = 0.0 if half else 2e-4
+    by_hand = own * (
+        0.3 * whole.sum()
+        + 4e-4 * (dx**2 @ whole.sum(axis=1))[:, None]
+        - 7e-4 * (ds**2 @ whole.sum(axis=0))[None, :]
+        + cross * dx @ whole @ ds.T
+    )
+    np.testing.assert_allclose(added.reshape(grid.shape), by_hand, atol=1e-9 * np.abs(bodies(p)).max())
+
+
+@pytest.mark.parametrize("half", [True, False])
+def test_a_tail_that_falls_with_the_cube_of_the_distance_is_the_elements(half):
+    """The first error of a regular mesh: of degree -3, and the same under the mesh's own mirrors."""
+    base, grid = problem(half=half)
+    own = float(base.compliance(_unit(base.gap_mm.size, 0 if half else base.gap_mm.size // 2)).max())
+    x, s = offsets(grid)
+    distance = np.maximum(np.hypot(x * STEP_X, s * STEP_S), min(STEP_X, STEP_S))
+    turns = np.arctan2(s * STEP_S, x * STEP_X)
+    tail = uniform(1e-2 * own * (1.0 - 0.5 * np.cos(2 * turns) + 0.3 * np.cos(4 * turns)) / distance**3, grid)
+    local, shape = uniform(softness(grid, 0.4 * own, 2.0), grid), uniform(smooth(grid, own), grid)
+    p = np.random.default_rng(3).uniform(0.0, 1.0, base.gap_mm.size)
+
+    def bodies(pressure: np.ndarray) -> np.ndarray:
+        return base.compliance(pressure) + local(pressure) + tail(pressure) + shape(pressure)
+
+    elements = UnitResponse.of(bodies, grid, contact_modulus_MPa=MODULUS).half_space_of_elements()
+    # rounding of the fit and of the FFT
+    np.testing.assert_allclose(elements(p), base.compliance(p) + local(p) + tail(p), rtol=1e-8)

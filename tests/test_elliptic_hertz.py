@@ -10,7 +10,7 @@ from fecontact.solving.solve import CaseResult, solve
 HERTZ = {300: (7.16168, 5.38717, 1237.559), 80: (8.5419, 2.7008, 2069.63), 13: (10.0771, 1.0274, 4611.94)}
 
 
-def elliptic(radius: int, resolution: str | tuple[float, float] = "standard", load_N: float = 100e3) -> CaseResult:
+def elliptic(radius: int, resolution: str | tuple[float, float] = "quick", load_N: float = 100e3) -> CaseResult:
     case = Case(
         rail=f"circle:{radius}",
         wheel="cylinder:460",
@@ -23,86 +23,105 @@ def elliptic(radius: int, resolution: str | tuple[float, float] = "standard", lo
     return solve(case)
 
 
-def check(result: CaseResult) -> None:
+# Largest deviations in parts: reading 16 nodes a semi-axis leaves 0.03, 0.3 and 0.08 % (peak, area, half-widths), the
+# finite bodies (cut at 60 mm) 0.1 %, and what elements miss of a half-space farther than five nodes from a load grows
+# with the slenderness of the elements: 0.2 % in the peak at a / b = 1, 0.4 % at 3.
+LIMITS = {
+    "p_max_MPa": 0.0055,  # 0.23 % (R 300), 0.41 % (R 80)
+    "area_mm2": 0.006,  # 0.03 %, 0.33 %
+    "a_mm": 0.0025,  # 0.04 %, 0.02 %, 0.1 % (R 460)
+    "b_mm": 0.005,  # 0.18 %, 0.39 %
+    "extent_x_mm": 0.01,  # 0.34 %, 0.13 %
+    "extent_y_mm": 0.01,  # 0.50 %, 0.23 %
+    "centre_over_b": 0.001,  # 0.003 %, 0.02 %: the meshes are not symmetric across
+    "valley": 0.0,
+    "separate_load": 0.0,
+    "misplaced_load": 0.006,  # 0.38 %, 0.43 %; reading alone leaves 0.33 %
+}
+
+
+def check(result: CaseResult, limits: dict[str, float] = LIMITS) -> None:
     c = result.comparison
     assert result.status == "converged"
     assert result.normal_force_N == pytest.approx(100e3, rel=1e-8)
-    # the finite bodies (cut at 60 mm) raise the peak by about 0.1 %, the mesh changes it by less than 0.3 %
-    assert abs(c.deviation["p_max_MPa"]) < 0.005
-    # axes of the ellipsoid fitted to the upper half of the pressure
-    assert abs(c.deviation["a_mm"]) < 0.015
-    assert abs(c.deviation["b_mm"]) < 0.015
-    # inside the line of zero pressure: measured 0.2 to 0.5 %
-    assert abs(c.deviation["area_mm2"]) < 0.02
-    # the infinite slope of the pressure at the edge, first order and scattered by how the ellipse meets the nodes:
-    # measured 3.1 % (R 300) and 3.4 % (R 13)
-    assert c.pressure_l2 < 0.05
-    assert c.overlap > 0.96
-    assert c.pieces == 1
-    # centred on the touch point: the meshes are not symmetric across, their difference moves it by micrometres
-    assert abs(c.centre_y_mm) < 0.01 * c.fe.b_mm
-    assert c.centre_x_mm == pytest.approx(0.0, abs=1e-9)
+    assert {name: c.deviation[name] for name, limit in limits.items() if abs(c.deviation[name]) > limit} == {}
+    assert (result.verdict.answer, result.verdict.failing) == ("HOLDS", ())
+    # the cells at the edge: measured 1.5 % (2.5 % on R 13)
+    assert c.pressure_l2 < 0.03
+    assert c.overlap > 0.98
+    assert (c.patch.pieces, len(c.patch.lobes)) == (1, 1)
+    assert c.patch.centre_x_mm == pytest.approx(0.0, abs=1e-9)
 
 
-def test_elliptic_contact():
-    result = elliptic(300)
+def test_elliptic_contact(elliptic_quick):
+    result = elliptic_quick
     c = result.comparison
-    check(result)
-    assert (c.hertz.a_mm, c.hertz.b_mm, c.hertz.p_max_MPa) == pytest.approx(HERTZ[300], rel=2e-6)
-    # V3: load balance, complementarity and mirror symmetry of the answer itself
-    area = result.grid.nodal_area_mm2() * 2.0
-    p, gap = result.pressure_MPa, result.gap_mm
-    carried = float(np.dot(area * result.bodies.coupled.normals[:, 2], p.ravel()))
-    assert carried == pytest.approx(100e3, rel=1e-8)
-    assert result.load.fe.load_balance < 1e-8
-    assert p.min() >= 0.0
-    # the solver's bound on both residuals, relative to the approach
-    assert gap.min() > -1e-7 * c.fe.approach_mm
-    assert np.abs(gap[p > 0.0]).max() <= 1e-7 * c.fe.approach_mm
-    assert np.abs(p - p[:, ::-1]).max() < 0.01 * p.max()
-    # nothing touches at the edge of the zone
-    assert p[-2:].max() == 0.0
-    assert p[:, [0, 1, -2, -1]].max() == 0.0
+    check(result, LIMITS | {"p_max_MPa": 0.0035, "b_mm": 0.003, "area_mm2": 0.004})
+    # the stated uncertainty is no less than what is missing
+    assert {name for name in LIMITS if abs(c.deviation[name]) > result.load.uncertainty[name]} == set()
+    assert (result.hertz.a_mm, result.hertz.b_mm, c.hertz.p_max_MPa) == pytest.approx(HERTZ[300], rel=2e-6)
+    # V3: load balance, complementarity and mirror symmetry of the answer itself, on the fine nodes and on the elements'
+    for rung, tolerance in ((result.load.fe, 1e-6), (result.load.level.nodal, 1e-7)):
+        p, gap = rung.pressure_MPa, rung.gap_mm
+        _, normals = result.placement.surface(0.0, rung.grid.s_mm)
+        carried = float((rung.grid.whole_area_mm2().reshape(p.shape) * p * normals[:, 2]).sum())
+        assert carried == pytest.approx(100e3, rel=1e-8)
+        assert rung.load_balance < 1e-8
+        assert p.min() >= 0.0
+        # the solver's bound on both residuals, relative to the approach
+        assert gap.min() > -tolerance * c.fe.approach_mm
+        assert np.abs(gap[p > 0.0]).max() <= tolerance * c.fe.approach_mm
+        # nothing touches at the edge of the grid
+        assert p[-1].max() == p[:, [0, -1]].max() == 0.0
+    # the elements' zone is symmetric across, its nodes at the edge are in contact or not: measured 1.2 % there
+    p = result.load.level.nodal.pressure_MPa
+    assert np.abs(p - p[:, ::-1]).max() < 0.02 * p.max()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("radius", [80, 13])
-def test_slender_patches(radius):
-    result = elliptic(radius)
+def test_slender_patches():
+    result = elliptic(80)
     check(result)
-    c = result.comparison
-    assert (c.hertz.a_mm, c.hertz.b_mm, c.hertz.p_max_MPa) == pytest.approx(HERTZ[radius], rel=1e-4)
+    hertz = result.hertz
+    assert (hertz.a_mm, hertz.b_mm, hertz.p0_MPa) == pytest.approx(HERTZ[80], rel=1e-4)
+
+
+@pytest.mark.slow
+def test_a_patch_that_is_no_longer_a_parabola():
+    # b is 8 % of R 13: on the half-space the true gap has 0.8 % less width and 0.6 % more pressure than Hertz's
+    result = elliptic(13)
+    hertz, steps = result.hertz, result.load.ladder.steps
+    assert (hertz.a_mm, hertz.b_mm, hertz.p0_MPa) == pytest.approx(HERTZ[13], rel=1e-4)
+    assert steps["quadratic_to_true_gap"]["p_max_MPa"] == pytest.approx(0.0062, abs=1e-3)
+    assert steps["quadratic_to_true_gap"]["b_mm"] == pytest.approx(-0.0082, abs=1e-3)
+    # elements ten times as long as wide; measured -0.19, 0.76, -0.49 and 1.1 %
+    check(
+        result, LIMITS | {"p_max_MPa": 0.008, "area_mm2": 0.012, "a_mm": 0.008, "b_mm": 0.015, "misplaced_load": 0.01}
+    )
 
 
 @pytest.mark.slow
 def test_circular_patch():
     # crossed cylinders of equal radius: the gap of a sphere on a plane
     result = elliptic(460)
-    check(result)
+    check(result, LIMITS | {"p_max_MPa": 0.0035, "b_mm": 0.0025, "area_mm2": 0.004})
     c = result.comparison
     assert c.hertz.a_mm == pytest.approx(c.hertz.b_mm, rel=1e-12)
-    assert c.fe.a_mm == pytest.approx(c.fe.b_mm, rel=0.005)
+    # measured 0.03 %
+    assert c.fe.a_mm == pytest.approx(c.fe.b_mm, rel=1e-3)
 
 
 @pytest.mark.slow
-def test_observed_order_of_convergence():
+def test_finer_elements_change_hardly_anything():
+    """The pressure has nodes of its own: elements of a third of the size change it by less than is stated."""
     a, b, _ = HERTZ[300]
-    counts = np.array([4, 6, 8, 12])
-    results = [elliptic(300, (a / n, b / n)).comparison for n in counts]
-    peak = np.array([c.fe.p_max_MPa for c in results])
-
-    def order(values: list[float]) -> float:
-        return -float(np.polyfit(np.log(counts), np.log(np.abs(values)), 1)[0])
-
-    # semi-axes fitted away from the edge: measured 2.17 and 2.1, second order
-    assert order([c.deviation["a_mm"] for c in results]) == pytest.approx(2.1, abs=0.4)
-    assert order([c.deviation["b_mm"] for c in results]) == pytest.approx(2.1, abs=0.4)
-    # the edge of the patch: first order, measured 0.95
-    assert order([c.pressure_l2 for c in results]) == pytest.approx(1.0, abs=0.25)
-    # the peak settles 0.1 % above Hertz, which is what the finite bodies do; its changes fall
-    assert np.all(np.diff(peak) > 0.0)
-    assert peak[-1] - peak[-2] < 0.001 * peak[-1]
-    assert peak[-1] / HERTZ[300][2] - 1.0 == pytest.approx(1e-3, abs=1e-3)
+    results = [elliptic(300, (a / n, b / n)) for n in (4.25, 6.25, 9.25)]
+    for name in ("p_max_MPa", "area_mm2", "a_mm", "b_mm"):
+        values = [getattr(result.comparison.fe, name) for result in results]
+        # measured 0.1 % in the peak and less in the others
+        assert max(values) / min(values) - 1.0 < 0.003
+    # the elements' own nodes err by twenty times as much
+    assert all(0.005 < result.load.level.misfit < 0.04 for result in results)
 
 
 @pytest.mark.slow
@@ -110,4 +129,5 @@ def test_peak_grows_with_the_cube_root_of_the_load():
     loads = np.array([25e3, 50e3, 100e3])
     peaks = [elliptic(300, "quick", load_N=float(load)).comparison.fe.p_max_MPa for load in loads]
     # each on a mesh of its own with the same elements a semi-axis: only the finite bodies break the similarity
-    assert np.polyfit(np.log(loads), np.log(peaks), 1)[0] == pytest.approx(1.0 / 3.0, abs=2e-3)
+    # measured 1e-4
+    assert np.polyfit(np.log(loads), np.log(peaks), 1)[0] == pytest.approx(1.0 / 3.0, abs=1e-3)

@@ -1,14 +1,19 @@
-"""Where the half-space cannot expect a patch: the end of a line, and corners, are said within seconds."""
+"""The true gap on a half-space: opened by what bodies add, and where it cannot expect a patch (ends and corners)."""
 
 import math
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from fecontact.case import Case, Track
+from fecontact.comparison.measures import deviations, measures_of, misfit_of
+from fecontact.contact.grid import ContactGrid, Field
 from fecontact.errors import InputError
-from fecontact.solving.position import expect_on_half_space
+from fecontact.solving.position import expect_on_half_space, place_case, true_gap_of_case
+from fecontact.solving.true_gap import TrueGap, carried
+from fecontact.theory.hertz import HertzContact, hertz_ellipse
 
 FLAT = """kind = "wheel"
 units = "mm"
@@ -87,3 +92,94 @@ def test_kinks_of_rounded_data_are_none(tmp_path, kink_rad):
     # the patch lies over the kink, and is about as wide as without it
     assert expected.s_low_mm < 2.0 < expected.s_high_mm
     assert expected.s_high_mm - expected.s_low_mm == pytest.approx(10.8, abs=1.5)
+
+
+# --- the true gap, opened by what bodies add ------------------------------------------------------------------------
+
+
+def opened(rail: str = "circle:300", load_N: float = 10e3) -> tuple[TrueGap, HertzContact, ContactGrid]:
+    """A cylinder on a circular head, and 16.4 nodes a semi-axis; a small load, so that both are parabolas."""
+    case = Case(rail=rail, wheel="cylinder:460", inclination_rad=0.0, load_N=load_N)
+    placement = place_case(case)
+    hertz = hertz_ellipse(
+        0.5 / 460, 0.5 / float(rail[7:]), normal_force_N=load_N, contact_modulus_MPa=case.contact_modulus_MPa
+    )
+    grid = ContactGrid(
+        x_mm=hertz.a_mm / 16.4 * np.arange(24), s_mm=hertz.b_mm / 16.4 * (np.arange(-23, 24) + 0.3), half=True
+    )
+    return true_gap_of_case(case, placement), hertz, grid
+
+
+def on_own_nodes(hertz: HertzContact, values: object, nodes: int = 9) -> Field:
+    """A function of (x, s) on far fewer nodes, lying otherwise, over the patch and a little around it."""
+    grid = ContactGrid(
+        x_mm=1.5 * hertz.a_mm / nodes * np.arange(nodes + 1),
+        s_mm=1.5 * hertz.b_mm / nodes * (np.arange(-nodes, nodes + 1) + 0.2),
+        half=True,
+    )
+    assert callable(values)
+    return Field(grid=grid, values=np.asarray(values(grid.x_mm[:, None], grid.s_mm[None, :])))
+
+
+def test_nothing_added_is_the_true_gap():
+    true_gap, hertz, grid = opened()
+    plain = true_gap.solve(grid, 10e3)
+    zero = true_gap.solve(grid, 10e3, added=on_own_nodes(hertz, lambda x, s: 0.0 * x * s))
+    np.testing.assert_array_equal(zero.pressure_MPa, plain.pressure_MPa)
+    assert (zero.approach_mm, zero.status) == (plain.approach_mm, "converged")
+    # and that is Hertz's: measured 0.02 % in the peak, 0.06 % in a
+    assert abs(deviations(plain, hertz)["p_max_MPa"]) < 4e-4
+    assert abs(deviations(plain, hertz)["a_mm"]) < 9e-4
+
+
+def test_a_constant_only_adds_to_the_approach():
+    true_gap, hertz, grid = opened()
+    plain = true_gap.solve(grid, 10e3)
+    moved = true_gap.solve(grid, 10e3, added=on_own_nodes(hertz, lambda x, s: 0.004 + 0.0 * x * s))
+    # residuals of 1e-6 of the approach, and normals that turn by 8 mrad below the patch: measured 5e-5
+    np.testing.assert_allclose(moved.pressure_MPa, plain.pressure_MPa, atol=1e-4 * plain.pressure_MPa.max())
+    assert moved.approach_mm - plain.approach_mm == pytest.approx(0.004, rel=2e-5)
+
+
+@pytest.mark.parametrize("radius", [80.0, 300.0])
+@pytest.mark.parametrize(("c", "d"), [(3e-4, 0.0), (0.0, 1e-3), (-4e-4, 8e-4), (5e-4, -6e-4)])
+def test_added_curvature_is_hertz_with_that_curvature(radius, c, d):
+    """On few nodes of its own and beyond them constant: what is added to the gap counts as the gap itself."""
+    true_gap, hertz, _ = opened(f"circle:{radius:g}")
+    changed = hertz_ellipse(
+        0.5 * (1 / 460 + c), 0.5 * (1 / radius + d), normal_force_N=10e3, contact_modulus_MPa=hertz.contact_modulus_MPa
+    )
+    assert abs(changed.b_mm / hertz.b_mm - 1.0) > 0.005
+    grid = ContactGrid(
+        x_mm=changed.a_mm / 16.4 * np.arange(22), s_mm=changed.b_mm / 16.6 * (np.arange(-21, 22) + 0.3), half=True
+    )
+    rung = true_gap.solve(grid, 10e3, added=on_own_nodes(changed, lambda x, s: 0.5 * (c * x**2 + d * s**2)))
+    found = deviations(rung, changed)
+    # as exact ellipses are read; a circle of R 80 is a parabola to 1e-4 below a patch of 1.2 mm
+    limits = {"p_max_MPa": 6e-4, "area_mm2": 3.5e-3, "a_mm": 9e-4, "b_mm": 9e-4, "approach_mm": 6e-4}
+    assert {name: found[name] for name, limit in limits.items() if abs(found[name]) > limit} == {}
+    assert misfit_of(rung, changed).misplaced_load < 4.5e-3
+    assert misfit_of(rung, changed).valley == 0.0
+
+
+def test_an_added_slope_moves_the_centre_and_nothing_else():
+    true_gap, hertz, grid = opened()
+    rung = true_gap.solve(grid, 10e3, added=on_own_nodes(hertz, lambda x, s: 0.0 * x + 1e-4 * s))
+    # the bottom of s^2 / 2 R + e s
+    assert misfit_of(rung, hertz).centre_over_b == pytest.approx(-300.0 * 1e-4 / hertz.b_mm, rel=2e-3)
+    assert measures_of(rung).p_max_MPa == pytest.approx(hertz.p0_MPa, rel=4e-4)
+
+
+def test_a_carried_field_is_a_cubic_inside_and_constant_outside():
+    x, s = np.linspace(0.0, 4.0, 6), np.linspace(-3.0, 5.0, 9)
+    field = Field(
+        grid=ContactGrid(x_mm=x, s_mm=s, half=True), values=x[:, None] ** 3 - 2.0 * x[:, None] * s**2 + s**3 - 1.0
+    )
+    at_x, at_s = np.array([0.0, 1.3, 3.9]), np.array([-2.9, 0.7, 4.4])
+    exact = at_x[:, None] ** 3 - 2.0 * at_x[:, None] * at_s**2 + at_s**3 - 1.0
+    np.testing.assert_allclose(carried(field, at_x, at_s), exact, atol=1e-10)
+    outside = carried(field, np.array([0.0, 4.0, 9.0]), np.array([-8.0, -3.0, 5.0, 6.0]))
+    np.testing.assert_array_equal(outside[2], outside[1])
+    np.testing.assert_array_equal(outside[:, 0], outside[:, 1])
+    np.testing.assert_array_equal(outside[:, 3], outside[:, 2])
+    np.testing.assert_allclose(outside[1, 2], field.values[-1, -1], rtol=1e-12)

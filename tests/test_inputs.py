@@ -76,9 +76,12 @@ def angle(key: str) -> Row:
 def limit(key: str, measure: str, default: str) -> Row:
     return Row(
         key, "--" + key.replace("_", "-"), 7, 0.07, 120, 1.2,
-        f"limit of {measure} is 1.2 (120 %); allowed: between 0 and 1 (between 0 and 100 %)",
+        f"limit of {measure} is 1.2 (120 %); allowed: between 0 and 1 (between 0 and 100 %); for example 0.05 for 5 %",
         f": %, between 0 and 100; default {default}",
     )  # fmt: skip
+
+
+SETS = "sets strength, patch, all; measures p_max, area, a, b, centre, valley, separate, misplaced; joined by commas"
 
 
 # by table and field; written down a second time on purpose, with the units that users know
@@ -107,7 +110,7 @@ ROWS: dict[tuple[str, str], Row] = {
     ("", "rolling_radius_mm"): length("rolling_radius_mm", 425.0, "default 460"),
     ("", "resolution"): Row(
         "resolution", "--resolution", "fine", "fine", "fin", "fin",
-        "resolution is 'fin'; allowed: quick, standard, fine, or two element sizes in mm", "default standard",
+        "resolution is 'fin'; allowed: quick, standard, fine, or two element sizes in mm", "default quick",
     ),
     ("", "solver"): Row(
         "solver", "--solver", "amg", "amg", "magic", "magic", "solver is 'magic'; allowed: auto, pardiso, amg",
@@ -131,6 +134,21 @@ ROWS: dict[tuple[str, str], Row] = {
     ("size", "rim_half_length_mm"): length("rim_half_length_mm", 50.0, "default 60"),
     ("criteria", "p_max"): limit("p_max_percent", "p_max_MPa", "5"),
     ("criteria", "area"): limit("area_percent", "area_mm2", "10"),
+    ("criteria", "a"): limit("a_percent", "a_mm", "10"),
+    ("criteria", "b"): limit("b_percent", "b_mm", "10"),
+    # in Hertz's half-widths b, which are no per cents
+    ("criteria", "centre"): Row(
+        "centre_over_b", "--centre-over-b", 0.07, 0.07, 1.2, 1.2,
+        "limit of centre_over_b is 1.2; allowed: between 0 and 1; for example",
+        ": no unit, between 0 and 1; default 0.15",
+    ),
+    ("criteria", "valley"): limit("valley_percent", "valley", "10"),
+    ("criteria", "separate"): limit("separate_load_percent", "separate_load", "0.1"),
+    ("criteria", "misplaced"): limit("misplaced_load_percent", "misplaced_load", "10"),
+    ("criteria", "judged_by"): Row(
+        "judged_by", "--judged-by", "strength,b", ("strength", "b"), "strenght", ("strenght",),
+        f"judged by is 'strenght'; allowed: {SETS}; did you mean strength?", f": {SETS}; default all",
+    ),
 }  # fmt: skip
 
 EACH = pytest.mark.parametrize("place", ROWS, ids="/".join)
@@ -307,7 +325,9 @@ def test_a_misspelt_key_is_refused_with_the_nearest_and_all_others(slot: Slot, t
     middle = len(slot.key) // 2
     own = [other.key for other in INPUTS if other.table == slot.table]
     head = f"[{slot.table}]\n" if slot.table else ""
-    for wrong in (slot.key[:middle] + slot.key[middle + 1 :], f"{slot.key}s", slot.key[1:], f"{slot.key[:-1]}x"):
+    misspelt = {slot.key[:middle] + slot.key[middle + 1 :], f"{slot.key}s", slot.key[1:], f"{slot.key[:-1]}x"}
+    # a_percent and b_percent are equally near to some
+    for wrong in misspelt - {other[1:] for other in own if other != slot.key}:
         message = refusal(tmp_path, f"{head}{wrong} = 1\n")
         assert f"{wrong}: there is no such key; did you mean {slot.key}?; keys: {', '.join(own)}" in message
         assert message.startswith(f": [{slot.table}]: " if slot.table else ": ")
@@ -356,6 +376,15 @@ def test_a_misspelt_key_is_refused_with_the_nearest_and_all_others(slot: Slot, t
 )
 def test_a_wrong_file_is_refused(text, says, tmp_path):
     assert says in refusal(tmp_path, text)
+
+
+def test_measures_that_decide_are_names_with_commas_between(tmp_path):
+    (case,) = by_file(tmp_path, '[criteria]\njudged_by = "patch, valley"\n')
+    assert (
+        case.criteria == Criteria(judged_by=("patch", "valley")) == by_command("--judged-by", "patch,valley").criteria
+    )
+    for text, wrong in (("patch,", ""), ("", ""), ("patch,all of them", "all of them")):
+        assert f"judged by is {wrong!r}; allowed: {SETS}" in refusal(tmp_path, f"[criteria]\njudged_by = '{text}'\n")
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ from importlib import import_module
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from scipy.signal import find_peaks
 
 from fecontact.case import BodySize, Case
 from fecontact.comparison.measures import Measures, measures_of
@@ -19,7 +18,7 @@ from fecontact.geometry.placement import Placement
 from fecontact.material import Material, contact_modulus_MPa
 from fecontact.solving.coupled_mesh import couple, coupled_problem, fine_zone
 from fecontact.solving.expected_patch import expected_patch
-from fecontact.solving.position import expect_on_half_space, place_case, position_of
+from fecontact.solving.position import expect_on_half_space, place_case, position_of, true_gap_of_case
 from fecontact.solving.solve import CaseResult, peak_memory_MB, solve
 
 needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO is not installed on this platform")
@@ -29,69 +28,84 @@ needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO 
 FIXED = {"refine_degrees_of_freedom": 0}
 
 
-def lobes(result: CaseResult) -> int:
-    """Maxima across the patch that stand out by a tenth of the peak."""
-    ridge = result.pressure_MPa.max(axis=0)
-    return len(find_peaks(ridge, prominence=0.1 * ridge.max())[0])
-
-
 def check(result: CaseResult) -> None:
+    """Force balance and status of the fine pressure, on the true surface."""
     assert result.status == "converged"
-    assert result.load.fe.load_balance < 1e-8
-    area = result.grid.nodal_area_mm2() * (2.0 if result.grid.half else 1.0)
-    vertical = float(np.dot(area * result.bodies.coupled.normals[:, 2], result.pressure_MPa.ravel()))
-    assert vertical == pytest.approx(result.case.load_N, rel=1e-8)
-    upright = result.bodies.coupled.normals @ result.placement.first.normal
-    along_normal = float(np.dot(area * upright, result.pressure_MPa.ravel()))
+    rung = result.load.fe
+    assert rung.load_balance < 1e-8
+    _, normals = result.placement.surface(rung.grid.x_mm[:, None], rung.grid.s_mm[None, :])
+    force = rung.grid.whole_area_mm2().reshape(rung.grid.shape) * rung.pressure_MPa
+    direction = np.array([0.0, 0.0, 1.0]) if result.case.load_kind == "vertical" else result.placement.first.normal
+    assert float((force * (normals @ direction)).sum()) == pytest.approx(result.case.load_N, rel=1e-8)
+    along_normal = float((force * (normals @ result.placement.first.normal)).sum())
     assert result.normal_force_N == pytest.approx(along_normal, rel=1e-12)
     assert result.hertz.normal_force_N == result.normal_force_N
 
 
 # --- 60E1 1:40, S1002, 100 kN -----------------------------------------------------------------------------------
 
+# By other readings of the elements' own nodes on finer meshes: shift (mm), answer, and in per cent what Hertz is off in
+# peak, area, a and b; centre of pressure over b; valley and misplaced load in per cent. The area at 4 mm, where a thin
+# tail was lost on those nodes (-1.0 %), is that of a half-space with 64 nodes a semi-axis.
+FACTS = [
+    (-4.0, "HOLDS", -0.3, -2.1, 0.6, -2.5, -0.07, 0.0, 4.8),
+    (-2.0, "HOLDS", -0.1, -4.8, 1.7, -6.0, -0.11, 0.0, 7.1),
+    (-1.0, "FAILS", 1.3, -9.4, 5.4, -17.0, -0.19, 15.0, 12.5),
+    (0.0, "FAILS", -21.0, 3.1, 2.6, -11.5, -0.26, 22.0, 15.5),
+    (3.0, "FAILS", 1.7, -12.9, 2.2, -9.7, 0.03, 0.0, 5.6),
+    (4.0, "HOLDS", 0.0, -2.5, 0.2, -1.4, -0.03, 0.0, 2.9),
+]
 
-def check_hertz_holds(result: CaseResult) -> None:
-    # one lobe on arcs of constant curvature but for the tread's own change: measured 0.3 and 0.5 %
+
+@pytest.mark.parametrize(("shift", "answer", "p", "area", "a", "b", "centre", "valley", "misplaced"), FACTS)
+def test_what_other_readings_say(shift, answer, p, area, a, b, centre, valley, misplaced):
+    """At quick, with the default criteria; measured 0.3 in the sizes, 1.2 in the area, 1.3 in the valley at most."""
+    result = solve(Case(lateral_shift_mm=shift, **FIXED))
     check(result)
-    assert abs(result.comparison.deviation["p_max_MPa"]) < 0.03
-    assert abs(result.comparison.deviation["area_mm2"]) < 0.10
-    assert lobes(result) == 1
+    found = result.comparison.deviation
+    percent = {name: 100.0 * found[name] for name in found}
+    # it read area and valley less sharply
+    assert percent["p_max_MPa"] == pytest.approx(p, abs=0.5)
+    assert percent["area_mm2"] == pytest.approx(area, abs=1.3)
+    assert percent["a_mm"] == pytest.approx(a, abs=0.5)
+    assert percent["b_mm"] == pytest.approx(b, abs=0.5)
+    assert found["centre_over_b"] == pytest.approx(centre, abs=0.01)
+    assert percent["valley"] == pytest.approx(valley, abs=1.5)
+    assert percent["misplaced_load"] == pytest.approx(misplaced, abs=0.5)
+    assert found["separate_load"] == 0.0
+    assert (result.verdict.answer, result.load.solved.levels[0].status) == (answer, "converged")
+    assert len(result.comparison.patch.lobes) == (2 if valley else 1)
+    # corrections of the calibrated half-space, to residuals of 1e-7 on the elements' nodes: measured 3
+    assert result.load.level.nodal.compliance_calls <= 5
 
 
-def check_two_lobes(result: CaseResult) -> None:
-    # Hertz at the first touch point spreads the load over one flat ellipse, but two lobes carry it: measured -20.5 %
+@pytest.mark.slow
+@pytest.mark.parametrize("load_N", [80e3, 100e3, 150e3])
+def test_hertz_fails_between_the_lobes_though_his_peak_is_right(load_N):
+    """Half a millimetre from the centre, where both lobes are as high and Hertz's peak is right by chance."""
+    result = solve(Case(lateral_shift_mm=-0.5, load_N=load_N, **FIXED))
     check(result)
-    assert -0.25 < result.comparison.deviation["p_max_MPa"] < -0.15
-    assert lobes(result) == 2
-    assert result.comparison.overlap < 0.85
-    # half-space on the true gap 995 MPa in another programme; finite bodies lower it by 2 to 3 %
-    assert result.comparison.fe.p_max_MPa == pytest.approx(975.0, rel=0.015)
-
-
-def check_junction_nearby(result: CaseResult) -> None:
-    # first touch close to the junction R 300 / R 80: Hertz's narrow ellipse is far too high; measured 62 %
-    check(result)
-    assert result.comparison.deviation["p_max_MPa"] > 0.40
-    assert result.comparison.overlap < 0.5
-
-
-@pytest.mark.parametrize("shift", [-4.0, 4.0])
-def test_hertz_holds_on_plain_arcs(shift):
-    result = solve(Case(lateral_shift_mm=shift, resolution="quick", **FIXED))
-    check_hertz_holds(result)
-    # corrections of the calibrated half-space, to residuals of 1e-7: measured 3 on the tread
-    assert result.load.fe.compliance_calls <= 4
+    found = result.comparison.deviation
+    # measured 2.7, 2.5 and 0.5 %
+    assert abs(found["p_max_MPa"]) < 0.05
+    assert result.verdict.answer == "FAILS"
+    assert result.verdict.cause == "second lobe"
+    assert {"b_mm", "centre_over_b", "valley", "misplaced_load"} <= set(result.verdict.failing)
+    # measured 34, 35 and 36 %
+    assert found["valley"] == pytest.approx(0.35, abs=0.03)
+    # strength alone has nothing against him
+    assert result.verdict.each["p_max_MPa"] == "HOLDS"
 
 
 @needs_pardiso
 @pytest.mark.parametrize(("shift", "most_calls"), [(0.25, 5), (6.5, 9)])
 def test_corrections_give_the_pressure_of_conjugate_gradients(shift, most_calls):
-    """Beside a junction and at the gauge corner, where bodies are least like a half-space; measured 4 and 8 calls."""
-    position = position_of(Case(lateral_shift_mm=shift, resolution="quick"))
-    zone = fine_zone(position.case, position.expected, position.expected_hertz)
+    """Beside a junction and at the gauge corner, where bodies are least like a half-space; measured 4 and 7 calls."""
+    position = position_of(Case(lateral_shift_mm=shift))
+    zone = fine_zone(position.expected, position.element_size_mm)
     bodies = couple(position.case, position.placement, zone, position.clock)
-    problem = coupled_problem(position, bodies)
-    _, solution = problem.solve(100e3)
+    problem = coupled_problem(position.true_gap, bodies)
+    solution = problem.solve(100e3)
     exact = solve_contact(problem.bodies, 100e3, start_MPa=solution.pressure_MPa, tolerance=1e-9)
     assert solution.status == exact.status == "converged"
     assert solution.compliance_calls <= most_calls
@@ -100,24 +114,27 @@ def test_corrections_give_the_pressure_of_conjugate_gradients(shift, most_calls)
     assert difference < 1e-6 * 100e3
 
 
-def test_two_lobes_at_the_centred_position():
-    # 4.5 elements on the half width of the narrower lobe; measured -20.3 %, at `quick` -20.5 %
-    check_two_lobes(solve(Case(resolution=(1.6, 0.7), **FIXED)))
-
-
 def test_first_touch_next_to_a_junction():
-    # measured 61.9 %, the same as at `quick`
-    check_junction_nearby(solve(Case(lateral_shift_mm=0.25, resolution=(1.6, 0.9), **FIXED)))
+    # first touch close to the junction R 300 / R 80: Hertz's narrow ellipse is far too high; measured 62 %
+    result = solve(Case(lateral_shift_mm=0.25, **FIXED))
+    check(result)
+    assert result.comparison.deviation["p_max_MPa"] == pytest.approx(0.62, abs=0.03)
+    assert result.comparison.overlap < 0.5
+    assert result.verdict.answer == "FAILS"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("resolution", ["quick", "standard"])
-@pytest.mark.parametrize(
-    ("shift", "check_case"),
-    [(-4.0, check_hertz_holds), (4.0, check_hertz_holds), (0.0, check_two_lobes), (0.25, check_junction_nearby)],
-)
-def test_named_resolutions_say_the_same(shift, check_case, resolution):
-    check_case(solve(Case(lateral_shift_mm=shift, resolution=resolution, **FIXED)))
+@pytest.mark.parametrize(("shift", "answer"), [(-4.0, "HOLDS"), (4.0, "HOLDS"), (0.0, "FAILS"), (0.25, "FAILS")])
+def test_named_resolutions_say_the_same(shift, answer):
+    quick, standard = (
+        solve(Case(lateral_shift_mm=shift, resolution=resolution, **FIXED)) for resolution in ("quick", "standard")
+    )
+    for result in (quick, standard):
+        check(result)
+        assert result.verdict.answer == answer
+    for name, value in quick.comparison.deviation.items():
+        if name in quick.load.uncertainty:
+            assert standard.comparison.deviation[name] == pytest.approx(value, abs=quick.load.uncertainty[name])
 
 
 # --- a rung's force and approach are those along the contact normal --------------------------------------------------
@@ -152,8 +169,8 @@ def test_force_and_approach_of_a_rung_on_a_tilted_pair():
     )
     opened = (problem.gap_mm + problem.compliance(p.ravel())).reshape(grid.shape)
     approach = (opened / (normals @ vertical))[p > 0.0]
-    # the solution's tolerance there is 1e-5 of the approach
-    np.testing.assert_allclose(approach * (normal @ vertical), rung.approach_mm, rtol=3e-5)
+    # the solution's tolerance there is 1e-6 of the approach
+    np.testing.assert_allclose(approach * (normal @ vertical), rung.approach_mm, rtol=3e-6)
 
 
 # --- solver paths and symmetry ----------------------------------------------------------------------------------
@@ -208,7 +225,7 @@ def test_full_model_without_yaw_is_the_half_model():
     np.testing.assert_allclose(full.grid.x_mm[middle:], half.grid.x_mm, atol=1e-9)
     # 1e-9 mm more or less in the outline lets gmsh mesh the inside of the section in another way: this is the error of
     # so coarse a mesh, measured 2.7e-4 (on the same sections both models agree to 1e-7, see test_mortar)
-    np.testing.assert_allclose(p, p[::-1], atol=1e-5 * p.max())
+    np.testing.assert_allclose(p, p[::-1], atol=3e-5 * p.max())
     np.testing.assert_allclose(p[middle:], half.pressure_MPa, atol=2e-3 * p.max())
     assert full.comparison.fe.approach_mm == pytest.approx(half.comparison.fe.approach_mm, rel=1e-3)
 
@@ -258,15 +275,11 @@ def manchester_case(wheel: str, shift: float, yaw_mrad: float, force: float, **c
 
 
 def on_half_space(case: Case, placement: Placement) -> Measures:
-    expected = expected_patch(
-        placement,
-        case.load_N,
-        contact_modulus_MPa=contact_modulus_MPa(BENCHMARK_STEEL, BENCHMARK_STEEL),
-        direction=placement.first.normal,
-        half=case.half,
-        guess_mm=0.025,
-    )
-    return measures_of(expected.half_space)
+    # of a normal load, from a guess of its own
+    true_gap = true_gap_of_case(case, placement)
+    assert (true_gap.direction == placement.first.normal).all()
+    assert true_gap.contact_modulus_MPa == contact_modulus_MPa(BENCHMARK_STEEL, BENCHMARK_STEEL)
+    return measures_of(expected_patch(true_gap, case.load_N, half=case.half, guess_mm=0.025).half_space)
 
 
 @pytest.mark.parametrize(("wheel", "shift", "yaw", "force", "peak", "approach"), MANCHESTER)

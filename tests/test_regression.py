@@ -13,13 +13,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fecontact.case import Criteria
 from fecontact.cli import call
+from fecontact.comparison.verdict import judge
 from fecontact.errors import InputError
+from fecontact.map.cells import Inferred, MapCell
 from fecontact.map.position import solved_cell
 from fecontact.outputs import rows as outputs_rows
 from fecontact.outputs.study_files import write_tables
 from fecontact.outputs.tables import write_csv
 from fecontact.regression.baselines import update_baseline
+from fecontact.regression.checks import discretisation_check
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.regression.tolerances import EFFORT, KINDS, TEXT, kind_of, read_tolerances
@@ -31,6 +35,7 @@ VERSIONS = {"fecontact": "0.1.0", "gmsh": "4.15.2", "platform": "Linux-6-x86_64"
 LIMITS = (
     ("p_max_fe_MPa", 1200.0, 0.12),
     ("p_max_half_space_MPa", 1200.0, 0.12),
+    ("limit_used", 2.0, 0.01),
     ("p_max_hertz_MPa", 1200.0, 1.2e-3),
     ("von_mises_max_rail_MPa", 800.0, 0.8),
     ("von_mises_depth_rail_mm", 3.0, 3e-3),
@@ -51,13 +56,23 @@ LIMITS = (
     ("p_max_deviation_percent", -0.5, 0.01),
     ("approach_deviation_percent", 3.0, 0.05),
     ("area_uncertainty_percent", 6.0, 0.3),
-    ("p_max_uncertainty_percent", 0.6, 0.15),
+    ("p_max_uncertainty_percent", 0.6, 0.03),
+    ("p_max_step_bodies_uncertainty_percent", 0.6, 0.03),
+    ("centre_over_b", -0.26, 1e-3),
+    ("centre_uncertainty_over_b", 0.002, 3e-3),
+    ("valley_percent", 22.0, 0.1),
+    ("valley_uncertainty_percent", 0.2, 0.3),
+    ("separate_load_percent", 0.1, 0.01),
+    ("separate_load_uncertainty_percent", 0.02, 0.03),
+    ("misplaced_load_percent", 15.0, 0.1),
+    ("elements_misfit_percent", 1.6, 0.1),
     ("overlap", 0.9, 1e-3),
     ("hertz_stiffness_GN_per_m15", 100.0, 1e-4),
     ("hertz_stiffness_N_per_mm15", 3e6, 3.0),
     ("something_new", 5.0, 5e-4),
 )
-TEXTS = ("status", "rail", "verdict", "verdict_cause", "verdict_measure", "warnings", "at_junction", "resolution")
+TEXTS = ("status", "rail", "verdict", "verdict_cause", "verdict_measure", "verdict_failing", "warnings")
+TEXTS += ("at_junction", "resolution")
 
 
 def case_row(name: str = "one", **more) -> dict:
@@ -95,7 +110,7 @@ def test_each_kind_of_number_at_both_sides_of_its_limit(tmp_path, column, value,
     assert difference.allowed == pytest.approx(allowed, rel=1e-6)
 
 
-@pytest.mark.parametrize("column", ["pieces", "touch_points"])
+@pytest.mark.parametrize("column", ["pieces", "lobes", "touch_points"])
 def test_counts_of_things_are_exact(tmp_path, column):
     assert compared(tmp_path, [case_row(**{column: 2})], [case_row(**{column: 2.0})]).same
     different = compared(tmp_path, [case_row(**{column: 1})], [case_row(**{column: 2})])
@@ -996,6 +1011,28 @@ def test_every_column_of_a_map_is_known(elliptic_quick):
     columns = list(outputs_rows.cell_row(cell, elliptic_quick.placement))
     assert len(columns) > 60
     assert [name for name in columns if kind_of(name) == "default"] == []
+
+
+def test_every_column_of_an_inferred_cell_is_known():
+    off = {name: 0.5 * limit for name, limit in Criteria().limits.items()}
+    unsure = dict.fromkeys(off, 1e-4)
+    verdict = judge(off, unsure, Criteria())
+    inferred = Inferred(deviation=off, uncertainty=unsure, doubt=unsure, verdict=verdict)
+    cell = MapCell(lateral_shift_mm=1.0, load_N=5e4, status="inferred", inferred=inferred)
+    row = outputs_rows.cell_row(cell, None)
+    assert {"verdict", "verdict_measure", "verdict_failing", "centre_uncertainty_over_b"} <= set(row)
+    assert [name for name in row if kind_of(name) == "default"] == []
+
+
+def test_the_discretisation_is_that_of_hertz_s_own_gap(elliptic_quick):
+    """A row has the half-space under the true gap and the step to it, from which Hertz's own gap follows."""
+    row = {"id": "one", **outputs_rows.case_row(elliptic_quick)}
+    (check,) = discretisation_check([row], 1.0)
+    quadratic = elliptic_quick.load.ladder.half_space_quadratic.p_max_MPa
+    assert check.value == pytest.approx(quadratic, rel=1e-12)
+    assert check.expected == elliptic_quick.hertz.p0_MPa
+    assert check.passed
+    assert not discretisation_check([row], 1e-3)[0].passed
 
 
 def test_every_kind_is_one_that_exists():

@@ -238,7 +238,8 @@ def test_a_digest_is_cheap():
 def test_a_row_is_read_as_it_was_written(tmp_path):
     name = stored(tmp_path)
     row = read_row(case_folder(tmp_path, name) / "row.json")
-    assert row["approach_uncertainty_percent"] != row["approach_uncertainty_percent"]
+    assert row["p_max_uncertainty_percent"] != row["p_max_uncertainty_percent"]
+    assert (row["verdict"], row["verdict_failing"]) == ("FAILS", "separate_load")
     assert row["junction_distance_mm"] == float("inf")
     assert row["verdict_cause"] is None
     with pytest.raises(InputError, match=r"rail\.vtu: no JSON"):

@@ -53,7 +53,7 @@ def test_01_elliptic_hertz(tmp_path):
     rows, said = run_quick("01_elliptic_hertz", tmp_path)
     # the deviations themselves are checks of the study
     assert {row["verdict"] for row in rows} == {"HOLDS"}
-    assert "Largest deviations from exact Hertz" in said
+    assert "Largest deviations from Hertz" in said
 
 
 def test_02_independence(tmp_path):
@@ -61,7 +61,7 @@ def test_02_independence(tmp_path):
     # more rail below the contact gives way as well, more of it beside hardly: measured 4.9 and 0.3 %
     assert deeper["approach_fe_mm"] / base["approach_fe_mm"] == pytest.approx(1.05, abs=0.01)
     assert longer["approach_fe_mm"] / base["approach_fe_mm"] == pytest.approx(1.003, abs=0.003)
-    assert said.count("(ok)") == 2
+    assert said.count("times 1.5: p_max") == 2
 
 
 def test_06_manchester(tmp_path):
@@ -74,8 +74,8 @@ def test_06_manchester(tmp_path):
 def test_09_applicability_map(tmp_path):
     rows, said = run_quick("09_applicability_map", tmp_path)
     peak = {row["lateral_shift_mm"]: row["p_max_deviation_percent"] for row in rows}
-    # at `standard`, with the map of the study: -0.2, -21.1 and +0.1 %
-    assert peak == pytest.approx({-4.0: -0.2, 0.0: -21.1, 4.0: 0.1}, abs=1.0)
+    # by another reading of other meshes: -0.3, -21 and 0 %
+    assert peak == pytest.approx({-4.0: -0.2, 0.0: -21.3, 4.0: 0.0}, abs=0.3)
     assert "FAILS at 0 mm" in said
 
 
@@ -83,11 +83,11 @@ def test_03_curvature_junctions(tmp_path):
     study = module("03_curvature_junctions")
     rows, said = run_quick("03_curvature_junctions", tmp_path)
     peak = {study.distance_mm(row): row["p_max_deviation_percent"] for row in rows}
-    # 1.5 b away Hertz is exact but for the mesh and the block: measured 0.2 %
-    assert abs(peak[8.0]) < 1.0
-    # the tighter arc carries more the nearer it is: measured -13.1 and -28.2 %, at `standard` -13.9 and -28.3 %
-    assert peak[2.0] == pytest.approx(-13.5, abs=1.5)
-    assert peak[0.0] == pytest.approx(-28.3, abs=1.5)
+    # 1.5 b away Hertz is exact but for the block
+    assert abs(peak[8.0]) < 0.3
+    # the tighter arc carries more the nearer it is; by another reading of other meshes -13.9 and -28.3 %
+    assert peak[2.0] == pytest.approx(-13.9, abs=0.5)
+    assert peak[0.0] == pytest.approx(-28.3, abs=0.5)
     assert "arcs:300/80" in said
     assert (tmp_path / "junctions.png").is_file()
 
@@ -106,9 +106,8 @@ def test_03_reach_is_where_the_deviation_comes_within_the_limit():
 def test_04_claim_of_yan_and_fischer(tmp_path):
     rows, said = run_quick("04_claim_of_yan_and_fischer", tmp_path)
     verdicts = {row["lateral_shift_mm"]: row["verdict"] for row in rows}
-    # a touch point just beside the junction, and one on a plain arc; `quick` leaves its area open
-    assert verdicts[1.0] == "FAILS"
-    assert verdicts[-4.0] != "FAILS"
+    # a touch point just beside the junction, and one on a plain arc
+    assert verdicts == {1.0: "FAILS", -4.0: "HOLDS"}
     assert "The claim itself is right in" in said
 
 
@@ -123,27 +122,26 @@ def test_04_threshold_that_sorts_best():
 def test_05_rail_and_inclination(tmp_path):
     rows, said = run_quick("05_rail_and_inclination", tmp_path)
     for row in rows:
-        # finite bodies of 60 mm under a patch of 10 mm: measured -0.4 and -0.6 %, at `quick`
-        assert -3.0 < row["p_max_step_bodies_percent"] < 1.0
+        # finite bodies of 60 mm under a patch of 10 mm: measured -0.1 and -0.4 %
+        assert -0.8 < row["p_max_step_bodies_percent"] < 0.2
     assert "60E1 1:40" in said
     assert (tmp_path / "ladder.png").is_file()
 
 
 def test_11_conforming_pair(tmp_path):
     (row,), said = run_quick("11_conforming_pair", tmp_path)
-    # CONTACT: 1034 MPa between conforming bodies; measured -2.4 % at `quick`, -1.2 % at `standard`
-    assert row["p_max_fe_MPa"] == pytest.approx(1034.0, rel=0.04)
-    # published 12 % too low at equal load
-    assert row["p_max_deviation_percent"] == pytest.approx(-11.0, abs=2.5)
+    # published 12 % too low at equal load; measured -12.0 ± 0.8 %
+    assert row["p_max_deviation_percent"] == pytest.approx(-12.0, abs=1.0)
     assert row["verdict"] == "FAILS"
-    assert "CONTACT" in said
+    # CONTACT's own gap: 91.84 kN, 1012 MPa; also a check of the study
+    assert "91.82 kN (91.84), 1012.9 MPa (1012)" in said
 
 
 def test_07_crane_rail(tmp_path):
     study = module("07_crane_rail")
     (centre, corner), said = run_quick("07_crane_rail", tmp_path)
-    # 19 mm of patch on 82 mm of crown arc: measured 0.2 %; the block of 100 mm and the mesh account for it
-    assert abs(centre["p_max_deviation_percent"]) < 1.0
+    # 19 mm of patch on 82 mm of crown arc: measured 0.1 %; the block of 100 mm accounts for it
+    assert abs(centre["p_max_deviation_percent"]) < 0.3
     assert study.distance_mm(centre) == pytest.approx(40.86, abs=0.01)
     # touch point placed by its distance from the joint, half a semi-axis
     assert study.distance_over_b(corner) == pytest.approx(0.5, abs=1e-6)
@@ -160,14 +158,14 @@ def test_07_crane_rail(tmp_path):
 def test_08_switch_rail(tmp_path):
     (full, tongue), said = run_quick("08_switch_rail", tmp_path)
     for row in (full, tongue):
-        # at the named resolution without refinement the mesh is good for 1 % of the peak: measured 0.3 and 0.2 %
-        assert abs(row["p_max_deviation_percent"]) < 1.0
+        # the full head is a half-space to 0.02 %; what the narrow one is, quick meshes tell to 1.3 %
+        assert abs(row["p_max_deviation_percent"]) < row["p_max_uncertainty_percent"] + 0.3
         assert row["verdict"] != "FAILS"
     # the same crown arc under both patches
     assert tongue["p_max_hertz_MPa"] == pytest.approx(full["p_max_hertz_MPa"], rel=1e-9)
     # a head of 20 mm is compressed: measured 7 %, a matter of the bodies that 1 % of discretisation does not hide
     assert 1.04 < tongue["approach_fe_mm"] / full["approach_fe_mm"] < 1.10
-    assert "HOLDS on 1 of 2" in said
+    assert "HOLDS on 2 of 2" in said
     assert (tmp_path / "switch_rail.png").is_file()
 
 

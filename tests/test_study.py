@@ -72,7 +72,7 @@ def table(path: Path) -> list[dict[str, str]]:
 def _no_figures(request, monkeypatch):
     """Figures take a second each and are looked at elsewhere."""
     if "figures" not in request.node.name:
-        monkeypatch.setattr("fecontact.runs.study.study_figures", lambda rows, out, rail: None)
+        monkeypatch.setattr("fecontact.runs.study.study_figures", lambda rows, out, rail, criteria: None)
 
 
 @pytest.fixture(scope="module")
@@ -107,6 +107,16 @@ def test_figures_and_collections_are_of_the_whole_study(tmp_path):
     assert {path.name for path in tmp_path.glob("study*.p[nv]*")} == {"study.png"}
     assert run(tmp_path, study((50,))).collections == ("study.pvd",)
     assert {path.name for path in tmp_path.glob("study*.p[nv]*")} == {"study.png", "study.pvd"}
+
+
+def test_limits_are_drawn_where_all_cases_have_the_same(tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr("fecontact.runs.study.study_figures", lambda rows, out, rail, criteria: drawn.append(criteria))
+    strict = Criteria(p_max=0.03, judged_by=("strength",))
+    by_strict = tuple(replace(case(load), criteria=strict) for load in (50, 60))
+    run(tmp_path / "same", Study(name="fake", cases=by_strict))
+    run(tmp_path / "two", Study(name="fake", cases=(by_strict[0], case(60))))
+    assert drawn == [strict, None]
 
 
 def test_a_case_that_occurs_twice_is_solved_once(tmp_path):
