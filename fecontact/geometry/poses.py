@@ -126,14 +126,6 @@ class WheelPose:
         """
         d0 = (points - self.centre_mm) @ self.axes
         n = normals @ self.axes
-        t, step, y = self._newton(d0, n)
-        y_low, y_high = self.profile.y_range_mm
-        # a line may step by the rounding of its coefficients at a junction (S1002: 2e-4 mm), where steps go to and fro
-        inside = (y >= y_low) & (y <= y_high) & (np.abs(step) < _STEP_OF_A_LINE_MM)
-        return np.where(inside, t, np.nan)
-
-    def _newton(self, d0: Floats, n: Floats) -> tuple[Floats, Floats, Floats]:
-        """Distances (...), their last steps, and y on the profile; all in the wheel's own axes."""
         t = np.zeros(d0.shape[:-1])
         y_low, y_high = self.profile.y_range_mm
         for _ in range(12):
@@ -148,7 +140,9 @@ class WheelPose:
             t = t + np.clip(step, -5.0, 5.0)
             if not np.any(np.abs(step) > 1e-12):
                 break
-        return t, np.asarray(step), np.asarray(y)
+        # a line may step by the rounding of its coefficients at a junction (S1002: 2e-4 mm), where steps go to and fro
+        inside = (y >= y_low) & (y <= y_high) & (np.abs(step) < _STEP_OF_A_LINE_MM)
+        return np.where(inside, t, np.nan)
 
 
 def _sample(profile: Profile) -> Floats:
