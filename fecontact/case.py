@@ -25,7 +25,7 @@ RESOLUTIONS = {"quick": 6.0, "standard": 9.0, "fine": 13.5}
 """Named resolutions: elements a semi-axis of the expected patch, in each direction."""
 # With 16 the area of a patch with a thin tail is read to 0.7 % only.
 NODES_A_SEMI_AXIS = 32
-"""Nodes of the pressure on the narrowest semi-axis of the patch."""
+"""Nodes of the pressure on the narrowest semi-axis of the patch, of lobes too."""
 # What these leave open must not hide what more elements bring.
 _NODES_OF_MORE_ELEMENTS = 48
 

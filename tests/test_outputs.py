@@ -226,10 +226,12 @@ def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
     assert list(record["solver"]) == [
         "path", "seconds", "memory_MB", "peak_memory_MB", "iterations", "compliance_calls", "contact_residual",
         "penetration_residual", "load_balance", "misfit", "degrees_of_freedom", "elements", "element_size_mm",
-        "node_spacing_mm", "meshes", "elements_a_semi_axis", "finer_degrees_of_freedom", "zone_enlarged",
+        "node_spacing_mm", "meshes", "elements_a_semi_axis", "elements_a_semi_axis_of_narrowest_lobe",
+        "finer_degrees_of_freedom", "zone_enlarged",
     ]  # fmt: skip
     # a quarter of an element more than `quick` says, and a mesh that is 1.5 times as coarse
     assert record["solver"]["elements_a_semi_axis"] == pytest.approx([6.25, 6.25 / 1.5])
+    assert record["solver"]["elements_a_semi_axis_of_narrowest_lobe"] == record["solver"]["elements_a_semi_axis"]
     # json_text refuses anything that is not plain; what is no number (no junction on this head) is null
     plain = json.loads(json_text(record), parse_constant=pytest.fail)
     assert plain["geometry"].pop("junction_distance_mm") is None

@@ -29,7 +29,7 @@ from fecontact.contact.rung import Rung
 from fecontact.contact.solver import solve_contact
 from fecontact.errors import InputError
 from fecontact.material import STEEL, contact_modulus_MPa
-from fecontact.solving.expected_patch import ExpectedPatch, expected_patch
+from fecontact.solving.expected_patch import ExpectedPatch, expected_patch, narrowest_semi_axes_mm
 from fecontact.solving.position import place_case, true_gap_of_case
 from fecontact.theory.hertz import HertzContact, hertz_ellipse, hertz_from_hessian
 
@@ -546,13 +546,16 @@ def test_expected_patch_of_a_closed_form_pair(radius):
     assert measures_of(patch.half_space).approach_mm == pytest.approx(hertz.approach_mm, rel=0.01)
 
 
-def test_two_lobes_are_measured_by_the_narrower_one():
+def test_nodes_follow_the_narrowest_lobe_and_elements_the_one_that_carries_most():
     patch = expected(Case(lateral_shift_mm=0.0))
     # two lobes about rail y 0.19 and -10.4: the box holds both, the semi-axis is that of one
     assert patch.s_high_mm - patch.s_low_mm > 14.0
     assert patch.s_low_mm < -10.6 < patch.s_high_mm
     # frozen: half widths 2.0 and 5.7 mm, to a node's spacing
-    assert patch.semi_axis_s_mm == pytest.approx(2.0, abs=0.3)
+    assert narrowest_semi_axes_mm(patch.half_space)[1] == pytest.approx(2.0, abs=0.3)
+    assert patch.half_space.grid.steps_mm[1] < 2.0 / 14.0
+    # 2.5 times the narrow one is less than the wide one
+    assert patch.semi_axis_s_mm == pytest.approx(2.5 * narrowest_semi_axes_mm(patch.half_space)[1], rel=1e-12)
     # half-space on the true gap, 995 MPa in another programme; here 6 nodes across the narrow lobe: measured 0.9 %
     assert measures_of(patch.half_space).p_max_MPa == pytest.approx(995.0, rel=0.02)
 

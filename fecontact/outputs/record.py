@@ -13,7 +13,7 @@ from fecontact.comparison.judged_load import JudgedLoad, SideJudgement
 from fecontact.comparison.measures import hertz_measures
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.profiles.identity import profile_identity
-from fecontact.solving.expected_patch import semi_axes_mm
+from fecontact.solving.expected_patch import narrowest_semi_axes_mm, semi_axes_of_elements_mm
 from fecontact.solving.meshes import finer_degrees_of_freedom
 from fecontact.solving.position import hertz_of_case, hertz_points_of_case, place_case
 from fecontact.solving.solve import CaseResult
@@ -97,9 +97,16 @@ def _side_record(side: SideJudgement) -> Record:
     }
 
 
+def _elements(load: JudgedLoad, semi_axes_mm: tuple[float, float]) -> list[float]:
+    """Elements on semi-axes along x and across, of each mesh, the finest first, in the direction that has fewer."""
+    return [
+        min(length / step for length, step in zip(semi_axes_mm, one.nodal.grid.steps_mm, strict=True))
+        for one in load.solved.levels
+    ]
+
+
 def _solver_record(load: JudgedLoad) -> Record:
-    level, nodal = load.level, load.level.nodal
-    semi_axes = semi_axes_mm(load.solved.half_space)
+    level, nodal, half_space = load.level, load.level.nodal, load.solved.half_space
     return {
         "iterations": nodal.iterations,
         "compliance_calls": nodal.compliance_calls,
@@ -112,11 +119,9 @@ def _solver_record(load: JudgedLoad) -> Record:
         "element_size_mm": list(nodal.grid.steps_mm),
         "node_spacing_mm": list(load.fe.grid.steps_mm),
         "meshes": len(load.solved.levels),
-        # of each mesh, the finest first, in the direction that has fewer
-        "elements_a_semi_axis": [
-            min(length / step for length, step in zip(semi_axes, one.nodal.grid.steps_mm, strict=True))
-            for one in load.solved.levels
-        ],
+        # of the lobe that elements are made for, and of the narrowest one that is not small
+        "elements_a_semi_axis": _elements(load, semi_axes_of_elements_mm(half_space)),
+        "elements_a_semi_axis_of_narrowest_lobe": _elements(load, narrowest_semi_axes_mm(half_space)),
         # to expect of the next finer mesh
         "finer_degrees_of_freedom": finer_degrees_of_freedom(load.solved.levels),
         "zone_enlarged": level.enlarged,

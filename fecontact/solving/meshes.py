@@ -28,7 +28,7 @@ from fecontact.solving.quadratic_rung import quadratic_rung
 
 # The case's own mesh, a coarser one, and two refinements.
 _MOST_MESHES = 4
-# Elements a semi-axis that every mesh of a named resolution has.
+# Elements that every mesh of a named resolution has on the semi-axis that they are made for.
 _FEWEST_ELEMENTS = 4
 
 
@@ -131,14 +131,14 @@ class Meshes:
 
 
 def _few_elements(position: Position, levels: Sequence[Level]) -> tuple[str, ...]:
-    """What is to be said of element sizes that were given and leave too few elements to the narrowest lobe."""
+    """What is to be said of element sizes that were given and leave too few elements to the patch."""
     semi_axes = (position.expected.semi_axis_x_mm, position.expected.semi_axis_s_mm)
     sizes = levels[0].nodal.grid.steps_mm
     count, size, semi_axis = min((axis / size, size, axis) for axis, size in zip(semi_axes, sizes, strict=True))
     if count >= _FEWEST_ELEMENTS:
         return ()
     return (
-        f"elements of {size:.2f} mm are only {count:.1f} to the narrowest lobe's semi-axis of {semi_axis:.2f} mm;"
+        f"elements of {size:.2f} mm are only {count:.1f} to the patch's semi-axis of {semi_axis:.2f} mm;"
         f" {_FEWEST_ELEMENTS} or more make what the bodies add below it sure",
     )
 
