@@ -10,6 +10,7 @@ the ratio of the radii; on the flatter arc the patch feels the junction where it
 arc later.
 """
 
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ LOADS_KN = (20.0, 100.0)
 DISCRETISATION_PERCENT = 0.05
 # Far from the junction: bodies that are no half-spaces.
 FAR_PERCENT = 0.7
-LIMITS_PERCENT = {"p_max": 5.0, "area": 10.0}
+PEAK_LIMIT_PERCENT = 5.0
 
 
 def cases(quick: bool = False) -> list[Case]:
@@ -56,7 +57,7 @@ Series = dict[tuple[str, float, str], tuple[np.ndarray, ...]]
 
 
 def series(rows: list[dict[str, Any]]) -> Series:
-    """By pair, load and arc: distance over Hertz's semi-axis; deviation of the peak, its uncertainty, area (%)."""
+    """By pair, load and arc: distance over Hertz's semi-axis, then what `_numbers` takes of each row."""
     found = {}
     for pair, load in dict.fromkeys((str(row["rail"]).partition("@")[0], float(row["load_kN"])) for row in rows):
         for arc, sign in (("flatter", 1.0), ("tighter", -1.0)):
@@ -74,8 +75,8 @@ def series(rows: list[dict[str, Any]]) -> Series:
 
 
 def _numbers(row: dict[str, Any]) -> tuple[float, ...]:
-    names = ("p_max_deviation_percent", "p_max_uncertainty_percent", "area_deviation_percent")
-    return tuple(float(row[name]) for name in names)
+    """Deviation of the peak and its uncertainty in %, and the largest of all measures in parts of its limit."""
+    return tuple(float(row[name]) for name in ("p_max_deviation_percent", "p_max_uncertainty_percent", "limit_used"))
 
 
 def reach(distance: np.ndarray, deviation: np.ndarray, limit: float) -> float:
@@ -98,12 +99,12 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     found = series(rows)
     figure(found, out / "junctions.png")
     lines = [
-        "pair         load kN  touch on  peak within 5 %  area within 10 %  largest error of the peak  at the far end"
+        "pair         load kN  touch on  peak within 5 %      all measures  largest error of the peak  at the far end"
     ]
     reached: dict[str, list[float]] = {}
-    for (pair, load, arc), (distance, peak, _, area) in found.items():
-        limits = [reach(distance, d, LIMITS_PERCENT[m]) for m, d in (("p_max", peak), ("area", area))]
-        reached.setdefault(arc, []).append(max(limits))
+    for (pair, load, arc), (distance, peak, _, used) in found.items():
+        limits = (reach(distance, peak, PEAK_LIMIT_PERCENT), reach(distance, used, 1.0))
+        reached.setdefault(arc, []).append(limits[1])
         texts = (f"beyond {limit:.2f} b" if np.isfinite(limit) else "nowhere" for limit in limits)
         worst = peak[np.argmax(np.abs(peak))]
         lines.append(
@@ -112,10 +113,13 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     for arc, limits in reached.items():
         if len(limits) > 1 and np.all(np.isfinite(limits)):
             lines.append(
-                f"Rule of thumb, touch point on the {arc} arc: Hertz holds (peak within {LIMITS_PERCENT['p_max']:g} %,"
-                f" area within {LIMITS_PERCENT['area']:g} %) where the junction is farther than {np.mean(limits):.2f} b"
-                f" ({min(limits):.2f} to {max(limits):.2f} b over {len(limits)} pairs and loads)."
+                f"Rule of thumb, touch point on the {arc} arc: Hertz holds, by all measures, where the junction is"
+                f" farther than {np.mean(limits):.2f} b ({min(limits):.2f} to {max(limits):.2f} b over {len(limits)}"
+                " pairs and loads)."
             )
+    decided = [row for row in rows if row["verdict"] == "FAILS"]
+    count = Counter(str(row["verdict_measure"]) for row in decided)
+    lines.append("What decides where he fails: " + ", ".join(f"{name} {n}" for name, n in count.most_common()) + ".")
     return "\n".join(lines)
 
 
@@ -133,23 +137,36 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
 
 
 def figure(found: Series, path: Path) -> None:
-    """Error of Hertz's peak pressure over the distance from the junction."""
+    """Error of Hertz's peak pressure, and the worst measure, over the distance from the junction."""
     from fecontact.outputs.figures import blank_figure, save_figure
 
-    picture = blank_figure(8.0, 4.6)
-    axes = picture.add_subplot()
-    limit = LIMITS_PERCENT["p_max"]
-    axes.axhspan(-limit, limit, color="0.92")
-    axes.axvspan(-1.0, 1.0, color="0.96", zorder=0)
-    for number, ((pair, load, arc), (distance, peak, uncertainty, _)) in enumerate(found.items()):
+    picture = blank_figure(8.0, 7.0)
+    above, below = picture.subplots(2, 1, sharex=True)
+    above.axhspan(-PEAK_LIMIT_PERCENT, PEAK_LIMIT_PERCENT, color="0.92")
+    below.axhspan(0.0, 1.0, color="0.92")
+    pairs, loads = (list(dict.fromkeys(key[k] for key in found)) for k in (0, 1))
+    for (pair, load, arc), (distance, peak, uncertainty, used) in found.items():
         sign = 1.0 if arc == "flatter" else -1.0
-        colour = f"C{number // 2}"
+        style = {
+            "color": ("#0072b2", "#d55e00")[pairs.index(pair) % 2],
+            "marker": "os^v"[loads.index(load) % 4],
+            "mfc": "white" if loads.index(load) % 2 else None,
+            "ls": ("-", "--")[loads.index(load) % 2],
+            "ms": 4,
+            "lw": 1,
+        }
         label = f"R {pair.removeprefix('arcs:').replace('/', ' / R ')}, {load:g} kN" if arc == "flatter" else None
-        axes.errorbar(sign * distance, peak, uncertainty, color=colour, marker="o", ms=3, lw=1, label=label)
-    axes.set_xlim(-4.0, 4.0)
-    axes.set_xlabel("distance of the touch point from the junction / Hertz's semi-axis b  (left: on the tighter arc)")
-    axes.set_ylabel("(Hertz - FE) / FE of the peak pressure, %")
-    axes.legend(frameon=False, fontsize=8)
+        above.errorbar(sign * distance, peak, uncertainty, label=label, **style)
+        below.plot(sign * distance, used, **style)
+    for axes in (above, below):
+        axes.axvline(0.0, color="0.4", lw=0.8)
+        axes.grid(alpha=0.3)
+    below.set_xlim(-4.0, 4.0)
+    below.set_yscale("log")
+    below.set_xlabel("distance of the touch point from the junction / Hertz's semi-axis b  (left: on the tighter arc)")
+    above.set_ylabel("(Hertz - FE) / FE of the peak pressure, %")
+    below.set_ylabel("worst measure / its limit")
+    above.legend(frameon=False, fontsize=8)
     save_figure(picture, path)
 
 

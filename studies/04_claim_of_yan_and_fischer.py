@@ -90,24 +90,29 @@ def best_threshold(values: np.ndarray, fails: np.ndarray) -> tuple[float, int]:
 
 
 def figure(rows: list[dict[str, Any]], path: Path) -> None:
-    """Error of Hertz's peak pressure over the distance to the next junction."""
+    """The worst measure over the distance to the next junction."""
     from fecontact.outputs.figures import blank_figure, save_figure
 
     picture = blank_figure(8.0, 4.6)
     axes = picture.add_subplot()
-    for covers, marker, label in ((True, "o", "patch covers a junction"), (False, "s", "patch covers none")):
-        own = [row for row in rows if truth(row["junction_in_patch"]) == covers]
-        if own:
-            colours = ["#d55e00" if row["verdict"] == "FAILS" else "#56b4e9" for row in own]
-            distance = [float(row["junction_distance_over_b"]) for row in own]
-            error = [abs(float(row["p_max_deviation_percent"])) for row in own]
-            axes.scatter(distance, np.maximum(error, 0.01), c=colours, marker=marker, ec="0.3", label=label)
-    axes.axhline(5.0, color="0.5", lw=1, ls="--")
+    for covers, marker, place in ((True, "o", "over a junction"), (False, "s", "over none")):
+        for verdict, colour in (("HOLDS", "#56b4e9"), ("FAILS", "#d55e00")):
+            own = [row for row in rows if (truth(row["junction_in_patch"]), row["verdict"]) == (covers, verdict)]
+            if own:
+                axes.scatter(
+                    [float(row["junction_distance_over_b"]) for row in own],
+                    [max(float(row["limit_used"]), 0.01) for row in own],
+                    c=colour if verdict == "HOLDS" else "white",
+                    ec="0.3" if verdict == "HOLDS" else colour,
+                    marker=marker,
+                    label=f"{verdict}, patch {place}: {len(own)}",
+                )
+    axes.axhline(1.0, color="0.5", lw=1, ls="--")
     axes.axvline(1.0, color="0.5", lw=1, ls=":")
     axes.set(xscale="log", yscale="log")
     axes.set_xlabel("distance from the touch point to the next curvature junction / Hertz's semi-axis b")
-    axes.set_ylabel("|Hertz - FE| / FE of the peak pressure, %")
-    axes.legend(frameon=False, fontsize=8, title="blue: HOLDS, red: FAILS")
+    axes.set_ylabel("deviation of the worst measure / its limit")
+    axes.legend(frameon=False, fontsize=8)
     save_figure(picture, path)
 
 

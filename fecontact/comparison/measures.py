@@ -54,7 +54,7 @@ class Measures:
         lambda patch, rung: patch.area_mm2, lambda hertz: hertz.area_mm2, floor=0.003, cut_planes=0.0019
     )
     a_mm: float = _measure(
-        lambda patch, rung: patch.a_mm, lambda hertz: 0.5 * hertz.extent_x_mm, floor=0.001, cut_planes=0.0009
+        lambda patch, rung: patch.a_mm, lambda hertz: 0.5 * hertz.extent_x_mm, floor=0.0013, cut_planes=0.0009
     )
     b_mm: float = _measure(
         lambda patch, rung: patch.b_mm, lambda hertz: 0.5 * hertz.extent_y_mm, floor=0.0013, cut_planes=0.0018
