@@ -475,7 +475,9 @@ class FakeSweep:
         if self.shift == 0.0 and what in FakeSweep.short_of_memory:
             raise NotEnoughMemory("the factor needs about 4.5 GB of memory, 1.2 GB are available")
 
-    def solve(self, load_N):
+    def solve(self, load_N, *, refine=True):
+        # a search beside a limit is not worth finer meshes
+        assert refine == (load_N in LOADS)
         FakeSweep.solved.append(self.shift)
         if not self.is_ready_for(load_N):
             self._meshed_N = load_N
@@ -641,13 +643,13 @@ def test_the_search_follows_each_set_of_meshes_and_goes_on_between_them():
 @pytest.mark.parametrize(("fails", "narrowed"), [(InputError("no memory"), False), (None, True)])
 def test_a_load_that_cannot_be_used_ends_the_search_of_its_position(fails, narrowed):
     class Sweep(FakeSweep):
-        def solve(self, load_N):
+        def solve(self, load_N, *, refine=True):
             if load_N not in LOADS:
                 FakeSweep.solved.append(load_N)
                 if fails:
                     raise fails
                 return self._judged(replace(self._case, load_N=load_N), "not converged", False)
-            return super().solve(load_N)
+            return super().solve(load_N, refine=refine)
 
     FakeSweep.solved = []
     position = solve_position(ROUND, LOADS, sweep=Sweep)

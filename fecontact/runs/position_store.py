@@ -28,6 +28,7 @@ from fecontact.outputs.stored import (
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.runs.case_store import FIELDS, PROFILES, copy_profiles, stored_case, stored_record
 from fecontact.runs.identity import position_id
+from fecontact.solving.load_sweep import unrefined
 from fecontact.solving.meshes import would_be_refined
 
 SCHEMA = "fecontact/map-position/3"
@@ -142,7 +143,8 @@ def _position(folder: Path, record: Mapping[str, Any], criteria: Criteria | None
     arrays = read_arrays(folder / FIELDS)
     tried: list[JudgedLoad] = []
     for load in record["loads"]:
-        solved = solved_from_record(load, arrays, replace(case, load_N=load["load_N"]))
+        own = replace(case, load_N=load["load_N"])
+        solved = solved_from_record(load, arrays, unrefined(own) if load["tried"] else own)
         judged = judge_load(solved, placement)
         if load["tried"]:
             tried.append(judged)

@@ -50,8 +50,8 @@ class LoadSweep:
         self._groups: list[Meshes] = []
         self._open: Meshes | None = None
 
-    def solve(self, load_N: float) -> JudgedLoad:
-        """Solve one load.
+    def solve(self, load_N: float, *, refine: bool = True) -> JudgedLoad:
+        """Solve one load; with `refine` on finer meshes too while its verdict is open, as the case allows.
 
         Raises
         ------
@@ -60,6 +60,8 @@ class LoadSweep:
         """
         check_positive("load", load_N, "N", "give the wheel load")
         wanted = self._planned.get(load_N) or self._position.for_load(load_N)
+        if not refine:
+            wanted = replace(wanted, case=unrefined(wanted.case))
         meshes = self._meshes_for(wanted)
         if self._open is not meshes:
             self.close()
@@ -101,6 +103,11 @@ class LoadSweep:
         made = Meshes(replace(largest, element_size_mm=finest), keep=True)
         self._groups.append(made)
         return made
+
+
+def unrefined(case: Case) -> Case:
+    """The same case, solved on its first two meshes and no others."""
+    return replace(case, refine_degrees_of_freedom=0)
 
 
 def _placed(case: Case, planned_N: Sequence[float], progress: Progress | None) -> Position:
