@@ -134,7 +134,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
 
 def figure(found: Series, path: Path) -> None:
     """Error of Hertz's peak pressure over the distance from the junction."""
-    from fecontact.outputs.figures import blank_figure, save_figure
+    from fecontact.outputs.style import blank_figure, save_figure
 
     picture = blank_figure(8.0, 4.6)
     axes = picture.add_subplot()

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import warnings
 from dataclasses import fields, replace
+from itertools import pairwise
 from pathlib import Path
 
 import meshio
@@ -28,7 +29,8 @@ from fecontact.fe.stress import nodal_stress, von_mises
 from fecontact.files import json_text, write_atomically, write_json, write_text
 from fecontact.material import Material
 from fecontact.outputs import tables
-from fecontact.outputs.figures import case_figure, profile_figure, study_figure
+from fecontact.outputs.case_figure import PressureFields, case_figure, draw_case
+from fecontact.outputs.figures import profile_figure
 from fecontact.outputs.measure_words import WORDS, criteria_text
 from fecontact.outputs.meshfile import write_mesh
 from fecontact.outputs.record import hertz_record, load_record, result_record, shown_case_record
@@ -42,6 +44,7 @@ from fecontact.outputs.stored import (
     solved_record,
     write_arrays,
 )
+from fecontact.outputs.study_figure import study_figure
 from fecontact.outputs.study_files import _write_collections, study_figures
 from fecontact.outputs.vtk import contact_surface, write_case_vtk, write_contact_vtk, write_pvd
 from fecontact.profiles.library import load
@@ -939,17 +942,17 @@ def test_figures_hold_for_a_patch_larger_than_the_grid_and_for_two_sides(ellipti
 
 
 def drawn_lines(monkeypatch, rows: list[dict], rail=None, criteria=None) -> list:
-    from fecontact.outputs import figures
+    from fecontact.outputs import study_figure as module
 
     kept = []
-    monkeypatch.setattr(figures, "save_figure", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr(module, "save_figure", lambda figure, path: kept.append(figure))
     study_figure(rows, "unused.png", rail, criteria)
     return kept[0].axes
 
 
 def test_a_study_figure_never_connects_bad_rows(record, flat, monkeypatch):
     base = {"id": "x", **flat, "rail": "60E1"}
-    rows = [base | {"lateral_shift_mm": float(k), "touch_rail_y_mm": -6.0 * k} for k in range(4)]
+    rows = [base | {"lateral_shift_mm": float(k), "touch_rail_y_mm": -4.0 * k} for k in range(4)]
     rows[1]["status"] = "not converged"
     peak, _, touch = drawn_lines(monkeypatch, [*rows, lost(record) | {"rail": "60E1"}], load("60E1"))
     lines = [line for line in peak.get_lines() if line.get_linestyle() != "None"]
@@ -969,7 +972,7 @@ def test_a_study_figure_knows_no_junctions_without_the_rail(flat, monkeypatch):
 
 def test_figures_of_a_study_draw_the_rail_and_the_limits_they_are_given(flat, monkeypatch, tmp_path):
     drawn = []
-    monkeypatch.setattr("fecontact.outputs.figures.study_figure", lambda *given: drawn.append(given))
+    monkeypatch.setattr("fecontact.outputs.study_figure.study_figure", lambda *given: drawn.append(given))
     monkeypatch.setattr("fecontact.outputs.vtk.write_pvd", lambda path, cases: path)
     rail, rows, criteria = load("60E1"), [{"id": "x", **flat}], Criteria(p_max=0.03)
     assert study_figures(rows, tmp_path, rail, criteria) == ("study.pvd",)
@@ -1001,36 +1004,129 @@ def test_one_series_is_drawn_in_parts_of_its_limits(flat, monkeypatch):
     ):
         row |= {"p_max_deviation_percent": p_max, "centre_over_b": centre, "valley_percent": float(valley)}
     rows[1]["verdict"], rows[2]["status"], rows[3]["verdict"] = "FAILS", "not converged", "UNRESOLVED"
-    _, off, _ = drawn_lines(monkeypatch, rows, criteria=criteria)
+    peak, off, _ = drawn_lines(monkeypatch, rows, criteria=criteria)
     lines = {line.get_label(): line for line in off.get_lines() if not line.get_label().startswith("_")}
-    assert list(lines) == ["p_max", "centre", "valley", "HOLDS", "UNRESOLVED", "FAILS"]
+    assert list(lines) == ["p_max", "centre", "valley"]
     nan = math.nan
     assert lines["p_max"].get_ydata() == pytest.approx([0.5, 2.0, nan, 1.0], nan_ok=True)
     assert lines["centre"].get_ydata() == pytest.approx([0.2, 0.4, nan, 3.0], nan_ok=True)
     assert lines["valley"].get_ydata() == pytest.approx([0.0, 0.5, nan, 2.0], nan_ok=True)
     # a row that must not be used has no verdict
-    assert {answer: list(lines[answer].get_xdata()) for answer in ("HOLDS", "UNRESOLVED", "FAILS")} == {
-        "HOLDS": [0.0], "UNRESOLVED": [3.0], "FAILS": [1.0],
-    }  # fmt: skip
+    marks = {line.get_label(): list(line.get_xdata()) for line in peak.get_lines()}
+    assert [marks[f"_{answer}"] for answer in ("HOLDS", "UNRESOLVED", "FAILS")] == [[0.0], [3.0], [1.0]]
     assert off.get_ylim()[1] > 3.0
 
 
-def test_the_text_of_a_case_figure_has_every_answer(flattened, monkeypatch):
-    from fecontact.outputs import figures
+def case_axes(result: CaseResult) -> list:
+    from matplotlib.figure import Figure
 
-    kept = []
-    monkeypatch.setattr(figures, "save_figure", lambda figure, path: kept.append(figure))
-    case_figure(flattened, "unused.png")
-    (text,) = (text.get_text() for ax in kept[0].axes for text in ax.texts)
+    figure = Figure(figsize=(15.0, 10.0))
+    draw_case(figure, result.load, result.placement)
+    return figure.axes
+
+
+def test_the_words_of_a_case_figure_have_the_verdict_and_every_answer(flattened):
+    texts = [text.get_text() for ax in case_axes(flattened) for text in ax.texts]
+    verdict = flattened.verdict
+    assert " Hertz FAILS " in texts
+    (reason,) = [text for text in texts if text.startswith("furthest beyond its limit: peak pressure ")]
+    off, unsure = (1e2 * of["p_max_MPa"] for of in (flattened.load.deviation, flattened.load.uncertainty))
+    assert f"{off:+.2f} % ± {unsure:.2f} % (limit ±5 %); because: {verdict.cause}" in reason
+    (text,) = [text for text in texts if "status: converged" in text]
     lines = [line.split() for line in text.splitlines()]
     answers = {line[0]: line[-1] for line in lines if line and line[-1] in ("HOLDS", "UNRESOLVED", "FAILS")}
-    # the line of the verdict
-    answers.pop("Hertz", None)
-    verdict = flattened.verdict
     assert answers == {WORDS[name].short: answer for name, answer in verdict.each.items()}
-    assert f"Hertz FAILS: {verdict.cause}" in text
     # in this font and size a line of so many characters ends at the right edge of the picture
     assert max(len(line) for line in text.splitlines()) <= 53
+
+
+def test_a_case_figure_has_both_outlines_where_the_numbers_have_them(elliptic_quick):
+    maps = [ax for ax in case_axes(elliptic_quick) if ax.get_title() in ("finite elements", "Hertz")]
+    assert len(maps) == 2
+    hertz, fe = elliptic_quick.hertz, elliptic_quick.comparison.fe
+    for ax in maps:
+        (ellipse,) = [line for line in ax.get_lines() if line.get_label() == "Hertz"]
+        s, x = ellipse.get_data()
+        assert (np.ptp(s), np.ptp(x)) == pytest.approx((hertz.extent_y_mm, hertz.extent_x_mm), rel=1e-3)
+        (patch,) = [c for c in ax.collections if c.get_label() == "finite elements"]
+        edge = np.vstack([path.vertices for path in patch.get_paths()])
+        # that of the measures is the mean of two such lines, half a node apart at either end
+        step = max(elliptic_quick.grid.steps_mm)
+        assert np.ptp(edge[:, 0]) == pytest.approx(fe.extent_y_mm, abs=step)
+        assert np.ptp(edge[:, 1]) == pytest.approx(fe.extent_x_mm, abs=step)
+
+
+def test_lobes_are_numbered_where_they_are_and_no_patch_leaves_a_third_empty(elliptic_quick):
+    from fecontact.outputs.case_figure import _height, _map_height
+
+    # two lobes side by side: the pressure without its middle
+    whole = elliptic_quick.load.fe.pressure
+    middle = np.abs(whole.grid.s_mm) < 0.5
+    two = changed_fe(elliptic_quick, pressure_MPa=np.where(middle, 0.2, 1.0) * whole.values)
+    two = replace(two, load=judge_load(two.load.solved, two.placement))
+    (fe,) = [ax for ax in case_axes(two) if ax.get_title() == "finite elements"]
+    lobes = two.comparison.patch.lobes
+    assert len(lobes) == 2
+    assert [(t.get_text(), t.get_position()[0]) for t in fe.texts] == [
+        (str(k), pytest.approx(lobe.y_mm)) for k, lobe in enumerate(lobes, start=1)
+    ]
+    # a wide patch has low maps, and a low picture
+    for b in (3.0, 11.0, 40.0):
+        fields = PressureFields.of(changed_hertz(elliptic_quick, b_mm=b).load)
+        assert _height(fields) - _map_height(fields) < 6.0
+    assert _map_height(fields) < 1.5
+
+
+def test_pictures_have_the_same_bytes_as_svg(elliptic_quick, tmp_path):
+    for name in ("one", "two"):
+        case_figure(elliptic_quick, tmp_path / f"{name}.png")
+    one = (tmp_path / "one.svg").read_bytes()
+    assert one == (tmp_path / "two.svg").read_bytes()
+    assert one.startswith(b"<?xml")
+    assert b"http://" not in one.replace(b"http://www.w3.org", b"")
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance (WCAG 2, from IEC 61966-2-1)."""
+    from matplotlib.colors import to_rgb
+
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def test_verdicts_are_told_apart_in_grey():
+    from fecontact.outputs.style import ANSWER_MARKS, ANSWERS, SERIES
+
+    levels = sorted(luminance(ANSWERS[answer]) for answer in ("HOLDS", "UNRESOLVED", "FAILS"))
+    # Weber steps above 40 %: many times what the eye tells apart (2 %)
+    assert all(light / dark > 1.4 for dark, light in pairwise(levels))
+    assert len(set(ANSWER_MARKS.values())) == len(ANSWER_MARKS)
+    assert len(set(SERIES)) == len(SERIES)
+
+
+def test_error_bars_of_a_study_are_its_uncertainties(flat, monkeypatch):
+    criteria = Criteria(p_max=0.04, judged_by=("p_max",))
+    rows = [flat | {"lateral_shift_mm": float(k), "p_max_uncertainty_percent": 2.0 * k} for k in range(3)]
+    peak, off, _ = drawn_lines(monkeypatch, rows, criteria=criteria)
+
+    def lengths(ax) -> list[float]:
+        (bars,) = [c for c in ax.collections if hasattr(c, "get_segments")]
+        return [float(np.ptp(segment[:, 1])) for segment in bars.get_segments()]
+
+    fe = flat["p_max_fe_MPa"]
+    assert lengths(peak) == pytest.approx([0.0, 0.04 * fe, 0.08 * fe])
+    # in parts of the limit of 4 %
+    assert lengths(off) == pytest.approx([0.0, 1.0, 2.0])
+
+
+def test_no_line_joins_places_between_which_the_contact_jumps(flat, monkeypatch):
+    rows = [flat | {"lateral_shift_mm": float(k), "b_hertz_mm": 3.0} for k in range(4)]
+    for row, place in zip(rows, (0.0, 2.9, -0.2, -0.3), strict=True):
+        row["touch_rail_y_mm"] = place
+    peak, _, _ = drawn_lines(monkeypatch, rows)
+    (line,) = [line for line in peak.get_lines() if line.get_label() == "FE"]
+    shifts = line.get_xdata()
+    assert shifts == pytest.approx([0.0, 1.0, math.nan, 2.0, 3.0], nan_ok=True)
 
 
 def test_study_and_profile_figures_are_pngs(record, flat, tmp_path):
@@ -1047,7 +1143,18 @@ def test_study_and_profile_figures_are_pngs(record, flat, tmp_path):
 def test_importing_the_writers_loads_no_plotting_and_no_vtk():
     modules = ", ".join(
         f"fecontact.outputs.{name}"
-        for name in ("record", "rows", "stored", "map", "vtk", "figures", "tables", "meshfile", "study_files")
+        for name in (
+            "record",
+            "rows",
+            "stored",
+            "map",
+            "vtk",
+            "figures",
+            "case_figure",
+            "study_figure",
+            "tables",
+            "meshfile",
+        )
     )
     check = f"import sys, {modules}; print(*sorted({{'vtk', 'vtkmodules', 'pyvista', 'meshio', 'matplotlib', 'gmsh', 'rich'}} & set(sys.modules)))"  # noqa: E501
     done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)

@@ -15,11 +15,11 @@ from fecontact.case import Criteria
 from fecontact.comparison.verdict import AT_JUNCTION
 from fecontact.files import write_json
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
-from fecontact.outputs.figures import blank_figure, save_figure
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.record import load_record, shown_case_record, versions
 from fecontact.outputs.rows import cell_row
 from fecontact.outputs.series import short_name
+from fecontact.outputs.style import blank_figure, save_figure
 from fecontact.outputs.tables import write_csv
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.stiffness_fit import fit_stiffness
