@@ -386,15 +386,18 @@ def test_hertz_alone_names_every_touch_point_of_a_position():
 # ParaView files
 
 
-def test_a_collection_has_the_three_blocks_by_name(vtk_folder):
-    assert sorted(p.name for p in vtk_folder.iterdir()) == ["case.vtm", "contact.vtp", "rail.vtu", "wheel.vtu"]
+def test_a_collection_has_its_blocks_by_name(vtk_folder):
+    assert sorted(p.name for p in vtk_folder.iterdir()) == [
+        *("case.vtm", "contact.vtp", "hertz_ellipse.vtp", "rail.vtu", "wheel.vtu")
+    ]
     blocks = pyvista.read(vtk_folder / "case.vtm")
-    assert blocks.keys() == ["rail", "wheel", "contact"]
+    assert blocks.keys() == ["rail", "wheel", "contact", "hertz_ellipse"]
     bodies = {"displacement_mm": 3, "stress_MPa": 6, "von_mises_MPa": 1}
     surface = dict.fromkeys(
         ("contact_pressure_MPa", "hertz_pressure_MPa", "pressure_difference_MPa", "gap_mm", "in_contact"), 1
     )
-    for name, wanted in (("rail", bodies), ("wheel", bodies), ("contact", surface)):
+    surface |= {"pressure_relief_mm": 3, "hertz_relief_mm": 3}
+    for name, wanted in (("rail", bodies), ("wheel", bodies), ("contact", surface), ("hertz_ellipse", {})):
         data = blocks[name].point_data
         assert {k: 1 if data[k].ndim == 1 else data[k].shape[1] for k in data} == wanted
         assert not list(blocks[name].cell_data)
@@ -402,8 +405,8 @@ def test_a_collection_has_the_three_blocks_by_name(vtk_folder):
     assert blocks["contact"].point_data["in_contact"].dtype == np.uint8
 
 
-def test_field_data_are_numbers_and_texts_only_where_meshio_does_not_read(vtk_folder, elliptic_quick):
-    hertz = elliptic_quick.hertz
+def test_the_contact_has_its_row_as_field_data_and_the_bodies_only_numbers(vtk_folder, elliptic_quick):
+    hertz, load = elliptic_quick.hertz, elliptic_quick.load
     numbers = {
         "TimeValue": 0.0,
         "lateral_shift_mm": 0.0,
@@ -412,14 +415,102 @@ def test_field_data_are_numbers_and_texts_only_where_meshio_does_not_read(vtk_fo
         "hertz_a_mm": hertz.a_mm,
         "hertz_b_mm": hertz.b_mm,
     }
-    for file in ("rail.vtu", "wheel.vtu", "contact.vtp"):
+    for file in ("rail.vtu", "wheel.vtu", "hertz_ellipse.vtp"):
         found = pyvista.read(vtk_folder / file).field_data
-        texts = {"status", "version"} if file == "contact.vtp" else set()
-        assert set(found.keys()) == set(numbers) | texts
-        assert {name: float(found[name][0]) for name in numbers} == pytest.approx(numbers)
-    assert list(pyvista.read(vtk_folder / "contact.vtp").field_data["status"]) == ["converged"]
+        assert {name: float(found[name][0]) for name in found.keys()} == pytest.approx(numbers)  # noqa: SIM118
+    found = pyvista.read(vtk_folder / "contact.vtp").field_data
+    row = load_row(load, elliptic_quick.placement)
+    assert set(found.keys()) == {*numbers, *row, "version", "annotation"}
+    for name, value in row.items():
+        if isinstance(value, str) or value is None:
+            assert list(found[name]) == [value or ""]
+        else:
+            assert float(found[name][0]) == float(value)
+    assert list(found["verdict"]) == ["HOLDS"]
+    annotation = next(iter(found["annotation"])).splitlines()
+    assert annotation[0] == "rail circle:300, wheel cylinder:460; shift +0.00 mm; vertical load 100 kN"
+    assert annotation[1].startswith("Hertz HOLDS: nearest to its limit: misplaced load 0.")
+    assert " +- 0." in annotation[1]
     # meshio ends the process on a text, so this line is the test
     assert set(meshio.read(vtk_folder / "rail.vtu").point_data) == {"displacement_mm", "stress_MPa", "von_mises_MPa"}
+
+
+def test_components_have_names_and_are_those_of_a_known_stress(elliptic_quick, tmp_path):
+    """A uniform strain with six different components, by Hooke's law: in the file each is where its name says."""
+    bodies = elliptic_quick.bodies
+    body = bodies.coupled.rail
+    strain = 1e-4 * np.array([[1.0, 0.7, 0.3], [0.7, -2.0, 0.5], [0.3, 0.5, 4.0]])
+    displacement = body.mesh.points @ strain
+    whole = replace(body, mesh=replace(body.mesh, half=False))
+    made = replace(
+        bodies,
+        coupled=replace(bodies.coupled, rail=whole),
+        displacement_mm=bodies.displacement_mm | {"rail": displacement},
+    )
+    write_case_vtk(replace(elliptic_quick, bodies=made), tmp_path)
+    grid = pyvista.read(tmp_path / "rail.vtu")
+    stress = grid.GetPointData().GetArray("stress_MPa")
+    young, poisson = elliptic_quick.case.rail_material.young_MPa, elliptic_quick.case.rail_material.poisson
+    lame, shear = young * poisson / ((1 + poisson) * (1 - 2 * poisson)), young / (2 * (1 + poisson))
+    wanted = lame * np.trace(strain) * np.eye(3) + 2 * shear * strain
+    values = grid.point_data["stress_MPa"]
+    for number, (name, i, j) in enumerate(
+        [("XX", 0, 0), ("YY", 1, 1), ("ZZ", 2, 2), ("XY", 0, 1), ("YZ", 1, 2), ("XZ", 0, 2)]
+    ):
+        assert stress.GetComponentName(number) == name
+        # single precision
+        np.testing.assert_allclose(values[:, number], wanted[i, j], rtol=1e-5)
+    moved = grid.GetPointData().GetArray("displacement_mm")
+    assert [moved.GetComponentName(k) for k in range(3)] == ["X", "Y", "Z"]
+
+
+def test_the_contact_lies_above_the_rail_by_a_hair_and_the_line_above_it(vtk_folder, elliptic_quick):
+    for file, lift in (("contact.vtp", 1e-3), ("hertz_ellipse.vtp", 2e-3)):
+        points = np.asarray(pyvista.read(vtk_folder / file).points, dtype=float)
+        x, s = elliptic_quick.placement.project(points).T
+        on_rail, normals = elliptic_quick.placement.surface(x, s)
+        np.testing.assert_allclose(np.einsum("nd,nd->n", points - on_rail, normals), lift, atol=1e-7)
+    # x and s of the line are those of the ellipse
+    hertz = elliptic_quick.hertz
+    np.testing.assert_allclose((x / hertz.a_mm) ** 2 + (s / hertz.b_mm) ** 2, 1.0, rtol=1e-6)
+    line = pyvista.read(vtk_folder / "hertz_ellipse.vtp")
+    assert (line.n_cells, line.n_points) == (180, 181)
+
+
+def test_the_relief_is_the_pressure_along_the_normal(vtk_folder):
+    surface = pyvista.read(vtk_folder / "contact.vtp")
+    for relief, pressure in (("pressure_relief_mm", "contact_pressure_MPa"), ("hertz_relief_mm", "hertz_pressure_MPa")):
+        height = np.linalg.norm(surface.point_data[relief], axis=1)
+        np.testing.assert_allclose(height, 2e-3 * surface.point_data[pressure], rtol=1e-12)
+    warped = surface.warp_by_vector("pressure_relief_mm").points - surface.points
+    assert np.all(warped[:, 2] >= 0.0)
+
+
+def test_the_contact_covers_an_ellipse_that_is_larger_than_what_was_solved(elliptic_quick):
+    """It would be cut off otherwise: its integral is the force."""
+    large = changed_hertz(
+        elliptic_quick, b_mm=3.0 * elliptic_quick.hertz.b_mm, p0_MPa=elliptic_quick.hertz.p0_MPa / 3.0
+    )
+    surface = contact_surface(large)
+    solved = contact_surface(elliptic_quick)
+    assert surface.n_points > solved.n_points
+    data = surface.point_data
+    cell = np.prod(elliptic_quick.grid.steps_mm)
+    # 0.5 %: cells are flat projections of a surface that turns by 3 degrees at the end of this ellipse
+    assert cell * data["hertz_pressure_MPa"].sum() == pytest.approx(elliptic_quick.normal_force_N, rel=5e-3)
+    beyond = np.isnan(data["gap_mm"])
+    assert beyond.sum() == surface.n_points - solved.n_points
+    assert not data["contact_pressure_MPa"][beyond].any()
+    assert data["hertz_pressure_MPa"][beyond].any()
+
+
+def test_the_contact_ends_where_the_rail_does(elliptic_quick):
+    profile = elliptic_quick.placement.rail.profile
+    wide = changed_hertz(elliptic_quick, b_mm=1.5 * profile.length_mm)
+    surface = contact_surface(wide)
+    assert np.all(np.isfinite(surface.points))
+    low, high = profile.y_range_mm
+    assert np.ptp(surface.points[:, 1]) == pytest.approx(high - low, abs=2 * max(elliptic_quick.grid.steps_mm))
 
 
 @pytest.mark.parametrize("name", ["contact_pressure_MPa", "hertz_pressure_MPa"])
@@ -514,23 +605,28 @@ def test_warping_both_bodies_makes_them_meet(vtk_folder, elliptic_quick):
 
 
 def test_a_surface_that_is_not_half_is_not_mirrored(elliptic_quick):
-    grid = replace(elliptic_quick.grid, half=False)
-    surface = contact_surface(changed_fe(elliptic_quick, grid=grid))
-    assert surface.n_points == grid.shape[0] * grid.shape[1]
+    fe = elliptic_quick.load.fe
+    gap = Field(grid=fe.grid, values=fe.gap_mm).whole()
+    both = changed_fe(elliptic_quick, grid=gap.grid, gap_mm=gap.values, pressure_MPa=fe.pressure.whole().values)
+    surface, half = contact_surface(both), contact_surface(elliptic_quick)
+    np.testing.assert_array_equal(surface.points, half.points)
+    np.testing.assert_array_equal(surface.point_data["gap_mm"], half.point_data["gap_mm"])
 
 
 def test_the_contact_alone_is_the_file_of_the_whole(vtk_folder, elliptic_quick, tmp_path):
     """Of a result that was read back there are no meshes: its contact is written anew, beside the old bodies."""
     read = replace(elliptic_quick, bodies=None)
     for number, result in enumerate((elliptic_quick, read)):
-        path = write_contact_vtk(result, tmp_path / str(number))
-        assert [p.name for p in path.parent.iterdir()] == ["contact.vtp"]
-        assert path.read_bytes() == (vtk_folder / "contact.vtp").read_bytes()
+        folder = write_contact_vtk(result, tmp_path / str(number)).parent
+        assert sorted(p.name for p in folder.iterdir()) == ["case.vtm", "contact.vtp", "hertz_ellipse.vtp"]
+        for file in folder.iterdir():
+            assert file.read_bytes() == (vtk_folder / file.name).read_bytes()
     with pytest.raises(InputError, match="no meshes"):
         write_case_vtk(read, tmp_path / "whole")
     assert not (tmp_path / "whole").exists()
     other = changed_hertz(elliptic_quick, p0_MPa=1.0)
-    assert write_contact_vtk(other, tmp_path).read_bytes() != (vtk_folder / "contact.vtp").read_bytes()
+    write_contact_vtk(other, tmp_path)
+    assert (tmp_path / "contact.vtp").read_bytes() != (vtk_folder / "contact.vtp").read_bytes()
 
 
 def test_a_study_collection_lists_existing_files_at_its_times(elliptic_quick, tmp_path):
@@ -542,7 +638,7 @@ def test_a_study_collection_lists_existing_files_at_its_times(elliptic_quick, tm
     assert reader.time_values == [-2.0, 1.5]
     assert [dataset.path for dataset in reader.datasets] == ["cases/a b/case.vtm", "cases/c&d/case.vtm"]
     reader.set_active_time_value(1.5)
-    assert reader.read()[0].keys() == ["rail", "wheel", "contact"]
+    assert reader.read()[0].keys() == ["rail", "wheel", "contact", "hertz_ellipse"]
     # moved as a whole, it still opens
     moved = tmp_path.rename(tmp_path.with_name("moved"))
     assert pyvista.get_reader(moved / "study.pvd").read()[0]["rail"].n_cells > 0

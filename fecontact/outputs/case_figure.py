@@ -16,7 +16,6 @@ from fecontact.comparison.patch import signed_square
 from fecontact.contact.grid import ContactGrid
 from fecontact.geometry.placement import Placement
 from fecontact.outputs.measure_words import WORDS
-from fecontact.outputs.series import short_name
 from fecontact.outputs.style import (
     ACROSS,
     ANSWERS,
@@ -31,8 +30,7 @@ from fecontact.outputs.style import (
     blank_figure,
     save_figure,
 )
-from fecontact.outputs.verdict_words import inclination_words, verdict_reason
-from fecontact.profiles.identity import profile_identity
+from fecontact.outputs.verdict_words import case_words, verdict_reason
 from fecontact.solving.solve import CaseResult
 from fecontact.theory.hertz import HertzContact
 
@@ -155,14 +153,7 @@ def _draw_head(ax: Axes, load: JudgedLoad) -> None:
         weight="bold",
         bbox={"fc": ANSWERS[answer], "ec": "0.2", "boxstyle": "round,pad=0.35"},
     )
-    case = load.case
-    rail, wheel = short_name(profile_identity(case.rail)), short_name(profile_identity(case.wheel))
-    pair = f"rail {rail}{inclination_words(case.inclination_rad)}, wheel {wheel}"
-    load_words = f"{case.load_kind} load {case.load_N / 1e3:.4g} kN"
-    turned = "".join(
-        f", {name} {1e3 * value:+.4g} mrad" for name, value in (("roll", case.roll_rad), ("yaw", case.yaw_rad)) if value
-    )
-    ax.text(0.135, 1.05, f"{pair}; shift {case.lateral_shift_mm:+z.2f} mm{turned}; {load_words}", va="top", fontsize=13)
+    ax.text(0.135, 1.05, case_words(load.case), va="top", fontsize=13)
     ax.text(0.135, 0.42, verdict_reason(load), va="top", fontsize=11)
 
 

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 
+from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.verdict import Answer
 from fecontact.outputs.measure_words import WORDS
+from fecontact.outputs.series import short_name
+from fecontact.profiles.identity import profile_identity
+from fecontact.solving.solve import CaseResult
 
 _NEAREST: dict[Answer, str] = {
     "HOLDS": "nearest to its limit",
@@ -46,6 +50,27 @@ def measure_reason(
     return (
         f"{_NEAREST[answer]}: {words.name} {words.off(deviation)} ± {words.off(uncertainty, size=True)}"
         f" (limit {words.limit(limit)})"
+    )
+
+
+def case_words(case: Case) -> str:
+    """Pair, position and load of a case, in one line."""
+    rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
+    turned = "".join(
+        f", {name} {1e3 * value:+.4g} mrad" for name, value in (("roll", case.roll_rad), ("yaw", case.yaw_rad)) if value
+    )
+    return (
+        f"rail {rail}{inclination_words(case.inclination_rad)}, wheel {wheel};"
+        f" shift {case.lateral_shift_mm:+z.2f} mm{turned}; {case.load_kind} load {case.load_N / 1e3:.4g} kN"
+    )
+
+
+def case_annotation(result: CaseResult) -> str:
+    """A case and its verdict in three lines, for a picture."""
+    fe, hertz = result.comparison.fe.p_max_MPa, result.comparison.hertz.p_max_MPa
+    return (
+        f"{case_words(result.case)}\nHertz {result.verdict.answer}: {verdict_reason(result.load)}\n"
+        f"peak pressure: finite elements {fe:.0f} MPa, Hertz {hertz:.0f} MPa"
     )
 
 

@@ -37,8 +37,19 @@ from fecontact.solving.solve import CaseResult, Effort, solve
 
 ROW, RESULT, FIELDS, PROFILES = "row.json", "result.json", "fields.npz", "profiles"
 # Of a case that is judged again these stay as they are.
-_BODIES = ("rail.vtu", "wheel.vtu", "case.vtm")
-_FILES = (ROW, RESULT, FIELDS, "case.json", "case.png", "case.svg", "contact.vtp", *_BODIES)
+_BODIES = ("rail.vtu", "wheel.vtu")
+_FILES = (
+    ROW,
+    RESULT,
+    FIELDS,
+    "case.json",
+    "case.png",
+    "case.svg",
+    "case.vtm",
+    "contact.vtp",
+    "hertz_ellipse.vtp",
+    *_BODIES,
+)
 
 
 def case_folder(out: Path, name: str) -> Path:
