@@ -12,10 +12,10 @@ INSTALLED := $(VENV)/.installed
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup study test test-slow regress validate lint lock clean
+.PHONY: help setup study test test-slow regress validate paraview-check lint lock clean
 
 help: ## list the targets
-	@grep -E '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)$$/\1|\2/' | awk -F'|' '{printf "  make %-10s %s\n", $$1, $$2}'
+	@grep -E '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)$$/\1|\2/' | awk -F'|' '{printf "  make %-15s %s\n", $$1, $$2}'
 
 # A virtual environment whose creation was interrupted has no pip: it is made again.
 $(CREATED):
@@ -61,6 +61,15 @@ regress: setup ## run the quick studies that have a baseline and compare each wi
 
 validate: setup ## run the studies at full size and write VALIDATION.md; an hour
 	$(BIN)/fecontact validate --out out/validate --report VALIDATION.md
+
+# Debian's ParaView draws on a screen only: xvfb-run stands in for one.
+paraview-check: study ## open the first study in ParaView: read, integrate, render; pictures in out/paraview
+	@command -v pvpython >/dev/null 2>&1 || { \
+	  echo "paraview-check: skipped, pvpython is not installed (Debian, Ubuntu: sudo apt-get install paraview xvfb xauth)"; exit 0; }; \
+	$(BIN)/fecontact view out/first_light; \
+	if [ -n "$$DISPLAY" ]; then screen=; elif command -v xvfb-run >/dev/null 2>&1; then screen="xvfb-run -a"; else \
+	  echo "paraview-check: skipped, there is no screen and no xvfb-run (Debian, Ubuntu: sudo apt-get install xvfb xauth)"; exit 0; fi; \
+	$$screen pvpython tests/paraview_check.py out/first_light out/paraview
 
 lint: $(INSTALLED) ## ruff check, ruff format --check, mypy
 	$(BIN)/python -m ruff check .

@@ -394,6 +394,22 @@ def mesh(body: Literal["rail", "wheel"], options: MeshOptions = _OF_MESH, *, out
 
 
 @app.command
+def view(out: Path) -> int:
+    """Write view.py into a folder of results, which shows the contact in ParaView.
+
+    Parameters
+    ----------
+    out
+        Folder that run or solve --out wrote.
+    """
+    from fecontact.outputs.paraview import write_view
+
+    path = write_view(out)
+    print(f"{path}: open it with paraview --script={path}")
+    return 0
+
+
+@app.command
 def compare(
     baseline: Path,
     new: Path,

@@ -91,7 +91,7 @@ def best_threshold(values: np.ndarray, fails: np.ndarray) -> tuple[float, int]:
 
 def figure(rows: list[dict[str, Any]], path: Path) -> None:
     """The worst measure over the distance to the next junction."""
-    from fecontact.outputs.figures import blank_figure, save_figure
+    from fecontact.outputs.style import blank_figure, save_figure
 
     picture = blank_figure(8.0, 4.6)
     axes = picture.add_subplot()

@@ -90,7 +90,7 @@ def _verdicts(rows: list[dict[str, Any]]) -> str:
 
 def figure(rows: list[dict[str, Any]], path: Path) -> None:
     """Both steps of the peak pressure over the lateral shift, one column a pair."""
-    from fecontact.outputs.figures import blank_figure, save_figure
+    from fecontact.outputs.style import blank_figure, save_figure
 
     pairs = list(dict.fromkeys(pair_of(row) for row in rows))
     picture = blank_figure(3.4 * len(pairs) + 1.0, 6.0)

@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import BodySize, Case, Track
-from fecontact.outputs.figures import blank_figure, save_figure
+from fecontact.outputs.style import blank_figure, save_figure
 from fecontact.regression.checks import Check, discretisation_check, hertz_check
 
 CROWN_MM, GAUGE_CORNER_MM, BACK_CORNER_MM = 300.0, 5.0, 2.0

@@ -33,8 +33,8 @@ from fecontact.contact.rung import Rung
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.fe.meshing import FineZone
 from fecontact.geometry.placement import Placement
-from fecontact.outputs.figures import blank_figure, save_figure
 from fecontact.outputs.rows import deviation_column
+from fecontact.outputs.style import blank_figure, save_figure
 from fecontact.regression.checks import Check
 from fecontact.solving.coupled_mesh import CoupledProblem, couple, coupled_problem, grid_over
 from fecontact.solving.position import Clock, place_case, true_gap_of_case

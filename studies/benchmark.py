@@ -175,7 +175,7 @@ def report(rows: list[dict[str, Any]], multigrid: list[dict[str, Any]], forms: d
 
 def figure(rows: list[dict[str, Any]], multigrid: list[dict[str, Any]], path: Path) -> None:
     """Errors against CPU seconds."""
-    from fecontact.outputs.figures import blank_figure, save_figure
+    from fecontact.outputs.style import blank_figure, save_figure
 
     picture = blank_figure(7.0, 4.4)
     axes = picture.add_subplot()

@@ -38,15 +38,8 @@ from fecontact.map.cells import ApplicabilityMap, Inferred, LoadInterval, LoadLi
 from fecontact.map.inference import infer_loads, predict
 from fecontact.map.load_limit import KnownLoad, known_loads, load_limit, next_load
 from fecontact.map.position import solve_position
-from fecontact.outputs.map import (
-    CAUSE_LETTERS,
-    cell_record,
-    limit_record,
-    limit_text,
-    map_figure,
-    map_record,
-    map_table,
-)
+from fecontact.outputs.map import cell_record, limit_record, limit_text, map_record, map_table
+from fecontact.outputs.map_figure import CAUSE_LETTERS, limit_used, map_figure
 from fecontact.outputs.rows import MEASURED_COLUMNS, cell_row, load_row
 from fecontact.outputs.stored import (
     placement_from_record,
@@ -865,7 +858,7 @@ def test_the_title_of_the_picture_says_by_what_hertz_is_judged_in_its_png(tmp_pa
         titles.append(figure.axes[0].get_title())
         return path
 
-    monkeypatch.setattr("fecontact.outputs.map.save_figure", look)
+    monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", look)
     made = fresh_map([0.0], [100e3])
     for criteria in (Criteria(), Criteria(p_max=0.03, area=0.2, judged_by=("strength", "area"))):
         map_figure(replace(made, case=replace(made.case, criteria=criteria)), tmp_path)
@@ -885,13 +878,61 @@ def test_every_cause_has_its_letter_in_the_png(cause, letter, tmp_path, monkeypa
         drawn.extend(text.get_text() for text in figure.axes[0].get_legend().get_texts())
         return path
 
-    monkeypatch.setattr("fecontact.outputs.map.save_figure", look)
+    monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", look)
     like = point(100e3, 0.2)
     cell = cell_of(replace(like, verdict=replace(like.verdict, cause=cause)))
     position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=load_limit([cell]))
     map_figure(ApplicabilityMap(case=ROUND, loads_N=(100e3,), positions=(position,)), tmp_path)
-    assert letter in drawn
+    assert [text for text in drawn if text.endswith(f" {letter}")]
     assert cause in drawn
+
+
+def test_the_png_changes_its_colour_where_the_verdict_does(monkeypatch):
+    from matplotlib.colors import to_hex
+
+    from fecontact.outputs.style import ANSWERS
+
+    kept = []
+    monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", lambda figure, path: kept.append(figure))
+    limit = replace(load_limit(TWO_LOADS), tried=((3e4, "UNRESOLVED"),))
+    lost = MapCell(lateral_shift_mm=1.0, load_N=1e4, status="failed: no memory")
+    positions = (
+        MapPosition(lateral_shift_mm=0.0, cells=tuple(TWO_LOADS), limit=limit),
+        MapPosition(lateral_shift_mm=1.0, cells=(lost,), limit=load_limit([lost])),
+    )
+    map_figure(ApplicabilityMap(case=ROUND, loads_N=(1e4, 9e4), positions=positions), "unused.png")
+    (ax,) = kept[0].axes
+    filled = [
+        (to_hex(bar.get_facecolor()), bar.get_x(), bar.get_y(), bar.get_y() + bar.get_height())
+        for bar in ax.patches
+        if bar.get_fill()
+    ]
+    assert ax.get_yscale() == "linear"
+    # 4 % of the loads' range below and above; open between both loads
+    assert filled == [
+        (ANSWERS["HOLDS"], -0.5, pytest.approx(6.8), 10.0),
+        (ANSWERS["UNRESOLVED"], -0.5, 10.0, 90.0),
+        (ANSWERS["FAILS"], -0.5, 90.0, pytest.approx(93.2)),
+        (ANSWERS["failed"], 0.5, pytest.approx(6.8), pytest.approx(93.2)),
+    ]
+    # a tick at both sides of the column for each load that was solved, of the map and of the search
+    ticks = [line.get_ydata()[0] for line in ax.get_lines() if np.ptp(line.get_xdata()) < 0.2]
+    assert sorted(ticks) == [10.0, 10.0, 30.0, 30.0, 90.0, 90.0]
+    assert [text.get_text() for text in ax.texts][-1] == "!"
+
+
+def test_the_part_of_a_limit_that_is_used_is_that_of_the_worst_measure():
+    inferred = Inferred(
+        deviation={"p_max_MPa": -0.02, "area_mm2": 0.08, "approach_mm": 0.5},
+        uncertainty={},
+        doubt={},
+        verdict=judge({}, {}, Criteria()),
+    )
+    cell = MapCell(lateral_shift_mm=0.0, load_N=1e4, status="inferred", inferred=inferred)
+    assert limit_used(cell, Criteria()) == pytest.approx(0.8)
+    assert limit_used(cell, Criteria(p_max=0.01)) == pytest.approx(2.0)
+    assert math.isnan(limit_used(MapCell(lateral_shift_mm=0.0, load_N=1e4, status="failed: x"), Criteria()))
+    assert limit_used(TWO_LOADS[1], Criteria()) == TWO_LOADS[1].judged.limit_used
 
 
 def test_causes_have_letters_of_their_own():

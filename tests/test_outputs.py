@@ -9,6 +9,7 @@ import subprocess
 import sys
 import warnings
 from dataclasses import fields, replace
+from itertools import pairwise
 from pathlib import Path
 
 import meshio
@@ -28,7 +29,8 @@ from fecontact.fe.stress import nodal_stress, von_mises
 from fecontact.files import json_text, write_atomically, write_json, write_text
 from fecontact.material import Material
 from fecontact.outputs import tables
-from fecontact.outputs.figures import case_figure, profile_figure, study_figure
+from fecontact.outputs.case_figure import PressureFields, case_figure, draw_case
+from fecontact.outputs.figures import profile_figure
 from fecontact.outputs.measure_words import WORDS, criteria_text
 from fecontact.outputs.meshfile import write_mesh
 from fecontact.outputs.record import hertz_record, load_record, result_record, shown_case_record
@@ -42,6 +44,7 @@ from fecontact.outputs.stored import (
     solved_record,
     write_arrays,
 )
+from fecontact.outputs.study_figure import study_figure
 from fecontact.outputs.study_files import _write_collections, study_figures
 from fecontact.outputs.vtk import contact_surface, write_case_vtk, write_contact_vtk, write_pvd
 from fecontact.profiles.library import load
@@ -385,15 +388,18 @@ def test_hertz_alone_names_every_touch_point_of_a_position():
 # ParaView files
 
 
-def test_a_collection_has_the_three_blocks_by_name(vtk_folder):
-    assert sorted(p.name for p in vtk_folder.iterdir()) == ["case.vtm", "contact.vtp", "rail.vtu", "wheel.vtu"]
+def test_a_collection_has_its_blocks_by_name(vtk_folder):
+    assert sorted(p.name for p in vtk_folder.iterdir()) == [
+        *("case.vtm", "contact.vtp", "hertz_ellipse.vtp", "rail.vtu", "wheel.vtu")
+    ]
     blocks = pyvista.read(vtk_folder / "case.vtm")
-    assert blocks.keys() == ["rail", "wheel", "contact"]
+    assert blocks.keys() == ["rail", "wheel", "contact", "hertz_ellipse"]
     bodies = {"displacement_mm": 3, "stress_MPa": 6, "von_mises_MPa": 1}
     surface = dict.fromkeys(
         ("contact_pressure_MPa", "hertz_pressure_MPa", "pressure_difference_MPa", "gap_mm", "in_contact"), 1
     )
-    for name, wanted in (("rail", bodies), ("wheel", bodies), ("contact", surface)):
+    surface |= {"pressure_relief_mm": 3, "hertz_relief_mm": 3}
+    for name, wanted in (("rail", bodies), ("wheel", bodies), ("contact", surface), ("hertz_ellipse", {})):
         data = blocks[name].point_data
         assert {k: 1 if data[k].ndim == 1 else data[k].shape[1] for k in data} == wanted
         assert not list(blocks[name].cell_data)
@@ -401,8 +407,8 @@ def test_a_collection_has_the_three_blocks_by_name(vtk_folder):
     assert blocks["contact"].point_data["in_contact"].dtype == np.uint8
 
 
-def test_field_data_are_numbers_and_texts_only_where_meshio_does_not_read(vtk_folder, elliptic_quick):
-    hertz = elliptic_quick.hertz
+def test_the_contact_has_its_row_as_field_data_and_the_bodies_only_numbers(vtk_folder, elliptic_quick):
+    hertz, load = elliptic_quick.hertz, elliptic_quick.load
     numbers = {
         "TimeValue": 0.0,
         "lateral_shift_mm": 0.0,
@@ -411,14 +417,102 @@ def test_field_data_are_numbers_and_texts_only_where_meshio_does_not_read(vtk_fo
         "hertz_a_mm": hertz.a_mm,
         "hertz_b_mm": hertz.b_mm,
     }
-    for file in ("rail.vtu", "wheel.vtu", "contact.vtp"):
+    for file in ("rail.vtu", "wheel.vtu", "hertz_ellipse.vtp"):
         found = pyvista.read(vtk_folder / file).field_data
-        texts = {"status", "version"} if file == "contact.vtp" else set()
-        assert set(found.keys()) == set(numbers) | texts
-        assert {name: float(found[name][0]) for name in numbers} == pytest.approx(numbers)
-    assert list(pyvista.read(vtk_folder / "contact.vtp").field_data["status"]) == ["converged"]
+        assert {name: float(found[name][0]) for name in found.keys()} == pytest.approx(numbers)  # noqa: SIM118
+    found = pyvista.read(vtk_folder / "contact.vtp").field_data
+    row = load_row(load, elliptic_quick.placement)
+    assert set(found.keys()) == {*numbers, *row, "version", "annotation"}
+    for name, value in row.items():
+        if isinstance(value, str) or value is None:
+            assert list(found[name]) == [value or ""]
+        else:
+            assert float(found[name][0]) == float(value)
+    assert list(found["verdict"]) == ["HOLDS"]
+    annotation = next(iter(found["annotation"])).splitlines()
+    assert annotation[0] == "rail circle:300, wheel cylinder:460; shift +0.00 mm; vertical load 100 kN"
+    assert annotation[1].startswith("Hertz HOLDS: nearest to its limit: misplaced load 0.")
+    assert " +- 0." in annotation[1]
     # meshio ends the process on a text, so this line is the test
     assert set(meshio.read(vtk_folder / "rail.vtu").point_data) == {"displacement_mm", "stress_MPa", "von_mises_MPa"}
+
+
+def test_components_have_names_and_are_those_of_a_known_stress(elliptic_quick, tmp_path):
+    """A uniform strain with six different components, by Hooke's law: in the file each is where its name says."""
+    bodies = elliptic_quick.bodies
+    body = bodies.coupled.rail
+    strain = 1e-4 * np.array([[1.0, 0.7, 0.3], [0.7, -2.0, 0.5], [0.3, 0.5, 4.0]])
+    displacement = body.mesh.points @ strain
+    whole = replace(body, mesh=replace(body.mesh, half=False))
+    made = replace(
+        bodies,
+        coupled=replace(bodies.coupled, rail=whole),
+        displacement_mm=bodies.displacement_mm | {"rail": displacement},
+    )
+    write_case_vtk(replace(elliptic_quick, bodies=made), tmp_path)
+    grid = pyvista.read(tmp_path / "rail.vtu")
+    stress = grid.GetPointData().GetArray("stress_MPa")
+    young, poisson = elliptic_quick.case.rail_material.young_MPa, elliptic_quick.case.rail_material.poisson
+    lame, shear = young * poisson / ((1 + poisson) * (1 - 2 * poisson)), young / (2 * (1 + poisson))
+    wanted = lame * np.trace(strain) * np.eye(3) + 2 * shear * strain
+    values = grid.point_data["stress_MPa"]
+    for number, (name, i, j) in enumerate(
+        [("XX", 0, 0), ("YY", 1, 1), ("ZZ", 2, 2), ("XY", 0, 1), ("YZ", 1, 2), ("XZ", 0, 2)]
+    ):
+        assert stress.GetComponentName(number) == name
+        # single precision
+        np.testing.assert_allclose(values[:, number], wanted[i, j], rtol=1e-5)
+    moved = grid.GetPointData().GetArray("displacement_mm")
+    assert [moved.GetComponentName(k) for k in range(3)] == ["X", "Y", "Z"]
+
+
+def test_the_contact_lies_above_the_rail_by_a_hair_and_the_line_above_it(vtk_folder, elliptic_quick):
+    for file, lift in (("contact.vtp", 1e-3), ("hertz_ellipse.vtp", 2e-3)):
+        points = np.asarray(pyvista.read(vtk_folder / file).points, dtype=float)
+        x, s = elliptic_quick.placement.project(points).T
+        on_rail, normals = elliptic_quick.placement.surface(x, s)
+        np.testing.assert_allclose(np.einsum("nd,nd->n", points - on_rail, normals), lift, atol=1e-7)
+    # x and s of the line are those of the ellipse
+    hertz = elliptic_quick.hertz
+    np.testing.assert_allclose((x / hertz.a_mm) ** 2 + (s / hertz.b_mm) ** 2, 1.0, rtol=1e-6)
+    line = pyvista.read(vtk_folder / "hertz_ellipse.vtp")
+    assert (line.n_cells, line.n_points) == (180, 181)
+
+
+def test_the_relief_is_the_pressure_along_the_normal(vtk_folder):
+    surface = pyvista.read(vtk_folder / "contact.vtp")
+    for relief, pressure in (("pressure_relief_mm", "contact_pressure_MPa"), ("hertz_relief_mm", "hertz_pressure_MPa")):
+        height = np.linalg.norm(surface.point_data[relief], axis=1)
+        np.testing.assert_allclose(height, 2e-3 * surface.point_data[pressure], rtol=1e-12)
+    warped = surface.warp_by_vector("pressure_relief_mm").points - surface.points
+    assert np.all(warped[:, 2] >= 0.0)
+
+
+def test_the_contact_covers_an_ellipse_that_is_larger_than_what_was_solved(elliptic_quick):
+    """It would be cut off otherwise: its integral is the force."""
+    large = changed_hertz(
+        elliptic_quick, b_mm=3.0 * elliptic_quick.hertz.b_mm, p0_MPa=elliptic_quick.hertz.p0_MPa / 3.0
+    )
+    surface = contact_surface(large)
+    solved = contact_surface(elliptic_quick)
+    assert surface.n_points > solved.n_points
+    data = surface.point_data
+    cell = np.prod(elliptic_quick.grid.steps_mm)
+    # 0.5 %: cells are flat projections of a surface that turns by 3 degrees at the end of this ellipse
+    assert cell * data["hertz_pressure_MPa"].sum() == pytest.approx(elliptic_quick.normal_force_N, rel=5e-3)
+    beyond = np.isnan(data["gap_mm"])
+    assert beyond.sum() == surface.n_points - solved.n_points
+    assert not data["contact_pressure_MPa"][beyond].any()
+    assert data["hertz_pressure_MPa"][beyond].any()
+
+
+def test_the_contact_ends_where_the_rail_does(elliptic_quick):
+    profile = elliptic_quick.placement.rail.profile
+    wide = changed_hertz(elliptic_quick, b_mm=1.5 * profile.length_mm)
+    surface = contact_surface(wide)
+    assert np.all(np.isfinite(surface.points))
+    low, high = profile.y_range_mm
+    assert np.ptp(surface.points[:, 1]) == pytest.approx(high - low, abs=2 * max(elliptic_quick.grid.steps_mm))
 
 
 @pytest.mark.parametrize("name", ["contact_pressure_MPa", "hertz_pressure_MPa"])
@@ -513,23 +607,28 @@ def test_warping_both_bodies_makes_them_meet(vtk_folder, elliptic_quick):
 
 
 def test_a_surface_that_is_not_half_is_not_mirrored(elliptic_quick):
-    grid = replace(elliptic_quick.grid, half=False)
-    surface = contact_surface(changed_fe(elliptic_quick, grid=grid))
-    assert surface.n_points == grid.shape[0] * grid.shape[1]
+    fe = elliptic_quick.load.fe
+    gap = Field(grid=fe.grid, values=fe.gap_mm).whole()
+    both = changed_fe(elliptic_quick, grid=gap.grid, gap_mm=gap.values, pressure_MPa=fe.pressure.whole().values)
+    surface, half = contact_surface(both), contact_surface(elliptic_quick)
+    np.testing.assert_array_equal(surface.points, half.points)
+    np.testing.assert_array_equal(surface.point_data["gap_mm"], half.point_data["gap_mm"])
 
 
 def test_the_contact_alone_is_the_file_of_the_whole(vtk_folder, elliptic_quick, tmp_path):
     """Of a result that was read back there are no meshes: its contact is written anew, beside the old bodies."""
     read = replace(elliptic_quick, bodies=None)
     for number, result in enumerate((elliptic_quick, read)):
-        path = write_contact_vtk(result, tmp_path / str(number))
-        assert [p.name for p in path.parent.iterdir()] == ["contact.vtp"]
-        assert path.read_bytes() == (vtk_folder / "contact.vtp").read_bytes()
+        folder = write_contact_vtk(result, tmp_path / str(number)).parent
+        assert sorted(p.name for p in folder.iterdir()) == ["case.vtm", "contact.vtp", "hertz_ellipse.vtp"]
+        for file in folder.iterdir():
+            assert file.read_bytes() == (vtk_folder / file.name).read_bytes()
     with pytest.raises(InputError, match="no meshes"):
         write_case_vtk(read, tmp_path / "whole")
     assert not (tmp_path / "whole").exists()
     other = changed_hertz(elliptic_quick, p0_MPa=1.0)
-    assert write_contact_vtk(other, tmp_path).read_bytes() != (vtk_folder / "contact.vtp").read_bytes()
+    write_contact_vtk(other, tmp_path)
+    assert (tmp_path / "contact.vtp").read_bytes() != (vtk_folder / "contact.vtp").read_bytes()
 
 
 def test_a_study_collection_lists_existing_files_at_its_times(elliptic_quick, tmp_path):
@@ -541,7 +640,7 @@ def test_a_study_collection_lists_existing_files_at_its_times(elliptic_quick, tm
     assert reader.time_values == [-2.0, 1.5]
     assert [dataset.path for dataset in reader.datasets] == ["cases/a b/case.vtm", "cases/c&d/case.vtm"]
     reader.set_active_time_value(1.5)
-    assert reader.read()[0].keys() == ["rail", "wheel", "contact"]
+    assert reader.read()[0].keys() == ["rail", "wheel", "contact", "hertz_ellipse"]
     # moved as a whole, it still opens
     moved = tmp_path.rename(tmp_path.with_name("moved"))
     assert pyvista.get_reader(moved / "study.pvd").read()[0]["rail"].n_cells > 0
@@ -941,17 +1040,17 @@ def test_figures_hold_for_a_patch_larger_than_the_grid_and_for_two_sides(ellipti
 
 
 def drawn_lines(monkeypatch, rows: list[dict], rail=None, criteria=None) -> list:
-    from fecontact.outputs import figures
+    from fecontact.outputs import study_figure as module
 
     kept = []
-    monkeypatch.setattr(figures, "save_figure", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr(module, "save_figure", lambda figure, path: kept.append(figure))
     study_figure(rows, "unused.png", rail, criteria)
     return kept[0].axes
 
 
 def test_a_study_figure_never_connects_bad_rows(record, flat, monkeypatch):
     base = {"id": "x", **flat, "rail": "60E1"}
-    rows = [base | {"lateral_shift_mm": float(k), "touch_rail_y_mm": -6.0 * k} for k in range(4)]
+    rows = [base | {"lateral_shift_mm": float(k), "touch_rail_y_mm": -4.0 * k} for k in range(4)]
     rows[1]["status"] = "not converged"
     peak, _, touch = drawn_lines(monkeypatch, [*rows, lost(record) | {"rail": "60E1"}], load("60E1"))
     lines = [line for line in peak.get_lines() if line.get_linestyle() != "None"]
@@ -971,7 +1070,7 @@ def test_a_study_figure_knows_no_junctions_without_the_rail(flat, monkeypatch):
 
 def test_figures_of_a_study_draw_the_rail_and_the_limits_they_are_given(flat, monkeypatch, tmp_path):
     drawn = []
-    monkeypatch.setattr("fecontact.outputs.figures.study_figure", lambda *given: drawn.append(given))
+    monkeypatch.setattr("fecontact.outputs.study_figure.study_figure", lambda *given: drawn.append(given))
     monkeypatch.setattr("fecontact.outputs.vtk.write_pvd", lambda path, cases: path)
     rail, rows, criteria = load("60E1"), [{"id": "x", **flat}], Criteria(p_max=0.03)
     assert study_figures(rows, tmp_path, rail, criteria) == ("study.pvd",)
@@ -1003,36 +1102,129 @@ def test_one_series_is_drawn_in_parts_of_its_limits(flat, monkeypatch):
     ):
         row |= {"p_max_deviation_percent": p_max, "centre_over_b": centre, "valley_percent": float(valley)}
     rows[1]["verdict"], rows[2]["status"], rows[3]["verdict"] = "FAILS", "not converged", "UNRESOLVED"
-    _, off, _ = drawn_lines(monkeypatch, rows, criteria=criteria)
+    peak, off, _ = drawn_lines(monkeypatch, rows, criteria=criteria)
     lines = {line.get_label(): line for line in off.get_lines() if not line.get_label().startswith("_")}
-    assert list(lines) == ["p_max", "centre", "valley", "HOLDS", "UNRESOLVED", "FAILS"]
+    assert list(lines) == ["p_max", "centre", "valley"]
     nan = math.nan
     assert lines["p_max"].get_ydata() == pytest.approx([0.5, 2.0, nan, 1.0], nan_ok=True)
     assert lines["centre"].get_ydata() == pytest.approx([0.2, 0.4, nan, 3.0], nan_ok=True)
     assert lines["valley"].get_ydata() == pytest.approx([0.0, 0.5, nan, 2.0], nan_ok=True)
     # a row that must not be used has no verdict
-    assert {answer: list(lines[answer].get_xdata()) for answer in ("HOLDS", "UNRESOLVED", "FAILS")} == {
-        "HOLDS": [0.0], "UNRESOLVED": [3.0], "FAILS": [1.0],
-    }  # fmt: skip
+    marks = {line.get_label(): list(line.get_xdata()) for line in peak.get_lines()}
+    assert [marks[f"_{answer}"] for answer in ("HOLDS", "UNRESOLVED", "FAILS")] == [[0.0], [3.0], [1.0]]
     assert off.get_ylim()[1] > 3.0
 
 
-def test_the_text_of_a_case_figure_has_every_answer(flattened, monkeypatch):
-    from fecontact.outputs import figures
+def case_axes(result: CaseResult) -> list:
+    from matplotlib.figure import Figure
 
-    kept = []
-    monkeypatch.setattr(figures, "save_figure", lambda figure, path: kept.append(figure))
-    case_figure(flattened, "unused.png")
-    (text,) = (text.get_text() for ax in kept[0].axes for text in ax.texts)
+    figure = Figure(figsize=(15.0, 10.0))
+    draw_case(figure, result.load, result.placement)
+    return figure.axes
+
+
+def test_the_words_of_a_case_figure_have_the_verdict_and_every_answer(flattened):
+    texts = [text.get_text() for ax in case_axes(flattened) for text in ax.texts]
+    verdict = flattened.verdict
+    assert " Hertz FAILS " in texts
+    (reason,) = [text for text in texts if text.startswith("furthest beyond its limit: peak pressure ")]
+    off, unsure = (1e2 * of["p_max_MPa"] for of in (flattened.load.deviation, flattened.load.uncertainty))
+    assert f"{off:+.2f} % ± {unsure:.2f} % (limit ±5 %); because: {verdict.cause}" in reason
+    (text,) = [text for text in texts if "status: converged" in text]
     lines = [line.split() for line in text.splitlines()]
     answers = {line[0]: line[-1] for line in lines if line and line[-1] in ("HOLDS", "UNRESOLVED", "FAILS")}
-    # the line of the verdict
-    answers.pop("Hertz", None)
-    verdict = flattened.verdict
     assert answers == {WORDS[name].short: answer for name, answer in verdict.each.items()}
-    assert f"Hertz FAILS: {verdict.cause}" in text
     # in this font and size a line of so many characters ends at the right edge of the picture
     assert max(len(line) for line in text.splitlines()) <= 53
+
+
+def test_a_case_figure_has_both_outlines_where_the_numbers_have_them(elliptic_quick):
+    maps = [ax for ax in case_axes(elliptic_quick) if ax.get_title() in ("finite elements", "Hertz")]
+    assert len(maps) == 2
+    hertz, fe = elliptic_quick.hertz, elliptic_quick.comparison.fe
+    for ax in maps:
+        (ellipse,) = [line for line in ax.get_lines() if line.get_label() == "Hertz"]
+        s, x = ellipse.get_data()
+        assert (np.ptp(s), np.ptp(x)) == pytest.approx((hertz.extent_y_mm, hertz.extent_x_mm), rel=1e-3)
+        (patch,) = [c for c in ax.collections if c.get_label() == "finite elements"]
+        edge = np.vstack([path.vertices for path in patch.get_paths()])
+        # that of the measures is the mean of two such lines, half a node apart at either end
+        step = max(elliptic_quick.grid.steps_mm)
+        assert np.ptp(edge[:, 0]) == pytest.approx(fe.extent_y_mm, abs=step)
+        assert np.ptp(edge[:, 1]) == pytest.approx(fe.extent_x_mm, abs=step)
+
+
+def test_lobes_are_numbered_where_they_are_and_no_patch_leaves_a_third_empty(elliptic_quick):
+    from fecontact.outputs.case_figure import _height, _map_height
+
+    # two lobes side by side: the pressure without its middle
+    whole = elliptic_quick.load.fe.pressure
+    middle = np.abs(whole.grid.s_mm) < 0.5
+    two = changed_fe(elliptic_quick, pressure_MPa=np.where(middle, 0.2, 1.0) * whole.values)
+    two = replace(two, load=judge_load(two.load.solved, two.placement))
+    (fe,) = [ax for ax in case_axes(two) if ax.get_title() == "finite elements"]
+    lobes = two.comparison.patch.lobes
+    assert len(lobes) == 2
+    assert [(t.get_text(), t.get_position()[0]) for t in fe.texts] == [
+        (str(k), pytest.approx(lobe.y_mm)) for k, lobe in enumerate(lobes, start=1)
+    ]
+    # a wide patch has low maps, and a low picture
+    for b in (3.0, 11.0, 40.0):
+        fields = PressureFields.of(changed_hertz(elliptic_quick, b_mm=b).load)
+        assert _height(fields) - _map_height(fields) < 6.0
+    assert _map_height(fields) < 1.5
+
+
+def test_pictures_have_the_same_bytes_as_svg(elliptic_quick, tmp_path):
+    for name in ("one", "two"):
+        case_figure(elliptic_quick, tmp_path / f"{name}.png")
+    one = (tmp_path / "one.svg").read_bytes()
+    assert one == (tmp_path / "two.svg").read_bytes()
+    assert one.startswith(b"<?xml")
+    assert b"http://" not in one.replace(b"http://www.w3.org", b"")
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance (WCAG 2, from IEC 61966-2-1)."""
+    from matplotlib.colors import to_rgb
+
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def test_verdicts_are_told_apart_in_grey():
+    from fecontact.outputs.style import ANSWER_MARKS, ANSWERS, SERIES
+
+    levels = sorted(luminance(ANSWERS[answer]) for answer in ("HOLDS", "UNRESOLVED", "FAILS"))
+    # Weber steps above 40 %: many times what the eye tells apart (2 %)
+    assert all(light / dark > 1.4 for dark, light in pairwise(levels))
+    assert len(set(ANSWER_MARKS.values())) == len(ANSWER_MARKS)
+    assert len(set(SERIES)) == len(SERIES)
+
+
+def test_error_bars_of_a_study_are_its_uncertainties(flat, monkeypatch):
+    criteria = Criteria(p_max=0.04, judged_by=("p_max",))
+    rows = [flat | {"lateral_shift_mm": float(k), "p_max_uncertainty_percent": 2.0 * k} for k in range(3)]
+    peak, off, _ = drawn_lines(monkeypatch, rows, criteria=criteria)
+
+    def lengths(ax) -> list[float]:
+        (bars,) = [c for c in ax.collections if hasattr(c, "get_segments")]
+        return [float(np.ptp(segment[:, 1])) for segment in bars.get_segments()]
+
+    fe = flat["p_max_fe_MPa"]
+    assert lengths(peak) == pytest.approx([0.0, 0.04 * fe, 0.08 * fe])
+    # in parts of the limit of 4 %
+    assert lengths(off) == pytest.approx([0.0, 1.0, 2.0])
+
+
+def test_no_line_joins_places_between_which_the_contact_jumps(flat, monkeypatch):
+    rows = [flat | {"lateral_shift_mm": float(k), "b_hertz_mm": 3.0} for k in range(4)]
+    for row, place in zip(rows, (0.0, 2.9, -0.2, -0.3), strict=True):
+        row["touch_rail_y_mm"] = place
+    peak, _, _ = drawn_lines(monkeypatch, rows)
+    (line,) = [line for line in peak.get_lines() if line.get_label() == "FE"]
+    shifts = line.get_xdata()
+    assert shifts == pytest.approx([0.0, 1.0, math.nan, 2.0, 3.0], nan_ok=True)
 
 
 def test_study_and_profile_figures_are_pngs(record, flat, tmp_path):
@@ -1049,7 +1241,18 @@ def test_study_and_profile_figures_are_pngs(record, flat, tmp_path):
 def test_importing_the_writers_loads_no_plotting_and_no_vtk():
     modules = ", ".join(
         f"fecontact.outputs.{name}"
-        for name in ("record", "rows", "stored", "map", "vtk", "figures", "tables", "meshfile", "study_files")
+        for name in (
+            "record",
+            "rows",
+            "stored",
+            "map",
+            "vtk",
+            "figures",
+            "case_figure",
+            "study_figure",
+            "tables",
+            "meshfile",
+        )
     )
     check = f"import sys, {modules}; print(*sorted({{'vtk', 'vtkmodules', 'pyvista', 'meshio', 'matplotlib', 'gmsh', 'rich'}} & set(sys.modules)))"  # noqa: E501
     done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)

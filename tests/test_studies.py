@@ -32,7 +32,7 @@ def module(name: str) -> ModuleType:
 @pytest.fixture(autouse=True)
 def _no_pictures_of_cases(monkeypatch):
     """They take a second each and are looked at elsewhere."""
-    monkeypatch.setattr("fecontact.outputs.figures.case_figure", lambda result, path: path)
+    monkeypatch.setattr("fecontact.outputs.case_figure.case_figure", lambda result, path: path)
 
 
 def run_quick(name: str, out: Path) -> tuple[list[dict[str, Any]], str]:

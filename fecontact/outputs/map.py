@@ -1,4 +1,4 @@
-"""An applicability map as CSV, JSON and picture."""
+"""An applicability map as CSV, JSON and text."""
 
 from __future__ import annotations
 
@@ -11,46 +11,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.case import Criteria
-from fecontact.comparison.verdict import AT_JUNCTION
 from fecontact.files import write_json
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
-from fecontact.outputs.figures import blank_figure, save_figure
+from fecontact.outputs.map_figure import map_figure
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.record import load_record, shown_case_record, versions
 from fecontact.outputs.rows import cell_row
-from fecontact.outputs.series import short_name
 from fecontact.outputs.tables import write_csv
-from fecontact.profiles.identity import profile_identity
 from fecontact.solving.stiffness_fit import fit_stiffness
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 Floats = NDArray[np.float64]
 Record = dict[str, Any]
 
 MAP_SCHEMA = "fecontact/map/3"
 _FEWEST_LOADS = 3
-
-# Okabe and Ito's colours, told apart by the colour-blind and in grey.
-_COLOURS = {"HOLDS": "#56b4e9", "UNRESOLVED": "#f0e442", "FAILS": "#d55e00", "failed": "#c8c8c8"}
-_LABELS = {
-    "HOLDS": "Hertz holds",
-    "UNRESOLVED": "unresolved",
-    "FAILS": "Hertz fails",
-    "failed": "could not be solved",
-}
-CAUSE_LETTERS = {
-    "finite bodies": "B",
-    "second patch": "S",
-    "second lobe": "L",
-    "curvature change within the patch": "J",
-    "conformity": "C",
-    "curvature varies over the patch": "V",
-    AT_JUNCTION: "U",
-}
-"""Marks of the causes in the picture."""
 
 
 def write_map(made: ApplicabilityMap, out: Path, name: str = "map", *, provenance: Record | None = None) -> None:
@@ -144,47 +121,6 @@ def limit_record(position: MapPosition) -> Record:
     }
 
 
-def map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
-    """Draw the verdicts over lateral shift and load.
-
-    Lines of equal deviation of the peak pressure, a letter for the cause of each cell that does not hold, and bars
-    where ranges of the load end in which Hertz holds.
-    """
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    figure = blank_figure(max(9.0, min(16.0, 5.0 + 0.45 * len(made.lateral_shifts_mm))), 6.4)
-    ax = figure.add_subplot()
-    shifts, loads = np.array(made.lateral_shifts_mm), np.array(made.loads_N) / 1e3
-    cells = np.array(made.cells, dtype=object).reshape(shifts.size, loads.size).T
-    _draw_cells(ax, shifts, loads, cells)
-    lines = _draw_deviation(ax, shifts, loads, cells)
-    limits = _draw_limits(ax, shifts, made.limits)
-    causes = _draw_causes(ax, shifts, loads, cells)
-    inferred = _draw_inferred(ax, shifts, loads, cells)
-    verdicts = {cell.verdict for cell in made.cells}
-    handles: list[Any] = [Patch(fc=c, ec="0.4", label=_LABELS[v]) for v, c in _COLOURS.items() if v in verdicts]
-    if limits:
-        handles.append(Line2D([], [], color="k", lw=2.4, label="end of a range of loads\nin which Hertz holds"))
-    if inferred:
-        handles.append(Line2D([], [], ls="none", marker="$i$", color="k", ms=6, label="inferred, not solved"))
-    if lines:
-        handles.append(Line2D([], [], color="0.15", lw=1.0, ls="--", label="peak pressure, Hertz\nagainst FE in %"))
-    handles += [
-        Line2D([], [], ls="none", marker=rf"$\mathbf{{{letter}}}$", color="k", ms=8, label=cause)
-        for cause, letter in CAUSE_LETTERS.items()
-        if cause in causes
-    ]
-    ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, fontsize=9.5)
-    rail, wheel = (short_name(profile_identity(spec)) for spec in (made.case.rail, made.case.wheel))
-    ax.set(
-        title=f"rail {rail}, wheel {wheel}: where Hertz holds,\n{_criteria_words(made.case.criteria)}",
-        xlabel="lateral shift of the wheelset in mm  (positive: towards this rail)",
-        ylabel=f"{made.case.load_kind} load in kN",
-    )
-    return save_figure(figure, path)
-
-
 _MEASURE_LETTERS = {
     "p_max_MPa": "p",
     "area_mm2": "A",
@@ -195,98 +131,6 @@ _MEASURE_LETTERS = {
     "separate_load": "s",
     "misplaced_load": "m",
 }
-
-
-def _criteria_words(criteria: Criteria) -> str:
-    """Measures that decide by their limits, such as "5 % p_max; 10 % area, a, b; 0.15 b centre"."""
-    groups: dict[str, list[str]] = {}
-    for measure, limit in criteria.limits.items():
-        words = WORDS[measure]
-        groups.setdefault(f"{words.factor * limit:.4g} {words.off_unit}", []).append(words.short)
-    return "; ".join(f"{limit} {', '.join(names)}" for limit, names in groups.items())
-
-
-def _edges(centres: Floats) -> Floats:
-    """Edges of cells half way between their centres; a single one is 1 wide."""
-    if centres.size == 1:
-        return np.array([centres[0] - 0.5, centres[0] + 0.5])
-    middle = 0.5 * (centres[:-1] + centres[1:])
-    return np.concatenate([[2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]])
-
-
-def _draw_cells(ax: Axes, shifts: Floats, loads: Floats, cells: NDArray[Any]) -> None:
-    from matplotlib.colors import ListedColormap
-
-    names = list(_COLOURS)
-    codes = np.vectorize(lambda cell: names.index(cell.verdict), otypes=[float])(cells)
-    y = _edges(loads)
-    # a load below zero does not exist
-    y[0] = max(y[0], 0.0)
-    ax.pcolormesh(
-        _edges(shifts),
-        y,
-        codes,
-        cmap=ListedColormap(list(_COLOURS.values())),
-        vmin=-0.5,
-        vmax=len(names) - 0.5,
-        edgecolors="white",
-        linewidth=0.6,
-        alpha=0.85,
-    )
-    ax.set_yticks(loads)
-
-
-def _draw_deviation(ax: Axes, shifts: Floats, loads: Floats, cells: NDArray[Any]) -> bool:
-    """Lines of equal deviation of the peak pressure in percent; whether there are any."""
-    values = np.vectorize(_deviation_percent, otypes=[float])(cells)
-    if min(values.shape) < 2 or not np.isfinite(values).any():
-        return False
-    shown = [v for v in (-40, -20, -10, -5, 5, 10, 20, 40) if np.nanmin(values) < v < np.nanmax(values)]
-    if not shown:
-        return False
-    lines = ax.contour(
-        shifts, loads, np.ma.masked_invalid(values), levels=shown, colors="0.15", linewidths=1.0, linestyles="--"
-    )
-    ax.clabel(lines, fmt=lambda v: f"{v:+g}", fontsize=8)
-    return True
-
-
-def _deviation_percent(cell: MapCell) -> float:
-    usable = cell.status in ("converged", "inferred")
-    return 1e2 * cell.deviation["p_max_MPa"] if usable else math.nan
-
-
-def _draw_limits(ax: Axes, shifts: Floats, limits: tuple[LoadLimit, ...]) -> bool:
-    """Bars at the loads where a range ends in which Hertz holds; whether there are any."""
-    edges, found = _edges(shifts), False
-    for low, high, limit in zip(edges[:-1], edges[1:], limits, strict=True):
-        # the smallest and the largest load of the map are no limits
-        changes = {one.high_N for one in limit.intervals[:-1]} & {one.low_N for one in limit.intervals[1:]}
-        for one in limit.intervals:
-            for end in sorted(changes & {one.low_N, one.high_N}) if one.answer == "HOLDS" else []:
-                ax.plot([low, high], [end / 1e3] * 2, color="white", lw=4.6, solid_capstyle="butt", zorder=4)
-                ax.plot([low, high], [end / 1e3] * 2, color="k", lw=2.4, solid_capstyle="butt", zorder=5)
-                found = True
-    return found
-
-
-def _draw_causes(ax: Axes, shifts: Floats, loads: Floats, cells: NDArray[Any]) -> set[str]:
-    causes = set()
-    for (i, j), cell in np.ndenumerate(cells):
-        if cell.cause is not None:
-            causes.add(cell.cause)
-            place = (float(shifts[j]), float(loads[i]))
-            ax.text(*place, CAUSE_LETTERS[cell.cause], ha="center", va="center", fontsize=9, weight="bold")
-    return causes
-
-
-def _draw_inferred(ax: Axes, shifts: Floats, loads: Floats, cells: NDArray[Any]) -> bool:
-    found = False
-    for (i, j), cell in np.ndenumerate(cells):
-        if not cell.solved:
-            found = True
-            ax.text(float(shifts[j]), float(loads[i]), "$i$", ha="center", va="center", fontsize=9)
-    return found
 
 
 _ANSWER_WORDS = {"HOLDS": "holds", "FAILS": "fails", "UNRESOLVED": "open"}
@@ -304,7 +148,8 @@ def limit_text(limit: LoadLimit) -> str:
 
 
 def _deviation_text(cell: MapCell) -> str:
-    percent = _deviation_percent(cell)
+    usable = cell.status in ("converged", "inferred")
+    percent = 1e2 * cell.deviation["p_max_MPa"] if usable else math.nan
     return f"{percent:+z.1f}" if math.isfinite(percent) else ""
 
 

@@ -40,7 +40,7 @@ def study_figures(
 
     Returns the names of the collections.
     """
-    from fecontact.outputs.figures import study_figure
+    from fecontact.outputs.study_figure import study_figure
 
     solved = [row for row in rows if row.get("p_max_fe_MPa") is not None]
     if solved:

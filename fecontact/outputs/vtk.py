@@ -1,7 +1,7 @@
-"""ParaView files: both bodies, the contact surface, one collection a case and one a study.
+"""ParaView files: both bodies, the contact, one collection a case and one a study.
 
-The files open in ParaView as they are: a case by its `case.vtm` (blocks `rail`, `wheel`, `contact`), a study by its
-`.pvd`, whose time is the lateral shift. Half models are written whole, mirrored at their plane of symmetry.
+The files open in ParaView as they are: a case by its `case.vtm` (blocks `rail`, `wheel`, `contact`, `hertz_ellipse`), a
+study by its `.pvd`, whose time is the lateral shift. Half models are written whole, mirrored at their plane.
 """
 
 from __future__ import annotations
@@ -17,11 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact import __version__
-from fecontact.contact.grid import Field
 from fecontact.errors import InputError
 from fecontact.fe.body import ElasticBody
 from fecontact.fe.stress import nodal_stress, von_mises
 from fecontact.files import write_text
+from fecontact.outputs.rows import load_row
+from fecontact.outputs.verdict_words import case_annotation
+from fecontact.outputs.vtk_contact import contact_surface, ellipse_line
 from fecontact.solving.expected_patch import approach_direction
 from fecontact.solving.solve import CaseResult
 
@@ -29,26 +31,27 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 COLLECTION = "case.vtm"
-_BLOCKS = (("rail", "rail.vtu"), ("wheel", "wheel.vtu"), ("contact", "contact.vtp"))
+_BODIES = (("rail", "rail.vtu"), ("wheel", "wheel.vtu"))
+_CONTACT = (("contact", "contact.vtp"), ("hertz_ellipse", "hertz_ellipse.vtp"))
+_BLOCKS = (*_BODIES, *_CONTACT)
+_STRESSES = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
 # Signs of XX YY ZZ XY YZ XZ, and of x y z, under a mirror at x = 0.
 _MIRRORED_STRESS = np.array([1.0, 1.0, 1.0, -1.0, 1.0, -1.0])
 _MIRRORED_VECTOR = np.array([-1.0, 1.0, 1.0])
 
 
 def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
-    """Write `rail.vtu`, `wheel.vtu`, `contact.vtp` and `case.vtm`, which names the three; returns the last one.
+    """Write a file for each block, and `case.vtm`, which names them; returns the last one.
 
     Arrays on the bodies: `displacement_mm`, `stress_MPa` (XX YY ZZ XY YZ XZ) and `von_mises_MPa` at the nodes. The
     wheel's displacement has the rigid approach in it (elastic displacement minus approach times direction), so that
     warping both bodies by it makes them meet: the rail's base stays, the wheel's driven surface comes down.
 
-    Arrays on the contact surface, whose nodes are finer than the elements of the bodies: `contact_pressure_MPa`,
-    `hertz_pressure_MPa`, `pressure_difference_MPa` (finite elements minus Hertz), `gap_mm` (deformed) and `in_contact`
-    (0 or 1). Pressures are means over the cells of the nodes: both integrate to the force along the contact normal,
-    that of Hertz as far as his ellipse lies on the surface.
+    Arrays on `contact` and `hertz_ellipse`: see `contact_surface` and `ellipse_line`.
 
     Field data: `TimeValue` (the lateral shift), `lateral_shift_mm`, `load_kN`, `hertz_p0_MPa`, `hertz_a_mm`,
-    `hertz_b_mm`, and on the contact surface `status` and `version`.
+    `hertz_b_mm`, and on `contact` every column of the case's row in a study, texts as well, the program's `version`,
+    and an `annotation`: the case and its verdict in three lines.
 
     Raises
     ------
@@ -62,28 +65,38 @@ def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
     meshes = {
         "rail": _body(coupled.rail, displacement["rail"], np.zeros(3)),
         "wheel": _body(coupled.wheel, displacement["wheel"], -_approach_mm(result)),
-        "contact": contact_surface(result),
     }
-    for name, file in _BLOCKS:
+    for name, file in _BODIES:
+        _add_numbers(meshes[name], result)
+        write_text(folder / file, _xml_text(meshes[name], Path(file).suffix))
+    return write_contact_vtk(result, folder)
+
+
+def write_contact_vtk(result: CaseResult, folder: str | Path) -> Path:
+    """Write what changes when a case is judged, beside bodies that were written before; returns `case.vtm`."""
+    folder = Path(folder)
+    meshes = {"contact": contact_surface(result), "hertz_ellipse": ellipse_line(result)}
+    for name, file in _CONTACT:
         _add_numbers(meshes[name], result)
         if name == "contact":
-            _add_texts(meshes[name], result)
+            # meshio cannot read a .vtu with texts in its field data, and the bodies are what other programs read
+            _add_row(meshes[name], result)
         write_text(folder / file, _xml_text(meshes[name], Path(file).suffix))
     return write_text(folder / COLLECTION, _collection_text())
 
 
-def write_contact_vtk(result: CaseResult, folder: str | Path) -> Path:
-    """Write the contact surface alone, beside bodies that were written before: what changes when a case is judged."""
-    surface = contact_surface(result)
-    _add_numbers(surface, result)
-    _add_texts(surface, result)
-    return write_text(Path(folder) / "contact.vtp", _xml_text(surface, ".vtp"))
+def _add_row(surface: Any, result: CaseResult) -> None:
+    row = {**load_row(result.load, result.placement), "version": __version__, "annotation": case_annotation(result)}
+    for name, value in row.items():
+        if isinstance(value, str) or value is None:
+            surface.field_data[name] = [_ascii(value or "")]
+        else:
+            surface.field_data[name] = np.array([float(value)])
 
 
-def _add_texts(surface: Any, result: CaseResult) -> None:
-    # meshio cannot read a .vtu with texts in its field data, and the bodies are what other programs read
-    surface.field_data["status"] = [result.status]
-    surface.field_data["version"] = [__version__]
+def _ascii(text: str) -> str:
+    # VTK's fonts have no other characters, and names of profiles may have any
+    return text.replace("±", "+-").encode("ascii", "replace").decode("ascii")
 
 
 def _xml_text(mesh: Any, suffix: str) -> str:
@@ -191,6 +204,9 @@ def _body(body: ElasticBody, displacement: Floats, rigid: Floats) -> Any:
     # stresses are known to a few per cent: single precision halves the file
     grid.point_data["stress_MPa"] = stress.astype(np.float32)
     grid.point_data["von_mises_MPa"] = von_mises(stress).astype(np.float32)
+    for array, names in (("displacement_mm", "XYZ"), ("stress_MPa", _STRESSES)):
+        for number, name in enumerate(names):
+            grid.GetPointData().GetArray(array).SetComponentName(number, name)
     return grid
 
 
@@ -218,31 +234,3 @@ class _Mirror:
     def extended(self, values: Floats, signs: Floats) -> Floats:
         """Values (n, c) at the nodes, followed by those at the images."""
         return np.concatenate([values, values[self.copied] * signs])
-
-
-def contact_surface(result: CaseResult) -> Any:
-    """The rail's contact surface as a pyvista mesh of quadrilaterals, their normals out of the rail."""
-    import pyvista
-
-    hertz = result.comparison.hertz_pressure_MPa
-    points = _whole(result, result.surface_points_mm).copy()
-    if result.grid.half:
-        points[: result.grid.x_mm.size - 1, :, 0] *= -1.0
-    index = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape[:2])
-    quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1).reshape(-1, 4)
-    surface = pyvista.PolyData.from_regular_faces(points.reshape(-1, 3), quads)
-    arrays: dict[str, NDArray[Any]] = {
-        "contact_pressure_MPa": result.pressure_MPa,
-        "hertz_pressure_MPa": hertz,
-        "pressure_difference_MPa": result.pressure_MPa - hertz,
-        "gap_mm": result.gap_mm,
-        # ParaView's readers take Booleans for field data
-        "in_contact": (result.pressure_MPa > 0.0).astype(np.uint8),
-    }
-    for name, values in arrays.items():
-        surface.point_data[name] = _whole(result, values).ravel()
-    return surface
-
-
-def _whole(result: CaseResult, values: NDArray[Any]) -> NDArray[Any]:
-    return Field(grid=result.grid, values=values).whole().values

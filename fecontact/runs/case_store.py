@@ -37,8 +37,19 @@ from fecontact.solving.solve import CaseResult, Effort, solve
 
 ROW, RESULT, FIELDS, PROFILES = "row.json", "result.json", "fields.npz", "profiles"
 # Of a case that is judged again these stay as they are.
-_BODIES = ("rail.vtu", "wheel.vtu", "case.vtm")
-_FILES = (ROW, RESULT, FIELDS, "case.json", "case.png", "contact.vtp", *_BODIES)
+_BODIES = ("rail.vtu", "wheel.vtu")
+_FILES = (
+    ROW,
+    RESULT,
+    FIELDS,
+    "case.json",
+    "case.png",
+    "case.svg",
+    "case.vtm",
+    "contact.vtp",
+    "hertz_ellipse.vtp",
+    *_BODIES,
+)
 
 
 def case_folder(out: Path, name: str) -> Path:
@@ -134,7 +145,7 @@ def _write_judged(
     result: CaseResult, case: Case, folder: Path, name: str, stored: Mapping[str, Any], settings: Mapping[str, Any]
 ) -> Row:
     """Write what is read from a solved case."""
-    from fecontact.outputs.figures import case_figure
+    from fecontact.outputs.case_figure import case_figure
 
     record = result_record(result) | {"case": shown_case_record(case), "provenance": provenance(case, name, settings)}
     case_figure(result, folder / "case.png")

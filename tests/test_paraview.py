@@ -1,0 +1,101 @@
+"""The script that opens results in ParaView, and what ParaView makes of the files where it is installed."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from fecontact.cli import call
+from fecontact.comparison.judged_load import judge_load
+from fecontact.errors import InputError
+from fecontact.files import write_json
+from fecontact.outputs.paraview import write_view
+from fecontact.outputs.study_files import write_tables
+from fecontact.outputs.vtk import write_pvd
+from fecontact.runs.case_store import write_case
+from fecontact.solving.solve import CaseResult
+
+
+@pytest.fixture(scope="module")
+def study(elliptic_quick: CaseResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A study of two shifts: one case, and the same one called by another shift."""
+    out = tmp_path_factory.mktemp("a study & more")
+    rows = []
+    for shift in (-1.0, 2.5):
+        case = replace(elliptic_quick.case, lateral_shift_mm=shift)
+        load = judge_load(replace(elliptic_quick.load.solved, case=case), elliptic_quick.placement)
+        rows.append(write_case(replace(elliptic_quick, load=load), out / "cases" / f"at{shift:g}", f"at{shift:g}"))
+    write_tables("two", 2, rows, out / "study")
+    write_pvd(out / "study.pvd", [(row["lateral_shift_mm"], out / "cases" / row["id"]) for row in rows])
+    return out
+
+
+def head(script: Path) -> dict:
+    """The constants in the head of a script."""
+    text = script.read_text("utf-8").partition("# ---")[0]
+    lines = [line.partition(" = ") for line in text.splitlines() if " = " in line]
+    return {name: json.loads(value) for name, _, value in lines}
+
+
+def test_the_script_holds_relative_paths_and_one_scale_over_the_series(study, elliptic_quick):
+    found = head(write_view(study))
+    touch = elliptic_quick.placement.first
+    assert found["FILES"] == ["study.pvd"]
+    assert found["CENTRE_MM"] == pytest.approx([touch.x_mm, touch.y_mm, touch.z_mm], abs=1e-3)
+    peak = max(elliptic_quick.comparison.fe.p_max_MPa, elliptic_quick.hertz.p0_MPa)
+    stress = max(one.von_mises_MPa for one in elliptic_quick.von_mises.values())
+    # the next round hundred, so that no case is beyond it
+    assert 0.0 <= found["PRESSURE_MPA"] - peak < 100.0
+    assert 0.0 <= found["VON_MISES_MPA"] - stress < 100.0
+    assert found["PRESSURE_MPA"] % 100.0 == 0.0
+    assert found["SIZE_MM"] == pytest.approx(elliptic_quick.comparison.fe.extent_x_mm, rel=0.02)
+    assert str(study) not in (study / "view.py").read_text("utf-8")
+
+
+def test_a_single_case_is_opened_as_well_and_a_folder_without_files_is_refused(study, tmp_path, capsys):
+    folder = study / "cases" / "at-1"
+    assert call(["view", str(folder)]) == 0
+    assert head(folder / "view.py")["FILES"] == ["case.vtm"]
+    assert "paraview --script=" in capsys.readouterr().out
+    with pytest.raises(InputError, match="a map keeps no meshes"):
+        write_view(tmp_path)
+    assert call(["view", str(tmp_path)]) == 2
+
+
+def test_a_case_that_failed_is_no_part_of_the_view(study, tmp_path):
+    out = tmp_path / "out"
+    shutil.copytree(study, out)
+    document = json.loads((out / "study.json").read_text("utf-8"))
+    lost = {"id": "lost", "status": "failed: it derails", "lateral_shift_mm": 9.0}
+    write_json(out / "study.json", document | {"rows": [*document["rows"], lost]})
+    assert head(write_view(out)) == head(write_view(study))
+
+
+def pvpython() -> list[str]:
+    """The command that runs a script in ParaView; skips where there is none, or no screen and no stand-in."""
+    if shutil.which("pvpython") is None:
+        pytest.skip("pvpython is not installed (Debian: apt-get install paraview)")
+    if sys.platform == "linux" and not os.environ.get("DISPLAY"):
+        if shutil.which("xvfb-run") is None:
+            pytest.skip("no screen, and no xvfb-run (Debian: apt-get install xvfb xauth)")
+        return ["xvfb-run", "-a", "pvpython"]
+    return ["pvpython"]
+
+
+def test_paraview_reads_integrates_and_renders(study, tmp_path):
+    write_view(study)
+    # what Python this is must not be mixed with ParaView's own
+    clean = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
+    command = [*pvpython(), str(Path(__file__).with_name("paraview_check.py")), str(study), str(tmp_path)]
+    # from another folder: the script's paths are its own
+    done = subprocess.run(command, capture_output=True, text=True, timeout=240, cwd=tmp_path, env=clean, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr[-2000:]
+    assert "all as it should be" in done.stdout
+    assert sorted(path.name for path in tmp_path.glob("*.png")) == [
+        *("pressure_+2.50mm.png", "pressure_-1.00mm.png", "stress_+2.50mm.png", "stress_-1.00mm.png")
+    ]
