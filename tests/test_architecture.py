@@ -39,7 +39,8 @@ ROOMS: dict[str, set[str]] = {
     "cli": {"errors", "files", "inputs", "case", "options", "profiles", "solving", "regression", "jobs", "outputs"}
     | {"runs"},
     "system_check": set(),
-    "__init__": {"case", "solving", "runs"},
+    "plot": {"errors", "solving", "outputs"},
+    "__init__": {"case", "solving", "outputs", "plot", "runs"},
     "__main__": {"cli"},
 }
 FINITE_ELEMENT_PACKAGES = {"skfem", "gmsh", "pypardiso", "pyamg", "meshio", "pyvista", "vtk", "vtkmodules"}
