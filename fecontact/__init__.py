@@ -44,11 +44,25 @@ The story, step by step:
 6. Verdict: whether Hertz holds, by which measure, and how sure that is.
 
     >>> result.verdict.answer, result.verdict.measure
-    ('HOLDS', 'area_mm2')
+    ('HOLDS', 'misplaced_load')
     >>> abs(result.load.deviation["p_max_MPa"]) < 0.05 - result.load.uncertainty["p_max_MPa"]
     True
 
-`fecontact.load(FOLDER)` reads back what `fecontact solve --out`, `run` and `map` wrote.
+7. Fields, rows and pictures: NumPy arrays, dictionaries for pandas, matplotlib, pyvista.
+
+    >>> result
+    <CaseResult 60E1 and S1002, +4.00 mm, 100 kN: converged, Hertz HOLDS by misplaced_load>
+    >>> dx, ds = result.grid.steps_mm
+    >>> round(float(result.pressure_MPa.sum() * dx * ds / result.normal_force_N), 3)
+    1.0
+    >>> fecontact.rows(result)[0]["p_max_deviation_percent"] == 100 * result.load.deviation["p_max_MPa"]
+    True
+    >>> figure = fecontact.plot.case(result)
+    >>> fecontact.mesh(result, "rail").n_cells == result.load.level.elements["rail"]
+    True
+
+Many cases are solved by `fecontact.run(CASES, FOLDER)`, below `if __name__ == "__main__":` in a script, and
+`fecontact.load(FOLDER)` reads back what it, `fecontact solve --out`, `run` and `map` wrote.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -56,11 +70,15 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from fecontact import plot
     from fecontact.case import Case, Criteria
+    from fecontact.outputs.dataset import mesh
+    from fecontact.outputs.rows import rows
     from fecontact.runs.load import load
+    from fecontact.runs.run import run
     from fecontact.solving.solve import CaseResult, solve
 
-__all__ = ["Case", "CaseResult", "Criteria", "__version__", "load", "solve"]
+__all__ = ["Case", "CaseResult", "Criteria", "__version__", "load", "mesh", "plot", "rows", "run", "solve"]
 
 _HOMES = {
     "Case": "fecontact.case",
@@ -68,14 +86,19 @@ _HOMES = {
     "CaseResult": "fecontact.solving.solve",
     "solve": "fecontact.solving.solve",
     "load": "fecontact.runs.load",
+    "run": "fecontact.runs.run",
+    "rows": "fecontact.outputs.rows",
+    "mesh": "fecontact.outputs.dataset",
 }
 
 
 def __getattr__(name: str) -> Any:
     # the command line must answer --help at once: nothing heavy is imported before it is used
-    if name in _HOMES:
-        from importlib import import_module
+    from importlib import import_module
 
+    if name == "plot":
+        return import_module("fecontact.plot")
+    if name in _HOMES:
         return getattr(import_module(_HOMES[name]), name)
     raise AttributeError(f"module 'fecontact' has no attribute {name!r}")
 

@@ -29,8 +29,12 @@ app.command(baseline_app)
 # a map has lists of these two, and the theory needs no meshes
 _EVERY = options_of(*get_args(Group))
 _OF_MAP = options_of(*get_args(Group), without=("lateral_shift_mm", "load_N"))
-_OF_HERTZ = options_of("place", "load", "material")
-_OF_MESH = options_of("place", "load", "material", "bodies", "solution")
+# no stress is looked at, and nothing is solved
+_OF_HERTZ = options_of("place", "load", "material", without=("yield_MPa",))
+_OF_MESH = options_of(
+    *("place", "load", "material", "bodies", "solution"),
+    without=("yield_MPa", "name", "solver", "refine_degrees_of_freedom"),
+)
 _OF_VERDICT = options_of("verdict")
 if TYPE_CHECKING:
     EveryOption: TypeAlias = CaseOptions
@@ -374,22 +378,35 @@ def profiles(name: str | None = None, *, out: Path | None = None) -> int:
 
 
 @app.command
-def mesh(body: Literal["rail", "wheel"], options: MeshOptions = _OF_MESH, *, out: Path) -> int:
-    """Write the mesh of one body, refined about the contact of the given position.
+def mesh(
+    body: Literal["rail", "wheel", "both"],
+    options: MeshOptions = _OF_MESH,
+    *,
+    out: Path,
+    element: Literal["C3D8", "C3D8I"] = "C3D8I",
+) -> int:
+    """Write the mesh of one body or both, refined about the contact of the given position.
 
     Parameters
     ----------
     body
-        Which of the two bodies.
+        Which body; of both a .inp is a deck with materials, supports, contact and load, ready to run.
     out
         File to write: .msh (gmsh 4.1), .inp (CalculiX, Abaqus) or .vtu.
+    element
+        Type of the elements in .inp; C3D8 is the one that `solve` has.
     """
     from fecontact.outputs.meshfile import write_mesh
-    from fecontact.solving.coupled_mesh import mesh_case
+    from fecontact.solving.meshed_case import MeshedPair, mesh_case, mesh_pair
 
-    made = mesh_case(options.case(), body)
-    write_mesh(made, out)
-    print(f"{out}: {len(made.points)} nodes, {len(made.hexes)} hexahedra, surfaces {', '.join(made.surfaces)}")
+    case = options.case()
+    meshed = mesh_pair(case) if body == "both" else mesh_case(case, body)
+    write_mesh(meshed, out, element=element)
+    for made in (meshed.rail, meshed.wheel) if isinstance(meshed, MeshedPair) else (meshed,):
+        print(
+            f"{out}: {made.name}, {len(made.points)} nodes, {len(made.hexes)} hexahedra, surfaces"
+            f" {', '.join(made.surfaces)}" + ("; half of it, x >= 0" if made.half else "")
+        )
     return 0
 
 

@@ -110,7 +110,7 @@ def assembly(case: Case) -> dict[str, float]:
 
     from fecontact.fe.stiffness import _skfem_mesh, stiffness
     from fecontact.material import STEEL
-    from fecontact.solving.coupled_mesh import mesh_case
+    from fecontact.solving.meshed_case import mesh_case
 
     mesh = mesh_case(case, "rail")
     start = time.process_time()

@@ -33,13 +33,14 @@ ROOMS: dict[str, set[str]] = {
     # knows neither physics nor outputs: what is done, and what is written, is handed in
     "jobs": {"errors", "files"},
     "outputs": {"errors", "files", "case", "profiles", "geometry", "theory", "contact", "fe", "comparison", "solving"}
-    | {"map", "regression"},
+    | {"map", "regression", "material"},
     "runs": {"errors", "files", "inputs", "case", "profiles", "fe", "comparison", "solving", "map", "regression"}
     | {"jobs", "outputs"},
     "cli": {"errors", "files", "inputs", "case", "options", "profiles", "solving", "regression", "jobs", "outputs"}
     | {"runs"},
     "system_check": set(),
-    "__init__": {"case", "solving", "runs"},
+    "plot": {"errors", "solving", "outputs"},
+    "__init__": {"case", "solving", "outputs", "plot", "runs"},
     "__main__": {"cli"},
 }
 FINITE_ELEMENT_PACKAGES = {"skfem", "gmsh", "pypardiso", "pyamg", "meshio", "pyvista", "vtk", "vtkmodules"}

@@ -17,7 +17,7 @@ from fecontact.fe.linear_solver import choose_solver, pardiso_available
 from fecontact.fe.memory import factor_bytes
 from fecontact.fe.stiffness import _skfem_mesh, stiffness
 from fecontact.material import STEEL
-from fecontact.solving.coupled_mesh import mesh_case
+from fecontact.solving.meshed_case import mesh_case
 
 needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO is not installed on this platform")
 

@@ -234,8 +234,12 @@ def test_each_command_takes_what_it_uses():
     every = of_groups("place", "load", "material", "bodies", "solution", "verdict")
     assert options("solve") & every == every
     assert options("map") & every == every - {"--shift", "--lateral-shift-mm", "--load-kn"}
-    assert options("hertz") & every == of_groups("place", "load", "material")
-    assert options("mesh") & every == every - of_groups("verdict")
+    # no stress is looked at, and a mesh is not solved
+    stress = {"--yield-mpa", "--rail-yield-mpa", "--wheel-yield-mpa"}
+    names = {"--material-name", "--rail-material-name", "--wheel-material-name"}
+    assert options("hertz") & every == of_groups("place", "load", "material") - stress
+    unused = stress | names | {"--solver", "--refine-degrees-of-freedom"}
+    assert options("mesh") & every == every - of_groups("verdict") - unused
 
 
 def test_a_material_for_both_bodies_and_one_of_its_own():

@@ -543,14 +543,14 @@ def test_the_other_arrays_belong_to_the_same_points(vtk_folder, elliptic_quick):
 
 
 def test_a_half_surface_is_whole_and_symmetric(vtk_folder, elliptic_quick):
-    nx, ns = elliptic_quick.grid.shape
+    nx, ns = elliptic_quick.load.fe.grid.shape
     surface = pyvista.read(vtk_folder / "contact.vtp")
     points = surface.points.reshape(2 * nx - 1, ns, 3)
     np.testing.assert_allclose(points, points[::-1] * [-1.0, 1.0, 1.0], atol=1e-12)
     assert np.all(np.diff(points[:, 0, 0]) > 0.0)
     pressure = surface.point_data["contact_pressure_MPa"].reshape(2 * nx - 1, ns)
     np.testing.assert_array_equal(pressure, pressure[::-1])
-    np.testing.assert_array_equal(pressure[nx - 1 :], elliptic_quick.pressure_MPa)
+    np.testing.assert_array_equal(pressure[nx - 1 :], elliptic_quick.load.fe.pressure_MPa)
 
 
 @pytest.mark.parametrize("name", ["rail", "wheel"])

@@ -186,6 +186,13 @@ class JudgedLoad:
     verdict: Verdict
     warnings: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        case, verdict = self.case, self.verdict
+        return (
+            f"<JudgedLoad {case.rail} and {case.wheel}, {case.lateral_shift_mm:+z.2f} mm, {self.load_N / 1e3:g} kN:"
+            f" {self.status}, Hertz {verdict.answer} by {verdict.measure}>"
+        )
+
     @property
     def case(self) -> Case:
         """The position under this load."""

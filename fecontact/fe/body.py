@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from fecontact.errors import InputError
 from fecontact.fe.linear_solver import LinearSolver, SolverName, _amg_solver, _pardiso_solver
 from fecontact.fe.meshing import BodyMesh
 from fecontact.fe.stiffness import stiffness
@@ -32,6 +34,10 @@ class ElasticBody:
     solve: LinearSolver
     solver: SolverName
 
+    def __getstate__(self) -> dict[str, Any]:
+        # a factor lives in the memory of the library that made it
+        return {**self.__dict__, "solve": _no_factor}
+
     def displacements(self, nodes: Integers, forces: Floats) -> Floats:
         """Displacements (n, 3) in mm of all nodes under forces (k, 3) in N on `nodes` (k,)."""
         load = np.zeros(3 * len(self.mesh.points))
@@ -43,6 +49,10 @@ class ElasticBody:
         release = getattr(self.solve, "release", None)
         if release is not None:
             release()
+
+
+def _no_factor(forces: Floats) -> Floats:
+    raise InputError("a body that was pickled has no factor of its stiffness; solve the case again")
 
 
 def elastic_body(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,28 +13,37 @@ from numpy.typing import NDArray
 from fecontact.errors import InputError
 from fecontact.fe.meshing import BodyMesh
 from fecontact.files import write_atomically
+from fecontact.outputs.deck import ELEMENT_TYPES, ElementType, write_body, write_deck
+from fecontact.solving.meshed_case import MeshedPair
 
 Integers = NDArray[np.int64]
-
-# Faces S1 to S6 of a C3D8 by its nodes (Abaqus and CalculiX number them alike).
-_FACES = np.array([[0, 1, 2, 3], [4, 7, 6, 5], [0, 4, 5, 1], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 4, 0]])
+Floats = NDArray[np.float64]
 
 
-def write_mesh(mesh: BodyMesh, path: str | Path) -> Path:
-    """Write a mesh in the format of the path's ending, in mm and in the track frame.
+def write_mesh(mesh: BodyMesh | MeshedPair, path: str | Path, *, element: ElementType = "C3D8I") -> Path:
+    """Write one body, or both, in the format of the path's ending, in mm and in the track frame.
+
+    Names of surfaces are those of `BodyMesh.surfaces`; where both bodies are written that of the body stands before
+    them, such as `rail_contact`.
 
     ======== ================================================================================================
-    `.msh`   gmsh 4.1 as text: one physical group for the volume, named as the body, and one for each surface
-    `.inp`   CalculiX and Abaqus: C3D8, a node set and an element-face surface for each surface, an element set
-             for the body; no shell elements, which would ask for a section
-    `.vtu`   hexahedra and the surfaces' quadrilaterals; cell array `surface_id` (0 in the volume, then 1, 2, ...
-             in the order of the point arrays) and one point array of 0 and 1 for each surface
+    `.msh`   gmsh 4.1 as text: a physical group for each volume, named as the body, and one for each surface
+    `.inp`   CalculiX and Abaqus: a node set and an element-face surface for each surface, an element set for
+             each body; no shell elements, which would ask for a section. Both bodies make a deck with
+             materials, supports, contact and load, see `outputs.deck`
+    `.vtu`   hexahedra and the surfaces' quadrilaterals; cell array `surface_id` (0 in the volumes, then 1, 2,
+             ... in the order of the point arrays) and one point array of 0 and 1 for each surface
     ======== ================================================================================================
+
+    Parameters
+    ----------
+    element
+        Type of the elements in `.inp`: C3D8, as in `fecontact.solve`, or C3D8I.
 
     Raises
     ------
     InputError
-        If the ending is none of these.
+        If the ending is none of these, or the element is another one.
     """
     path = Path(path)
     writer = _WRITERS.get(path.suffix.lower())
@@ -42,20 +52,58 @@ def write_mesh(mesh: BodyMesh, path: str | Path) -> Path:
             f"mesh file {path}: the ending {path.suffix or '(none)'} is not known; allowed are .msh (gmsh), .inp"
             " (CalculiX, Abaqus) and .vtu (ParaView)"
         )
-    return write_atomically(path, lambda temporary: writer(mesh, temporary))
+    if element not in ELEMENT_TYPES:
+        raise InputError(f"element {element!r}; allowed: {', '.join(ELEMENT_TYPES)}")
+    return write_atomically(path, lambda temporary: writer(mesh, temporary, element))
 
 
-def _write_msh(mesh: BodyMesh, path: Path) -> None:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Cells:
+    """Nodes (n, 3), the hexahedra of each body and the quadrilaterals of each surface."""
+
+    points: Floats
+    bodies: dict[str, Integers]
+    surfaces: dict[str, Integers]
+
+    @classmethod
+    def of(cls, mesh: BodyMesh | MeshedPair) -> _Cells:
+        if isinstance(mesh, BodyMesh):
+            return cls(points=mesh.points, bodies={mesh.name: mesh.hexes}, surfaces=mesh.surfaces)
+        rail, wheel, after = mesh.rail, mesh.wheel, len(mesh.rail.points)
+        return cls(
+            points=np.vstack([rail.points, wheel.points]),
+            bodies={"rail": rail.hexes, "wheel": wheel.hexes + after},
+            surfaces={
+                **{f"rail_{name}": quads for name, quads in rail.surfaces.items()},
+                **{f"wheel_{name}": quads + after for name, quads in wheel.surfaces.items()},
+            },
+        )
+
+    @property
+    def blocks(self) -> list[tuple[str, Integers]]:
+        """The cells as meshio takes them."""
+        return [
+            *(("hexahedron", hexes) for hexes in self.bodies.values()),
+            *(("quad", quads) for quads in self.surfaces.values()),
+        ]
+
+    @property
+    def numbers(self) -> list[int]:
+        """Number of each block among those of its kind, from 1."""
+        return [*range(1, len(self.bodies) + 1), *range(1, len(self.surfaces) + 1)]
+
+
+def _write_msh(mesh: BodyMesh | MeshedPair, path: Path, _: ElementType) -> None:
     import meshio
 
-    cells = _cells(mesh)
-    tags = [np.full(len(block), max(number, 1)) for number, (_, block) in enumerate(cells)]
-    groups: dict[str, Integers] = {mesh.name: np.array([1, 3])}
-    groups |= {name: np.array([number, 2]) for number, name in enumerate(mesh.surfaces, start=1)}
+    cells = _Cells.of(mesh)
+    tags = [np.full(len(block), number) for (_, block), number in zip(cells.blocks, cells.numbers, strict=True)]
+    groups: dict[str, Integers] = {name: np.array([number, 3]) for number, name in enumerate(cells.bodies, start=1)}
+    groups |= {name: np.array([number, 2]) for number, name in enumerate(cells.surfaces, start=1)}
     made = meshio.Mesh(
-        mesh.points,
-        cells,
-        point_data={"gmsh:dim_tags": _entities(mesh)},
+        cells.points,
+        cells.blocks,
+        point_data={"gmsh:dim_tags": _entities(cells)},
         cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
         field_data=groups,
     )
@@ -63,73 +111,49 @@ def _write_msh(mesh: BodyMesh, path: Path) -> None:
     meshio.write(path, made, file_format="gmsh", binary=False)
 
 
-def _cells(mesh: BodyMesh) -> list[tuple[str, Integers]]:
-    return [("hexahedron", mesh.hexes), *(("quad", quads) for quads in mesh.surfaces.values())]
-
-
-def _entities(mesh: BodyMesh) -> Integers:
+def _entities(cells: _Cells) -> Integers:
     """Dimension and tag (n, 2) of the geometric entity on which each node lies, as the format asks for.
 
     A node on an edge goes to the smaller surface: a surface without any node would lose its name.
     """
-    entities = np.tile([3, 1], (len(mesh.points), 1))
-    numbered = sorted(enumerate(mesh.surfaces.values(), start=1), key=lambda item: -len(item[1]))
+    entities = np.tile([3, 1], (len(cells.points), 1))
+    for number, hexes in enumerate(cells.bodies.values(), start=1):
+        entities[np.unique(hexes)] = (3, number)
+    numbered = sorted(enumerate(cells.surfaces.values(), start=1), key=lambda item: -len(item[1]))
     for number, quads in numbered:
         entities[np.unique(quads)] = (2, number)
     kept = set(entities[entities[:, 0] == 2, 1].tolist())
-    assert len(kept) == len(mesh.surfaces), f"{mesh.name}: a surface shares all of its nodes with smaller ones"
+    assert len(kept) == len(cells.surfaces), "a surface shares all of its nodes with smaller ones"
     return entities
 
 
-def _write_inp(mesh: BodyMesh, path: Path) -> None:
+def _write_inp(mesh: BodyMesh | MeshedPair, path: Path, element: ElementType) -> None:
+    if isinstance(mesh, BodyMesh):
+        write_body(mesh, path, element)
+    else:
+        write_deck(mesh, path, element)
+
+
+def _write_vtu(mesh: BodyMesh | MeshedPair, path: Path, _: ElementType) -> None:
     import meshio
 
-    made = meshio.Mesh(
-        mesh.points,
-        [("hexahedron", mesh.hexes)],
-        point_sets={name: np.unique(quads) for name, quads in mesh.surfaces.items()},
-        cell_sets={mesh.name: [np.arange(len(mesh.hexes))]},
-    )
-    meshio.write(path, made, file_format="abaqus")
-    with path.open("a", encoding="ascii", newline="\n") as file:
-        for name, quads in mesh.surfaces.items():
-            elements, faces = _element_faces(mesh.hexes, quads)
-            file.write(f"*SURFACE, NAME={name}, TYPE=ELEMENT\n")
-            file.writelines(
-                f"{element + 1}, S{face + 1}\n" for element, face in zip(elements.tolist(), faces.tolist(), strict=True)
-            )
-
-
-def _element_faces(hexes: Integers, quads: Integers) -> tuple[Integers, Integers]:
-    """Element and number of its face (k,) behind each boundary quadrilateral (k, 4)."""
-    faces = np.sort(hexes[:, _FACES].reshape(-1, 4), axis=1)
-    # the three smallest of four nodes tell the faces of a mesh apart, and three fit into one integer each
-    base = int(hexes.max()) + 1
-    keys, wanted = (
-        (nodes[:, 0].astype(np.int64) * base + nodes[:, 1]) * base + nodes[:, 2]
-        for nodes in (faces, np.sort(quads, axis=1))
-    )
-    order = np.argsort(keys)
-    found = order[np.searchsorted(keys, wanted, sorter=order)]
-    assert np.array_equal(faces[found], np.sort(quads, axis=1)), "a boundary quadrilateral is no face of an element"
-    return found // 6, found % 6
-
-
-def _write_vtu(mesh: BodyMesh, path: Path) -> None:
-    import meshio
-
-    cells = _cells(mesh)
+    cells = _Cells.of(mesh)
     flags: dict[str, Any] = {}
-    for name, quads in mesh.surfaces.items():
-        flags[name] = np.zeros(len(mesh.points), dtype=np.uint8)
+    for name, quads in cells.surfaces.items():
+        flags[name] = np.zeros(len(cells.points), dtype=np.uint8)
         flags[name][np.unique(quads)] = 1
+    ids = [0 if kind == "hexahedron" else number for (kind, _), number in zip(cells.blocks, cells.numbers, strict=True)]
     made = meshio.Mesh(
-        mesh.points,
-        cells,
+        cells.points,
+        cells.blocks,
         point_data=flags,
-        cell_data={"surface_id": [np.full(len(block), number) for number, (_, block) in enumerate(cells)]},
+        cell_data={"surface_id": [np.full(len(b), n) for (_, b), n in zip(cells.blocks, ids, strict=True)]},
     )
     meshio.write(path, made, file_format="vtu")
 
 
-_WRITERS: dict[str, Callable[[BodyMesh, Path], None]] = {".msh": _write_msh, ".inp": _write_inp, ".vtu": _write_vtu}
+_WRITERS: dict[str, Callable[[BodyMesh | MeshedPair, Path, ElementType], None]] = {
+    ".msh": _write_msh,
+    ".inp": _write_inp,
+    ".vtu": _write_vtu,
+}

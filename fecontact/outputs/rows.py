@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from fecontact.comparison.measures import MEASURES
 from fecontact.errors import InputError
 from fecontact.files import read_json, write_json
 from fecontact.geometry.placement import Placement
-from fecontact.map.cells import MapCell
+from fecontact.map.cells import ApplicabilityMap, MapCell
 from fecontact.outputs.measure_words import unknown_text
 from fecontact.outputs.record import STEP_MEASURES, versions
 from fecontact.profiles.identity import profile_identity
@@ -24,6 +24,13 @@ Row = dict[str, Any]
 ROW_SCHEMA = "fecontact/row/1"
 MEASURED_COLUMNS = ("seconds", "peak_memory_MB")
 """Columns of a row that differ from run to run; all others are the same to the last bit."""
+
+
+def rows(results: CaseResult | ApplicabilityMap | Iterable[CaseResult]) -> list[Row]:
+    """Results as flat dictionaries with units in their keys, one a case or a cell, as `pandas.DataFrame` takes them."""
+    if isinstance(results, ApplicabilityMap):
+        return [cell_row(cell, position.placement) for position in results.positions for cell in position.cells]
+    return [case_row(result) for result in ([results] if isinstance(results, CaseResult) else results)]
 
 
 def load_row(load: JudgedLoad, placement: Placement) -> Row:

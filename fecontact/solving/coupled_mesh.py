@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +21,12 @@ from fecontact.fe.body import elastic_body
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.fe.linear_solver import choose_solver
 from fecontact.fe.memory import check_memory
-from fecontact.fe.meshing import BodyMesh, FineZone, least_memory_bytes, rail_mesh, wheel_mesh
+from fecontact.fe.meshing import FineZone, least_memory_bytes, rail_mesh, wheel_mesh
 from fecontact.fe.mortar import mortar_matrix
 from fecontact.fe.stiffness import stiffness
 from fecontact.geometry.placement import Placement
 from fecontact.solving.expected_patch import ExpectedPatch
-from fecontact.solving.position import Clock, Position, element_size_mm, expect_on_half_space, place_case
+from fecontact.solving.position import Clock, Position
 from fecontact.solving.true_gap import TrueGap
 
 Floats = NDArray[np.float64]
@@ -288,19 +287,3 @@ def _line_over(fine: Floats, coarse: Floats, covered: NDArray[np.int64], *, from
     low = 0 if from_plane else math.ceil((float(coarse[first]) - float(fine[0])) / step)
     high = math.floor((float(coarse[last]) - float(fine[0])) / step)
     return np.asarray(fine[0] + step * np.arange(low, high + 1))
-
-
-def mesh_case(case: Case, body: Literal["rail", "wheel"]) -> BodyMesh:
-    """Mesh one body of a case, without solving it.
-
-    Raises
-    ------
-    InputError
-        As `solve` does.
-    """
-    placement = place_case(case)
-    _, expected = expect_on_half_space(case, placement)
-    zone = fine_zone(expected, element_size_mm(case, expected))
-    check_memory(least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements")
-    make = rail_mesh if body == "rail" else wheel_mesh
-    return make(placement, zone, half=case.half, size=case.size)

@@ -14,7 +14,7 @@ from fecontact.comparison.compare import Comparison
 from fecontact.comparison.judged_load import JudgedLoad, Status
 from fecontact.comparison.verdict import Verdict
 from fecontact.comparison.warnings import position_notes
-from fecontact.contact.grid import ContactGrid
+from fecontact.contact.grid import ContactGrid, Field
 from fecontact.fe.linear_solver import SolverName
 from fecontact.fe.stress_peak import StressPeak, stress_peak
 from fecontact.geometry.placement import Placement
@@ -38,7 +38,7 @@ class Effort:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CaseResult:
-    """Everything that a case gives.
+    """Everything that a case gives; it can be pickled, with its meshes but without their factors.
 
     Attributes
     ----------
@@ -59,6 +59,9 @@ class CaseResult:
     von_mises: Mapping[str, StressPeak]
     effort: Effort
     bodies: SolvedBodies | None
+
+    def __repr__(self) -> str:
+        return f"<CaseResult{repr(self.load).removeprefix('<JudgedLoad')}"
 
     @property
     def case(self) -> Case:
@@ -92,23 +95,24 @@ class CaseResult:
 
     @property
     def grid(self) -> ContactGrid:
-        """Pressure nodes on the rail's surface; in a half model those of x >= 0 alone."""
-        return self.load.fe.grid
+        """Pressure nodes on the rail's surface, of the whole contact: x (nx,) on both sides of 0, s (ns,) across."""
+        return self.load.fe.pressure.whole().grid
 
     @property
     def pressure_MPa(self) -> Floats:
-        """Pressure (nx, ns) of the finite elements on `grid`; `load.fe.pressure.whole()` has both halves."""
-        return self.load.fe.pressure_MPa
+        """Pressure (nx, ns) of the finite elements on `grid`; its sum times the nodes' area is the normal force."""
+        return self.load.fe.pressure.whole().values
 
     @property
     def gap_mm(self) -> Floats:
         """Deformed gap (nx, ns) on `grid`."""
-        return self.load.fe.gap_mm
+        return Field(grid=self.load.fe.grid, values=self.load.fe.gap_mm).whole().values
 
     @property
     def surface_points_mm(self) -> Floats:
         """The pressure nodes on the true rail (nx, ns, 3), in the track frame."""
-        return self.placement.surface(self.grid.x_mm[:, None], self.grid.s_mm[None, :])[0]
+        grid = self.grid
+        return self.placement.surface(grid.x_mm[:, None], grid.s_mm[None, :])[0]
 
     @property
     def notes(self) -> tuple[str, ...]:

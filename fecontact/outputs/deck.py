@@ -1,0 +1,176 @@
+"""Meshes as input files of CalculiX and Abaqus: one body, or both with supports, contact and load, ready to run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact import __version__
+from fecontact.case import Case
+from fecontact.fe.meshing import BodyMesh
+from fecontact.material import Material
+from fecontact.solving.meshed_case import MeshedPair
+
+Integers = NDArray[np.int64]
+Floats = NDArray[np.float64]
+ElementType = Literal["C3D8", "C3D8I"]
+ELEMENT_TYPES = get_args(ElementType)
+
+# Faces S1 to S6 of an eight-node brick by its nodes (Abaqus and CalculiX number them alike).
+_FACES = np.array([[0, 1, 2, 3], [4, 7, 6, 5], [0, 4, 5, 1], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 4, 0]])
+# Numbers a line, of at most 16.
+_A_LINE = 8
+
+
+def write_body(mesh: BodyMesh, path: Path, element: ElementType = "C3D8I") -> None:
+    """Write one body: nodes, elements, and for each surface a node set and a surface of element faces."""
+    lines = _mesh_lines(mesh, element, first_node=1, first_element=1, prefix="")
+    _write(path, ["*HEADING", f"fecontact {__version__}: {mesh.name}", *_notes(mesh.half), *lines])
+
+
+def write_deck(pair: MeshedPair, path: Path, element: ElementType = "C3D8I") -> None:
+    """Write both bodies with numbers and names of their own, supports, frictionless contact and the load.
+
+    The supports are those of `fecontact.solve`: the rail fixed at its base and held across at its ends, the wheel's
+    rim moved as a whole, along the load alone, by the node `load_point`. A first step moves the rim by what half-spaces
+    would approach, so that the second one, which has the load, begins in contact.
+
+    Contact is CalculiX's mortar: a penalty between faces that do not match feels every micrometre between the polygons,
+    and its pressures are off by half. Abaqus knows its mortar as `TYPE=SURFACE TO SURFACE`.
+
+    Parameters
+    ----------
+    element
+        C3D8 is the element of `fecontact.solve`, C3D8I has incompatible modes, which bend without locking.
+    """
+    rail, wheel = pair.rail, pair.wheel
+    after = len(rail.points)
+    load_point = after + len(wheel.points) + 1
+    held = np.union1d(rail.surfaces["fixed"], rail.surfaces["end"])
+    lines = [
+        *("*HEADING", f"fecontact {__version__}: {_title(pair.case)}", *_notes(rail.half)),
+        *_mesh_lines(rail, element, first_node=1, first_element=1, prefix="rail_"),
+        *_mesh_lines(wheel, element, first_node=after + 1, first_element=len(rail.hexes) + 1, prefix="wheel_"),
+        # each node once, or CalculiX counts the reactions of both sets' common nodes twice
+        *("*NSET, NSET=rail_held", *_number_lines(held + 1)),
+        *("*NODE, NSET=load_point", _node_line(load_point, wheel.points[wheel.surfaces["driven"]].mean(axis=(0, 1)))),
+        *_material_lines("rail", pair.case.rail_material),
+        *_material_lines("wheel", pair.case.wheel_material),
+        *_guide_lines(wheel, pair.direction, after, load_point),
+        *_CONTACT_LINES,
+        *_step_lines(pair, load_point),
+    ]
+    _write(path, lines)
+
+
+def _write(path: Path, lines: Iterable[str]) -> None:
+    with path.open("w", encoding="ascii", errors="replace", newline="\n") as file:
+        file.writelines(f"{line}\n" for line in lines)
+
+
+def _notes(half: bool) -> list[str]:
+    notes = ["** mm, N, MPa; x along the track, y to the field side, z up"]
+    return [*notes, "** half model, x >= 0: its set of nodes 'symmetry' lies on x = 0"] if half else notes
+
+
+def _title(case: Case) -> str:
+    return f"{Path(case.rail).name}, {Path(case.wheel).name}, shift {case.lateral_shift_mm:g} mm, {case.load_N:g} N"
+
+
+def _mesh_lines(
+    mesh: BodyMesh, element: ElementType, *, first_node: int, first_element: int, prefix: str
+) -> Iterator[str]:
+    yield f"*NODE, NSET={mesh.name}"
+    yield from (_node_line(number, point) for number, point in enumerate(mesh.points, start=first_node))
+    yield f"*ELEMENT, TYPE={element}, ELSET={mesh.name}"
+    for number, nodes in enumerate((mesh.hexes + first_node).tolist(), start=first_element):
+        yield f"{number}, {', '.join(map(str, nodes))}"
+    for name, quads in mesh.surfaces.items():
+        yield f"*NSET, NSET={prefix}{name}"
+        yield from _number_lines(np.unique(quads) + first_node)
+    for name, quads in mesh.surfaces.items():
+        elements, faces = element_faces(mesh.hexes, quads)
+        yield f"*SURFACE, NAME={prefix}{name}, TYPE=ELEMENT"
+        for number, face in zip((elements + first_element).tolist(), faces.tolist(), strict=True):
+            yield f"{number}, S{face + 1}"
+
+
+def _node_line(number: int, point: Floats) -> str:
+    # CalculiX reads 20 characters of a number
+    return f"{number}, {', '.join(f'{value:.12e}' for value in point.tolist())}"
+
+
+def _number_lines(numbers: Integers) -> Iterator[str]:
+    for start in range(0, len(numbers), _A_LINE):
+        yield ", ".join(map(str, numbers[start : start + _A_LINE].tolist()))
+
+
+def element_faces(hexes: Integers, quads: Integers) -> tuple[Integers, Integers]:
+    """Element and number of its face (k,), both from 0, behind each boundary quadrilateral (k, 4)."""
+    faces = np.sort(hexes[:, _FACES].reshape(-1, 4), axis=1)
+    # the three smallest of four nodes tell the faces of a mesh apart, and three fit into one integer each
+    base = int(hexes.max()) + 1
+    keys, wanted = (
+        (nodes[:, 0].astype(np.int64) * base + nodes[:, 1]) * base + nodes[:, 2]
+        for nodes in (faces, np.sort(quads, axis=1))
+    )
+    order = np.argsort(keys)
+    found = order[np.searchsorted(keys, wanted, sorter=order)]
+    assert np.array_equal(faces[found], np.sort(quads, axis=1)), "a boundary quadrilateral is no face of an element"
+    return found // 6, found % 6
+
+
+def _material_lines(body: str, material: Material) -> list[str]:
+    return [
+        f"*MATERIAL, NAME={body}",
+        "*ELASTIC",
+        f"{material.young_MPa:.9e}, {material.poisson:.9e}",
+        f"*SOLID SECTION, ELSET={body}, MATERIAL={body}",
+    ]
+
+
+def _guide_lines(wheel: BodyMesh, direction: Floats, after: int, load_point: int) -> Iterator[str]:
+    """Equations by which each node of the rim moves along the direction as the load point does."""
+    yield "*EQUATION"
+    for node in (np.unique(wheel.surfaces["driven"]) + after + 1).tolist():
+        for axis in _moved(direction):
+            yield "2"
+            yield f"{node}, {axis + 1}, 1., {load_point}, 3, {-direction[axis]:.12e}"
+
+
+def _moved(direction: Floats) -> list[int]:
+    return [axis for axis in range(3) if abs(float(direction[axis])) > 1e-12]
+
+
+_CONTACT_LINES = (
+    "*SURFACE INTERACTION, NAME=frictionless",
+    "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=HARD",
+    "** Abaqus: TYPE=SURFACE TO SURFACE",
+    "*CONTACT PAIR, INTERACTION=frictionless, TYPE=MORTAR",
+    "rail_contact, wheel_contact",
+)
+
+
+def _step_lines(pair: MeshedPair, load_point: int) -> list[str]:
+    half = pair.rail.half
+    held = [
+        *("rail_fixed, 1, 3", "rail_end, 2, 3"),
+        *(("rail_symmetry, 1, 1", "wheel_symmetry, 1, 1") if half else ()),
+        *(f"wheel_driven, {axis + 1}, {axis + 1}" for axis in range(3) if axis not in _moved(pair.direction)),
+        f"{load_point}, 1, 2",
+    ]
+    load_N = pair.case.load_N * (0.5 if half else 1.0)
+    static = ["*STATIC", "1., 1."]
+    return [
+        "** the rim comes down by what half-spaces would approach",
+        *("*STEP, INC=100", *static, "*BOUNDARY", *held, f"{load_point}, 3, 3, {-pair.approach_mm:.9e}"),
+        "*END STEP",
+        f"** then the load{', half of it on the half model' if half else ''}",
+        *("*STEP, INC=100", *static, "*BOUNDARY, OP=NEW", *held, "*CLOAD", f"{load_point}, 3, {-load_N:.9e}"),
+        *("*NODE FILE", "U", "*EL FILE", "S", "*CONTACT FILE", "CDIS, CSTR"),
+        *("*NODE PRINT, NSET=load_point", "U", "*NODE PRINT, NSET=rail_held, TOTALS=ONLY", "RF", "*END STEP"),
+    ]

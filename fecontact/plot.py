@@ -1,0 +1,51 @@
+"""Results as matplotlib draws them, in axes of one's own or in a figure that is made."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal, get_args
+
+from fecontact.errors import InputError
+from fecontact.outputs.case_figure import draw_case, draw_pressure
+from fecontact.solving.solve import CaseResult
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, SubFigure
+
+__all__ = ["case"]
+
+Field = Literal["finite elements", "Hertz", "finite elements minus Hertz"]
+_INCHES = (15.0, 10.5)
+
+
+def case(result: CaseResult, axes: Axes | None = None, *, field: Field = "finite elements") -> Figure | SubFigure:
+    """Draw a result: the picture that `case.png` has, or one of its maps into given axes.
+
+    Parameters
+    ----------
+    axes
+        Where to draw the map of one field; if not given, a figure is made with all maps, cuts and measures.
+    field
+        Pressure of `finite elements`, of `Hertz`, or `finite elements minus Hertz`; for given axes.
+
+    Returns
+    -------
+    Figure
+        What was drawn into, to be shown or saved.
+
+    Raises
+    ------
+    InputError
+        If there is no such field.
+    """
+    if field not in get_args(Field):
+        raise InputError(f"field {field!r}; allowed: {', '.join(get_args(Field))}")
+    if axes is not None:
+        draw_pressure(axes, result.load, field)
+        return axes.figure
+    # pyplot, so that its show() finds it
+    from matplotlib import pyplot
+
+    figure = pyplot.figure(figsize=_INCHES, layout="constrained")
+    draw_case(figure, result.load, result.placement)
+    return figure

@@ -1,0 +1,65 @@
+"""Many cases from Python, as `fecontact run` solves them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from fecontact.case import Case
+from fecontact.errors import InputError
+from fecontact.jobs.engine import Progress, RunSettings
+from fecontact.runs.casefile import Study, load_study
+from fecontact.runs.study import StudyOutcome, run_study
+
+
+def run(
+    study: str | Path | Study | Iterable[Case],
+    out: str | Path,
+    *,
+    quick: bool = False,
+    workers: int | None = None,
+    threads: int = 1,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> StudyOutcome:
+    """Solve many cases at a time, each once, and write their tables, pictures and ParaView files.
+
+    The same call goes on where an interrupted one stopped. `outcome.rows` is a list of flat dictionaries, one a case,
+    with units in their keys, as `pandas.DataFrame` takes it.
+
+    Parameters
+    ----------
+    study
+        Cases, or a study file: a script with `cases(quick=False)`, or TOML.
+    out
+        Folder for the results; `fecontact.load` reads them back.
+    quick
+        The small version of a study file.
+    workers
+        Cases at a time; as many as there are cores and 2 GB of memory for each, if not given.
+    threads
+        Threads that each case computes on.
+    force
+        Solve finished cases again.
+    progress
+        Called with the number of finished cases, the number of cases, and what is under way.
+
+    Raises
+    ------
+    InputError
+        If the study cannot be read, or another run has the folder. A case that cannot be solved is not an error but a
+        row whose status says why.
+    """
+    settings = RunSettings(workers=workers, threads=threads, force=force)
+    return run_study(_study(study, Path(out), quick), Path(out), settings=settings, progress=progress)
+
+
+def _study(study: str | Path | Study | Iterable[Case], out: Path, quick: bool) -> Study:
+    if isinstance(study, Study):
+        return study
+    if isinstance(study, str | Path):
+        return load_study(study, quick=quick)
+    cases = tuple(study)
+    if not cases or not all(isinstance(case, Case) for case in cases):
+        raise InputError("run: give at least one Case and nothing else, or the file of a study")
+    return Study(name=out.name, cases=cases)

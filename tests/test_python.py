@@ -1,0 +1,130 @@
+"""The package as a library: what is public, results as arrays, rows and pictures, and the examples as they stand."""
+
+import doctest
+import pickle
+import pydoc
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import fecontact
+from fecontact.case import Case
+from fecontact.errors import InputError
+from fecontact.outputs.vtk import write_case_vtk
+from fecontact.solving.solve import CaseResult
+
+README = Path(__file__).parents[1] / "README.md"
+
+
+def test_what_is_public_is_seen_by_tab_completion_and_help():
+    assert set(fecontact.__all__) <= set(dir(fecontact))
+    assert all(getattr(fecontact, name) is not None for name in fecontact.__all__)
+    shown = pydoc.render_doc(fecontact, renderer=pydoc.plaintext)
+    for name in ("class Case(", "class CaseResult(", "solve(", "load(", "run(", "rows(", "mesh("):
+        assert re.search(rf"^    {re.escape(name)}", shown, re.MULTILINE), name
+
+
+def test_the_story_of_the_package_has_these_numbers():
+    done = doctest.testmod(fecontact, optionflags=doctest.ELLIPSIS)
+    assert done.attempted > 15
+    assert done.failed == 0
+
+
+def test_fields_are_those_of_the_whole_contact(elliptic_quick: CaseResult):
+    result, half = elliptic_quick, elliptic_quick.load.fe
+    assert half.grid.half
+    nx = 2 * half.grid.x_mm.size - 1
+    shape = (nx, half.grid.s_mm.size)
+    assert result.grid.shape == result.pressure_MPa.shape == result.gap_mm.shape == shape
+    assert not result.grid.half
+    assert result.surface_points_mm.shape == (*shape, 3)
+    np.testing.assert_array_equal(result.pressure_MPa, result.pressure_MPa[::-1])
+    np.testing.assert_array_equal(result.pressure_MPa[nx // 2 :], half.pressure_MPa)
+    # pressures are means over the nodes' cells: their sum is the force, but for normals that turn by up to 18 mrad
+    force = (result.grid.whole_area_mm2() * result.pressure_MPa.ravel()).sum()
+    assert force == pytest.approx(result.normal_force_N, rel=1e-4)
+    assert result.normal_force_N == pytest.approx(100e3, rel=1e-5)
+
+
+def test_a_result_is_told_in_one_line(elliptic_quick):
+    assert repr(elliptic_quick) == (
+        "<CaseResult circle:300 and cylinder:460, +0.00 mm, 100 kN: converged, Hertz HOLDS by"
+        f" {elliptic_quick.verdict.measure}>"
+    )
+    assert len(repr(elliptic_quick.load)) < 200
+
+
+def test_a_pickled_result_has_all_but_the_factors(elliptic_quick, tmp_path):
+    again = pickle.loads(pickle.dumps(elliptic_quick))
+    np.testing.assert_array_equal(again.pressure_MPa, elliptic_quick.pressure_MPa)
+    assert fecontact.rows(again) == fecontact.rows(elliptic_quick)
+    # with its meshes and displacements, from which the stresses are found
+    for folder, result in (("here", elliptic_quick), ("again", again)):
+        write_case_vtk(result, tmp_path / folder)
+    for file in ("rail.vtu", "wheel.vtu", "contact.vtp"):
+        assert (tmp_path / "here" / file).read_bytes() == (tmp_path / "again" / file).read_bytes()
+    with pytest.raises(InputError, match="solve the case again"):
+        again.bodies.coupled.rail.displacements(np.array([0]), np.zeros((1, 3)))
+
+
+def test_rows_are_flat(elliptic_quick):
+    for results in (elliptic_quick, (elliptic_quick,)):
+        (row,) = fecontact.rows(results)
+        assert row["load_kN"] == 100.0
+        assert row["p_max_fe_MPa"] == elliptic_quick.comparison.fe.p_max_MPa
+        assert all(isinstance(value, str | bool | int | float | None) for value in row.values())
+
+
+def test_a_mesh_is_a_dataset_with_its_surfaces(elliptic_quick):
+    body = elliptic_quick.bodies.coupled.wheel.mesh
+    made = fecontact.mesh(elliptic_quick, "wheel")
+    assert made.volume == pytest.approx(body.volume_mm3, rel=1e-9)
+    for name, quads in body.surfaces.items():
+        np.testing.assert_array_equal(np.flatnonzero(made.point_data[name]), np.unique(quads))
+    # the rim is held
+    assert not made.point_data["displacement_mm"][made.point_data["driven"] == 1].any()
+    alone = fecontact.mesh(elliptic_quick.case, "wheel")
+    np.testing.assert_array_equal(alone.points, made.points)
+    assert "displacement_mm" not in alone.point_data
+    with pytest.raises(InputError, match="allowed: rail, wheel"):
+        fecontact.mesh(elliptic_quick, "both")
+    with pytest.raises(InputError, match=r"wheel\.vtu"):
+        fecontact.mesh(replace(elliptic_quick, bodies=None), "wheel")
+
+
+def test_a_result_is_drawn_into_given_axes_or_a_figure_that_is_made(elliptic_quick, tmp_path):
+    figure = Figure()
+    axes = figure.subplots()
+    assert fecontact.plot.case(elliptic_quick, axes, field="Hertz") is figure
+    (image,) = [one for one in axes.collections if one.get_array() is not None and one.get_array().size > 100]
+    assert image.get_array().max() == pytest.approx(elliptic_quick.hertz.p0_MPa, rel=0.01)
+    made = fecontact.plot.case(elliptic_quick)
+    made.savefig(tmp_path / "case.png")
+    assert (tmp_path / "case.png").stat().st_size > 50_000
+    with pytest.raises(InputError, match="finite elements minus Hertz"):
+        fecontact.plot.case(elliptic_quick, axes, field="FE")
+
+
+@pytest.mark.parametrize("study", [[], ["60E1"]])
+def test_running_needs_cases(study, tmp_path):
+    with pytest.raises(InputError, match="at least one Case"):
+        fecontact.run(study, tmp_path)
+
+
+def test_the_example_of_the_readme_runs(elliptic_quick, monkeypatch, tmp_path, capsys):
+    """As it stands, but with results that are there already in place of four that would be solved."""
+    text = README.read_text("utf-8")
+    code = text.partition("### From Python")[2].partition("```python")[2].partition("```")[0]
+    asked = []
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(fecontact, "solve", lambda case: elliptic_quick, raising=False)
+    monkeypatch.setattr(fecontact, "run", lambda cases, out: asked.append((cases, out)), raising=False)
+    monkeypatch.setattr(fecontact, "load", lambda folder: (elliptic_quick,), raising=False)
+    exec(compile(code, "README", "exec"), {"__name__": "__main__"})
+    assert asked == [([Case(lateral_shift_mm=-4.0), Case(lateral_shift_mm=4.0)], "out/mine")]
+    assert {path.name for path in tmp_path.iterdir()} == {"case.png", "rail.vtu"}
+    assert "0.0 HOLDS" in capsys.readouterr().out
