@@ -23,10 +23,11 @@ ROOMS: dict[str, set[str]] = {
     "options": {"errors", "inputs", "case"},
     "profiles": {"errors"},
     "contact": {"errors"},
+    "rolling": {"errors"},
     "geometry": {"errors", "case", "profiles"},
     "theory": {"errors", "material", "geometry"},
     "fe": {"errors", "material", "case", "profiles", "geometry", "contact"},
-    "comparison": {"case", "geometry", "theory", "contact"},
+    "comparison": {"case", "geometry", "theory", "contact", "rolling"},
     "solving": {"errors", "case", "profiles", "geometry", "theory", "contact", "fe", "comparison"},
     "map": {"errors", "case", "geometry", "comparison", "solving"},
     "regression": {"errors", "files"},
@@ -130,7 +131,7 @@ def test_theory_and_finite_elements_never_meet_below_the_comparison():
 
 
 @pytest.mark.parametrize(
-    "name", ["theory", "comparison", "contact", "geometry", "profiles", "case", "inputs", "material"]
+    "name", ["theory", "comparison", "contact", "rolling", "geometry", "profiles", "case", "inputs", "material"]
 )
 def test_what_needs_no_finite_elements_reaches_none(name):
     for module in [module for module in MODULES if room(module) == name]:

@@ -26,7 +26,7 @@ SOLVING = (
 )
 # What reads and judges what was solved: after a change of it stored fields are evaluated again.
 EVALUATING = (
-    *("comparison", "theory", "map"),
+    *("comparison", "theory", "rolling", "map"),
     *("outputs/measure_words.py", "outputs/record.py", "outputs/rows.py", "outputs/stored.py"),
     *("runs/case_store.py", "runs/position_store.py"),
 )
