@@ -19,7 +19,8 @@ ROOMS: dict[str, set[str]] = {
     "files": {"errors"},
     "inputs": {"errors"},
     "material": {"errors", "inputs"},
-    "case": {"errors", "inputs", "material"},
+    "creep": {"errors", "inputs"},
+    "case": {"errors", "inputs", "material", "creep"},
     "options": {"errors", "inputs", "case"},
     "profiles": {"errors"},
     "contact": {"errors"},
@@ -27,15 +28,39 @@ ROOMS: dict[str, set[str]] = {
     "geometry": {"errors", "case", "profiles"},
     "theory": {"errors", "material", "geometry"},
     "fe": {"errors", "material", "case", "profiles", "geometry", "contact"},
-    "comparison": {"case", "geometry", "theory", "contact", "rolling"},
+    "comparison": {"errors", "case", "creep", "geometry", "theory", "contact", "rolling"},
     "solving": {"errors", "case", "profiles", "geometry", "theory", "contact", "fe", "comparison"},
     "map": {"errors", "case", "geometry", "comparison", "solving"},
     "regression": {"errors", "files"},
     # knows neither physics nor outputs: what is done, and what is written, is handed in
     "jobs": {"errors", "files"},
-    "outputs": {"errors", "files", "case", "profiles", "geometry", "theory", "contact", "fe", "comparison", "solving"}
+    "outputs": {
+        "errors",
+        "files",
+        "case",
+        "material",
+        "profiles",
+        "geometry",
+        "theory",
+        "contact",
+        "fe",
+        "comparison",
+        "solving",
+    }
     | {"map", "regression"},
-    "runs": {"errors", "files", "inputs", "case", "profiles", "fe", "comparison", "solving", "map", "regression"}
+    "runs": {
+        "errors",
+        "files",
+        "inputs",
+        "case",
+        "creep",
+        "profiles",
+        "fe",
+        "comparison",
+        "solving",
+        "map",
+        "regression",
+    }
     | {"jobs", "outputs"},
     "cli": {"errors", "files", "inputs", "case", "options", "profiles", "solving", "regression", "jobs", "outputs"}
     | {"runs"},

@@ -14,8 +14,7 @@ from dataclasses import dataclass, replace
 from fecontact.errors import InputError, check_positive
 from fecontact.material import Material, check_poisson
 
-LARGEST_USUAL_FRICTION = 1.5
-"""Coefficients of friction above this are warned of."""
+_LARGEST_USUAL_FRICTION = 1.5
 _NO_CREEPAGE = "creepages are relative to the rolling speed: 0.001 is 0.1 %, spin is in 1/mm"
 
 
@@ -63,7 +62,7 @@ class RollingEllipse:
         check_positive("semi-axis a", self.a_mm, "mm", "give the half-width along the rolling direction")
         check_positive("semi-axis b", self.b_mm, "mm", "give the half-width across the rolling direction")
         check_positive("normal force", self.normal_force_N, "N", "give the compressive force")
-        check_positive("friction coefficient", self.friction, "", "dry steel has 0.3 to 0.6, wet 0.1 to 0.3")
+        check_positive("friction coefficient", self.friction, "N/N", "dry steel has 0.3 to 0.6, wet 0.1 to 0.3")
         check_positive("shear modulus", self.shear_MPa, "MPa", "steel has 80000 to 82000 MPa")
         check_poisson(self.poisson)
 
@@ -121,6 +120,13 @@ def dissipated_N(creepages: Creepages, fx_N: float, fy_N: float, mz_Nmm: float |
     return 0.0 - (creepages.xi * fx_N + creepages.eta * fy_N + creepages.spin_per_mm * (mz_Nmm or 0.0))
 
 
+def friction_warnings(friction: float) -> tuple[str, ...]:
+    """What is doubtful about a coefficient of friction."""
+    if friction <= _LARGEST_USUAL_FRICTION:
+        return ()
+    return (f"friction coefficient is {friction:g}: wheels on rails hardly have one above {_LARGEST_USUAL_FRICTION:g}",)
+
+
 def pair_constants(first: Material, second: Material) -> tuple[float, float]:
     """Shear modulus (MPa) and Poisson's ratio of a pair: 2/G = 1/G1 + 1/G2, 2 nu/G = nu1/G1 + nu2/G2 (Kalker 1990).
 
@@ -129,3 +135,12 @@ def pair_constants(first: Material, second: Material) -> tuple[float, float]:
     """
     shear = 2.0 / (1.0 / first.shear_MPa + 1.0 / second.shear_MPa)
     return shear, 0.5 * shear * (first.poisson / first.shear_MPa + second.poisson / second.shear_MPa)
+
+
+def wheelset_moment_Nmm(fx_left_N: float, fx_right_N: float, contact_distance_mm: float) -> float:
+    """Moment about the vertical that the longitudinal forces on both wheels of a wheelset have: (Fx_r - Fx_l) D / 2.
+
+    Both forces count along the running direction, the left wheel is at +D/2; the moment turns the wheelset to the left.
+    Yan and Fischer (2000, eq. 7) print a sum, which is right only if the left force counts backwards.
+    """
+    return 0.5 * contact_distance_mm * (fx_right_N - fx_left_N)

@@ -24,7 +24,7 @@ from fecontact.theory.creep.contact import Creepages, CreepForce, RollingEllipse
 from fecontact.theory.creep.kalker import coefficients_of
 
 Floats = NDArray[np.float64]
-Bound = Literal["parabolic", "elliptic"]
+Bound = Literal["parabolic", "elliptic", "strips"]
 CELLS = 50
 """Cells along and across an ellipse: forces within 0.1 % of mu N of the limit of fine cells, 0.3 % with large spin."""
 
@@ -50,7 +50,7 @@ def flexibilities(contact: RollingEllipse) -> Flexibilities:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Strips:
-    """A patch, or one lobe of it, in strips along the rolling direction.
+    """A separate patch in strips along the rolling direction.
 
     Attributes
     ----------
@@ -103,8 +103,8 @@ def fastsim(
     Parameters
     ----------
     bound
-        `parabolic` as Kalker has it, which gives the best forces, or `elliptic`, which is Hertz's pressure: better
-        power and moment at small creepage.
+        `parabolic`, which is Kalker's paraboloid, `elliptic`, which is Hertz's pressure: better power and moment at
+        small creepage, or `strips`, as in `fastsim_strips`.
     cells
         Cells along each strip, and strips.
     """
@@ -112,21 +112,22 @@ def fastsim(
 
 
 def fastsim_strips(
-    lobes: Sequence[Strips], creepages: Creepages, *, bound: Bound = "parabolic", cells: int = CELLS
+    pieces: Sequence[Strips], creepages: Creepages, *, bound: Bound = "strips", cells: int = CELLS
 ) -> CreepForce:
-    """FASTSIM on any patch in strips; each lobe has its own flexibilities and the creepages of its own centre.
+    """FASTSIM on any patch in strips; each separate patch has flexibilities of its own.
 
     Parameters
     ----------
     creepages
         At the origin of the strips' coordinates.
     bound
-        Of the traction along each strip: `elliptic` is the pressure of the strip; `parabolic` has the strip's length
-        and moves force to the longer strips as Kalker's paraboloid does over an ellipse; the sum is the same.
+        Of the traction along each strip: `elliptic` is the pressure of the strip, `strips` a parabola of the same force
+        (nearest to the exact theory on real patches); `parabolic` moves force to the longer strips as Kalker's
+        paraboloid does over an ellipse.
     """
     if cells < 1:
         raise InputError(f"cells along a strip are {cells!r}; allowed: 1 and more; 20 to 50 are usual")
-    parts = [_lobe(lobe, creepages, bound, cells) for lobe in lobes]
+    parts = [_march(piece, creepages, bound, cells) for piece in pieces]
     fx, fy, mz, adhesion, slip = (sum(part[k] for part in parts) for k in range(5))
     return CreepForce(
         fx_N=fx,
@@ -138,42 +139,42 @@ def fastsim_strips(
     )
 
 
-def _lobe(lobe: Strips, creepages: Creepages, bound: Bound, cells: int) -> tuple[float, float, float, float, float]:
-    """Fx, Fy, Mz, and areas of adhesion and slip of one lobe, from the leading edge of all its strips backwards."""
-    own, L = creepages.at(lobe.centre_x_mm, lobe.centre_y_mm), flexibilities(lobe.contact)
-    step = 2.0 * lobe.half_length_mm / cells
+def _march(piece: Strips, creepages: Creepages, bound: Bound, cells: int) -> tuple[float, float, float, float, float]:
+    """Fx, Fy, Mz, and areas of adhesion and slip of one patch, from the leading edge of all its strips backwards."""
+    own, L = creepages.at(piece.centre_x_mm, piece.centre_y_mm), flexibilities(piece.contact)
+    step = 2.0 * piece.half_length_mm / cells
     # middles of the cells from the leading edge, over the half length
     places = np.asarray(1.0 - (np.arange(cells) + 0.5) * (2.0 / cells))
-    x = lobe.middle_x_mm + places[:, None] * lobe.half_length_mm
-    limit = lobe.contact.friction * _bound(lobe, places, bound)
+    x = piece.middle_x_mm + places[:, None] * piece.half_length_mm
+    limit = piece.contact.friction * _bound(piece, places, bound)
     # complex: along the rolling direction, and i times across; spin is taken in the middle of each step
-    moved = x - lobe.centre_x_mm + 0.5 * step
+    moved = x - piece.centre_x_mm + 0.5 * step
     length = np.broadcast_to(step, x.shape).copy()
     moved[0] -= 0.25 * step
     length[0] *= 0.5
     spin = own.spin_per_mm / L.L3
-    slope = (own.xi / L.L1 - spin * (lobe.y_mm - lobe.centre_y_mm)) + 1j * (own.eta / L.L2 + spin * moved)
+    slope = (own.xi / L.L1 - spin * (piece.y_mm - piece.centre_y_mm)) + 1j * (own.eta / L.L2 + spin * moved)
     drive = length * slope
     traction, trial = np.empty_like(drive), np.empty_like(x)
-    now = np.zeros(lobe.y_mm.size, dtype=complex)
+    now = np.zeros(piece.y_mm.size, dtype=complex)
     for k in range(cells):
         now = now - drive[k]
         np.abs(now, out=trial[k])
         now *= limit[k] / np.maximum(trial[k], limit[k])
         traction[k] = now
-    area = step * lobe.width_mm
+    area = step * piece.width_mm
     sums = area * traction
     fx, fy = float(sums.real.sum()), float(sums.imag.sum())
-    mz = float((x * sums.imag - lobe.y_mm * sums.real).sum())
+    mz = float((x * sums.imag - piece.y_mm * sums.real).sum())
     slipping = float(((trial > limit) * area).sum())
     return fx, fy, mz, cells * float(area.sum()) - slipping, slipping
 
 
-def _bound(lobe: Strips, places: Floats, bound: Bound) -> Floats:
-    """Bound of the pressure (cells, n) in MPa whose sum over the cells is the lobe's load."""
-    inside, force = 1.0 - places**2, lobe.force_N_per_mm
-    # over an ellipse, where the force of a strip goes with the square of its length, the other one is the paraboloid
-    elliptic = np.sqrt(inside)[:, None] * (force / lobe.half_length_mm)
-    shape = elliptic if bound == "elliptic" else inside[:, None] * force
-    cell = (2.0 / places.size) * lobe.half_length_mm * lobe.width_mm
-    return np.asarray(shape * (lobe.contact.normal_force_N / float((shape * cell).sum())))
+def _bound(piece: Strips, places: Floats, bound: Bound) -> Floats:
+    """Bound of the pressure (cells, n) in MPa whose sum over the cells is the patch's load."""
+    inside, force = 1.0 - places**2, piece.force_N_per_mm
+    along = np.sqrt(inside) if bound == "elliptic" else inside
+    # over an ellipse, where the force of a strip goes with the square of its length, `parabolic` is the paraboloid
+    shape = along[:, None] * (force if bound == "parabolic" else force / piece.half_length_mm)
+    cell = (2.0 / places.size) * piece.half_length_mm * piece.width_mm
+    return np.asarray(shape * (piece.contact.normal_force_N / float((shape * cell).sum())))

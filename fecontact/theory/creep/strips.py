@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,8 @@ from fecontact.theory.creep.contact import RollingEllipse
 from fecontact.theory.creep.fastsim import Strips
 
 Floats = NDArray[np.float64]
+STRIPS = 80
+"""Strips over a pressure field."""
 
 
 def pressure_strips(
@@ -24,13 +25,13 @@ def pressure_strips(
     friction: float,
     shear_MPa: float,
     poisson: float,
-    valleys_mm: Sequence[float] = (),
+    strips: int = STRIPS,
 ) -> tuple[Strips, ...]:
-    """Lobes of a pressure on a uniform grid, each in strips and with its own ellipse.
+    """Separate patches of a pressure on a uniform grid, each in strips and with its own ellipse.
 
-    The ellipse has the second moments of the lobe's pressure, sqrt(5 <x^2>) and sqrt(5 <y^2>) about its centre, scaled
-    to the lobe's true area; of a Hertz pressure it is Hertz's. A strip reaches over sqrt(4 <x^2>) to each side of its
-    middle.
+    The ellipse has the second moments of the patch's pressure, sqrt(5 <x^2>) and sqrt(5 <y^2>) about its centre, scaled
+    to the true area; of a Hertz pressure it is Hertz's. A strip reaches over sqrt(4 <x^2>) to each side of its middle.
+    Lobes of one patch have one ellipse: against the rolling half-space, one each was worse.
 
     Parameters
     ----------
@@ -38,8 +39,8 @@ def pressure_strips(
         Nodes along the rolling direction and across.
     pressure_MPa (nx, ny)
         Pressure on them.
-    valleys_mm
-        Places across at which one lobe ends and the next begins.
+    strips
+        Neighbouring nodes across are put together until there are fewer than twice as many.
 
     Notes
     -----
@@ -47,18 +48,20 @@ def pressure_strips(
     stretch in contact, as on prismatic rails.
     """
     step_x, width = float(x_mm[1] - x_mm[0]), float(y_mm[1] - y_mm[0])
-    ends = (-math.inf, *sorted(valleys_mm), math.inf)
-    found = []
-    for low, high in pairwise(ends):
-        here = (y_mm >= low) & (y_mm < high) & (pressure_MPa.sum(axis=0) > 0.0)
-        # a strip of one node has no length
-        here &= np.count_nonzero(pressure_MPa > 0.0, axis=0) > 1
-        if np.any(here):
-            found.append(_lobe(x_mm, y_mm[here], pressure_MPa[:, here], step_x, width, friction, shear_MPa, poisson))
-    return tuple(found)
+    group = max(1, y_mm.size // strips)
+    kept = y_mm.size + -y_mm.size % group
+    padded = np.pad(pressure_MPa, ((0, 0), (0, kept - y_mm.size))).reshape(x_mm.size, -1, group).mean(axis=2)
+    middles = y_mm[0] + width * (group * np.arange(kept // group) + 0.5 * (group - 1))
+    # a strip of one node has no length
+    here = np.count_nonzero(padded > 0.0, axis=0) > 1
+    starts = np.flatnonzero(here & ~np.append(False, here[:-1]))
+    ends = np.flatnonzero(here & ~np.append(here[1:], False)) + 1
+    own = [slice(int(low), int(high)) for low, high in zip(starts, ends, strict=True)]
+    constants = (step_x, group * width, friction, shear_MPa, poisson)
+    return tuple(_piece(x_mm, middles[one], padded[:, one], *constants) for one in own)
 
 
-def _lobe(
+def _piece(
     x: Floats, y: Floats, p: Floats, step_x: float, width: float, friction: float, shear: float, poisson: float
 ) -> Strips:
     total = p.sum(axis=0)
@@ -91,17 +94,17 @@ def _lobe(
     )
 
 
-def one_ellipse(lobes: Sequence[Strips]) -> tuple[RollingEllipse, float, float]:
-    """The ellipse of second moments of all lobes together, scaled to their area, and its centre (mm)."""
-    y = np.concatenate([lobe.y_mm for lobe in lobes])
-    force = np.concatenate([lobe.force_N_per_mm * lobe.width_mm for lobe in lobes])
-    middle = np.concatenate([lobe.middle_x_mm for lobe in lobes])
-    half = np.concatenate([lobe.half_length_mm for lobe in lobes])
-    width = np.concatenate([lobe.width_mm for lobe in lobes])
+def one_ellipse(pieces: Sequence[Strips]) -> tuple[RollingEllipse, float, float]:
+    """The ellipse of second moments of all patches together, scaled to their area, and its centre (mm)."""
+    y = np.concatenate([piece.y_mm for piece in pieces])
+    force = np.concatenate([piece.force_N_per_mm * piece.width_mm for piece in pieces])
+    middle = np.concatenate([piece.middle_x_mm for piece in pieces])
+    half = np.concatenate([piece.half_length_mm for piece in pieces])
+    width = np.concatenate([piece.width_mm for piece in pieces])
     share = force / force.sum()
     centre_x, centre_y = float(middle @ share), float(y @ share)
     a = math.sqrt(5.0 * float((half**2 / 4.0 + (middle - centre_x) ** 2) @ share))
     b = math.sqrt(5.0 * float(((y - centre_y) ** 2 + width**2 / 12.0) @ share))
     scale = math.sqrt(2.0 * float(half @ width) / (math.pi * a * b))
-    contact = replace(lobes[0].contact, a_mm=scale * a, b_mm=scale * b, normal_force_N=float(force.sum()))
+    contact = replace(pieces[0].contact, a_mm=scale * a, b_mm=scale * b, normal_force_N=float(force.sum()))
     return contact, centre_x, centre_y
