@@ -8,6 +8,8 @@ from fecontact.case import Case
 from fecontact.geometry.placement import Placement
 from fecontact.theory.creep.contact import Creepages
 
+_ROUNDING = 1e-12
+
 
 def creepages_of(case: Case, placement: Placement) -> Creepages:
     """Creepages of the wheel against the rail at the first touch point, in the contact frame."""
@@ -38,6 +40,7 @@ def wheelset_creepages(placement: Placement, speed_ratio: float = 1.0) -> Creepa
     arm = np.array([touch.x_mm, touch.y_mm, touch.z_mm]) - wheel.centre_mm
     velocity = np.array([1.0, 0.0, 0.0]) + np.cross(turning, arm)
     velocity[2] -= float(velocity @ touch.normal) / touch.normal[2]
-    return Creepages(
-        xi=float(velocity[0]), eta=float(velocity @ touch.tangent), spin_per_mm=float(turning @ touch.normal)
-    )
+    xi, eta, spin = float(velocity[0]), float(velocity @ touch.tangent), float(turning @ touch.normal)
+    # what rounding leaves is no creepage: some theories know none of spin
+    xi, eta = (0.0 if abs(one) < _ROUNDING else one for one in (xi, eta))
+    return Creepages(xi=xi, eta=eta, spin_per_mm=0.0 if abs(spin) * wheel.rolling_radius_mm < _ROUNDING else spin)
