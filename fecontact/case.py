@@ -11,13 +11,14 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any, Literal, get_args
 
+from fecontact.creep import Creep
 from fecontact.errors import InputError
 from fecontact.inputs.kinds import Choice, Names, Number, Text
 from fecontact.inputs.slots import Part, Slot, check_inputs, slots
 from fecontact.inputs.texts import INCLINATION_FORMS, inclination_text, parse_inclination
 from fecontact.material import STEEL, Material, contact_modulus_MPa
 
-Group = Literal["place", "load", "material", "bodies", "solution", "verdict"]
+Group = Literal["place", "load", "material", "bodies", "solution", "verdict", "creep"]
 LoadKind = Literal["vertical", "normal"]
 SolverChoice = Literal["auto", "pardiso", "amg"]
 
@@ -289,6 +290,7 @@ class Case:
     resolution: str | tuple[float, float] = field(default="quick", metadata={"input": _RESOLUTION})
     solver: SolverChoice = field(default="auto", metadata={"input": _SOLVER})
     criteria: Criteria = field(default_factory=Criteria, metadata={"part": Part(group="verdict")})
+    creep: Creep = field(default_factory=Creep, metadata={"part": Part(group="creep")})
     refine_degrees_of_freedom: int = field(default=400_000, metadata={"input": _REFINE})
 
     def __post_init__(self) -> None:

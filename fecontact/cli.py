@@ -35,7 +35,7 @@ _OF_MESH = options_of(
     *("place", "load", "material", "bodies", "solution"),
     without=("yield_MPa", "name", "solver", "refine_degrees_of_freedom"),
 )
-_OF_VERDICT = options_of("verdict")
+_OF_VERDICT = options_of("verdict", "creep")
 if TYPE_CHECKING:
     EveryOption: TypeAlias = CaseOptions
     MapOptions: TypeAlias = CaseOptions
@@ -276,7 +276,7 @@ def map_(
 
 @app.command
 def judge(folder: Path, options: VerdictOptions = _OF_VERDICT, *, out: Path | None = None) -> int:
-    """Judge stored results again by other criteria, without gmsh and finite elements.
+    """Judge stored results again by other criteria, or with friction and creepages, without gmsh and finite elements.
 
     Parameters
     ----------
@@ -285,15 +285,20 @@ def judge(folder: Path, options: VerdictOptions = _OF_VERDICT, *, out: Path | No
     out
         Folder for the tables of the new verdicts (study.csv and study.json, or map.csv, map.json and map.png).
     """
-    criteria = options.case().criteria
+    criteria, creep = options.case().criteria, options.case().creep
     if (folder / "map.json").is_file():
         return _judge_map(folder, criteria, out)
+    from fecontact.outputs.creep import force_lines
     from fecontact.outputs.measure_words import criteria_text
     from fecontact.outputs.tables import print_table
     from fecontact.runs.judging import judge_study
 
-    judged = judge_study(folder, criteria, out)
+    creep.refuse_unheard()
+    # without friction those of each case stay
+    judged = judge_study(folder, criteria, out, creep=creep if creep.asked else None)
     print_table(judged.rows)
+    for line in force_lines(judged.rows):
+        print(line)
     for name, (before, now) in judged.changed.items():
         print(f"{name}: {before} -> {now}")
     cases, changed = _count(len(judged.rows), "case"), _count(len(judged.changed), "verdict")
@@ -341,6 +346,71 @@ def hertz(options: HertzOptions = _OF_HERTZ, *, json: Annotated[bool, Parameter(
         print(json_text(record))
     else:
         print_hertz(record)
+    return 0
+
+
+@app.command
+def creep(
+    *,
+    a_mm: float,
+    b_mm: float,
+    normal_force_kn: Annotated[float, Parameter(name="--normal-force-kn")],
+    friction: float,
+    xi: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0,
+    eta: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0,
+    spin_per_mm: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0,
+    theory: str = "all",
+    young_mpa: float = 210_000.0,
+    poisson: float = 0.3,
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Creep forces on an elliptic contact by every theory; analytic, no mesh, no gmsh.
+
+    Forces are those on the wheel: x in the running direction, y to the field side, z up for the left wheel. Creepages
+    are those of the wheel against the rail: positive xi gives negative Fx.
+
+    Parameters
+    ----------
+    a_mm
+        Semi-axis along the rolling direction in mm.
+    b_mm
+        Semi-axis across in mm.
+    normal_force_kn
+        Normal force in kN.
+    friction
+        Coefficient of friction, > 0.
+    xi
+        Longitudinal creepage, over the rolling speed.
+    eta
+        Lateral creepage.
+    spin_per_mm
+        Spin in 1/mm.
+    theory
+        kalker, vermeulen_johnson, she, polach, fastsim, rolling_half_space, several with commas between, or all.
+    young_mpa
+        Young's modulus of both bodies in MPa.
+    poisson
+        Poisson's ratio of both bodies.
+    json
+        Print the result as JSON and nothing else.
+    """
+    from fecontact.files import json_text
+    from fecontact.outputs.creep import ellipse_creep, print_ellipse
+
+    record = ellipse_creep(
+        a_mm=a_mm,
+        b_mm=b_mm,
+        normal_force_N=1e3 * normal_force_kn,
+        friction=friction,
+        creepages=(xi, eta, spin_per_mm),
+        young_MPa=young_mpa,
+        poisson=poisson,
+        theories=theory.split(","),
+    )
+    if json:
+        print(json_text(record))
+    else:
+        print_ellipse(record)
     return 0
 
 

@@ -19,14 +19,16 @@ ROOMS: dict[str, set[str]] = {
     "files": {"errors"},
     "inputs": {"errors"},
     "material": {"errors", "inputs"},
-    "case": {"errors", "inputs", "material"},
+    "creep": {"errors", "inputs"},
+    "case": {"errors", "inputs", "material", "creep"},
     "options": {"errors", "inputs", "case"},
     "profiles": {"errors"},
     "contact": {"errors"},
+    "rolling": {"errors"},
     "geometry": {"errors", "case", "profiles"},
     "theory": {"errors", "material", "geometry"},
     "fe": {"errors", "material", "case", "profiles", "geometry", "contact"},
-    "comparison": {"case", "geometry", "theory", "contact"},
+    "comparison": {"errors", "case", "creep", "geometry", "theory", "contact", "rolling"},
     "solving": {"errors", "case", "profiles", "geometry", "theory", "contact", "fe", "comparison"},
     "map": {"errors", "case", "geometry", "comparison", "solving"},
     "regression": {"errors", "files"},
@@ -34,7 +36,8 @@ ROOMS: dict[str, set[str]] = {
     "jobs": {"errors", "files"},
     "outputs": {"errors", "files", "case", "profiles", "geometry", "theory", "contact", "fe", "comparison", "solving"}
     | {"map", "regression", "material"},
-    "runs": {"errors", "files", "inputs", "case", "profiles", "fe", "comparison", "solving", "map", "regression"}
+    "runs": {"errors", "files", "inputs", "case", "creep", "profiles", "fe", "comparison", "solving", "map"}
+    | {"regression"}
     | {"jobs", "outputs"},
     "cli": {"errors", "files", "inputs", "case", "options", "profiles", "solving", "regression", "jobs", "outputs"}
     | {"runs"},
@@ -131,7 +134,7 @@ def test_theory_and_finite_elements_never_meet_below_the_comparison():
 
 
 @pytest.mark.parametrize(
-    "name", ["theory", "comparison", "contact", "geometry", "profiles", "case", "inputs", "material"]
+    "name", ["theory", "comparison", "contact", "rolling", "geometry", "profiles", "case", "inputs", "material"]
 )
 def test_what_needs_no_finite_elements_reaches_none(name):
     for module in [module for module in MODULES if room(module) == name]:

@@ -44,6 +44,13 @@ def length(key: str, value: float, default: str, option: str = "") -> Row:
     )
 
 
+def creepage(key: str, option: str, label: str) -> Row:
+    return Row(
+        key, option, -2e-3, -2e-3, 1.5, 1.5, f"{label} is 1.5; allowed: -1 to 1; it is relative to the rolling speed",
+        ": no unit, -1 to 1; default none",
+    )  # fmt: skip
+
+
 def material(body: str) -> dict[tuple[str, str], Row]:
     table = f"{body}_material"
     positive = "allowed: finite and > 0"
@@ -149,6 +156,28 @@ ROWS: dict[tuple[str, str], Row] = {
         "judged_by", "--judged-by", "strength,b", ("strength", "b"), "strenght", ("strenght",),
         f"judged by is 'strenght'; allowed: {SETS}; did you mean strength?", f": {SETS}; default all",
     ),
+    ("creep", "friction"): Row(
+        "friction", "--friction", 0.4, 0.4, 0, 0.0, "friction coefficient is 0.0; allowed: finite and > 0; dry steel",
+        ": no unit, finite and > 0; default none",
+    ),
+    ("creep", "xi"): creepage("longitudinal_creepage", "--xi", "creepage xi"),
+    ("creep", "eta"): creepage("lateral_creepage", "--eta", "creepage eta"),
+    ("creep", "spin_per_mm"): Row(
+        "spin_per_mm", "--spin-per-mm", -1e-4, -1e-4, 2, 2.0, "spin is 2.0 1/mm; allowed: -1 to 1 1/mm; it is relative",
+        ": 1/mm, -1 to 1; default none",
+    ),
+    ("creep", "speed_ratio"): Row(
+        "speed_ratio", "--speed-ratio", 1.01, 1.01, 3, 3.0, "speed ratio is 3.0; allowed: 0 to 2; a free wheel has 1",
+        ": no unit, 0 to 2; default 1",
+    ),
+    ("creep", "force_limit"): Row(
+        "force_percent", "--force-percent", 10, 0.1, 100, 1.0, "limit of the creep force is 1.0 (100 %); allowed",
+        ": %, between 0 and 100; default 5",
+    ),
+    ("creep", "largest_creepage"): Row(
+        "largest_creepage", "--largest-creepage", 0.01, 0.01, 0.6, 0.6,
+        "largest creepage is 0.6; allowed: 0.0001 to 0.5; 0.02 is 2 %", ": no unit, 0.0001 to 0.5; default 0.02",
+    ),
 }  # fmt: skip
 
 EACH = pytest.mark.parametrize("place", ROWS, ids="/".join)
@@ -231,7 +260,7 @@ def test_each_command_takes_what_it_uses():
     def of_groups(*groups: str) -> set[str]:
         return {name for slot in INPUTS if slot.group in groups for name in (*slot.names, *slot.common_names)}
 
-    every = of_groups("place", "load", "material", "bodies", "solution", "verdict")
+    every = of_groups("place", "load", "material", "bodies", "solution", "verdict", "creep")
     assert options("solve") & every == every
     assert options("map") & every == every - {"--shift", "--lateral-shift-mm", "--load-kn"}
     # no stress is looked at, and a mesh is not solved
@@ -239,7 +268,7 @@ def test_each_command_takes_what_it_uses():
     names = {"--material-name", "--rail-material-name", "--wheel-material-name"}
     assert options("hertz") & every == of_groups("place", "load", "material") - stress
     unused = stress | names | {"--solver", "--refine-degrees-of-freedom"}
-    assert options("mesh") & every == every - of_groups("verdict") - unused
+    assert options("mesh") & every == every - of_groups("verdict", "creep") - unused
 
 
 def test_a_material_for_both_bodies_and_one_of_its_own():

@@ -111,6 +111,21 @@ def test_other_criteria_give_the_verdict_of_a_solution_with_them(elliptic_quick,
     assert row["area_uncertainty_percent"] == 1e2 * elliptic_quick.load.uncertainty["area_mm2"]
 
 
+def test_friction_gives_creep_forces_from_stored_fields(elliptic_quick, solved_folder, tmp_path, capsys):
+    out = tmp_path / "judged"
+    assert call(["judge", str(solved_folder), "--friction", "0.3", "--xi", "0.001", "--out", str(out)]) == 0
+    assert "for forces Hertz HOLDS, off by at most" in " ".join(capsys.readouterr().out.split())
+    (row,) = load_table(out).rows.values()
+    # Hertz is exact here: what is left are nodes, cells and the elements
+    assert row["force_verdict"] == "HOLDS"
+    assert float(row["force_worst_percent"]) < 0.5
+    assert float(row["fx_fe_N"]) == pytest.approx(float(row["fx_hertz_N"]), rel=5e-3)
+    assert float(row["fx_fe_N"]) < 0.0
+    # the stored case itself stays without, and without friction nothing is told of creepages
+    assert load(solved_folder).case == elliptic_quick.case
+    assert call(["judge", str(solved_folder), "--xi", "0.001"]) == 2
+
+
 def test_judging_needs_neither_gmsh_nor_finite_elements(solved_folder):
     missing = ("gmsh", "skfem", "pypardiso", "pyamg", "meshio", "vtk", "pyvista")
     code = (

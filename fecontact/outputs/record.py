@@ -12,6 +12,7 @@ from fecontact.case import Case, case_record
 from fecontact.comparison.judged_load import JudgedLoad, SideJudgement
 from fecontact.comparison.measures import hertz_measures
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
+from fecontact.outputs.creep import creep_record
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.expected_patch import narrowest_semi_axes_mm, semi_axes_of_elements_mm
 from fecontact.solving.meshes import finer_degrees_of_freedom
@@ -44,6 +45,7 @@ def result_record(result: CaseResult) -> Record:
         **load,
         "hertz_points": points_record(result.hertz_points),
         "von_mises": {body: asdict(peak) for body, peak in result.von_mises.items()},
+        "creep": creep_record(result.load, result.placement),
         "solver": {**asdict(result.effort), **load["solver"]},
         "warnings": list(result.notes),
         "versions": versions(),

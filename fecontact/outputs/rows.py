@@ -14,6 +14,7 @@ from fecontact.errors import InputError
 from fecontact.files import read_json, write_json
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap, MapCell
+from fecontact.outputs.creep import creep_columns
 from fecontact.outputs.measure_words import unknown_text
 from fecontact.outputs.record import STEP_MEASURES, versions
 from fecontact.profiles.identity import profile_identity
@@ -84,6 +85,7 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
         "degrees_of_freedom": sum(load.level.degrees_of_freedom.values()),
         "iterations": load.level.nodal.iterations,
         "load_balance": load.fe.load_balance,
+        **creep_columns(load, placement),
     }
 
 

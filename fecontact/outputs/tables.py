@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from fecontact.case import RESOLUTIONS
 from fecontact.files import write_text
+from fecontact.outputs.creep import print_creep
 from fecontact.outputs.measure_words import WORDS, names_text, unknown_text
 from fecontact.profiles.curve import Arc, Line, Profile, Segment
 
@@ -200,6 +201,8 @@ def print_case(record: Record, *, console: Console | None = None) -> None:
         f"normal force {record['normal_force_N'] / 1e3:.3f} kN,"
         f" Hertz stiffness {record['hertz_stiffness_GN_per_m15']:.2f} GN/m^1.5",
     )
+    if record["creep"] is not None:
+        print_creep(record["creep"], console)
     peaks = record["von_mises"].items()
     _say(
         console,

@@ -71,6 +71,12 @@ KINDS: Mapping[str, Tolerance] = MappingProxyType(
         "uncertainty of a small load": Tolerance(absolute=0.03, reason="in percentage points: 3 x the load's"),
         "fraction of a limit": Tolerance(absolute=0.01, reason="1e-3 of an area or a length at limits of 10 %"),
         "uncertainty of a fraction": Tolerance(absolute=3e-3, reason="3 x the fraction's"),
+        "creep force": Tolerance(absolute=30.0, reason="in N: 1e-3 of mu N at 100 kN and 0.3, whatever the part of it"),
+        "creep moment": Tolerance(absolute=300.0, reason="in N mm: that force on an arm of 10 mm"),
+        "creepage": Tolerance(
+            absolute=1e-6, reason="1e-4 of what saturates; of the wheelset's, place of the touch point"
+        ),
+        "spin": Tolerance(absolute=3e-9, reason="in 1/mm: the slope at the touch point over the rolling radius"),
         "count": Tolerance(reason="a number of things that are there"),
         "default": Tolerance(relative=1e-4, reason="a column whose name says no known unit"),
     }
@@ -105,6 +111,12 @@ _NAMED: Mapping[str, str] = {
     **dict.fromkeys(_TEXTS, TEXT),
     **dict.fromkeys(_EFFORTS, EFFORT),
     **dict.fromkeys(_INPUTS, "input"),
+    "force_verdict": TEXT,
+    "friction": "input",
+    **dict.fromkeys(("fx_hertz_N", "fy_hertz_N", "fx_fe_N", "fy_fe_N"), "creep force"),
+    **dict.fromkeys(("mz_hertz_Nmm", "mz_fe_Nmm"), "creep moment"),
+    **dict.fromkeys(("creepage_xi", "creepage_eta"), "creepage"),
+    "spin_per_mm": "spin",
     "touch_rail_y_mm": "position",
     "touch_wheel_y_mm": "position",
     "touch_points": "count",

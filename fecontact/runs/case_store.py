@@ -12,6 +12,7 @@ from typing import Any
 
 from fecontact.case import Case, Criteria, case_from_record
 from fecontact.comparison.judged_load import judge_load
+from fecontact.creep import Creep
 from fecontact.errors import InputError
 from fecontact.fe.stress_peak import StressPeak
 from fecontact.files import read_json, write_json
@@ -80,7 +81,7 @@ class CaseWork:
     def _judged_again(self, finished: Path) -> CaseResult | None:
         """The stored case by the criteria and readings of today, None where it has to be solved again."""
         try:
-            result = read_case(finished, criteria=self.case.criteria)
+            result = read_case(finished, criteria=self.case.criteria, creep=self.case.creep)
         except InputError:
             # of another layout
             return None
@@ -169,8 +170,8 @@ def _write_again(
     _write_judged(result, case, folder, name, read_json(finished / RESULT)["stored"], settings)
 
 
-def read_case(folder: str | Path, *, criteria: Criteria | None = None) -> CaseResult:
-    """Read a finished case and judge it, by other criteria than its own if they are given.
+def read_case(folder: str | Path, *, criteria: Criteria | None = None, creep: Creep | None = None) -> CaseResult:
+    """Read a finished case and judge it, by other criteria, friction and creepages than its own if they are given.
 
     Raises
     ------
@@ -179,7 +180,7 @@ def read_case(folder: str | Path, *, criteria: Criteria | None = None) -> CaseRe
     """
     folder = Path(folder)
     with stored_record(folder / RESULT, RESULT_SCHEMA, "solve the case again") as record:
-        return _result(folder, record, criteria)
+        return _result(folder, record, criteria, creep)
 
 
 @contextmanager
@@ -203,10 +204,9 @@ def stored_record(path: Path, schema: str, remedy: str) -> Iterator[Mapping[str,
         raise InputError(f"{path.parent}: it cannot be read ({type(error).__name__}: {error}); {remedy}") from error
 
 
-def _result(folder: Path, record: Mapping[str, Any], criteria: Criteria | None) -> CaseResult:
+def _result(folder: Path, record: Mapping[str, Any], criteria: Criteria | None, creep: Creep | None) -> CaseResult:
     case = stored_case(folder, record["case"])
-    if criteria is not None:
-        case = replace(case, criteria=criteria)
+    case = replace(case, criteria=criteria or case.criteria, creep=creep or case.creep)
     stored = record["stored"]
     placement = placement_from_record(stored["placement"], resolve_rail(case.rail), resolve_wheel(case.wheel).profile)
     solved = solved_from_record(stored["load"], read_arrays(folder / FIELDS), case)

@@ -26,8 +26,8 @@ SOLVING = (
 )
 # What reads and judges what was solved: after a change of it stored fields are evaluated again.
 EVALUATING = (
-    *("comparison", "theory", "map"),
-    *("outputs/measure_words.py", "outputs/record.py", "outputs/rows.py", "outputs/stored.py"),
+    *("creep.py", "comparison", "theory", "rolling", "map"),
+    *("outputs/creep.py", "outputs/measure_words.py", "outputs/record.py", "outputs/rows.py", "outputs/stored.py"),
     *("runs/case_store.py", "runs/position_store.py"),
 )
 SOLVING_SOURCE = "source of solving"
@@ -38,10 +38,10 @@ _SOLVERS = {"pardiso": ("pypardiso", "mkl"), "amg": ("pyamg",)}
 def case_id(case: Case) -> str:
     """Readable name of a case with a hash of all inputs that it is solved with, usable as a file name.
 
-    Of a profile that is a file the content counts, not the folder. Neither do criteria count, by which a solved case
-    is judged, nor versions: results of two versions have the same ids and can be compared row by row.
+    Of a profile that is a file the content counts, not the folder. Neither do criteria and creepages count, with which
+    a solved case is judged, nor versions: results of two versions have the same ids and can be compared row by row.
     """
-    record = {name: value for name, value in case_record(case).items() if name != "criteria"}
+    record = {name: value for name, value in case_record(case).items() if name not in ("criteria", "creep")}
     files = input_files(case)
     for body, file in files.items():
         # the ending decides how the content is read
@@ -85,11 +85,14 @@ def origin_of(case: Case) -> Origin:
     """Everything beside the inputs that decides about the numbers of a case on this machine.
 
     Versions of this package, of Python and of the packages that compute; the solver path; digests of the sources that
-    solve and that evaluate, and the criteria. A solver that this machine does not have is left for `solve` to refuse.
+    solve and that evaluate, the criteria, and friction with creepages. A solver that this machine does not have is left
+    for `solve` to refuse.
     """
     solving = _solving(case.solver)
     criteria = {f"criterion {name}": repr(limit) for name, limit in asdict(case.criteria).items()}
-    return Origin(solved_by=solving, evaluated_by={"source of evaluation": source_digest(EVALUATING)[:16], **criteria})
+    creep = {f"creep {name}": repr(value) for name, value in asdict(case.creep).items() if case.creep.friction}
+    evaluated = {"source of evaluation": source_digest(EVALUATING)[:16], **criteria, **creep}
+    return Origin(solved_by=solving, evaluated_by=evaluated)
 
 
 @cache

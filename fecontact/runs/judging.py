@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from fecontact.case import Criteria
+from fecontact.creep import Creep
 from fecontact.errors import InputError
 from fecontact.jobs.workers import default_workers, process_crew
 from fecontact.map.cells import ApplicabilityMap
@@ -42,11 +43,15 @@ class JudgedStudy:
         return all(row["status"] == "converged" for row in self.rows)
 
 
-def judge_study(folder: str | Path, criteria: Criteria, out: Path | None = None) -> JudgedStudy:
+def judge_study(
+    folder: str | Path, criteria: Criteria, out: Path | None = None, *, creep: Creep | None = None
+) -> JudgedStudy:
     """Judge the cases of a stored study, or a single stored case, by given criteria.
 
     Parameters
     ----------
+    creep
+        Friction and creepages; those of each case if not given.
     out
         Folder for `study.csv` and `study.json` of the new verdicts, beside which the old ones stay.
 
@@ -57,6 +62,8 @@ def judge_study(folder: str | Path, criteria: Criteria, out: Path | None = None)
     """
     folder = Path(folder)
     _check_out(folder, out)
+    if creep is not None:
+        creep.refuse_unheard()
     if (folder / RESULT).is_file():
         row = read_row(folder / ROW)
         name, before, folders = str(row["id"]), [row], [folder]
@@ -64,7 +71,7 @@ def judge_study(folder: str | Path, criteria: Criteria, out: Path | None = None)
         study = stored_study(folder)
         name, before = study.name, list(study.rows)
         folders = [case_folder(folder, str(row["id"])) for row in before]
-    rows = _judged_rows(before, folders, criteria)
+    rows = _judged_rows(before, folders, criteria, creep)
     changed = {
         str(new["id"]): (str(old["verdict"]), str(new["verdict"]))
         for old, new in zip(before, rows, strict=True)
@@ -75,8 +82,8 @@ def judge_study(folder: str | Path, criteria: Criteria, out: Path | None = None)
     return JudgedStudy(rows=tuple(rows), changed=changed)
 
 
-def _judged_rows(before: Sequence[Row], folders: Sequence[Path], criteria: Criteria) -> list[Row]:
-    judge = partial(_judged_row, criteria=criteria)
+def _judged_rows(before: Sequence[Row], folders: Sequence[Path], criteria: Criteria, creep: Creep | None) -> list[Row]:
+    judge = partial(_judged_row, criteria=criteria, creep=creep)
     if len(folders) < _WORTH_PROCESSES:
         return list(map(judge, before, folders))
     crew = process_crew(default_workers(), threads=1)
@@ -84,13 +91,13 @@ def _judged_rows(before: Sequence[Row], folders: Sequence[Path], criteria: Crite
         return list(executor.map(judge, before, folders, chunksize=_WORTH_PROCESSES // 2))
 
 
-def _judged_row(old: Row, folder: Path, criteria: Criteria) -> Row:
+def _judged_row(old: Row, folder: Path, criteria: Criteria, creep: Creep | None) -> Row:
     if str(old["status"]).startswith("failed"):
         return old
     if problem := unusable(folder):
         kept = {key: value for key, value in old.items() if key in ("rail", "wheel", "lateral_shift_mm", "load_kN")}
         return {"id": old["id"], "status": f"failed: {problem}", **kept}
-    return {"id": old["id"], **case_row(read_case(folder, criteria=criteria))}
+    return {"id": old["id"], **case_row(read_case(folder, criteria=criteria, creep=creep))}
 
 
 def judge_map(folder: str | Path, criteria: Criteria, out: Path | None = None) -> tuple[ApplicabilityMap, list[str]]:

@@ -73,6 +73,7 @@ def run_map(
     shifts, loads = tuple(sorted(set(lateral_shifts_mm))), tuple(sorted(set(loads_N)))
     if not shifts or not loads:
         raise InputError("map: give at least one lateral shift and one load")
+    base_case.creep.refuse_unheard()
     # all are made first: a value that no case can have is said before anything is solved
     every = [replace(base_case, lateral_shift_mm=shift, load_N=load) for shift in shifts for load in reversed(loads)]
     cases = {case.lateral_shift_mm: case for case in every[:: len(loads)]}
@@ -189,7 +190,7 @@ class _Run:
         else:
             folder = position_folder(self._out, done.name)
             try:
-                self._positions[shift] = read_position(folder, criteria=self._base.criteria)
+                self._positions[shift] = read_position(folder, criteria=self._base.criteria, creep=self._base.creep)
             except InputError as error:
                 if done.name in self._unreadable or done.name not in self.finished.reused:
                     raise

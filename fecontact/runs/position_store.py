@@ -10,6 +10,7 @@ from typing import Any
 
 from fecontact.case import Case, Criteria
 from fecontact.comparison.judged_load import JudgedLoad, judge_load
+from fecontact.creep import Creep
 from fecontact.errors import InputError
 from fecontact.files import read_json, write_json
 from fecontact.map.cells import LoadLimit, MapCell, MapPosition
@@ -67,7 +68,7 @@ class PositionWork:
     def _is_decided(self, finished: Path) -> bool:
         """Whether the stored loads are all that a new solution would have, by the criteria and readings of today."""
         try:
-            position = read_position(finished, criteria=self.case.criteria)
+            position = read_position(finished, criteria=self.case.criteria, creep=self.case.creep)
         except InputError:
             # of another layout
             return False
@@ -117,8 +118,8 @@ def has_open_loads(folder: Path) -> bool:
         return False
 
 
-def read_position(folder: Path, *, criteria: Criteria | None = None) -> MapPosition:
-    """Read a finished position and judge it, by other criteria than its own if they are given.
+def read_position(folder: Path, *, criteria: Criteria | None = None, creep: Creep | None = None) -> MapPosition:
+    """Read a finished position and judge it, by other criteria, friction and creepages than its own if given.
 
     Raises
     ------
@@ -126,12 +127,12 @@ def read_position(folder: Path, *, criteria: Criteria | None = None) -> MapPosit
         If the folder holds no finished position, or one of another layout, and what to do.
     """
     with stored_record(folder / POSITION, SCHEMA, "make the map again") as record:
-        return _position(folder, record, criteria)
+        return _position(folder, record, criteria, creep)
 
 
-def _position(folder: Path, record: Mapping[str, Any], criteria: Criteria | None) -> MapPosition:
+def _position(folder: Path, record: Mapping[str, Any], criteria: Criteria | None, creep: Creep | None) -> MapPosition:
     case = stored_case(folder, record["case"])
-    case = replace(case, criteria=criteria or case.criteria)
+    case = replace(case, criteria=criteria or case.criteria, creep=creep or case.creep)
     shift = record["lateral_shift_mm"]
     cells = {cell["load_N"]: MapCell(lateral_shift_mm=shift, **cell) for cell in record["cells"]}
     stopped = record["stopped"] and MapCell(lateral_shift_mm=shift, **record["stopped"])

@@ -87,11 +87,13 @@ def run_study(
     Raises
     ------
     InputError
-        If another run has the folder, the cluster cannot be used, or two cases differ in their criteria alone.
+        If another run has the folder, the cluster cannot be used, or two cases differ in criteria or creepages alone.
     """
     settings = settings or RunSettings()
     command = {"workers": settings.workers, "threads": settings.threads, "scheduler": settings.scheduler}
     command["part"] = settings.part and f"{settings.part[0]}/{settings.part[1]}"
+    for case in study.cases:
+        case.creep.refuse_unheard()
     named = [(case_id(case), case) for case in study.cases]
     cases = _by_name(named)
     own = settings.own_part([name for name, _ in named])
@@ -121,10 +123,12 @@ def run_study(
 def _by_name(named: list[tuple[str, Case]]) -> dict[str, Case]:
     cases: dict[str, Case] = {}
     for name, case in named:
-        if cases.setdefault(name, case).criteria != case.criteria:
+        first = cases.setdefault(name, case)
+        if (first.criteria, first.creep) != (case.criteria, case.creep):
+            what = "criteria" if first.criteria != case.criteria else "friction or creepages"
             raise InputError(
-                f"case {name} is there with different criteria; a case is solved once: give each by one set of"
-                " criteria, and judge the results again by others (fecontact judge)"
+                f"case {name} is there with different {what}; a case is solved once: give each by one set of"
+                " them, and judge the results again by others (fecontact judge)"
             )
     return cases
 

@@ -134,6 +134,7 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
         For inputs that cannot be solved, naming value, range and remedy; `NotEnoughMemory` where the machine has too
         little. A contact that does not converge is not an error but a result whose `status` says so.
     """
+    case.creep.refuse_unheard()
     position = position_of(case, progress=progress)
     meshes = Meshes(position)
     judged = meshes.solve(position)

@@ -1,0 +1,156 @@
+"""Creep forces on Hertz's ellipse and on the real patch by every theory: what Hertz's error does to the forces.
+
+Theories that need an ellipse take on the real patch that of its second moments (`theory.creep.strips`) with the
+creepages of its centre; FASTSIM marches in strips over it; the rolling half-space takes the pressure as it is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fecontact.comparison.patch import Patch
+from fecontact.contact.rung import Rung
+from fecontact.errors import ConvergenceError, InputError
+from fecontact.rolling.steady import PressureCells, ellipse_cells, pressure_cells, steady_rolling
+from fecontact.theory.creep.contact import Creepages, CreepForce, RollingEllipse
+from fecontact.theory.creep.fastsim import Strips, ellipse_strips, fastsim_strips
+from fecontact.theory.creep.kalker import kalker_linear
+from fecontact.theory.creep.polach import polach
+from fecontact.theory.creep.saturation import shen_hedrick_elkins, vermeulen_johnson
+from fecontact.theory.creep.strips import STRIPS, one_ellipse, pressure_strips
+from fecontact.theory.hertz import HertzContact
+
+_LAWS: dict[str, Callable[[RollingEllipse, Creepages], CreepForce]] = {
+    "kalker": kalker_linear,
+    "vermeulen_johnson": vermeulen_johnson,
+    "she": shen_hedrick_elkins,
+    "polach": polach,
+}
+THEORIES = (*_LAWS, "fastsim", "rolling_half_space")
+"""Names of the theories, from the simplest to the exact one."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CreepPatch:
+    """A contact as creep theories take it.
+
+    Attributes
+    ----------
+    ellipse, centre_mm
+        Its ellipse, and where its centre lies from the first touch point, along x and across.
+    pieces
+        Its separate patches in strips.
+    cells
+        Its pressure on cells.
+    """
+
+    ellipse: RollingEllipse
+    centre_mm: tuple[float, float]
+    pieces: tuple[Strips, ...]
+    cells: PressureCells
+
+
+def ellipse_patch(contact: RollingEllipse) -> CreepPatch:
+    """Hertz's pressure on an ellipse at the first touch point."""
+    return CreepPatch(
+        ellipse=contact,
+        centre_mm=(0.0, 0.0),
+        pieces=(ellipse_strips(contact, STRIPS),),
+        cells=ellipse_cells(contact.a_mm, contact.b_mm, contact.normal_force_N),
+    )
+
+
+def hertz_patch(hertz: HertzContact, *, friction: float, shear_MPa: float, poisson: float) -> CreepPatch:
+    """Hertz's contact; one whose axes are turned has the half-widths of its moments along x and across."""
+    a, b = 0.5 * hertz.extent_x_mm, 0.5 * hertz.extent_y_mm
+    scale = math.sqrt(hertz.a_mm * hertz.b_mm / (a * b))
+    return ellipse_patch(
+        RollingEllipse(
+            a_mm=scale * a,
+            b_mm=scale * b,
+            normal_force_N=hertz.normal_force_N,
+            friction=friction,
+            shear_MPa=shear_MPa,
+            poisson=poisson,
+        )
+    )
+
+
+def real_patch(rung: Rung, patch: Patch, *, friction: float, shear_MPa: float, poisson: float) -> CreepPatch:
+    """The pressure of a solved contact, whose force is that along the contact normal."""
+    field = rung.pressure.whole()
+    cell = field.grid.steps_mm[0] * field.grid.steps_mm[1]
+    pressure = field.values * (rung.normal_force_N / (cell * float(field.values.sum())))
+    x, s = field.grid.x_mm, field.grid.s_mm
+    pieces = pressure_strips(x, s, pressure, friction=friction, shear_MPa=shear_MPa, poisson=poisson)
+    ellipse, centre_x, centre_s = one_ellipse(pieces)
+    return CreepPatch(
+        ellipse=replace(ellipse, normal_force_N=rung.normal_force_N),
+        centre_mm=(centre_x, centre_s),
+        pieces=pieces,
+        cells=pressure_cells(x, s, pressure, area_mm2=patch.area_mm2, lobes=max(1, len(patch.lobes))),
+    )
+
+
+def creep_force(theory: str, patch: CreepPatch, creepages: Creepages) -> CreepForce:
+    """Force of a theory at creepages of the first touch point, the moment about it.
+
+    Raises
+    ------
+    InputError
+        If the theory does not cover the ellipse or the creepages.
+    ConvergenceError
+        If the rolling half-space did not converge.
+    """
+    if theory == "fastsim":
+        return fastsim_strips(patch.pieces, creepages)
+    if theory == "rolling_half_space":
+        return _on_half_space(patch, creepages)
+    if theory not in _LAWS:
+        raise InputError(f"theory is {theory!r}; allowed: {', '.join(THEORIES)}")
+    return _LAWS[theory](patch.ellipse, creepages.at(*patch.centre_mm)).at(*patch.centre_mm)
+
+
+def _on_half_space(patch: CreepPatch, creepages: Creepages) -> CreepForce:
+    solution = steady_rolling(
+        patch.cells,
+        xi=creepages.xi,
+        eta=creepages.eta,
+        spin_per_mm=creepages.spin_per_mm,
+        friction=patch.ellipse.friction,
+        shear_MPa=patch.ellipse.shear_MPa,
+        poisson=patch.ellipse.poisson,
+    )
+    if solution.status != "converged":
+        raise ConvergenceError(
+            f"the rolling half-space did not converge at xi {creepages.xi:g}, eta {creepages.eta:g}, spin"
+            f" {creepages.spin_per_mm:g} 1/mm (residual {solution.friction.residual:.1e}); take FASTSIM there"
+        )
+    return CreepForce(
+        fx_N=solution.fx_N,
+        fy_N=solution.fy_N,
+        mz_Nmm=solution.mz_Nmm,
+        adhesion_area_mm2=solution.adhesion_area_mm2,
+        slip_area_mm2=solution.slip_area_mm2,
+        power_per_speed_N=solution.power_per_speed_N,
+    )
+
+
+def creep_forces(patch: CreepPatch, creepages: Creepages) -> Mapping[str, CreepForce | str]:
+    """Forces of all theories; in place of one that does not cover the contact, or did not converge, why."""
+    found: dict[str, CreepForce | str] = {}
+    for theory in THEORIES:
+        try:
+            found[theory] = creep_force(theory, patch, creepages)
+        except (InputError, ConvergenceError) as error:
+            found[theory] = str(error)
+    return found
+
+
+def force_difference(one: CreepForce, other: CreepForce, limit_N: float) -> float:
+    """Size of the difference of two tangential forces, as vectors, over mu N."""
+    return float(np.hypot(one.fx_N - other.fx_N, one.fy_N - other.fy_N)) / limit_N

@@ -1,0 +1,204 @@
+"""Does Hertz hold for forces? A judged load under its case's friction and creepages, and over a range of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from fecontact.comparison.creep_forces import (
+    CreepPatch,
+    creep_force,
+    creep_forces,
+    force_difference,
+    hertz_patch,
+    real_patch,
+)
+from fecontact.comparison.creepages import creepages_of
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.measures import patch_of
+from fecontact.comparison.verdict import FROM_BEST, Answer
+from fecontact.contact.rung import Rung
+from fecontact.errors import FecontactError
+from fecontact.geometry.placement import Placement
+from fecontact.theory.creep.contact import Creepages, CreepForce, friction_warnings, pair_constants
+
+SCREEN, DECIDES = "fastsim", "rolling_half_space"
+"""The theory that looks where Hertz is furthest off, which it knows to 1 or 2 % of mu N, and the one that decides."""
+SMALLEST_CREEPAGE = 1e-4
+_SIZES, _DIRECTIONS = 8, 8
+# how many creepages it decides at
+_DECIDE = 3
+# Hertz's deviation with 32 cells along the patch and with 72: 0.1 to 0.2 % of mu N at four positions
+_OF_READING = 0.002
+# as comparison.uncertainty has it for the measures
+_OF_THE_PARTING = 2.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceVerdict:
+    """Whether Hertz's creep force is right over a range of creepages.
+
+    Attributes
+    ----------
+    answer
+        The worst over the range.
+    creepages, deviation, uncertainty
+        Where it is furthest off, by how much of mu N, and how well that is known.
+    limit
+        Of the deviation.
+    """
+
+    answer: Answer
+    creepages: Creepages
+    deviation: float
+    uncertainty: float
+    limit: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class CreepComparison:
+    """Creep forces of a judged load.
+
+    Attributes
+    ----------
+    friction, creepages
+        With which they are evaluated, at the first touch point.
+    centre_creepages
+        The creepages of the real patch's centre of pressure: spin about the touch point moves it along.
+    hertz, fe
+        Force of each theory on Hertz's ellipse and on the real patch, or why there is none.
+    deviation_of_muN, uncertainty_of_muN
+        Size of their difference over mu N, and how well it is known from mesh to mesh.
+    verdict
+        Over a range of creepages.
+    warnings
+        What makes the forces doubtful.
+    """
+
+    friction: float
+    limit_N: float
+    creepages: Creepages
+    centre_creepages: Creepages
+    hertz: Mapping[str, CreepForce | str]
+    fe: Mapping[str, CreepForce | str]
+    deviation_of_muN: Mapping[str, float | None]
+    uncertainty_of_muN: Mapping[str, float | None]
+    verdict: ForceVerdict
+    warnings: tuple[str, ...]
+
+
+# a result is told as a row, as a record and as a table, and is evaluated once
+@lru_cache(maxsize=16)
+def creep_of(load: JudgedLoad, placement: Placement) -> CreepComparison | None:
+    """Creep forces of a judged load; None where no friction is given."""
+    case = load.case
+    if case.creep.friction is None:
+        return None
+    hertz, real, others = _patches(load, case.creep.friction)
+    creepages, limit = creepages_of(case, placement), real.ellipse.limit_N
+    on_hertz, on_real = creep_forces(hertz, creepages), creep_forces(real, creepages)
+    deviation: dict[str, float | None] = {}
+    uncertainty: dict[str, float | None] = {}
+    for theory, force in on_hertz.items():
+        other = on_real[theory]
+        known = not isinstance(force, str) and not isinstance(other, str)
+        deviation[theory] = force_difference(force, other, limit) if known else None  # type: ignore[arg-type]
+        uncertainty[theory] = _uncertainty(theory, real, others, creepages) if known else None
+    return CreepComparison(
+        friction=case.creep.friction,
+        limit_N=limit,
+        creepages=creepages,
+        centre_creepages=creepages.at(*real.centre_mm),
+        hertz=on_hertz,
+        fe=on_real,
+        deviation_of_muN=deviation,
+        uncertainty_of_muN=uncertainty,
+        verdict=_verdict(load, hertz, real, others, creepages.spin_per_mm),
+        warnings=_warnings(load, case.creep.friction),
+    )
+
+
+def _patches(load: JudgedLoad, friction: float) -> tuple[CreepPatch, CreepPatch, tuple[CreepPatch, CreepPatch]]:
+    """Hertz's, the real one, and for the uncertainty that of the next coarser mesh and of another reading of it."""
+    shear, poisson = pair_constants(load.case.wheel_material, load.case.rail_material)
+
+    def real(rung: Rung) -> CreepPatch:
+        return real_patch(rung, patch_of(rung), friction=friction, shear_MPa=shear, poisson=poisson)
+
+    coarser, otherwise = load.solved.levels[1].fe, load.level.otherwise
+    hertz = hertz_patch(load.hertz, friction=friction, shear_MPa=shear, poisson=poisson)
+    return hertz, real(load.fe), (real(coarser), real(otherwise))
+
+
+def _uncertainty(
+    theory: str, real: CreepPatch, others: tuple[CreepPatch, CreepPatch], creepages: Creepages
+) -> float | None:
+    """Of the force on the real patch over mu N; None of a theory that does not cover all meshes."""
+    limit = real.ellipse.limit_N
+    try:
+        finest, coarser, otherwise = (creep_force(theory, patch, creepages) for patch in (real, *others))
+    except FecontactError:
+        return None
+    change, parting = force_difference(finest, coarser, limit), force_difference(finest, otherwise, limit)
+    return _OF_READING + change + _OF_THE_PARTING * parting
+
+
+def _verdict(
+    load: JudgedLoad, hertz: CreepPatch, real: CreepPatch, others: tuple[CreepPatch, CreepPatch], spin_per_mm: float
+) -> ForceVerdict:
+    """FASTSIM looks over the whole range, and the rolling half-space decides where it finds Hertz furthest off."""
+    creep, limit_N = load.case.creep, real.ellipse.limit_N
+
+    def deviation(theory: str, creepages: Creepages) -> float:
+        try:
+            on_hertz, on_real = (creep_force(theory, patch, creepages) for patch in (hertz, real))
+        except FecontactError:
+            return math.nan
+        return force_difference(on_hertz, on_real, limit_N)
+
+    found = [(deviation(SCREEN, one), one) for one in creepage_range(creep.largest_creepage, spin_per_mm)]
+    furthest = sorted(found, key=lambda one: -one[0])[:_DECIDE]
+    each = []
+    for _, creepages in furthest:
+        off, known = deviation(DECIDES, creepages), _uncertainty(SCREEN, real, others, creepages)
+        unsure = math.nan if known is None else known
+        each.append((_answer(off, unsure, creep.force_limit), off, unsure, creepages))
+    worst = max(each, key=lambda one: (FROM_BEST.index(one[0]), one[1]))
+    return ForceVerdict(
+        # a result that must not be used leaves it open
+        answer=worst[0] if load.status == "converged" else "UNRESOLVED",
+        creepages=worst[3],
+        deviation=worst[1],
+        uncertainty=worst[2],
+        limit=creep.force_limit,
+    )
+
+
+def creepage_range(largest: float, spin_per_mm: float) -> Sequence[Creepages]:
+    """Creepages from 0.01 % to the largest one in eight directions, all with one spin."""
+    ratio = (largest / SMALLEST_CREEPAGE) ** (1.0 / (_SIZES - 1))
+    angles = [2.0 * math.pi * k / _DIRECTIONS for k in range(_DIRECTIONS)]
+    return [
+        Creepages(
+            # along an axis the other one is zero
+            xi=size * round(math.cos(angle), 12),
+            eta=size * round(math.sin(angle), 12),
+            spin_per_mm=spin_per_mm,
+        )
+        for size in (SMALLEST_CREEPAGE * ratio**power for power in range(_SIZES))
+        for angle in angles
+    ]
+
+
+def _answer(deviation: float, uncertainty: float, limit: float) -> Answer:
+    if deviation - uncertainty > limit:
+        return "FAILS"
+    # not the other way round: what is not a number does not hold
+    return "HOLDS" if deviation + uncertainty < limit else "UNRESOLVED"
+
+
+def _warnings(load: JudgedLoad, friction: float) -> tuple[str, ...]:
+    separate = ("on separate patches the laws for one ellipse take one of the second moments of all",)
+    return (*friction_warnings(friction), *(separate if load.geometry.pieces > 1 else ()))

@@ -1,0 +1,117 @@
+"""Friction and creepages of a case: what forces are evaluated with from its pressure, without solving it again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+from fecontact.errors import InputError
+from fecontact.inputs.kinds import Number
+from fecontact.inputs.slots import check_inputs
+
+_NO_UNIT = "it is relative to the rolling speed: 0.001 is 0.1 %"
+
+
+def _creepage(label: str, help: str, **others: Any) -> dict[str, Any]:
+    return {"input": Number(label=label, help=help, low=-1.0, high=1.0, remedy=_NO_UNIT, **others)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Creep:
+    """Friction and creepages of the wheel against the rail, at the first touch point; None of all without friction.
+
+    Creepages that are not given are those of a wheelset that runs along the track and turns at `speed_ratio` times the
+    speed that rolls its tape circle: longitudinal from the rolling radius at the touch point, lateral from the yaw,
+    spin from the contact angle.
+    """
+
+    friction: float | None = field(
+        default=None,
+        metadata={
+            "input": Number(
+                label="friction coefficient",
+                help="Coefficient of friction; with it creep forces are evaluated",
+                remedy="dry steel has 0.3 to 0.6, wet 0.1 to 0.3",
+            )
+        },
+    )
+    xi: float | None = field(
+        default=None,
+        metadata=_creepage(
+            "creepage xi",
+            "Longitudinal creepage, > 0 where the wheel slides forward",
+            key="longitudinal_creepage",
+            options=("xi",),
+        ),
+    )
+    eta: float | None = field(
+        default=None,
+        metadata=_creepage(
+            "creepage eta", "Lateral creepage, > 0 towards the field side", key="lateral_creepage", options=("eta",)
+        ),
+    )
+    spin_per_mm: float | None = field(
+        default=None, metadata=_creepage("spin", "Spin about the normal of the contact", unit="1/mm")
+    )
+    speed_ratio: float = field(
+        default=1.0,
+        metadata={
+            "input": Number(
+                label="speed ratio",
+                help="Speed of rotation over that which rolls the tape circle; above 1 the wheel drives",
+                high=2.0,
+                remedy="a free wheel has 1, a driven one some thousandths more",
+            )
+        },
+    )
+
+    force_limit: float = field(
+        default=0.05,
+        metadata={
+            "input": Number(
+                label="limit of the creep force",
+                help="Hertz holds for forces if his creep force is off by less of mu N",
+                key="force_percent",
+                shown_unit="%",
+                factor=100.0,
+                high=1.0,
+                inclusive=False,
+                remedy="for example 0.05 for 5 %",
+            )
+        },
+    )
+    largest_creepage: float = field(
+        default=0.02,
+        metadata={
+            "input": Number(
+                label="largest creepage",
+                help="Longitudinal and lateral creepage up to which forces are judged",
+                low=1e-4,
+                high=0.5,
+                remedy="0.02 is 2 %, where most contacts slide",
+            )
+        },
+    )
+
+    def __post_init__(self) -> None:
+        check_inputs(self)
+
+    @property
+    def asked(self) -> bool:
+        """Whether forces are to be evaluated."""
+        return self.friction is not None
+
+    def refuse_unheard(self) -> None:
+        """Refuse creepages without friction, of which nothing would come.
+
+        Raises
+        ------
+        InputError
+            With what is missing.
+        """
+        for one in () if self.asked else fields(self):
+            if (value := getattr(self, one.name)) != one.default:
+                label = one.metadata["input"].label
+                raise InputError(
+                    f"{label} is {value!r}, but no friction coefficient is given; give one too, for example 0.3"
+                )

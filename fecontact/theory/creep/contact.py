@@ -1,0 +1,146 @@
+"""What every creep law takes and gives: the ellipse, the creepages, the forces; signs, units and checks.
+
+Axes: x in the rolling direction, z normal and into the body on which the forces act (here the wheel), y completes a
+right-handed set. Creepages are those of this body relative to the other one, so that positive xi gives negative Fx,
+positive eta negative Fy, positive spin negative Fy. Exchanging the bodies reverses creepages and forces together: all
+laws are odd under that. (Kalker 1990.)
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from fecontact.errors import InputError, check_positive
+from fecontact.material import Material, check_poisson
+
+_LARGEST_USUAL_FRICTION = 1.5
+_NO_CREEPAGE = "creepages are relative to the rolling speed: 0.001 is 0.1 %, spin is in 1/mm"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Creepages:
+    """Creepages of the wheel against the rail, divided by the rolling speed.
+
+    Attributes
+    ----------
+    xi, eta
+        Along the rolling direction and across, no unit.
+    spin_per_mm
+        Relative angular velocity about the normal over the rolling speed.
+    """
+
+    xi: float = 0.0
+    eta: float = 0.0
+    spin_per_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, value, unit in (("xi", self.xi, ""), ("eta", self.eta, ""), ("spin", self.spin_per_mm, " 1/mm")):
+            if not math.isfinite(value):
+                raise InputError(f"creepage {name} is {value!r}{unit}; allowed: a finite number; {_NO_CREEPAGE}")
+
+    def at(self, x_mm: float, y_mm: float) -> Creepages:
+        """Creepages at another point of the same rigid motion: spin moves the surfaces there."""
+        return replace(self, xi=self.xi - self.spin_per_mm * y_mm, eta=self.eta + self.spin_per_mm * x_mm)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RollingEllipse:
+    """An elliptic contact that rolls: semi-axes along x (a) and across (b), load, friction, elastic constants.
+
+    `shear_MPa` and `poisson` are those of two bodies of one material, or of their combination by `pair_constants`.
+    """
+
+    a_mm: float
+    b_mm: float
+    normal_force_N: float
+    friction: float
+    shear_MPa: float
+    poisson: float
+
+    def __post_init__(self) -> None:
+        check_positive("semi-axis a", self.a_mm, "mm", "give the half-width along the rolling direction")
+        check_positive("semi-axis b", self.b_mm, "mm", "give the half-width across the rolling direction")
+        check_positive("normal force", self.normal_force_N, "N", "give the compressive force")
+        check_positive("friction coefficient", self.friction, "N/N", "dry steel has 0.3 to 0.6, wet 0.1 to 0.3")
+        check_positive("shear modulus", self.shear_MPa, "MPa", "steel has 80000 to 82000 MPa")
+        check_poisson(self.poisson)
+
+    @property
+    def limit_N(self) -> float:
+        """Coulomb's largest force mu N."""
+        return self.friction * self.normal_force_N
+
+    @property
+    def area_mm2(self) -> float:
+        """Area of the ellipse."""
+        return math.pi * self.a_mm * self.b_mm
+
+
+@dataclass(frozen=True, kw_only=True)
+class CreepForce:
+    """Forces on the wheel; None where a law says nothing of them.
+
+    Attributes
+    ----------
+    fx_N, fy_N
+        Along the rolling direction and across, in the tangent plane.
+    mz_Nmm
+        Moment about the normal through the origin of the coordinates.
+    adhesion_area_mm2, slip_area_mm2
+        Areas without and with slip; their sum is the patch.
+    power_per_speed_N
+        Dissipated power over the rolling speed: -(xi Fx + eta Fy + spin Mz).
+    """
+
+    fx_N: float
+    fy_N: float
+    mz_Nmm: float | None = None
+    adhesion_area_mm2: float | None = None
+    slip_area_mm2: float | None = None
+    power_per_speed_N: float | None = None
+
+    @property
+    def force_N(self) -> float:
+        """Size of the tangential force."""
+        return math.hypot(self.fx_N, self.fy_N)
+
+    def at(self, x_mm: float, y_mm: float) -> CreepForce:
+        """The same force where the ellipse's centre lies at a place: its moment is about the origin."""
+        if self.mz_Nmm is None:
+            return self
+        return replace(self, mz_Nmm=self.mz_Nmm + x_mm * self.fy_N - y_mm * self.fx_N)
+
+
+def dissipated_N(creepages: Creepages, fx_N: float, fy_N: float, mz_Nmm: float | None) -> float | None:
+    """Power over the rolling speed in N; None with spin whose moment is not known."""
+    if mz_Nmm is None and creepages.spin_per_mm != 0.0:
+        return None
+    # zero is told without a sign
+    return 0.0 - (creepages.xi * fx_N + creepages.eta * fy_N + creepages.spin_per_mm * (mz_Nmm or 0.0))
+
+
+def friction_warnings(friction: float) -> tuple[str, ...]:
+    """What is doubtful about a coefficient of friction."""
+    if friction <= _LARGEST_USUAL_FRICTION:
+        return ()
+    return (f"friction coefficient is {friction:g}: wheels on rails hardly have one above {_LARGEST_USUAL_FRICTION:g}",)
+
+
+def pair_constants(first: Material, second: Material) -> tuple[float, float]:
+    """Shear modulus (MPa) and Poisson's ratio of a pair: 2/G = 1/G1 + 1/G2, 2 nu/G = nu1/G1 + nu2/G2 (Kalker 1990).
+
+    Range of validity: the part of the normal pressure in the tangential displacements, which vanishes for one material,
+    is left out.
+    """
+    shear = 2.0 / (1.0 / first.shear_MPa + 1.0 / second.shear_MPa)
+    return shear, 0.5 * shear * (first.poisson / first.shear_MPa + second.poisson / second.shear_MPa)
+
+
+def wheelset_moment_Nmm(fx_left_N: float, fx_right_N: float, contact_distance_mm: float) -> float:
+    """Moment about the vertical that the longitudinal forces on both wheels of a wheelset have: (Fx_r - Fx_l) D / 2.
+
+    Both forces count along the running direction, the left wheel is at +D/2; the moment turns the wheelset to the left.
+    Yan and Fischer (2000, eq. 7) print a sum, which is right only if the left force counts backwards.
+    """
+    return 0.5 * contact_distance_mm * (fx_right_N - fx_left_N)

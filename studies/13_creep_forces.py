@@ -1,0 +1,230 @@
+"""What does Hertz's error do to the creep forces?
+
+S1002 on 60E1 1:40 at ten positions, 50 and 100 kN, friction 0.15, 0.3 and 0.5: forces under longitudinal and lateral
+creepage of 0.01 to 2 % in eight directions, with the spin of the contact angle. Every theory on Hertz's ellipse is held
+against two references on the real patch: FASTSIM in strips over it, and the exact theory, the rolling half-space under
+its pressure.
+
+Reference (analytic, exact theory of the half-space under the same pressure). Expected: where Hertz holds in pressure, his
+forces are within 5 % of mu N of those of the real patch. Where he fails the forces need not, and between -1 and 1 mm they
+do: the centre of pressure lies millimetres from the touch point, and the spin about that is a longitudinal creepage there
+that Hertz does not know.
+"""
+
+import csv
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import fecontact
+from fecontact.case import Case
+from fecontact.comparison.creep_forces import (
+    THEORIES,
+    CreepPatch,
+    creep_force,
+    force_difference,
+    hertz_patch,
+    real_patch,
+)
+from fecontact.comparison.creep_verdict import creepage_range
+from fecontact.comparison.creepages import creepages_of
+from fecontact.comparison.measures import patch_of
+from fecontact.creep import Creep
+from fecontact.errors import FecontactError
+from fecontact.outputs.figures import blank_figure, save_figure
+from fecontact.regression.checks import Check
+from fecontact.solving.solve import CaseResult
+from fecontact.theory.creep.contact import Creepages, pair_constants
+
+SHIFTS_MM = (-8.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.25, 1.0, 3.0, 4.0)
+LOADS_N = (50e3, 100e3)
+FRICTIONS = (0.15, 0.3, 0.5)
+QUICK_SHIFTS_MM = (4.0,)
+# The figure: positions, friction, and creepages along its axis.
+SHOWN_MM = (0.0, 0.25, 4.0)
+SHOWN_FRICTION = 0.3
+CURVE = (0.0, 1e-4, 2e-4, 4e-4, 7e-4, 1e-3, 1.5e-3, 2e-3, 3e-3, 5e-3, 1e-2)
+# Every sixth of the creepages of the verdict, in turn through sizes and directions, has the exact theory.
+EXACT_EVERY = 6
+# Of mu N: where Hertz holds in pressure.
+LIMIT_PERCENT = 5.0
+LAWS = tuple(theory for theory in THEORIES if theory not in ("kalker", "vermeulen_johnson"))
+
+
+def cases(quick: bool = False) -> list[Case]:
+    """Ten positions under two loads, or one."""
+    return [
+        Case(lateral_shift_mm=shift, load_N=load, creep=Creep(friction=SHOWN_FRICTION))
+        for load in (LOADS_N[-1:] if quick else LOADS_N)
+        for shift in (QUICK_SHIFTS_MM if quick else SHIFTS_MM)
+    ]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Errors:
+    """Largest differences over the creepages at one position, load and friction, in % of mu N.
+
+    `from_fastsim` and `from_exact` are those of each theory on Hertz's ellipse from FASTSIM and from the exact theory
+    on the real patch; `fastsim_itself` is that of FASTSIM from the exact theory, both on the real patch.
+    """
+
+    shift_mm: float
+    load_kN: float
+    friction: float
+    from_fastsim: dict[str, float]
+    from_exact: dict[str, float]
+    fastsim_itself: float
+
+
+def patches(result: CaseResult, friction: float) -> tuple[CreepPatch, CreepPatch]:
+    """Hertz's ellipse and the real patch of a result."""
+    shear, poisson = pair_constants(result.case.wheel_material, result.case.rail_material)
+    given = {"friction": friction, "shear_MPa": shear, "poisson": poisson}
+    fe = result.load.fe
+    return hertz_patch(result.load.hertz, **given), real_patch(fe, patch_of(fe), **given)
+
+
+def errors(result: CaseResult, friction: float) -> Errors:
+    """Differences of one position under one friction."""
+    hertz, real = patches(result, friction)
+    limit, spin = real.ellipse.limit_N, creepages_of(result.case, result.placement).spin_per_mm
+    from_fastsim, from_exact = dict.fromkeys(LAWS, 0.0), dict.fromkeys(LAWS, 0.0)
+    itself = 0.0
+    for number, creepages in enumerate(creepage_range(result.case.creep.largest_creepage, spin)):
+        strips = creep_force("fastsim", real, creepages)
+        exactly = number % EXACT_EVERY == 0
+        exact = creep_force("rolling_half_space", real, creepages) if exactly else None
+        if exact is not None:
+            itself = max(itself, force_difference(strips, exact, limit))
+        for law in LAWS:
+            if law == "rolling_half_space" and not exactly:
+                continue
+            force = creep_force(law, hertz, creepages)
+            from_fastsim[law] = max(from_fastsim[law], force_difference(force, strips, limit))
+            if exact is not None:
+                from_exact[law] = max(from_exact[law], force_difference(force, exact, limit))
+    case = result.case
+    return Errors(
+        shift_mm=case.lateral_shift_mm,
+        load_kN=case.load_N / 1e3,
+        friction=friction,
+        from_fastsim={law: 1e2 * value for law, value in from_fastsim.items()},
+        from_exact={law: 1e2 * value for law, value in from_exact.items()},
+        fastsim_itself=1e2 * itself,
+    )
+
+
+def conclude(rows: list[dict[str, Any]], out: Path) -> str:
+    """Largest errors of each theory, and where pressure and force do not agree."""
+    results = fecontact.load(out)
+    assert isinstance(results, tuple)
+    held = [errors(result, friction) for result in results for friction in FRICTIONS]
+    _write(held, out / "creep_errors.csv")
+    _figure(results, out / "13_creep_forces.png")
+    lines = ["shift mm  load kN  pressure    force       force off by   FASTSIM's own", ""]
+    for row in rows:
+        own = [one for one in held if (one.shift_mm, one.load_kN) == (row["lateral_shift_mm"], row["load_kN"])]
+        lines.append(
+            f"{row['lateral_shift_mm']:8g} {row['load_kN']:8g}  {row['verdict']:<10}  {row['force_verdict']:<10}"
+            f" {row['force_worst_percent']:6.1f} ± {row['force_worst_uncertainty_percent']:.1f} %"
+            f" {max(one.fastsim_itself for one in own):8.1f} %"
+        )
+    lines += ["", "on Hertz's ellipse, off the exact theory on the real patch by at most, % of mu N:"]
+    for friction in FRICTIONS:
+        own = [one for one in held if one.friction == friction]
+        lines.append(
+            f"friction {friction:g}: "
+            + ", ".join(f"{law} {max(one.from_exact[law] for one in own):.1f}" for law in LAWS)
+        )
+    return "\n".join(lines)
+
+
+def checks(rows: list[dict[str, Any]]) -> list[Check]:
+    """Where Hertz holds in pressure he holds in force."""
+    return [
+        Check(
+            quantity="creep force of Hertz, % of mu N",
+            case=f"{row['lateral_shift_mm']:g} mm, {row['load_kN']:g} kN",
+            reference="rolling half-space on the real patch",
+            kind="analytic",
+            value=float(row["force_worst_percent"]),
+            expected=None,
+            limit_percent=LIMIT_PERCENT,
+            uncertainty_percent=float(row["force_worst_uncertainty_percent"]),
+        )
+        for row in rows
+        if row["verdict"] == "HOLDS"
+    ]
+
+
+def _write(held: Sequence[Errors], path: Path) -> None:
+    """Table of all errors."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        names = ("fastsim", "exact")
+        writer.writerow(
+            ["lateral_shift_mm", "load_kN", "friction", "fastsim_itself_percent"]
+            + [f"{law}_from_{name}_percent" for name in names for law in LAWS]
+        )
+        for one in held:
+            numbers = [*one.from_fastsim.values(), *one.from_exact.values()]
+            head = [one.shift_mm, one.load_kN, one.friction, f"{one.fastsim_itself:.3f}"]
+            writer.writerow(head + [f"{number:.3f}" for number in numbers])
+
+
+def curve(result: CaseResult, friction: float, axis: str) -> dict[str, np.ndarray]:
+    """Force against a creepage along one axis, over mu N, by the exact theory and FASTSIM, on both patches."""
+    hertz, real = patches(result, friction)
+    spin = creepages_of(result.case, result.placement).spin_per_mm
+    found: dict[str, list[float]] = {}
+    for size in CURVE:
+        creepages = Creepages(spin_per_mm=spin, **{axis: size})
+        for side, patch in (("Hertz", hertz), ("real", real)):
+            for theory in ("fastsim", "rolling_half_space"):
+                try:
+                    force = creep_force(theory, patch, creepages)
+                    value = -(force.fx_N if axis == "xi" else force.fy_N) / patch.ellipse.limit_N
+                except FecontactError:
+                    value = math.nan
+                found.setdefault(f"{theory}, {side}", []).append(value)
+    return {name: np.array(values) for name, values in found.items()}
+
+
+def _figure(results: Sequence[CaseResult], path: Path) -> None:
+    """Creep curves at a few positions: Hertz's ellipse and the real patch."""
+    shown = [result for result in results if result.case.lateral_shift_mm in SHOWN_MM]
+    shown = [result for result in shown if result.case.load_N == LOADS_N[-1]]
+    figure = blank_figure(3.6 * len(shown) + 0.6, 6.2)
+    axes = np.asarray(figure.subplots(2, len(shown), sharex=True, sharey=True, squeeze=False))
+    for column, result in enumerate(sorted(shown, key=lambda one: one.case.lateral_shift_mm)):
+        for row, (axis, word) in enumerate((("xi", "longitudinal"), ("eta", "lateral"))):
+            drawn = curve(result, SHOWN_FRICTION, axis)
+            ax = axes[row, column]
+            percent = 1e2 * np.array(CURVE)
+            for side, colour in (("Hertz", "tab:orange"), ("real", "tab:blue")):
+                label = "Hertz's ellipse" if side == "Hertz" else "real patch"
+                ax.plot(percent, drawn[f"rolling_half_space, {side}"], color=colour, label=f"{label}, exact")
+                ax.plot(percent, drawn[f"fastsim, {side}"], "--", color=colour, lw=1.0, label=f"{label}, FASTSIM")
+            ax.grid(alpha=0.3)
+            ax.axhline(0.0, color="black", lw=0.6)
+            ax.set_title(f"{result.case.lateral_shift_mm:g} mm, {word} creepage", fontsize=9)
+            if row == 1:
+                ax.set_xlabel("creepage, %")
+            if column == 0:
+                ax.set_ylabel("force against it over µN")
+    axes[0, -1].legend(fontsize=8, loc="lower right")
+    save_figure(figure, path)
+
+
+def main() -> None:
+    from fecontact.cli import run_script
+
+    run_script(__file__)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,283 @@
+"""Creep forces on Hertz's ellipse and on a solved pressure, their verdict, records and commands."""
+
+import json
+import math
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from fecontact.case import Case, case_from_record, case_record
+from fecontact.cli import call
+from fecontact.comparison.creep_forces import THEORIES, creep_force, ellipse_patch, force_difference, hertz_patch
+from fecontact.comparison.creep_verdict import SMALLEST_CREEPAGE, creep_of, creepage_range
+from fecontact.comparison.creepages import creepages_of, wheelset_creepages
+from fecontact.comparison.judged_load import JudgedLoad, Level, SolvedLoad, judge_load
+from fecontact.comparison.measures import hertz_on
+from fecontact.contact.grid import ContactGrid
+from fecontact.contact.rung import Rung
+from fecontact.creep import Creep
+from fecontact.errors import InputError
+from fecontact.geometry.placement import Placement
+from fecontact.outputs.creep import creep_columns, creep_record
+from fecontact.runs.identity import case_id, origin_of
+from fecontact.solving.position import hertz_of_case, place_case
+from fecontact.solving.solve import solve
+from fecontact.theory.creep.contact import Creepages, RollingEllipse
+from fecontact.theory.hertz import HertzContact
+
+ROUND = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, load_N=100e3)
+CREEP = Creep(friction=0.3, xi=1e-3, eta=5e-4)
+
+
+@cache
+def placement_of(case: Case) -> Placement:
+    return place_case(case)
+
+
+def planted(hertz: HertzContact, *, nodes: int = 32, moved_mm: float = 0.0, lobes: int = 1) -> Rung:
+    """Hertz's pressure as if it had been solved, moved across, or in equal lobes that far to both sides."""
+    reach = 1.3 + moved_mm / hertz.b_mm
+    x = hertz.a_mm / nodes * np.arange(int(1.3 * nodes) + 1)
+    s = hertz.b_mm / nodes * np.arange(-int(reach * nodes), int(reach * nodes) + 1)
+    grid = ContactGrid(x_mm=x, s_mm=s, half=True)
+    sides = (moved_mm,) if lobes == 1 else (-moved_mm, moved_mm)
+    pressure = np.mean([hertz_on(grid, hertz, (0.0, side)) for side in sides], axis=0)
+    return Rung(
+        grid=grid,
+        pressure_MPa=pressure,
+        gap_mm=np.where(pressure > 0.0, 0.0, 1.0),
+        approach_mm=hertz.approach_mm,
+        normal_force_N=hertz.normal_force_N,
+        status="converged",
+        iterations=1,
+        compliance_calls=1,
+        contact_residual=0.0,
+        penetration_residual=0.0,
+        load_balance=0.0,
+    )
+
+
+def judged(case: Case, coarser: Rung | None = None, **how: float) -> JudgedLoad:
+    hertz = hertz_of_case(case, placement_of(replace(case, creep=Creep())))
+    fe = planted(hertz, **how)
+    levels = tuple(
+        Level(
+            nodal=rung,
+            fe=rung,
+            otherwise=fe,
+            degrees_of_freedom={"rail": 1, "wheel": 1},
+            elements={"rail": 1, "wheel": 1},
+            enlarged=0,
+            at_edge=False,
+        )
+        for rung in (fe, coarser or fe)
+    )
+    solved = SolvedLoad(case=case, levels=levels, half_space=fe, quadratic=planted(hertz), point_noise=None)
+    return judge_load(solved, placement_of(replace(case, creep=Creep())))
+
+
+def compared(case: Case, **how):
+    load = judged(case, **how)
+    found = creep_of(load, placement_of(replace(case, creep=Creep())))
+    assert found is not None
+    return found
+
+
+# creepages of the case
+
+
+def test_creepages_of_a_wheelset_that_runs_along_the_track():
+    # on the tape circle of a flat wheel nothing slides
+    still = wheelset_creepages(placement_of(ROUND))
+    assert (still.xi, still.eta, still.spin_per_mm) == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
+    driven = wheelset_creepages(placement_of(ROUND), speed_ratio=1.002)
+    assert driven.xi == pytest.approx(-0.002, rel=1e-9)
+
+
+@pytest.mark.parametrize("shift", [-4.0, 0.0, 4.0])
+def test_creepages_from_rolling_radius_and_contact_angle(shift):
+    placement = placement_of(Case(lateral_shift_mm=shift))
+    found, touch = wheelset_creepages(placement), placement.first
+    radius = float(placement.wheel.radius(touch.wheel_u))
+    assert found.xi == pytest.approx(1.0 - radius / 460.0, abs=1e-12)
+    assert found.eta == pytest.approx(0.0, abs=1e-12)
+    # positive on the gauge side, where the spin is negative
+    assert found.spin_per_mm == pytest.approx(-math.sin(touch.contact_angle_rad) / 460.0, rel=1e-9)
+
+
+def test_a_yawed_wheelset_creeps_sideways():
+    yaw, case = 5e-3, Case(lateral_shift_mm=-4.0, yaw_rad=5e-3)
+    placement = placement_of(case)
+    angle = placement.first.contact_angle_rad
+    # it rolls to the field side where it yaws to the left, and creeps back
+    assert wheelset_creepages(placement).eta == pytest.approx(-math.sin(yaw) / math.cos(angle), rel=2e-3)
+
+
+def test_given_creepages_go_before_those_of_the_wheelset():
+    case = replace(ROUND, creep=Creep(friction=0.3, eta=2e-3, speed_ratio=1.01))
+    found = creepages_of(case, placement_of(ROUND))
+    assert (found.xi, found.eta) == pytest.approx((-0.01, 2e-3))
+
+
+# Hertz against a solved pressure
+
+
+def test_hertzs_own_pressure_gives_hertzs_forces():
+    found = compared(replace(ROUND, creep=CREEP))
+    for theory in THEORIES:
+        off = found.deviation_of_muN[theory]
+        # nodes and cells read Hertz's ellipse to some 1e-3
+        assert off is not None, theory
+        assert off < 3e-3, theory
+        assert found.uncertainty_of_muN[theory] == pytest.approx(2e-3)
+    assert found.verdict.answer == "HOLDS"
+    assert found.verdict.deviation < 4e-3
+    assert found.limit_N == pytest.approx(0.3 * 100e3, rel=1e-9)
+
+
+def test_a_patch_beside_the_touch_point_feels_the_spin():
+    spin, moved = 2e-4, 4.0
+    case = replace(ROUND, creep=Creep(friction=0.3, xi=0.0, eta=0.0, spin_per_mm=spin))
+    found = compared(case, moved_mm=moved)
+    assert found.centre_creepages.xi == pytest.approx(-spin * moved, rel=1e-3)
+    contact = hertz_patch(judged(case).hertz, friction=0.3, shear_MPa=210e3 / 2.6, poisson=0.3)
+    for theory in ("kalker", "polach", "fastsim", "rolling_half_space"):
+        there = creep_force(theory, contact, Creepages(xi=-spin * moved, spin_per_mm=spin))
+        force = found.fe[theory]
+        assert not isinstance(force, str)
+        assert force_difference(force, there, found.limit_N) < 4e-3, theory
+        if force.mz_Nmm is not None and there.mz_Nmm is not None:
+            # about the touch point
+            about = there.mz_Nmm - moved * there.fx_N
+            assert force.mz_Nmm == pytest.approx(about, abs=0.02 * moved * found.limit_N), theory
+    # an ellipse at the touch point has no force along the track, that patch has
+    assert found.verdict.answer == "FAILS"
+    assert found.verdict.deviation > 0.2
+
+
+def test_separate_patches_are_warned_of_and_have_their_own_creepages():
+    spin, moved = 1e-4, 14.0
+    case = replace(ROUND, creep=Creep(friction=0.3, xi=0.0, eta=0.0, spin_per_mm=spin))
+    found = compared(case, moved_mm=moved, lobes=2)
+    assert "separate patches" in found.warnings[0]
+    force = found.fe["rolling_half_space"]
+    # both pull along the track, one forward and one back, and turn the wheel
+    assert abs(force.fx_N) < 1e-3 * found.limit_N
+    assert force.mz_Nmm < -moved * 0.5 * found.limit_N
+
+
+def test_meshes_that_differ_make_the_forces_uncertain():
+    case = replace(ROUND, creep=CREEP)
+    hertz = hertz_of_case(ROUND, placement_of(ROUND))
+    found = compared(case, coarser=planted(replace(hertz, a_mm=1.1 * hertz.a_mm, b_mm=1.1 * hertz.b_mm)))
+    assert found.uncertainty_of_muN["fastsim"] > 0.02
+    near = compared(replace(ROUND, creep=replace(CREEP, force_limit=1e-3)))
+    assert near.verdict.answer == "UNRESOLVED"
+
+
+def test_the_range_of_the_verdict():
+    found = creepage_range(0.02, 1e-4)
+    sizes = [math.hypot(one.xi, one.eta) for one in found]
+    assert min(sizes) == pytest.approx(SMALLEST_CREEPAGE)
+    assert max(sizes) == pytest.approx(0.02)
+    assert {one.spin_per_mm for one in found} == {1e-4}
+    assert sum(one.eta == 0.0 for one in found) == len(found) // 4
+
+
+def test_every_theory_on_an_ellipse_agrees_at_small_creepage():
+    contact = RollingEllipse(a_mm=5.0, b_mm=5.0, normal_force_N=80e3, friction=0.4, shear_MPa=80e3, poisson=0.25)
+    patch, small = ellipse_patch(contact), Creepages(xi=2e-6)
+    linear = creep_force("kalker", patch, small).fx_N
+    for theory in THEORIES:
+        # Vermeulen and Johnson have their own coefficient, the half-space its cells
+        limit = 0.2 if theory == "vermeulen_johnson" else 0.015
+        assert creep_force(theory, patch, small).fx_N == pytest.approx(linear, rel=limit), theory
+
+
+# inputs, records, rows
+
+
+def test_forces_are_evaluated_only_with_friction():
+    load = judged(ROUND)
+    assert creep_of(load, placement_of(ROUND)) is None
+    assert creep_record(load, placement_of(ROUND)) is None
+    assert creep_columns(load, placement_of(ROUND)) == {}
+
+
+def test_the_record_has_both_sides_of_each_theory():
+    case = replace(ROUND, creep=replace(CREEP, spin_per_mm=1e-4))
+    record = creep_record(judged(case), placement_of(ROUND))
+    assert json.loads(json.dumps(record)) == record
+    assert set(record["theories"]) == set(THEORIES)
+    assert record["creepages"] == {"xi": 1e-3, "eta": 5e-4, "spin_per_mm": 1e-4}
+    assert "their theory has no spin" in record["theories"]["vermeulen_johnson"]["hertz"]["problem"]
+    assert record["theories"]["vermeulen_johnson"]["deviation_of_muN"] is None
+    fastsim = record["theories"]["fastsim"]
+    assert fastsim["hertz"]["fx_N"] < 0.0 < fastsim["fe"]["power_per_speed_N"]
+    row = creep_columns(judged(case), placement_of(ROUND))
+    assert row["fx_fe_N"] == record["theories"]["rolling_half_space"]["fe"]["fx_N"]
+    assert row["force_verdict"] == "HOLDS"
+
+
+def test_friction_and_creepages_are_evaluation_and_not_solving():
+    other = replace(ROUND, creep=CREEP)
+    assert case_id(ROUND) == case_id(other)
+    assert origin_of(ROUND).solved_by == origin_of(other).solved_by
+    assert origin_of(ROUND).evaluated_by != origin_of(other).evaluated_by
+    assert case_from_record(json.loads(json.dumps(case_record(other)))) == other
+    # of a result that was made before there were creepages
+    record = case_record(ROUND)
+    del record["creep"]
+    assert case_from_record(record) == ROUND
+
+
+def test_creepages_without_friction_are_refused_before_anything_is_solved():
+    with pytest.raises(InputError, match="but no friction coefficient is given; give one too"):
+        solve(replace(ROUND, creep=Creep(eta=1e-3)))
+
+
+def test_high_friction_is_warned_of():
+    found = compared(replace(ROUND, creep=replace(CREEP, friction=1.6)))
+    assert found.warnings == ("friction coefficient is 1.6: wheels on rails hardly have one above 1.5",)
+
+
+# the command
+
+ELLIPSE = ["creep", "--a-mm", "5.8", "--b-mm", "8.5", "--normal-force-kn", "100", "--friction", "0.3"]
+
+
+def test_the_command_prints_all_theories(capsys):
+    assert call([*ELLIPSE, "--xi", "-0.001", "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["limit_N"] == pytest.approx(30e3)
+    assert list(record["theories"]) == list(THEORIES)
+    for force in record["theories"].values():
+        # a driving wheel
+        assert 10e3 < force["fx_N"] < 20e3
+        assert {"fx_N", "fy_N", "mz_Nmm", "adhesion_area_mm2", "power_per_speed_N"} <= set(force)
+    assert call([*ELLIPSE, "--eta", "0.001", "--theory", "she,polach"]) == 0
+    printed = capsys.readouterr().out
+    assert "polach" in printed
+    assert "kalker" not in printed
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--friction", "0"], "friction coefficient is 0.0 N/N; allowed: finite and > 0; dry steel"),
+        (["--xi", "nan"], "creepage xi is nan; allowed: a finite number"),
+        (["--spin-per-mm", "1e-4", "--theory", "vermeulen_johnson"], "spin is 0.0001 1/mm; allowed"),
+        (["--theory", "carter"], "theory is 'carter'; allowed: kalker, vermeulen_johnson"),
+        (["--a-mm", "100", "--theory", "fastsim"], "a/b is 11.76"),
+        (["--normal-force-kn", "-1"], "normal force is -1000.0 N; allowed"),
+        (["--poisson", "0.6"], "Poisson's ratio is 0.6; allowed"),
+    ],
+)
+def test_the_command_refuses(arguments, says, capsys):
+    given = dict(zip(ELLIPSE[1::2], ELLIPSE[2::2], strict=True)) | dict(
+        zip(arguments[::2], arguments[1::2], strict=True)
+    )
+    assert call(["creep", *(word for pair in given.items() for word in pair)]) == 2
+    assert says in capsys.readouterr().err
