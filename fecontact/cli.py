@@ -29,8 +29,8 @@ app.command(baseline_app)
 # a map has lists of these two, and the theory needs no meshes
 _EVERY = options_of(*get_args(Group))
 _OF_MAP = options_of(*get_args(Group), without=("lateral_shift_mm", "load_N"))
-_OF_HERTZ = options_of("place", "load", "material")
-_OF_MESH = options_of("place", "load", "material", "bodies", "solution")
+_OF_HERTZ = options_of("place", "files", "load", "material")
+_OF_MESH = options_of("place", "files", "load", "material", "bodies", "solution")
 _OF_VERDICT = options_of("verdict")
 if TYPE_CHECKING:
     EveryOption: TypeAlias = CaseOptions
