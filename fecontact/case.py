@@ -17,8 +17,9 @@ from fecontact.inputs.kinds import Choice, Names, Number, Text
 from fecontact.inputs.slots import Part, Slot, check_inputs, slots
 from fecontact.inputs.texts import INCLINATION_FORMS, inclination_text, parse_inclination
 from fecontact.material import STEEL, Material, contact_modulus_MPa
+from fecontact.profiles.reading import Reading
 
-Group = Literal["place", "load", "material", "bodies", "solution", "verdict", "creep"]
+Group = Literal["place", "files", "load", "material", "bodies", "solution", "verdict", "creep"]
 LoadKind = Literal["vertical", "normal"]
 SolverChoice = Literal["auto", "pardiso", "amg"]
 
@@ -290,6 +291,8 @@ class Case:
     resolution: str | tuple[float, float] = field(default="quick", metadata={"input": _RESOLUTION})
     solver: SolverChoice = field(default="auto", metadata={"input": _SOLVER})
     criteria: Criteria = field(default_factory=Criteria, metadata={"part": Part(group="verdict")})
+    rail_file: Reading = field(default_factory=Reading, metadata={"part": Part(group="files", body="rail")})
+    wheel_file: Reading = field(default_factory=Reading, metadata={"part": Part(group="files", body="wheel")})
     creep: Creep = field(default_factory=Creep, metadata={"part": Part(group="creep")})
     refine_degrees_of_freedom: int = field(default=400_000, metadata={"input": _REFINE})
 
@@ -312,6 +315,7 @@ class Case:
         return self.yaw_rad == 0.0
 
 
+_FILES = ("rail_file", "wheel_file")
 INPUTS = slots(Case())
 """Every input of a case and of its parts."""
 PARTS = {part.name: type(getattr(Case(), part.name)) for part in fields(Case) if "part" in part.metadata}
@@ -334,9 +338,14 @@ def case_with(values: Mapping[Slot, Any]) -> Case:
 
 
 def case_record(case: Case) -> dict[str, Any]:
-    """All inputs of a case; of `resolution` and `element_size_mm` (along x, across) one is None."""
+    """All inputs of a case; of `resolution` and `element_size_mm` (along x, across) one is None.
+
+    How the files are read is among them where something is said about it.
+    """
     record: dict[str, Any] = {}
     for name, value in asdict(case).items():
+        if name in _FILES and getattr(case, name) == Reading():
+            continue
         record[name] = value
         if name == "resolution":
             named = isinstance(value, str)

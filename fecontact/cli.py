@@ -30,9 +30,9 @@ app.command(baseline_app)
 _EVERY = options_of(*get_args(Group))
 _OF_MAP = options_of(*get_args(Group), without=("lateral_shift_mm", "load_N"))
 # no stress is looked at, and nothing is solved
-_OF_HERTZ = options_of("place", "load", "material", without=("yield_MPa",))
+_OF_HERTZ = options_of("place", "files", "load", "material", without=("yield_MPa",))
 _OF_MESH = options_of(
-    *("place", "load", "material", "bodies", "solution"),
+    *("place", "files", "load", "material", "bodies", "solution"),
     without=("yield_MPa", "name", "solver", "refine_degrees_of_freedom"),
 )
 _OF_VERDICT = options_of("verdict", "creep")

@@ -88,6 +88,49 @@ def limit(key: str, measure: str, default: str) -> Row:
     )  # fmt: skip
 
 
+def file(body: str) -> dict[tuple[str, str], Row]:
+    table = f"{body}_file"
+    return {
+        (table, "units"): Row(
+            "units", f"--{body}-units", "m", "m", "furlong", "furlong",
+            "units of the profile file is 'furlong'; allowed: mm, m, cm, um, in", ": mm, m, cm, um, in; default none",
+        ),
+        (table, "mirror"): Row(
+            "mirror", f"--{body}-mirror", True, True, "perhaps", "perhaps",
+            "mirror is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default no",
+        ),
+        (table, "flip_z"): Row(
+            "flip_z", f"--{body}-flip-z", "yes", True, "up", "up", "flip z is 'up'; allowed", ": yes or no; default no",
+        ),
+        (table, "columns"): Row(
+            "columns", f"--{body}-columns", "2,3", "2,3", " ", " ", "columns is ' '; allowed", "default none",
+        ),
+        (table, "decimal"): Row(
+            "decimal", f"--{body}-decimal", "comma", "comma", "dot", "dot",
+            "decimal sign is 'dot'; allowed: point, comma", ": point, comma; default none",
+        ),
+        (table, "offsets"): Row(
+            "offsets", f"--{body}-offsets", "add", "add", "keep", "keep",
+            "offsets is 'keep'; allowed: ignore, add", ": ignore, add; default none",
+        ),
+        (table, "noise_mm"): Row(
+            "noise_mm", f"--{body}-noise-mm", 0.01, 0.01, 2, 2.0, "noise is 2.0 mm; allowed: between 0 and 1",
+            ": mm, between 0 and 1; default none",
+        ),
+        (table, "smoothing_mm"): Row(
+            "smoothing_mm", f"--{body}-smoothing-mm", 12, 12.0, -1, -1.0,
+            "smoothing width is -1.0 mm; allowed: 0 to 1000 mm", ": mm, 0 to 1000; default none",
+        ),
+        (table, "nominal"): Row(
+            "nominal", f"--{body}-nominal", "none", "none", "", "", "nominal profile is ''; allowed", "default auto",
+        ),
+        (table, "repair"): Row(
+            "repair", f"--{body}-repair", True, True, "maybe", "maybe",
+            "repair is 'maybe'; allowed: yes or no", ": yes or no; default no",
+        ),
+    }  # fmt: skip
+
+
 SETS = "sets strength, patch, all; measures p_max, area, a, b, centre, valley, separate, misplaced; joined by commas"
 
 
@@ -130,6 +173,8 @@ ROWS: dict[tuple[str, str], Row] = {
     ),
     **material("rail"),
     **material("wheel"),
+    **file("rail"),
+    **file("wheel"),
     ("track", "gauge_mm"): length("gauge_mm", 1432.0, "default 1435"),
     ("track", "gauge_depth_mm"): length("gauge_depth_mm", 16.0, "default 14"),
     ("track", "back_to_back_mm"): length("back_to_back_mm", 1362.0, "default 1360"),
@@ -260,13 +305,13 @@ def test_each_command_takes_what_it_uses():
     def of_groups(*groups: str) -> set[str]:
         return {name for slot in INPUTS if slot.group in groups for name in (*slot.names, *slot.common_names)}
 
-    every = of_groups("place", "load", "material", "bodies", "solution", "verdict", "creep")
+    every = of_groups("place", "files", "load", "material", "bodies", "solution", "verdict", "creep")
     assert options("solve") & every == every
     assert options("map") & every == every - {"--shift", "--lateral-shift-mm", "--load-kn"}
     # no stress is looked at, and a mesh is not solved
     stress = {"--yield-mpa", "--rail-yield-mpa", "--wheel-yield-mpa"}
     names = {"--material-name", "--rail-material-name", "--wheel-material-name"}
-    assert options("hertz") & every == of_groups("place", "load", "material") - stress
+    assert options("hertz") & every == of_groups("place", "files", "load", "material") - stress
     unused = stress | names | {"--solver", "--refine-degrees-of-freedom"}
     assert options("mesh") & every == every - of_groups("verdict", "creep") - unused
 

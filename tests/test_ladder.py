@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fecontact.case import Case, Track
-from fecontact.comparison.judged_load import JudgedLoad, PointNoise, SolvedLoad, judge_load
+from fecontact.comparison.judged_load import JudgedLoad, SolvedLoad, judge_load
 from fecontact.comparison.ladder import Ladder, patch_geometry
 from fecontact.comparison.measures import (
     MEASURES,
@@ -20,6 +20,7 @@ from fecontact.comparison.measures import (
     misfit_of,
     patch_of,
 )
+from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.verdict import PatchGeometry, cause_of
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.halfspace import half_space_problem

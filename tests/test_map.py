@@ -22,8 +22,9 @@ from hypothesis import strategies as st
 import fecontact
 from fecontact.case import Case, Criteria, Track
 from fecontact.cli import call
-from fecontact.comparison.judged_load import JudgedLoad, Level, PointNoise, SolvedLoad, judge_load
+from fecontact.comparison.judged_load import JudgedLoad, Level, SolvedLoad, judge_load
 from fecontact.comparison.measures import FLOORS, MEASURES, MISFITS, Measures, Misfit, hertz_on
+from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.uncertainty import MESH_RATIO
 from fecontact.comparison.verdict import judge
 from fecontact.contact.grid import ContactGrid

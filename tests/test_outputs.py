@@ -198,7 +198,7 @@ def test_a_wrong_case_record_is_refused(change):
 def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
     assert list(record) == [
         "schema", "status", "case", "contact_angle_rad", "touch_points", "normal_force_N", "fe", "hertz", "deviation",
-        "uncertainty", "uncertainty_of_points", "pressure_l2", "overlap", "centre_of_pressure_mm", "lobes", "pieces",
+        "uncertainty", "uncertainty_of_profile", "pressure_l2", "overlap", "centre_of_pressure_mm", "lobes", "pieces",
         "hertz_stiffness_GN_per_m15", "rungs", "steps", "bodies_step_uncertainty", "geometry", "verdict", "solver",
         "hertz_points", "von_mises", "warnings", "versions",
     ]  # fmt: skip
@@ -932,10 +932,10 @@ def test_an_open_case_says_what_would_decide_it(elliptic_quick):
     finest = case_lines(judged_by(elliptic_quick, strict, resolution="fine", refine_degrees_of_freedom=more))
     assert [line for line in finest if line.startswith("to decide it: --resolution with sizes below 1.1")]
     # meshes do not take away what the profiles leave open
-    noisy = case_lines(record | {"uncertainty_of_points": {"p_max_MPa": 0.004}})
+    noisy = case_lines(record | {"uncertainty_of_profile": {"p_max_MPa": 0.004}})
     assert [line for line in noisy if "points of the profiles leave 0.40 % open" in line]
     assert not [line for line in noisy if line.startswith("to decide it")]
-    unknown = case_lines(record | {"uncertainty_of_points": {"p_max_MPa": math.nan}})
+    unknown = case_lines(record | {"uncertainty_of_profile": {"p_max_MPa": math.nan}})
     assert [line for line in unknown if "points of the profiles leave - open" in line]
 
 

@@ -13,7 +13,9 @@ from fecontact.profiles.curve import Line
 from fecontact.profiles.library import load
 from fecontact.profiles.readers import formats
 from fecontact.profiles.readers.points import SPLINE_NOISE, profile_from_points, read_points
+from fecontact.profiles.readers.table import columns_of
 from fecontact.profiles.readers.toml import parse_toml, read_toml
+from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 
 
@@ -74,7 +76,7 @@ def test_the_ending_chooses_the_reader(tmp_path):
 def test_a_new_format_is_one_entry(tmp_path, monkeypatch):
     read = []
 
-    def reader(path, kind):
+    def reader(path, kind, reading):
         read.append((path, kind))
         return load("S1002")
 
@@ -112,11 +114,13 @@ def good():
         ("", "no numbers"),
         ("# only a comment\n", "no numbers"),
         ("y z\n1 2\nleft right\n", "line 3: 'left right' is not two numbers"),
-        ("y z\nhead\n1 2\n", "line 2: 1 column instead of 2"),
-        ("\x01\x02\x03\xff\n1 2 3\n", "line 2: 3 columns instead of 2"),
+        ("y z\nhead\n1 2\n", "there are 1 different point"),
+        (
+            "\x01\x02\x03\xff\n1 2 3\n",
+            "line 2: 3 columns instead of 2 in .*; say which are y and z: give --rail-columns 2,3",
+        ),
         ("140\n" + good(), "line 1: 1 column instead of 2 in '140'"),
-        ("1,5;2,5\n", "line 1: '1,5;2,5' has decimal commas; write decimal points"),
-        ("1,5 2,5\n", "decimal commas"),
+        ("1,5,2,5\n", "line 1: '1,5,2,5' may have decimal commas, or 4 columns; give --rail-decimal comma"),
         (good() + "36.0 nan\n", "line 142: '36.0 nan' is not finite"),
         (good() + "inf 3.0\n", "not finite"),
         ("".join(f"{y} {-y * y / 50}\n" for y in range(-4, 5)), "there are 9 different points; at least 10"),
@@ -189,14 +193,13 @@ def test_unreadable_files(tmp_path):
 
 @given(st.binary(max_size=300))
 def test_any_bytes_end_in_an_input_error_or_a_profile(data):
-    from fecontact.profiles.readers import points as reader
-
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError:
         text = data.decode("latin-1")
-    with pytest.raises(InputError):
-        profile_from_points(*reader._parse(text, what="file"), kind="rail", name="file")
+    with pytest.raises(InputError):  # noqa: PT012
+        table = columns_of(text, kind="rail", what="file", reading=Reading())
+        profile_from_points(table.y, table.z, kind="rail", name="file")
 
 
 @given(st.one_of(st.binary(max_size=300).map(lambda data: data.decode("latin-1")), st.text(st.characters())))
@@ -225,7 +228,7 @@ def test_units_other_than_mm_are_refused(kind):
     y, z = rail_points() if kind == "rail" else wheel_points()
     with pytest.raises(InputError, match=r"spans 0\.\d+ mm; allowed: 10 to 500 mm; .*metres, so multiply by 1000"):
         profile_from_points(y / 1e3, z / 1e3, kind=kind, name="p")
-    with pytest.raises(InputError, match=r"inches: multiply by 25\.4"):
+    with pytest.raises(InputError, match=r"for inches give --(rail|wheel)-units in \(units = \"in\" in"):
         profile_from_points(y / 25.4, z / 25.4, kind=kind, name="p")
     with pytest.raises(InputError, match="allowed: 10 to 500 mm"):
         profile_from_points(y * 1e3, z * 1e3, kind=kind, name="p")

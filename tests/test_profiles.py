@@ -258,7 +258,7 @@ def test_locate_finds_what_it_answers(name, fraction, angle, origin):
 def test_locate_inverts_evaluate_on_a_canted_rail(name, fraction, angle):
     # sides of 1:20 stay visible up to a tilt of 0.04 rad, except the vertical ones
     rail = load(name)
-    vertical = name in ("46E1", "A100", "A120")
+    vertical = name == "46E1" or name.startswith("A")
     u = fraction * len(rail.segments) if not vertical else 1.1 + fraction * (len(rail.segments) - 2.2)
     p = rail.evaluate(u)
     t = (p.y - 3.0) * math.cos(angle) + (p.z - 0.5) * math.sin(angle)
@@ -350,11 +350,13 @@ def test_circle_and_cylinder():
 
 def test_names():
     assert "60E1" in names("rail")
-    assert names("wheel") == ("S1002",)
+    assert names("wheel") == ("CONE20", "CONE40", "MBench_S1002", "S1002")
+    assert len(names("rail")) == 17
     assert set(names()) == {*names("rail"), *names("wheel")}
     for name in names():
         assert load(name).name == name
         assert load(name).source
+        assert load(name).certainty in ("exact", "good", "fair", "doubtful")
 
 
 def test_resolve_takes_names_in_any_case_and_short_forms():
@@ -372,7 +374,7 @@ def test_resolve_takes_names_in_any_case_and_short_forms():
         (resolve_rail, "S1002", "is a wheel but a rail is wanted"),
         (resolve_wheel, "60E1", "is a rail but a wheel is wanted"),
         (resolve_wheel, "S1003", "did you mean S1002"),
-        (resolve_wheel, "qqqq", "the library has S1002"),
+        (resolve_wheel, "qqqq", "the library has CONE20, CONE40, MBench_S1002, S1002"),
         (resolve_rail, "cylinder:460", "is a wheel"),
         (resolve_wheel, "circle:300", "is a rail"),
         (resolve_rail, "circle:abc", "no number after the colon"),

@@ -24,8 +24,9 @@ from fecontact.comparison.measures import (
     measures_of,
     misfit_of,
 )
+from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.uncertainty import step_uncertainty, uncertainty
-from fecontact.comparison.verdict import AT_JUNCTION, FROM_BEST, PatchGeometry, Verdict, cause_of, judge
+from fecontact.comparison.verdict import AT_JUNCTION, FROM_BEST, PROFILE, PatchGeometry, Verdict, cause_of, judge
 from fecontact.comparison.warnings import junction_warnings, yield_warnings
 from fecontact.contact.rung import Rung, misfit
 from fecontact.geometry.placement import Placement
@@ -82,30 +83,6 @@ def _worst_status(*rungs: Rung) -> Status:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PointNoise:
-    """Hertz and the half-space under the true gap, for profiles given by points as they are and with half of them.
-
-    `thinned` has every second point left out; None where such profiles do not come into contact.
-    """
-
-    own: tuple[HertzContact, Rung]
-    thinned: tuple[HertzContact, Rung] | None
-
-    def uncertainty(self) -> dict[str, float]:
-        """Change of each deviation of Hertz from the half-space, which sees noise and spacing alike; NaN without."""
-        own = _half_space_deviations(self.own)
-        if self.thinned is None:
-            return dict.fromkeys(own, float("nan"))
-        other = _half_space_deviations(self.thinned)
-        return {name: abs(other[name] - value) for name, value in own.items()}
-
-
-def _half_space_deviations(solved: tuple[HertzContact, Rung]) -> dict[str, float]:
-    hertz, rung = solved
-    return deviations(rung, hertz)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class SolvedLoad:
     """A load at a position, solved on two meshes or more.
 
@@ -142,7 +119,7 @@ class SolvedLoad:
             if level.status != "converged":
                 return level.status
         noise = self.point_noise
-        of_points = () if noise is None else (noise.own, *(() if noise.thinned is None else (noise.thinned,)))
+        of_points = () if noise is None else [one for one in (noise.own, *noise.others) if one is not None]
         return _worst_status(self.half_space, self.quadratic, *(rung for _, rung in of_points))
 
 
@@ -258,6 +235,8 @@ def judge_load(solved: SolvedLoad, placement: Placement) -> JudgedLoad:
     cause: str | None = None
     if _is_off(judged, worst, solved.case):
         cause = AT_JUNCTION if touch.at_junction else cause_of(ladder.steps, worst.measure, geometry)
+    if worst.answer == "UNRESOLVED" and _profile_decides(judged, worst, solved.point_noise):
+        cause = PROFILE
     return JudgedLoad(
         solved=solved,
         sides=judged,
@@ -276,9 +255,12 @@ def judge_load(solved: SolvedLoad, placement: Placement) -> JudgedLoad:
 
 
 def judge_sides(
-    case: Case, levels: Sequence[Level], touch: TouchPoint, point_noise: PointNoise | None
+    case: Case, levels: Sequence[Level], touch: TouchPoint, point_noise: PointNoise | None, *, meshes: bool = True
 ) -> tuple[SideJudgement, ...]:
-    """Judge Hertz with the curvature of each side of the first touch point, under the finest level's normal force."""
+    """Judge Hertz with the curvature of each side of the first touch point, under the finest level's normal force.
+
+    Without `meshes` as if those were exact: by the uncertainty of the profiles alone.
+    """
     finest = levels[0].fe
     of_points = {} if point_noise is None else point_noise.uncertainty()
     found = []
@@ -288,7 +270,8 @@ def judge_sides(
         )
         deviation = deviations(finest, hertz)
         uncertainty = {
-            name: known + of_points.get(name, 0.0) for name, known in _uncertainties(levels, hertz, deviation).items()
+            name: (known if meshes else 0.0) + of_points.get(name, 0.0)
+            for name, known in _uncertainties(levels, hertz, deviation).items()
         }
         found.append(
             SideJudgement(
@@ -326,6 +309,16 @@ def _on_each(rungs: Sequence[Rung], hertz: HertzContact) -> dict[str, list[float
 def worst_of(judged: Sequence[SideJudgement]) -> Verdict:
     """The worst verdict of the sides, that of the field side where both are the same."""
     return max((side.verdict for side in reversed(judged)), key=lambda verdict: FROM_BEST.index(verdict.answer))
+
+
+def _profile_decides(judged: Sequence[SideJudgement], worst: Verdict, noise: PointNoise | None) -> bool:
+    """Whether most of the uncertainty of the measure that leaves the verdict open is the measured profile's."""
+    if noise is None:
+        return False
+    part = noise.uncertainty().get(worst.measure, 0.0)
+    whole = next(side for side in reversed(judged) if side.verdict == worst).uncertainty.get(worst.measure, 0.0)
+    # what is not a number is not known, for want of a contact
+    return not part <= 0.5 * whole
 
 
 def _is_off(judged: Sequence[SideJudgement], worst: Verdict, case: Case) -> bool:

@@ -28,7 +28,7 @@ class Verdict:
     each
         The answer of every measure that is judged.
     cause
-        Why Hertz is off where he is, by more than a limit.
+        Why Hertz is off where he is, by more than a limit; `profile` where the measured profile leaves it open.
     unknown
         Measures that the result does not tell.
     """
@@ -112,6 +112,10 @@ _CONFORMING_RAD = 0.3
 
 AT_JUNCTION = "curvature undefined at the touch point"
 """Cause where the touch point lies at a curvature junction, whatever the ladder says."""
+
+
+PROFILE = "profile"
+"""Cause where the verdict is open because the measured profile is not known better."""
 
 
 def cause_of(steps: Mapping[str, Mapping[str, float]], measure: str, geometry: PatchGeometry) -> str:

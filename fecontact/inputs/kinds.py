@@ -1,4 +1,4 @@
-"""What an input may be: a number within a range, a text, one of several names, or some of them.
+"""What an input may be: a number within a range, a text, one of several names, some of them, or yes and no.
 
 Each kind reads a value as a user writes it, checks a value as the program holds it, and says what it allows. The first
 message is for a value that cannot be understood, the second for one that is understood and lies outside the range.
@@ -14,6 +14,8 @@ from typing import Any
 
 from fecontact.errors import InputError
 from fecontact.inputs.texts import nearest
+
+_TRUTH = {"yes": True, "true": True, "no": False, "false": False}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -306,7 +308,55 @@ class Names:
                 raise InputError(f"{self.label} is {name!r}; allowed: {self.domain}{meant}")
 
 
-Input = Number | Text | Choice | Names
+@dataclass(frozen=True, kw_only=True)
+class Flag:
+    """Yes or no; the attributes are as those of `Number`."""
+
+    label: str
+    help: str
+    key: str = ""
+    group: str = ""
+    options: tuple[str, ...] = ()
+
+    @property
+    def domain(self) -> str:
+        """What is allowed."""
+        return "yes or no"
+
+    @property
+    def allowed(self) -> str:
+        """What a user may write."""
+        return "yes or no, true or false"
+
+    def shown(self, value: bool) -> str:
+        """A value as a user would write it."""
+        return "yes" if value else "no"
+
+    def read(self, value: Any) -> bool:
+        """The truth, from itself or from a word for it.
+
+        Raises
+        ------
+        InputError
+            If it is neither.
+        """
+        word = _TRUTH.get(value.strip().lower()) if isinstance(value, str) else value
+        self.check(value if word is None else word)
+        return bool(word)
+
+    def check(self, value: Any) -> None:
+        """Refuse what is neither true nor false.
+
+        Raises
+        ------
+        InputError
+            With the value and what is allowed.
+        """
+        if not isinstance(value, bool):
+            raise InputError(f"{self.label} is {value!r}; allowed: {self.allowed}")
+
+
+Input = Number | Text | Choice | Names | Flag
 
 
 def as_number(value: Any) -> float | None:

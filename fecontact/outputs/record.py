@@ -61,8 +61,8 @@ def load_record(load: JudgedLoad) -> Record:
         "hertz": comparison.hertz.as_dict(),
         "deviation": {name: float(value) for name, value in load.deviation.items()},
         "uncertainty": {name: float(value) for name, value in load.uncertainty.items()},
-        # the part of it that no mesh takes away; None where both profiles are exact lines
-        "uncertainty_of_points": None if load.solved.point_noise is None else load.solved.point_noise.uncertainty(),
+        # the part of it that is the measured profile's, and no mesh takes away; None where both are exact lines
+        "uncertainty_of_profile": None if load.solved.point_noise is None else load.solved.point_noise.uncertainty(),
         "pressure_l2": comparison.pressure_l2,
         "overlap": comparison.overlap,
         "centre_of_pressure_mm": [comparison.patch.centre_x_mm, comparison.patch.centre_y_mm],

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.case import Case
-from fecontact.comparison.judged_load import Level, PointNoise, SolvedLoad
+from fecontact.comparison.judged_load import Level, SolvedLoad
+from fecontact.comparison.point_noise import PointNoise
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.rung import Rung
 from fecontact.files import write_atomically
@@ -55,6 +56,10 @@ def solved_record(solved: SolvedLoad, arrays: Arrays, prefix: str = "") -> Recor
         and {
             "own": _noise_record(noise.own, arrays, f"{prefix}points"),
             "thinned": noise.thinned and _noise_record(noise.thinned, arrays, f"{prefix}thinned"),
+            **{
+                name: [one and _noise_record(one, arrays, f"{prefix}{name}{k}") for k, one in enumerate(every)]
+                for name, every in (("widths", noise.widths), ("draws", noise.draws))
+            },
         },
         "limits": list(solved.limits),
         "short_of_memory": solved.short_of_memory,
@@ -73,8 +78,8 @@ def solved_from_record(record: Mapping[str, Any], arrays: Mapping[str, NDArray[n
     def rung(of: Mapping[str, Any]) -> Rung:
         return _rung(of, arrays)
 
-    def noise(of: Mapping[str, Any]) -> tuple[HertzContact, Rung]:
-        return HertzContact(**of["hertz"]), rung(of["half_space"])
+    def noise(of: Mapping[str, Any] | None) -> tuple[HertzContact, Rung] | None:
+        return None if of is None else (HertzContact(**of["hertz"]), rung(of["half_space"]))
 
     points = record["point_noise"]
     return SolvedLoad(
@@ -85,10 +90,22 @@ def solved_from_record(record: Mapping[str, Any], arrays: Mapping[str, NDArray[n
         ),
         half_space=rung(record["half_space"]),
         quadratic=rung(record["quadratic"]),
-        point_noise=points
-        and PointNoise(own=noise(points["own"]), thinned=points["thinned"] and noise(points["thinned"])),
+        point_noise=points and _point_noise(points, noise),
         limits=tuple(record["limits"]),
         short_of_memory=record["short_of_memory"],
+    )
+
+
+def _point_noise(
+    record: Mapping[str, Any], read: Callable[[Mapping[str, Any] | None], tuple[HertzContact, Rung] | None]
+) -> PointNoise:
+    own = read(record["own"])
+    assert own is not None
+    return PointNoise(
+        own=own,
+        thinned=read(record["thinned"]),
+        widths=tuple(read(one) for one in record["widths"]),
+        draws=tuple(read(one) for one in record["draws"]),
     )
 
 

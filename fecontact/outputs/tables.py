@@ -294,7 +294,7 @@ def _print_verdict(record: Record, console: Console) -> None:
 def _what_would_decide(record: Record, side: Record, measure: str) -> str:
     if record["status"] != "converged":
         return f"the result must not be used: {record['status']}"
-    of_points = (record["uncertainty_of_points"] or {}).get(measure, 0.0)
+    of_points = (record["uncertainty_of_profile"] or {}).get(measure, 0.0)
     # a NaN is not less
     if not of_points < 0.5 * side["uncertainty"][measure]:
         left = WORDS[measure].off(of_points, size=True)
@@ -418,13 +418,15 @@ def print_library(*, console: Console | None = None) -> None:
 
     console = console or _console()
     table = _table(console, title="Profile library")
-    for heading in ("name", "kind", "y from\nmm", "y to\nmm", "junctions", "source"):
-        table.add_column(heading, justify="left" if heading in ("name", "kind", "source") else "right")
+    for heading in ("name", "kind", "y from\nmm", "y to\nmm", "junctions", "certainty", "source"):
+        table.add_column(heading, justify="left" if heading in ("name", "kind", "certainty", "source") else "right")
     for name in names():
         profile = load(name)
         low, high = profile.y_range_mm
         source = Text(profile.source)  # not as markup: sources may have brackets
-        table.add_row(name, profile.kind, f"{low:.1f}", f"{high:.1f}", str(len(profile.junctions)), source)
+        table.add_row(
+            name, profile.kind, f"{low:.1f}", f"{high:.1f}", str(len(profile.junctions)), profile.certainty, source
+        )
     console.print(table)
     _say(
         console, "Also: circle:R and arcs:R/R@D (rails), cylinder:R (wheel), all in mm, or the path of a profile file."

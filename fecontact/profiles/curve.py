@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from fecontact.errors import InputError
 
 if TYPE_CHECKING:
-    from scipy.interpolate import CubicSpline
+    from scipy.interpolate import BSpline, CubicSpline
 
 Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.intp]
@@ -36,6 +36,8 @@ JOINT_GAP_MM = 1e-3
 FARTHEST_MM = 1e9
 # A coordinate this little beyond an end still counts as the end (mm).
 _END_SLACK_MM = 1e-9
+# Longest step of the table of a smoothed line: the least width is some points, and those are 0.1 mm apart and more.
+_TABLE_STEP_MM = 0.25
 # A cubic spline with not-a-knot ends needs as many points.
 _FEWEST_KNOTS = 4
 # Smallest sine between the line and the observer's direction that still counts as running forward.
@@ -169,7 +171,78 @@ class Spline:
         return CurvePoints(y=p[..., 0], z=p[..., 1], dy=d[..., 0], dz=d[..., 1], ddy=dd[..., 0], ddz=dd[..., 1])
 
 
-Segment: TypeAlias = Line | Arc | Polynomial | Spline
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Smoothed:
+    """A piece of a line that was smoothed from measured points: a part of an exact segment, moved by a smooth field.
+
+    Attributes
+    ----------
+    field
+        Displacement (y, z) in mm over the arc length s of the line that the points were held against; where there is no
+        `base`, the position itself.
+    s_from, s_to
+        Its part of s (mm).
+    base, v_from, v_to
+        Exact segment below it and the part of its parameter.
+    turn_rad, shift
+        How the exact segment was turned about its origin, and then moved (mm), to lie on the points.
+    """
+
+    field: BSpline
+    s_from: float
+    s_to: float
+    base: Line | Arc | Polynomial | None = None
+    v_from: float = 0.0
+    v_to: float = 1.0
+    turn_rad: float = 0.0
+    shift: tuple[float, float] = (0.0, 0.0)
+
+    @cached_property
+    def knots(self) -> Floats:
+        """Local parameters that are close enough for a table of the line."""
+        return np.linspace(0.0, 1.0, max(3, math.ceil((self.s_to - self.s_from) / _TABLE_STEP_MM)))
+
+    @cached_property
+    def _arc(self) -> CubicSpline:
+        """Arc length s over the local parameter; a polynomial does not run at one speed."""
+        from scipy.interpolate import CubicSpline
+
+        if isinstance(self.base, Polynomial):
+            return polynomial_arc(self.base, self.v_from, self.v_to, self.s_from)
+        return CubicSpline([0.0, 0.5, 1.0], np.linspace(self.s_from, self.s_to, 3))
+
+    def evaluate(self, v: Floats) -> CurvePoints:
+        """Points at the local parameter v in [0, 1]."""
+        s, rate, rate_of_rate = self._arc(v), self._arc(v, 1), self._arc(v, 2)
+        p, first, second = self.field(s), self.field(s, 1), self.field(s, 2)
+        d = first * rate[..., None]
+        dd = second * rate[..., None] ** 2 + first * rate_of_rate[..., None]
+        if self.base is None:
+            return CurvePoints(y=p[..., 0], z=p[..., 1], dy=d[..., 0], dz=d[..., 1], ddy=dd[..., 0], ddz=dd[..., 1])
+        part, c, n = self.v_to - self.v_from, math.cos(self.turn_rad), math.sin(self.turn_rad)
+        b = self.base.evaluate(self.v_from + part * v)
+        return CurvePoints(
+            y=b.y * c - b.z * n + self.shift[0] + p[..., 0],
+            z=b.y * n + b.z * c + self.shift[1] + p[..., 1],
+            dy=part * (b.dy * c - b.dz * n) + d[..., 0],
+            dz=part * (b.dy * n + b.dz * c) + d[..., 1],
+            ddy=part**2 * (b.ddy * c - b.ddz * n) + dd[..., 0],
+            ddz=part**2 * (b.ddy * n + b.ddz * c) + dd[..., 1],
+        )
+
+
+def polynomial_arc(base: Polynomial, v_from: float, v_to: float, s_from: float = 0.0) -> CubicSpline:
+    """Arc length (mm) along a part of a polynomial segment, over a parameter from 0 to 1, beginning with `s_from`."""
+    from scipy.interpolate import CubicSpline
+
+    v = np.linspace(0.0, 1.0, 65)
+    half, part = 0.5 * np.diff(v)[:, None], v_to - v_from
+    points = base.evaluate(v_from + part * (v[:-1, None] + half * (1.0 + _GAUSS_NODES)))
+    steps = (half * part * np.hypot(points.dy, points.dz)) @ _GAUSS_WEIGHTS
+    return CubicSpline(v, s_from + np.concatenate(([0.0], np.cumsum(steps))))
+
+
+Segment: TypeAlias = Line | Arc | Polynomial | Spline | Smoothed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -208,6 +281,42 @@ class _Table:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Measured:
+    """The points behind a smoothed line, and how it was made from them.
+
+    Attributes
+    ----------
+    points (n, 2)
+        In mm, without those that were left out.
+    s_mm, residual_mm (n,)
+        Arc length of each point along the line that it was held against, and how far it lies to the left of the
+        smoothed line.
+    noise_mm
+        Standard deviation of the points across the line.
+    width_mm
+        Wave length of which the smoothing leaves half.
+    nominal, turn_rad, shift
+        Name of the profile from which the deviation was smoothed, if any; how that was turned and moved to lie on
+        the points.
+    curvature_noise_per_mm (n,)
+        Standard deviation of the line's curvature from the noise of the points.
+    reference
+        Segments of the nominal profile.
+    """
+
+    points: Floats
+    s_mm: Floats
+    residual_mm: Floats
+    noise_mm: float
+    width_mm: float
+    curvature_noise_per_mm: Floats
+    nominal: str = ""
+    turn_rad: float = 0.0
+    shift: tuple[float, float] = (0.0, 0.0)
+    reference: tuple[Segment, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Profile:
     """A running surface as a chain of segments, ordered from the gauge side (small y) to the field side.
 
@@ -219,13 +328,15 @@ class Profile:
         `rail` (material below the line) or `wheel` (material above it).
     segments
         The running surface in mm, from small y to large y.
-    source
-        Where the numbers come from.
+    source, certainty
+        Where the numbers come from, and how sure they are.
     outline
         Closed outline of the body, beginning with the running surface in its direction, or empty where only the running
         surface is known.
     notes
         What a reader assumed; shown to the user.
+    measured
+        The points behind a smoothed line; None where the line is exact, or taken as exact.
 
     Raises
     ------
@@ -237,8 +348,10 @@ class Profile:
     kind: Kind
     segments: tuple[Segment, ...]
     source: str = ""
+    certainty: str = ""
     outline: tuple[Segment, ...] = ()
     notes: tuple[str, ...] = ()
+    measured: Measured | None = None
 
     def __post_init__(self) -> None:
         if not self.segments:
@@ -303,6 +416,8 @@ class Profile:
         samples = [
             np.interp(np.arange(4 * s.knots.size - 3) / 4.0, np.arange(s.knots.size), s.knots)
             if isinstance(s, Spline)
+            else s.knots
+            if isinstance(s, Smoothed)
             else np.linspace(0.0, 1.0, 65)
             for s in self.segments
         ]

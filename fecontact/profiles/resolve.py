@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from fecontact.errors import InputError, check_positive
 from fecontact.profiles.curve import Kind, Profile
 from fecontact.profiles.library import find, is_known, load, names
 from fecontact.profiles.readers.formats import DEFAULT, reader_of
+from fecontact.profiles.reading import PLAIN, Reading
+from fecontact.profiles.recognition import smoothed
 from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel, two_arc_rail_head
 
 _CIRCLE, _ARCS, _CYLINDER = "circle:", "arcs:", "cylinder:"
@@ -32,8 +36,10 @@ class WheelProfile:
     rolling_radius_mm: float | None = None
 
 
-def resolve_rail(spec: str) -> Profile:
+def resolve_rail(spec: str, reading: Reading = PLAIN) -> Profile:
     """Rail from the text of the command line: a library name, `circle:R`, `arcs:R/R@D` (mm), or a profile file.
+
+    Measured points in a file are smoothed (`profiles.recognition`).
 
     Raises
     ------
@@ -46,10 +52,10 @@ def resolve_rail(spec: str) -> Profile:
         return two_arc_rail_head(*_arcs(spec))
     if spec.lower().startswith(_CYLINDER):
         raise InputError(f"{spec!r} is a wheel; a rail may be circle:R or arcs:R/R@D")
-    return _resolve(spec, "rail")
+    return _resolve(spec, "rail", reading)
 
 
-def resolve_wheel(spec: str) -> WheelProfile:
+def resolve_wheel(spec: str, reading: Reading = PLAIN) -> WheelProfile:
     """Wheel from the text of the command line: a library name, `cylinder:R` (mm), or the path of a profile file.
 
     Raises
@@ -62,7 +68,7 @@ def resolve_wheel(spec: str) -> WheelProfile:
         return WheelProfile(profile=cylinder_wheel(), rolling_radius_mm=radius)
     if has_no_gauge_face(spec):
         raise InputError(f"{spec!r} is a rail; a wheel may be cylinder:R")
-    return WheelProfile(profile=_resolve(spec, "wheel"))
+    return WheelProfile(profile=_resolve(spec, "wheel", reading))
 
 
 def is_short_form(spec: str) -> bool:
@@ -95,14 +101,30 @@ def _number(spec: str, example: str) -> float:
         raise InputError(f"{spec!r} has no number after the colon; give a radius in mm, as in {example}") from None
 
 
-def _resolve(spec: str, kind: Kind) -> Profile:
+def _read(path: Path, kind: Kind, reading: Reading) -> Profile:
+    """A file, read once as long as its content stays the same: the smoothing of a measurement takes half a second."""
+    try:
+        content = hashlib.sha256(path.read_bytes()).hexdigest()
+    except (OSError, ValueError):
+        # its reader says what is wrong
+        return reader_of(path)(path, kind, reading)
+    return _read_once(path, kind, reading, content)
+
+
+@lru_cache(maxsize=16)
+def _read_once(path: Path, kind: Kind, reading: Reading, content: str) -> Profile:
+    profile = reader_of(path)(path, kind, reading)
+    return smoothed(profile, reading) if profile.kind == kind else profile
+
+
+def _resolve(spec: str, kind: Kind, reading: Reading) -> Profile:
     path = Path(spec)
     read = reader_of(path)
     if is_known(spec):
         profile = load(find(spec))
     # With an ending that has a reader of its own it is meant as a file, and the reader says what is wrong with it.
     elif read is not DEFAULT or os.path.exists(spec):  # unlike Path.exists, never raises
-        profile = read(path, kind)
+        profile = _read(path, kind, reading)
     elif path.suffix or len(path.parts) > 1:
         raise InputError(f"there is no file {spec!r}; check the path, or give one of {', '.join(names(kind))}")
     else:

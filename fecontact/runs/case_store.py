@@ -208,7 +208,9 @@ def _result(folder: Path, record: Mapping[str, Any], criteria: Criteria | None, 
     case = stored_case(folder, record["case"])
     case = replace(case, criteria=criteria or case.criteria, creep=creep or case.creep)
     stored = record["stored"]
-    placement = placement_from_record(stored["placement"], resolve_rail(case.rail), resolve_wheel(case.wheel).profile)
+    placement = placement_from_record(
+        stored["placement"], resolve_rail(case.rail, case.rail_file), resolve_wheel(case.wheel, case.wheel_file).profile
+    )
     solved = solved_from_record(stored["load"], read_arrays(folder / FIELDS), case)
     solver = record["solver"]
     return CaseResult(

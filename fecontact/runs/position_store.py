@@ -140,7 +140,9 @@ def _position(folder: Path, record: Mapping[str, Any], criteria: Criteria | None
         return MapPosition(
             lateral_shift_mm=shift, cells=tuple(cells.values()), limit=LoadLimit(reason=record["reason"])
         )
-    placement = placement_from_record(record["placement"], resolve_rail(case.rail), resolve_wheel(case.wheel).profile)
+    placement = placement_from_record(
+        record["placement"], resolve_rail(case.rail, case.rail_file), resolve_wheel(case.wheel, case.wheel_file).profile
+    )
     arrays = read_arrays(folder / FIELDS)
     tried: list[JudgedLoad] = []
     for load in record["loads"]:

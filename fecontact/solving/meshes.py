@@ -12,18 +12,19 @@ from fecontact.case import Case
 from fecontact.comparison.judged_load import (
     JudgedLoad,
     Level,
-    PointNoise,
     SolvedLoad,
     judge_load,
     judge_sides,
     worst_of,
 )
+from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.uncertainty import MESH_RATIO
 from fecontact.errors import InputError, NotEnoughMemory
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.geometry.placement import Placement
 from fecontact.solving.coupled_mesh import CoupledMesh
-from fecontact.solving.position import Position, point_noise
+from fecontact.solving.measured_lines import point_noise
+from fecontact.solving.position import Position
 from fecontact.solving.quadratic_rung import quadratic_rung
 
 # The case's own mesh, a coarser one, and two refinements.
@@ -146,6 +147,12 @@ def _few_elements(position: Position, levels: Sequence[Level]) -> tuple[str, ...
 def is_open(case: Case, levels: Sequence[Level], placement: Placement, noise: PointNoise | None) -> bool:
     """Whether the verdict on a load is open and another pair of meshes may decide it."""
     if any(level.status != "converged" for level in levels) or len(levels) == _MOST_MESHES:
+        return False
+    # what the profiles alone leave open no mesh decides
+    if (
+        noise is not None
+        and worst_of(judge_sides(case, levels, placement.first, noise, meshes=False)).answer == "UNRESOLVED"
+    ):
         return False
     return worst_of(judge_sides(case, levels, placement.first, noise)).answer == "UNRESOLVED"
 

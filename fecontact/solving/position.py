@@ -12,8 +12,6 @@ import psutil
 from numpy.typing import NDArray
 
 from fecontact.case import RESOLUTIONS, Case
-from fecontact.comparison.judged_load import PointNoise
-from fecontact.errors import ConvergenceError, InputError
 from fecontact.fe.linear_solver import choose_solver
 from fecontact.geometry.placement import Placement, place
 from fecontact.profiles.curve import Profile
@@ -61,12 +59,12 @@ def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None
     InputError
         For profiles that cannot be read and positions in which the wheel does not run on the rail.
     """
-    case_wheel = resolve_wheel(case.wheel)
+    case_wheel = resolve_wheel(case.wheel, case.wheel_file)
     track = case.track
     if has_no_gauge_face(case.rail) and track.rail_crown_y_mm is None:
         track = replace(track, rail_crown_y_mm=track.tape_circle_y_mm)
     return place(
-        rail or resolve_rail(case.rail),
+        rail or resolve_rail(case.rail, case.rail_file),
         wheel or case_wheel.profile,
         inclination_rad=case.inclination_rad,
         lateral_shift_mm=case.lateral_shift_mm,
@@ -165,21 +163,6 @@ def position_of(case: Case, *, progress: Progress | None = None) -> Position:
         expected=expected,
         element_size_mm=element_size_mm(case, expected),
         clock=clock,
-    )
-
-
-def point_noise(case: Case, placement: Placement) -> PointNoise | None:
-    """Half-spaces that show what profiles given by points leave open; None where both are exact lines."""
-    rail, wheel = placement.rail.profile.thinned(), placement.wheel.profile.thinned()
-    if rail is None and wheel is None:
-        return None
-    own = expect_on_half_space(case, placement)
-    try:
-        other = expect_on_half_space(case, place_case(case, rail=rail, wheel=wheel))
-    except (InputError, ConvergenceError):
-        other = None
-    return PointNoise(
-        own=(own[0], own[1].half_space), thinned=None if other is None else (other[0], other[1].half_space)
     )
 
 

@@ -1,4 +1,4 @@
-"""Profiles from measured or tabulated points: a text file of two columns, y and z in mm.
+"""Profiles from measured or tabulated points: text files of columns, y and z.
 
 A file that looks wrong is refused with the remedy rather than repaired in silence: half of all trouble with profiles is
 a unit, a sign or an order. What had to be assumed is written into the notes of the profile.
@@ -6,33 +6,36 @@ a unit, a sign or an order. What had to be assumed is written into the notes of 
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import numpy as np
 
 from fecontact.errors import InputError
 from fecontact.profiles.curve import FARTHEST_MM, Floats, Integers, Kind, Line, Profile, Segment, Spline
+from fecontact.profiles.problems import Problem, crossings, out_of_order, spikes, turning_angles
+from fecontact.profiles.readers.table import FEWEST_POINTS, columns_of, in_mm, read_text
+from fecontact.profiles.reading import PLAIN, Reading, remedy
+from fecontact.profiles.smoothing import noise_of
 
-FEWEST_POINTS = 10
 SPAN_RANGE_MM = (10.0, 500.0)
 # Angle between neighbouring chords that is a corner of the body and not a coarsely sampled fillet (rad, 20 degrees).
 SPLIT_RAD = 0.35
-# A step back in y is the side of the body, not a fold of the line, if it is this much steeper than wide.
-_OVERHANG_SLOPE = 5.0
 # Root mean square of the curvature of a cubic spline through independent errors e at spacing h, in e / h^2: the
 # transfer function 12 (1 - cos w) / (4 + 2 cos w) of the spline averaged over all waves.
 SPLINE_NOISE = 6.0
-_COMMENT = ("#", "!", "%")
-_DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:\s*;\s*|\s+)[-+]?\d+,\d+")
+# The largest part of the points that a repair may leave out.
+_MOST_LEFT_OUT = 0.05
+_MOST_POINTS = 10_000
+# A rail's head has no dip, and a wheel's rim no drop at its field side, of this depth.
+_DIP_MM = 8.0
 
 
-def read_points(path: str | Path, *, kind: Kind) -> Profile:
-    """Profile from a text file of two columns, y and z in mm, interpolated by splines.
+def read_points(path: str | Path, *, kind: Kind, reading: Reading = PLAIN) -> Profile:
+    """Profile from a text file of columns, y and z, interpolated by splines.
 
-    Columns may be separated by blanks, tabs, commas or semicolons; lines that start with # ! or % are comments, and the
-    first line may be a header. The axes are those of the library: y positive to the field side, z up; a rail has its
-    crown and a wheel its tape circle at (0, 0).
+    Columns may be separated by blanks, tabs, commas or semicolons; what follows # ! % or // is a comment, and the first
+    lines may be a header. The axes are those of the library: y positive to the field side, z up; a rail has its crown
+    and a wheel its tape circle at (0, 0). `reading` says what is otherwise.
 
     Raises
     ------
@@ -40,10 +43,23 @@ def read_points(path: str | Path, *, kind: Kind) -> Profile:
         The file cannot be read, or its points do not look like a running surface in these axes.
     """
     path = Path(path)
-    return profile_from_points(*_parse(_text(path), what=str(path)), kind=kind, name=path.stem, source=str(path))
+    table = columns_of(read_text(path), kind=kind, what=str(path), reading=reading)
+    y, z, notes = in_mm(table.y, table.z, table.unit, reading)
+    return profile_from_points(
+        y, z, kind=kind, name=path.stem, source=str(path), reading=reading, notes=(*table.notes, *notes)
+    )
 
 
-def profile_from_points(y: Floats, z: Floats, *, kind: Kind, name: str, source: str = "") -> Profile:
+def profile_from_points(
+    y: Floats,
+    z: Floats,
+    *,
+    kind: Kind,
+    name: str,
+    source: str = "",
+    reading: Reading = PLAIN,
+    notes: tuple[str, ...] = (),
+) -> Profile:
     """Profile through points (mm, shape (n,)) in the order along the line, with cubic splines between corners.
 
     Raises
@@ -51,7 +67,7 @@ def profile_from_points(y: Floats, z: Floats, *, kind: Kind, name: str, source: 
     InputError
         The points do not look like a running surface; see `read_points`.
     """
-    points, notes = np.column_stack((y, z)).astype(float), []
+    points, said = np.column_stack((y, z)).astype(float), list(notes)
     # also false for NaN
     bad = np.flatnonzero(~(np.abs(points) <= FARTHEST_MM).all(axis=1))
     if bad.size:
@@ -63,28 +79,64 @@ def profile_from_points(y: Floats, z: Floats, *, kind: Kind, name: str, source: 
     same = np.concatenate(([False], (np.diff(points, axis=0) == 0.0).all(axis=1)))
     if same.any():
         points = points[~same]
-        notes.append(f"{_count(int(same.sum()), 'repeated point')} dropped")
-    if len(points) < FEWEST_POINTS:
+        said.append(f"{_count(int(same.sum()), 'repeated point')} dropped")
+    if not FEWEST_POINTS <= len(points) <= _MOST_POINTS:
         raise InputError(
             f"{name}: there are {_count(len(points), 'different point')}; at least {FEWEST_POINTS} are needed, "
-            "better one every 0.5 mm"
+            f"{_MOST_POINTS} are allowed, better one every 0.1 to 0.5 mm"
         )
     if points[-1, 0] < points[0, 0]:
         points = points[::-1]
-        notes.append("the points ran towards small y: their order was reversed")
+        said.append("the points ran towards small y: their order was reversed")
 
+    # a line that turns back has no shape to speak of
+    points, repaired = _checked(points, kind, name, repair=reading.repair)
     check_shape(points[:, 0], points[:, 1], kind=kind, what=name)
-    notes += _check_order(points, name)
-    corners = np.flatnonzero(np.abs(_turning_angles(points)) > SPLIT_RAD) + 1
-    notes += _check_spacing(points, corners, name)
-    notes += _assumptions(points, kind)
+    said += repaired
+    corners = np.flatnonzero(np.abs(turning_angles(points)) > SPLIT_RAD) + 1
+    said += _check_spacing(points, corners, name)
+    said += _assumptions(points, kind)
     if corners.size:
         where = ", ".join(f"{points[i, 0]:.2f}" for i in corners[:6]) + (" ..." if corners.size > 6 else "")
-        notes.append(f"split at {_count(corners.size, 'corner')}: y = {where} mm")
-    notes.append(_noise(points))
+        said.append(f"split at {_count(corners.size, 'corner')}: y = {where} mm")
+    said.append(_noise(points))
     pieces = np.split(np.arange(len(points)), corners)
     segments = [_piece(points[piece[0] : piece[-1] + 2]) for piece in pieces]
-    return Profile(name=name, kind=kind, segments=tuple(segments), source=source, notes=tuple(notes))
+    return Profile(name=name, kind=kind, segments=tuple(segments), source=source, notes=tuple(said))
+
+
+def _checked(points: Floats, kind: Kind, name: str, *, repair: bool) -> tuple[Floats, list[str]]:
+    """The points without those that are wrong, where leaving out is asked for; with what is to be said of them."""
+    left_out: list[str] = []
+    for find in (out_of_order, spikes, crossings):
+        while problems := find(points):
+            if not repair or len(left_out) + len(problems) > _MOST_LEFT_OUT * len(points):
+                raise InputError(_refusal(problems, kind, name, repair=repair))
+            # points out of order are found once more from their new neighbours
+            gone = problems if find is spikes else problems[:1]
+            left_out += [problem.text for problem in gone]
+            points = np.delete(points, [problem.index for problem in gone], axis=0)
+    notes = [] if not left_out else [f"{_count(len(left_out), 'point')} left out: {_listed(left_out)}"]
+    back = np.diff(points[:, 0]) <= 0.0
+    if back.any():
+        notes.append(f"the line is vertical or overhangs at {_count(int(back.sum()), 'point')}: kept as a steep side")
+    return points, notes
+
+
+def _refusal(problems: list[Problem], kind: Kind, name: str, *, repair: bool) -> str:
+    said = _listed([problem.text for problem in problems])
+    if repair:
+        return f"{name}: {said}; that is more than {100 * _MOST_LEFT_OUT:g} % of the points; measure the profile again"
+    if problems[0].what == "spike":
+        return f"{name}: {said}; correct the file, or {remedy(kind, 'repair', 'yes')} to leave such points out"
+    return (
+        f"{name}: {said}; give the points of the running surface in their order along the line, once, without the"
+        f" inside of the body; or {remedy(kind, 'repair', 'yes')} to leave single points out"
+    )
+
+
+def _listed(texts: list[str]) -> str:
+    return "; ".join(texts[:4]) + (f" and {len(texts) - 4} more" if len(texts) > 4 else "")
 
 
 def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str) -> None:
@@ -98,12 +150,12 @@ def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str) -> None:
     span = float(max(np.ptp(y), np.ptp(z)))
     low, high = SPAN_RANGE_MM
     if not low <= span <= high:
-        remedy = (
-            "coordinates are in mm; this looks like metres, so multiply by 1000"
+        advice = (
+            f"this looks like metres, so multiply by 1000, or {remedy(kind, 'units', 'm')}"
             if 0.01 <= span <= 0.5
-            else "coordinates are in mm; convert from the unit of the file (from inches: multiply by 25.4)"
+            else f"say the unit of the file: for inches {remedy(kind, 'units', 'in')}"
         )
-        raise InputError(f"{what}: the line spans {span:.4g} mm; allowed: {low:g} to {high:g} mm; {remedy}")
+        raise InputError(f"{what}: the line spans {span:.4g} mm; allowed: {low:g} to {high:g} mm; {advice}")
     if kind == "rail":
         # a head lies above the chord between its ends, canted, worn or half
         weight = (0.5 * (y[0] + y[-1]) - y[0]) / (y[-1] - y[0]) if y[-1] != y[0] else 0.5
@@ -112,9 +164,21 @@ def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str) -> None:
         if above < -0.1:
             raise InputError(
                 f"{what}: the middle of the rail lies {-above:.2f} mm below the chord between its ends, but z points "
-                "up and a rail head is highest in the middle; flip the sign of z"
+                "up and a rail head is highest in the middle; flip the sign of z, or " + remedy(kind, "flip_z", "yes")
+            )
+        dip, at = _deepest_dip(z)
+        if dip > _DIP_MM:
+            raise InputError(
+                f"{what}: the line dips by {dip:.1f} mm at y = {y[at]:.1f} mm, as the flange of a wheel does; a rail is"
+                " wanted: give the file as the wheel, or cut the line at the sides of the head"
             )
         return
+    middle = z[(y > y[0] + 0.3 * (y[-1] - y[0])) & (y < y[0] + 0.7 * (y[-1] - y[0]))]
+    if middle.size and float(np.median(middle)) - max(z[0], z[-1]) > _DIP_MM and _deepest_dip(z)[0] < 1.0:
+        raise InputError(
+            f"{what}: both ends of the line lie more than {_DIP_MM:g} mm below its middle, as those of a rail do;"
+            " a wheel is wanted: give the file as the rail"
+        )
     # the flange back and the rim face reach up far, so they do not count
     steep = np.abs(np.diff(z)) > 4.0 * np.abs(np.diff(y))
     gentle = np.flatnonzero(~steep)
@@ -128,94 +192,29 @@ def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str) -> None:
     if up > 10.0 and up > down:
         raise InputError(
             f"{what}: the line rises to {up:.1f} mm above the tread at y = {y[z.argmax()]:.1f} mm and falls only "
-            f"{down:.1f} mm below it, but z points up and a flange reaches down; flip the sign of z"
+            f"{down:.1f} mm below it, but z points up and a flange reaches down; flip the sign of z, or "
+            + remedy(kind, "flip_z", "yes")
         )
     if down > 10.0 and y[z.argmin()] > 0.5 * (y.min() + y.max()):
         raise InputError(
             f"{what}: the flange lies at y = {y[z.argmin()]:.1f} mm, on the field side, but y is positive to the field "
-            "side; flip the sign of y"
+            "side; flip the sign of y, or " + remedy(kind, "mirror", "yes")
         )
-
-
-def _text(path: Path) -> str:
-    try:
-        data = path.read_bytes()
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot read {path}: {getattr(error, 'strerror', error)}; check the path") from None
-    if b"\0" in data:
-        raise InputError(f"{path} is not plain text (a table file or UTF-16?); save it as text of two columns")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        # comments in an older encoding; the numbers are checked below
-        return data.decode("latin-1")
-
-
-def _parse(text: str, *, what: str) -> tuple[Floats, Floats]:
-    rows: list[tuple[float, float]] = []
-    header_allowed = True
-    for number, raw in enumerate(text.splitlines(), start=1):
-        line = raw.strip()
-        if not line or line.startswith(_COMMENT):
-            continue
-        if _DECIMAL_COMMA.fullmatch(line):
-            raise InputError(f"{what}, line {number}: {line[:60]!r} has decimal commas; write decimal points")
-        fields = re.split(r"\s*[,;]\s*|\s+", line.rstrip(",;"))
-        values = [_float(field) for field in fields]
-        if header_allowed and all(value is None for value in values):
-            header_allowed = False
-            continue
-        header_allowed = False
-        if len(fields) != 2:
-            raise InputError(
-                f"{what}, line {number}: {_count(len(fields), 'column')} instead of 2 in {line[:60]!r}; keep y and z "
-                "only, and start comments with #"
-            )
-        if values[0] is None or values[1] is None:
-            raise InputError(f"{what}, line {number}: {line[:60]!r} is not two numbers; start comments with #")
-        if not np.isfinite(values[0] + values[1]):
-            raise InputError(f"{what}, line {number}: {line[:60]!r} is not finite; remove the line")
-        rows.append((values[0], values[1]))
-    if not rows:
-        raise InputError(f"{what}: no numbers; the file needs at least {FEWEST_POINTS} lines of y and z in mm")
-    table = np.array(rows)
-    return table[:, 0], table[:, 1]
-
-
-def _float(field: str) -> float | None:
-    try:
-        return float(field)
-    except ValueError:
-        return None
 
 
 def _count(number: int, noun: str) -> str:
     return f"{number} {noun}" + ("" if number == 1 else "s")
 
 
+def _deepest_dip(z: Floats) -> tuple[float, int]:
+    """How far a line lies below higher points on both of its sides at most, and where."""
+    depth = np.minimum(np.maximum.accumulate(z), np.maximum.accumulate(z[::-1])[::-1]) - z
+    at = int(np.argmax(depth))
+    return float(depth[at]), at
+
+
 def _at(point: Floats) -> str:
     return f"({point[0]:.4g}, {point[1]:.4g}) mm"
-
-
-def _turning_angles(points: Floats) -> Floats:
-    """Angle between the chords before and after each inner point."""
-    d = np.diff(points, axis=0)
-    return np.asarray(np.arctan2(d[:-1, 0] * d[1:, 1] - d[:-1, 1] * d[1:, 0], (d[:-1] * d[1:]).sum(axis=1)))
-
-
-def _check_order(points: Floats, name: str) -> list[str]:
-    step = np.diff(points, axis=0)
-    back = step[:, 0] <= 0.0
-    folded = np.flatnonzero(back & (np.abs(step[:, 1]) < _OVERHANG_SLOPE * np.abs(step[:, 0])))
-    turned = np.flatnonzero(np.abs(_turning_angles(points)) > 2.0) + 1
-    for i in (*folded, *turned):
-        raise InputError(
-            f"{name}: the line turns back at point {i + 1}, {_at(points[i])}; give the points of the running surface "
-            "in their order along the line, once, without the inside of the body"
-        )
-    if back.any():
-        return [f"the line is vertical or overhangs at {_count(int(back.sum()), 'point')}: kept as a steep side"]
-    return []
 
 
 def _check_spacing(points: Floats, corners: Integers, name: str) -> list[str]:
@@ -258,17 +257,9 @@ def _assumptions(points: Floats, kind: Kind) -> list[str]:
 
 
 def _noise(points: Floats) -> str:
-    """Scatter of the points across the line, from fourth divided differences, and the curvature error it brings."""
-    chord = np.hypot(*np.diff(points, axis=0).T)
-    s = np.concatenate(([0.0], np.cumsum(chord)))
-    windows = np.lib.stride_tricks.sliding_window_view(s, 5)
-    gaps = windows[:, :, None] - windows[:, None, :] + np.eye(5)
-    weights = 1.0 / gaps.prod(axis=2)
-    values = np.lib.stride_tricks.sliding_window_view(points, 5, axis=0)
-    fourth = np.einsum("ndk,nk->nd", values, weights)
-    # the median keeps corners and junctions out; 0.6745 turns it into a standard deviation
-    scatter = float(np.median(np.hypot(*fourth.T) / np.sqrt((weights**2).sum(axis=1)))) / 0.6745
-    spacing = float(np.median(chord))
+    """Scatter of the points across the line, and the curvature error that a spline through them has from it."""
+    scatter = noise_of(points)
+    spacing = float(np.median(np.hypot(*np.diff(points, axis=0).T)))
     noise = SPLINE_NOISE * scatter / spacing**2
     return (
         f"{len(points)} points about {spacing:.2g} mm apart, scatter about {scatter:.1g} mm: "

@@ -78,6 +78,7 @@ class ProfileFile(_Strict):
     kind: Literal["rail", "wheel"]
     units: Literal["mm"]
     source: str = ""
+    certainty: str = ""
     notes: list[str] = []
     head: Head | None = None
     surface: Entries = []

@@ -67,6 +67,7 @@ def parse_toml(text: str, *, name: str) -> Profile:
         kind=file.kind,
         segments=tuple(surface),
         source=file.source,
+        certainty=file.certainty,
         outline=(*surface, *body) if body else (),
         notes=tuple(file.notes),
     )

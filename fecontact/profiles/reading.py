@@ -1,0 +1,95 @@
+"""How a profile file is to be read and smoothed, where the file itself does not say so or more is known about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from fecontact.inputs.kinds import Choice, Flag, Number, Text
+from fecontact.inputs.slots import check_inputs
+
+MM = {"mm": 1.0, "m": 1000.0, "cm": 10.0, "um": 1e-3, "in": 25.4}
+"""Units of length that a file may be in, and how many mm each is."""
+
+_UNITS = Choice(label="units of the profile file", help="Unit of the points in a file", names=tuple(MM))
+_MIRROR = Flag(label="mirror", help="Turn the sign of y: the file has the other side of the track")
+_FLIP_Z = Flag(label="flip z", help="Turn the sign of z: in the file z points down", options=("flip-z",))
+_COLUMNS = Text(
+    label="columns",
+    help="Columns of y and z in a file of points",
+    domain="two numbers such as 2,3, counted from 1, or two names of the header such as y,z",
+)
+_DECIMAL = Choice(
+    label="decimal sign",
+    help="Decimal sign of the numbers in a file of points",
+    names=("point", "comma"),
+    options=("decimal",),
+)
+_OFFSETS = Choice(
+    label="offsets",
+    help="What to do with the offsets and the alignment in the header of a MiniProf file",
+    names=("ignore", "add"),
+)
+_NOISE = Number(
+    label="noise",
+    help="Repeatability of the instrument, one standard deviation across the line; estimated from the points if not"
+    " given",
+    unit="mm",
+    high=1.0,
+    inclusive=False,
+    remedy="measured profiles have 0.002 to 0.05 mm",
+)
+_SMOOTHING = Number(
+    label="smoothing width",
+    help="Wave length along the line of which smoothing leaves half; 0 takes points as exact; from the noise if not"
+    " given",
+    unit="mm",
+    high=1000.0,
+    remedy="5 to 60 mm are usual; 0 puts a spline through the points",
+)
+_NOMINAL = Text(
+    label="nominal profile",
+    help="Profile from which a measured line is smoothed as its deviation",
+    domain="auto for the nearest of the library if the points support it, none, or a name of the library",
+)
+_REPAIR = Flag(label="repair", help="Leave out what is wrong in a file of points, and say what was left out")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """What is known about a profile file beside its content; None is what the file says or the points show.
+
+    Attributes
+    ----------
+    units, mirror, flip_z, columns, decimal
+        Of the points in the file.
+    offsets
+        Of the header of a MiniProf file.
+    noise_mm, smoothing_mm, nominal
+        How measured points are smoothed (`profiles.smoothing`).
+    repair
+        Whether points that are wrong are left out instead of refused (`profiles.problems`).
+    """
+
+    units: str | None = field(default=None, metadata={"input": _UNITS})
+    mirror: bool = field(default=False, metadata={"input": _MIRROR})
+    flip_z: bool = field(default=False, metadata={"input": _FLIP_Z})
+    columns: str | None = field(default=None, metadata={"input": _COLUMNS})
+    decimal: str | None = field(default=None, metadata={"input": _DECIMAL})
+    offsets: str | None = field(default=None, metadata={"input": _OFFSETS})
+    noise_mm: float | None = field(default=None, metadata={"input": _NOISE})
+    smoothing_mm: float | None = field(default=None, metadata={"input": _SMOOTHING})
+    nominal: str = field(default="auto", metadata={"input": _NOMINAL})
+    repair: bool = field(default=False, metadata={"input": _REPAIR})
+
+    def __post_init__(self) -> None:
+        check_inputs(self)
+
+
+PLAIN = Reading()
+"""A file as it is."""
+
+
+def remedy(kind: str, key: str, value: str) -> str:
+    """The exact option that settles a question about a file, on the command line and in study files."""
+    shown = {"yes": "true"}.get(value, f'"{value}"')
+    return f"give --{kind}-{key.replace('_', '-')} {value} ({key} = {shown} in [{kind}_file])"

@@ -1,0 +1,173 @@
+"""Which profile of the library measured points are, worn or not, and the line that is smoothed from them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fecontact.errors import InputError
+from fecontact.profiles.curve import Floats, Kind, Line, Measured, Profile, Spline
+from fecontact.profiles.library import find, load, names
+from fecontact.profiles.readers.points import SPLINE_NOISE
+from fecontact.profiles.reading import Reading
+from fecontact.profiles.registration import Registration, first_shift, foot_points, register
+from fecontact.profiles.smoothing import choose, noise_of, profile_of, smoothed_deviation, smoothed_line
+
+# A spline through points with less noise in its curvature than this is as good as the points (1/mm): 1 % of R 300.
+_CURVATURE_NOISE_PER_MM = 3e-5
+# Points for the first look at a profile, and profiles that get a second one.
+_FEW_POINTS, _MOST_CLOSE = 60, 3
+# A profile that the points are usually farther off is another one.
+_FARTHEST_MM = 2.0
+# Points closer than this part of the usual spacing tell nothing about the line between them.
+_CLOSE_TO_SPACING = 0.2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Nearest:
+    """A profile of the library beside measured points.
+
+    Attributes
+    ----------
+    usual_mm, farthest_mm
+        How far the points lie off it, usually (as a standard deviation) and at most.
+    at_y_mm
+        Where that is the most.
+    """
+
+    name: str
+    registration: Registration
+    usual_mm: float
+    farthest_mm: float
+    at_y_mm: float
+
+
+def points_of(profile: Profile) -> Floats | None:
+    """The points (n, 2) behind a line, None where it is exact."""
+    if profile.measured is not None:
+        return profile.measured.points
+    if not any(isinstance(segment, Spline) for segment in profile.segments):
+        return None
+    parts = []
+    for segment in profile.segments:
+        if isinstance(segment, Spline):
+            parts.append(segment.points)
+        elif isinstance(segment, Line):
+            parts.append(np.array([segment.start, segment.end]))
+    points = np.concatenate(parts)
+    keep = np.concatenate(([True], np.hypot(*np.diff(points, axis=0).T) > 0.0))
+    return np.asarray(points[keep])
+
+
+def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) -> list[Nearest]:
+    """Profiles of the library that points (n, 2) may be, the nearest first."""
+    few = points[:: max(1, len(points) // _FEW_POINTS)]
+    known = names(kind) if among is None else among
+    close = known if len(known) <= _MOST_CLOSE else sorted(known, key=lambda name: _roughly_off(load(name), few))
+    found = []
+    for name in close[:_MOST_CLOSE]:
+        registration, usual = register(load(name), points)
+        if usual > _FARTHEST_MM:
+            continue
+        feet = foot_points(load(name), registration.to_reference(points))
+        off = np.where(feet.inside, np.abs(feet.off_mm), 0.0)
+        at = int(np.argmax(off))
+        found.append(
+            Nearest(
+                name=name,
+                registration=registration,
+                usual_mm=usual,
+                farthest_mm=float(off[at]),
+                at_y_mm=float(points[at, 0]),
+            )
+        )
+    return sorted(found, key=lambda one: one.usual_mm)
+
+
+def _roughly_off(line: Profile, points: Floats) -> float:
+    """How far points lie off a line that is moved and turned by its ends: enough to leave out most of the library."""
+    dy, dz = first_shift(line, points)
+    off = points[:, 1] - dz - line.height(points[:, 0] - dy)
+    known = np.isfinite(off)
+    if np.count_nonzero(known) < 0.6 * len(points):
+        return float("inf")
+    off, y = off[known], points[known, 0]
+    # without the tilt of a canted rail
+    off = off - np.polyval(np.polyfit(y, off, 1), y)
+    return float(np.median(np.abs(off)))
+
+
+def smoothed(profile: Profile, reading: Reading) -> Profile:
+    """A profile given by points as the line that is smoothed from them; any other, and points without noise, as it is.
+
+    Raises
+    ------
+    InputError
+        The nominal profile that is asked for is not in the library, or the points do not lie over it.
+    """
+    points = points_of(profile)
+    if points is None or reading.smoothing_mm == 0.0 or len(points) < 20:
+        return profile
+    points = _spread(points)
+    spacing = float(np.median(np.hypot(*np.diff(points, axis=0).T)))
+    asked = reading.smoothing_mm is not None or reading.noise_mm is not None or reading.nominal not in ("auto", "none")
+    if not asked and SPLINE_NOISE * noise_of(points) / spacing**2 < _CURVATURE_NOISE_PER_MM:
+        return profile
+    return _noted(profile_of(_measured(points, profile, reading), profile), reading)
+
+
+def _measured(points: Floats, profile: Profile, reading: Reading) -> Measured:
+    width, noise, nominal = reading.smoothing_mm, reading.noise_mm, reading.nominal
+    if nominal == "none":
+        return smoothed_line(points, width_mm=width, noise_mm=noise)[0]
+    among = None if nominal == "auto" else (find(nominal, profile.kind),)
+    candidates = []
+    for one in nearest(points, profile.kind, among)[:2]:
+        found = smoothed_deviation(points, load(one.name), one.registration, width_mm=width, noise_mm=noise)
+        if found is not None:
+            candidates.append(found)
+    if among is not None:
+        if not candidates:
+            raise InputError(
+                f"{profile.name}: the points do not lie over {among[0]} within {_FARTHEST_MM:g} mm, or reach beyond its"
+                " ends; give another nominal profile, or none"
+            )
+        return candidates[0][0]
+    return choose([*candidates, smoothed_line(points, width_mm=width, noise_mm=noise)])
+
+
+def _spread(points: Floats) -> Floats:
+    """Points without those that lie close to the one before."""
+    chord = np.hypot(*np.diff(points, axis=0).T)
+    closest = _CLOSE_TO_SPACING * float(np.median(chord))
+    if chord.min() >= closest:
+        return points
+    kept = [0]
+    for i in range(1, len(points)):
+        if np.hypot(*(points[i] - points[kept[-1]])) >= closest:
+            kept.append(i)
+    return points[kept]
+
+
+def _noted(profile: Profile, reading: Reading) -> Profile:
+    made = profile.measured
+    assert made is not None
+    of = (
+        f"its deviation from {made.nominal} (at most {_largest_deviation(made):.2g} mm)" if made.nominal else "the line"
+    )
+    how = "as given" if reading.smoothing_mm is not None else "from the noise of the points"
+    middle = float(np.median(made.curvature_noise_per_mm))
+    note = (
+        f"smoothed from {len(made.points)} points with {1e3 * made.noise_mm:.2g} um of noise: {of}, over waves of"
+        f" {made.width_mm:.3g} mm ({how}); curvature uncertain by {middle:.1g} /mm from the noise"
+    )
+    # what a spline through the points would carry is no longer true of this line
+    kept = [one for one in profile.notes if "curvature uncertain by about" not in one and "split at" not in one]
+    return replace(profile, notes=(*kept, note))
+
+
+def _largest_deviation(made: Measured) -> float:
+    line = Profile(name=made.nominal, kind="rail", segments=made.reference)
+    moved = Registration(turn_rad=made.turn_rad, shift=made.shift).to_reference(made.points)
+    return float(np.abs(foot_points(line, moved).off_mm).max())
