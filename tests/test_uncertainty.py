@@ -18,7 +18,7 @@ from fecontact.solving.solve import solve
 REST = {
     "p_max_MPa": (0.0008, 0.0014),
     "area_mm2": (0.003, 0.0019),
-    "a_mm": (0.001, 0.0009),
+    "a_mm": (0.0013, 0.0009),
     "b_mm": (0.0013, 0.0018),
     "extent_x_mm": (0.01, 0.0009),
     "extent_y_mm": (0.01, 0.0018),
