@@ -489,10 +489,12 @@ def view(out: Path) -> int:
     out
         Folder that run or solve --out wrote.
     """
+    import shlex
+
     from fecontact.outputs.paraview import write_view
 
     path = write_view(out)
-    print(f"{path}: open it with paraview --script={path}")
+    print(f"{path}: open it with (cd {shlex.quote(str(path.parent))}; paraview --script={path.name})")
     return 0
 
 

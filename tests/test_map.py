@@ -517,6 +517,7 @@ def _as_new(request, monkeypatch):
     monkeypatch.setattr(FakeSweep, "open", 0)
     if "png" not in request.node.name:
         monkeypatch.setattr("fecontact.outputs.map.map_figure", no_figure)
+    monkeypatch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
 
 
 def fake_position(case, loads_N):
@@ -560,6 +561,7 @@ def kept(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(position_store, "solve_position", fake_position)
         patch.setattr("fecontact.outputs.map.map_figure", no_figure)
+        patch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
         return out, fake_run(out).made
 
 
