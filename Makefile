@@ -12,7 +12,7 @@ INSTALLED := $(VENV)/.installed
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup study test test-slow regress validate paraview-check lint lock clean
+.PHONY: help setup demo study test test-slow regress validate paraview-check lint lock clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)$$/\1|\2/' | awk -F'|' '{printf "  make %-15s %s\n", $$1, $$2}'
@@ -37,6 +37,9 @@ $(INSTALLED): requirements.lock pyproject.toml $(CREATED)
 
 setup: $(INSTALLED) ## make .venv from requirements.lock and check the system libraries
 	@$(BIN)/python -m fecontact.system_check
+
+demo: setup ## solve one position and an exact sphere; results in out/demo
+	$(BIN)/fecontact demo --out out/demo
 
 study: setup ## run the first study; results in out/first_light
 	$(BIN)/fecontact run studies/first_light.py --out out/first_light

@@ -146,7 +146,7 @@ def check(
         remedies.insert(0, "Pictures made by pyvista are skipped; numbers, reports and VTK files do not need it.")
     if any(_packages_may_help(result) for result in results):
         remedies.append(_packages_remedy(missing))
-    if any(_lacks_python_package(result) for result in results):
+    if any(lacks_python_package(result) for result in results):
         remedies.append("A Python package is missing from this environment: run `make setup`.")
     for remedy in remedies:
         say(f"  {remedy}")
@@ -189,12 +189,13 @@ def _run_once(command: Sequence[str], extra: Mapping[str, str], timeout: float) 
     return Outcome(ok=False, reason=_last_line(done.stderr) or f"exit code {done.returncode}")
 
 
-def _lacks_python_package(outcome: Outcome) -> bool:
+def lacks_python_package(outcome: Outcome) -> bool:
+    """Whether a probe failed because a Python package is not installed."""
     return outcome.reason.startswith("ModuleNotFoundError")
 
 
 def _packages_may_help(outcome: Outcome) -> bool:
-    return not outcome.ok and not _lacks_python_package(outcome)
+    return not outcome.ok and not lacks_python_package(outcome)
 
 
 def _packages_remedy(missing: Sequence[str]) -> str:
