@@ -778,6 +778,13 @@ def test_columns_of_a_map_are_those_of_a_case(kept):
     assert float(rows[0]["p_max_fe_MPa"]) > 0.0
 
 
+def test_stiffness_of_two_loads_is_no_file_and_an_older_one_goes(run, tmp_path):
+    (tmp_path / "stiffness.csv").write_text("of another map")
+    run(tmp_path, SHIFTS[:1], loads=LOADS[:2])
+    assert (tmp_path / "map.csv").is_file()
+    assert not (tmp_path / "stiffness.csv").exists()
+
+
 def test_stiffness_of_each_position_over_its_loads(kept):
     out, _ = kept
     rows = rows_of(out / "stiffness.csv")

@@ -77,8 +77,8 @@ def run_study(
     """Solve all cases of a study that are not finished and write its outputs below `out`.
 
     A case that cannot be solved becomes a row that says why; the others go on. Cases are kept as they finish, so that
-    the same call goes on where an interrupted one stopped. Cases are solved in processes of their own: a script that
-    calls this must do so below `if __name__ == "__main__":`.
+    the same call goes on where an interrupted one stopped. Cases are solved in processes of their own, which do not
+    import the script that calls this.
 
     Parameters
     ----------
@@ -103,7 +103,10 @@ def run_study(
     table = _Table(study.name, [(name, case) for name, case in named if name in set(own)], len(named), out, settings)
     with open_run(out, out / "cases", settings, crew) as by:
         solved = {name: with_absolute_paths(cases[name]) if settings.scheduler else cases[name] for name in own}
-        jobs = [job_of(case, case_folder(out, name), work(case, name, command)) for name, case in solved.items()]
+        jobs = [
+            job_of(case, case_folder(out, name), work(case, name, command), label=_label(cases[name], study.cases))
+            for name, case in solved.items()
+        ]
         finished = Finished()
         try:
             finish(jobs, by, finished, progress=progress, on_done=table.done)
@@ -123,6 +126,12 @@ def run_study(
         reused=tuple(finished.reused),
         recomputed=finished.recomputed,
     )
+
+
+def _label(case: Case, cases: tuple[Case, ...]) -> str:
+    """What a case is called while it is solved: position and load, and the pair where there are several."""
+    pair = "" if len({(one.rail, one.wheel) for one in cases}) == 1 else f"{case.wheel} on {case.rail} "
+    return f"{pair}{case.lateral_shift_mm:+z.2f} mm {case.load_N / 1e3:g} kN"
 
 
 def _by_name(named: list[tuple[str, Case]]) -> dict[str, Case]:
