@@ -62,7 +62,19 @@ ROOMS: dict[str, set[str]] = {
         "regression",
     }
     | {"jobs", "outputs"},
-    "cli": {"errors", "files", "inputs", "case", "options", "profiles", "solving", "regression", "jobs", "outputs"}
+    "cli": {
+        "errors",
+        "files",
+        "inputs",
+        "case",
+        "creep",
+        "options",
+        "profiles",
+        "solving",
+        "regression",
+        "jobs",
+        "outputs",
+    }
     | {"runs"},
     "system_check": set(),
     "__init__": {"case", "solving", "runs"},

@@ -16,6 +16,7 @@ from fecontact.comparison.verdict import AT_JUNCTION
 from fecontact.files import write_json
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
 from fecontact.outputs.figures import blank_figure, save_figure
+from fecontact.outputs.force_map import COLOURS, LABELS, cell_edges, draw_answers, force_map_figure
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.record import load_record, shown_case_record, versions
 from fecontact.outputs.rows import cell_row
@@ -33,14 +34,6 @@ Record = dict[str, Any]
 MAP_SCHEMA = "fecontact/map/3"
 _FEWEST_LOADS = 3
 
-# Okabe and Ito's colours, told apart by the colour-blind and in grey.
-_COLOURS = {"HOLDS": "#56b4e9", "UNRESOLVED": "#f0e442", "FAILS": "#d55e00", "failed": "#c8c8c8"}
-_LABELS = {
-    "HOLDS": "Hertz holds",
-    "UNRESOLVED": "unresolved",
-    "FAILS": "Hertz fails",
-    "failed": "could not be solved",
-}
 CAUSE_LETTERS = {
     "finite bodies": "B",
     "second patch": "S",
@@ -62,6 +55,8 @@ def write_map(made: ApplicabilityMap, out: Path, name: str = "map", *, provenanc
     write_json(out / f"{name}.json", map_record(made, provenance))
     if made.positions:
         map_figure(made, out / f"{name}.png")
+    if made.positions and made.case.creep.asked:
+        force_map_figure(made, out / f"{name}_force.png")
 
 
 def stiffness_rows(position: MapPosition) -> list[Record]:
@@ -163,7 +158,7 @@ def map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
     causes = _draw_causes(ax, shifts, loads, cells)
     inferred = _draw_inferred(ax, shifts, loads, cells)
     verdicts = {cell.verdict for cell in made.cells}
-    handles: list[Any] = [Patch(fc=c, ec="0.4", label=_LABELS[v]) for v, c in _COLOURS.items() if v in verdicts]
+    handles: list[Any] = [Patch(fc=c, ec="0.4", label=LABELS[v]) for v, c in COLOURS.items() if v in verdicts]
     if limits:
         handles.append(Line2D([], [], color="k", lw=2.4, label="end of a range of loads\nin which Hertz holds"))
     if inferred:
@@ -206,34 +201,8 @@ def _criteria_words(criteria: Criteria) -> str:
     return "; ".join(f"{limit} {', '.join(names)}" for limit, names in groups.items())
 
 
-def _edges(centres: Floats) -> Floats:
-    """Edges of cells half way between their centres; a single one is 1 wide."""
-    if centres.size == 1:
-        return np.array([centres[0] - 0.5, centres[0] + 0.5])
-    middle = 0.5 * (centres[:-1] + centres[1:])
-    return np.concatenate([[2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]])
-
-
 def _draw_cells(ax: Axes, shifts: Floats, loads: Floats, cells: NDArray[Any]) -> None:
-    from matplotlib.colors import ListedColormap
-
-    names = list(_COLOURS)
-    codes = np.vectorize(lambda cell: names.index(cell.verdict), otypes=[float])(cells)
-    y = _edges(loads)
-    # a load below zero does not exist
-    y[0] = max(y[0], 0.0)
-    ax.pcolormesh(
-        _edges(shifts),
-        y,
-        codes,
-        cmap=ListedColormap(list(_COLOURS.values())),
-        vmin=-0.5,
-        vmax=len(names) - 0.5,
-        edgecolors="white",
-        linewidth=0.6,
-        alpha=0.85,
-    )
-    ax.set_yticks(loads)
+    draw_answers(ax, shifts, loads, np.vectorize(lambda cell: cell.verdict, otypes=[object])(cells))
 
 
 def _draw_deviation(ax: Axes, shifts: Floats, loads: Floats, cells: NDArray[Any]) -> bool:
@@ -258,7 +227,7 @@ def _deviation_percent(cell: MapCell) -> float:
 
 def _draw_limits(ax: Axes, shifts: Floats, limits: tuple[LoadLimit, ...]) -> bool:
     """Bars at the loads where a range ends in which Hertz holds; whether there are any."""
-    edges, found = _edges(shifts), False
+    edges, found = cell_edges(shifts), False
     for low, high, limit in zip(edges[:-1], edges[1:], limits, strict=True):
         # the smallest and the largest load of the map are no limits
         changes = {one.high_N for one in limit.intervals[:-1]} & {one.low_N for one in limit.intervals[1:]}
