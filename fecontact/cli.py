@@ -14,6 +14,7 @@ from cyclopts import App, CycloptsError, Parameter
 from fecontact import __version__, start
 from fecontact.case import Criteria, Group
 from fecontact.console import count, many, print_reasons, solving
+from fecontact.creep import Creep
 from fecontact.errors import FecontactError, InputError
 from fecontact.options import CaseOptions, options_of
 
@@ -239,7 +240,8 @@ def map_(
     loads_kn
         Wheel loads in kN, likewise.
     out
-        Folder for map.csv, stiffness.csv, map.json and map.png, written after each shift, and for each shift a folder
+        Folder for map.csv, stiffness.csv, map.json and map.png (with friction also map_force.png, where Hertz holds for
+        creep forces), written after each shift, and for each shift a folder
         in positions/ from which a later map with the same inputs and loads takes it.
     adaptive
         Solve every second shift, and those between only where the half-space leaves a doubt; marked in all outputs.
@@ -297,17 +299,18 @@ def judge(folder: Path, options: VerdictOptions = _OF_VERDICT, *, out: Path | No
     out
         Folder for the tables of the new verdicts (study.csv and study.json, or map.csv, map.json and map.png).
     """
-    criteria, creep = options.case().criteria, options.case().creep
+    case = options.case()
+    case.creep.refuse_unheard()
+    # without friction those of each case stay
+    criteria, creep = case.criteria, case.creep if case.creep.asked else None
     if (folder / "map.json").is_file():
-        return _judge_map(folder, criteria, out)
+        return _judge_map(folder, criteria, out, creep)
     from fecontact.outputs.creep import force_lines
     from fecontact.outputs.measure_words import criteria_text
     from fecontact.outputs.tables import print_table
     from fecontact.runs.judging import judge_study
 
-    creep.refuse_unheard()
-    # without friction those of each case stay
-    judged = judge_study(folder, criteria, out, creep=creep if creep.asked else None)
+    judged = judge_study(folder, criteria, out, creep=creep)
     print_table(judged.rows)
     for line in force_lines(judged.rows):
         print(line)
@@ -319,12 +322,12 @@ def judge(folder: Path, options: VerdictOptions = _OF_VERDICT, *, out: Path | No
     return 0 if judged.all_judged else 3
 
 
-def _judge_map(folder: Path, criteria: Criteria, out: Path | None) -> int:
+def _judge_map(folder: Path, criteria: Criteria, out: Path | None, creep: Creep | None) -> int:
     from fecontact.outputs.map import map_table
     from fecontact.outputs.measure_words import criteria_text, unknown_text
     from fecontact.runs.judging import judge_map
 
-    made, problems = judge_map(folder, criteria, out)
+    made, problems = judge_map(folder, criteria, out, creep=creep)
     print(map_table(made))
     for problem in problems:
         print(f"not judged: {problem}", file=sys.stderr)

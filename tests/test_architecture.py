@@ -50,6 +50,7 @@ ROOMS: dict[str, set[str]] = {
         "files",
         "inputs",
         "case",
+        "creep",
         "options",
         "profiles",
         "solving",

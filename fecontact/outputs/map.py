@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fecontact.files import write_json
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
+from fecontact.outputs.force_map import force_map_figure
 from fecontact.outputs.map_figure import map_figure
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.record import load_record, shown_case_record, versions
@@ -44,6 +45,8 @@ def write_map(made: ApplicabilityMap, out: Path, name: str = "map", *, provenanc
     write_json(out / f"{name}.json", map_record(made, provenance))
     if made.positions:
         map_figure(made, out / f"{name}.png")
+    if made.positions and made.case.creep.asked:
+        force_map_figure(made, out / f"{name}_force.png")
 
 
 def stiffness_rows(position: MapPosition) -> list[Record]:
