@@ -9,10 +9,20 @@ BIN := $(VENV)/bin
 CREATED := $(VENV)/.created
 INSTALLED := $(VENV)/.installed
 
+# A .venv that was made in another folder, or by another Python than the one asked for, is made again; a link to one
+# belongs to somebody else.
+ASKED := $(if $(filter file,$(origin PYTHON)),,$(PYTHON))
+STALE := $(shell [ -e $(CREATED) ] && [ ! -L $(VENV) ] || exit 0; \
+  head -n 3 $(BIN)/pip 2>/dev/null | grep -qF -e "$$(pwd)/$(VENV)/" -e "$$(pwd -P)/$(VENV)/" || echo folder; \
+  [ -z "$(ASKED)" ] || [ "$$($(ASKED) -V 2>/dev/null)" = "$$($(BIN)/python -V 2>/dev/null)" ] || echo python)
+ifneq ($(STALE),)
+$(shell rm -rf $(VENV); echo "$(VENV) was made in another folder or by another Python: it is made again" >&2)
+endif
+
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup study test test-slow regress validate paraview-check lint lock clean
+.PHONY: help setup demo study test test-slow fresh-check regress validate paraview-check lint lock clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)$$/\1|\2/' | awk -F'|' '{printf "  make %-15s %s\n", $$1, $$2}'
@@ -30,13 +40,17 @@ $(CREATED):
 	@touch $@
 
 $(INSTALLED): requirements.lock pyproject.toml $(CREATED)
-	@echo "Installing the locked packages into $(VENV) (several minutes the first time)"
+	@$(BIN)/python -m fecontact.system_check --before
+	@echo "Installing the locked packages (0.6 GB to download) into $(VENV) (several minutes the first time)"
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@touch $@
 
 setup: $(INSTALLED) ## make .venv from requirements.lock and check the system libraries
 	@$(BIN)/python -m fecontact.system_check
+
+demo: setup ## solve one position and an exact sphere; results in out/demo
+	$(BIN)/fecontact demo --out out/demo
 
 study: setup ## run the first study; results in out/first_light
 	$(BIN)/fecontact run studies/first_light.py --out out/first_light
@@ -47,6 +61,9 @@ test: setup ## run the tests that are not slow
 
 test-slow: setup ## run the slow tests only
 	@$(BIN)/python -m pytest -q -m slow
+
+fresh-check: ## prove demo, study and installation on a minimal Debian 12 (root, debootstrap, network); skips elsewhere
+	@.ci/fresh-check $(FRESH_CHECK)
 
 # A study has a baseline if its CSV is there. All are compared before the target ends; old results are never taken for new.
 regress: setup ## run the quick studies that have a baseline and compare each with it; results in out/regress

@@ -61,8 +61,8 @@ The story, step by step:
     >>> fecontact.mesh(result, "rail").n_cells == result.load.level.elements["rail"]
     True
 
-Many cases are solved by `fecontact.run(CASES, FOLDER)`, below `if __name__ == "__main__":` in a script, and
-`fecontact.load(FOLDER)` reads back what it, `fecontact solve --out`, `run` and `map` wrote.
+Many cases are solved by `fecontact.run(CASES, FOLDER)`, and `fecontact.load(FOLDER)` reads back what it wrote, and
+what `fecontact solve --out`, `run` and `map` wrote.
 """
 
 from typing import TYPE_CHECKING, Any

@@ -2,26 +2,34 @@
 
 from __future__ import annotations
 
+import os
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
 
 from cyclopts import App, CycloptsError, Parameter
 
-from fecontact import __version__
+from fecontact import __version__, start
 from fecontact.case import Criteria, Group
+from fecontact.console import count, many, print_reasons, solving
+from fecontact.creep import Creep
 from fecontact.errors import FecontactError, InputError
 from fecontact.options import CaseOptions, options_of
 
 app = App(
     name="fecontact",
+    # it is said below what an interrupted command leaves
+    suppress_keyboard_interrupt=False,
     version=__version__,
     help="Where does Hertz's ellipse hold for a railway wheel on a rail?",
     help_epilogue="Exit codes: 0 solved, or the same; 1 results differ (compare); 2 bad input;"
     " 3 a case did not converge or could not be solved.",
 )
+for first in (start.demo, start.check, start.init, start.doctor):
+    app.command(first)
+app.register_install_completion_command(help="Install completion for this shell, and say where.")
 baseline_app = App(name="baseline", help="Baselines: the results that later ones are held against.")
 app.command(baseline_app)
 
@@ -56,7 +64,7 @@ def run(
     quick: Annotated[bool, Parameter(negative="")] = False,
     workers: int | None = None,
     threads: int = 1,
-    force: Annotated[bool, Parameter(name="--force", negative="--resume")] = False,
+    force: Annotated[bool, Parameter(negative="")] = False,
     part: str | None = None,
     scheduler: str | None = None,
 ) -> int:
@@ -75,7 +83,7 @@ def run(
     threads
         Threads that each case computes on.
     force
-        Solve finished cases again.
+        Solve finished cases again instead of using them.
     part
         Solve only part i of N, given as i/N; the same command without it then puts all parts together.
     scheduler
@@ -90,7 +98,7 @@ def run(
         workers=workers, threads=threads, force=force, part=parse_part(part) if part else None, scheduler=scheduler
     )
     loaded = load_study(study, quick=quick)
-    with _progress(len(loaded.cases), first=0) as progress:
+    with many("cases") as progress:
         outcome = run_study(loaded, out, settings=settings, progress=progress)
     _print_recomputed(outcome.recomputed)
     print_table(outcome.rows)
@@ -98,6 +106,8 @@ def run(
         print(f"{len(outcome.reused)} finished cases were reused; --force solves them again")
     if outcome.conclusion:
         print(outcome.conclusion)
+    lost = {str(row["id"]): str(row["status"]) for row in outcome.rows if row["status"] != "converged"}
+    print_reasons(f"{len(lost)} of {count(len(outcome.rows), 'case')} without a usable result", lost)
     if settings.part is None:
         shown = outcome.collections[:3] + (("...",) if len(outcome.collections) > 3 else ())
         print(
@@ -110,9 +120,7 @@ def run(
 
 def _print_recomputed(recomputed: Mapping[str, str]) -> None:
     """Say which finished jobs were solved, or evaluated, again, and why."""
-    for reason in dict.fromkeys(recomputed.values()):
-        names = [name for name, why in recomputed.items() if why == reason]
-        print(f"done again, {reason}: {', '.join(names)}", file=sys.stderr)
+    print_reasons("done again", recomputed)
 
 
 @app.command
@@ -154,7 +162,7 @@ def validate(
     unusable = []
     for study in checked:
         print(study.name, file=sys.stderr)
-        with _progress(len(study.cases), first=0) as progress:
+        with many("cases") as progress:
             outcome = run_study(study, out / study.name, settings=RunSettings(workers=workers), progress=progress)
         bad = [str(row["id"]) for row in outcome.rows if row["status"] != "converged"]
         if bad:
@@ -197,13 +205,9 @@ def solve(
     from fecontact.solving.solve import solve as solve_case
 
     case = options.case()
-    with _progress(1) as progress:
-
-        def step(name: str) -> None:
-            progress(0, 1, name)
-
+    with solving() as progress:
         # what was solved is kept before it is shown: what it is shown on may be full, or closed
-        result = solve_case(case, progress=step) if out is None else solve_into_folder(case, out, progress=step)
+        result = solve_case(case, progress=progress) if out is None else solve_into_folder(case, out, progress=progress)
     record = result_record(result)
     if json:
         print(json_text(record), flush=True)
@@ -223,7 +227,7 @@ def map_(
     adaptive: Annotated[bool, Parameter(negative="")] = False,
     workers: int | None = None,
     threads: int = 1,
-    force: Annotated[bool, Parameter(name="--force", negative="--resume")] = False,
+    force: Annotated[bool, Parameter(negative="")] = False,
     part: str | None = None,
     scheduler: str | None = None,
 ) -> int:
@@ -236,7 +240,8 @@ def map_(
     loads_kn
         Wheel loads in kN, likewise.
     out
-        Folder for map.csv, stiffness.csv, map.json and map.png, written after each shift, and for each shift a folder
+        Folder for map.csv, stiffness.csv, map.json and map.png (with friction also map_force.png, where Hertz holds for
+        creep forces), written after each shift, and for each shift a folder
         in positions/ from which a later map with the same inputs and loads takes it.
     adaptive
         Solve every second shift, and those between only where the half-space leaves a doubt; marked in all outputs.
@@ -245,7 +250,7 @@ def map_(
     threads
         Threads that each shift computes on.
     force
-        Solve finished shifts again.
+        Solve finished shifts again instead of using them.
     part
         Solve only part i of N, given as i/N; the same command without it then puts all parts together.
     scheduler
@@ -261,14 +266,23 @@ def map_(
     )
     positions, case = parse_numbers(shifts, "shifts"), options.case()
     loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
-    with _progress(len(positions), first=0) as progress:
+    with many("positions") as progress:
         outcome = run_map(case, positions, loads_N, out, adaptive=adaptive, settings=settings, progress=progress)
     _print_recomputed(outcome.recomputed)
     print(map_table(outcome.made))
     if outcome.reused:
         print(f"{len(outcome.reused)} finished positions were reused; --force solves them again")
+    lost = {
+        f"{cell.lateral_shift_mm:+g} mm, {cell.load_N / 1e3:g} kN": str(cell.status)
+        for cell in outcome.made.cells
+        if cell.status not in ("converged", "inferred")
+    }
+    print_reasons(f"{len(lost)} of {count(len(outcome.made.cells), 'cell')} without a usable result", lost)
     if settings.part is None:
-        print(f"Results in {out}: map.csv, stiffness.csv, map.json, map.png")
+        stiffness = "stiffness.csv, " if (out / "stiffness.csv").is_file() else ""
+        print(f"Results in {out}: map.csv, {stiffness}map.json, map.png")
+        if not stiffness:
+            print("No stiffness.csv: a fit over the load needs three loads or more at a shift")
     else:
         print(f"Part {part} is in {out}; when all parts are, the same command without --part puts them together")
     return 0 if outcome.made.all_solved else 3
@@ -285,47 +299,44 @@ def judge(folder: Path, options: VerdictOptions = _OF_VERDICT, *, out: Path | No
     out
         Folder for the tables of the new verdicts (study.csv and study.json, or map.csv, map.json and map.png).
     """
-    criteria, creep = options.case().criteria, options.case().creep
+    case = options.case()
+    case.creep.refuse_unheard()
+    # without friction those of each case stay
+    criteria, creep = case.criteria, case.creep if case.creep.asked else None
     if (folder / "map.json").is_file():
-        return _judge_map(folder, criteria, out)
+        return _judge_map(folder, criteria, out, creep)
     from fecontact.outputs.creep import force_lines
     from fecontact.outputs.measure_words import criteria_text
     from fecontact.outputs.tables import print_table
     from fecontact.runs.judging import judge_study
 
-    creep.refuse_unheard()
-    # without friction those of each case stay
-    judged = judge_study(folder, criteria, out, creep=creep if creep.asked else None)
+    judged = judge_study(folder, criteria, out, creep=creep)
     print_table(judged.rows)
     for line in force_lines(judged.rows):
         print(line)
     for name, (before, now) in judged.changed.items():
         print(f"{name}: {before} -> {now}")
-    cases, changed = _count(len(judged.rows), "case"), _count(len(judged.changed), "verdict")
+    cases, changed = count(len(judged.rows), "case"), count(len(judged.changed), "verdict")
     lost = sum("verdict" not in row for row in judged.rows)
     print(f"{cases} judged by {criteria_text(criteria)}: {changed} changed" + (f", {lost} not judged" if lost else ""))
     return 0 if judged.all_judged else 3
 
 
-def _judge_map(folder: Path, criteria: Criteria, out: Path | None) -> int:
+def _judge_map(folder: Path, criteria: Criteria, out: Path | None, creep: Creep | None) -> int:
     from fecontact.outputs.map import map_table
     from fecontact.outputs.measure_words import criteria_text, unknown_text
     from fecontact.runs.judging import judge_map
 
-    made, problems = judge_map(folder, criteria, out)
+    made, problems = judge_map(folder, criteria, out, creep=creep)
     print(map_table(made))
     for problem in problems:
         print(f"not judged: {problem}", file=sys.stderr)
     unknown = [cell.inferred.verdict.unknown for cell in made.cells if cell.inferred and cell.inferred.verdict.unknown]
     if unknown:
         missing = dict.fromkeys(name for names in unknown for name in names)
-        print(f"{_count(len(unknown), 'inferred cell')} left open: {unknown_text(missing)}", file=sys.stderr)
-    print(f"{_count(len(made.cells), 'cell')} judged by {criteria_text(criteria)}")
+        print(f"{count(len(unknown), 'inferred cell')} left open: {unknown_text(missing)}", file=sys.stderr)
+    print(f"{count(len(made.cells), 'cell')} judged by {criteria_text(criteria)}")
     return 0 if made.all_solved else 3
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
 @app.command
@@ -423,7 +434,7 @@ def profiles(name: str | None = None, *, out: Path | None = None) -> int:
     name
         Library name or profile file.
     out
-        File of the picture (PNG); NAME.png if not given.
+        File for the picture (PNG); none is made if not given.
     """
     from fecontact.outputs.tables import print_library, print_profile
     from fecontact.profiles.resolve import resolve_rail, resolve_wheel
@@ -441,9 +452,10 @@ def profiles(name: str | None = None, *, out: Path | None = None) -> int:
     from fecontact.outputs.figures import profile_figure
 
     print_profile(profile)
-    path = out or Path(f"{Path(name).stem.replace(':', '-')}.png")
-    profile_figure(profile, path)
-    print(f"picture: {path}")
+    if out is None:
+        print("--out FILE.png draws its line and curvature")
+    else:
+        print(f"picture: {profile_figure(profile, out)}")
     return 0
 
 
@@ -489,10 +501,12 @@ def view(out: Path) -> int:
     out
         Folder that run or solve --out wrote.
     """
+    import shlex
+
     from fecontact.outputs.paraview import write_view
 
     path = write_view(out)
-    print(f"{path}: open it with paraview --script={path}")
+    print(f"{path}: open it with (cd {shlex.quote(str(path.parent))}; paraview --script={path.name})")
     return 0
 
 
@@ -574,35 +588,6 @@ def baseline_update(
     return 0
 
 
-@contextmanager
-def _progress(total: int, *, first: int = 1) -> Iterator[Callable[[int, int, str], None]]:
-    """A progress line on a terminal's standard error, plain lines a case elsewhere, numbered from `first`."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        last = ""
-
-        def plain(number: int, count: int, text: str) -> None:
-            nonlocal last
-            name = text.partition(":")[0]
-            if count > 1 and name != last:
-                print(f"{number + first}/{count} {name}", file=sys.stderr, flush=True)
-            last = name
-
-        yield plain
-        return
-    columns = (BarColumn(20), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("", total=total)
-
-        def show(number: int, count: int, text: str) -> None:
-            bar.update(task, completed=number, total=count, description=text)
-
-        yield show
-
-
 def run_script(path: str, arguments: Sequence[str] | None = None) -> None:
     """Run a study script as a program: `python studies/NAME.py [--out DIR] [--quick]`; ends the process."""
     given = list(sys.argv[1:] if arguments is None else arguments)
@@ -616,10 +601,23 @@ def main(arguments: Sequence[str] | None = None) -> None:
     sys.exit(call(arguments))
 
 
+def _system_error(error: OSError) -> str:
+    """What the system refused, and what to do."""
+    if "cannot open shared object file" in str(error):
+        return f"a system library is missing ({error}); `fecontact doctor` says which package has it"
+    return f"{f'{error.filename}: ' if error.filename else ''}{error.strerror or error}; choose another file or folder"
+
+
 def call(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        # a terminal without some sign shows a question mark for it
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")
     try:
         code: Any = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+        # here a reader that is gone is noticed, and not at the interpreter's end
+        sys.stdout.flush()
         return int(code or 0)
     except CycloptsError as error:
         print(f"error: {error}", file=sys.stderr)
@@ -627,10 +625,12 @@ def call(arguments: Sequence[str] | None = None) -> int:
     except FecontactError as error:
         print(f"error: {error}", file=sys.stderr)
         return error.exit_code
+    except BrokenPipeError:
+        # whoever reads has enough, as `head` does; nothing more is written, also not at the interpreter's end
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except OSError as error:
-        print(
-            f"error: {error.filename or ''}: {error.strerror or error}; choose another file or folder", file=sys.stderr
-        )
+        print(f"error: {_system_error(error)}", file=sys.stderr)
         return InputError.exit_code
     except KeyboardInterrupt:
         print("interrupted; what was finished is kept", file=sys.stderr)

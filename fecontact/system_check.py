@@ -4,7 +4,8 @@ No wheel carries libGL and its relatives, and a missing one can end the process 
 Each probe therefore runs in a process of its own, and this module imports the standard library only.
 
 Run it as ``python -m fecontact.system_check``. Exit code 1 means that gmsh does not work. Rendering that does not
-work is a warning: only the pictures made by pyvista depend on it.
+work is a warning: only the pictures made by pyvista depend on it. With ``--before`` no package need be installed yet:
+it looks for the libraries that gmsh is linked to, so that nobody downloads all packages in vain.
 """
 
 from __future__ import annotations
@@ -43,6 +44,15 @@ assert image.min() < image.max(), "the off-screen image is empty"
 """
 
 
+#: What gmsh's wheel is linked to beyond a minimal Debian.
+_LIBRARIES = ("libGLU.so.1", "libGL.so.1", "libXcursor.so.1", "libXft.so.2", "libXinerama.so.1", "libgomp.so.1")
+_LIBRARIES_CODE = f"""
+import ctypes
+for name in {_LIBRARIES}:
+    ctypes.CDLL(name)
+"""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Probe:
     """A command that succeeds only where a library works, tried in each of `environments` until one succeeds."""
@@ -67,6 +77,8 @@ RENDERING = Probe(
     environments=({}, {"VTK_DEFAULT_OPENGL_WINDOW": "vtkEGLRenderWindow"}),
 )
 
+LIBRARIES = Probe(name="the system libraries of gmsh", command=(sys.executable, "-c", _LIBRARIES_CODE))
+
 Installer = Callable[[Sequence[str]], Outcome]
 
 
@@ -88,9 +100,11 @@ def run_probe(probe: Probe, *, timeout: float = PROBE_SECONDS) -> Outcome:
 
 
 def install_command(packages: Sequence[str]) -> str:
-    """Return the shell command that installs `packages` for a user with sudo."""
+    """Return the shell command that installs `packages`, for root where there is no sudo."""
+    sudo = "sudo " if shutil.which("sudo") else ""
     names = shlex.join(packages)
-    return f"sudo apt-get update && sudo apt-get install -y --no-install-recommends {names}"
+    command = f"{sudo}apt-get update && {sudo}apt-get install -y --no-install-recommends {names}"
+    return command if sudo else f"as root: {command}"
 
 
 def apt_installer() -> Installer | None:
@@ -146,11 +160,39 @@ def check(
         remedies.insert(0, "Pictures made by pyvista are skipped; numbers, reports and VTK files do not need it.")
     if any(_packages_may_help(result) for result in results):
         remedies.append(_packages_remedy(missing))
-    if any(_lacks_python_package(result) for result in results):
+    if any(lacks_python_package(result) for result in results):
         remedies.append("A Python package is missing from this environment: run `make setup`.")
     for remedy in remedies:
         say(f"  {remedy}")
     return 0 if gmsh_result.ok else 1
+
+
+def check_before(
+    *,
+    libraries: Probe = LIBRARIES,
+    missing: Sequence[str] = PACKAGES,
+    install: Installer | None = None,
+    say: Callable[[str], None] = print,
+) -> int:
+    """Look for gmsh's libraries before gmsh is there, and install the `missing` packages if `install` is given.
+
+    Returns
+    -------
+    int
+        0 if they are there, or the system is none on which that can be said, else 1.
+    """
+    found = run_probe(libraries)
+    if not found.ok and install is not None and missing:
+        say("Installing system libraries with apt-get: " + " ".join(missing))
+        installed = install(missing)
+        found = run_probe(libraries)
+        if not installed.ok:
+            say(f"  apt-get failed: {installed.reason}")
+    if found.ok:
+        return 0
+    say(f"error: {libraries.name} are not all there: {found.reason}; nothing was downloaded")
+    say(f"  {_packages_remedy(missing)}")
+    return 1
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -160,7 +202,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         description="Check the system libraries behind gmsh and pyvista; as root, install the missing ones.",
     )
     parser.add_argument("--no-install", action="store_true", help="report only, even as root")
+    parser.add_argument("--before", action="store_true", help="before the Python packages are installed; Linux only")
     options = parser.parse_args(arguments)
+    if options.before:
+        if not sys.platform.startswith("linux"):
+            return 0
+        return check_before(missing=missing_packages(), install=None if options.no_install else apt_installer())
     return check(missing=missing_packages(), install=None if options.no_install else apt_installer())
 
 
@@ -189,12 +236,13 @@ def _run_once(command: Sequence[str], extra: Mapping[str, str], timeout: float) 
     return Outcome(ok=False, reason=_last_line(done.stderr) or f"exit code {done.returncode}")
 
 
-def _lacks_python_package(outcome: Outcome) -> bool:
+def lacks_python_package(outcome: Outcome) -> bool:
+    """Whether a probe failed because a Python package is not installed."""
     return outcome.reason.startswith("ModuleNotFoundError")
 
 
 def _packages_may_help(outcome: Outcome) -> bool:
-    return not outcome.ok and not _lacks_python_package(outcome)
+    return not outcome.ok and not lacks_python_package(outcome)
 
 
 def _packages_remedy(missing: Sequence[str]) -> str:

@@ -5,10 +5,10 @@ creepage of 0.01 to 2 % in eight directions, with the spin of the contact angle.
 against two references on the real patch: FASTSIM in strips over it, and the exact theory, the rolling half-space under
 its pressure.
 
-Reference (analytic, exact theory of the half-space under the same pressure). Expected: where Hertz holds in pressure, his
-forces are within 5 % of mu N of those of the real patch. Where he fails the forces need not, and between -1 and 1 mm they
-do: the centre of pressure lies millimetres from the touch point, and the spin about that is a longitudinal creepage there
-that Hertz does not know.
+Reference (analytic, exact theory of the half-space under the same pressure). Expected: where Hertz holds in pressure,
+his forces are within 5 % of mu N of those of the real patch. Where he fails the forces need not, and from -1 to 1 mm
+they do: the centre of pressure lies millimetres from the touch point, and the spin about that is a longitudinal
+creepage there that Hertz does not know.
 """
 
 import csv

@@ -39,7 +39,25 @@ ROOMS: dict[str, set[str]] = {
     "runs": {"errors", "files", "inputs", "case", "creep", "profiles", "fe", "comparison", "solving", "map"}
     | {"regression"}
     | {"jobs", "outputs"},
-    "cli": {"errors", "files", "inputs", "case", "options", "profiles", "solving", "regression", "jobs", "outputs"}
+    "console": set(),
+    "doctor": {"system_check"},
+    # the commands of the first minutes
+    "start": {"console", "doctor", "outputs", "runs"},
+    "cli": {
+        "errors",
+        "console",
+        "start",
+        "files",
+        "inputs",
+        "case",
+        "creep",
+        "options",
+        "profiles",
+        "solving",
+        "regression",
+        "jobs",
+        "outputs",
+    }
     | {"runs"},
     "system_check": set(),
     "plot": {"errors", "solving", "outputs"},
@@ -145,7 +163,7 @@ def test_what_needs_no_finite_elements_reaches_none(name):
 
 def test_only_the_doors_open_what_the_command_line_calls():
     users = {room(module) for module in MODULES for other in imported(module)[0] if room(other) == "runs"}
-    assert users <= {"runs", "cli", "__init__"}
+    assert users <= {"runs", "cli", "start", "__init__"}
 
 
 def within(module: str, parts: tuple[str, ...]) -> bool:

@@ -518,6 +518,7 @@ def _as_new(request, monkeypatch):
     monkeypatch.setattr(FakeSweep, "open", 0)
     if "png" not in request.node.name:
         monkeypatch.setattr("fecontact.outputs.map.map_figure", no_figure)
+    monkeypatch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
 
 
 def fake_position(case, loads_N):
@@ -561,6 +562,7 @@ def kept(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(position_store, "solve_position", fake_position)
         patch.setattr("fecontact.outputs.map.map_figure", no_figure)
+        patch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
         return out, fake_run(out).made
 
 
@@ -775,6 +777,13 @@ def test_columns_of_a_map_are_those_of_a_case(kept):
     # what is not converged has its numbers, and a status that says not to use them
     assert rows[0]["status"] == "not converged"
     assert float(rows[0]["p_max_fe_MPa"]) > 0.0
+
+
+def test_stiffness_of_two_loads_is_no_file_and_an_older_one_goes(run, tmp_path):
+    (tmp_path / "stiffness.csv").write_text("of another map")
+    run(tmp_path, SHIFTS[:1], loads=LOADS[:2])
+    assert (tmp_path / "map.csv").is_file()
+    assert not (tmp_path / "stiffness.csv").exists()
 
 
 def test_stiffness_of_each_position_over_its_loads(kept):

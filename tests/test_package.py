@@ -1,6 +1,10 @@
 """What an installation holds beside the modules."""
 
+import json
 import os
+import re
+import subprocess
+import sys
 import tarfile
 from importlib import resources
 from pathlib import Path
@@ -9,6 +13,7 @@ from zipfile import ZipFile
 import pytest
 from flit_core import buildapi
 
+import fecontact
 from fecontact.profiles.library import names
 
 ROOT = Path(__file__).parents[1]
@@ -31,3 +36,58 @@ def test_archives_hold_the_files_that_are_no_modules(tmp_path, monkeypatch, kind
         with tarfile.open(tmp_path / buildapi.build_sdist(os.fspath(tmp_path))) as archive:
             held = {name.partition("/")[2] for name in archive.getnames()}
     assert held >= WANTED
+
+
+def test_an_sdist_can_be_tested(tmp_path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    with tarfile.open(tmp_path / buildapi.build_sdist(os.fspath(tmp_path))) as archive:
+        held = {name.partition("/")[2] for name in archive.getnames()}
+    assert held >= {"tests/test_package.py", "studies/first_light.py", "Makefile", "requirements.lock", "CITATION.cff"}
+
+
+@pytest.mark.parametrize("kind", ["wheel", "sdist"])
+def test_an_installed_archive_answers_from_another_folder(tmp_path, monkeypatch, kind):
+    monkeypatch.chdir(ROOT)
+    build = buildapi.build_wheel if kind == "wheel" else buildapi.build_sdist
+    archive = tmp_path / build(os.fspath(tmp_path))
+    site, elsewhere = tmp_path / "site", tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--no-build-isolation"]
+    subprocess.run([*pip, "--target", site, archive], check=True, cwd=elsewhere)
+    code = (
+        "import fecontact; print(fecontact.__file__); from fecontact.cli import call;"
+        "call(['hertz', '--shift', '3', '--json'])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=elsewhere,
+        env={**os.environ, "PYTHONPATH": os.fspath(site)},
+    )
+    where, _, record = done.stdout.partition("\n")
+    assert Path(where).is_relative_to(site)
+    # as here, where the profiles come from the repository
+    assert json.loads(record)["hertz"]["p_max_MPa"] == pytest.approx(1585.37, abs=0.01)
+
+
+def test_what_cites_and_tells_of_changes_is_of_this_version():
+    assert f"version: {fecontact.__version__}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
+    first = re.search(r"^## (\S+?),? ", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE)
+    assert first is not None
+    assert first[1] == fecontact.__version__
+
+
+def test_without_mkl_multigrid_solves_the_same():
+    pair = ["--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none", "--resolution", "2,1.8"]
+    solve = ["solve", *pair, "--refine-degrees-of-freedom", "0", "--json"]
+    records = []
+    for absent in ("", "import sys; sys.modules['pypardiso'] = None\n"):
+        code = f"{absent}from fecontact.cli import call\ncall({solve!r})"
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+        records.append(json.loads(done.stdout))
+    assert [record["solver"]["path"] for record in records] == ["pardiso", "amg"]
+    # multigrid stops at residuals of 1e-10
+    for measure, value in records[0]["fe"].items():
+        assert records[1]["fe"][measure] == pytest.approx(value, rel=1e-7), measure

@@ -20,6 +20,7 @@ from fecontact.errors import InputError
 from fecontact.map.cells import Inferred, MapCell
 from fecontact.map.position import solved_cell
 from fecontact.outputs import rows as outputs_rows
+from fecontact.outputs.comparison_report import case_names
 from fecontact.outputs.study_files import write_tables
 from fecontact.outputs.tables import write_csv
 from fecontact.regression.baselines import update_baseline
@@ -814,7 +815,7 @@ def test_html_is_one_well_formed_file_with_all_texts_escaped(tmp_path):
     text = write_reports(tmp_path)[1]
     page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
     assert page.find(".//script") is None
-    assert not re.search(r"https?:|src=|href=", text)
+    assert not re.search(r"https?:|src=|href=\"(?!data:)", text)
     cells = ["".join(cell.itertext()) for cell in page.iter("td")]
     assert "a<b>" in cells
     assert "<script>alert('&')</script>" in cells
@@ -882,12 +883,12 @@ def test_html_folds_columns_that_are_equal(tmp_path, more, state, open_columns, 
     assert page.find(f".//p[@class='{state}']") is not None
     if title is not None:
         assert page.find(".//title").text == page.find(f".//p[@class='{state}']").text == title
-    (folded,) = page.iter("details")
-    assert folded.get("open") is None
+    folded = next(one for one in page.iter("details") if "equal values" in one.findtext("summary"))
+    assert not [one for one in page.iter("details") if one.get("open") is not None]
     equal = [name for name in ("status", "rail", "p_max_fe_MPa", "area_fe_mm2") if name not in open_columns]
     assert folded.find("summary").text == f"{len(equal)} columns with equal values"
     assert [line[0].text for line in folded.iter("tr") if line[0].tag == "td"] == equal
-    tables = {table.findtext("caption"): table for table in page.find("body").iterfind("table")}
+    tables = {table.findtext("caption"): table for table in page.find("body").iterfind("div/table")}
     shown = tables.get("Columns, the worst first")
     assert [line[0].text for line in (shown if shown is not None else [])[2:]] == open_columns
     # what differs stands above
@@ -899,7 +900,24 @@ def test_html_folds_nothing_where_every_column_differs(tmp_path):
         (tmp_path / f"{name}.csv").write_text(f"id,a_fe_mm\none,{value}\n")
     page = tmp_path / "a.html"
     assert call(["compare", str(tmp_path / "was.csv"), str(tmp_path / "now.csv"), "--html", str(page)]) == 1
-    assert "<details>" not in page.read_text("utf-8")
+    text = page.read_text("utf-8")
+    assert "equal values" not in text
+    assert "Columns, the worst first" in text
+
+
+def test_cases_are_called_by_what_was_solved(tmp_path, capsys):
+    place = {"wheel": "S1002", "lateral_shift_mm": 3.0, "load_kN": 100.0}
+    first, second = "60E1_S1002_+3.00mm_100kN_0123abcd", "60E1_S1002_+3.00mm_100kN_89abcdef"
+    other = "worn_S1002_-1.50mm_50kN_00000000"
+    rows = [case_row(first, **place), case_row(second, **place)]
+    rows.append(case_row(other, **place | {"rail": "worn.csv@0123abcd", "lateral_shift_mm": -1.5, "load_kN": 50.0}))
+    comparison = compared(tmp_path, rows, rows)
+    assert case_names(comparison) == {
+        # two that differ in something else keep the end of their ids
+        first: "S1002 on 60E1, +3 mm, 100 kN (0123abcd)",
+        second: "S1002 on 60E1, +3 mm, 100 kN (89abcdef)",
+        other: "S1002 on worn, -1.5 mm, 50 kN",
+    }
 
 
 def test_a_baseline_is_written_and_compares_with_its_results(tmp_path, capsys):

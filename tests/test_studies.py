@@ -33,6 +33,7 @@ def module(name: str) -> ModuleType:
 def _no_pictures_of_cases(monkeypatch):
     """They take a second each and are looked at elsewhere."""
     monkeypatch.setattr("fecontact.outputs.case_figure.case_figure", lambda result, path: path)
+    monkeypatch.setattr("fecontact.runs.study._report", lambda study, rows, out, conclusion: None)
 
 
 def run_quick(name: str, out: Path) -> tuple[list[dict[str, Any]], str]:

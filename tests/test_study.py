@@ -73,6 +73,7 @@ def _no_figures(request, monkeypatch):
     """Figures take a second each and are looked at elsewhere."""
     if "figures" not in request.node.name:
         monkeypatch.setattr("fecontact.runs.study.study_figures", lambda rows, out, rail, criteria: None)
+    monkeypatch.setattr("fecontact.runs.study._report", lambda study, rows, out, conclusion: None)
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fecontact import system_check
-from fecontact.system_check import PACKAGES, Outcome, Probe, check, install_command, run_probe
+from fecontact.system_check import PACKAGES, Outcome, Probe, check, check_before, install_command, run_probe
 
 # What a missing libGL does: the process ends by a signal, without an exception. No core file is left behind.
 CRASH = (
@@ -149,3 +149,40 @@ def test_importing_the_check_loads_no_probed_library():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(("sudo", "begins"), [("/usr/bin/sudo", "sudo apt-get"), (None, "as root: apt-get")])
+def test_the_remedy_asks_for_sudo_only_where_it_is(monkeypatch: pytest.MonkeyPatch, sudo: str | None, begins: str):
+    monkeypatch.setattr(system_check.shutil, "which", lambda name: sudo)
+    assert install_command(("libgl1",)).startswith(begins)
+
+
+def test_libraries_are_missed_before_anything_is_downloaded():
+    lines: list[str] = []
+    missing = probe("import ctypes; ctypes.CDLL('libno-such-thing.so.1')")
+    assert check_before(libraries=missing, missing=("libgl1",), say=lines.append) == 1
+    assert "libno-such-thing.so.1" in lines[0]
+    assert "nothing was downloaded" in lines[0]
+    assert install_command(("libgl1",)) in lines[1]
+
+
+def test_libraries_are_installed_before_by_root(tmp_path: Path):
+    library = tmp_path / "library"
+    needs = probe(f"import pathlib, sys; sys.exit(not pathlib.Path({str(library)!r}).exists())")
+
+    def install(packages: Sequence[str]) -> Outcome:
+        library.write_text(" ".join(packages))
+        return Outcome(ok=True)
+
+    lines: list[str] = []
+    assert check_before(libraries=needs, missing=("libgl1",), install=install, say=lines.append) == 0
+    assert library.read_text() == "libgl1"
+
+
+def test_the_check_before_needs_no_package():
+    # -S: no site-packages; -I would not find the package itself
+    root = Path(__file__).parents[1]
+    code = "import sys; from fecontact.system_check import main; sys.exit(main(['--before', '--no-install']))"
+    done = subprocess.run([sys.executable, "-S", "-c", code], capture_output=True, text=True, cwd=root)
+    assert done.returncode in (0, 1)
+    assert done.stderr == ""

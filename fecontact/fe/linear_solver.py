@@ -60,7 +60,10 @@ def choose_solver(wanted: Literal["auto", "pardiso", "amg"], degrees_of_freedom:
         fits = needed <= _USABLE_MEMORY * float(psutil.virtual_memory().available)
         return "pardiso" if pardiso_available() and fits else "amg"
     if wanted == "pardiso" and not pardiso_available():
-        raise InputError("solver pardiso: MKL is not installed on this platform; use auto or amg")
+        raise InputError(
+            "solver pardiso: MKL cannot be loaded here; pip install pypardiso (x86-64 Linux and Windows), or use auto"
+            " or amg"
+        )
     return wanted
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import signal
+import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -12,7 +13,8 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from multiprocessing import connection, get_context, parent_process
-from typing import Protocol
+from types import ModuleType
+from typing import Any, Protocol
 
 from fecontact.errors import InputError
 from fecontact.jobs.job import Done, Job, run_job
@@ -77,7 +79,7 @@ def process_crew(workers: int, threads: int) -> Crew:
 def _process_pool(workers: int, threads: int) -> Iterator[Executor]:
     # a process is started when the first job is handed to it, so the environment holds as long as the pool
     with thread_environment(threads):
-        executor = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_begin_worker)
+        executor = _QuietPool(workers, mp_context=get_context("spawn"), initializer=_begin_worker)
         try:
             yield executor
         except BaseException:
@@ -86,6 +88,42 @@ def _process_pool(workers: int, threads: int) -> Iterator[Executor]:
             executor.shutdown(cancel_futures=True)
             raise
         executor.shutdown()
+
+
+class _QuietPool(ProcessPoolExecutor):
+    """Worker processes that begin without the caller's script and without Ctrl-C.
+
+    A spawned process imports the script that started it, which fails where that is read from standard input, and solves
+    everything once more where it has no main guard. Workers need none of it: what they do can be imported.
+    """
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        with _no_script(), _no_interrupt():
+            return super().submit(fn, *args, **kwargs)
+
+
+@contextmanager
+def _no_script() -> Iterator[None]:
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
+
+
+@contextmanager
+def _no_interrupt() -> Iterator[None]:
+    """Hold Ctrl-C back; a process that is started meanwhile never hears it, not even while it imports its modules."""
+    if not hasattr(signal, "pthread_sigmask"):
+        # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _begin_worker() -> None:

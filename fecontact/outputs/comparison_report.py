@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from html import escape
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from fecontact.outputs.html import folded, heading, items, page, paragraph, table
+from fecontact.outputs.series import short_name
 from fecontact.regression.compare import ColumnComparison, Difference, TableComparison, counted
 
 if TYPE_CHECKING:
@@ -20,18 +22,9 @@ _CLOSEST = 5
 _PLAIN_WIDTH = 120
 
 _HEADINGS = ("column", "differ", "worst case", "baseline", "new", "difference", "tolerance", "times")
-
-_STYLE = """
-body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 78em; padding: 0 1em; color: #222; }
-table { border-collapse: collapse; margin: 0.5em 0 1.5em; }
-caption { text-align: left; font-weight: bold; padding: 0.3em 0; }
-th, td { border-bottom: 1px solid #ddd; padding: 0.2em 0.7em; text-align: left; vertical-align: top; }
-td { overflow-wrap: anywhere; }
-th { background: #f3f3f3; }
-.same { border-left: 0.4em solid #0072b2; padding-left: 0.7em; }
-.different { border-left: 0.4em solid #d55e00; padding-left: 0.7em; }
-tr.beyond td { background: #fdeadd; }
-"""
+_NUMBERS = ("differ", "baseline", "new", "difference", "tolerance", "times")
+# More values than these are folded away.
+_MOST_OPEN = 40
 
 
 def comparison_record(comparison: TableComparison) -> Record:
@@ -100,19 +93,20 @@ def print_comparison(comparison: TableComparison, *, console: Console | None = N
     console = console or _console()
     for line in _head_lines(comparison):
         _say(console, line)
+    names = case_names(comparison)
     differing = [column for column in comparison.columns if column.differing]
     closest = [column for column in comparison.columns if not column.unchanged][:_CLOSEST]
     if differing:
-        _print_table(console, "Columns that differ", differing)
+        _print_table(console, "Columns that differ", differing, names)
     elif closest:
-        _print_table(console, "Closest to their tolerance", closest)
+        _print_table(console, "Closest to their tolerance", closest, names)
     changed = [column for column in comparison.efforts if column.worst.baseline != column.worst.new]
     if changed:
         _say(console, f"not compared: {', '.join(_effort(column) for column in changed)}")
     _say(console, comparison.verdict)
 
 
-def _print_table(console: Console, title: str, columns: Sequence[ColumnComparison]) -> None:
+def _print_table(console: Console, title: str, columns: Sequence[ColumnComparison], names: Mapping[str, str]) -> None:
     from rich import box
     from rich.table import Table
     from rich.text import Text
@@ -124,12 +118,12 @@ def _print_table(console: Console, title: str, columns: Sequence[ColumnCompariso
         box=box.SIMPLE_HEAD if console.is_terminal else None,
         pad_edge=False,
     )
-    for heading in _HEADINGS:
-        left = heading in ("column", "worst case")
-        table.add_column(heading, justify="left" if left else "right", overflow="fold", min_width=6)
+    for name in _HEADINGS:
+        left = name in ("column", "worst case")
+        table.add_column(name, justify="left" if left else "right", overflow="fold", min_width=6)
     for column in columns:
         # as text and not as markup: names of profiles may have brackets
-        table.add_row(*(Text(cell) for cell in _cells(column)), style="red" if column.differing else "")
+        table.add_row(*(Text(cell) for cell in _cells(column, names)), style="red" if column.differing else "")
     console.print(table)
 
 
@@ -153,12 +147,12 @@ def _head_lines(comparison: TableComparison) -> list[str]:
     return lines
 
 
-def _cells(column: ColumnComparison) -> tuple[str, ...]:
+def _cells(column: ColumnComparison, names: Mapping[str, str]) -> tuple[str, ...]:
     worst = column.worst
     return (
         column.column,
         f"{column.differing}/{column.cases}",
-        worst.case,
+        names[worst.case],
         _value(worst.baseline, worst.difference),
         _value(worst.new, worst.difference),
         "-" if worst.difference is None else f"{worst.difference:+.3g}",
@@ -180,30 +174,55 @@ def _effort(column: ColumnComparison) -> str:
 
 def comparison_html(comparison: TableComparison) -> str:
     """The comparison as one HTML page that needs no other file; well-formed XML as well."""
-    state = "same" if comparison.same else "different"
-    head = "".join(f"<li>{escape(line)}</li>" for line in _head_lines(comparison))
-    changed = [(_cells(column), column.differing > 0) for column in comparison.columns if not column.unchanged]
-    unchanged = [(_cells(column), False) for column in comparison.columns if column.unchanged]
-    values = [(_difference_cells(difference), True) for difference in comparison.differences]
-    efforts = [(_cells(c)[:1] + _cells(c)[2:6], False) for c in comparison.efforts]
-    names = ("column", "case", "baseline", "new", "difference", "tolerance", "times")
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8"/>\n'
-        f"<title>{escape(comparison.verdict)}</title>\n<style>{_STYLE}</style>\n</head>\n<body>\n"
-        f'<h1>Comparison of results</h1>\n<p class="{state}">{escape(comparison.verdict)}</p>\n<ul>{head}</ul>\n'
-        + _html_table("Columns, the worst first", _HEADINGS, changed)
-        + _html_folded(f"{counted(len(unchanged), 'column')} with equal values", _HEADINGS, unchanged)
-        + _html_table("All values beyond their tolerance, the worst first", names, values)
-        + _html_table("Not compared; where they are furthest apart", names[:5], efforts)
-        + _tolerance_table(comparison)
-        + "</body>\n</html>\n"
+    names = case_names(comparison)
+    columns = [(_cells(column, names), column.differing > 0) for column in comparison.columns if not column.unchanged]
+    unchanged = [(_cells(column, names), False) for column in comparison.columns if column.unchanged]
+    values = [(_difference_cells(difference, names), True) for difference in comparison.differences]
+    efforts = [(_cells(c, names)[:1] + _cells(c, names)[2:6], False) for c in comparison.efforts]
+    headings = ("column", "case", "baseline", "new", "difference", "tolerance", "times")
+    beyond = "All values beyond their tolerance, the worst first"
+    few = len(values) <= _MOST_OPEN
+    return page(
+        comparison.verdict,
+        [
+            heading("Comparison of results", 1),
+            paragraph(comparison.verdict, "same" if comparison.same else "different"),
+            items(_head_lines(comparison)),
+            table("Columns, the worst first", _HEADINGS, columns, numbers=_NUMBERS),
+            table(beyond, headings, values, numbers=_NUMBERS) if few else "",
+            "" if few else folded(f"{beyond}: {len(values)}", table("", headings, values, numbers=_NUMBERS)),
+            folded(
+                f"{counted(len(unchanged), 'column')} with equal values",
+                table("", _HEADINGS, unchanged, numbers=_NUMBERS),
+            ),
+            folded("Not compared; where they are furthest apart", table("", headings[:5], efforts, numbers=_NUMBERS)),
+            folded("Tolerances", _tolerance_table(comparison)),
+            folded("Versions", _version_table(comparison)),
+        ],
     )
 
 
-def _difference_cells(difference: Difference) -> tuple[str, ...]:
+def case_names(comparison: TableComparison) -> dict[str, str]:
+    """What cases are called for a reader: an id by what was solved, as far as that tells them apart."""
+    if comparison.baseline.key != ("id",):
+        return {case: case for case in comparison.cases}
+    named = {case: _case_name(comparison.baseline.rows[case]) or case for case in comparison.cases}
+    shared = {name for name, count in Counter(named.values()).items() if count > 1}
+    return {case: f"{name} ({case[-8:]})" if name in shared else name for case, name in named.items()}
+
+
+def _case_name(row: Mapping[str, str]) -> str:
+    shift, load = row.get("lateral_shift_mm"), row.get("load_kN")
+    if not shift or not load:
+        return ""
+    pair = " on ".join(short_name(row[body]) for body in ("wheel", "rail") if row.get(body))
+    return f"{pair}, {float(shift):+g} mm, {float(load):g} kN"
+
+
+def _difference_cells(difference: Difference, names: Mapping[str, str]) -> tuple[str, ...]:
     return (
         difference.column,
-        difference.case,
+        names[difference.case],
         _value(difference.baseline, difference.difference),
         _value(difference.new, difference.difference),
         "-" if difference.difference is None else f"{difference.difference:+.3g}",
@@ -219,27 +238,13 @@ def _tolerance_table(comparison: TableComparison) -> str:
         else ((c.column, c.kind, "-", "-", "the same text"), False)
         for c in sorted(comparison.columns, key=lambda c: comparison.baseline.columns.index(c.column))
     ]
-    return _html_table("Tolerances", ("column", "kind", "relative", "absolute", "why"), rows)
+    return table("", ("column", "kind", "relative", "absolute", "why"), rows, numbers=("relative", "absolute"))
 
 
-def _html_table(caption: str, headings: Sequence[str], rows: Sequence[tuple[Sequence[str], bool]]) -> str:
-    """A table of (cells, marked) rows; nothing where there are none."""
-    if not rows:
-        return ""
-    head = "".join(f"<th>{escape(heading)}</th>" for heading in headings)
-    lines = []
-    for cells, marked in rows:
-        texts = "".join(f"<td>{escape(cell)}</td>" for cell in cells)
-        lines.append(f'<tr class="beyond">{texts}</tr>\n' if marked else f"<tr>{texts}</tr>\n")
-    title = f"<caption>{escape(caption)}</caption>\n" if caption else ""
-    return f"<table>\n{title}<tr>{head}</tr>\n{''.join(lines)}</table>\n"
-
-
-def _html_folded(summary: str, headings: Sequence[str], rows: Sequence[tuple[Sequence[str], bool]]) -> str:
-    """A table that is shown on demand only; nothing where it has no rows."""
-    if not rows:
-        return ""
-    return f"<details>\n<summary>{escape(summary)}</summary>\n{_html_table('', headings, rows)}</details>\n"
+def _version_table(comparison: TableComparison) -> str:
+    was, now = comparison.baseline.versions, comparison.new.versions
+    rows = [((name, was.get(name, "-"), now.get(name, "-")), False) for name in dict.fromkeys((*was, *now))]
+    return table("", ("package", "baseline", "new"), rows)
 
 
 def _console() -> Console:

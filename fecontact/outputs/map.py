@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fecontact.files import write_json
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
+from fecontact.outputs.force_map import force_map_figure
 from fecontact.outputs.map_figure import map_figure
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.record import load_record, shown_case_record, versions
@@ -31,14 +32,21 @@ _FEWEST_LOADS = 3
 
 
 def write_map(made: ApplicabilityMap, out: Path, name: str = "map", *, provenance: Record | None = None) -> None:
-    """Write NAME.csv, NAME.json and NAME.png, and stiffness.csv for the whole map, into a folder."""
+    """Write NAME.csv, NAME.json and NAME.png, into a folder; for the whole map stiffness.csv, if it has any."""
     rows = [cell_row(cell, position.placement) for position in made.positions for cell in position.cells]
     write_csv(rows, out / f"{name}.csv")
     if name == "map":
-        write_csv([row for position in made.positions for row in stiffness_rows(position)], out / "stiffness.csv")
+        stiffness = [row for position in made.positions for row in stiffness_rows(position)]
+        if stiffness:
+            write_csv(stiffness, out / "stiffness.csv")
+        else:
+            # one of other loads would not belong to this map
+            (out / "stiffness.csv").unlink(missing_ok=True)
     write_json(out / f"{name}.json", map_record(made, provenance))
     if made.positions:
         map_figure(made, out / f"{name}.png")
+    if made.positions and made.case.creep.asked:
+        force_map_figure(made, out / f"{name}_force.png")
 
 
 def stiffness_rows(position: MapPosition) -> list[Record]:

@@ -79,8 +79,8 @@ def view_script(collections: Sequence[str], rows: Sequence[Row], folders: Sequen
     lines = [
         '"""Shows the contact in ParaView: pressure on the rail, and von Mises stress in the cut across.',
         "",
-        "Start it with `paraview --script=view.py`, or in ParaView by Tools > Python Shell > Run Script. The slider of",
-        "the time is the lateral shift. Paths are relative to this file: the whole folder can be moved.",
+        "Start ParaView in the folder of this file: `paraview --script=view.py`. The slider of the time is the lateral",
+        "shift. Paths are relative to this file: the whole folder can be moved.",
         '"""',
         "",
     ]

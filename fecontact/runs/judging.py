@@ -62,8 +62,6 @@ def judge_study(
     """
     folder = Path(folder)
     _check_out(folder, out)
-    if creep is not None:
-        creep.refuse_unheard()
     if (folder / RESULT).is_file():
         row = read_row(folder / ROW)
         name, before, folders = str(row["id"]), [row], [folder]
@@ -100,8 +98,10 @@ def _judged_row(old: Row, folder: Path, criteria: Criteria, creep: Creep | None)
     return {"id": old["id"], **case_row(read_case(folder, criteria=criteria, creep=creep))}
 
 
-def judge_map(folder: str | Path, criteria: Criteria, out: Path | None = None) -> tuple[ApplicabilityMap, list[str]]:
-    """Judge a stored map by given criteria; returns it with what cannot be judged.
+def judge_map(
+    folder: str | Path, criteria: Criteria, out: Path | None = None, *, creep: Creep | None = None
+) -> tuple[ApplicabilityMap, list[str]]:
+    """Judge a stored map by given criteria, and with friction and creepages; returns it with what cannot be judged.
 
     A load limit is as sharp as the loads that were solved. `out` is a folder for the files of the new map.
 
@@ -112,7 +112,7 @@ def judge_map(folder: str | Path, criteria: Criteria, out: Path | None = None) -
     """
     folder = Path(folder)
     _check_out(folder, out)
-    made, problems = read_map(folder, criteria)
+    made, problems = read_map(folder, criteria, creep)
     if out is not None:
         write_map(made, out)
     return made, list(problems.values())

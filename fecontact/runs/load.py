@@ -9,6 +9,7 @@ from typing import Any
 
 from fecontact.case import Case, Criteria
 from fecontact.comparison.verdict import judge
+from fecontact.creep import Creep
 from fecontact.errors import InputError
 from fecontact.files import read_json
 from fecontact.jobs.store import whole_manifest
@@ -111,8 +112,12 @@ def stored_study(folder: Path) -> StoredStudy:
     return StoredStudy(name=str(document.get("study", "")), rows=tuple(rows))
 
 
-def read_map(folder: Path, criteria: Criteria | None = None) -> tuple[ApplicabilityMap, dict[float, str]]:
-    """A finished map, judged by other criteria than its own if they are given, and which positions cannot be used.
+def read_map(
+    folder: Path, criteria: Criteria | None = None, creep: Creep | None = None
+) -> tuple[ApplicabilityMap, dict[float, str]]:
+    """A finished map, and which positions cannot be used.
+
+    Criteria, friction and creepages are those of the map, or others if they are given.
 
     Raises
     ------
@@ -132,7 +137,7 @@ def read_map(folder: Path, criteria: Criteria | None = None) -> tuple[Applicabil
             own = position_folder(folder, names[shift])
             try:
                 refuse_unusable(own)
-                positions.append(read_position(own, criteria=criteria))
+                positions.append(read_position(own, criteria=criteria, creep=creep))
                 base = base or stored_case(own, read_json(own / POSITION)["case"])
             except InputError as error:
                 problems[shift] = str(error)
@@ -144,13 +149,12 @@ def read_map(folder: Path, criteria: Criteria | None = None) -> tuple[Applicabil
     if base is None:
         why = next(iter(problems.values()), "none is there")
         raise InputError(f"{folder}: no position of the map can be judged ({why})")
-    return _map(base, document["loads_N"], positions, criteria), problems
+    judged = replace(base, criteria=criteria or base.criteria, creep=creep or base.creep)
+    return _map(judged, document["loads_N"], positions), problems
 
 
-def _map(
-    base: Case, loads_N: Sequence[float], positions: Sequence[MapPosition], criteria: Criteria | None
-) -> ApplicabilityMap:
-    case = replace(base, lateral_shift_mm=0.0, criteria=criteria or base.criteria)
+def _map(base: Case, loads_N: Sequence[float], positions: Sequence[MapPosition]) -> ApplicabilityMap:
+    case = replace(base, lateral_shift_mm=0.0)
     return ApplicabilityMap(case=case, loads_N=tuple(loads_N), positions=tuple(positions))
 
 

@@ -17,6 +17,7 @@ from fecontact.jobs.workers import Crew
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.position import failed_position, inferred_position
 from fecontact.outputs.map import write_map
+from fecontact.outputs.map_report import write_map_report
 from fecontact.runs.case_store import job_of
 from fecontact.runs.identity import input_files, origin_of, position_id, with_absolute_paths
 from fecontact.runs.position_store import PositionWork, has_open_loads, position_folder, read_position
@@ -85,6 +86,8 @@ def run_map(
             with contextlib.suppress(OSError):
                 run.write()
         made = run.write()
+        if by.settings.part is None and made.positions:
+            write_map_report(made, out)
     return MapOutcome(made=made, reused=tuple(run.finished.reused), recomputed=run.finished.recomputed)
 
 

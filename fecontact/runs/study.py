@@ -15,12 +15,15 @@ from fecontact.jobs.engine import Finished, Progress, RunSettings, finish, open_
 from fecontact.jobs.job import Done, Work
 from fecontact.jobs.workers import Crew
 from fecontact.outputs.rows import Row, input_columns, read_row
+from fecontact.outputs.scene import write_scene
 from fecontact.outputs.study_files import study_figures, write_tables
+from fecontact.outputs.study_report import write_study_report
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail
 from fecontact.runs.case_store import ROW, CaseWork, case_folder, job_of
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id, with_absolute_paths
+from fecontact.solving.position import place_case
 
 _TABLES_EVERY_S = 2.0
 
@@ -74,8 +77,8 @@ def run_study(
     """Solve all cases of a study that are not finished and write its outputs below `out`.
 
     A case that cannot be solved becomes a row that says why; the others go on. Cases are kept as they finish, so that
-    the same call goes on where an interrupted one stopped. Cases are solved in processes of their own: a script that
-    calls this must do so below `if __name__ == "__main__":`.
+    the same call goes on where an interrupted one stopped. Cases are solved in processes of their own, which do not
+    import the script that calls this.
 
     Parameters
     ----------
@@ -100,7 +103,10 @@ def run_study(
     table = _Table(study.name, [(name, case) for name, case in named if name in set(own)], len(named), out, settings)
     with open_run(out, out / "cases", settings, crew) as by:
         solved = {name: with_absolute_paths(cases[name]) if settings.scheduler else cases[name] for name in own}
-        jobs = [job_of(case, case_folder(out, name), work(case, name, command)) for name, case in solved.items()]
+        jobs = [
+            job_of(case, case_folder(out, name), work(case, name, command), label=_label(cases[name], study.cases))
+            for name, case in solved.items()
+        ]
         finished = Finished()
         try:
             finish(jobs, by, finished, progress=progress, on_done=table.done)
@@ -111,6 +117,8 @@ def run_study(
         whole = settings.part is None
         collections = study_figures(rows, out, _only_rail(study.cases), _only_criteria(study.cases)) if whole else ()
         conclusion = _conclude(study, rows, out) if whole else None
+        if whole:
+            _report(study, rows, out, conclusion)
     return StudyOutcome(
         rows=tuple(rows),
         conclusion=conclusion,
@@ -118,6 +126,12 @@ def run_study(
         reused=tuple(finished.reused),
         recomputed=finished.recomputed,
     )
+
+
+def _label(case: Case, cases: tuple[Case, ...]) -> str:
+    """What a case is called while it is solved: position and load, and the pair where there are several."""
+    pair = "" if len({(one.rail, one.wheel) for one in cases}) == 1 else f"{case.wheel} on {case.rail} "
+    return f"{pair}{case.lateral_shift_mm:+z.2f} mm {case.load_N / 1e3:g} kN"
 
 
 def _by_name(named: list[tuple[str, Case]]) -> dict[str, Case]:
@@ -161,6 +175,26 @@ class _Table:
         rows = [self._rows[name] for name, _ in self._named if name in self._rows]
         write_tables(self._study, self._cases, rows, self._out / self._stem)
         return rows
+
+
+def _report(study: Study, rows: list[Row], out: Path, conclusion: str | None) -> None:
+    """Write the report, with a picture of the case that uses most of a limit."""
+    solved = [row for row in rows if row["status"] == "converged"]
+    placement, problem = None, None
+    if solved:
+        shown = max(solved, key=lambda row: float(row.get("limit_used") or 0.0))
+        case = next(case for case in study.cases if case_id(case) == shown["id"])
+        placement = place_case(case)
+        problem = write_scene(case_folder(out, str(shown["id"])), out / "pair.png")
+    write_study_report(
+        study.name,
+        rows,
+        out,
+        placement=placement,
+        criteria=_only_criteria(study.cases),
+        conclusion=conclusion,
+        no_scene=problem,
+    )
 
 
 def _only_rail(cases: tuple[Case, ...]) -> Profile | None:

@@ -115,6 +115,14 @@ class Meshes:
         return None
 
     def _level(self, position: Position, coarser: float) -> Level:
+        clock = position.clock
+        clock.stage = _stage(coarser)
+        try:
+            return self._solved(position, coarser)
+        finally:
+            clock.stage = ""
+
+    def _solved(self, position: Position, coarser: float) -> Level:
         mesh = self._meshes.get(coarser) or CoupledMesh(self.position, coarser)
         level = mesh.solve(position)
         if mesh.stopped_by is not None:
@@ -129,6 +137,13 @@ class Meshes:
                 self.bodies = SolvedBodies(coupled=mesh.bodies, displacement_mm={"rail": rail, "wheel": wheel})
             mesh.close()
         return level
+
+
+def _stage(coarser: float) -> str:
+    """Which meshes are under way, for those who wait."""
+    if coarser == 1.0:
+        return "first meshes"
+    return "coarser meshes, for the uncertainty" if coarser > 1.0 else "finer meshes, because the verdict is open"
 
 
 def _few_elements(position: Position, levels: Sequence[Level]) -> tuple[str, ...]:

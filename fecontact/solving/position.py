@@ -33,7 +33,8 @@ class Clock:
     """Wall seconds and memory by step."""
 
     def __init__(self, progress: Progress | None) -> None:
-        """`progress` hears the name of each step as it begins."""
+        """`progress` hears the name of each step as it begins, after the `stage` and a colon if there is one."""
+        self.stage = ""
         self.seconds: dict[str, float] = {}
         self.memory_MB: dict[str, float] = {}
         self._progress = progress
@@ -42,7 +43,7 @@ class Clock:
     def step(self, name: str) -> Iterator[None]:
         """Time what is done inside under a name."""
         if self._progress is not None:
-            self._progress(name)
+            self._progress(f"{self.stage}: {name}" if self.stage else name)
         start = time.perf_counter()
         try:
             yield

@@ -1,0 +1,119 @@
+"""`report.html` of an applicability map: where Hertz holds, up to which load, and what is behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.files import write_text
+from fecontact.geometry.placement import Placement
+from fecontact.map.cells import ApplicabilityMap, MapCell
+from fecontact.outputs.html import heading, items, page, paragraph, picture, table, terms
+from fecontact.outputs.map import limit_text
+from fecontact.outputs.map_figure import CAUSE_LETTERS, limit_used
+from fecontact.outputs.measure_words import WORDS
+from fecontact.outputs.record import versions
+from fecontact.outputs.report_figures import ladder_figure, pair_figure, patches_figure
+from fecontact.outputs.report_words import GLOSSARY, answer_words, lead_style, measure_terms, question
+from fecontact.outputs.rows import cell_row
+from fecontact.outputs.series import short_name
+from fecontact.outputs.study_report import REPORT
+from fecontact.outputs.verdict_words import inclination_words, verdict_reason
+from fecontact.profiles.identity import profile_identity
+
+# More patches in one picture are too small to see.
+_MOST_PATCHES = 24
+_NUMBERS = ("shift mm", "load kN", "part of a limit", "off by", "±", "unknowns")
+
+
+def write_map_report(made: ApplicabilityMap, out: Path) -> Path:
+    """Write `report.html` beside `map.csv`, with the picture of the map that is there."""
+    case = made.case
+    rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
+    pair = f"rail {rail}{inclination_words(case.inclination_rad)} and wheel {wheel}"
+    verdicts = [cell.verdict if cell.status in ("converged", "inferred") else "failed" for cell in made.cells]
+    shown = _largest_loads(made)
+    with TemporaryDirectory() as folder:
+        drawn = Path(folder)
+        body = [
+            heading(f"Applicability map: {pair}", 1),
+            paragraph(answer_words(verdicts, "cells"), lead_style(verdicts)),
+            paragraph(question(pair, case.criteria)),
+            picture(out / "map.svg", "Where Hertz holds over lateral shift and load."),
+            heading("Load limits"),
+            _limits(made),
+            heading("The pair"),
+            *_pictures(made, shown, drawn),
+        ]
+    body += [
+        heading("Cells"),
+        _cells(made.cells),
+        heading("What made it"),
+        items([f"{package} {version}" for package, version in versions().items() if version]),
+        heading("Terms"),
+        terms((*GLOSSARY, *measure_terms(), *((letter, cause) for cause, letter in CAUSE_LETTERS.items()))),
+    ]
+    return write_text(out / REPORT, page(f"Where Hertz holds: {pair}", body))
+
+
+def _largest_loads(made: ApplicabilityMap) -> list[tuple[JudgedLoad, Placement]]:
+    """The largest load of each position that was solved, of many positions some evenly among them."""
+    found = [
+        (cells[-1], position.placement)
+        for position in made.positions
+        if position.placement is not None
+        and (cells := [cell.judged for cell in position.cells if cell.judged is not None])
+    ]
+    step = -(-len(found) // _MOST_PATCHES) or 1
+    return found[::step]
+
+
+def _pictures(made: ApplicabilityMap, shown: Sequence[tuple[JudgedLoad, Placement]], folder: Path) -> list[str]:
+    parts = []
+    if shown:
+        middle = shown[len(shown) // 2][1]
+        path = pair_figure(middle, folder / "pair.png")
+        parts.append(
+            picture(path.with_suffix(".svg"), "Section through the first touch point, in the middle of the map.")
+        )
+    largest = [
+        cell_row(position.cells[-1], position.placement) | {"rail": made.case.rail, "wheel": made.case.wheel}
+        for position in made.positions
+        if position.cells
+    ]
+    if (ladder := ladder_figure(largest, folder / "ladder.png")) is not None:
+        words = "The ladder at the largest load: what the shape of the gap, and then the finite bodies, change."
+        parts += [heading("Shape of the gap, or finite bodies?"), picture(ladder.with_suffix(".svg"), words)]
+    if shown:
+        path = patches_figure(shown, folder / "patches.png")
+        words = "Pressure at the largest load of each position: solid the patch, dashed Hertz; below, cut across."
+        parts += [heading("Pressure"), picture(path, words, width=2400)]
+    return parts
+
+
+def _limits(made: ApplicabilityMap) -> str:
+    rows = [((f"{position.lateral_shift_mm:+z.2f}", limit_text(position.limit)), False) for position in made.positions]
+    return table("", ("shift mm", "Hertz"), rows, numbers=_NUMBERS)
+
+
+def _cells(cells: Sequence[MapCell]) -> str:
+    headings = ("shift mm", "load kN", "Hertz", "part of a limit", "decided by", "found by", "unknowns")
+    rows = []
+    for cell in cells:
+        usable = cell.status in ("converged", "inferred")
+        judged, inferred = cell.judged, cell.inferred
+        reason = cell.status
+        if judged is not None:
+            reason = verdict_reason(judged)
+        elif inferred is not None and (measure := inferred.verdict.measure) in inferred.deviation:
+            words = WORDS[measure]
+            unsure = words.off(inferred.uncertainty.get(measure), size=True)
+            reason = f"{words.name} {words.off(inferred.deviation[measure])} ± {unsure}"
+        texts = [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", cell.verdict if usable else "failed"]
+        texts += [f"{limit_used(cell, judged.case.criteria):.2f}" if judged is not None else "-", reason]
+        texts += ["finite elements" if cell.solved else "inferred from the half-space and both neighbours"]
+        texts += ["-" if judged is None else str(sum(judged.level.degrees_of_freedom.values()))]
+        rows.append((texts, texts[2] == "FAILS"))
+    return table("", headings, rows, numbers=_NUMBERS, answers=("Hertz",))

@@ -1,0 +1,81 @@
+"""Commands of the first minutes: an example that is solved at once, a study to begin with, its check, the machine's."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from fecontact.console import count, duration, many
+
+
+def demo(*, out: Path = Path("out/demo")) -> int:
+    """Solve one position and a sphere, where Hertz is exact, and say what came out; half a minute.
+
+    Parameters
+    ----------
+    out
+        Folder for the results.
+    """
+    from fecontact.outputs.tables import print_table
+    from fecontact.runs.demo import demo_study, demo_words
+    from fecontact.runs.study import run_study
+
+    print("A wheel on a rail, and a sphere on a plane, for which Hertz's theory is exact:", flush=True)
+    with many("cases") as progress:
+        outcome = run_study(demo_study(), out, progress=progress)
+    print_table(outcome.rows)
+    print(demo_words(out, outcome))
+    return 0 if outcome.all_converged else 3
+
+
+def check(file: Path, *, quick: Annotated[bool, Parameter(negative="")] = False) -> int:
+    """Check a study file without solving it: its inputs and profiles, how many cases, about what time and memory.
+
+    Parameters
+    ----------
+    file
+        A script with `cases(quick=False)`, or a TOML file of cases.
+    quick
+        The small version of the study.
+    """
+    from fecontact.runs.check import check_study
+
+    found = check_study(file, quick=quick)
+    print(f"{file}: {count(found.cases, 'case')}, {', '.join(found.varied) or 'nothing varied'}")
+    print(
+        f"about {duration(found.seconds)} with {count(found.workers, 'worker')} and {found.memory_GB:.1f} GB a worker,"
+        f" patches of a single lobe; up to {duration(found.most_seconds)} and {found.most_memory_GB:.1f} GB where they"
+        " have several or verdicts stay open"
+    )
+    if found.most_memory_GB * found.workers > found.available_GB:
+        print(f"{found.available_GB:.1f} GB are available: fewer --workers may be needed")
+    for problem in found.problems:
+        print(f"error: {problem}", file=sys.stderr)
+    return 2 if found.problems else 0
+
+
+def init(folder: Path) -> int:
+    """Put a study file with comments and a script into a folder, to begin with.
+
+    Parameters
+    ----------
+    folder
+        Where they go; files that are there already stay.
+    """
+    from fecontact.runs.templates import write_templates
+
+    made = write_templates(folder)
+    for path in made:
+        print(path)
+    print(f"Next: fecontact check {made[0]}, then: fecontact run {made[0]} --out {folder / 'out'}")
+    return 0
+
+
+def doctor() -> int:
+    """Say what this machine has for fecontact: packages, system libraries, solvers, memory, and what to do."""
+    from fecontact.doctor import examine
+
+    return examine()

@@ -1,0 +1,118 @@
+"""Pages as a browser shows them: a headless Chromium that gets them from this process, and from nowhere else."""
+
+import json
+import os
+import shutil
+import subprocess
+import threading
+from functools import partial
+from html import unescape
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+_NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+
+# The page lies in a frame of the width that is asked for: a window cannot be as narrow as a telephone.
+_FRAME = """<!DOCTYPE html><body style="margin:0"><iframe id="page" src="{name}" width="{width}" height="4000"
+ style="border:0"></iframe><pre id="told"></pre><script>
+const page = document.getElementById("page");
+page.onload = async () => {{
+  const inside = page.contentDocument, shown = inside.documentElement;
+  const images = [...inside.images];
+  await Promise.all(images.map(image => image.decode().catch(() => null)));
+  const cells = [...inside.querySelectorAll("td")].filter(cell => cell.offsetParent !== null);
+  document.getElementById("told").textContent = JSON.stringify({{
+    title: inside.title,
+    width: page.contentWindow.innerWidth,
+    content_width: shown.scrollWidth,
+    pictures: images.map(image => [image.alt, image.naturalWidth, image.getBoundingClientRect().right]),
+    requests: page.contentWindow.performance.getEntriesByType("resource").map(one => one.name)
+      .filter(name => !name.startsWith("data:")),
+    cells: cells.map(cell => [cell.textContent, cell.offsetWidth, parseFloat(getComputedStyle(cell).fontSize)]),
+    folded: [...inside.querySelectorAll("details")].map(one => [one.querySelector("summary").textContent, one.open]),
+  }});
+}};
+</script></body>"""
+
+
+def browser() -> str:
+    """The browser; skips the test where there is none."""
+    found = next((path for name in _NAMES if (path := shutil.which(name))), None)
+    if found is None:
+        pytest.skip("no Chromium is installed (Debian: apt-get install chromium)")
+    return found
+
+
+class _Quiet(SimpleHTTPRequestHandler):
+    """Serves a folder, and keeps what it was asked for."""
+
+    asked: list[str] = []  # noqa: RUF012
+
+    def log_message(self, format: str, *arguments: object) -> None:
+        if format.startswith('"'):
+            # a request, such as "GET /page.html HTTP/1.1"
+            self.asked.append(str(arguments[0]))
+
+
+def shown(page: Path, width: int, tmp_path: Path) -> dict[str, Any]:
+    """What a page of a width looks like: its pictures, requests, cells, and messages on the console.
+
+    With FECONTACT_SCREENSHOTS set to a folder a picture of the page is put there, to be looked at.
+    """
+    program = browser()
+    folder = tmp_path / "served"
+    folder.mkdir(exist_ok=True)
+    shutil.copyfile(page, folder / page.name)
+    (folder / "frame.html").write_text(_FRAME.format(name=page.name, width=width), "utf-8")
+    _Quiet.asked = []
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(_Quiet, directory=str(folder))) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        address = f"http://127.0.0.1:{server.server_port}/frame.html"
+        command = [
+            program,
+            "--headless=new",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--enable-logging=stderr",
+            "--no-first-run",
+        ]
+        command += [f"--user-data-dir={tmp_path / 'browser'}", f"--window-size={max(width, 500)},4000"]
+        command += ["--timeout=15000", "--virtual-time-budget=5000", "--hide-scrollbars"]
+        done = subprocess.run(
+            [*command, "--dump-dom", address], capture_output=True, text=True, timeout=180, check=False
+        )
+        if kept := os.environ.get("FECONTACT_SCREENSHOTS"):
+            picture = Path(kept) / f"{page.stem}_{width}.png"
+            subprocess.run([*command, f"--screenshot={picture}", address], capture_output=True, timeout=180, check=True)
+        server.shutdown()
+    told = done.stdout.partition('<pre id="told">')[2].partition("</pre>")[0]
+    assert told, done.stdout[:2000] + done.stderr[-2000:]
+    console = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+    asked = [line.split()[1] for line in _Quiet.asked]
+    return json.loads(unescape(told)) | {"console": console, "asked": sorted(set(asked))}
+
+
+def assert_readable(page: Path, tmp_path: Path, *, widths: tuple[int, ...] = (400, 1600)) -> dict[str, Any]:
+    """A page is whole and can be read at these widths; returns what the last one looks like."""
+    found: dict[str, Any] = {}
+    for width in widths:
+        found = shown(page, width, tmp_path)
+        assert found["console"] == []
+        assert found["requests"] == []
+        # the favicon of the frame is the browser's own wish
+        assert set(found["asked"]) <= {"/frame.html", f"/{page.name}", "/favicon.ico"}
+        assert found["width"] == width
+        # nothing sticks out
+        assert found["content_width"] <= width
+        for words, size, right in found["pictures"]:
+            assert size > 100, words
+            assert right <= width, words
+        for text, wide, font in found["cells"]:
+            assert font >= 12.0, text
+            # no word is broken into syllables: an average character is half of its height wide
+            longest = max((len(word) for word in text.split()), default=0)
+            assert wide >= min(0.4 * font * longest, 0.5 * width), text
+    return found

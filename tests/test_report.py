@@ -1,0 +1,212 @@
+"""Reports: what they say against the records they are made of, and what a browser makes of them."""
+
+import json
+import re
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from browser import assert_readable, shown
+
+from fecontact.case import Criteria
+from fecontact.cli import call
+from fecontact.comparison.judged_load import judge_load
+from fecontact.files import write_json
+from fecontact.outputs import html, scene
+from fecontact.outputs.report_figures import ladder_figure, patches_figure
+from fecontact.outputs.report_words import answer_words
+from fecontact.outputs.scene import write_scene
+from fecontact.outputs.study_figure import study_figure
+from fecontact.outputs.study_files import write_tables
+from fecontact.outputs.study_report import write_study_report
+from fecontact.runs.case_store import write_case
+from fecontact.solving.solve import CaseResult
+
+LOST = {
+    "id": "lost",
+    "status": "failed: the wheel <leaves> the rail",
+    "rail": "circle:300",
+    "wheel": "cylinder:460",
+    "lateral_shift_mm": 30.0,
+    "load_kN": 100.0,
+}
+
+
+@pytest.fixture(scope="module")
+def study(elliptic_quick: CaseResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two shifts, judged by different criteria so that one fails, and a third one that was not solved."""
+    out = tmp_path_factory.mktemp("a study & more")
+    rows = []
+    for shift, criteria in ((-1.0, Criteria()), (2.5, Criteria(misplaced=1e-4))):
+        case = replace(elliptic_quick.case, lateral_shift_mm=shift, criteria=criteria)
+        load = judge_load(replace(elliptic_quick.load.solved, case=case), elliptic_quick.placement)
+        rows.append(write_case(replace(elliptic_quick, load=load), out / "cases" / f"at{shift:g}", f"at{shift:g}"))
+    assert [row["verdict"] for row in rows] == ["HOLDS", "UNRESOLVED"]
+    rows.append(LOST)
+    study_figure(rows, out / "study.png")
+    write_tables("two", 3, rows, out / "study")
+    assert write_scene(out / "cases" / "at-1", out / "pair.png") is None
+    write_study_report("two <shifts>", rows, out, placement=elliptic_quick.placement, conclusion="It is as expected.")
+    return out
+
+
+def parsed(path: Path) -> ElementTree.Element:
+    return ElementTree.fromstring(path.read_text("utf-8").removeprefix("<!DOCTYPE html>\n"))
+
+
+def text_of(element: ElementTree.Element) -> str:
+    return "".join(element.itertext())
+
+
+def test_a_report_says_question_answer_and_reason(study):
+    page = parsed(study / "report.html")
+    head = [text_of(one) for one in page.iter("p")]
+    assert text_of(next(page.iter("h1"))) == "two <shifts>"
+    assert head[0] == "Hertz holds in 1 of 3 cases, fails in 0, is open in 1, 1 could not be used"
+    assert head[1].startswith("May Hertz's ellipse stand for the contact of rail circle:300 and wheel cylinder:460?")
+    assert head[2] == "It is as expected."
+    titles = [text_of(one) for one in page.iter("h2")]
+    assert titles == ["The pair", "Verdicts", "Cases", "Meshes and solver", "What made it", "Terms"]
+    lines = [[text_of(cell) for cell in line.iter("td")] for line in next(page.iter("table")).iter("tr")][1:]
+    assert [line[:3] for line in lines] == [
+        ["-1.00", "100", "HOLDS"], ["+2.50", "100", "UNRESOLVED"], ["+30.00", "100", "failed"],
+    ]  # fmt: skip
+    assert lines[2][3] == "failed: the wheel <leaves> the rail"
+
+
+def test_numbers_of_a_report_are_those_of_the_result(study):
+    record = json.loads((study / "cases" / "at-1" / "result.json").read_text("utf-8"))
+    page = parsed(study / "report.html")
+    (verdicts, measures, *_, solver) = list(page.iter("table"))
+    cells = [text_of(cell) for cell in verdicts.iter("td")][:8]
+    off, unsure = (1e2 * record[of]["misplaced_load"] for of in ("deviation", "uncertainty"))
+    assert cells[3] == f"misplaced load {off:.2f} % ± {unsure:.2f} % (limit < 10 %)"
+    assert cells[5:7] == [f"{record[of]['p_max_MPa']:.0f}" for of in ("fe", "hertz")]
+    lines = {text_of(line[0]): [text_of(cell) for cell in line] for line in measures.iter("tr") if line[0].tag == "td"}
+    peak = lines["peak pressure (MPa)"]
+    assert [float(cell) for cell in peak[1:3]] == pytest.approx(
+        [record["fe"]["p_max_MPa"], record["hertz"]["p_max_MPa"]], rel=1e-4
+    )
+    assert peak[3:] == [
+        f"{1e2 * record['deviation']['p_max_MPa']:+.2f} %",
+        f"{1e2 * record['uncertainty']['p_max_MPa']:.2f} %",
+        "±5 %",
+        "HOLDS",
+    ]
+    # every measure, those that nobody judges as well
+    assert len(lines) == len(record["deviation"])
+    assert str(sum(record["solver"]["degrees_of_freedom"].values())) in [text_of(cell) for cell in solver.iter("td")]
+
+
+def test_a_report_is_one_file_that_asks_for_nothing(study):
+    text = (study / "report.html").read_text("utf-8")
+    sources = re.findall(r'(?:src|href)="([^"]{0,30})', text)
+    # section, scene, study, ladder and two cases; and the icon that no browser shall ask for
+    assert len(sources) == 7
+    assert all(source.startswith("data:") for source in sources)
+    assert "<script" not in text
+    assert "url(" not in text.partition("</style>")[0]
+
+
+def test_a_report_can_be_read_on_a_telephone_and_on_a_screen(study, tmp_path):
+    found = assert_readable(study / "report.html", tmp_path)
+    assert found["title"] == "two <shifts>: where Hertz holds"
+    assert len(found["pictures"]) == 6
+    assert not any(is_open for _, is_open in found["folded"])
+
+
+def test_the_browser_finds_what_is_wrong(tmp_path):
+    """The test above can fail: a picture that is not there, a request, a word that sticks out, a console error."""
+    page = tmp_path / "bad.html"
+    page.write_text(
+        html.page("bad", ['<img alt="x" src="http://127.0.0.1:9/no.png"/>', f"<pre>{'w' * 500}</pre>"])
+        .replace("</body>", "<script>console.error('planted')</script></body>")
+    )  # fmt: skip
+    found = shown(page, 400, tmp_path)
+    assert found["content_width"] > 400
+    assert found["pictures"][0][1] == 0
+    assert found["requests"] == ["http://127.0.0.1:9/no.png"]
+    assert [line for line in found["console"] if "planted" in line]
+
+
+def test_a_comparison_can_be_read_on_a_telephone_and_on_a_screen(study, tmp_path):
+    other = tmp_path / "other"
+    shutil.copytree(study, other)
+    document = json.loads((other / "study.json").read_text("utf-8"))
+    document["rows"][0]["p_max_fe_MPa"] *= 1.03
+    write_json(other / "study.json", document)
+    (other / "study.csv").unlink()
+    page = tmp_path / "comparison.html"
+    assert call(["compare", str(study), str(other), "--html", str(page)]) == 1
+    found = assert_readable(page, tmp_path)
+    texts = [text for text, _, _ in found["cells"]]
+    # what differs is seen, by a name that can be read; all that is equal is folded away
+    assert texts[:3] == ["p_max_fe_MPa", "1/3", "cylinder:460 on circle:300, -1 mm, 100 kN"]
+    assert len(texts) == 8 + 7
+    assert len(found["folded"]) == 4
+    assert not any(is_open for _, is_open in found["folded"])
+
+
+def test_a_scene_that_cannot_be_drawn_is_a_reason_and_no_error(study, tmp_path, monkeypatch):
+    reason = write_scene(tmp_path, tmp_path / "none.png")
+    assert reason is not None
+    assert "rail.vtu" in reason
+    assert not (tmp_path / "none.png").exists()
+    assert "more than 0.01 s" in str(write_scene(study / "cases" / "at-1", tmp_path / "none.png", seconds=0.01))
+    # a process that ends by a signal says nothing
+    monkeypatch.setattr(scene.sys, "executable", "/bin/false")
+    assert write_scene(study / "cases" / "at-1", tmp_path / "none.png") == "exit code 1"
+    write_study_report("x", [LOST], tmp_path, no_scene="no library")
+    assert "There is no picture in three dimensions: no library." in (tmp_path / "report.html").read_text("utf-8")
+
+
+def test_a_scene_shows_the_pressure(study):
+    from PIL import Image
+
+    with Image.open(study / "pair.png") as image:
+        pixels = image.convert("RGB")
+        colours = {colour for _, colour in pixels.getcolors(maxcolors=1 << 24)}
+    # the middle of the colour map, which no body has: green by far
+    assert [c for c in colours if c[1] > 1.5 * c[0] and c[1] > 1.1 * c[2] and c[1] > 100]
+    assert (255, 255, 255) in colours
+
+
+def test_only_the_worst_of_many_cases_have_pictures(study, monkeypatch):
+    rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
+    monkeypatch.setattr("fecontact.outputs.study_report._MOST_PICTURES", 1)
+    monkeypatch.setattr("fecontact.outputs.study_report.REPORT", "few.html")
+    page = parsed(write_study_report("few", rows, study))
+    assert [text_of(one) for one in page.iter("h3")] == [
+        "rail circle:300 and wheel cylinder:460, +2.50 mm, 100 kN: UNRESOLVED"
+    ]
+    assert "Of 2 cases the 1 that use most of a limit; all pictures are in cases/ID/case.png." in text_of(page)
+
+
+def test_the_ladder_is_drawn_only_of_what_tells_it(study, tmp_path):
+    assert ladder_figure([LOST], tmp_path / "ladder.png") is None
+    rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
+    assert ladder_figure(rows, tmp_path / "ladder.png") == tmp_path / "ladder.png"
+
+
+def test_patches_in_small_name_their_verdicts(elliptic_quick, monkeypatch):
+    kept = []
+    monkeypatch.setattr("fecontact.outputs.report_figures.save_figure", lambda figure, path: kept.append(figure))
+    patches_figure([(elliptic_quick.load, elliptic_quick.placement)] * 5, "unused.png")
+    titles = [ax.get_title() for ax in kept[0].axes if ax.get_title()]
+    assert titles == ["+0.00 mm, 100 kN: HOLDS"] * 5
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "words"),
+    [
+        (["HOLDS"], "Hertz holds in 1 of 1 x, fails in 0"),
+        (
+            ["HOLDS", "FAILS", "UNRESOLVED", "failed"],
+            "Hertz holds in 1 of 4 x, fails in 1, is open in 1, 1 could not be used",
+        ),
+    ],
+)
+def test_an_answer_counts_every_verdict(verdicts, words):
+    assert answer_words(verdicts, "x") == words

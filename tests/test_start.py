@@ -1,0 +1,306 @@
+"""The first minutes: an example, a study to begin with and its check, the machine's, and what is said meanwhile."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from fecontact import doctor
+from fecontact.case import Case
+from fecontact.cli import _system_error, call
+from fecontact.console import duration, many, print_reasons, solving
+from fecontact.runs.casefile import load_study
+from fecontact.runs.check import _memory_GB, _seconds, _unknowns, check_study
+from fecontact.runs.demo import SPHERE, demo_study, demo_words, exact_peak_MPa
+from fecontact.runs.study import StudyOutcome
+from fecontact.solving.meshed_case import mesh_pair
+from fecontact.solving.position import hertz_of_case, place_case
+from fecontact.system_check import Outcome, Probe
+
+ROOT = Path(__file__).parents[1]
+BAD_STUDY = "lateral_shift_mm = [9.0, 9.5]\n"
+
+
+def program(*arguments: str, **options) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), **options.pop("env", {})}
+    return subprocess.run(
+        [sys.executable, *arguments], capture_output=True, text=True, env=environment, timeout=120, **options
+    )
+
+
+def test_a_folder_to_begin_with_can_be_run_as_it_is(tmp_path, capsys):
+    folder = tmp_path / "mine"
+    assert call(["init", str(folder)]) == 0
+    assert f"fecontact check {folder / 'cases.toml'}" in capsys.readouterr().out
+    assert [case.lateral_shift_mm for case in load_study(folder / "cases.toml").cases] == [-4.0, 4.0] * 2
+    assert len(load_study(folder / "study.py").cases) == 6
+    for file in ("cases.toml", "study.py"):
+        assert call(["check", str(folder / file)]) == 0
+    # what says no value is the default of that key
+    text = (folder / "cases.toml").read_text()
+    given = [
+        line
+        for line in text.splitlines()
+        if line.startswith(("# roll", "# yaw", "# gauge", "# young", "# refine"))
+        # the pair of shift and roll at the end
+        and "0.4" not in line
+    ]
+    assert len(given) == 5
+    for line in given:
+        table = "[track]\n" if "gauge" in line else "[rail_material]\n" if "young" in line else ""
+        (tmp_path / "one.toml").write_text(table + line.removeprefix("# "))
+        assert load_study(tmp_path / "one.toml").cases == (Case(),), line
+    assert len(given) == 5
+    capsys.readouterr()
+    assert call(["init", str(folder)]) == 2
+    assert "there already" in capsys.readouterr().err
+
+
+def test_checking_a_study_says_how_many_cases_and_what_varies(tmp_path, capsys):
+    path = tmp_path / "mine.toml"
+    path.write_text('rail = ["60E1", "54E1"]\nlateral_shift_mm = "-4:4:2"\n[[case]]\nload_kN = [50, 100]\n')
+    start = time.perf_counter()
+    assert call(["check", str(path)]) == 0
+    # 0.3 s on an idle machine, start of the interpreter included
+    assert time.perf_counter() - start < 5.0
+    out = capsys.readouterr().out
+    assert "20 cases, 2 values of rail, 5 values of lateral_shift_mm, 2 values of load_kN" in out
+    path.write_text('rail = ["60E1", "rail.csv"]\nwheel = "S1003"\n')
+    assert call(["check", str(path)]) == 2
+    err = capsys.readouterr().err
+    assert "rail.csv" in err
+    assert "S1002" in err
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        Case(lateral_shift_mm=-4.0),
+        Case(lateral_shift_mm=3.0, resolution="standard"),
+        Case(lateral_shift_mm=3.0, resolution="fine"),
+        Case(lateral_shift_mm=3.0, yaw_rad=5e-3),
+        Case(lateral_shift_mm=-4.0, resolution=(1.0, 0.8)),
+    ],
+)
+def test_what_a_case_is_expected_to_need_is_near_its_meshes(case):
+    pair = mesh_pair(case)
+    made = 3 * (len(pair.rail.points) + len(pair.wheel.points))
+    assert _unknowns(case) == pytest.approx(made, rel=0.35)
+
+
+def test_expected_times_and_memory_are_those_of_first_light():
+    """`make study` on an idle machine: unknowns, seconds and GB of six of its positions."""
+    measured = ((73662, 5.2, 1.0), (84492, 5.9, 1.06), (94689, 11.9, 1.2), (152760, 14.4, 1.8), (225480, 27, 2.7))
+    for unknowns, seconds, memory in (*measured, (312402, 45.7, 3.7)):
+        assert 0.5 < _seconds(unknowns) / seconds < 1.5
+        assert _memory_GB(unknowns) == pytest.approx(memory, rel=0.25)
+
+
+def test_a_study_costs_more_if_verdicts_stay_open(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text("load_kN = '10:100:10'\n")
+    found = check_study(path)
+    assert found.cases == 10
+    assert found.most_seconds > 3.0 * found.seconds
+    assert found.most_memory_GB > 2.0 * found.memory_GB
+
+
+def test_the_demo_has_the_exact_sphere():
+    hertz = hertz_of_case(SPHERE, place_case(SPHERE))
+    assert hertz.a_mm == pytest.approx(hertz.b_mm, rel=1e-9)
+    assert hertz.p0_MPa == pytest.approx(exact_peak_MPa(), rel=1e-9)
+    lost = StudyOutcome(rows=({"id": "one", "status": "failed: disk full"},), conclusion=None)
+    assert "study.csv says why" in demo_words(Path("out"), lost)
+    assert all(case.refine_degrees_of_freedom == 0 for case in demo_study().cases)
+
+
+@pytest.mark.slow
+def test_the_demo_ends_with_the_verdict_and_the_files(tmp_path, capsys):
+    assert call(["demo", "--out", str(tmp_path)]) == 0
+    out = capsys.readouterr().out
+    assert "Hertz FAILS" in out
+    for line in ("Picture: ", "ParaView:", "Table:   "):
+        (path,) = [text.partition(": ")[2].strip() for text in out.splitlines() if text.startswith(line)]
+        assert Path(path).is_file()
+
+
+def examined(**failing: str) -> tuple[int, str]:
+    lines: list[str] = []
+
+    def probe(one: Probe) -> Outcome:
+        return Outcome(ok=one.name not in failing, reason=failing.get(one.name, ""))
+
+    return doctor.examine(probe=probe, say=lines.append), "\n".join(lines)
+
+
+def test_a_machine_that_has_all():
+    code, text = examined()
+    assert code == 0
+    assert "gmsh: works" in text
+    assert "scikit-fem 1" in text
+    assert text.splitlines()[-1].startswith("All that is needed is here")
+
+
+def test_a_machine_without_a_system_library_gets_the_command(monkeypatch):
+    monkeypatch.setattr(doctor, "missing_packages", lambda: ("libglu1-mesa",))
+    code, text = examined(gmsh="libGLU.so.1: cannot open shared object file")
+    assert code == 1
+    assert "apt-get install -y --no-install-recommends libglu1-mesa" in text
+    assert "cannot be solved here yet" in text
+
+
+def test_a_machine_without_pardiso_can_solve():
+    code, text = examined(**{"MKL PARDISO": "No module named 'pypardiso'"})
+    assert code == 0
+    assert "multigrid, 1.5 to 1.7 times as slow" in text
+    assert "pip install pypardiso" in text
+
+
+def test_a_machine_without_a_python_package_gets_the_command(monkeypatch):
+    monkeypatch.setattr(
+        doctor.metadata, "requires", lambda name: ["numpy>=2.0", "no-such-thing>=1; extra == 'x'", "nosuch>=3"]
+    )
+    code, text = examined()
+    assert code == 1
+    assert "missing packages: nosuch>=3" in text
+    assert "-m pip install 'nosuch>=3'" in text
+    assert "no-such-thing" not in text
+
+
+def test_progress_of_a_case_is_a_line_for_each_of_its_meshes_where_nobody_watches(capsys):
+    with solving() as step:
+        for name in ("place", "first meshes: mesh", "first meshes: factorise", "coarser meshes: mesh", "ladder"):
+            step(name)
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert [line.split(maxsplit=2)[2] for line in err.splitlines()] == [
+        "first meshes: meshing both bodies",
+        "coarser meshes: meshing both bodies",
+    ]
+
+
+def test_progress_of_many_cases_says_what_is_left(capsys, monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr("fecontact.console.time.monotonic", lambda: now[0])
+    with many("cases") as show:
+        show(2, 6, "solving one")
+        show(2, 6, "solving one, two")
+        now[0] += 30.0
+        show(4, 6, "solving three")
+    lines = [" ".join(line.split()) for line in capsys.readouterr().err.splitlines()]
+    # two of them were finished before
+    assert lines == ["0 s 2 of 6 cases done: solving one", "30 s 4 of 6 cases done, about 30 s left: solving three"]
+
+
+@pytest.mark.parametrize(("seconds", "text"), [(0.4, "0 s"), (99.0, "99 s"), (150.0, "2 min"), (9000.0, "2.5 h")])
+def test_durations_are_short(seconds, text):
+    assert duration(seconds) == text
+
+
+def test_reasons_are_told_together(capsys):
+    print_reasons("3 of 5", {"a": "derails", "b": "memory", "c": "derails"})
+    print_reasons("none", {})
+    assert capsys.readouterr().err == "3 of 5:\n  a, c: derails\n  b: memory\n"
+
+
+def test_a_study_says_what_failed_once_more_at_its_end(tmp_path):
+    (tmp_path / "two.toml").write_text(BAD_STUDY)
+    done = program(
+        "-m", "fecontact", "run", str(tmp_path / "two.toml"), "--out", str(tmp_path / "out"), "--workers", "1"
+    )
+    assert done.returncode == 3
+    end = done.stderr.splitlines()
+    assert "2 of 2 cases without a usable result:" in end
+    assert sum("derails" in line for line in end) == 2
+
+
+@pytest.mark.parametrize("given", ["file", "stdin"])
+def test_a_script_without_a_main_guard_is_not_run_by_its_workers(tmp_path, given):
+    code = (
+        "import fecontact\nprint('once')\n"
+        "cases = [fecontact.Case(lateral_shift_mm=shift) for shift in (9.0, 9.5)]\n"
+        f"print({{row['status'][:30] for row in fecontact.run(cases, {str(tmp_path / 'out')!r}, workers=1).rows}})\n"
+    )
+    script = tmp_path / "script.py"
+    script.write_text(code)
+    done = program(str(script)) if given == "file" else program("-", input=code)
+    assert done.stdout.splitlines()[0] == "once"
+    assert done.stdout.count("once") == 1
+    assert "died" not in done.stdout
+    assert "failed: lateral shift" in done.stdout
+    assert done.stderr == ""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no process groups")
+@pytest.mark.parametrize("seconds", [1.0, 2.0])
+def test_ctrl_c_while_workers_begin_is_one_line(tmp_path, seconds):
+    # in the background a shell has Ctrl-C ignored
+    code = (
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); from fecontact.cli import main;"
+        f"main(['run', {str(ROOT / 'studies' / 'first_light.py')!r}, '--quick', '--out', {str(tmp_path / 'out')!r}])"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", code],
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
+    # from where workers begin: when the folder is held
+    while not (tmp_path / "out" / "run.lock").exists():
+        time.sleep(0.02)
+    time.sleep(seconds - 0.9)
+    os.killpg(process.pid, signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert "Traceback" not in err
+    assert err.splitlines()[-1] == "interrupted; what was finished is kept"
+    assert process.returncode in (130, -signal.SIGINT)
+
+
+def test_a_reader_that_has_enough_is_no_error():
+    done = program(
+        "-c",
+        "from fecontact.cli import main; import os; r, w = os.pipe(); os.dup2(w, 1); os.close(r); main(['profiles'])",
+    )
+    assert "Traceback" not in done.stderr
+    assert "Broken pipe" not in done.stderr
+    # rich ends a program with 1 there; nobody is left who would ask
+    assert done.returncode in (0, 1)
+
+
+def test_a_terminal_without_the_sign_gets_another_one():
+    done = program("-m", "fecontact", "hertz", "--shift", "3", env={"PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"})
+    assert done.returncode == 0
+    assert done.stderr == ""
+
+
+def test_a_missing_system_library_leads_to_the_doctor():
+    said = _system_error(OSError("libGLU.so.1: cannot open shared object file: No such file or directory"))
+    assert "libGLU.so.1" in said
+    assert "fecontact doctor" in said
+
+
+def test_completion_is_installed_for_the_shell(tmp_path):
+    done = program("-m", "fecontact", "--install-completion", env={"HOME": str(tmp_path), "SHELL": "/bin/bash"})
+    assert done.returncode == 0, done.stderr
+    written = [path.read_text() for path in tmp_path.rglob("*") if path.is_file()]
+    assert any("fecontact" in text for text in written)
+
+
+def test_a_profile_is_drawn_only_where_one_says(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert call(["profiles", "60E1"]) == 0
+    assert list(tmp_path.iterdir()) == []
+    assert call(["profiles", "60E1", "--out", "head.png"]) == 0
+    assert (tmp_path / "head.png").is_file()
+
+
+def test_pinned_case_is_the_one_that_the_words_tell_of():
+    position, sphere = demo_study().cases
+    assert position == replace(Case(), lateral_shift_mm=3.0, refine_degrees_of_freedom=0)
+    assert sphere.rail.partition(":")[2] == sphere.wheel.partition(":")[2] == "460"
