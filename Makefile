@@ -12,7 +12,7 @@ INSTALLED := $(VENV)/.installed
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup study test test-slow regress validate lint lock clean
+.PHONY: help setup study test test-slow regress validate fuzz lint lock clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)$$/\1|\2/' | awk -F'|' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -61,6 +61,12 @@ regress: setup ## run the quick studies that have a baseline and compare each wi
 
 validate: setup ## run the studies at full size and write VALIDATION.md; an hour
 	$(BIN)/fecontact validate --out out/validate --report VALIDATION.md
+
+# Files a format, and the seed from which they are made.
+FUZZ_COUNT ?= 20000
+FUZZ_SEED ?= 1
+fuzz: setup ## mutate profile files of every format; what is not clearly refused or read stays in fuzz_failures/; half an hour
+	OMP_NUM_THREADS=1 PYTHONPATH=$(CURDIR) $(BIN)/python tests/fuzz_profiles.py --count $(FUZZ_COUNT) --seed $(FUZZ_SEED)
 
 lint: $(INSTALLED) ## ruff check, ruff format --check, mypy
 	$(BIN)/python -m ruff check .

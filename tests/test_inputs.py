@@ -166,6 +166,7 @@ ROWS: dict[tuple[str, str], Row] = {
     ),
     **material("rail"),
     **material("wheel"),
+    ("", "library"): Row("library", "--library", ".", ".", "", "", "library is ''; allowed", "default none"),
     **file("rail"),
     **file("wheel"),
     ("track", "gauge_mm"): length("gauge_mm", 1432.0, "default 1435"),

@@ -14,6 +14,7 @@ from fecontact.comparison.measures import hertz_measures
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.expected_patch import semi_axes_mm
+from fecontact.solving.measured_lines import hertz_uncertainty
 from fecontact.solving.meshes import finer_degrees_of_freedom
 from fecontact.solving.position import hertz_of_case, hertz_points_of_case, place_case
 from fecontact.solving.solve import CaseResult
@@ -191,6 +192,7 @@ def hertz_record(case: Case) -> Record:
         "touch_points": [touch_record(touch) for touch in placement.touch_points],
         "hertz": _ellipse_record(hertz),
         **points_record(hertz_points_of_case(case, placement)),
+        "uncertainty_of_profile": hertz_uncertainty(case, placement),
         "warnings": [*placement.rail.profile.notes, *placement.wheel.profile.notes],
         "versions": versions(),
     }
