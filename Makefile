@@ -22,7 +22,7 @@ endif
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup demo study test test-slow fresh-check regress validate paraview-check lint lock clean
+.PHONY: help setup demo study test test-slow fresh-check regress validate fuzz paraview-check lint lock clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)$$/\1|\2/' | awk -F'|' '{printf "  make %-15s %s\n", $$1, $$2}'
@@ -87,6 +87,12 @@ paraview-check: study ## open the first study in ParaView: read, integrate, rend
 	if [ -n "$$DISPLAY" ]; then screen=; elif command -v xvfb-run >/dev/null 2>&1; then screen="xvfb-run -a"; else \
 	  echo "paraview-check: skipped, there is no screen and no xvfb-run (Debian, Ubuntu: sudo apt-get install xvfb xauth)"; exit 0; fi; \
 	$$screen pvpython tests/paraview_check.py out/first_light out/paraview
+
+# Files a format, and the seed from which they are made.
+FUZZ_COUNT ?= 20000
+FUZZ_SEED ?= 1
+fuzz: setup ## mutate profile files of every format; what is not clearly refused or read stays in fuzz_failures/; half an hour
+	OMP_NUM_THREADS=1 PYTHONPATH=$(CURDIR) $(BIN)/python tests/fuzz_profiles.py --count $(FUZZ_COUNT) --seed $(FUZZ_SEED)
 
 lint: $(INSTALLED) ## ruff check, ruff format --check, mypy
 	$(BIN)/python -m ruff check .

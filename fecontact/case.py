@@ -184,6 +184,12 @@ _RAIL = Text(
     domain="library name, profile file, circle:R, or arcs:R/R@D for two arcs whose junction is D from the crown; mm",
 )
 _WHEEL = replace(_RAIL, label="wheel", help="Wheel", domain="library name, profile file, or cylinder:R (flat); mm")
+_LIBRARY = Text(
+    group="files",
+    label="library",
+    help="Library of your own, before the built-in one",
+    domain="folder whose profile files rail and wheel may name",
+)
 _INCLINATION = Number(
     group="place",
     label="inclination",
@@ -296,8 +302,17 @@ class Case:
     creep: Creep = field(default_factory=Creep, metadata={"part": Part(group="creep")})
     refine_degrees_of_freedom: int = field(default=400_000, metadata={"input": _REFINE})
 
+    library: str | None = field(default=None, metadata={"input": _LIBRARY})
+
     def __post_init__(self) -> None:
         check_inputs(self)
+        if self.library is not None:
+            from fecontact.profiles.library import in_folder
+
+            # from here on they are files as any others, wherever the case goes
+            object.__setattr__(self, "rail", in_folder(self.rail, self.library))
+            object.__setattr__(self, "wheel", in_folder(self.wheel, self.library))
+            object.__setattr__(self, "library", None)
 
     @property
     def contact_modulus_MPa(self) -> float:
@@ -344,7 +359,7 @@ def case_record(case: Case) -> dict[str, Any]:
     """
     record: dict[str, Any] = {}
     for name, value in asdict(case).items():
-        if name in _FILES and getattr(case, name) == Reading():
+        if name == "library" or (name in _FILES and getattr(case, name) == Reading()):
             continue
         record[name] = value
         if name == "resolution":

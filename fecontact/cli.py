@@ -39,20 +39,26 @@ _EVERY = options_of(*get_args(Group))
 _OF_MAP = options_of(*get_args(Group), without=("lateral_shift_mm", "load_N"))
 # no stress is looked at, and nothing is solved
 _OF_HERTZ = options_of("place", "files", "load", "material", without=("yield_MPa",))
+_OF_PLACE = options_of("place", "files", "load", "material", "solution")
+_OF_FILE = options_of("files", without=("library",))
 _OF_MESH = options_of(
     *("place", "files", "load", "material", "bodies", "solution"),
     without=("yield_MPa", "name", "solver", "refine_degrees_of_freedom"),
 )
 _OF_VERDICT = options_of("verdict", "creep")
 if TYPE_CHECKING:
+    from fecontact.profiles.curve import Profile
+
     EveryOption: TypeAlias = CaseOptions
     MapOptions: TypeAlias = CaseOptions
     HertzOptions: TypeAlias = CaseOptions
     MeshOptions: TypeAlias = CaseOptions
+    PlaceOptions: TypeAlias = CaseOptions
+    FileOptions: TypeAlias = CaseOptions
     VerdictOptions: TypeAlias = CaseOptions
 else:
-    EveryOption, MapOptions, HertzOptions, MeshOptions, VerdictOptions = map(
-        type, (_EVERY, _OF_MAP, _OF_HERTZ, _OF_MESH, _OF_VERDICT)
+    EveryOption, MapOptions, HertzOptions, MeshOptions, VerdictOptions, PlaceOptions, FileOptions = map(
+        type, (_EVERY, _OF_MAP, _OF_HERTZ, _OF_MESH, _OF_VERDICT, _OF_PLACE, _OF_FILE)
     )
 
 
@@ -426,37 +432,108 @@ def creep(
 
 
 @app.command
-def profiles(name: str | None = None, *, out: Path | None = None) -> int:
+def place(
+    options: PlaceOptions = _OF_PLACE,
+    *,
+    out: Path | None = None,
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """See a case before it is solved: touch points, curvatures, expected patch and mesh, time and memory. Without gmsh.
+
+    Parameters
+    ----------
+    out
+        File of a picture (PNG) of the pair in position and the curvatures about its contact.
+    json
+        Print the result as JSON and nothing else.
+    """
+    from fecontact.files import json_text
+    from fecontact.outputs.preview import preview_figure, preview_record, preview_text
+    from fecontact.solving.preview import preview
+
+    seen = preview(options.case())
+    print(json_text(preview_record(seen)) if json else preview_text(seen), flush=True)
+    if out is not None:
+        preview_figure(seen, out)
+        print(f"picture: {out}", file=sys.stderr if json else sys.stdout)
+    return 0
+
+
+@app.command
+def profiles(
+    name: str | None = None,
+    options: FileOptions = _OF_FILE,
+    *,
+    kind: Literal["rail", "wheel"] | None = None,
+    out: Path | None = None,
+    write: Path | None = None,
+    library: Path | None = None,
+) -> int:
     """List the profile library, or show one profile and plot its line and curvature.
 
     Parameters
     ----------
     name
         Library name or profile file.
+    kind
+        What the file is; if not given, a rail where it can be one.
     out
         File for the picture (PNG); none is made if not given.
+    write
+        File to write the profile into: .prr, .prw, .csv, .txt or .toml.
+    library
+        Folder of profiles of your own.
     """
     from fecontact.outputs.tables import print_library, print_profile
+    from fecontact.profiles.library import in_folder
     from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 
     if name is None:
-        print_library()
+        print_library(folder=library)
         return 0
-    try:
-        profile = resolve_rail(name)
-    except InputError as as_rail:
+    case = options.case()
+    found = name if library is None else in_folder(name, library)
+    if kind is not None:
+        profile = (
+            resolve_rail(found, case.rail_file) if kind == "rail" else resolve_wheel(found, case.wheel_file).profile
+        )
+    else:
         try:
-            profile = resolve_wheel(name).profile
-        except InputError:
-            raise as_rail from None
-    from fecontact.outputs.figures import profile_figure
-
+            profile = resolve_rail(found, case.rail_file)
+        except InputError as as_rail:
+            try:
+                profile = resolve_wheel(found, case.wheel_file).profile
+            except InputError:
+                raise as_rail from None
     print_profile(profile)
+    _print_measured(profile)
     if out is None:
         print("--out FILE.png draws its line and curvature")
     else:
-        print(f"picture: {profile_figure(profile, out)}")
+        print(f"picture: {_profile_picture(profile, out)}")
+    if write is not None:
+        from fecontact.files import write_text
+        from fecontact.profiles.writers import profile_text
+
+        print(f"written: {write_text(write, profile_text(profile, write.suffix))}")
     return 0
+
+
+def _profile_picture(profile: Profile, path: Path) -> Path:
+    """Line and curvature; with its points, where it was made from some."""
+    from fecontact.outputs.figures import profile_figure
+    from fecontact.outputs.preview import measured_figure
+
+    return profile_figure(profile, path) if profile.measured is None else measured_figure(profile, path)
+
+
+def _print_measured(profile: Profile) -> None:
+    """What the points behind a line say of it."""
+    from fecontact.outputs.preview import nearest_text
+    from fecontact.profiles.recognition import nearest, points_of
+
+    if (points := points_of(profile)) is not None:
+        print(nearest_text(nearest(points, profile.kind)))
 
 
 @app.command

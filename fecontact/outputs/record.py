@@ -15,6 +15,7 @@ from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.outputs.creep import creep_record
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.expected_patch import narrowest_semi_axes_mm, semi_axes_of_elements_mm
+from fecontact.solving.measured_lines import hertz_uncertainty
 from fecontact.solving.meshes import finer_degrees_of_freedom
 from fecontact.solving.position import hertz_of_case, hertz_points_of_case, place_case
 from fecontact.solving.solve import CaseResult
@@ -198,6 +199,7 @@ def hertz_record(case: Case) -> Record:
         "touch_points": [touch_record(touch) for touch in placement.touch_points],
         "hertz": _ellipse_record(hertz),
         **points_record(hertz_points_of_case(case, placement)),
+        "uncertainty_of_profile": hertz_uncertainty(case, placement),
         "warnings": [*placement.rail.profile.notes, *placement.wheel.profile.notes],
         "versions": versions(),
     }

@@ -410,8 +410,8 @@ def _print_warnings(record: Record, console: Console) -> None:
         _say(console, f"note: {warning}")
 
 
-def print_library(*, console: Console | None = None) -> None:
-    """Print the profiles of the library, and what else may be given in place of a name."""
+def print_library(*, folder: Path | None = None, console: Console | None = None) -> None:
+    """Print the profiles of the library and files of a folder, and what else may be given in place of a name."""
     from rich.text import Text
 
     from fecontact.profiles.library import load, names
@@ -427,6 +427,9 @@ def print_library(*, console: Console | None = None) -> None:
         table.add_row(
             name, profile.kind, f"{low:.1f}", f"{high:.1f}", str(len(profile.junctions)), profile.certainty, source
         )
+    for path in sorted(folder.iterdir()) if folder is not None and folder.is_dir() else ():
+        if path.is_file():
+            table.add_row(path.stem, "", "", "", "", "", Text(f"file {path.name} of {folder}"))
     console.print(table)
     _say(
         console, "Also: circle:R and arcs:R/R@D (rails), cylinder:R (wheel), all in mm, or the path of a profile file."

@@ -294,7 +294,9 @@ class Measured:
     noise_mm
         Standard deviation of the points across the line.
     width_mm
-        Wave length of which the smoothing leaves half.
+        Wave length of which the smoothing leaves half, where the line is flat.
+    relative_width (n,)
+        Width at each point over that, where it follows the curvature.
     nominal, turn_rad, shift
         Name of the profile from which the deviation was smoothed, if any; how that was turned and moved to lie on
         the points.
@@ -314,6 +316,7 @@ class Measured:
     turn_rad: float = 0.0
     shift: tuple[float, float] = (0.0, 0.0)
     reference: tuple[Segment, ...] = ()
+    relative_width: Floats | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -10,6 +10,7 @@ import difflib
 import tomllib
 from functools import cache
 from importlib import resources
+from pathlib import Path
 
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Kind, Profile
@@ -28,6 +29,28 @@ def _kinds() -> dict[str, Kind]:
 def names(kind: Kind | None = None) -> tuple[str, ...]:
     """Names in the library, all or those of one kind."""
     return tuple(name for name, its_kind in _kinds().items() if kind in (None, its_kind))
+
+
+def in_folder(name: str, folder: str | Path) -> str:
+    """Path of a profile in a folder of one's own, by its file's name with or without ending; otherwise the name itself.
+
+    Raises
+    ------
+    InputError
+        There is no such folder, or two files of it have the name.
+    """
+    folder = Path(folder)
+    try:
+        files = sorted(path for path in folder.iterdir() if path.is_file())
+    except OSError as error:
+        raise InputError(f"library {folder}: {error.strerror or error}; give a folder of profile files") from None
+    found = [path for path in files if name.lower() in (path.name.lower(), path.stem.lower())]
+    exact = [path for path in found if path.name == name]
+    if len(exact) != 1 and len(found) > 1:
+        raise InputError(
+            f"library {folder}: {name!r} may be {' or '.join(path.name for path in found)}; give it with its ending"
+        )
+    return str((exact or found)[0]) if found else name
 
 
 def is_known(name: str) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -76,7 +77,11 @@ def spikes(points: Floats) -> list[Problem]:
         without = np.delete(left, worst + 2, axis=0)
         rest, _ = missed_by_neighbours(without)
         near = np.abs(rest[max(worst - 2, 0) : worst + 2])
-        if near.size and near.max() < max(_LEFT_WITHOUT * abs(missed[worst]), limit[worst]):
+        if (
+            _stands_out(left[worst : worst + 5])
+            and near.size
+            and near.max() < max(_LEFT_WITHOUT * abs(missed[worst]), limit[worst])
+        ):
             y, z = left[worst + 2]
             found.append(
                 Problem(
@@ -91,6 +96,14 @@ def spikes(points: Floats) -> list[Problem]:
         else:
             corners.update(int(index[k]) for k in range(max(worst - 1, 0), min(worst + 6, index.size)))
     return found
+
+
+def _stands_out(five: Floats) -> bool:
+    """Whether the middle one of five points stands out of a line that goes on in its direction, as no corner does."""
+    d = np.diff(five, axis=0)
+    angles = np.arctan2(d[:, 1], d[:, 0])
+    net, own = math.remainder(angles[3] - angles[0], math.tau), math.remainder(angles[2] - angles[1], math.tau)
+    return abs(net) < 0.5 * abs(own)
 
 
 def turning_angles(points: Floats) -> Floats:

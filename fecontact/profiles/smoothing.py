@@ -15,9 +15,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from fecontact.profiles.curve import Arc, Floats, Line, Measured, Polynomial, Profile, Segment, Smoothed, polynomial_arc
 from fecontact.profiles.registration import Registration, foot_points
@@ -33,6 +35,9 @@ _STEPS = 12
 # What a degree of freedom costs in the score. With 1.4 (Kim and Gu) 2 of 100 noisy sections got a width of a third of
 # what they allow; with 2 none did.
 _COST = 2.0
+# A first smoothing, by which the width follows the curvature, and the curvature below which a line is flat to it.
+_PILOT_MM = 8.0
+_FLAT_PER_MM = 1.0 / 300.0
 _PROBES = 6
 _DRAWS = 48
 _SEED = 14
@@ -45,18 +50,22 @@ class _Fit:
     score: float
 
 
-def smoothed_by(s_mm: Floats, values: Floats, width_mm: float) -> BSpline:
+def smoothed_by(s_mm: Floats, values: Floats, width_mm: float, relative: Floats | None = None) -> BSpline:
     """Cubic smoothing spline (scipy) that leaves half of a wave of this length.
 
     Parameters
     ----------
     s_mm (n,), values (n, k)
         Places along the line, ascending, and what is smoothed there.
+    relative (n,)
+        Width at each place over `width_mm`; the same everywhere if not given.
     """
     from scipy.interpolate import make_smoothing_spline
 
     spacing = (s_mm[-1] - s_mm[0]) / (s_mm.size - 1)
-    return make_smoothing_spline(s_mm, values, lam=(width_mm / (2.0 * math.pi)) ** 4 / spacing)
+    # a weight makes the spline stiffer or softer about its point, with the fourth root as the penalty does
+    weights = None if relative is None else relative**-4.0
+    return make_smoothing_spline(s_mm, values, w=weights, lam=(width_mm / (2.0 * math.pi)) ** 4 / spacing)
 
 
 def smoothed_deviation(
@@ -88,11 +97,20 @@ def smoothed_deviation(
 
 
 def smoothed_line(points: Floats, *, width_mm: float | None, noise_mm: float | None) -> tuple[Measured, float]:
-    """Points (n, 2) themselves, smoothed over the length of the chords between them."""
+    """Points (n, 2) themselves, smoothed over the length of the chords between them.
+
+    The width follows the curvature, with the root of its radius: a head has radii of 13 and of 300 mm, and what would
+    blur a corner leaves the noise in the top.
+    """
     s = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
-    first = smoothed_by(s, points, 4.0)(s, 1)
-    normals = np.column_stack((-first[:, 1], first[:, 0])) / np.hypot(*first.T)[:, None]
-    return _measured(points, s, points, normals, width_mm, noise_mm)
+    pilot = smoothed_by(s, points, _PILOT_MM)
+    first, second = pilot(s, 1), pilot(s, 2)
+    speed = np.hypot(*first.T)
+    normals = np.column_stack((-first[:, 1], first[:, 0])) / speed[:, None]
+    bend = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / speed**3
+    # over some mm, and far from both ends of the scale: the pilot's own noise is no curvature
+    spread = np.maximum(gaussian_filter1d(bend, _PILOT_MM * s.size / s[-1], mode="nearest"), _FLAT_PER_MM)
+    return _measured(points, s, points, normals, width_mm, noise_mm, relative=np.sqrt(_FLAT_PER_MM / spread))
 
 
 def _measured(
@@ -107,9 +125,10 @@ def _measured(
     turn_rad: float = 0.0,
     shift: tuple[float, float] = (0.0, 0.0),
     reference: tuple[Segment, ...] = (),
+    relative: Floats | None = None,
 ) -> tuple[Measured, float]:
     widths = _widths(s) if width is None else [width]
-    fits = [_fit(s, values, normals, one, noise) for one in widths]
+    fits = [_fit(s, values, normals, one, noise, relative) for one in widths]
     best = min(fits, key=lambda fit: fit.score)
     scatter = noise_of(points) if noise is None else noise
     made = Measured(
@@ -118,11 +137,12 @@ def _measured(
         residual_mm=best.residual,
         noise_mm=scatter,
         width_mm=best.width_mm,
-        curvature_noise_per_mm=_curvature_noise(s, best.width_mm, scatter),
+        curvature_noise_per_mm=_curvature_noise(s, best.width_mm, scatter, relative),
         nominal=nominal,
         turn_rad=turn_rad,
         shift=shift,
         reference=reference,
+        relative_width=relative,
     )
     return made, best.score
 
@@ -133,10 +153,12 @@ def _widths(s: Floats) -> list[float]:
     return [low * (max(WIDEST_MM, low) / low) ** (k / (_STEPS - 1)) for k in range(_STEPS)]
 
 
-def _fit(s: Floats, values: Floats, normals: Floats, width: float, noise: float | None) -> _Fit:
+def _fit(
+    s: Floats, values: Floats, normals: Floats, width: float, noise: float | None, relative: Floats | None
+) -> _Fit:
     """One width and its score: cross-validation, or with a known noise Mallows' estimate of the error."""
     probes = np.random.default_rng(_SEED).choice([-1.0, 1.0], size=(s.size, _PROBES))
-    field = smoothed_by(s, np.column_stack((values, probes)), width)
+    field = smoothed_by(s, np.column_stack((values, probes)), width, relative)
     fitted = field(s)
     # the trace of the smoother (Hutchinson), which is its degrees of freedom
     freedom = float(np.mean((probes * fitted[:, 2:]).sum(axis=0)))
@@ -149,9 +171,9 @@ def _fit(s: Floats, values: Floats, normals: Floats, width: float, noise: float 
     return _Fit(residual=residual, width_mm=width, score=score)
 
 
-def _curvature_noise(s: Floats, width: float, noise: float) -> Floats:
+def _curvature_noise(s: Floats, width: float, noise: float, relative: Floats | None) -> Floats:
     draws = noise * np.random.default_rng(_SEED).normal(size=(s.size, _DRAWS))
-    return np.asarray(np.sqrt((smoothed_by(s, draws, width)(s, 2) ** 2).mean(axis=1)))
+    return np.asarray(np.sqrt((smoothed_by(s, draws, width, relative)(s, 2) ** 2).mean(axis=1)))
 
 
 def noise_of(points: Floats) -> float:
@@ -184,10 +206,11 @@ def profile_of(measured: Measured, like: Profile) -> Profile:
     if measured.reference:
         feet = foot_points(replace(like, segments=measured.reference, outline=(), measured=None), _unmoved(measured))
         values = measured.points - _registration(measured).from_reference(feet.points)
-    field = smoothed_by(measured.s_mm, values, measured.width_mm)
+    field = smoothed_by(measured.s_mm, values, measured.width_mm, measured.relative_width)
     return replace(like, segments=_segments(measured, field), outline=(), measured=measured)
 
 
+@lru_cache(maxsize=64)
 def variant(profile: Profile, which: Variant) -> Profile:
     """Another line that the points of a smoothed profile allow; the profile itself where it has none."""
     measured = profile.measured

@@ -11,10 +11,13 @@ import numpy as np
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Line, Polynomial, Profile, Segment
 from fecontact.profiles.readers.points import check_shape
+from fecontact.profiles.readers.table import shown
 from fecontact.profiles.shapes import arc_between, mirrored, tangent_head
 
 if TYPE_CHECKING:
     from fecontact.profiles.readers import schema
+
+_MOST_TOLD = 3
 
 
 def read_toml(path: str | Path) -> Profile:
@@ -52,7 +55,15 @@ def parse_toml(text: str, *, name: str) -> Profile:
     try:
         file = schema.ProfileFile.model_validate(content)
     except ValidationError as error:
-        raise InputError(f"profile {name}: " + "; ".join(_explain(dict(e)) for e in error.errors())) from None
+        wrong = error.errors(include_url=False, include_context=False)
+        told = "; ".join(_explain(dict(e)) for e in wrong[:_MOST_TOLD])
+        more = f"; and {len(wrong) - _MOST_TOLD} more" if len(wrong) > _MOST_TOLD else ""
+        raise InputError(f"profile {name}: {told}{more}") from None
+    # pydantic passes on what a number or a list of a file does to Python itself
+    except (ValueError, OverflowError, RecursionError):
+        raise InputError(
+            f"profile {name}: a number is too long, or a list too deep, for a profile; numbers have 17 digits at most"
+        ) from None
 
     body = [_segment(s, f"profile {name}: body {i + 1}") for i, s in enumerate(file.body)]
     if file.head is not None:
@@ -84,8 +95,8 @@ def _content(text: str, name: str) -> dict[str, object]:
             f"profile {name}: not valid TOML: brackets are nested too deeply; a profile needs at most a list of points"
         ) from None
     # besides its own errors the parser passes on that of an integer of thousands of digits
-    except ValueError as error:
-        raise InputError(f"profile {name}: not valid TOML: {error}") from None
+    except (ValueError, OverflowError) as error:
+        raise InputError(f"profile {name}: not valid TOML: {shown(error)}") from None
 
 
 def _explain(error: dict[str, object]) -> str:
@@ -93,7 +104,16 @@ def _explain(error: dict[str, object]) -> str:
     assert isinstance(location, tuple)
     where = ".".join(str(part) for part in location) or "file"
     given = error["input"]
-    return f"{where}: {error['msg']}" + (f" (given: {given!r})" if isinstance(given, str | int | float) else "")
+    return f"{shown(where)}: {shown(error['msg'])}" + (f" (given: {_given(given)})" if _is_short(given) else "")
+
+
+def _is_short(given: object) -> bool:
+    # Python does not write whole numbers of thousands of digits
+    return isinstance(given, str | float) or (isinstance(given, int) and abs(given) < 10**60)
+
+
+def _given(given: object) -> str:
+    return shown(repr(given))
 
 
 def _segment(entry: schema.Entry, what: str) -> Segment:

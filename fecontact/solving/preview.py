@@ -1,0 +1,82 @@
+"""A case before it is solved: position, expected patch and mesh, and about what the solution will cost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fecontact.case import Case
+from fecontact.geometry.placement import Placement
+from fecontact.solving.expected_patch import ExpectedPatch
+from fecontact.solving.measured_lines import hertz_uncertainty
+from fecontact.solving.position import element_size_mm, expect_on_half_space, place_case
+from fecontact.theory.hertz import HertzContact
+
+# Unknowns of both bodies for n_x by n_s elements in the zone of a half model: seven meshes of 11 by 22 to 13 by 78
+# elements have 0.9 to 1.07 of it (60E1, a cylinder, A120; quick and standard).
+_UNKNOWNS, _MORE_X, _MORE_S = 143.0, 5.0, 10.0
+_MARGIN_ELEMENTS = 4
+# CPU seconds and memory of the elliptic test with 62,712 unknowns and their growth, on one thread by PARDISO
+# (studies/benchmark.py); the second mesh, 1.5 times coarser, and half-spaces take half as long again.
+_BENCHMARK_UNKNOWNS, _BENCHMARK_SECONDS, _SECONDS_POWER, _BOTH_MESHES = 62_712.0, 3.1, 1.29, 1.5
+_BENCHMARK_GB, _GB_POWER = 0.64, 1.06
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Preview:
+    """What is known of a case without finite elements.
+
+    Attributes
+    ----------
+    hertz
+        At the first touch point under the case's load.
+    hertz_uncertainty
+        What measured profiles leave open of its peak pressure and semi-axes (relative); None for exact lines.
+    expected
+        The patch under the true gap on a half-space.
+    element_size_mm, elements
+        Along x and across: sizes, and how many there are in the fine zone.
+    degrees_of_freedom, cpu_seconds, memory_GB
+        Of the solution on its first meshes, to 10 % and to a factor of two; a refinement takes up to
+        `Case.refine_degrees_of_freedom`.
+    """
+
+    case: Case
+    placement: Placement
+    hertz: HertzContact
+    hertz_uncertainty: dict[str, float] | None
+    expected: ExpectedPatch
+    element_size_mm: tuple[float, float]
+    elements: tuple[int, int]
+    degrees_of_freedom: int
+    cpu_seconds: float
+    memory_GB: float
+
+
+def preview(case: Case) -> Preview:
+    """Place a case and expect its patch and the cost of its solution.
+
+    Raises
+    ------
+    InputError, ConvergenceError
+        As `expect_on_half_space` does.
+    """
+    placement = place_case(case)
+    hertz, expected = expect_on_half_space(case, placement)
+    sizes = element_size_mm(case, expected)
+    lengths = (max(expected.x_high_mm, -expected.x_low_mm), expected.s_high_mm - expected.s_low_mm)
+    along_x = round(lengths[0] / sizes[0]) + _MARGIN_ELEMENTS
+    across = round(lengths[1] / sizes[1]) + 2 * _MARGIN_ELEMENTS
+    unknowns = _UNKNOWNS * (along_x + _MORE_X) * (across + _MORE_S) * (1.0 if case.half else 2.0)
+    growth = unknowns / _BENCHMARK_UNKNOWNS
+    return Preview(
+        case=case,
+        placement=placement,
+        hertz=hertz,
+        hertz_uncertainty=hertz_uncertainty(case, placement),
+        expected=expected,
+        element_size_mm=sizes,
+        elements=(along_x, across),
+        degrees_of_freedom=int(unknowns),
+        cpu_seconds=_BOTH_MESHES * _BENCHMARK_SECONDS * growth**_SECONDS_POWER,
+        memory_GB=_BENCHMARK_GB * growth**_GB_POWER,
+    )

@@ -1,0 +1,230 @@
+"""Mutated profile files: each must end in a clear refusal, or in a line that says what was done about it.
+
+`python tests/fuzz_profiles.py [--count N] [--seed S]` (`make fuzz`) mutates N files of each format and ends with exit
+code 1 if one of them raises anything but a refusal, takes more than two seconds, gets a message that nobody reads, or
+is taken in silence for a line on which Hertz is more than 20 % off. Such a file is kept in the folder `fuzz_failures`.
+"""
+
+import argparse
+import math
+import random
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from fecontact.case import Case
+from fecontact.errors import FecontactError
+from fecontact.profiles.library import load
+from fecontact.profiles.reading import Reading
+from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.profiles.writers import profile_text
+from fecontact.solving.measured_lines import hertz_uncertainty
+from fecontact.solving.position import hertz_of_case, place_case
+
+FORMATS = (".csv", ".txt", ".prr", ".prw", ".ban", ".whl", ".toml")
+SLOWEST_S = 2.0
+LONGEST_MESSAGE = 1200
+MOST_OFF = 0.2
+# Positions at which a changed line shows: tread, and the gauge side of the crown.
+SHIFTS_MM = (-4.0, 4.0)
+HOSTILE = (
+    "[" * 3000, "0x" + "f" * 6000, "9" * 5000, "1e400", "-1e400", "nan", "inf", "\x00", "\u0665", "1_0", "''' '", "{}",
+    "=" * 50, "\ufeff", "-", "1e-400", "[[surface]]", "point.end", "point.begin", "!", "1,5;2,5", "\r", "\t\t",
+)  # fmt: skip
+
+
+def originals() -> dict[str, str]:
+    """One good file a format: heads and treads with points 0.5 mm apart."""
+    rail, wheel = load("54E1"), load("S1002")
+    mini = profile_text(rail, ".txt", step_mm=0.5).splitlines()[2:]
+    whl = profile_text(wheel, ".txt", step_mm=0.5).splitlines()[2:]
+    return {
+        ".csv": profile_text(rail, ".csv", step_mm=0.5),
+        ".txt": profile_text(wheel, ".txt", step_mm=0.5),
+        ".prr": profile_text(rail, ".prr", step_mm=0.5),
+        ".prw": profile_text(wheel, ".prw", step_mm=0.5),
+        ".ban": "FileName=a.ban\nColumnDef=X,Y\nXOFF=0\nYOFF=0\n\n" + "\n".join(mini) + "\n",
+        ".whl": "FileName=a.whl\nColumnDef=X,Y\n\n" + "\n".join(whl) + "\n",
+        ".toml": profile_text(rail, ".toml"),
+    }
+
+
+def kind_of(ending: str) -> str:
+    """Which body the original file of an ending is."""
+    return "wheel" if ending in (".txt", ".prw", ".whl") else "rail"
+
+
+def mutated(text: str, rng: random.Random) -> str:
+    """A text with one to four things done to it."""
+    for _ in range(rng.choice((1, 1, 1, 2, 4))):
+        text = rng.choice(MUTATIONS)(text, rng)
+    return text
+
+
+def _character(text: str, rng: random.Random) -> str:
+    at = rng.randrange(len(text) + 1)
+    return text[:at] + chr(rng.choice((rng.randrange(32, 127), rng.randrange(1, 300)))) + text[at + rng.randrange(2) :]
+
+
+def _cut(text: str, rng: random.Random) -> str:
+    return text[: rng.randrange(len(text) + 1)]
+
+
+def _lines(change: Callable[[list[str], random.Random], None]) -> Callable[[str, random.Random], str]:
+    def mutate(text: str, rng: random.Random) -> str:
+        lines = text.split("\n")
+        change(lines, rng)
+        return "\n".join(lines)
+
+    return mutate
+
+
+def _drop(lines: list[str], rng: random.Random) -> None:
+    at = rng.randrange(len(lines))
+    del lines[at : at + rng.choice((1, 1, 3, 20))]
+
+
+def _double(lines: list[str], rng: random.Random) -> None:
+    at = rng.randrange(len(lines))
+    lines.insert(at, lines[at])
+
+
+def _swap(lines: list[str], rng: random.Random) -> None:
+    a, b = rng.randrange(len(lines)), rng.randrange(len(lines))
+    lines[a], lines[b] = lines[b], lines[a]
+
+
+def _number(lines: list[str], rng: random.Random) -> None:
+    """One digit, sign, point or power of ten of one line."""
+    at = rng.randrange(len(lines))
+    line = lines[at]
+    digits = [i for i, c in enumerate(line) if c.isdigit()]
+    if not digits:
+        return
+    i = rng.choice(digits)
+    new = rng.choice((str(rng.randrange(10)), "", "-", ".", "e2", "e-3", f"{line[i]}{line[i]}", ","))
+    lines[at] = line[:i] + new + line[i + 1 :]
+
+
+def _hostile(text: str, rng: random.Random) -> str:
+    at = rng.randrange(len(text) + 1)
+    return text[:at] + rng.choice(HOSTILE) + text[at:]
+
+
+def _scaled(text: str, rng: random.Random) -> str:
+    """Another decimal sign or separator everywhere."""
+    return text.replace(*rng.choice(((".", ","), (",", ";"), (" ", "\t"), ("-", ""), ("\n", "\r\n"), (" ", " ; "))))
+
+
+MUTATIONS = (
+    _character, _cut, _hostile, _scaled, _lines(_drop), _lines(_double), _lines(_swap), _lines(_number),
+    _lines(_number), _lines(_number),
+)  # fmt: skip
+
+
+@dataclass
+class Count:
+    """What became of the files of one format."""
+
+    refused: int = 0
+    taken: int = 0
+    same: int = 0
+    failures: list[str] = field(default_factory=list)
+
+
+def _hertz(case: Case) -> tuple[float, float, bool]:
+    """Peak pressure, what its profiles leave open of it, and whether there is an ellipse."""
+    try:
+        placement = place_case(case)
+        part = hertz_uncertainty(case, placement) or {"p_max_MPa": 0.0}
+        return hertz_of_case(case, placement).p0_MPa, part["p_max_MPa"], True
+    except FecontactError:
+        return 0.0, 0.0, False
+
+
+def _case(path: Path, shift: float) -> Case:
+    body = {kind_of(path.suffix): str(path)}
+    # smoothing would hide a wrong point, and takes half a second
+    return Case(lateral_shift_mm=shift, wheel_file=Reading(), rail_file=Reading(), **body)
+
+
+def check(path: Path, known: dict[float, float], notes: set[str], count: Count, *, hertz: bool) -> None:
+    """Read one mutated file and count what becomes of it."""
+    start = time.perf_counter()
+    try:
+        profile = resolve_rail(str(path)) if kind_of(path.suffix) == "rail" else resolve_wheel(str(path)).profile
+    except FecontactError as error:
+        count.refused += 1
+        if len(str(error)) > LONGEST_MESSAGE or "\n" in str(error):
+            count.failures.append(f"a message of {len(str(error))} characters")
+        profile = None
+    except Exception as error:
+        count.failures.append(f"{type(error).__name__}: {str(error)[:200]}")
+        profile = None
+    else:
+        count.taken += 1
+        silent = {note for note in profile.notes if "scatter about" not in note} <= notes
+        if hertz and silent:
+            try:
+                for shift, p0 in known.items():
+                    found, open_part, placed = _hertz(_case(path, shift))
+                    off = abs(found / p0 - 1.0)
+                    if placed and not (math.isnan(open_part) or off <= max(MOST_OFF, open_part)):
+                        count.failures.append(f"Hertz is {100 * off:.0f} % off at {shift:g} mm, and nothing is said")
+            except Exception as error:
+                count.failures.append(f"{type(error).__name__} in the placement: {str(error)[:200]}")
+    if time.perf_counter() - start > SLOWEST_S * (4.0 if hertz else 1.0):
+        count.failures.append(f"took {time.perf_counter() - start:.1f} s")
+
+
+def fuzz(ending: str, count: int, seed: int, keep: Path | None = None, *, hertz_every: int = 20) -> Count:
+    """Mutate the file of one format so many times; of every `hertz_every`-th that is taken Hertz is looked at."""
+    rng, made = random.Random(f"{seed}{ending}"), Count()
+    text = originals()[ending]
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / f"mutated{ending}"
+        path.write_text(text, "utf-8")
+        known = {shift: _hertz(_case(path, shift))[0] for shift in SHIFTS_MM}
+        read = resolve_rail(str(path)) if kind_of(ending) == "rail" else resolve_wheel(str(path)).profile
+        notes = {note for note in read.notes if "scatter about" not in note}
+        for number in range(count):
+            changed = mutated(text, rng)
+            if changed == text:
+                made.same += 1
+                continue
+            path.write_text(changed, "utf-8", newline="")
+            before = len(made.failures)
+            check(path, known, notes, made, hertz=number % hertz_every == 0)
+            if len(made.failures) > before and keep is not None:
+                keep.mkdir(parents=True, exist_ok=True)
+                (keep / f"{ending[1:]}_{seed}_{number}{ending}").write_text(changed, "utf-8", newline="")
+    return made
+
+
+def main() -> int:
+    """Fuzz all formats and say what became of the files."""
+    parser = argparse.ArgumentParser(description="Mutate profile files of every format.")
+    parser.add_argument("--count", type=int, default=20_000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--format", choices=FORMATS, action="append")
+    given = parser.parse_args()
+    failed = 0
+    for ending in given.format or FORMATS:
+        start = time.perf_counter()
+        found = fuzz(ending, given.count, given.seed, Path("fuzz_failures"))
+        failed += len(found.failures)
+        print(
+            f"{ending:5} {given.count} files: {found.refused} refused, {found.taken} taken, {len(found.failures)}"
+            f" failures, {time.perf_counter() - start:.0f} s",
+            flush=True,
+        )
+        for text in found.failures[:10]:
+            print(f"      {text}")
+    return int(failed > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,65 @@
+"""A small part of `make fuzz`: mutated profile files end in a refusal or in a line, and in nothing else."""
+
+import random
+
+import pytest
+from fuzz_profiles import FORMATS, HOSTILE, fuzz, kind_of, mutated, originals
+
+from fecontact.errors import InputError
+from fecontact.profiles.readers.toml import parse_toml
+from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+
+
+@pytest.mark.parametrize("ending", FORMATS)
+def test_mutated_files_are_refused_or_read(ending):
+    found = fuzz(ending, 60, seed=3, hertz_every=15)
+    assert found.failures == []
+    # both happen, so that the test sees both
+    assert found.refused > 10
+    assert found.taken > 0
+
+
+@pytest.mark.parametrize("ending", FORMATS)
+def test_the_originals_are_read(tmp_path, ending):
+    path = tmp_path / f"good{ending}"
+    path.write_text(originals()[ending], "utf-8")
+    read = resolve_rail(str(path)) if kind_of(ending) == "rail" else resolve_wheel(str(path)).profile
+    assert read.kind == kind_of(ending)
+
+
+def test_mutations_come_again_from_their_seed():
+    text = originals()[".csv"]
+    first, again = ([mutated(text, random.Random(5)) for _ in range(3)] for _ in range(2))
+    assert first == again
+    assert first[0] != text
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        "[" * 900 + "]" * 900,
+        "[" * 90_000,
+        "9" * 5000,
+        "0x" + "f" * 5000,
+        "1e999",
+        "-" + "9" * 400,
+        '"' + "x" * 9000 + '"',
+        "{" + "a.b.c = 1, " * 300 + "}",
+    ],
+)
+@pytest.mark.parametrize("key", ["units", "radii", "kind", "unknown"])
+def test_hostile_values_in_toml_are_refused_in_a_line(key, value):
+    text = f"[head]\n{key} = {value}\n" if key == "radii" else f"{key} = {value}\n"
+    with pytest.raises(InputError) as refused:
+        parse_toml(text, name="hostile")
+    assert len(str(refused.value)) < 1200
+
+
+@pytest.mark.parametrize("text", HOSTILE)
+@pytest.mark.parametrize("ending", FORMATS)
+def test_hostile_text_alone_is_refused(tmp_path, ending, text):
+    path = tmp_path / f"hostile{ending}"
+    path.write_text(text, "utf-8")
+    with pytest.raises(InputError) as refused:
+        resolve_rail(str(path))
+    assert len(str(refused.value)) < 1200

@@ -1,0 +1,355 @@
+"""Profile files as programs and instruments write them: what is read, what is refused, and the way back."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fecontact.errors import InputError
+from fecontact.profiles.library import load
+from fecontact.profiles.readers.points import profile_from_points
+from fecontact.profiles.readers.simpack import read_simpack
+from fecontact.profiles.reading import Reading
+from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.profiles.writers import WRITERS, points_along, profile_text
+
+AS_IS = Reading(smoothing_mm=0.0)
+EXACT = {"rail": "54E1", "wheel": "S1002"}
+
+
+def simpack(y, z, kind="rail", *, points=None, **keys):
+    """A SIMPACK file with z down; the first written by hand from a real one, keys by their names with underscores."""
+    rows = points or "\n".join(f"{a:.12e} {b:.12e}" for a, b in zip(y, -np.asarray(z), strict=True))
+    body = "".join(f"    {key.replace('_', '.')} = {value}   ! a comment\n" for key, value in keys.items())
+    return (
+        "! *** SIMPACK Rail-Wheel Profile ***\n  header.begin\n    version = 1\n"
+        f"    type = {int(kind == 'wheel')} ! 0=rail profile, 1=wheel profile\n  header.end\n  spline.begin\n"
+        f"    comment = 'has = and ! in it'\n{body}    point.begin\n! y z\n{rows}\n    point.end\n  spline.end\n"
+    )
+
+
+def head(step=0.5):
+    y = np.arange(-34.0, 34.0 + step / 2, step)
+    return y, load("54E1").height(y)
+
+
+@pytest.fixture
+def write(tmp_path):
+    def writer(name, text):
+        path = tmp_path / name
+        path.write_text(text, "utf-8")
+        return path
+
+    return writer
+
+
+# --- SIMPACK ---------------------------------------------------------------------------------------------------
+
+
+def test_a_simpack_rail_is_read_with_z_turned_up(write):
+    y, z = head()
+    rail = read_simpack(write("a.prr", simpack(y, z)), AS_IS)
+    assert rail.kind == "rail"
+    assert rail.height(y) == pytest.approx(z, abs=1e-11)
+    assert "SIMPACK file: z turned up" in rail.notes
+
+
+@pytest.mark.parametrize(("factor", "unit_mm"), [(1000.0, 1.0), (1.0, 1000.0), (39.3700787401575, 25.4)])
+def test_simpack_units_are_honoured(write, factor, unit_mm):
+    y, z = head()
+    rail = read_simpack(write("a.prr", simpack(y / unit_mm, z / unit_mm, units_len_f=factor)), AS_IS)
+    assert rail.height(y[5:-5]) == pytest.approx(z[5:-5], abs=1e-8)
+
+
+def test_simpack_shifts_rotates_bounds_mirrors_and_inverts_in_this_order(write):
+    """Undone by hand in the opposite order: the file's own numbers say that shifting comes before rotating."""
+    y, z = head()
+    down = np.column_stack((y, -z))
+    keep = (down[:, 0] >= -30.25) & (down[:, 0] <= 20.25)
+    # what the file must hold so that its keys make `down` of it: mirror last, so undone first
+    turn, shift = 0.03, np.array([2.5, -1.25])
+    raw = down * [-1.0, 1.0]
+    c, s = np.cos(turn), np.sin(turn)
+    raw = raw @ np.array([[c, -s], [s, c]]) - shift
+    text = simpack(
+        raw[:, 0], -raw[:, 1], shift_y=shift[0], shift_z=shift[1], rotate=turn, mirror_y=1, inversion=1,
+        bound_y_min=-20.25, bound_y_max=30.25,
+    )  # fmt: skip
+    rail = read_simpack(write("a.prr", text), AS_IS)
+    points = points_along(rail)
+    assert points == pytest.approx(np.column_stack((y, z))[keep], abs=1e-9)
+    for said in ("shifted by", "rotated by 30 mrad", "left out", "mirrored in y"):
+        assert any(said in note for note in rail.notes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"mirror_y": 2}, r"line \d+: mirror.y = 2; allowed: 0 and 1"),
+        ({"units_len_f": 0}, "units.len.f = 0; the number of length units in a metre"),
+        ({"shift_y": "three"}, "shift.y = three; allowed: a number"),
+        ({"something": 1}, "something is no key of this format"),
+        ({"points": "1 2\n3 x"}, "'3 x' is not y, z and perhaps a weight"),
+        ({"points": "1 2 3 4"}, "is not y, z and perhaps a weight"),
+    ],
+)
+def test_what_simpack_does_not_allow_is_refused_with_its_line(write, changes, message):
+    with pytest.raises(InputError, match=message):
+        read_simpack(write("a.prr", simpack(*head(), **changes)))
+
+
+def test_a_cut_simpack_file_is_refused(write):
+    text = simpack(*head())
+    with pytest.raises(InputError, match="may be cut off"):
+        resolve_rail(str(write("a.prr", text[: len(text) // 2])))
+
+
+def test_a_simpack_wheel_is_no_rail(write):
+    y = np.arange(-69.0, 59.0, 0.5)
+    path = write("a.prw", simpack(y, load("S1002").height(y), "wheel"))
+    assert resolve_wheel(str(path)).profile.kind == "wheel"
+    with pytest.raises(InputError, match="is a wheel but a rail is wanted"):
+        resolve_rail(str(path))
+
+
+def test_slices_are_refused_by_name():
+    for ending in (".slcs", ".slcw"):
+        with pytest.raises(InputError, match=rf"a file of slices \({ending}\) .* one slice"):
+            resolve_rail(f"crossing{ending}")
+
+
+# --- MiniProf --------------------------------------------------------------------------------------------------
+
+
+def miniprof(y, z, keys="", columns="X,Y,A,C"):
+    names = columns.split(",")
+    rows = "\n".join(
+        ",".join({"X": f"{a:.9f}", "Y": f"{b:.9f}"}.get(name, "0.5") for name in names)
+        for a, b in zip(y, z, strict=True)
+    )
+    return f'FileName="mine.ban"\nProgramVer=2.4\nColumnDef={columns}\n{keys}\n{rows}\n'
+
+
+@pytest.mark.parametrize("columns", ["X,Y,A,C", "X,Y", "N,X,Y,K"])
+def test_miniprof_columns_are_those_of_its_header(write, columns):
+    y, z = head()
+    rail = resolve_rail(str(write("a.ban", miniprof(y, z, columns=columns))), AS_IS)
+    assert rail.height(y) == pytest.approx(z, abs=1e-8)
+
+
+def test_miniprof_offsets_are_asked_for(write):
+    y, z = head()
+    path = str(write("a.ban", miniprof(y - 3.0, z, "XOFF=3.0\nYOFF=0\n")))
+    with pytest.raises(InputError, match=r"XOFF = 3, .* --rail-offsets ignore .* or give --rail-offsets add"):
+        resolve_rail(path)
+    ignored = resolve_rail(path, Reading(offsets="ignore", smoothing_mm=0.0))
+    added = resolve_rail(path, Reading(offsets="add", smoothing_mm=0.0))
+    assert ignored.y_range_mm == pytest.approx((-37.0, 31.0))
+    assert added.y_range_mm == pytest.approx((-34.0, 34.0))
+    turned = str(write("b.ban", miniprof(y, z, "AlignDA=0.01\n")))
+    with pytest.raises(InputError, match=r"rotation about a point of its own cannot be added"):
+        resolve_rail(turned, Reading(offsets="add"))
+
+
+def test_a_ban_file_of_plain_columns_is_one(write):
+    y, z = head()
+    text = "\n".join(f"{a} {b}" for a, b in zip(y, z, strict=True))
+    assert resolve_rail(str(write("a.ban", text)), AS_IS).y_range_mm == (-34.0, 34.0)
+
+
+# --- columns ---------------------------------------------------------------------------------------------------
+
+
+def columns(separator=" ", header="", decimal=".", z_sign=1.0, y_sign=1.0, scale=1.0, extra=""):
+    y, z = head()
+    rows = (f"{extra}{y_sign * a * scale:.9f}{separator}{z_sign * b * scale:.9f}" for a, b in zip(y, z, strict=True))
+    return header + "\n".join(row.replace(".", decimal) if decimal != "." else row for row in rows) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "reading", "note"),
+    [
+        (columns(";", decimal=","), {}, "decimal commas"),
+        (columns("\t", decimal=","), {}, "decimal commas"),
+        (columns("  ", header="measured\nby hand\ny z\n"), {}, "3 lines of header left out"),
+        (columns(",", header="y [m],z [m]\n", scale=1e-3), {}, "unit m from the header"),
+        (columns(";", header="y_in;z_in\n", scale=1 / 25.4), {}, "turned from in into mm"),
+        (columns(" ", scale=1e-3), {"units": "m"}, "turned from m into mm"),
+        (columns(" ", z_sign=-1.0), {"flip_z": True}, "the sign of z is turned"),
+        (columns(" ", y_sign=-1.0), {"mirror": True}, "mirrored"),
+        (columns(" ", extra="7 "), {"columns": "2,3"}, "taken as"),
+        (columns(" ", header="n y z\n", extra="7 "), {}, "of 3 columns those named 'y' and 'z'"),
+        (columns(" ", header="137\n"), {}, "the first line, 137, is the number of points"),
+        (columns(",", decimal=","), {"decimal": "comma", "columns": "1,2"}, None),
+    ],
+)
+def test_columns_in_many_forms(write, text, reading, note):
+    path = str(write("a.txt", text))
+    if note is None:
+        # commas between the numbers as well: with a decimal comma each line is a single field
+        with pytest.raises(InputError, match="no numbers; the file needs"):
+            resolve_rail(path, Reading(**reading))
+        return
+    rail = resolve_rail(path, Reading(smoothing_mm=0.0, **reading))
+    y, z = head()
+    assert rail.height(y[2:-2]) == pytest.approx(z[2:-2], abs=1e-6)
+    assert any(note in one for one in rail.notes)
+
+
+@pytest.mark.parametrize(
+    ("text", "remedy"),
+    [
+        (columns(" ", scale=1e-3), "give --rail-units m"),
+        (columns(" ", scale=1 / 25.4), "give --rail-units in"),
+        (columns(" ", z_sign=-1.0), "give --rail-flip-z yes"),
+        (columns(" ", extra="7 "), "give --rail-columns 2,3"),
+        (columns(",", decimal=","), "give --rail-decimal comma"),
+    ],
+)
+def test_what_is_ambiguous_is_refused_with_the_option_that_settles_it(write, text, remedy):
+    path = str(write("a.txt", text))
+    with pytest.raises(InputError, match=re.escape(remedy)):
+        resolve_rail(path)
+
+
+def test_a_mirrored_wheel_is_refused_with_its_option_and_read_with_it(write):
+    y = np.arange(-69.0, 59.0, 0.5)
+    z = load("S1002").height(y)
+    path = str(write("w.csv", "\n".join(f"{-a},{b}" for a, b in zip(y, z, strict=True))))
+    with pytest.raises(InputError, match=r"give --wheel-mirror yes \(mirror = true in \[wheel_file\]\)"):
+        resolve_wheel(path)
+    assert resolve_wheel(path, Reading(mirror=True, smoothing_mm=0.0)).profile.height(y) == pytest.approx(z, abs=1e-6)
+
+
+def test_a_wheel_is_no_rail_and_a_rail_no_wheel(write):
+    wheel = str(write("w.csv", profile_text(load("S1002"), ".csv")))
+    rail = str(write("r.csv", profile_text(load("60E1"), ".csv")))
+    with pytest.raises(InputError, match="as the flange of a wheel does; a rail is wanted"):
+        resolve_rail(wheel)
+    with pytest.raises(InputError, match="as those of a rail do; a wheel is wanted"):
+        resolve_wheel(rail)
+
+
+# --- problems ---------------------------------------------------------------------------------------------------
+
+
+def noisy(noise=0.0, seed=0, step=0.2):
+    y, z = head(step)
+    return y, z + noise * np.random.default_rng(seed).normal(size=y.size)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.002, 0.01])
+@pytest.mark.parametrize("times", [15.0, 40.0])
+def test_a_spike_is_found_with_its_place_and_left_out_on_request(noise, times):
+    y, z = noisy(noise)
+    size = max(times * noise, 0.05)
+    z[100] += size
+    with pytest.raises(InputError, match=r"(spike of .*|turns back) at point 10[12], \(-1[34].*--rail-repair yes"):
+        profile_from_points(y, z, kind="rail", name="p")
+    mended = profile_from_points(y, z, kind="rail", name="p", reading=Reading(repair=True))
+    assert any("1 point left out: " in note for note in mended.notes)
+    assert len(points_along(mended)) == y.size - 1
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.001, 0.01, 0.02])
+@pytest.mark.parametrize("step", [0.1, 0.2, 0.5])
+def test_good_points_have_no_spikes(noise, step):
+    for seed in range(5):
+        profile_from_points(*noisy(noise, seed, step), kind="rail", name="p")
+
+
+def test_points_out_of_order_are_left_out_on_request_only():
+    y, z = noisy()
+    order = np.arange(y.size)
+    order[[60, 61]] = 61, 60
+    with pytest.raises(InputError, match=r"turns back at point 6\d.*--rail-repair yes"):
+        profile_from_points(y[order], z[order], kind="rail", name="p")
+    mended = profile_from_points(y[order], z[order], kind="rail", name="p", reading=Reading(repair=True))
+    assert mended.height(0.0) == pytest.approx(0.0, abs=1e-4)
+
+
+def test_what_is_wrong_everywhere_is_not_repaired():
+    y, z = noisy()
+    order = np.random.default_rng(3).permutation(y.size)
+    with pytest.raises(InputError, match="that is more than 5 % of the points; measure the profile again"):
+        profile_from_points(y[order], z[order], kind="rail", name="p", reading=Reading(repair=True))
+
+
+# --- writers ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["rail", "wheel"])
+@pytest.mark.parametrize("ending", sorted(WRITERS))
+def test_what_is_written_is_read_back(tmp_path, kind, ending):
+    profile = load(EXACT[kind])
+    if {".prr": "wheel", ".prw": "rail"}.get(ending) == kind:
+        with pytest.raises(InputError, match=f"{ending} is for a "):
+            profile_text(profile, ending)
+        return
+    path = tmp_path / f"back{ending}"
+    path.write_text(profile_text(profile, ending), "utf-8")
+    read = resolve_rail(str(path), AS_IS) if kind == "rail" else resolve_wheel(str(path), AS_IS).profile
+    assert read.kind == kind
+    if ending == ".toml":
+        u = np.linspace(0.0, len(profile.segments), 501)
+        for what in ("y", "z", "curvature_per_mm"):
+            assert getattr(read.evaluate(u), what) == pytest.approx(getattr(profile.evaluate(u), what), abs=1e-9)
+    else:
+        assert points_along(read) == pytest.approx(points_along(profile), abs=1e-9)
+
+
+def test_a_whole_outline_survives_in_toml(tmp_path):
+    path = tmp_path / "back.toml"
+    path.write_text(profile_text(load("60E1"), ".toml"), "utf-8")
+    assert len(resolve_rail(str(path)).outline) == len(load("60E1").outline)
+
+
+def test_points_are_no_segments():
+    rail = profile_from_points(*head(), kind="rail", name="p")
+    with pytest.raises(InputError, match=r"which no list of exact segments holds; write it as \.csv"):
+        profile_text(rail, ".toml")
+    with pytest.raises(InputError, match=r"profiles are written as \.prr, \.prw, \.csv, \.txt, \.toml, not as '\.xyz'"):
+        profile_text(rail, ".xyz")
+
+
+@given(
+    turn=st.floats(-0.05, 0.05), dy=st.floats(-20.0, 20.0), dz=st.floats(-5.0, 5.0), mirror=st.booleans(),
+    reverse=st.booleans(),
+)  # fmt: skip
+def test_simpack_moves_there_and_back(tmp_path_factory, turn, dy, dz, mirror, reverse):
+    """The keys of a file undo exactly what was done to its points."""
+    y, z = head()
+    down = np.column_stack((y, -z)) * [-1.0 if mirror else 1.0, 1.0]
+    c, s = np.cos(turn), np.sin(turn)
+    raw = down @ np.array([[c, -s], [s, c]]) - [dy, dz]
+    raw = raw[::-1] if reverse else raw
+    path = tmp_path_factory.mktemp("p") / "a.prr"
+    path.write_text(
+        simpack(
+            raw[:, 0], -raw[:, 1], shift_y=repr(dy), shift_z=repr(dz), rotate=repr(turn), mirror_y=int(mirror),
+            inversion=int(reverse),
+        ),
+        "utf-8",
+    )  # fmt: skip
+    assert points_along(read_simpack(path, AS_IS)) == pytest.approx(np.column_stack((y, z)), abs=1e-9)
+
+
+# --- a library of one's own --------------------------------------------------------------------------------------
+
+
+def test_names_are_looked_up_in_a_folder_first(tmp_path):
+    from fecontact.case import Case
+
+    (tmp_path / "mine.csv").write_text(profile_text(load("54E1"), ".csv"), "utf-8")
+    (tmp_path / "S1002.toml").write_text(profile_text(load("S1002"), ".toml"), "utf-8")
+    case = Case(rail="mine", wheel="S1002", library=str(tmp_path))
+    assert (Path(case.rail).name, Path(case.wheel).name) == ("mine.csv", "S1002.toml")
+    assert Case(rail="60E1", library=str(tmp_path)).rail == "60E1"
+    (tmp_path / "mine.txt").write_text("", "utf-8")
+    with pytest.raises(InputError, match=r"'mine' may be mine.csv or mine.txt; give it with its ending"):
+        Case(rail="mine", library=str(tmp_path))
+    with pytest.raises(InputError, match="give a folder of profile files"):
+        Case(rail="mine", library=str(tmp_path / "none"))
