@@ -97,7 +97,8 @@ def run(
     if settings.part is None:
         shown = outcome.collections[:3] + (("...",) if len(outcome.collections) > 3 else ())
         print(
-            f"Results in {out}: study.csv, study.png, cases/; for ParaView: {', '.join((*shown, 'cases/*/case.vtm'))}"
+            f"Results in {out}: report.html, study.csv, study.png, cases/;"
+            f" for ParaView: {', '.join((*shown, 'cases/*/case.vtm'))}, or fecontact view {out}"
         )
     else:
         print(f"Part {part} is in {out}; when all parts are, the same command without --part puts them together")
@@ -260,11 +261,11 @@ def map_(
     with _progress(len(positions), first=0) as progress:
         outcome = run_map(case, positions, loads_N, out, adaptive=adaptive, settings=settings, progress=progress)
     _print_recomputed(outcome.recomputed)
-    print(map_table(outcome.made))
+    print(map_table(outcome.made, width=_width()))
     if outcome.reused:
         print(f"{len(outcome.reused)} finished positions were reused; --force solves them again")
     if settings.part is None:
-        print(f"Results in {out}: map.csv, stiffness.csv, map.json, map.png")
+        print(f"Results in {out}: report.html, map.csv, stiffness.csv, map.json, map.png")
     else:
         print(f"Part {part} is in {out}; when all parts are, the same command without --part puts them together")
     return 0 if outcome.made.all_solved else 3
@@ -304,7 +305,7 @@ def _judge_map(folder: Path, criteria: Criteria, out: Path | None) -> int:
     from fecontact.runs.judging import judge_map
 
     made, problems = judge_map(folder, criteria, out)
-    print(map_table(made))
+    print(map_table(made, width=_width()))
     for problem in problems:
         print(f"not judged: {problem}", file=sys.stderr)
     unknown = [cell.inferred.verdict.unknown for cell in made.cells if cell.inferred and cell.inferred.verdict.unknown]
@@ -313,6 +314,13 @@ def _judge_map(folder: Path, criteria: Criteria, out: Path | None) -> int:
         print(f"{_count(len(unknown), 'inferred cell')} left open: {unknown_text(missing)}", file=sys.stderr)
     print(f"{_count(len(made.cells), 'cell')} judged by {criteria_text(criteria)}")
     return 0 if made.all_solved else 3
+
+
+def _width() -> int | None:
+    """Columns of the terminal, None where the output goes elsewhere."""
+    import shutil
+
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
 
 
 def _count(number: int, what: str) -> str:
