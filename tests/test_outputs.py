@@ -996,6 +996,22 @@ def test_a_case_can_be_read_on_a_narrow_terminal(record):
     assert [line for line in table if line.rstrip().endswith("±5 %  HOLDS")]
 
 
+@pytest.mark.parametrize("width", [80, 120])
+def test_every_table_fits_a_terminal(record, flat, width):
+    """A terminal draws lines and spaces, which a pipe does not get."""
+    text = io.StringIO()
+    console = Console(file=text, width=width, no_color=True, force_terminal=True)
+    tables.print_table([flat | {"p_max_deviation_percent": -43.21}], console=console)
+    tables.print_case(record, console=console)
+    tables.print_hertz(hertz_record(Case(lateral_shift_mm=0.0)), console=console)
+    tables.print_profile(load("60E1"), console=console)
+    plain = re.sub(r"\x1b\[[0-9;]*m", "", text.getvalue())
+    assert "…" not in plain
+    assert max(len(line.rstrip()) for line in plain.splitlines()) <= width
+    # no number is cut in two
+    assert all(number in plain for number in ("-10.425", "-43.2", "1722.6"))
+
+
 def test_details_hertz_and_profiles_print_their_numbers(record, capsys):
     tables.print_case(record)
     tables.print_hertz(hertz_record(Case(lateral_shift_mm=0.0)))
