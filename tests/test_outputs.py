@@ -29,10 +29,11 @@ from fecontact.fe.stress import nodal_stress, von_mises
 from fecontact.files import json_text, write_atomically, write_json, write_text
 from fecontact.material import Material
 from fecontact.outputs import tables
-from fecontact.outputs.case_figure import PressureFields, case_figure, draw_case
+from fecontact.outputs.case_figure import case_figure, draw_case
 from fecontact.outputs.figures import profile_figure
 from fecontact.outputs.measure_words import WORDS, criteria_text
 from fecontact.outputs.meshfile import write_mesh
+from fecontact.outputs.pressure_map import PressureFields
 from fecontact.outputs.record import hertz_record, load_record, result_record, shown_case_record
 from fecontact.outputs.rows import MEASURED_COLUMNS, case_row, load_row, read_row, write_row
 from fecontact.outputs.series import series
