@@ -117,7 +117,8 @@ def run(
     if settings.part is None:
         shown = outcome.collections[:3] + (("...",) if len(outcome.collections) > 3 else ())
         print(
-            f"Results in {out}: study.csv, study.png, cases/; for ParaView: {', '.join((*shown, 'cases/*/case.vtm'))}"
+            f"Results in {out}: report.html, study.csv, study.png, cases/;"
+            f" for ParaView: {', '.join((*shown, 'cases/*/case.vtm'))}, or fecontact view {out}"
         )
     else:
         print(f"Part {part} is in {out}; when all parts are, the same command without --part puts them together")
@@ -275,7 +276,7 @@ def map_(
     with many("positions") as progress:
         outcome = run_map(case, positions, loads_N, out, adaptive=adaptive, settings=settings, progress=progress)
     _print_recomputed(outcome.recomputed)
-    print(map_table(outcome.made))
+    print(map_table(outcome.made, width=_width()))
     if outcome.reused:
         print(f"{len(outcome.reused)} finished positions were reused; --force solves them again")
     lost = {
@@ -286,7 +287,7 @@ def map_(
     print_reasons(f"{len(lost)} of {count(len(outcome.made.cells), 'cell')} without a usable result", lost)
     if settings.part is None:
         stiffness = "stiffness.csv, " if (out / "stiffness.csv").is_file() else ""
-        print(f"Results in {out}: map.csv, {stiffness}map.json, map.png")
+        print(f"Results in {out}: report.html, map.csv, {stiffness}map.json, map.png")
         if not stiffness:
             print("No stiffness.csv: a fit over the load needs three loads or more at a shift")
     else:
@@ -334,7 +335,7 @@ def _judge_map(folder: Path, criteria: Criteria, out: Path | None, creep: Creep 
     from fecontact.runs.judging import judge_map
 
     made, problems = judge_map(folder, criteria, out, creep=creep)
-    print(map_table(made))
+    print(map_table(made, width=_width()))
     for problem in problems:
         print(f"not judged: {problem}", file=sys.stderr)
     unknown = [cell.inferred.verdict.unknown for cell in made.cells if cell.inferred and cell.inferred.verdict.unknown]
@@ -343,6 +344,13 @@ def _judge_map(folder: Path, criteria: Criteria, out: Path | None, creep: Creep 
         print(f"{count(len(unknown), 'inferred cell')} left open: {unknown_text(missing)}", file=sys.stderr)
     print(f"{count(len(made.cells), 'cell')} judged by {criteria_text(criteria)}")
     return 0 if made.all_solved else 3
+
+
+def _width() -> int | None:
+    """Columns of the terminal, None where the output goes elsewhere."""
+    import shutil
+
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
 
 
 @app.command

@@ -19,16 +19,16 @@ _NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable
 _FRAME = """<!DOCTYPE html><body style="margin:0"><iframe id="page" src="{name}" width="{width}" height="4000"
  style="border:0"></iframe><pre id="told"></pre><script>
 const page = document.getElementById("page");
-page.onload = async () => {{
+page.onload = () => {{
   const inside = page.contentDocument, shown = inside.documentElement;
   const images = [...inside.images];
-  await Promise.all(images.map(image => image.decode().catch(() => null)));
-  const cells = [...inside.querySelectorAll("td")].filter(cell => cell.offsetParent !== null);
+  const cells = [...inside.querySelectorAll("td")].filter(cell => cell.checkVisibility());
   document.getElementById("told").textContent = JSON.stringify({{
     title: inside.title,
     width: page.contentWindow.innerWidth,
     content_width: shown.scrollWidth,
-    pictures: images.map(image => [image.alt, image.naturalWidth, image.getBoundingClientRect().right]),
+    pictures: images.map(image => [
+      image.alt, image.naturalWidth, image.closest("figure, body").getBoundingClientRect().right]),
     requests: page.contentWindow.performance.getEntriesByType("resource").map(one => one.name)
       .filter(name => !name.startsWith("data:")),
     cells: cells.map(cell => [cell.textContent, cell.offsetWidth, parseFloat(getComputedStyle(cell).fontSize)]),
@@ -71,24 +71,20 @@ def shown(page: Path, width: int, tmp_path: Path) -> dict[str, Any]:
     with ThreadingHTTPServer(("127.0.0.1", 0), partial(_Quiet, directory=str(folder))) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         address = f"http://127.0.0.1:{server.server_port}/frame.html"
-        command = [
-            program,
-            "--headless=new",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--enable-logging=stderr",
-            "--no-first-run",
-        ]
+        command = [program, "--headless=new", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr"]
         command += [f"--user-data-dir={tmp_path / 'browser'}", f"--window-size={max(width, 500)},4000"]
-        command += ["--timeout=15000", "--virtual-time-budget=5000", "--hide-scrollbars"]
-        done = subprocess.run(
-            [*command, "--dump-dom", address], capture_output=True, text=True, timeout=180, check=False
-        )
+        command += ["--no-first-run", "--virtual-time-budget=20000", "--hide-scrollbars"]
+        for _ in range(3):
+            # on a busy machine the first start may end before the page is there
+            done = subprocess.run(
+                [*command, "--dump-dom", address], capture_output=True, text=True, timeout=180, check=False
+            )
+            if told := done.stdout.partition('<pre id="told">')[2].partition("</pre>")[0]:
+                break
         if kept := os.environ.get("FECONTACT_SCREENSHOTS"):
             picture = Path(kept) / f"{page.stem}_{width}.png"
             subprocess.run([*command, f"--screenshot={picture}", address], capture_output=True, timeout=180, check=True)
         server.shutdown()
-    told = done.stdout.partition('<pre id="told">')[2].partition("</pre>")[0]
     assert told, done.stdout[:2000] + done.stderr[-2000:]
     console = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
     asked = [line.split()[1] for line in _Quiet.asked]

@@ -88,6 +88,9 @@ def render(folder: Path, pictures: Path) -> list[str]:
     script = folder / "view.py"
     made = {"__file__": str(script), "__name__": "__main__"}
     exec(compile(script.read_text("utf-8"), script, "exec"), made)
+    for view in made["VIEWS"]:
+        # letters keep their size in points
+        view.ViewSize = [1100, 850]
     faults = []
     for step in list(getattr(made["SOURCE"], "TimestepValues", None) or [math.nan]):
         if not math.isnan(step):

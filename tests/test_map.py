@@ -41,6 +41,7 @@ from fecontact.map.load_limit import KnownLoad, known_loads, load_limit, next_lo
 from fecontact.map.position import solve_position
 from fecontact.outputs.map import cell_record, limit_record, limit_text, map_record, map_table
 from fecontact.outputs.map_figure import CAUSE_LETTERS, limit_used, map_figure
+from fecontact.outputs.map_report import write_map_report
 from fecontact.outputs.rows import MEASURED_COLUMNS, cell_row, load_row
 from fecontact.outputs.stored import (
     placement_from_record,
@@ -826,6 +827,22 @@ def test_map_table_has_a_line_for_each_position(fresh):
     assert "nan" not in "".join(lines)
 
 
+@pytest.mark.parametrize("width", [120, 80, 60])
+def test_map_table_fits_a_terminal(fresh, width):
+    wide = map_table(fresh)
+    lines = map_table(fresh, width=width).splitlines()
+    assert max(map(len, lines)) <= width
+    # every cell and every limit is still there, once
+    cells = [part for line in wide.splitlines()[1:8] for part in line.split("  ") if part.strip()[:1] in "+x?!"]
+    assert cells
+    limits = "".join(lines[lines.index("load limits:") + 1 :]).replace(" ", "")
+    for position in fresh.positions:
+        assert f"{position.lateral_shift_mm:+z.2f}{limit_text(position.limit)}".replace(" ", "") in limits
+    rows = [line for line in lines[: lines.index("load limits:")] if not line.startswith("shift mm")]
+    marks = [mark for line in rows for mark in line[8:] if mark in "x?!"]
+    assert len(marks) == sum(cell.verdict != "HOLDS" for cell in fresh.cells)
+
+
 @pytest.mark.parametrize(
     ("measure", "letter"),
     [("p_max_MPa", "p"), ("area_mm2", "A"), ("centre_over_b", "c"), ("valley", "v"), ("misplaced_load", "m")],
@@ -929,6 +946,29 @@ def test_the_png_changes_its_colour_where_the_verdict_does(monkeypatch):
     ticks = [line.get_ydata()[0] for line in ax.get_lines() if np.ptp(line.get_xdata()) < 0.2]
     assert sorted(ticks) == [10.0, 10.0, 30.0, 30.0, 90.0, 90.0]
     assert [text.get_text() for text in ax.texts][-1] == "!"
+
+
+def test_the_report_of_a_map_says_limits_and_cells_beside_its_png(tmp_path):
+    from xml.etree import ElementTree
+
+    made = fresh_map([0.0, 1.0], LOADS)
+    map_figure(made, tmp_path / "map.png")
+    text = write_map_report(made, tmp_path).read_text("utf-8")
+    page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
+    limits, cells = list(page.iter("table"))
+    lines = [["".join(cell.itertext()) for cell in line] for line in limits.iter("tr")][1:]
+    assert lines == [[f"{p.lateral_shift_mm:+z.2f}", limit_text(p.limit)] for p in made.positions]
+    lines = [["".join(cell.itertext()) for cell in line] for line in cells.iter("tr")][1:]
+    assert [line[:3] for line in lines] == [
+        [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", cell.verdict] for cell in made.cells
+    ]
+    assert [line[3] for line in lines] == [f"{cell.judged.limit_used:.2f}" for cell in made.cells]
+    # map, section, ladder, patches; none from elsewhere
+    assert [image.get("src").partition(";")[0] for image in page.iter("img")] == [
+        *["data:image/svg+xml"] * 3, "data:image/webp",
+    ]  # fmt: skip
+    verdicts = [cell.verdict for cell in made.cells]
+    assert f"Hertz holds in {verdicts.count('HOLDS')} of {len(verdicts)} cells" in text
 
 
 def test_the_part_of_a_limit_that_is_used_is_that_of_the_worst_measure():

@@ -29,10 +29,11 @@ from fecontact.fe.stress import nodal_stress, von_mises
 from fecontact.files import json_text, write_atomically, write_json, write_text
 from fecontact.material import Material
 from fecontact.outputs import tables
-from fecontact.outputs.case_figure import PressureFields, case_figure, draw_case
+from fecontact.outputs.case_figure import case_figure, draw_case
 from fecontact.outputs.figures import profile_figure
 from fecontact.outputs.measure_words import WORDS, criteria_text
 from fecontact.outputs.meshfile import write_mesh
+from fecontact.outputs.pressure_map import PressureFields
 from fecontact.outputs.record import hertz_record, load_record, result_record, shown_case_record
 from fecontact.outputs.rows import MEASURED_COLUMNS, case_row, load_row, read_row, write_row
 from fecontact.outputs.series import series
@@ -996,6 +997,22 @@ def test_a_case_can_be_read_on_a_narrow_terminal(record):
     table = lines[start : start + 20]
     assert "…" not in "".join(table)
     assert [line for line in table if line.rstrip().endswith("±5 %  HOLDS")]
+
+
+@pytest.mark.parametrize("width", [80, 120])
+def test_every_table_fits_a_terminal(record, flat, width):
+    """A terminal draws lines and spaces, which a pipe does not get."""
+    text = io.StringIO()
+    console = Console(file=text, width=width, no_color=True, force_terminal=True)
+    tables.print_table([flat | {"p_max_deviation_percent": -43.21}], console=console)
+    tables.print_case(record, console=console)
+    tables.print_hertz(hertz_record(Case(lateral_shift_mm=0.0)), console=console)
+    tables.print_profile(load("60E1"), console=console)
+    plain = re.sub(r"\x1b\[[0-9;]*m", "", text.getvalue())
+    assert "…" not in plain
+    assert max(len(line.rstrip()) for line in plain.splitlines()) <= width
+    # no number is cut in two
+    assert all(number in plain for number in ("-10.425", "-43.2", "1722.6"))
 
 
 def test_details_hertz_and_profiles_print_their_numbers(record, capsys):

@@ -181,7 +181,7 @@ def test_only_the_worst_of_many_cases_have_pictures(study, monkeypatch):
     assert [text_of(one) for one in page.iter("h3")] == [
         "rail circle:300 and wheel cylinder:460, +2.50 mm, 100 kN: UNRESOLVED"
     ]
-    assert "Of 2 cases the 1 that use most of a limit; all pictures are in cases/ID/case.png." in text_of(page)
+    assert "1 of 2 cases, those that use most of a limit; all are in cases/ID/case.png." in text_of(page)
 
 
 def test_the_ladder_is_drawn_only_of_what_tells_it(study, tmp_path):

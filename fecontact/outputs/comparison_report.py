@@ -20,6 +20,8 @@ Record = dict[str, Any]
 _CLOSEST = 5
 # Width of a table that goes to a file or a pipe.
 _PLAIN_WIDTH = 120
+# Terminals that are narrower show fewer columns.
+_ROOMY_WIDTH = 110
 
 _HEADINGS = ("column", "differ", "worst case", "baseline", "new", "difference", "tolerance", "times")
 _NUMBERS = ("differ", "baseline", "new", "difference", "tolerance", "times")
@@ -111,19 +113,26 @@ def _print_table(console: Console, title: str, columns: Sequence[ColumnCompariso
     from rich.table import Table
     from rich.text import Text
 
+    narrow = console.is_terminal and console.width < _ROOMY_WIDTH
+    shown = [name for name in _HEADINGS if not (narrow and name in ("differ", "tolerance"))]
     table = Table(
         title=Text(title),
         title_justify="left",
         title_style="bold",
         box=box.SIMPLE_HEAD if console.is_terminal else None,
+        # the box has a space between columns as well
+        padding=(0, 1, 0, 0) if narrow else (0, 1),
         pad_edge=False,
     )
-    for name in _HEADINGS:
+    for name in shown:
         left = name in ("column", "worst case")
-        table.add_column(name, justify="left" if left else "right", overflow="fold", min_width=6)
+        # a name is not broken where another column can give way
+        whole = narrow and name != "worst case"
+        table.add_column(name, justify="left" if left else "right", overflow="fold", min_width=6, no_wrap=whole)
     for column in columns:
+        cells = dict(zip(_HEADINGS, _cells(column, names), strict=True))
         # as text and not as markup: names of profiles may have brackets
-        table.add_row(*(Text(cell) for cell in _cells(column, names)), style="red" if column.differing else "")
+        table.add_row(*(Text(cells[name]) for name in shown), style="red" if column.differing else "")
     console.print(table)
 
 

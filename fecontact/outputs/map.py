@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -161,20 +162,50 @@ def _deviation_text(cell: MapCell) -> str:
     return f"{percent:+z.1f}" if math.isfinite(percent) else ""
 
 
-def map_table(made: ApplicabilityMap) -> str:
-    """Verdicts and peak deviations in percent, a line for each position, and the load limits."""
-    marks: Mapping[str, str] = {"HOLDS": "+", "FAILS": "x", "UNRESOLVED": "?", "failed": "!"}
-    lines = ["shift mm " + "".join(f"{load / 1e3:>10g}" for load in made.loads_N) + "  kN"]
-    for k, (shift, limit) in enumerate(zip(made.lateral_shifts_mm, made.limits, strict=True)):
-        row = made.cells[k * len(made.loads_N) : (k + 1) * len(made.loads_N)]
-        texts = [marks[c.verdict] + _decided_by(c) + _deviation_text(c).rjust(6) + "i "[c.solved] for c in row]
-        lines.append(f"{shift:+z8.2f} " + "".join(text.rjust(10) for text in texts) + f"  {limit_text(limit)}")
+def map_table(made: ApplicabilityMap, *, width: int | None = None) -> str:
+    """Verdicts and peak deviations in percent, a line for each position, and the load limits.
+
+    Where a line is longer than `width`, the limits stand below, and cells are closer; a table that is still too wide
+    is cut into tables of fewer loads.
+    """
+    texts = [[_cell_text(cell) for cell in position.cells] for position in made.positions]
+    limits = [limit_text(position.limit) for position in made.positions]
+    heads = [f"{load / 1e3:g}" for load in made.loads_N]
+    lines = _lines(made, heads, texts, range(len(heads)), 10)
+    widest = max((len(line) + 2 + len(limit) for line, limit in zip(lines[1:], limits, strict=True)), default=0)
+    if width is None or widest <= width:
+        lines[1:] = [f"{line}  {limit}" for line, limit in zip(lines[1:], limits, strict=True)]
+    else:
+        room = max(1, (width - 13) // 9)
+        parts = [range(first, min(first + room, len(heads))) for first in range(0, len(heads), room)]
+        lines = [line for part in parts for line in _lines(made, heads, texts, part, 9)]
+        lines.append("load limits:")
+        for position, limit in zip(made.positions, limits, strict=True):
+            lines += wrap(
+                f"{position.lateral_shift_mm:+z8.2f}  {limit}", width, subsequent_indent=" " * 10, drop_whitespace=True
+            )
+    notes = ["+ holds, x fails, ? unresolved, ! could not be solved; peak pressure, Hertz against FE in %"]
     letters = ", ".join(f"{letter} {WORDS[measure].short}" for measure, letter in _MEASURE_LETTERS.items())
-    lines.append("+ holds, x fails, ? unresolved, ! could not be solved; peak pressure, Hertz against FE in %")
-    lines.append(f"decided by {letters}")
+    notes.append(f"decided by {letters}")
     if not all(cell.solved for cell in made.cells):
-        lines.append("i inferred from the half-space and both neighbours, not solved")
-    return "\n".join(lines)
+        notes.append("i inferred from the half-space and both neighbours, not solved")
+    return "\n".join(lines + [line for note in notes for line in (wrap(note, width) if width else [note])])
+
+
+def _lines(
+    made: ApplicabilityMap, heads: Sequence[str], texts: Sequence[Sequence[str]], part: range, column: int
+) -> list[str]:
+    """A line of loads, and a line for each position."""
+    head = "shift mm " + "".join(heads[k].rjust(column) for k in part) + "  kN"
+    return [head] + [
+        f"{shift:+z8.2f} " + "".join(row[k].rjust(column) for k in part)
+        for shift, row in zip(made.lateral_shifts_mm, texts, strict=True)
+    ]
+
+
+def _cell_text(cell: MapCell) -> str:
+    marks: Mapping[str, str] = {"HOLDS": "+", "FAILS": "x", "UNRESOLVED": "?", "failed": "!"}
+    return marks[cell.verdict] + _decided_by(cell) + _deviation_text(cell).rjust(6) + "i "[cell.solved]
 
 
 def _decided_by(cell: MapCell) -> str:

@@ -10,7 +10,8 @@ import numpy as np
 
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.geometry.placement import Placement
-from fecontact.outputs.case_figure import PressureFields, draw_lateral_cut, draw_pressure
+from fecontact.outputs.case_figure import draw_lateral_cut
+from fecontact.outputs.pressure_map import PressureFields, draw_pressure
 from fecontact.outputs.series import series
 from fecontact.outputs.style import FE, HERTZ, SERIES, SHIFT, blank_figure, save_figure
 

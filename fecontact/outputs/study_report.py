@@ -170,9 +170,7 @@ def _cases(rows: Sequence[Row], records: Mapping[str, Mapping[str, Any]], out: P
     shown = {str(row["id"]) for row in used}
     parts = []
     if len(have) > len(shown):
-        words = (
-            f"Of {len(have)} cases the {len(shown)} that use most of a limit; all pictures are in cases/ID/case.png."
-        )
+        words = f"{len(shown)} of {len(have)} cases, those that use most of a limit; all are in cases/ID/case.png."
         parts.append(paragraph(words))
     for row in have:
         if str(row["id"]) not in shown:

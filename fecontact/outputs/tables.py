@@ -24,6 +24,8 @@ Record = Mapping[str, Any]
 
 # Width of a table that goes to a file or a pipe.
 _PLAIN_WIDTH = 120
+# Terminals that are narrower have columns closer together.
+_ROOMY_WIDTH = 100
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -501,7 +503,8 @@ def _table(console: Console, *, title: str) -> Table:
         title_justify="left",
         title_style="bold",
         box=box.SIMPLE_HEAD if console.is_terminal else None,
-        padding=(0, 1),
+        # the box has a space between columns as well
+        padding=(0, 1) if not console.is_terminal or console.width >= _ROOMY_WIDTH else (0, 1, 0, 0),
         pad_edge=False,
     )
 

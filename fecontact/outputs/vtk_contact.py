@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fecontact.comparison.measures import hertz_on
 from fecontact.contact.grid import Field
-from fecontact.outputs.case_figure import ellipse_outline
+from fecontact.outputs.pressure_map import ellipse_outline
 from fecontact.solving.solve import CaseResult
 
 Floats = NDArray[np.float64]
