@@ -117,7 +117,8 @@ def run(
     if settings.part is None:
         shown = outcome.collections[:3] + (("...",) if len(outcome.collections) > 3 else ())
         print(
-            f"Results in {out}: study.csv, study.png, cases/; for ParaView: {', '.join((*shown, 'cases/*/case.vtm'))}"
+            f"Results in {out}: report.html, study.csv, study.png, cases/; for ParaView:"
+            f" {', '.join((*shown, 'cases/*/case.vtm'))}"
         )
     else:
         print(f"Part {part} is in {out}; when all parts are, the same command without --part puts them together")
@@ -286,7 +287,7 @@ def map_(
     print_reasons(f"{len(lost)} of {count(len(outcome.made.cells), 'cell')} without a usable result", lost)
     if settings.part is None:
         stiffness = "stiffness.csv, " if (out / "stiffness.csv").is_file() else ""
-        print(f"Results in {out}: map.csv, {stiffness}map.json, map.png")
+        print(f"Results in {out}: report.html, map.csv, {stiffness}map.json, map.png")
         if not stiffness:
             print("No stiffness.csv: a fit over the load needs three loads or more at a shift")
     else:
