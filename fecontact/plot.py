@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal, get_args
 
 from fecontact.errors import InputError
-from fecontact.outputs.case_figure import draw_case, draw_pressure
+from fecontact.outputs.case_figure import draw_case
+from fecontact.outputs.pressure_map import draw_pressure
 from fecontact.solving.solve import CaseResult
 
 if TYPE_CHECKING:

@@ -43,22 +43,8 @@ ROOMS: dict[str, set[str]] = {
     "doctor": {"system_check"},
     # the commands of the first minutes
     "start": {"console", "doctor", "outputs", "runs"},
-    "cli": {
-        "errors",
-        "console",
-        "start",
-        "files",
-        "inputs",
-        "case",
-        "creep",
-        "options",
-        "profiles",
-        "solving",
-        "regression",
-        "jobs",
-        "outputs",
-    }
-    | {"runs"},
+    "cli": {"errors", "files", "inputs", "case", "creep", "options", "profiles", "solving", "regression", "jobs"}
+    | {"outputs", "console", "start", "runs"},
     "system_check": set(),
     "plot": {"errors", "solving", "outputs"},
     "__init__": {"case", "solving", "outputs", "plot", "runs"},

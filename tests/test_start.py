@@ -29,7 +29,7 @@ BAD_STUDY = "lateral_shift_mm = [9.0, 9.5]\n"
 def program(*arguments: str, **options) -> subprocess.CompletedProcess[str]:
     environment = {**os.environ, "PYTHONPATH": str(ROOT), **options.pop("env", {})}
     return subprocess.run(
-        [sys.executable, *arguments], capture_output=True, text=True, env=environment, timeout=120, **options
+        [sys.executable, *arguments], capture_output=True, text=True, env=environment, timeout=600, **options
     )
 
 
@@ -124,7 +124,7 @@ def test_the_demo_ends_with_the_verdict_and_the_files(tmp_path, capsys):
     assert call(["demo", "--out", str(tmp_path)]) == 0
     out = capsys.readouterr().out
     assert "Hertz FAILS" in out
-    for line in ("Picture: ", "ParaView:", "Table:   "):
+    for line in ("Report:  ", "Picture: ", "ParaView:", "Table:   "):
         (path,) = [text.partition(": ")[2].strip() for text in out.splitlines() if text.startswith(line)]
         assert Path(path).is_file()
 
@@ -256,7 +256,7 @@ def test_ctrl_c_while_workers_begin_is_one_line(tmp_path, seconds):
         time.sleep(0.02)
     time.sleep(seconds - 0.9)
     os.killpg(process.pid, signal.SIGINT)
-    _, err = process.communicate(timeout=60)
+    _, err = process.communicate(timeout=600)
     assert "Traceback" not in err
     assert err.splitlines()[-1] == "interrupted; what was finished is kept"
     assert process.returncode in (130, -signal.SIGINT)

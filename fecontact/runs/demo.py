@@ -51,6 +51,7 @@ def demo_words(out: Path, outcome: StudyOutcome) -> str:
             f"  His peak pressure is {result.comparison.hertz.p_max_MPa:.0f} MPa, that of the finite elements"
             f" {result.comparison.fe.p_max_MPa:.0f} MPa.",
             "",
+            f"Report:   {out / 'report.html'}",
             f"Picture:  {where / 'case.png'}",
             f"ParaView: {where / 'case.vtm'}",
             f"Table:    {out / 'study.csv'}",
