@@ -34,6 +34,7 @@ def _comparison_record(found: CreepComparison) -> Record:
         "limit_N": found.limit_N,
         "creepages": asdict(found.creepages),
         "centre_creepages": asdict(found.centre_creepages),
+        "centre_surface_xi": found.surface_xi,
         "theories": {
             theory: {
                 "hertz": _force_record(found.hertz[theory]),
