@@ -18,7 +18,7 @@ from fecontact.comparison.creep_forces import (
 from fecontact.comparison.creepages import creepages_of, surface_creepage
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.measures import patch_of
-from fecontact.comparison.verdict import FROM_BEST, Answer
+from fecontact.comparison.verdict import FROM_BEST, Answer, answer_of
 from fecontact.contact.rung import Rung
 from fecontact.errors import FecontactError
 from fecontact.geometry.placement import Placement
@@ -178,12 +178,13 @@ def _verdict(
         return force_difference(on_hertz, on_real, limit_N)
 
     found = [(deviation(SCREEN, one), one) for one in creepage_range(creep.largest_creepage, spin_per_mm)]
-    furthest = sorted(found, key=lambda one: -one[0])[:_DECIDE]
+    # what FASTSIM does not tell comes first
+    furthest = sorted(found, key=lambda one: -math.inf if math.isnan(one[0]) else -one[0])[:_DECIDE]
     each = []
     for _, creepages in furthest:
         off, known = deviation(DECIDES, creepages), _uncertainty(SCREEN, real, others, creepages)
         unsure = math.nan if known is None else known
-        each.append((_answer(off, unsure, creep.force_limit), off, unsure, creepages))
+        each.append((answer_of(off, unsure, creep.force_limit), off, unsure, creepages))
     worst = max(each, key=lambda one: (FROM_BEST.index(one[0]), one[1]))
     return ForceVerdict(
         # a result that must not be used leaves it open
@@ -211,21 +212,18 @@ def creepage_range(largest: float, spin_per_mm: float) -> Sequence[Creepages]:
     ]
 
 
-def _answer(deviation: float, uncertainty: float, limit: float) -> Answer:
-    if deviation - uncertainty > limit:
-        return "FAILS"
-    # not the other way round: what is not a number does not hold
-    return "HOLDS" if deviation + uncertainty < limit else "UNRESOLVED"
-
-
 def _warnings(load: JudgedLoad, friction: float, surface_xi: float) -> tuple[str, ...]:
     separate = ("on separate patches the laws for one ellipse take one of the second moments of all",)
     curved = (
         f"the head is curved below the patch: at its centre the longitudinal creepage is {1e2 * surface_xi:+.3f} % off"
         " that of the tangent plane, which the forces have",
     )
+    wheel, rail = load.case.wheel_material, load.case.rail_material
+    pair = ("wheel and rail have different elastic constants: what the pressure does to the slip is left out",)
+    unlike = (wheel.young_MPa, wheel.poisson) != (rail.young_MPa, rail.poisson)
     return (
         *friction_warnings(friction),
+        *(pair if unlike else ()),
         *(separate if load.geometry.pieces > 1 else ()),
         *(curved if abs(surface_xi) > _CURVED else ()),
     )
