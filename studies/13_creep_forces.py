@@ -47,9 +47,9 @@ QUICK_SHIFTS_MM = (4.0,)
 # The figure: positions, friction, and creepages along its axis.
 SHOWN_MM = (0.0, 0.25, 4.0)
 SHOWN_FRICTION = 0.3
-CURVE = (0.0, 1e-4, 2e-4, 4e-4, 7e-4, 1e-3, 1.5e-3, 2e-3, 3e-3, 5e-3, 1e-2)
-# Every sixth of the creepages of the verdict, in turn through sizes and directions, has the exact theory.
-EXACT_EVERY = 6
+CURVE = (0.0, 2e-4, 5e-4, 1e-3, 1.5e-3, 2.5e-3, 4e-3, 7e-3)
+# Of the creepages of the verdict each size has the exact theory in one direction, each in another one.
+EXACT_EVERY = 9
 # Of mu N: where Hertz holds in pressure.
 LIMIT_PERCENT = 5.0
 LAWS = tuple(theory for theory in THEORIES if theory not in ("kalker", "vermeulen_johnson"))

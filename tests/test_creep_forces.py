@@ -12,7 +12,7 @@ from fecontact.case import Case, case_from_record, case_record
 from fecontact.cli import call
 from fecontact.comparison.creep_forces import THEORIES, creep_force, ellipse_patch, force_difference, hertz_patch
 from fecontact.comparison.creep_verdict import SMALLEST_CREEPAGE, creep_of, creepage_range
-from fecontact.comparison.creepages import creepages_of, wheelset_creepages
+from fecontact.comparison.creepages import creepages_of, surface_creepage, wheelset_creepages
 from fecontact.comparison.judged_load import JudgedLoad, Level, SolvedLoad, judge_load
 from fecontact.comparison.measures import hertz_on
 from fecontact.contact.grid import ContactGrid
@@ -105,6 +105,18 @@ def test_creepages_from_rolling_radius_and_contact_angle(shift):
     assert found.eta == pytest.approx(0.0, abs=1e-12)
     # positive on the gauge side, where the spin is negative
     assert found.spin_per_mm == pytest.approx(-math.sin(touch.contact_angle_rad) / 460.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("s", [-3.0, 0.0, 5.0])
+def test_on_a_curved_head_the_creepage_is_that_of_the_rolling_radius(s):
+    placement = placement_of(Case(lateral_shift_mm=0.25))
+    found = wheelset_creepages(placement)
+    point = placement.surface(0.0, s)[0] - placement.wheel.centre_mm
+    along = placement.wheel.axes[:, 1]
+    radius = float(np.linalg.norm(point - (point @ along) * along))
+    expected = 1.0 - radius / 460.0 - found.at(0.0, s).xi
+    assert float(surface_creepage(placement, s)) == pytest.approx(expected, abs=1e-12)
+    assert abs(expected) < 2e-4
 
 
 def test_a_yawed_wheelset_creeps_sideways():

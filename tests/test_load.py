@@ -15,10 +15,13 @@ import fecontact
 from fecontact.case import Case, Criteria
 from fecontact.cli import call
 from fecontact.comparison.judged_load import judge_load
+from fecontact.creep import Creep
 from fecontact.errors import InputError
 from fecontact.jobs.store import MANIFEST, write_manifest
 from fecontact.map.cells import ApplicabilityMap
+from fecontact.outputs.record import result_record
 from fecontact.outputs.rows import case_row, cell_row, read_row
+from fecontact.outputs.tables import print_case
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.runs import identity, judging
@@ -121,6 +124,15 @@ def test_friction_gives_creep_forces_from_stored_fields(elliptic_quick, solved_f
     assert float(row["force_worst_percent"]) < 0.5
     assert float(row["fx_fe_N"]) == pytest.approx(float(row["fx_hertz_N"]), rel=5e-3)
     assert float(row["fx_fe_N"]) < 0.0
+    # a solution with them says the same
+    case = replace(elliptic_quick.case, creep=Creep(friction=0.3, xi=1e-3))
+    solved = replace(elliptic_quick.load.solved, case=case)
+    record = result_record(replace(elliptic_quick, load=judge_load(solved, elliptic_quick.placement)))
+    told = record["creep"]["theories"]["rolling_half_space"]
+    assert told["fe"]["fx_N"] == pytest.approx(float(row["fx_fe_N"]), rel=1e-9)
+    assert told["deviation_of_muN"] < 5e-3
+    print_case(record)
+    assert "for forces Hertz HOLDS" in " ".join(capsys.readouterr().out.split())
     # the stored case itself stays without, and without friction nothing is told of creepages
     assert load(solved_folder).case == elliptic_quick.case
     assert call(["judge", str(solved_folder), "--xi", "0.001"]) == 2

@@ -23,6 +23,7 @@ from fecontact.case import BodySize, Case, Criteria, Track, case_from_record, ca
 from fecontact.comparison.judged_load import judge_load
 from fecontact.contact.grid import Field
 from fecontact.contact.rung import Rung
+from fecontact.creep import Creep
 from fecontact.errors import InputError
 from fecontact.fe.meshing import BodyMesh, mesh_volume
 from fecontact.fe.stress import nodal_stress, von_mises
@@ -166,6 +167,7 @@ CASES = [
         resolution=(0.7, 0.4),
         solver="amg",
         criteria=Criteria(p_max=0.03, centre=0.2, judged_by=("strength", "patch", "valley")),
+        creep=Creep(friction=0.35, xi=1e-3, spin_per_mm=-1e-4),
         refine_degrees_of_freedom=0,
     ),
 ]
@@ -201,7 +203,7 @@ def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
         "schema", "status", "case", "contact_angle_rad", "touch_points", "normal_force_N", "fe", "hertz", "deviation",
         "uncertainty", "uncertainty_of_profile", "pressure_l2", "overlap", "centre_of_pressure_mm", "lobes", "pieces",
         "hertz_stiffness_GN_per_m15", "rungs", "steps", "bodies_step_uncertainty", "geometry", "verdict", "solver",
-        "hertz_points", "von_mises", "warnings", "versions",
+        "hertz_points", "von_mises", "creep", "warnings", "versions",
     ]  # fmt: skip
     assert record["schema"] == "fecontact/result/3"
     # no mesh tells how uncertain the approach is

@@ -83,8 +83,8 @@ def test_kalkers_coefficients(a_over_b):
         assert min(c11, c22, c33) > 0.0
     extrapolated = 2.0 * found[1] - found[0]
     assert extrapolated[:4] / expected[:4] == pytest.approx(np.ones(4), abs=0.01)
-    # the table's own third digit, and a moment feels the jagged edge of the cells most
-    assert extrapolated[4] / expected[4] == pytest.approx(1.0, abs=0.02)
+    # the moment of spin feels the jagged edge of the cells most, and is printed least well
+    assert extrapolated[4] / expected[4] == pytest.approx(1.0, abs=0.015)
 
 
 @pytest.mark.parametrize("part", [0.1, 0.5, 0.9])

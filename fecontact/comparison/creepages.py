@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from fecontact.case import Case
 from fecontact.geometry.placement import Placement
 from fecontact.theory.creep.contact import Creepages
 
+Floats = NDArray[np.float64]
 _ROUNDING = 1e-12
 
 
@@ -44,3 +46,17 @@ def wheelset_creepages(placement: Placement, speed_ratio: float = 1.0) -> Creepa
     # what rounding leaves is no creepage: some theories know none of spin
     xi, eta = (0.0 if abs(one) < _ROUNDING else one for one in (xi, eta))
     return Creepages(xi=xi, eta=eta, spin_per_mm=0.0 if abs(spin) * wheel.rolling_radius_mm < _ROUNDING else spin)
+
+
+def surface_creepage(placement: Placement, s_mm: ArrayLike, speed_ratio: float = 1.0) -> Floats:
+    """Longitudinal creepage on the rail's surface at s (mm) from the first touch, beside that of the plane there.
+
+    In the tangent plane spin makes it grow with the distance; on the curved head the contact angle, and so the rolling
+    radius, change otherwise. The forces here, as those of vehicle codes and of planar contact theories, leave it out.
+    """
+    wheel, touch = placement.wheel, placement.first
+    turning = speed_ratio / wheel.rolling_radius_mm * wheel.axes[:, 1]
+    s = np.asarray(s_mm, dtype=np.float64)
+    arms = [placement.surface(0.0, at)[0] - wheel.centre_mm for at in (s, np.zeros_like(s))]
+    there, here = (np.cross(turning, arm)[..., 0] for arm in arms)
+    return np.asarray(there - here + float(turning @ touch.normal) * s)

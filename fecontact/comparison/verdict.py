@@ -54,7 +54,7 @@ def judge(deviation: Mapping[str, float], uncertainty: Mapping[str, float], crit
     limits = criteria.limits
     unknown = tuple(measure for measure in limits if measure not in deviation or measure not in uncertainty)
     each = {
-        measure: "UNRESOLVED" if measure in unknown else _answer(deviation[measure], uncertainty[measure], limit)
+        measure: "UNRESOLVED" if measure in unknown else answer_of(deviation[measure], uncertainty[measure], limit)
         for measure, limit in limits.items()
     }
     worst = max(each.values(), key=FROM_BEST.index)
@@ -69,7 +69,8 @@ def judge(deviation: Mapping[str, float], uncertainty: Mapping[str, float], crit
     return Verdict(answer=worst, measure=decided, each=each, unknown=unknown)
 
 
-def _answer(deviation: float, uncertainty: float, limit: float) -> Answer:
+def answer_of(deviation: float, uncertainty: float, limit: float) -> Answer:
+    """Whether a deviation is within its limit, whatever it is inside its uncertainty."""
     if abs(deviation) - uncertainty > limit:
         return "FAILS"
     # not the other way round: what is not a number does not hold

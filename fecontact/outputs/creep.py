@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
-
-from rich.console import Console
-from rich.table import Table
+from typing import TYPE_CHECKING, Any
 
 from fecontact.comparison.creep_forces import creep_force, creep_forces, ellipse_patch
 from fecontact.comparison.creep_verdict import CreepComparison, creep_of
@@ -15,6 +12,10 @@ from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.geometry.placement import Placement
 from fecontact.material import Material
 from fecontact.theory.creep.contact import Creepages, CreepForce, RollingEllipse, friction_warnings
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
 
 Record = dict[str, Any]
 
@@ -34,6 +35,7 @@ def _comparison_record(found: CreepComparison) -> Record:
         "limit_N": found.limit_N,
         "creepages": asdict(found.creepages),
         "centre_creepages": asdict(found.centre_creepages),
+        "centre_surface_xi": found.surface_xi,
         "theories": {
             theory: {
                 "hertz": _force_record(found.hertz[theory]),
@@ -166,6 +168,8 @@ def print_creep(record: Record, console: Console) -> None:
 
 def print_ellipse(record: Record, console: Console | None = None) -> None:
     """Print the forces on an ellipse."""
+    from rich.console import Console
+
     console = console or Console()
     limit = record["limit_N"]
     table = _forces_table(f"forces on the wheel at {_creepages_text(record['creepages'])}, mu N {limit / 1e3:.2f} kN")
@@ -189,6 +193,8 @@ def _creepages_text(creepages: Record) -> str:
 
 
 def _forces_table(title: str) -> Table:
+    from rich.table import Table
+
     table = Table(title=title, title_justify="left", box=None)
     table.add_column("theory")
     for heading in ("Fx\nkN", "Fy\nkN", "Mz\nN m", "|F|\n% of mu N", "adhesion\nmm²", "power/speed\nN"):
