@@ -25,7 +25,7 @@ from fecontact.cli import call
 from fecontact.comparison.judged_load import JudgedLoad, Level, SolvedLoad, judge_load
 from fecontact.comparison.measures import FLOORS, MEASURES, MISFITS, Measures, Misfit, hertz_on
 from fecontact.comparison.point_noise import PointNoise
-from fecontact.comparison.uncertainty import MESH_RATIO
+from fecontact.comparison.uncertainty import MESH_RATIO, reading_uncertainty
 from fecontact.comparison.verdict import judge
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.rung import Rung
@@ -1599,7 +1599,7 @@ def test_what_the_bodies_add_is_taken_from_both_neighbours(half_space):
     means = {"p_max_MPa": -0.0075, "area_mm2": 0.02, "centre_over_b": 0.02, "valley": 0.002}
     spreads = {"p_max_MPa": 0.005, "area_mm2": 0.0, "centre_over_b": 0.02, "valley": 0.004}
     for name in INFERRED:
-        mean, added = means.get(name, 0.0), spreads.get(name, 0.0) + FLOORS[name]
+        mean, added = means.get(name, 0.0), spreads.get(name, 0.0) + reading_uncertainty(name, HALF_SPACE[name])
         solved = 1e-4 if name == "separate_load" else 0.002
         relative = name in MEASURES
         deviation = (1.0 + HALF_SPACE[name]) / (1.0 + mean) - 1.0 if relative else HALF_SPACE[name] + mean

@@ -20,21 +20,31 @@ from fecontact.solving.solve import solve
 
 # Of reading one field and of a cut plane that is moved out by half, written down a second time.
 REST = {
-    "p_max_MPa": (0.0008, 0.0014),
+    "p_max_MPa": (0.0006, 0.0014),
     "area_mm2": (0.003, 0.0019),
-    "a_mm": (0.0013, 0.0009),
-    "b_mm": (0.0013, 0.0018),
+    "a_mm": (0.0004, 0.0009),
+    "b_mm": (0.0005, 0.0018),
     "extent_x_mm": (0.01, 0.0009),
     "extent_y_mm": (0.01, 0.0018),
     "centre_over_b": (0.0003, 0.0015),
-    "valley": (0.002, 0.001),
-    "separate_load": (0.0002, 0.0),
-    "misplaced_load": (0.004, 0.0008),
+    "valley": (0.0005, 0.001),
+    "separate_load": (0.00005, 0.0),
+    "misplaced_load": (0.0003, 0.0008),
 }
+# What is read of the misplaced load of Hertz's own ellipse; where there is more, it adds to its square.
+NOISE = 0.0014
 READING = {name: reading for name, (reading, _) in REST.items()}
 CUTS = {name: cut for name, (_, cut) in REST.items()}
 SIZES = tuple(name for name in READING if name in MEASURES)
 BESIDE = tuple(name for name in READING if name in MISFITS)
+
+
+def read(name: str, value: float) -> float:
+    """What reading a value off its nodes leaves open, written down a second time."""
+    if name != "misplaced_load":
+        return READING[name]
+    return READING[name] + (NOISE if value <= NOISE else value - math.sqrt(value * value - NOISE * NOISE))
+
 
 # --- what it is made of -----------------------------------------------------------------------------------------
 
@@ -59,15 +69,23 @@ def test_a_size_is_known_to_its_last_change_and_what_no_mesh_takes_away(name):
 def test_what_hertz_has_none_of_is_known_absolutely(name):
     # relative to nothing: most are zero on the finest mesh
     for values in ((0.0, 0.02), (0.02, 0.0), (-0.3, -0.32)):
-        rest = READING[name] + CUTS[name] + 1e-4
+        rest = read(name, values[0]) + CUTS[name] + 1e-4
         assert uncertainty(name, values, residual=1e-4) == pytest.approx(0.02 + rest, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", READING)
 def test_equal_meshes_still_leave_the_rest(name):
-    rest = READING[name] + CUTS[name]
-    assert uncertainty(name, (7.0, 7.0)) == pytest.approx(rest, rel=1e-12)
-    assert step_uncertainty(name, (7.0, 7.0)) == pytest.approx(rest - READING[name], abs=1e-12)
+    rest = read(name, 7.0) + CUTS[name]
+    assert uncertainty(name, (7.0, 7.0)) == pytest.approx(rest, rel=1e-9)
+    assert step_uncertainty(name, (7.0, 7.0)) == pytest.approx(CUTS[name], abs=1e-12)
+
+
+def test_the_noise_of_the_misplaced_load_adds_to_its_square():
+    for there in (0.0014, 0.01, 0.2):
+        # read is the root of the sum of both squares, and what is stated brings it back
+        value = math.hypot(there, NOISE)
+        assert value - (read("misplaced_load", value) - READING["misplaced_load"]) == pytest.approx(there, rel=1e-9)
+    assert uncertainty("misplaced_load", (NOISE, NOISE)) == pytest.approx(NOISE + sum(REST["misplaced_load"]), rel=1e-9)
 
 
 @given(
@@ -77,9 +95,10 @@ def test_equal_meshes_still_leave_the_rest(name):
 )
 def test_a_step_on_the_same_nodes_has_no_reading_in_it(name, values, residual):
     whole = uncertainty(name, values, residual=residual)
-    assert whole - step_uncertainty(name, values, residual=residual) == pytest.approx(READING[name], rel=1e-9)
+    reading = read(name, values[0])
+    assert whole - step_uncertainty(name, values, residual=residual) == pytest.approx(reading, rel=1e-9, abs=1e-15)
     # neither less than the rest nor less than the last change, and the meshes before do not matter
-    assert whole >= READING[name] + residual
+    assert whole >= reading + residual
     assert whole >= abs(values[0] - values[1]) / (values[0] if name in SIZES else 1.0)
     assert whole == uncertainty(name, values[:2], residual=residual)
 
@@ -95,8 +114,8 @@ def test_no_number_no_uncertainty(name, values):
 @pytest.mark.parametrize("order", [0.8, 1.0, 1.5, 2.0, 3.0])
 def test_an_error_that_falls_with_the_elements_is_covered(name, order):
     """Elements 1.5 times larger err r^p times as much: what is left is less than the change from p = 0.6 times up."""
-    # the rest of the uncertainty covers what r^0.8 - 1 = 0.38 of an error of 0.3 % leaves out
-    error = 0.003
+    # the rest of the uncertainty covers what r^0.8 - 1 = 0.38 of an error of 0.2 % leaves out
+    error = 0.002
     values = (1.0 + error, 1.0 + error * 1.5**order)
     assert uncertainty(name, values) >= error / (1.0 + error)
 

@@ -47,17 +47,17 @@ class Measures:
     """
 
     p_max_MPa: float = _measure(
-        lambda patch, rung: patch.p_max_MPa, lambda hertz: hertz.p0_MPa, floor=0.0008, cut_planes=0.0014
+        lambda patch, rung: patch.p_max_MPa, lambda hertz: hertz.p0_MPa, floor=0.0006, cut_planes=0.0014
     )
     # where the line of zero pressure lies between nodes is a matter of chance; all other measures are sums
     area_mm2: float = _measure(
         lambda patch, rung: patch.area_mm2, lambda hertz: hertz.area_mm2, floor=0.003, cut_planes=0.0019
     )
     a_mm: float = _measure(
-        lambda patch, rung: patch.a_mm, lambda hertz: 0.5 * hertz.extent_x_mm, floor=0.0013, cut_planes=0.0009
+        lambda patch, rung: patch.a_mm, lambda hertz: 0.5 * hertz.extent_x_mm, floor=0.0004, cut_planes=0.0009
     )
     b_mm: float = _measure(
-        lambda patch, rung: patch.b_mm, lambda hertz: 0.5 * hertz.extent_y_mm, floor=0.0013, cut_planes=0.0018
+        lambda patch, rung: patch.b_mm, lambda hertz: 0.5 * hertz.extent_y_mm, floor=0.0005, cut_planes=0.0018
     )
     extent_x_mm: float = _measure(
         lambda patch, rung: patch.extent_x_mm, lambda hertz: hertz.extent_x_mm, floor=0.01, cut_planes=0.0009
@@ -74,8 +74,10 @@ class Measures:
         return {name: float(getattr(self, name)) for name in MEASURES}
 
 
-def _misfit(of: Callable[[Patch, Rung, HertzContact], float], *, floor: float, cut_planes: float) -> Any:
-    return field(metadata={"of": of, "floor": floor, "cut_planes": cut_planes})
+def _misfit(
+    of: Callable[[Patch, Rung, HertzContact], float], *, floor: float, cut_planes: float, noise: float = 0.0
+) -> Any:
+    return field(metadata={"of": of, "floor": floor, "cut_planes": cut_planes, "noise": noise})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,19 +96,21 @@ class Misfit:
         Part of the force that is elsewhere than Hertz has it, with his ellipse at the centre of pressure: half the
         integral of the difference over the force.
 
-    `floor` and `cut_planes` in the metadata are uncertainties that no mesh takes away, as in `Measures`.
+    `floor` and `cut_planes` in the metadata are uncertainties that no mesh takes away, as in `Measures`; `noise` is
+    what is read where there is nothing, and adds in quadrature to what there is.
     """
 
     centre_over_b: float = _misfit(
         lambda patch, rung, hertz: patch.centre_y_mm / (0.5 * hertz.extent_y_mm), floor=0.0003, cut_planes=0.0015
     )
-    valley: float = _misfit(lambda patch, rung, hertz: patch.valley, floor=0.002, cut_planes=0.001)
-    separate_load: float = _misfit(lambda patch, rung, hertz: patch.separate_load, floor=0.0002, cut_planes=0.0)
-    # cells at the edge of the patch are wholly in contact or not: for Hertz's own ellipse 0.0036 are read
+    valley: float = _misfit(lambda patch, rung, hertz: patch.valley, floor=0.0005, cut_planes=0.001)
+    separate_load: float = _misfit(lambda patch, rung, hertz: patch.separate_load, floor=0.00005, cut_planes=0.0)
+    # cells at the edge of the patch are wholly in contact or not: so much is read for Hertz's own ellipse
     misplaced_load: float = _misfit(
         lambda patch, rung, hertz: _misplaced_load(rung, hertz, (patch.centre_x_mm, patch.centre_y_mm)),
-        floor=0.004,
+        floor=0.0003,
         cut_planes=0.0008,
+        noise=0.0014,
     )
 
     def as_dict(self) -> dict[str, float]:
@@ -122,6 +126,8 @@ MISFITS = tuple(_READ_BESIDE)
 """Names of the measures of a contact beside Hertz; they have no unit."""
 FLOORS: dict[str, float | None] = {name: read["floor"] for name, read in (_READ | _READ_BESIDE).items()}
 """What every mesh leaves open of each: relative of `MEASURES`, absolute of `MISFITS`; None where it is not known."""
+NOISE: dict[str, float] = {name: read["noise"] for name, read in _READ_BESIDE.items()}
+"""What is read of each of `MISFITS` where there is none."""
 CUT_PLANES: dict[str, float] = {name: read["cut_planes"] for name, read in (_READ | _READ_BESIDE).items()}
 """What the bodies' cut planes leave open of each, in the same way."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from fecontact.comparison.measures import CUT_PLANES, FLOORS, MEASURES
+from fecontact.comparison.measures import CUT_PLANES, FLOORS, MEASURES, NOISE
 
 # Ratio of the element sizes of neighbouring meshes.
 MESH_RATIO = 1.5
@@ -36,10 +36,19 @@ def uncertainty(
     float or None
         NaN where a value is none; None where meshes do not tell the measure's uncertainty.
     """
-    floor = FLOORS[measure]
+    reading = reading_uncertainty(measure, values[0])
+    return (
+        None if reading is None else reading + step_uncertainty(measure, values, otherwise=otherwise, residual=residual)
+    )
+
+
+def reading_uncertainty(measure: str, value: float) -> float | None:
+    """What reading a value of a measure off its nodes leaves open, relative or absolute; None where it is not known."""
+    floor, noise = FLOORS[measure], NOISE.get(measure, 0.0)
     if floor is None:
         return None
-    return floor + step_uncertainty(measure, values, otherwise=otherwise, residual=residual)
+    # what is read is the root of the sum of both squares
+    return floor + (noise if value <= noise else value - math.sqrt(value**2 - noise**2))
 
 
 def step_uncertainty(

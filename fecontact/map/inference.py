@@ -11,7 +11,8 @@ from dataclasses import replace
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.measures import FLOORS, MEASURES, deviations
+from fecontact.comparison.measures import MEASURES, deviations
+from fecontact.comparison.uncertainty import reading_uncertainty
 from fecontact.comparison.verdict import judge
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.map.cells import Inferred
@@ -74,19 +75,20 @@ def _infer(case: Case, points: Sequence[JudgedLoad]) -> Inferred | None:
         return None
     of_points = _of_points(case, points)
     deviation, uncertainty, doubt = {}, {}, {}
-    for name, floor in FLOORS.items():
-        if floor is None:
+    for name, value in half_space.items():
+        reading = reading_uncertainty(name, value)
+        if reading is None:
             continue
         steps = [point.ladder.steps["half_space_to_bodies"][name] for point in points]
         mean = sum(steps) / len(steps)
         solved = max(point.bodies_step_uncertainty[name] for point in points)
-        added = max(steps) - min(steps) + floor
+        added = max(steps) - min(steps) + reading
         factor = 1.0
         if name in MEASURES:
-            deviation[name] = (1.0 + half_space[name]) / (1.0 + mean) - 1.0
+            deviation[name] = (1.0 + value) / (1.0 + mean) - 1.0
             factor = abs(1.0 + deviation[name])
         else:
-            deviation[name] = half_space[name] + mean
+            deviation[name] = value + mean
         own = of_points.get(name, 0.0)
         uncertainty[name] = factor * (solved + added) + own
         doubt[name] = factor * (solved + _SAFETY * added) + own
