@@ -235,7 +235,8 @@ def test_the_table_above_has_every_field_of_a_case_and_its_parts():
 def test_an_input_is_the_same_by_python_file_and_command_line(place, tmp_path):
     row = ROWS[place]
     case = by_python(place, row.held)
-    assert case != Case()
+    # a folder becomes the paths of the files in it
+    assert case != Case() or place == ("", "library")
     assert by_file(tmp_path, line(place, row.written)) == (case,)
     assert by_command(row.option, row.written) == case
     assert case_from_record(json.loads(json.dumps(case_record(case)))) == case

@@ -200,3 +200,18 @@ def test_10_the_load_of_first_yield_is_johnsons():
     p0, radius, modulus = 1.613 * study.YIELD_MPA, 460.0, 210e3 / (2 * (1 - 0.3**2))
     exact = math.pi**3 * radius**2 * p0**3 / (6.0 * modulus**2)
     assert study.yield_load_N(study._case(460, "quick")) == pytest.approx(exact, rel=2e-3)
+
+
+def test_14_measured_profiles_keeps_its_limits():
+    study = module("14_measured_profiles")
+    # two seeds of twenty: closed forms alone
+    errors = study.measured((0.01,), (0.2,), seeds=2)
+    assert len(errors) == 2 * len(study.SHIFTS_MM)
+    for one in errors:
+        assert 100.0 * max(map(abs, one.error)) < study.LIMIT_PERCENT
+    assert study.covered(errors) >= study.LEAST_COVERED
+    # without a nominal profile the error is larger, and is said to be
+    without = study.measured((0.01,), (0.2,), seeds=1, nominal="none")
+    assert max(max(map(abs, one.error)) for one in without) > 0.05
+    assert study.covered(without) >= 0.9
+    assert [case.lateral_shift_mm for case in study.cases(quick=True)] == [4.0]
