@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fecontact.case import Case
+from fecontact.case import Case, Track
 from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.outputs.preview import measured_figure, nearest_text, preview_figure, preview_record, preview_text
@@ -18,7 +18,7 @@ from fecontact.profiles.reading import Reading
 from fecontact.profiles.recognition import nearest, points_of, smoothed
 from fecontact.profiles.registration import Registration, foot_points, register
 from fecontact.profiles.smoothing import noise_of, scaled, smoothed_by, variant
-from fecontact.solving.position import expect_on_half_space, place_case
+from fecontact.solving.position import expect_on_half_space, hertz_of_case, place_case
 from fecontact.solving.preview import preview
 
 
@@ -236,3 +236,19 @@ def test_the_picture_of_a_measured_line(tmp_path):
     line = read(sampled("60E1", 0.01))
     assert isinstance(line, Profile)
     assert measured_figure(line, tmp_path / "line.png").stat().st_size > 10_000
+
+
+def test_points_that_are_taken_as_exact_and_are_not_are_named(tmp_path):
+    path = tmp_path / "noisy.txt"
+    # a head that is flatter than its noise: a spline through it is hollow at the touch point in every other file
+    y = np.arange(-30.0, 30.0 + 1e-9, 0.2)
+    np.savetxt(path, np.column_stack((y, 0.01 * np.cos(math.pi * y / 0.4) - y**2 / 2000.0)))
+    case = Case(
+        rail=str(path), rail_file=Reading(smoothing_mm=0.0), wheel="cylinder:460", inclination_rad=0.0,
+        track=Track(rail_crown_y_mm=750.0),
+    )  # fmt: skip
+    hollow = replace(place_case(case).first.curvature, yy_per_mm=-1.0)
+    placed = place_case(case)
+    placed = replace(placed, touch_points=(replace(placed.first, curvatures=(hollow,)),))
+    with pytest.raises(InputError, match="the line of noisy goes through its points as they are: give --smoothing-mm"):
+        hertz_of_case(case, placed)
