@@ -1,7 +1,7 @@
 """What does the noise of a measured profile leave of Hertz's ellipse?
 
 The exact lines of a 60E1 rail (1:40) and an S1002 wheel, sampled along the arc every 0.1, 0.2 and 0.5 mm with 5, 10 and
-20 um of independent noise across the line, 20 seeds at 10 um every 0.2 mm and 8 elsewhere, are read as any measured
+20 um of independent noise across the line, 20 seeds at 10 um every 0.2 mm and 4 elsewhere, are read as any measured
 points are: smoothed as their deviation from the nearest profile of the library. Hertz's peak pressure and semi-axes
 under 100 kN at shifts of -4, 0, 3 and 4 mm are held against those of the exact lines: closed forms, no finite elements.
 At -4, 0, and 4 mm the touch point is 5.6, 10 and 3.4 mm from the next junction of curvature, at 3 mm 2.3 mm.
@@ -35,9 +35,9 @@ SHIFTS_MM = (-4.0, 0.0, 3.0, 4.0)
 NOISES_MM = (0.005, 0.01, 0.02)
 STEPS_MM = (0.1, 0.2, 0.5)
 # At 10 um every 0.2 mm, and elsewhere.
-SEEDS, FEWER_SEEDS = 20, 8
+SEEDS, FEWER_SEEDS = 20, 4
 MEASURES = ("p_max_MPa", "a_mm", "b_mm")
-# Of Hertz's peak and semi-axes at 10 um every 0.2 mm; 1.5 % is reached at 0 mm, 0.3 % at the others.
+# Of Hertz's peak and semi-axes at 10 um every 0.2 mm; three seeds reach 0.8 % at 0 mm and 0.1 % at the others.
 LIMIT_PERCENT = 3.0
 LEAST_COVERED = 0.95
 PAIR = {"rail": "60E1", "wheel": "S1002"}

@@ -221,3 +221,18 @@ def test_13_creep_forces(tmp_path):
     for one, by_pressure, by_theory in zip(table, (1.8, 1.1, 0.8), (3.0, 2.6, 2.2), strict=True):
         assert one["rolling_half_space_from_exact_percent"] == pytest.approx(by_pressure, abs=0.3)
         assert one["fastsim_itself_percent"] == pytest.approx(by_theory, abs=0.5)
+
+
+def test_14_measured_profiles_keeps_its_limits():
+    study = module("14_measured_profiles")
+    # two seeds of twenty: closed forms alone
+    errors = study.measured((0.01,), (0.2,), seeds=2)
+    assert len(errors) == 2 * len(study.SHIFTS_MM)
+    for one in errors:
+        assert 100.0 * max(map(abs, one.error)) < study.LIMIT_PERCENT
+    assert study.covered(errors) >= study.LEAST_COVERED
+    # without a nominal profile the error is larger, and is said to be
+    without = study.measured((0.01,), (0.2,), seeds=1, nominal="none")
+    assert max(max(map(abs, one.error)) for one in without) > 0.05
+    assert study.covered(without) >= 0.9
+    assert [case.lateral_shift_mm for case in study.cases(quick=True)] == [4.0]

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from fecontact.profiles.curve import Floats
-from fecontact.profiles.smoothing import missed_by_neighbours
+from fecontact.profiles.smoothing import missed_by_neighbours, noise_of
 
 What = Literal["spike", "out of order", "crosses itself"]
 
@@ -25,6 +25,8 @@ _MOST_SPIKES = 50
 # A step back in y is the side of the body, not a fold of the line, if it is this much steeper than wide.
 OVERHANG_SLOPE = 5.0
 _TURNED_RAD = 2.0
+# Neighbours that differ by less are in no order: two points of a thousand differ by four of these.
+_NOISE_SIGMAS = 8.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,11 +115,15 @@ def turning_angles(points: Floats) -> Floats:
 
 
 def out_of_order(points: Floats) -> list[Problem]:
-    """Points (n, 2) at which the line turns back."""
+    """Points (n, 2) at which the line turns back, by more than the noise of a steep side does."""
     step = np.diff(points, axis=0)
-    back = step[:, 0] <= 0.0
+    noise = _NOISE_SIGMAS * noise_of(points)
+    back = step[:, 0] <= -noise
     folded = np.flatnonzero(back & (np.abs(step[:, 1]) < OVERHANG_SLOPE * np.abs(step[:, 0])))
-    turned = np.flatnonzero(np.abs(turning_angles(points)) > _TURNED_RAD) + 1
+    chord = np.hypot(*step.T)
+    turned = (
+        np.flatnonzero((np.abs(turning_angles(points)) > _TURNED_RAD) & (np.minimum(chord[:-1], chord[1:]) > noise)) + 1
+    )
     return [
         Problem(
             what="out of order",

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from fecontact.errors import InputError
 from fecontact.profiles.curve import Arc, Floats, Line, Measured, Polynomial, Profile, Segment, Smoothed, polynomial_arc
 from fecontact.profiles.registration import Registration, foot_points
 
@@ -208,6 +209,27 @@ def profile_of(measured: Measured, like: Profile) -> Profile:
         values = measured.points - _registration(measured).from_reference(feet.points)
     field = smoothed_by(measured.s_mm, values, measured.width_mm, measured.relative_width)
     return replace(like, segments=_segments(measured, field), outline=(), measured=measured)
+
+
+def scaled(profile: Profile, part: float) -> Profile:
+    """A smoothed line with a part of its deviation from its nominal profile: 0 is the nominal, 1 the line itself.
+
+    Raises
+    ------
+    InputError
+        The line was not smoothed as a deviation from a nominal profile.
+    """
+    if profile.measured is None or not profile.measured.nominal:
+        raise InputError(
+            f"{profile.name} is not known by its deviation from a nominal profile; give a file of measured points, and"
+            " the name of the nominal where it is not recognised"
+        )
+    segments = []
+    for segment in profile.segments:
+        assert isinstance(segment, Smoothed)
+        field = segment.field
+        segments.append(replace(segment, field=type(field)(field.t, part * field.c, field.k)))
+    return replace(profile, segments=tuple(segments), name=f"{profile.name} times {part:g}", measured=None)
 
 
 @lru_cache(maxsize=64)

@@ -12,6 +12,7 @@ import psutil
 from numpy.typing import NDArray
 
 from fecontact.case import RESOLUTIONS, Case
+from fecontact.errors import InputError
 from fecontact.fe.linear_solver import choose_solver
 from fecontact.geometry.placement import Placement, place
 from fecontact.profiles.curve import Profile
@@ -85,11 +86,20 @@ def hertz_of_case(case: Case, placement: Placement) -> HertzContact:
         If the surfaces conform at the touch point, so that there is no ellipse.
     """
     touch = placement.first
-    return hertz_from_hessian(
-        touch.curvature.hessian,
-        normal_force_N=case.load_N / float(touch.normal @ _direction(case, placement)),
-        contact_modulus_MPa=case.contact_modulus_MPa,
-    )
+    try:
+        return hertz_from_hessian(
+            touch.curvature.hessian,
+            normal_force_N=case.load_N / float(touch.normal @ _direction(case, placement)),
+            contact_modulus_MPa=case.contact_modulus_MPa,
+        )
+    except InputError as error:
+        of_points = [p.name for p in (placement.rail.profile, placement.wheel.profile) if p.thinned() is not None]
+        if not of_points:
+            raise
+        raise InputError(
+            f"{error}; the line of {' and '.join(of_points)} goes through its points as they are: give --smoothing-mm a"
+            " width, or look for a wrong point with `fecontact profiles`"
+        ) from None
 
 
 def hertz_points_of_case(case: Case, placement: Placement) -> HertzPoints:

@@ -1,0 +1,254 @@
+"""Measured points: which profile they are, the line smoothed from them, and what is said of a case beforehand."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fecontact.case import Case, Track
+from fecontact.cli import call
+from fecontact.errors import InputError
+from fecontact.outputs.preview import measured_figure, nearest_text, preview_figure, preview_record, preview_text
+from fecontact.profiles.curve import Profile
+from fecontact.profiles.library import load
+from fecontact.profiles.readers.points import profile_from_points
+from fecontact.profiles.reading import Reading
+from fecontact.profiles.recognition import nearest, points_of, smoothed
+from fecontact.profiles.registration import Registration, foot_points, register
+from fecontact.profiles.smoothing import noise_of, scaled, smoothed_by, variant
+from fecontact.solving.position import expect_on_half_space, hertz_of_case, place_case
+from fecontact.solving.preview import preview
+
+
+def sampled(name, noise_mm=0.0, step_mm=0.2, seed=0, *, wear=None, moved=None):
+    """Points along an exact line: worn by a depth over y below the line, with noise across it, and moved."""
+    profile = load(name)
+    s = np.arange(0.0, profile.length_mm, step_mm)
+    p = profile.evaluate(profile.at_arc_length(s))
+    normal = np.column_stack((-np.sin(p.angle_rad), np.cos(p.angle_rad)))
+    depth = np.zeros(s.size) if wear is None else wear(p.y)
+    off = noise_mm * np.random.default_rng(seed).normal(size=s.size) - depth
+    points = np.column_stack((p.y, p.z)) + off[:, None] * normal
+    return points if moved is None else moved.from_reference(points)
+
+
+def read(points, kind="rail", **reading):
+    known = Reading(**reading)
+    return smoothed(profile_from_points(*points.T, kind=kind, name="p", reading=known), known)
+
+
+def corner_wear(y):
+    """At the gauge corner; the rest of the head says where the rail was."""
+    return 0.6 * np.exp(-(((y + 25.0) / 8.0) ** 2))
+
+
+# --- foot points and registration --------------------------------------------------------------------------------
+
+
+def test_foot_points_are_at_right_angles():
+    line = load("60E1")
+    points = sampled("60E1", wear=lambda y: 0.3 + 0.0 * y)
+    feet = foot_points(line, points)
+    inside = feet.inside
+    assert np.count_nonzero(inside) > 0.97 * inside.size
+    # 0.3 mm below the line, everywhere
+    assert feet.off_mm[inside] == pytest.approx(-0.3, abs=1e-9)
+    assert np.hypot(*(points - feet.points).T)[inside] == pytest.approx(0.3, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "moved",
+    [Registration(), Registration(turn_rad=-0.025, shift=(3.0, -1.0)), Registration(turn_rad=0.05, shift=(0.4, 2.0))],
+)
+@pytest.mark.parametrize("name", ["60E1", "54E1", "S1002"])
+def test_a_moved_line_is_found_where_it_lies(name, moved):
+    found, usual = register(load(name), sampled(name, moved=moved))
+    assert found.turn_rad == pytest.approx(moved.turn_rad, abs=1e-7)
+    assert found.shift == pytest.approx(moved.shift, abs=1e-6)
+    assert usual < 1e-6
+
+
+def test_the_way_back_is_the_way_back():
+    move = Registration(turn_rad=0.3, shift=(5.0, -2.0))
+    points = np.array([[1.0, 2.0], [-30.0, 4.0]])
+    assert move.to_reference(move.from_reference(points)) == pytest.approx(points, abs=1e-14)
+
+
+# --- recognition --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["60E1", "54E1", "49E1", "60E2", "46E1", "S1002"])
+def test_a_noisy_profile_is_recognised(name):
+    kind = load(name).kind
+    found = nearest(sampled(name, 0.01), kind)
+    # the benchmark's wheel is the S1002 without its chamfer
+    assert found[0].name in (name, f"MBench_{name}")
+    assert found[0].usual_mm == pytest.approx(0.01, rel=0.25)
+
+
+def test_a_worn_rail_is_its_rail_and_its_wear():
+    points = sampled("60E1", 0.01, wear=corner_wear)
+    assert nearest(points, "rail")[0].name == "60E1"
+    made = read(points).measured
+    assert made.nominal == "60E1"
+    assert "nearest library profile: 60E1" in nearest_text(nearest(points, "rail"))
+    # the wear that was planted, to some of the noise, where both lines are registered by the sides of the head
+    line = read(points, nominal="60E1")
+    feet = foot_points(replace(load("60E1"), outline=()), points_of(line))
+    assert feet.off_mm.min() == pytest.approx(-0.6, abs=0.05)
+
+
+def test_points_of_no_rail_have_no_nominal():
+    y = np.arange(-30.0, 30.0 + 1e-9, 0.2)
+    points = np.column_stack((y, -((y / 7.0) ** 2) + 0.01 * np.random.default_rng(0).normal(size=y.size)))
+    line = read(points)
+    assert line.measured.nominal == ""
+    with pytest.raises(InputError, match="the points do not lie over 60E1 within 2 mm"):
+        read(points, nominal="60E1")
+
+
+# --- the smoothed line --------------------------------------------------------------------------------------------
+
+
+def test_exact_points_are_not_smoothed():
+    assert read(sampled("60E1", step_mm=0.5)).measured is None
+    assert read(sampled("60E1", 0.01), smoothing_mm=0.0).measured is None
+
+
+@pytest.mark.parametrize("wave_mm", [4.0, 8.0, 16.0])
+def test_half_of_a_wave_of_the_width_is_left(wave_mm):
+    s = np.linspace(0.0, 200.0, 2001)
+    wave = np.cos(2.0 * math.pi * s / wave_mm)
+    left = smoothed_by(s, wave[:, None], wave_mm)(s)[:, 0]
+    middle = slice(600, 1400)
+    assert left[middle] @ wave[middle] / (wave[middle] @ wave[middle]) == pytest.approx(0.5, abs=2e-3)
+
+
+@pytest.mark.parametrize("noise_mm", [0.002, 0.01, 0.02])
+@pytest.mark.parametrize("step_mm", [0.1, 0.2, 0.5])
+def test_the_noise_is_told_from_the_points(noise_mm, step_mm):
+    found = [noise_of(sampled("60E1", noise_mm, step_mm, seed)) for seed in range(8)]
+    assert np.mean(found) == pytest.approx(noise_mm, rel=0.1)
+
+
+def test_the_stated_curvature_noise_is_the_one_that_arises():
+    """With one width, over seeds: the standard deviation of the curvature half way along the top of the head."""
+    lines = [read(sampled("60E1", 0.01, seed=seed), smoothing_mm=15.0, nominal="60E1") for seed in range(40)]
+    arisen = np.std([line.curvature(3.0) for line in lines])
+    made = lines[0].measured
+    stated = np.interp(3.0, made.points[:, 0], made.curvature_noise_per_mm)
+    # forty values know their scatter to 11 %, and so do the draws
+    assert arisen == pytest.approx(stated, rel=0.35)
+
+
+def test_a_smoothed_line_keeps_the_junctions_and_has_no_steps():
+    line = read(sampled("60E1", 0.01))
+    assert [j.y_mm for j in line.junctions] == pytest.approx([j.y_mm for j in load("60E1").junctions], abs=0.02)
+    assert not any(junction.is_corner for junction in line.junctions)
+    u = np.arange(1.0, len(line.segments))
+    left, right = line.evaluate(u, "left"), line.evaluate(u, "right")
+    assert left.y == pytest.approx(right.y, abs=1e-8)
+    assert left.angle_rad == pytest.approx(right.angle_rad, abs=1e-7)
+
+
+def test_derivatives_of_a_smoothed_line_are_those_of_its_points():
+    line = read(sampled("S1002", 0.01), kind="wheel")
+    u = np.linspace(0.3, len(line.segments) - 0.3, 400)
+    u = u[np.abs(u - np.round(u)) > 1e-2]
+    h = 1e-5
+    low, here, high = (line.evaluate(u + d) for d in (-h, 0.0, h))
+    for name in ("y", "z"):
+        first = (getattr(high, name) - getattr(low, name)) / (2 * h)
+        assert getattr(here, f"d{name}") == pytest.approx(first, rel=1e-5, abs=1e-4)
+        second = (getattr(high, f"d{name}") - getattr(low, f"d{name}")) / (2 * h)
+        assert getattr(here, f"dd{name}") == pytest.approx(second, rel=1e-4, abs=2e-3)
+
+
+def test_other_lines_that_the_points_allow():
+    line = read(sampled("60E1", 0.01))
+    assert variant(load("60E1"), "half") is load("60E1")
+    assert variant(line, "half").measured.width_mm == 0.5 * line.measured.width_mm
+    assert variant(line, "double").measured.width_mm == 2.0 * line.measured.width_mm
+    y = np.linspace(-25.0, 25.0, 101)
+    draws = [variant(line, k).height(y) - line.height(y) for k in range(3)]
+    # other noise each time, and the same one each time it is asked for; much smaller than that of the points
+    assert all(1e-5 < np.abs(one).max() < 0.01 for one in draws)
+    assert np.abs(draws[0] - draws[1]).max() > 1e-5
+    assert np.array_equal(variant(line, 0).height(y) - line.height(y), draws[0])
+
+
+def test_the_deviation_from_the_nominal_scales():
+    line = read(sampled("60E1", 0.005, wear=corner_wear), nominal="60E1")
+    y = np.linspace(-20.0, 20.0, 81)
+    none, half, whole = (scaled(line, part).height(y) for part in (0.0, 0.5, 1.0))
+    assert whole == pytest.approx(line.height(y), abs=1e-12)
+    # a displacement across the line: its height is linear in it to the square of 0.6 mm over the radii of 80 mm
+    assert half == pytest.approx(0.5 * (none + whole), abs=1e-3)
+    made = line.measured
+    moved = Registration(turn_rad=made.turn_rad, shift=made.shift)
+    assert foot_points(load("60E1"), moved.to_reference(np.column_stack((y, none)))).off_mm == pytest.approx(
+        0.0, abs=1e-9
+    )
+    with pytest.raises(InputError, match="not known by its deviation"):
+        scaled(load("60E1"), 0.5)
+
+
+# --- a case before it is solved -------------------------------------------------------------------------------------
+
+
+def test_a_preview_says_what_the_solution_will_begin_with(tmp_path):
+    case = Case(lateral_shift_mm=3.0)
+    seen = preview(case)
+    _, expected = expect_on_half_space(case, place_case(case))
+    assert seen.expected.semi_axis_x_mm == expected.semi_axis_x_mm
+    assert seen.hertz_uncertainty is None
+    # the mesh of this case has 28,980 and 44,682 unknowns
+    assert seen.degrees_of_freedom == pytest.approx(73_662, rel=0.1)
+    text = preview_text(seen)
+    assert "curvature junctions below it: rail at +2.35 mm" in text
+    record = json.loads(json.dumps(preview_record(seen)))
+    assert record["hertz"]["p_max_MPa"] == pytest.approx(1585.4, abs=0.1)
+    assert preview_figure(seen, tmp_path / "seen.png").stat().st_size > 10_000
+
+
+def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    np.savetxt("mine.csv", sampled("60E1", 0.01), delimiter=",", fmt="%.6f")
+    assert call(["place", "--rail", "mine.csv", "--shift", "-4", "--out", "seen.png"]) == 0
+    out = capsys.readouterr().out
+    assert "the measured profiles leave ±" in out
+    assert (tmp_path / "seen.png").exists()
+    assert call(["place", "--rail", "mine.csv", "--shift", "-4", "--json"]) == 0
+    part = json.loads(capsys.readouterr().out)["uncertainty_of_profile"]
+    assert 0.0 < part["p_max_MPa"] < 0.05
+    assert call(["profiles", "mine.csv", "--write", "mine.prr", "--out", "mine.png"]) == 0
+    out = capsys.readouterr().out
+    assert "nearest library profile: 60E1" in out
+    assert "its deviation from 60E1" in out
+    assert (tmp_path / "mine.png").exists()
+    assert call(["profiles", "mine.prr", "--kind", "wheel"]) == 2
+    assert "is a rail but a wheel is wanted" in capsys.readouterr().err
+
+
+def test_the_picture_of_a_measured_line(tmp_path):
+    line = read(sampled("60E1", 0.01))
+    assert isinstance(line, Profile)
+    assert measured_figure(line, tmp_path / "line.png").stat().st_size > 10_000
+
+
+def test_points_that_are_taken_as_exact_and_are_not_are_named(tmp_path):
+    path = tmp_path / "noisy.txt"
+    # a head that is flatter than its noise: a spline through it is hollow at the touch point in every other file
+    y = np.arange(-30.0, 30.0 + 1e-9, 0.2)
+    np.savetxt(path, np.column_stack((y, 0.01 * np.cos(math.pi * y / 0.4) - y**2 / 2000.0)))
+    case = Case(
+        rail=str(path), rail_file=Reading(smoothing_mm=0.0), wheel="cylinder:460", inclination_rad=0.0,
+        track=Track(rail_crown_y_mm=750.0),
+    )  # fmt: skip
+    hollow = replace(place_case(case).first.curvature, yy_per_mm=-1.0)
+    placed = place_case(case)
+    placed = replace(placed, touch_points=(replace(placed.first, curvatures=(hollow,)),))
+    with pytest.raises(InputError, match="the line of noisy goes through its points as they are: give --smoothing-mm"):
+        hertz_of_case(case, placed)
