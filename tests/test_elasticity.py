@@ -45,7 +45,7 @@ def test_multigrid_is_taken_where_the_factors_do_not_fit(available):
 def test_without_mkl_multigrid_is_taken(monkeypatch):
     monkeypatch.setattr(elasticity, "pardiso_available", lambda: False)
     assert choose_solver("auto", [1000]) == "amg"
-    with pytest.raises(InputError, match="MKL is not installed"):
+    with pytest.raises(InputError, match="MKL cannot be loaded here; pip install pypardiso"):
         choose_solver("pardiso")
 
 

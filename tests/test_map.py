@@ -23,7 +23,7 @@ import fecontact
 from fecontact.case import Case, Criteria, Track
 from fecontact.cli import call
 from fecontact.comparison.judged_load import JudgedLoad, Level, SolvedLoad, judge_load
-from fecontact.comparison.measures import FLOORS, MEASURES, MISFITS, Measures, Misfit, hertz_on
+from fecontact.comparison.measures import FLOORS, MEASURES, MISFITS, NOISE, Measures, Misfit, hertz_on
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.uncertainty import MESH_RATIO, reading_uncertainty
 from fecontact.comparison.verdict import judge
@@ -818,7 +818,7 @@ def test_map_table_has_a_line_for_each_position(fresh):
     lines = map_table(fresh).splitlines()
     assert len(lines) == 10
     assert lines[2].endswith("+   +3.0   holds 10 to 150 kN")
-    assert lines[3].endswith("xp  +6.0   holds 10 to 118.4, open 118.4 to 132.5, fails 132.5 to 150 kN")
+    assert lines[3].endswith("xp  +6.0   holds 10 to 118.4, open 118.4 to 129.8, fails 129.8 to 150 kN")
     assert lines[5].endswith("fails 100 to 150 kN (62.78 kN: failed: a limit that cannot be solved)")
     assert lines[7].split() == ["+4.00", *"!!!!", "failed:", "the", "wheel", "is", "off", "the", "rail"]
     # what did not converge is open, and has no number to be relied on: no measure decided that
@@ -1686,7 +1686,8 @@ def test_the_half_space_under_two_round_bodies_is_hertz():
     found = predict(ROUND)
     assert set(found) == {*MEASURES, *MISFITS}
     for name in INFERRED:
-        assert abs(found[name]) < 2.0 * FLOORS[name] + 1e-9
+        # read off 32 nodes, as what it is compared with
+        assert abs(found[name]) < 2.0 * (FLOORS[name] + NOISE.get(name, 0.0)) + 1e-9
 
 
 def test_nothing_is_predicted_where_the_curvature_at_the_touch_point_has_two_values():

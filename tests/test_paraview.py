@@ -87,6 +87,8 @@ def pvpython() -> list[str]:
     return ["pvpython"]
 
 
+# Debian's ParaView now and then dies on the stand-in of a screen where other tests use the machine
+@pytest.mark.slow
 def test_paraview_reads_integrates_and_renders(study, tmp_path):
     write_view(study)
     # what Python this is must not be mixed with ParaView's own

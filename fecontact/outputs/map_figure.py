@@ -120,7 +120,8 @@ def _draw_numbers(ax: Axes, position: MapPosition, middle: float, criteria: Crit
     for cell in position.cells:
         letter = "" if cell.cause is None else CAUSE_LETTERS[cell.cause]
         used = limit_used(cell, criteria)
-        words = f"{used:.{2 if used < 1.0 else 1}f} {letter}"
+        # three characters and the letter, whatever the number
+        words = f"{used:.{2 if used < 1.0 else 1 if used < 10.0 else 0}f} {letter}"
         if cell.status not in ("converged", "inferred"):
             words = "!"
         elif font < _SMALLEST_FONT:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from fecontact.profiles.curve import Floats, Profile
 
@@ -64,6 +63,8 @@ class FootPoints:
 
 def foot_points(line: Profile, points: Floats) -> FootPoints:
     """The nearest points of a line to points (n, 2) that lie a few mm off it at most."""
+    from scipy.spatial import cKDTree
+
     table = line._table
     nearest = cKDTree(np.column_stack((table.points.y, table.points.z))).query(points)[1]
     s = line._table_lengths[nearest]

@@ -19,7 +19,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Arc, Floats, Line, Measured, Polynomial, Profile, Segment, Smoothed, polynomial_arc
@@ -110,6 +109,8 @@ def smoothed_line(points: Floats, *, width_mm: float | None, noise_mm: float | N
     normals = np.column_stack((-first[:, 1], first[:, 0])) / speed[:, None]
     bend = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / speed**3
     # over some mm, and far from both ends of the scale: the pilot's own noise is no curvature
+    from scipy.ndimage import gaussian_filter1d
+
     spread = np.maximum(gaussian_filter1d(bend, _PILOT_MM * s.size / s[-1], mode="nearest"), _FLAT_PER_MM)
     return _measured(points, s, points, normals, width_mm, noise_mm, relative=np.sqrt(_FLAT_PER_MM / spread))
 
