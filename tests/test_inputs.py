@@ -99,6 +99,23 @@ ROWS: dict[tuple[str, str], Row] = {
     ),
     ("", "roll_rad"): angle("roll_mrad"),
     ("", "yaw_rad"): angle("yaw_mrad"),
+    ("", "wheelset"): Row(
+        "wheelset", "--wheelset", True, True, "yes", "yes", "wheelset is 'yes'; allowed: true or false",
+        ": true or false; default false",
+    ),
+    ("", "side"): Row(
+        "side", "--side", "right", "right", "rigth", "rigth",
+        "side is 'rigth'; allowed: left, right; did you mean right?", ": left, right; default left",
+    ),
+    ("opposite", "rail"): Row(
+        "rail", "--opposite-rail", "54E1", "54E1", "", "", "opposite rail is ''; allowed", "; mm; default none"
+    ),
+    ("opposite", "wheel"): Row(
+        "wheel", "--opposite-wheel", "S1002x", "S1002x", "", "", "opposite wheel is ''; allowed", "; mm; default none"
+    ),
+    ("opposite", "rolling_radius_mm"): length(
+        "rolling_radius_mm", 459.0, "default none", "--opposite-rolling-radius-mm"
+    ),
     ("", "load_N"): Row(
         "load_kN", "--load-kn", 87.654321, 87654.321, -5, -5000.0,
         "load is -5000.0 N (-5 kN); allowed: finite and > 0; give the wheel load", ": kN, finite and > 0; default 100",
@@ -191,7 +208,9 @@ def test_an_input_is_the_same_by_python_file_and_command_line(place, tmp_path):
     case = by_python(place, row.held)
     assert case != Case()
     assert by_file(tmp_path, line(place, row.written)) == (case,)
-    assert by_command(row.option, row.written) == case
+    # a flag stands for itself
+    given = (row.option,) if row.written is True else (row.option, row.written)
+    assert by_command(*given) == case
     assert case_from_record(json.loads(json.dumps(case_record(case)))) == case
 
 
@@ -205,6 +224,9 @@ def test_an_input_outside_its_range_is_refused_in_the_same_words(place, tmp_path
         by_file(tmp_path, line(place, row.bad_written))
     assert str(file.value).startswith(f"study {tmp_path / 'mine.toml'}: ")
     assert str(file.value).endswith(str(python.value))
+    if row.written is True:
+        # on the command line it has no value
+        return
     assert call(["solve", row.option, str(row.bad_written)]) == 2
     assert capsys.readouterr().err.strip().endswith(str(python.value))
 
@@ -248,6 +270,16 @@ def test_a_material_for_both_bodies_and_one_of_its_own():
 def test_no_option_and_an_empty_file_are_the_default_case(tmp_path):
     assert by_command() == Case()
     assert by_file(tmp_path, "") == (Case(),)
+
+
+def test_a_roll_that_is_given_stands_instead_of_that_of_a_wheelset(tmp_path):
+    assert by_command("--wheelset", "--roll-mrad", "0.4") == Case(roll_rad=0.4e-3)
+    # also one of zero
+    assert by_command("--wheelset", "--roll-mrad", "0") == Case()
+    text = "wheelset = true\n[[case]]\n[[case]]\nroll_mrad = 0.4\n"
+    assert by_file(tmp_path, text) == (Case(wheelset=True), Case(roll_rad=0.4e-3))
+    with pytest.raises(InputError, match=r"roll is 0\.0004 rad \(0\.4 mrad\), but that of a wheelset is found"):
+        Case(wheelset=True, roll_rad=0.4e-3)
 
 
 def test_the_shift_has_two_names_and_element_sizes_are_a_resolution():

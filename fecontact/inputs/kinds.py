@@ -1,4 +1,4 @@
-"""What an input may be: a number within a range, a text, one of several names, or some of them.
+"""What an input may be: a number within a range, a text, one of several names, some of them, or a flag.
 
 Each kind reads a value as a user writes it, checks a value as the program holds it, and says what it allows. The first
 message is for a value that cannot be understood, the second for one that is understood and lies outside the range.
@@ -306,7 +306,54 @@ class Names:
                 raise InputError(f"{self.label} is {name!r}; allowed: {self.domain}{meant}")
 
 
-Input = Number | Text | Choice | Names
+@dataclass(frozen=True, kw_only=True)
+class Flag:
+    """Whether something is so; the attributes are as those of `Number`."""
+
+    label: str
+    help: str
+    key: str = ""
+    group: str = ""
+    options: tuple[str, ...] = ()
+
+    @property
+    def domain(self) -> str:
+        """What is allowed."""
+        return "true or false"
+
+    @property
+    def allowed(self) -> str:
+        """What a user may write."""
+        return self.domain
+
+    def shown(self, value: bool) -> str:
+        """A value as a user would write it."""
+        return "true" if value else "false"
+
+    def read(self, value: Any) -> bool:
+        """The value itself.
+
+        Raises
+        ------
+        InputError
+            If it is none.
+        """
+        self.check(value)
+        return bool(value)
+
+    def check(self, value: Any) -> None:
+        """Refuse what is neither true nor false.
+
+        Raises
+        ------
+        InputError
+            With the value and what is allowed.
+        """
+        if not isinstance(value, bool):
+            raise InputError(f"{self.label} is {value!r}; allowed: {self.allowed}")
+
+
+Input = Number | Text | Choice | Names | Flag
 
 
 def as_number(value: Any) -> float | None:

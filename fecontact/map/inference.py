@@ -15,7 +15,8 @@ from fecontact.comparison.measures import FLOORS, MEASURES, deviations
 from fecontact.comparison.verdict import judge
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.map.cells import Inferred
-from fecontact.solving.position import expect_on_half_space, place_case, point_noise
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import expect_on_half_space, point_noise
 
 # An inferred verdict must stand with so many times what the inference adds to the neighbours' own uncertainty.
 _SAFETY = 2.0

@@ -11,11 +11,13 @@ from fecontact import __version__
 from fecontact.case import Case, case_record
 from fecontact.comparison.judged_load import JudgedLoad, SideJudgement
 from fecontact.comparison.measures import hertz_measures
+from fecontact.geometry.placement import Placement
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.expected_patch import narrowest_semi_axes_mm, semi_axes_of_elements_mm
 from fecontact.solving.meshes import finer_degrees_of_freedom
-from fecontact.solving.position import hertz_of_case, hertz_points_of_case, place_case
+from fecontact.solving.placing import place_case, roll_of_case
+from fecontact.solving.position import hertz_of_case, hertz_points_of_case
 from fecontact.solving.solve import CaseResult
 from fecontact.theory.hertz import HertzContact
 from fecontact.theory.touch_hertz import HertzPoints, sides
@@ -24,12 +26,18 @@ Record = dict[str, Any]
 
 _PACKAGES = ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "pyvista", "vtk", "pypardiso", "pyamg", "matplotlib")
 RESULT_SCHEMA = "fecontact/result/3"
+FOUND_INPUTS = ("roll_mrad",)
+"""What a record of a case has beside its inputs: the roll as it stands, found or given."""
 STEP_MEASURES = ("p_max_MPa", "area_mm2", "approach_mm")
 
 
-def shown_case_record(case: Case) -> Record:
-    """The inputs as results show them: of a profile that is a file its name and a hash of its content, no folder."""
-    return case_record(case) | {"rail": profile_identity(case.rail), "wheel": profile_identity(case.wheel)}
+def shown_case_record(case: Case, placement: Placement | None = None) -> Record:
+    """The inputs as results show them: of a profile that is a file its name and a hash of its content, no folder.
+
+    Where a placement is given also what was found for it (`FOUND_INPUTS`).
+    """
+    shown = case_record(case.with_profiles({body: profile_identity(spec) for body, spec in case.profiles.items()}))
+    return shown if placement is None else shown | {"roll_mrad": 1e3 * roll_of_case(case, placement)}
 
 
 def result_record(result: CaseResult) -> Record:
@@ -38,7 +46,7 @@ def result_record(result: CaseResult) -> Record:
     return {
         "schema": RESULT_SCHEMA,
         "status": result.status,
-        "case": shown_case_record(result.case),
+        "case": shown_case_record(result.case, result.placement),
         "contact_angle_rad": result.placement.first.contact_angle_rad,
         "touch_points": [touch_record(touch) for touch in result.placement.touch_points],
         **load,
@@ -190,7 +198,7 @@ def hertz_record(case: Case) -> Record:
     hertz = hertz_of_case(case, placement)
     return {
         "schema": "fecontact/hertz/1",
-        "case": shown_case_record(case),
+        "case": shown_case_record(case, placement),
         "normal_force_N": hertz.normal_force_N,
         "contact_angle_rad": placement.first.contact_angle_rad,
         "touch_points": [touch_record(touch) for touch in placement.touch_points],

@@ -27,7 +27,8 @@ from fecontact.fe.mortar import mortar_matrix
 from fecontact.fe.stiffness import stiffness
 from fecontact.geometry.placement import Placement
 from fecontact.solving.expected_patch import ExpectedPatch
-from fecontact.solving.position import Clock, Position, element_size_mm, expect_on_half_space, place_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import Clock, Position, element_size_mm, expect_on_half_space
 from fecontact.solving.true_gap import TrueGap
 
 Floats = NDArray[np.float64]

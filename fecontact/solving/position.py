@@ -15,10 +15,9 @@ from fecontact.case import RESOLUTIONS, Case
 from fecontact.comparison.judged_load import PointNoise
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.fe.linear_solver import choose_solver
-from fecontact.geometry.placement import Placement, place
-from fecontact.profiles.curve import Profile
-from fecontact.profiles.resolve import has_no_gauge_face, resolve_rail, resolve_wheel
+from fecontact.geometry.placement import Placement
 from fecontact.solving.expected_patch import ExpectedPatch, approach_direction, expected_patch
+from fecontact.solving.placing import place_case
 from fecontact.solving.true_gap import TrueGap
 from fecontact.theory.hertz import HertzContact, hertz_from_hessian
 from fecontact.theory.touch_hertz import HertzPoints, hertz_points
@@ -51,30 +50,6 @@ class Clock:
         finally:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
             self.memory_MB[name] = psutil.Process().memory_info().rss / 1e6
-
-
-def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Placement:
-    """Put the wheel of a case on its rail; `rail` and `wheel` stand for the case's own lines where given.
-
-    Raises
-    ------
-    InputError
-        For profiles that cannot be read and positions in which the wheel does not run on the rail.
-    """
-    case_wheel = resolve_wheel(case.wheel)
-    track = case.track
-    if has_no_gauge_face(case.rail) and track.rail_crown_y_mm is None:
-        track = replace(track, rail_crown_y_mm=track.tape_circle_y_mm)
-    return place(
-        rail or resolve_rail(case.rail),
-        wheel or case_wheel.profile,
-        inclination_rad=case.inclination_rad,
-        lateral_shift_mm=case.lateral_shift_mm,
-        roll_rad=case.roll_rad,
-        yaw_rad=case.yaw_rad,
-        rolling_radius_mm=case_wheel.rolling_radius_mm or case.rolling_radius_mm,
-        track=track,
-    )
 
 
 def hertz_of_case(case: Case, placement: Placement) -> HertzContact:
