@@ -358,8 +358,8 @@ def test_a_misspelt_key_is_refused_with_the_nearest_and_all_others(slot: Slot, t
     own = [other.key for other in INPUTS if other.table == slot.table]
     head = f"[{slot.table}]\n" if slot.table else ""
     misspelt = {slot.key[:middle] + slot.key[middle + 1 :], f"{slot.key}s", slot.key[1:], f"{slot.key[:-1]}x"}
-    # a_percent and b_percent are equally near to some
-    for wrong in misspelt - {other[1:] for other in own if other != slot.key}:
+    # a_percent and b_percent are equally near to some, side and the table size to one
+    for wrong in misspelt - {"sie", *(other[1:] for other in own if other != slot.key)}:
         message = refusal(tmp_path, f"{head}{wrong} = 1\n")
         assert f"{wrong}: there is no such key; did you mean {slot.key}?; keys: {', '.join(own)}" in message
         assert message.startswith(f": [{slot.table}]: " if slot.table else ": ")

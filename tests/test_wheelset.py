@@ -76,7 +76,7 @@ def test_the_axle_has_one_height(shift):
     # each wheel's own search, by roots of the slope, against the samples by which the roll is found
     left, right = (side.wheel.centre_mm[2] for side in (placed.left, placed.right))
     assert left == pytest.approx(right, abs=1e-8)
-    assert placed.lift_mm == left
+    assert placed.axle_height_mm == left
     assert place_case(case).first == placed.left.first
     # one roll for both
     assert roll_of_case(replace(case, side="right"), placed.right) == pytest.approx(placed.roll_rad, abs=1e-15)

@@ -45,14 +45,16 @@ class Standing:
         Height of the axle's centre.
     lever_mm
         How much that falls for a radian of roll.
-    wheel_u, y_mm
-        Parameter of the wheel's profile at the touch point, and its lateral position from the track's centre.
+    y_mm
+        Lateral position of the touch point from the track's centre.
+    radius_mm
+        Radius of the wheel there.
     """
 
     axle_mm: float
     lever_mm: float
-    wheel_u: float
     y_mm: float
+    radius_mm: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -62,13 +64,12 @@ class HungPair:
     pair: Pair
 
     @cached_property
-    def _wheel(self) -> tuple[Floats, CurvePoints]:
-        u = _sample(self.pair.wheel)[1:-1]
-        return u, self.pair.wheel.evaluate(u)
+    def _wheel(self) -> CurvePoints:
+        return self.pair.wheel.evaluate(_sample(self.pair.wheel)[1:-1])
 
     @cached_property
     def _some(self) -> CurvePoints:
-        return _taken(self._wheel[1], slice(None, None, _EVERY))
+        return _taken(self._wheel, slice(None, None, _EVERY))
 
     @cached_property
     def _rail(self) -> tuple[Floats, Floats]:
@@ -87,11 +88,12 @@ class HungPair:
         low = float(gap.min())
         if not np.isfinite(low):
             return None
-        u, points = self._wheel
+        points = self._wheel
         near = np.flatnonzero(np.convolve(gap < low + _NEAR_MM, np.ones(3), "same"))
-        places = np.unique(np.clip(near[:, None] * _EVERY + np.arange(-_EVERY, _EVERY + 1), 0, u.size - 1))
+        places = np.unique(np.clip(near[:, None] * _EVERY + np.arange(-_EVERY, _EVERY + 1), 0, points.y.size - 1))
         _, _, y, z = pose.silhouette_of(_taken(points, places))
-        gap = np.nan_to_num(z - rail.section(rail.parameter_at_y(y))[1], nan=np.inf)
+        _, z_rail, tangent = rail.section(rail.parameter_at_y(y))
+        gap = np.nan_to_num(z - z_rail, nan=np.inf)
         k = int(np.argmin(gap))
         least, step = float(gap[k]), 0.0
         if not np.isfinite(least):
@@ -106,13 +108,13 @@ class HungPair:
         at, every = k + step, np.arange(gap.size)
         y_touch = float(np.interp(at, every, y))
         # the touch point turns about the axle's centre, and slides along the tangent that both lines have there
-        slope = float(np.tan(rail.section(rail.parameter_at_y(y_touch))[2]))
-        lever = (y_touch - shift_mm) + float(np.interp(at, every, z)) * slope
-        return Standing(axle_mm=-least, lever_mm=lever, wheel_u=float(np.interp(at, every, u[places])), y_mm=y_touch)
-
-    def rolling_radius_mm(self, standing: Standing) -> float:
-        """Radius of the wheel where it touches."""
-        return float(self.pair.rolling_radius_mm - self.pair.wheel.evaluate(standing.wheel_u).z)
+        lever = (y_touch - shift_mm) + float(z[k] * np.tan(tangent[k]))
+        return Standing(
+            axle_mm=-least,
+            lever_mm=lever,
+            y_mm=y_touch,
+            radius_mm=self.pair.rolling_radius_mm - float(np.interp(at, every, points.z[places])),
+        )
 
 
 def _taken(points: CurvePoints, which: Any) -> CurvePoints:
@@ -135,7 +137,7 @@ class PlacedWheelset:
     ----------
     roll_rad
         At which both wheels touch; positive lifts the left wheel.
-    lift_mm
+    axle_height_mm
         Height of the axle's centre over the rails' highest point.
     left, right
         Both wheels on their rails, each in the frame of the left side.
@@ -144,7 +146,7 @@ class PlacedWheelset:
     shift_mm: float
     yaw_rad: float
     roll_rad: float
-    lift_mm: float
+    axle_height_mm: float
     left: Placement
     right: Placement
 
@@ -219,7 +221,7 @@ class Wheelset:
             shift_mm=shift_mm,
             yaw_rad=yaw_rad,
             roll_rad=stand.roll_rad,
-            lift_mm=float(placed["left"].wheel.centre_mm[2]),
+            axle_height_mm=float(placed["left"].wheel.centre_mm[2]),
             **placed,
         )
 
@@ -239,14 +241,13 @@ def place_wheelset(wheelset: Wheelset, lateral_shift_mm: float, yaw_rad: float =
     """
     placed = wheelset.at(lateral_shift_mm, yaw_rad)
     if isinstance(placed, str):
-        raise InputError(
-            f"lateral shift {lateral_shift_mm:g} mm of the wheelset: {placed}; {_possible_shifts(wheelset, yaw_rad)}"
-        )
+        can = possible_wheelset_shifts(wheelset, yaw_rad)
+        raise InputError(f"lateral shift {lateral_shift_mm:g} mm of the wheelset: {placed}; {can}")
     return placed
 
 
-def _possible_shifts(wheelset: Wheelset, yaw_rad: float) -> str:
-    """In words, from the middle of the track outwards: beyond the first shift that is not possible there is none."""
+def possible_wheelset_shifts(wheelset: Wheelset, yaw_rad: float = 0.0) -> str:
+    """Possible shifts in words, from the middle outwards: beyond the first that is not possible there is none."""
     ends = []
     for step in (-_STEP_MM, _STEP_MM):
         shift = 0.0
