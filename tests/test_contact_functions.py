@@ -41,10 +41,9 @@ def test_harmonic_linearisation_of_cones_and_of_a_step():
         nodes = [-amplitude, -1e-7, 1e-7, amplitude]
         step = harmonic_conicity(lambda y: math.copysign(0.3, y), amplitude, nodes)
         assert step == pytest.approx(0.3 * 2.0 / math.pi / amplitude, rel=1e-6)
-        # c y^3: 3/4 c A^2; straight pieces of 0.1 mm
-        assert harmonic_conicity(lambda y: 0.01 * y**3, amplitude) == pytest.approx(
-            0.0075 / 2 * 2 * amplitude**2, rel=0.02
-        )
+        # c y^3: the mean of cos^4 is 3/8; straight pieces of 0.1 mm
+        cubic = harmonic_conicity(lambda y: 0.01 * y**3, amplitude)
+        assert cubic == pytest.approx(0.01 * 3 / 8 * amplitude**2, rel=0.02)
 
 
 def test_cones_on_circles_have_their_own_conicity():

@@ -27,6 +27,8 @@ OPEN_GAP_MM = 1e3
 # Further minima of the vertical gap up to this height are touch points: three times what wheels of 200 kN approach.
 REACH_MM = 0.3
 _EVERY_SHIFT = np.arange(-40.0, 40.5, 0.5)
+# A step in the height of a line may stand above its touch points by as much as segments may miss each other.
+_STEP_MM = 2e-3
 SIGN: dict[TrackSide, float] = {"left": 1.0, "right": -1.0}
 """Sign of a wheelset's shift, roll and yaw in the frame of its left side."""
 
@@ -262,6 +264,12 @@ def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float) -> Placement | str
         return "no point of the running surfaces is tangent to the other one where they come closest"
     found.sort()
     height = found[0][0]
+    if height - gap[lowest] > _STEP_MM:
+        return (
+            f"the bodies come closest at y = {wheel.profile.evaluate(u[lowest]).y:.2f} mm of the wheel, where neither line"
+            f" is tangent to the other one, {1e3 * (height - gap[lowest]):.0f} micrometres before they touch elsewhere:"
+            " a step in one of the profiles"
+        )
     down = WheelPose(
         profile=wheel.profile,
         rolling_radius_mm=wheel.rolling_radius_mm,

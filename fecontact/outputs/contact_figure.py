@@ -9,7 +9,6 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.geometry.contact_functions import ContactFunctions, rolling_radius_difference_mm
-from fecontact.inputs.texts import inclination_text
 from fecontact.outputs.figures import blank_figure, save_figure
 from fecontact.outputs.series import short_name
 from fecontact.profiles.identity import profile_identity
@@ -45,8 +44,9 @@ def functions_figure(case: Case, found: ContactFunctions, path: str | Path) -> P
     axes[0, 1].legend()
     axes[1, 0].legend()
     rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
+    inclined = f" 1:{1.0 / np.tan(case.inclination_rad):.3g}" if case.inclination_rad else ""
     figure.suptitle(
-        f"wheelset {wheel} on {rail} {inclination_text(case.inclination_rad)}, gauge {case.track.gauge_mm:g} mm,"
+        f"wheelset {wheel} on {rail}{inclined}, gauge {case.track.gauge_mm:g} mm,"
         f" back to back {case.track.back_to_back_mm:g} mm; dotted: jumps"
     )
     return save_figure(figure, Path(path))
