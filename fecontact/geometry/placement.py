@@ -265,10 +265,11 @@ def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float) -> Placement | str
     found.sort()
     height = found[0][0]
     if height - gap[lowest] > _STEP_MM:
+        y_closest = float(wheel.profile.evaluate(u[lowest]).y)
         return (
-            f"the bodies come closest at y = {wheel.profile.evaluate(u[lowest]).y:.2f} mm of the wheel, where neither line"
-            f" is tangent to the other one, {1e3 * (height - gap[lowest]):.0f} micrometres before they touch elsewhere:"
-            " a step in one of the profiles"
+            f"the bodies come closest at y = {y_closest:.2f} mm of the wheel, where neither line is tangent to the"
+            f" other one, {1e3 * (height - gap[lowest]):.0f} micrometres before they touch elsewhere: a step in a"
+            " profile"
         )
     down = WheelPose(
         profile=wheel.profile,

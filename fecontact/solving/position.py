@@ -63,7 +63,7 @@ def hertz_of_case(case: Case, placement: Placement) -> HertzContact:
     touch = placement.first
     return hertz_from_hessian(
         touch.curvature.hessian,
-        normal_force_N=case.load_N / float(touch.normal @ _direction(case, placement)),
+        normal_force_N=case.load_N / float(touch.normal @ direction_of_case(case, placement)),
         contact_modulus_MPa=case.contact_modulus_MPa,
     )
 
@@ -73,7 +73,7 @@ def hertz_points_of_case(case: Case, placement: Placement) -> HertzPoints:
     return hertz_points(
         placement,
         case.load_N,
-        direction=_direction(case, placement),
+        direction=direction_of_case(case, placement),
         contact_modulus_MPa=case.contact_modulus_MPa,
     )
 
@@ -179,9 +179,10 @@ def expect_on_half_space(case: Case, placement: Placement | None = None) -> tupl
 def true_gap_of_case(case: Case, placement: Placement) -> TrueGap:
     """The gap of a case, the half-space below it and the direction of its load."""
     return TrueGap(
-        placement=placement, contact_modulus_MPa=case.contact_modulus_MPa, direction=_direction(case, placement)
+        placement=placement, contact_modulus_MPa=case.contact_modulus_MPa, direction=direction_of_case(case, placement)
     )
 
 
-def _direction(case: Case, placement: Placement) -> Floats:
+def direction_of_case(case: Case, placement: Placement) -> Floats:
+    """Unit vector (3,) along which the load of a case acts."""
     return approach_direction(placement, normal_force=case.load_kind == "normal")
