@@ -254,7 +254,9 @@ def _outline(x: Floats, s: Floats, square: Floats, between: tuple[float, float] 
     s = np.concatenate([[s[0] - hs], s, [s[-1] + hs]])
     lines = cast(list[Floats], contour_generator(x=s, y=x, z=square).lines(0.0))
     if between is not None:
-        lines = [_clipped(line[:-1], *between) for line in lines]
+        lines = [cut for line in lines if len(cut := _clipped(line[:-1], *between))]
+        if not lines:
+            return _Outline(area=0.0, length_x=0.0, length_s=0.0)
     area = 0.0
     for line in lines:
         u, v = line.T
