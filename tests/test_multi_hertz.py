@@ -72,13 +72,27 @@ def test_two_equal_patches_far_apart_are_two_ellipses(two_patches):
     assert multi.deviation["p_max_MPa"] == pytest.approx(0.0, abs=0.002)
     for name in ("area_mm2", "a_mm", "b_mm"):
         assert multi.deviation[name] == pytest.approx(0.0, abs=0.005), name
-    assert multi.deviation["separate_load"] == pytest.approx(0.0, abs=0.003)
+    assert multi.deviation["separate_load"] == 0.0
+    # the pressure falls to zero between them, as their ellipses' does
     assert multi.deviation["valley"] == pytest.approx(0.0, abs=0.003)
     assert multi.deviation["misplaced_load"] < 0.02
+    assert multi.verdict.answer == "HOLDS"
     # the cube root of 2 in the peak, and half the load on a patch that he does not know
     assert load.deviation["p_max_MPa"] == pytest.approx(2.0 ** (1 / 3) - 1.0, abs=0.005)
     assert load.deviation["separate_load"] == pytest.approx(0.5, abs=0.002)
     assert load.verdict.answer == "FAILS"
+
+
+def test_a_patch_that_no_ellipse_knows_is_separate_load(two_patches):
+    case, placement, load = two_patches
+    contact = contact_of(case, placement)
+    one = replace(contact, ellipses=contact.ellipses[:1])
+    assert judge_multi_hertz(load, one).deviation["separate_load"] == pytest.approx(0.5, abs=2e-3)
+    assert judge_multi_hertz(load, one).verdict.answer == "FAILS"
+    # and an ellipse where there is none
+    away = replace(contact.ellipses[1], s_mm=contact.ellipses[1].s_mm - 60.0)
+    third = replace(contact, ellipses=(*contact.ellipses, away))
+    assert judge_multi_hertz(load, third).deviation["separate_load"] == pytest.approx(1.0 / 3.0, abs=1e-3)
 
 
 def test_each_patch_is_a_contact_of_its_own(two_patches):

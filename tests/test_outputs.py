@@ -18,7 +18,7 @@ import pyvista
 from rich.console import Console
 from scipy.interpolate import LinearNDInterpolator
 
-from fecontact.case import BodySize, Case, Criteria, Track, case_from_record, case_record
+from fecontact.case import BodySize, Case, Criteria, Opposite, Track, case_from_record, case_record
 from fecontact.comparison.judged_load import judge_load
 from fecontact.contact.grid import Field
 from fecontact.contact.rung import Rung
@@ -152,6 +152,8 @@ CASES = [
         lateral_shift_mm=-2.5,
         roll_rad=1e-3,
         yaw_rad=-2e-3,
+        side="right",
+        opposite=Opposite(rail="54E1", wheel="cylinder:459", rolling_radius_mm=458.0),
         load_N=87_654.321,
         load_kind="normal",
         rail_material=Material(name="R260", young_MPa=206e3, poisson=0.28, yield_MPa=520.0),
@@ -164,16 +166,18 @@ CASES = [
         criteria=Criteria(p_max=0.03, centre=0.2, judged_by=("strength", "patch", "valley")),
         refine_degrees_of_freedom=0,
     ),
+    # instead of a roll
+    Case(wheelset=True),
 ]
 
 
-@pytest.mark.parametrize("case", CASES, ids=["defaults", "nothing default"])
+@pytest.mark.parametrize("case", CASES, ids=["defaults", "nothing default", "wheelset"])
 def test_a_case_survives_json(case):
     assert case_from_record(json.loads(json_text(case_record(case)))) == case
 
 
-def test_the_second_of_these_cases_differs_from_the_defaults_in_every_field():
-    assert all(getattr(CASES[0], f.name) != getattr(CASES[1], f.name) for f in fields(Case))
+def test_these_cases_differ_from_the_defaults_in_every_field():
+    assert all(any(getattr(CASES[0], f.name) != getattr(case, f.name) for case in CASES) for f in fields(Case))
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import label
 
 from fecontact.comparison.judged_load import JudgedLoad, uncertainties
 from fecontact.comparison.measures import MEASURES, Measures, hertz_on, measures_of, patch_of
@@ -171,15 +172,48 @@ def judge_multi_hertz(load: JudgedLoad, contact: MultiHertz) -> MultiHertzJudgem
 
 @lru_cache(maxsize=16)
 def _misfits(rung: Rung, contact: MultiHertz) -> dict[str, float]:
-    """The misfits of a contact beside these ellipses: in valley and separate load what it has more of than they."""
+    """The misfits of a contact beside these ellipses; of the valley what it has more of than they.
+
+    A single ellipse is moved to the centre of pressure before the misplaced load is counted. Several stay where they
+    are: their common centre follows from how they share the load, and a move would take each from its own patch.
+    """
     patch, own = patch_of(rung), contact.patch_on(rung)
     (x, s), half_width = contact.centre_mm, contact.measures.b_mm
+    moved = (patch.centre_x_mm - x, patch.centre_y_mm - s) if len(contact.ellipses) == 1 else (0.0, 0.0)
     return {
         "centre_over_b": (patch.centre_y_mm - s) / half_width,
         "valley": patch.valley - own.valley,
-        "separate_load": patch.separate_load - own.separate_load,
-        "misplaced_load": _misplaced(rung, contact, (patch.centre_x_mm - x, patch.centre_y_mm - s)),
+        "separate_load": _unknown_load(rung, contact),
+        "misplaced_load": _misplaced(rung, contact, moved),
     }
+
+
+def _unknown_load(rung: Rung, contact: MultiHertz) -> float:
+    """Part of the force on separate patches below which no ellipse stands, and of ellipses where there is no patch."""
+    whole = rung.pressure.whole()
+    s, step = whole.grid.s_mm, whole.grid.steps_mm[1]
+    pieces, count = label(whole.values > 0.0, structure=np.ones((3, 3)))
+    places = [s[(pieces == k).any(axis=0)] for k in range(1, count + 1)]
+    boxes = [
+        (one.s_mm - 0.5 * one.hertz.extent_y_mm, one.s_mm + 0.5 * one.hertz.extent_y_mm) for one in contact.ellipses
+    ]
+
+    def meet(place: Floats, box: tuple[float, float]) -> bool:
+        return bool(place[0] - step <= box[1] and box[0] <= place[-1] + step)
+
+    total = float(whole.values.sum())
+    unknown = sum(
+        float(whole.values[pieces == k].sum()) / total
+        for k, place in enumerate(places, start=1)
+        if not any(meet(place, box) for box in boxes)
+    )
+    force = sum(one.hertz.normal_force_N for one in contact.ellipses)
+    missing = sum(
+        one.hertz.normal_force_N / force
+        for one, box in zip(contact.ellipses, boxes, strict=True)
+        if not any(meet(place, box) for place in places)
+    )
+    return float(unknown + missing)
 
 
 def _misplaced(rung: Rung, contact: MultiHertz, moved_mm: tuple[float, float]) -> float:
