@@ -201,7 +201,7 @@ def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
         "schema", "status", "case", "contact_angle_rad", "touch_points", "normal_force_N", "fe", "hertz", "deviation",
         "uncertainty", "uncertainty_of_points", "pressure_l2", "overlap", "centre_of_pressure_mm", "lobes", "pieces",
         "hertz_stiffness_GN_per_m15", "rungs", "steps", "bodies_step_uncertainty", "geometry", "verdict", "solver",
-        "hertz_points", "von_mises", "warnings", "versions",
+        "patches", "theories", "hertz_points", "von_mises", "warnings", "versions",
     ]  # fmt: skip
     assert record["schema"] == "fecontact/result/3"
     # no mesh tells how uncertain the approach is
