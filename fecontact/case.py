@@ -13,7 +13,7 @@ from typing import Any, Literal, get_args
 
 from fecontact.creep import Creep
 from fecontact.errors import InputError
-from fecontact.inputs.kinds import Choice, Names, Number, Text
+from fecontact.inputs.kinds import Choice, Flag, Names, Number, Text
 from fecontact.inputs.slots import Part, Slot, check_inputs, slots
 from fecontact.inputs.texts import INCLINATION_FORMS, inclination_text, parse_inclination
 from fecontact.material import STEEL, Material, contact_modulus_MPa
@@ -22,6 +22,7 @@ from fecontact.profiles.reading import Reading
 Group = Literal["place", "files", "load", "material", "bodies", "solution", "verdict", "creep"]
 LoadKind = Literal["vertical", "normal"]
 SolverChoice = Literal["auto", "pardiso", "amg"]
+TrackSide = Literal["left", "right"]
 
 RESOLUTIONS = {"quick": 6.0, "standard": 9.0, "fine": 13.5}
 """Named resolutions: elements a semi-axis of the expected patch, in each direction."""
@@ -208,7 +209,7 @@ _INCLINATION = Number(
 _SHIFT = Number(
     group="place",
     label="lateral shift",
-    help="Lateral shift of the wheelset, positive towards this rail",
+    help="Lateral shift of the wheelset, positive towards the left rail",
     options=("shift", "lateral-shift-mm"),
     unit="mm",
     low=-60.0,
@@ -217,7 +218,7 @@ _SHIFT = Number(
 _ROLL = Number(
     group="place",
     label="roll",
-    help="Roll of the wheelset about x, positive lifts this wheel",
+    help="Roll of the wheelset about x, positive lifts the left wheel; instead of that of --wheelset",
     key="roll_mrad",
     unit="rad",
     shown_unit="mrad",
@@ -228,6 +229,15 @@ _ROLL = Number(
 )
 _YAW = replace(
     _ROLL, label="yaw", help="Yaw of the wheelset about z", key="yaw_mrad", remedy="wheelsets yaw by some mrad, or tens"
+)
+_WHEELSET = Flag(
+    group="place",
+    label="wheelset",
+    help="Find the roll at which both wheels of the wheelset touch their rails",
+    alone=True,
+)
+_SIDE = Choice(
+    group="place", label="side", help="Wheel and rail of the wheelset that are solved", names=("left", "right")
 )
 _LOAD = Number(
     group="load",
@@ -252,6 +262,31 @@ _ROLLING_RADIUS = Number(
     unit="mm",
     remedy="railway wheels have 300 to 625 mm",
 )
+
+
+def _opposite(described: Text | Number, name: str) -> dict[str, Any]:
+    return {
+        "input": replace(
+            described,
+            label=f"opposite {described.label}",
+            help=f"{described.help} of the other side of the wheelset, if it is another one",
+            options=(f"opposite-{name}",),
+        )
+    }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Opposite:
+    """Rail, wheel and rolling radius of the other side of a wheelset; None where they are those of the case's side."""
+
+    rail: str | None = field(default=None, metadata=_opposite(_RAIL, "rail"))
+    wheel: str | None = field(default=None, metadata=_opposite(_WHEEL, "wheel"))
+    rolling_radius_mm: float | None = field(default=None, metadata=_opposite(_ROLLING_RADIUS, "rolling-radius-mm"))
+
+    def __post_init__(self) -> None:
+        check_inputs(self)
+
+
 _RESOLUTION = Choice(
     group="solution",
     label="resolution",
@@ -279,6 +314,10 @@ class Case:
     What each field is, its unit and its range stand in its description; `fecontact solve --help` prints them all.
     `resolution` may be the element sizes (along x, across). The bound on the degrees of freedom of a refinement bounds
     time and memory alike, on every machine in the same way.
+
+    Shift, roll and yaw are those of the wheelset in the frame of its left side, whichever `side` is solved: with equal
+    profiles the right wheel is the left one with the opposite signs of all three. With `wheelset` the roll is found
+    from both wheels, and none can be given.
     """
 
     rail: str = field(default="60E1", metadata={"input": _RAIL})
@@ -287,6 +326,9 @@ class Case:
     lateral_shift_mm: float = field(default=0.0, metadata={"input": _SHIFT})
     roll_rad: float = field(default=0.0, metadata={"input": _ROLL})
     yaw_rad: float = field(default=0.0, metadata={"input": _YAW})
+    wheelset: bool = field(default=False, metadata={"input": _WHEELSET})
+    side: TrackSide = field(default="left", metadata={"input": _SIDE})
+    opposite: Opposite = field(default_factory=Opposite, metadata={"part": Part(group="place")})
     load_N: float = field(default=100e3, metadata={"input": _LOAD})
     load_kind: LoadKind = field(default="vertical", metadata={"input": _LOAD_KIND})
     rail_material: Material = field(default=STEEL, metadata={"part": Part(group="material", body="rail")})
@@ -312,7 +354,29 @@ class Case:
             # from here on they are files as any others, wherever the case goes
             object.__setattr__(self, "rail", in_folder(self.rail, self.library))
             object.__setattr__(self, "wheel", in_folder(self.wheel, self.library))
+            rail, wheel = (one and in_folder(one, self.library) for one in (self.opposite.rail, self.opposite.wheel))
+            object.__setattr__(self, "opposite", replace(self.opposite, rail=rail, wheel=wheel))
             object.__setattr__(self, "library", None)
+        if self.wheelset and self.roll_rad != 0.0:
+            raise InputError(
+                f"roll is {self.roll_rad!r} rad ({1e3 * self.roll_rad:g} mrad), but that of a wheelset is found"
+                " from both wheels; give a roll or wheelset = true"
+            )
+
+    @property
+    def profiles(self) -> dict[str, str]:
+        """Names or files of all profiles, by what they are."""
+        other = {f"opposite_{name}": spec for name in ("rail", "wheel") if (spec := getattr(self.opposite, name))}
+        return {"rail": self.rail, "wheel": self.wheel, **other}
+
+    def with_profiles(self, specs: Mapping[str, str]) -> Case:
+        """The same with other names or files of some profiles."""
+        prefix = "opposite_"
+        other: dict[str, Any] = {
+            key.removeprefix(prefix): spec for key, spec in specs.items() if key.startswith(prefix)
+        }
+        own: dict[str, Any] = {key: spec for key, spec in specs.items() if not key.startswith(prefix)}
+        return replace(self, **own, opposite=replace(self.opposite, **other))
 
     @property
     def contact_modulus_MPa(self) -> float:
@@ -340,6 +404,8 @@ PARTS = {part.name: type(getattr(Case(), part.name)) for part in fields(Case) if
 def case_with(values: Mapping[Slot, Any]) -> Case:
     """The case with these values, in the units inside, and defaults for all other inputs.
 
+    A roll among them stands instead of that of a wheelset.
+
     Raises
     ------
     InputError
@@ -349,6 +415,9 @@ def case_with(values: Mapping[Slot, Any]) -> Case:
     for slot, value in values.items():
         given.setdefault(slot.table, {})[slot.field] = value
     top = given.pop("", {})
+    if "roll_rad" in top:
+        # a roll that is given fixes it, whatever else says that it is to be found
+        top.pop("wheelset", None)
     return Case(**top, **{table: replace(getattr(Case(), table), **changes) for table, changes in given.items()})
 
 

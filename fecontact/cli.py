@@ -46,6 +46,8 @@ _OF_MESH = options_of(
     without=("yield_MPa", "name", "solver", "refine_degrees_of_freedom"),
 )
 _OF_VERDICT = options_of("verdict", "creep")
+# a table has a list of shifts, finds the roll, and shows both sides
+_OF_TRACK = options_of("place", "files", without=("lateral_shift_mm", "roll_rad", "wheelset", "side"))
 if TYPE_CHECKING:
     from fecontact.profiles.curve import Profile
 
@@ -56,9 +58,10 @@ if TYPE_CHECKING:
     PlaceOptions: TypeAlias = CaseOptions
     FileOptions: TypeAlias = CaseOptions
     VerdictOptions: TypeAlias = CaseOptions
+    TrackOptions: TypeAlias = CaseOptions
 else:
-    EveryOption, MapOptions, HertzOptions, MeshOptions, VerdictOptions, PlaceOptions, FileOptions = map(
-        type, (_EVERY, _OF_MAP, _OF_HERTZ, _OF_MESH, _OF_VERDICT, _OF_PLACE, _OF_FILE)
+    EveryOption, MapOptions, HertzOptions, MeshOptions, VerdictOptions, PlaceOptions, FileOptions, TrackOptions = map(
+        type, (_EVERY, _OF_MAP, _OF_HERTZ, _OF_MESH, _OF_VERDICT, _OF_PLACE, _OF_FILE, _OF_TRACK)
     )
 
 
@@ -464,6 +467,45 @@ def place(
     if out is not None:
         preview_figure(seen, out)
         print(f"picture: {out}", file=sys.stderr if json else sys.stdout)
+    return 0
+
+
+@app.command
+def geometry(
+    options: TrackOptions = _OF_TRACK,
+    *,
+    shifts: Annotated[str, Parameter(allow_leading_hyphen=True)] = "-8:8:0.5",
+    json: Annotated[bool, Parameter(negative="")] = False,
+    out: Path | None = None,
+) -> int:
+    """Touch points of a rigid wheelset over its lateral shift, rolling radii and equivalent conicity (no mesh).
+
+    Parameters
+    ----------
+    shifts
+        Lateral shifts in mm, positive towards the left rail: numbers and ranges FROM:TO:STEP, separated by commas.
+    json
+        Print the table as JSON and nothing else.
+    out
+        File of the picture (PNG).
+    """
+    from fecontact.files import json_text
+    from fecontact.inputs.texts import parse_numbers
+    from fecontact.outputs.contact_functions import functions_of_case, functions_record, print_functions
+
+    case = options.case()
+    found = functions_of_case(case, parse_numbers(shifts, "shifts"))
+    if out is not None:
+        from fecontact.outputs.contact_figure import functions_figure
+
+        functions_figure(case, found, out)
+    record = functions_record(case, found)
+    if json:
+        print(json_text(record))
+        return 0
+    print_functions(record)
+    if out is not None:
+        print(f"picture: {out}")
     return 0
 
 

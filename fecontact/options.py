@@ -10,7 +10,7 @@ from cyclopts import Group as Panel
 from cyclopts import Parameter
 
 from fecontact.case import INPUTS, Case, Group, case_with
-from fecontact.inputs.kinds import Number
+from fecontact.inputs.kinds import Flag, Number
 from fecontact.inputs.slots import Slot
 
 _PANELS = {
@@ -48,6 +48,8 @@ class CaseOption:
     def type(self) -> Any:
         """Type of its value for the command line, which shows anything as a text."""
         described = self.slots[0].input
+        if isinstance(described, Flag) and described.alone:
+            return bool
         if not isinstance(described, Number) or described.parse:
             return Any
         return int if described.whole else float
@@ -123,6 +125,13 @@ def options_of(*groups: Group, without: Sequence[str] = ()) -> CaseOptions:
 
 
 def _annotation(option: CaseOption) -> Any:
+    if option.type is bool:
+        # without a value behind it
+        panel = _PANELS[option.slots[0].group]
+        return Annotated[
+            bool | None,
+            Parameter(name=option.names, help=option.help, group=panel, show_default=False, negative=""),
+        ]
     return Annotated[
         option.type | None,
         Parameter(

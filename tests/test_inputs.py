@@ -18,6 +18,7 @@ import pytest
 from fecontact.case import INPUTS, PARTS, Case, Criteria, Track, case_from_record, case_record
 from fecontact.cli import app, call
 from fecontact.errors import InputError
+from fecontact.inputs.kinds import Flag
 from fecontact.inputs.slots import Slot
 from fecontact.inputs.texts import inclination_text, parse_inclination
 from fecontact.runs.casefile import load_study
@@ -149,6 +150,23 @@ ROWS: dict[tuple[str, str], Row] = {
     ),
     ("", "roll_rad"): angle("roll_mrad"),
     ("", "yaw_rad"): angle("yaw_mrad"),
+    ("", "wheelset"): Row(
+        "wheelset", "--wheelset", True, True, "perhaps", "perhaps",
+        "wheelset is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default no",
+    ),
+    ("", "side"): Row(
+        "side", "--side", "right", "right", "rigth", "rigth",
+        "side is 'rigth'; allowed: left, right; did you mean right?", ": left, right; default left",
+    ),
+    ("opposite", "rail"): Row(
+        "rail", "--opposite-rail", "54E1", "54E1", "", "", "opposite rail is ''; allowed", "; mm; default none"
+    ),
+    ("opposite", "wheel"): Row(
+        "wheel", "--opposite-wheel", "S1002x", "S1002x", "", "", "opposite wheel is ''; allowed", "; mm; default none"
+    ),
+    ("opposite", "rolling_radius_mm"): length(
+        "rolling_radius_mm", 459.0, "default none", "--opposite-rolling-radius-mm"
+    ),
     ("", "load_N"): Row(
         "load_kN", "--load-kn", 87.654321, 87654.321, -5, -5000.0,
         "load is -5000.0 N (-5 kN); allowed: finite and > 0; give the wheel load", ": kN, finite and > 0; default 100",
@@ -260,6 +278,11 @@ def test_the_table_above_has_every_field_of_a_case_and_its_parts():
     assert set(ROWS) == every == {(slot.table, slot.field) for slot in INPUTS}
 
 
+def stands_alone(place: tuple[str, str]) -> bool:
+    (slot,) = [one for one in INPUTS if (one.table, one.field) == place]
+    return isinstance(slot.input, Flag) and slot.input.alone
+
+
 @EACH
 def test_an_input_is_the_same_by_python_file_and_command_line(place, tmp_path):
     row = ROWS[place]
@@ -267,7 +290,9 @@ def test_an_input_is_the_same_by_python_file_and_command_line(place, tmp_path):
     # a folder becomes the paths of the files in it
     assert case != Case() or place == ("", "library")
     assert by_file(tmp_path, line(place, row.written)) == (case,)
-    assert by_command(row.option, row.written) == case
+    # one that stands alone has no word behind it
+    given = (row.option,) if stands_alone(place) else (row.option, row.written)
+    assert by_command(*given) == case
     assert case_from_record(json.loads(json.dumps(case_record(case)))) == case
 
 
@@ -281,6 +306,8 @@ def test_an_input_outside_its_range_is_refused_in_the_same_words(place, tmp_path
         by_file(tmp_path, line(place, row.bad_written))
     assert str(file.value).startswith(f"study {tmp_path / 'mine.toml'}: ")
     assert str(file.value).endswith(str(python.value))
+    if stands_alone(place):
+        return
     assert call(["solve", row.option, str(row.bad_written)]) == 2
     assert capsys.readouterr().err.strip().endswith(str(python.value))
 
@@ -328,6 +355,16 @@ def test_a_material_for_both_bodies_and_one_of_its_own():
 def test_no_option_and_an_empty_file_are_the_default_case(tmp_path):
     assert by_command() == Case()
     assert by_file(tmp_path, "") == (Case(),)
+
+
+def test_a_roll_that_is_given_stands_instead_of_that_of_a_wheelset(tmp_path):
+    assert by_command("--wheelset", "--roll-mrad", "0.4") == Case(roll_rad=0.4e-3)
+    # also one of zero
+    assert by_command("--wheelset", "--roll-mrad", "0") == Case()
+    text = "wheelset = true\n[[case]]\n[[case]]\nroll_mrad = 0.4\n"
+    assert by_file(tmp_path, text) == (Case(wheelset=True), Case(roll_rad=0.4e-3))
+    with pytest.raises(InputError, match=r"roll is 0\.0004 rad \(0\.4 mrad\), but that of a wheelset is found"):
+        Case(wheelset=True, roll_rad=0.4e-3)
 
 
 def test_the_shift_has_two_names_and_element_sizes_are_a_resolution():
@@ -406,8 +443,8 @@ def test_a_misspelt_key_is_refused_with_the_nearest_and_all_others(slot: Slot, t
     own = [other.key for other in INPUTS if other.table == slot.table]
     head = f"[{slot.table}]\n" if slot.table else ""
     misspelt = {slot.key[:middle] + slot.key[middle + 1 :], f"{slot.key}s", slot.key[1:], f"{slot.key[:-1]}x"}
-    # a_percent and b_percent are equally near to some
-    for wrong in misspelt - {other[1:] for other in own if other != slot.key}:
+    # a_percent and b_percent are equally near to some, side and the table size to one
+    for wrong in misspelt - {"sie", *(other[1:] for other in own if other != slot.key)}:
         message = refusal(tmp_path, f"{head}{wrong} = 1\n")
         assert f"{wrong}: there is no such key; did you mean {slot.key}?; keys: {', '.join(own)}" in message
         assert message.startswith(f": [{slot.table}]: " if slot.table else ": ")

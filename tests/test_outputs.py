@@ -19,7 +19,7 @@ import pyvista
 from rich.console import Console
 from scipy.interpolate import LinearNDInterpolator
 
-from fecontact.case import BodySize, Case, Criteria, Track, case_from_record, case_record
+from fecontact.case import BodySize, Case, Criteria, Opposite, Track, case_from_record, case_record
 from fecontact.comparison.judged_load import judge_load
 from fecontact.contact.grid import Field
 from fecontact.contact.rung import Rung
@@ -154,12 +154,12 @@ CASES = [
     Case(
         rail="circle:300",
         wheel="cylinder:460",
-        rail_file=Reading(units="mm", smoothing_mm=5.0),
-        wheel_file=Reading(mirror=True),
         inclination_rad=0.0,
         lateral_shift_mm=-2.5,
         roll_rad=1e-3,
         yaw_rad=-2e-3,
+        side="right",
+        opposite=Opposite(rail="54E1", wheel="cylinder:459", rolling_radius_mm=458.0),
         load_N=87_654.321,
         load_kind="normal",
         rail_material=Material(name="R260", young_MPa=206e3, poisson=0.28, yield_MPa=520.0),
@@ -170,21 +170,25 @@ CASES = [
         resolution=(0.7, 0.4),
         solver="amg",
         criteria=Criteria(p_max=0.03, centre=0.2, judged_by=("strength", "patch", "valley")),
+        rail_file=Reading(units="m", mirror=True),
+        wheel_file=Reading(smoothing_mm=12.0),
         creep=Creep(friction=0.35, xi=1e-3, spin_per_mm=-1e-4),
         refine_degrees_of_freedom=0,
     ),
+    # instead of a roll
+    Case(wheelset=True),
 ]
 
 
-@pytest.mark.parametrize("case", CASES, ids=["defaults", "nothing default"])
+@pytest.mark.parametrize("case", CASES, ids=["defaults", "nothing default", "wheelset"])
 def test_a_case_survives_json(case):
     assert case_from_record(json.loads(json_text(case_record(case)))) == case
 
 
-def test_the_second_of_these_cases_differs_from_the_defaults_in_every_field():
-    # the library is a folder in which names are looked up, and no part of a case that has them
-    differing = [f.name for f in fields(Case) if f.name != "library"]
-    assert all(getattr(CASES[0], name) != getattr(CASES[1], name) for name in differing)
+def test_these_cases_differ_from_the_defaults_in_every_field():
+    # a library is none any more once rail and wheel are found in it
+    every = [field.name for field in fields(Case) if field.name != "library"]
+    assert all(any(getattr(CASES[0], name) != getattr(case, name) for case in CASES) for name in every)
 
 
 @pytest.mark.parametrize(
@@ -208,7 +212,7 @@ def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
         "schema", "status", "case", "contact_angle_rad", "touch_points", "normal_force_N", "fe", "hertz", "deviation",
         "uncertainty", "uncertainty_of_profile", "pressure_l2", "overlap", "centre_of_pressure_mm", "lobes", "pieces",
         "hertz_stiffness_GN_per_m15", "rungs", "steps", "bodies_step_uncertainty", "geometry", "verdict", "solver",
-        "hertz_points", "von_mises", "creep", "warnings", "versions",
+        "patches", "theories", "hertz_points", "von_mises", "creep", "warnings", "versions",
     ]  # fmt: skip
     assert record["schema"] == "fecontact/result/3"
     # no mesh tells how uncertain the approach is
@@ -247,7 +251,10 @@ def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
     plain = json.loads(json_text(record), parse_constant=pytest.fail)
     assert plain["geometry"].pop("junction_distance_mm") is None
     assert plain["fe"] == record["fe"]
-    assert case_from_record(record["case"]) == elliptic_quick.case
+    # beside its inputs the roll as it stands
+    inputs = dict(record["case"])
+    assert inputs.pop("roll_mrad") == 0.0
+    assert case_from_record(inputs) == elliptic_quick.case
     assert record["versions"]["numpy"] == np.__version__
 
 

@@ -12,7 +12,7 @@ from fecontact.case import Track
 from fecontact.errors import InputError
 from fecontact.geometry.placement import OPEN_GAP_MM, Placement, place
 from fecontact.geometry.poses import RailPose, WheelPose, place_rail
-from fecontact.profiles.curve import Line, Profile
+from fecontact.profiles.curve import Line, Polynomial, Profile
 from fecontact.profiles.library import load
 from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel
 
@@ -517,3 +517,20 @@ def test_an_upright_flange_is_a_flange():
     options = {"inclination_rad": 0.0, "rolling_radius_mm": 460.0}
     found = place(rail, wheel, track=replace(track, rail_crown_y_mm=track.tape_circle_y_mm), **options)
     assert found.first.wheel_y_mm == pytest.approx(0.0, abs=1e-6)
+
+
+def flat_wheel_on(*segments) -> Placement:
+    rail = Profile(name="bumps", kind="rail", segments=segments)
+    return place(rail, cylinder_wheel(), inclination_rad=0.0, track=CENTRED)
+
+
+def test_three_points_touch_at_once():
+    # -c y^2 (y^2 - 100)^2: three equal tops at -10, 0 and 10 mm
+    c = 1e-9
+    bumps = Polynomial(y_from=-20.0, y_to=20.0, coefficients=(0.0, 0.0, -1e4 * c, 0.0, 2e2 * c, 0.0, -c))
+    touches = flat_wheel_on(bumps).touch_points
+    assert sorted(touch.rail_y_mm for touch in touches) == pytest.approx([-10.0, 0.0, 10.0], abs=1e-6)
+    assert [touch.vertical_gap_mm for touch in touches] == pytest.approx([0.0] * 3, abs=1e-12)
+    # half the second derivative is 1e4 c at the middle one and 4e4 c at the others
+    curvatures = {round(touch.rail_y_mm): touch.curvature.rail_per_mm for touch in touches}
+    assert curvatures == pytest.approx({0: 2e4 * c, -10: 8e4 * c, 10: 8e4 * c}, rel=1e-6)

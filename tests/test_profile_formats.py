@@ -341,13 +341,15 @@ def test_simpack_moves_there_and_back(tmp_path_factory, turn, dy, dz, mirror, re
 
 
 def test_names_are_looked_up_in_a_folder_first(tmp_path):
-    from fecontact.case import Case
+    from fecontact.case import Case, Opposite
 
     (tmp_path / "mine.csv").write_text(profile_text(load("54E1"), ".csv"), "utf-8")
     (tmp_path / "S1002.toml").write_text(profile_text(load("S1002"), ".toml"), "utf-8")
     case = Case(rail="mine", wheel="S1002", library=str(tmp_path))
     assert (Path(case.rail).name, Path(case.wheel).name) == ("mine.csv", "S1002.toml")
     assert Case(rail="60E1", library=str(tmp_path)).rail == "60E1"
+    across = Case(library=str(tmp_path), opposite=Opposite(rail="mine", rolling_radius_mm=459.0)).opposite
+    assert across == Opposite(rail=case.rail, rolling_radius_mm=459.0)
     (tmp_path / "mine.txt").write_text("", "utf-8")
     with pytest.raises(InputError, match=r"'mine' may be mine.csv or mine.txt; give it with its ending"):
         Case(rail="mine", library=str(tmp_path))

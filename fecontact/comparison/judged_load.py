@@ -7,8 +7,9 @@ again in milliseconds, with other criteria or by other readings.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 from fecontact.case import Case
@@ -269,10 +270,8 @@ def judge_sides(
             curvature.hessian, normal_force_N=finest.normal_force_N, contact_modulus_MPa=case.contact_modulus_MPa
         )
         deviation = deviations(finest, hertz)
-        uncertainty = {
-            name: (known if meshes else 0.0) + of_points.get(name, 0.0)
-            for name, known in _uncertainties(levels, hertz, deviation).items()
-        }
+        known = uncertainties(levels, partial(_read, hertz=hertz), deviation)
+        uncertainty = {name: (value if meshes else 0.0) + of_points.get(name, 0.0) for name, value in known.items()}
         found.append(
             SideJudgement(
                 side=side,
@@ -286,23 +285,29 @@ def judge_sides(
     return tuple(found)
 
 
-def _uncertainties(levels: Sequence[Level], hertz: HertzContact, deviation: Mapping[str, float]) -> dict[str, float]:
-    """Uncertainty of each deviation, where meshes tell it."""
-    residual = levels[0].fe.residual
-    measured = _on_each([level.fe for level in levels], hertz)
-    otherwise = _on_each([levels[0].otherwise], hertz)
+def uncertainties(
+    levels: Sequence[Level], read: Callable[[Rung], Mapping[str, float]], deviation: Mapping[str, float]
+) -> dict[str, float]:
+    """Uncertainty of each deviation, where meshes tell it; `read` reads all measures off a rung."""
+    finest = levels[0]
+    measured, otherwise = [read(level.fe) for level in levels], read(finest.otherwise)
     found = {}
-    for name, values in measured.items():
-        known = uncertainty(name, values, otherwise=otherwise[name][0], residual=residual)
+    for name in deviation:
+        values = [one[name] for one in measured]
+        known = uncertainty(name, values, otherwise=otherwise[name], residual=finest.fe.residual)
         if known is not None:
             # of (Hertz - FE) / FE, from that of the finite-element measure
             found[name] = known * abs(1.0 + deviation[name]) if name in MEASURES else known
     return found
 
 
+def _read(rung: Rung, hertz: HertzContact) -> dict[str, float]:
+    return measures_of(rung).as_dict() | misfit_of(rung, hertz).as_dict()
+
+
 def _on_each(rungs: Sequence[Rung], hertz: HertzContact) -> dict[str, list[float]]:
     """All measures on several rungs."""
-    read = [measures_of(rung).as_dict() | misfit_of(rung, hertz).as_dict() for rung in rungs]
+    read = [_read(rung, hertz) for rung in rungs]
     return {name: [values[name] for values in read] for name in (*MEASURES, *MISFITS)}
 
 

@@ -122,6 +122,27 @@ def _top(p: Floats) -> float:
 
 def _lobes(p: Floats, s: Floats) -> tuple[tuple[Lobe, ...], float]:
     """Lobes of a pressure (nx, ns), from the highest down, and the valley beside the highest."""
+    ridge, seen, ends, valley = _windows(p)
+    force = p.sum(axis=0) / p.sum()
+    lobes = (
+        Lobe(
+            y_mm=float(s[peak - 1]),
+            p_max_MPa=float(ridge[peak]),
+            force_share=float(force[low - 1 : high - 1].sum()),
+        )
+        for peak, (low, high) in zip(seen, pairwise(ends), strict=True)
+    )
+    return tuple(sorted(lobes, key=lambda lobe: -lobe.p_max_MPa)), valley
+
+
+def lobe_columns(p: Floats) -> tuple[slice, ...]:
+    """Columns of each lobe of a pressure (nx, ns), from the gauge side on: from valley to valley."""
+    _, _, ends, _ = _windows(p)
+    return tuple(slice(low - 1, high - 1) for low, high in pairwise(ends))
+
+
+def _windows(p: Floats) -> tuple[Floats, Any, list[int], float]:
+    """Largest pressure of each column with zeros around, peaks on it, their ends, and the valley beside the highest."""
     ridge = np.concatenate(([0.0], p.max(axis=0), [0.0]))
     highest = float(ridge.max())
     peaks, _ = find_peaks(ridge, plateau_size=1)
@@ -133,16 +154,7 @@ def _lobes(p: Floats, s: Floats) -> tuple[tuple[Lobe, ...], float]:
     others = np.delete(falls, int(np.argmax(ranked[peaks])))
     seen = peaks[falls >= _LEAST_VALLEY]
     ends = [1, *(int(a + np.argmin(ridge[a:b])) for a, b in pairwise(seen)), ridge.size - 1]
-    force = p.sum(axis=0) / p.sum()
-    lobes = (
-        Lobe(
-            y_mm=float(s[peak - 1]),
-            p_max_MPa=float(ridge[peak]),
-            force_share=float(force[low - 1 : high - 1].sum()),
-        )
-        for peak, (low, high) in zip(seen, pairwise(ends), strict=True)
-    )
-    return tuple(sorted(lobes, key=lambda lobe: -lobe.p_max_MPa)), float(others.max(initial=0.0))
+    return ridge, seen, ends, float(others.max(initial=0.0))
 
 
 def signed_square(pressure: Floats, *, without_edge: bool = False) -> Floats:
@@ -207,7 +219,33 @@ class _Outline:
     length_s: float
 
 
-def _outline(x: Floats, s: Floats, square: Floats) -> _Outline:
+def area_between(pressure: Field, low_mm: float, high_mm: float) -> float:
+    """Area (mm^2) of a patch between two lines across, read as in `measure_patch`."""
+    whole = pressure.whole()
+    x, s, p = whole.grid.x_mm, whole.grid.s_mm, whole.values
+    squares = (signed_square(p, without_edge=edge) for edge in (False, True))
+    return 0.5 * sum(_outline(x, s, square, (low_mm, high_mm)).area for square in squares)
+
+
+def _clipped(line: Floats, low: float, high: float) -> Floats:
+    """A closed line (n, 2) cut off where its first coordinate is below or above bounds."""
+    for bound, sign in ((low, 1.0), (high, -1.0)):
+        if line.size == 0:
+            break
+        inside = sign * (line[:, 0] - bound) >= 0.0
+        points = []
+        for k in range(len(line)):
+            here, before = line[k], line[k - 1]
+            if inside[k] != inside[k - 1]:
+                t = (bound - before[0]) / (here[0] - before[0])
+                points.append(before + t * (here - before))
+            if inside[k]:
+                points.append(here)
+        line = np.array(points).reshape(-1, 2)
+    return np.concatenate([line, line[:1]])
+
+
+def _outline(x: Floats, s: Floats, square: Floats, between: tuple[float, float] | None = None) -> _Outline:
     """Area and bounding box inside the line where a signed square (nx + 2, ns + 2) is zero."""
     from contourpy import contour_generator
 
@@ -215,6 +253,10 @@ def _outline(x: Floats, s: Floats, square: Floats) -> _Outline:
     x = np.concatenate([[x[0] - hx], x, [x[-1] + hx]])
     s = np.concatenate([[s[0] - hs], s, [s[-1] + hs]])
     lines = cast(list[Floats], contour_generator(x=s, y=x, z=square).lines(0.0))
+    if between is not None:
+        lines = [cut for line in lines if len(cut := _clipped(line[:-1], *between))]
+        if not lines:
+            return _Outline(area=0.0, length_x=0.0, length_s=0.0)
     area = 0.0
     for line in lines:
         u, v = line.T

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fecontact.case import Track
+from fecontact.case import Track, TrackSide
 from fecontact.errors import InputError
 from fecontact.geometry.poses import RailPose, WheelPose, _root, _sample, place_rail
 from fecontact.geometry.touch_points import TouchPoint, _touch_point
@@ -24,6 +24,13 @@ from fecontact.profiles.curve import Profile
 Floats = NDArray[np.float64]
 # Gap given to rail points whose normal does not meet the wheel's running surface: far beyond any elastic approach.
 OPEN_GAP_MM = 1e3
+# Further minima of the vertical gap up to this height are touch points: three times what wheels of 200 kN approach.
+REACH_MM = 0.3
+_EVERY_SHIFT = np.arange(-40.0, 40.5, 0.5)
+# A step in the height of a line may stand above its touch points by as much as segments may miss each other.
+_STEP_MM = 2e-3
+SIGN: dict[TrackSide, float] = {"left": 1.0, "right": -1.0}
+"""Sign of a wheelset's shift, roll and yaw in the frame of its left side."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -108,6 +115,56 @@ class Placement:
         return self.wheel.distance_along(points, np.broadcast_to(touch.normal, points.shape))
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Pair:
+    """A wheel and the rail below it, in the frame of the left side; the right side is its mirror image."""
+
+    rail: RailPose
+    wheel: Profile
+    rolling_radius_mm: float
+    tape_circle_y_mm: float
+
+    def hung(self, shift_mm: float, roll_rad: float, yaw_rad: float) -> WheelPose:
+        """The wheel with the axle's centre at height zero; all three as in `place`, on the left side."""
+        return WheelPose(
+            profile=self.wheel,
+            rolling_radius_mm=self.rolling_radius_mm,
+            tape_circle_y_mm=self.tape_circle_y_mm,
+            axes=_axes(roll_rad, yaw_rad),
+            centre_mm=np.array([0.0, shift_mm, 0.0]),
+        )
+
+    def placed(
+        self, shift_mm: float, roll_rad: float, yaw_rad: float, *, reach_mm: float = REACH_MM
+    ) -> Placement | str:
+        """The wheel lowered on the rail, or why it cannot stand there."""
+        return _touch(self.rail, self.hung(shift_mm, roll_rad, yaw_rad), reach_mm)
+
+
+def pair_of(
+    rail_profile: Profile,
+    wheel_profile: Profile,
+    *,
+    inclination_rad: float,
+    rolling_radius_mm: float = 460.0,
+    track: Track | None = None,
+) -> Pair:
+    """Set a rail to gauge, and a wheel on its axle.
+
+    Raises
+    ------
+    InputError
+        As `place_rail` does.
+    """
+    track = track or Track()
+    return Pair(
+        rail=place_rail(rail_profile, inclination_rad, track),
+        wheel=wheel_profile,
+        rolling_radius_mm=rolling_radius_mm,
+        tape_circle_y_mm=track.tape_circle_y_mm,
+    )
+
+
 def place(
     rail_profile: Profile,
     wheel_profile: Profile,
@@ -118,14 +175,17 @@ def place(
     yaw_rad: float = 0.0,
     rolling_radius_mm: float = 460.0,
     track: Track | None = None,
-    reach_mm: float = 0.3,
+    side: TrackSide = "left",
+    reach_mm: float = REACH_MM,
 ) -> Placement:
     """Lower a wheel on a rail until the rigid bodies touch.
 
     Parameters
     ----------
     lateral_shift_mm
-        Wheelset displacement, positive towards this rail.
+        Wheelset displacement, positive towards the left rail.
+    side
+        Which wheel; the right one on its rail is the left one of the mirror image, as which it is given.
     reach_mm
         Further minima of the vertical gap up to this height above the first touch are reported.
 
@@ -134,28 +194,27 @@ def place(
     InputError
         If the wheel leaves the rail or its flange climbs over it, naming the shifts that are possible.
     """
-    track = track or Track()
-    rail = place_rail(rail_profile, inclination_rad, track)
+    pair = pair_of(
+        rail_profile,
+        wheel_profile,
+        inclination_rad=inclination_rad,
+        rolling_radius_mm=rolling_radius_mm,
+        track=track,
+    )
+    sign = SIGN[side]
 
     def at(shift: float) -> Placement | str:
-        axes = _axes(roll_rad, yaw_rad)
-        lifted = WheelPose(
-            profile=wheel_profile,
-            rolling_radius_mm=rolling_radius_mm,
-            tape_circle_y_mm=track.tape_circle_y_mm,
-            axes=axes,
-            centre_mm=np.array([0.0, shift, 0.0]),
-        )
-        return _touch(rail, lifted, reach_mm)
+        return pair.placed(sign * shift, sign * roll_rad, sign * yaw_rad, reach_mm=reach_mm)
 
     placed = at(lateral_shift_mm)
     if isinstance(placed, str):
-        raise InputError(f"lateral shift {lateral_shift_mm:g} mm: {placed}; {_possible_shifts(at)}")
+        raise InputError(f"lateral shift {lateral_shift_mm:g} mm: {placed}; {possible_shifts(at)}")
     return placed
 
 
-def _possible_shifts(at: Callable[[float], Placement | str]) -> str:
-    good = [shift for shift in np.arange(-40.0, 40.5, 0.5) if not isinstance(at(float(shift)), str)]
+def possible_shifts(at: Callable[[float], object]) -> str:
+    """Shifts at which `at` gives no reason why not, in words."""
+    good = [shift for shift in _EVERY_SHIFT if not isinstance(at(float(shift)), str)]
     if not good:
         return "no shift between -40 and 40 mm is possible for this wheel, rail and track"
     return f"shifts between {min(good):g} and {max(good):g} mm (in steps of 0.5 mm) are possible"
@@ -205,6 +264,13 @@ def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float) -> Placement | str
         return "no point of the running surfaces is tangent to the other one where they come closest"
     found.sort()
     height = found[0][0]
+    if height - gap[lowest] > _STEP_MM:
+        y_closest = float(wheel.profile.evaluate(u[lowest]).y)
+        return (
+            f"the bodies come closest at y = {y_closest:.2f} mm of the wheel, where neither line is tangent to the"
+            f" other one, {1e3 * (height - gap[lowest]):.0f} micrometres before they touch elsewhere: a step in a"
+            " profile"
+        )
     down = WheelPose(
         profile=wheel.profile,
         rolling_radius_mm=wheel.rolling_radius_mm,

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from fecontact.case import Track
 from fecontact.errors import InputError
-from fecontact.profiles.curve import Profile, Side
+from fecontact.profiles.curve import CurvePoints, Profile, Side
 
 Floats = NDArray[np.float64]
 _SEARCH_STEP_MM = 0.02
@@ -100,7 +100,10 @@ class WheelPose:
 
         A rail is a prism, so the rigid contact is the plane contact of this outline with the rail's section.
         """
-        p = self.profile.evaluate(u)
+        return self.silhouette_of(self.profile.evaluate(u))
+
+    def silhouette_of(self, p: CurvePoints) -> tuple[Floats, Floats, Floats, Floats]:
+        """The same of points of the profile."""
         # a vertical end of the line (the back of a flange) has no finite slope; it never touches the head
         theta = self._silhouette_angle(-p.dz / np.where(np.abs(p.dy) > 1e-12, p.dy, 1e-12))
         position = self.point(p.y, self.rolling_radius_mm - p.z, theta)
@@ -146,11 +149,14 @@ class WheelPose:
         return np.where(inside, t, np.nan)
 
 
+# a search for touch points takes half of its time otherwise, and a table of positions has many
 @lru_cache(maxsize=64)
 def _sample(profile: Profile) -> Floats:
     """Parameters along a profile, `_SEARCH_STEP_MM` apart; those of one line serve every position."""
     count = int(np.ceil(profile.length_mm / _SEARCH_STEP_MM)) + 1
-    return profile.at_arc_length(np.linspace(0.0, profile.length_mm, count))
+    u = profile.at_arc_length(np.linspace(0.0, profile.length_mm, count))
+    u.flags.writeable = False
+    return u
 
 
 def _root(f: Callable[[float], float], low: float, high: float) -> float:

@@ -310,13 +310,20 @@ class Names:
 
 @dataclass(frozen=True, kw_only=True)
 class Flag:
-    """Yes or no; the attributes are as those of `Number`."""
+    """Yes or no; the attributes are as those of `Number`.
+
+    Attributes
+    ----------
+    alone
+        Whether its option says yes by itself on the command line, without a word behind it.
+    """
 
     label: str
     help: str
     key: str = ""
     group: str = ""
     options: tuple[str, ...] = ()
+    alone: bool = False
 
     @property
     def domain(self) -> str:

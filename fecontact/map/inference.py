@@ -17,7 +17,8 @@ from fecontact.comparison.verdict import judge
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.map.cells import Inferred
 from fecontact.solving.measured_lines import point_noise
-from fecontact.solving.position import expect_on_half_space, place_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import expect_on_half_space
 
 # An inferred verdict must stand with so many times what the inference adds to the neighbours' own uncertainty.
 _SAFETY = 2.0

@@ -28,7 +28,7 @@ def preview_record(seen: Preview) -> dict[str, Any]:
     del expected["half_space"]
     return {
         "schema": "fecontact/place/1",
-        "case": shown_case_record(seen.case),
+        "case": shown_case_record(seen.case, seen.placement),
         "touch_points": [touch_record(touch) for touch in seen.placement.touch_points],
         "hertz": {"p_max_MPa": seen.hertz.p0_MPa, "a_mm": seen.hertz.a_mm, "b_mm": seen.hertz.b_mm},
         "uncertainty_of_profile": seen.hertz_uncertainty,

@@ -10,14 +10,19 @@ from typing import Any
 from fecontact import __version__
 from fecontact.case import Case, case_record
 from fecontact.comparison.judged_load import JudgedLoad, SideJudgement
+from fecontact.comparison.lobes import LobeJudgement, judge_lobes
 from fecontact.comparison.measures import hertz_measures
+from fecontact.comparison.multi_hertz import judge_multi_hertz, multi_hertz
+from fecontact.comparison.verdict import Verdict
+from fecontact.geometry.placement import Placement
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.outputs.creep import creep_record
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.expected_patch import narrowest_semi_axes_mm, semi_axes_of_elements_mm
 from fecontact.solving.measured_lines import hertz_uncertainty
 from fecontact.solving.meshes import finer_degrees_of_freedom
-from fecontact.solving.position import hertz_of_case, hertz_points_of_case, place_case
+from fecontact.solving.placing import place_case, roll_of_case
+from fecontact.solving.position import direction_of_case, hertz_of_case, hertz_points_of_case
 from fecontact.solving.solve import CaseResult
 from fecontact.theory.hertz import HertzContact
 from fecontact.theory.touch_hertz import HertzPoints, sides
@@ -26,12 +31,18 @@ Record = dict[str, Any]
 
 _PACKAGES = ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "pyvista", "vtk", "pypardiso", "pyamg", "matplotlib")
 RESULT_SCHEMA = "fecontact/result/3"
+FOUND_INPUTS = ("roll_mrad",)
+"""What a record of a case has beside its inputs: the roll as it stands, found or given."""
 STEP_MEASURES = ("p_max_MPa", "area_mm2", "approach_mm")
 
 
-def shown_case_record(case: Case) -> Record:
-    """The inputs as results show them: of a profile that is a file its name and a hash of its content, no folder."""
-    return case_record(case) | {"rail": profile_identity(case.rail), "wheel": profile_identity(case.wheel)}
+def shown_case_record(case: Case, placement: Placement | None = None) -> Record:
+    """The inputs as results show them: of a profile that is a file its name and a hash of its content, no folder.
+
+    Where a placement is given also what was found for it (`FOUND_INPUTS`).
+    """
+    shown = case_record(case.with_profiles({body: profile_identity(spec) for body, spec in case.profiles.items()}))
+    return shown if placement is None else shown | {"roll_mrad": 1e3 * roll_of_case(case, placement)}
 
 
 def result_record(result: CaseResult) -> Record:
@@ -40,10 +51,12 @@ def result_record(result: CaseResult) -> Record:
     return {
         "schema": RESULT_SCHEMA,
         "status": result.status,
-        "case": shown_case_record(result.case),
+        "case": shown_case_record(result.case, result.placement),
         "contact_angle_rad": result.placement.first.contact_angle_rad,
         "touch_points": [touch_record(touch) for touch in result.placement.touch_points],
         **load,
+        "patches": [patch_record(one) for one in judge_lobes(result.load, result.placement)],
+        "theories": {"multi_hertz": _multi_hertz_record(result)},
         "hertz_points": points_record(result.hertz_points),
         "von_mises": {body: asdict(peak) for body, peak in result.von_mises.items()},
         "creep": creep_record(result.load, result.placement),
@@ -85,6 +98,61 @@ def load_record(load: JudgedLoad) -> Record:
             "warnings": list(load.warnings),
         },
         "solver": _solver_record(load),
+    }
+
+
+def patch_record(one: LobeJudgement) -> Record:
+    """A separate patch, or a lobe of one, with Hertz's ellipse at the nearest touch point under its own force."""
+    return {
+        "normal_force_N": one.normal_force_N,
+        "contact_angle_rad": one.contact_angle_rad,
+        "rail_y_mm": one.rail_y_mm,
+        "centre_mm": list(one.centre_mm),
+        "separate": one.separate,
+        "touch_point": one.touch_point,
+        "touch_rail_y_mm": None if one.touch is None else one.touch.rail_y_mm,
+        "fe": one.fe,
+        "rungs": dict(one.rungs),
+        "hertz": None if one.hertz is None else _ellipse_record(one.hertz),
+        "deviation": dict(one.deviation),
+        "uncertainty": dict(one.uncertainty),
+        "verdict": None if one.verdict is None else _verdict_record(one.verdict),
+    }
+
+
+def _multi_hertz_record(result: CaseResult) -> Record:
+    """Hertz's ellipses at all touch points, which share the load, as one theory of the contact."""
+    direction = direction_of_case(result.case, result.placement)
+    contact = multi_hertz(result.placement, result.hertz_points, direction)
+    if contact is None:
+        return {"problem": next(point.problem for point in result.hertz_points.points if point.problem)}
+    judged = judge_multi_hertz(result.load, contact)
+    return {
+        **judged.measures.as_dict(),
+        "centre_mm": list(contact.centre_mm),
+        "overlapping": contact.overlapping,
+        "patches": [
+            {
+                "touch_point": one.touch_point,
+                "touch_rail_y_mm": one.touch.rail_y_mm,
+                "contact_angle_rad": one.touch.contact_angle_rad,
+                "centre_mm": [one.x_mm, one.s_mm],
+                **_ellipse_record(one.hertz),
+            }
+            for one in contact.ellipses
+        ],
+        "deviation": dict(judged.deviation),
+        "uncertainty": dict(judged.uncertainty),
+        "verdict": _verdict_record(judged.verdict),
+    }
+
+
+def _verdict_record(verdict: Verdict) -> Record:
+    return {
+        "verdict": verdict.answer,
+        "measure": verdict.measure,
+        "each": dict(verdict.each),
+        "unknown": list(verdict.unknown),
     }
 
 
@@ -193,7 +261,7 @@ def hertz_record(case: Case) -> Record:
     hertz = hertz_of_case(case, placement)
     return {
         "schema": "fecontact/hertz/1",
-        "case": shown_case_record(case),
+        "case": shown_case_record(case, placement),
         "normal_force_N": hertz.normal_force_N,
         "contact_angle_rad": placement.first.contact_angle_rad,
         "touch_points": [touch_record(touch) for touch in placement.touch_points],

@@ -18,6 +18,7 @@ from fecontact.outputs.creep import creep_columns
 from fecontact.outputs.measure_words import unknown_text
 from fecontact.outputs.record import STEP_MEASURES, versions
 from fecontact.profiles.identity import profile_identity
+from fecontact.solving.placing import roll_of_case
 from fecontact.solving.solve import CaseResult
 
 Row = dict[str, Any]
@@ -39,7 +40,7 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
     case, comparison, first = load.case, load.comparison, placement.first
     row: Row = {
         "status": load.status,
-        **input_columns(case),
+        **input_columns(case, placement),
         "normal_force_kN": load.normal_force_N / 1e3,
         "contact_angle_mrad": 1e3 * first.contact_angle_rad,
         "touch_rail_y_mm": first.rail_y_mm,
@@ -110,18 +111,24 @@ def deviation_column(measure: str) -> tuple[str, str, float]:
     return f"{measure}_percent", f"{measure}_uncertainty_percent", 1e2
 
 
-def input_columns(case: Case) -> Row:
-    """The inputs that a row shows."""
-    return {
+def input_columns(case: Case, placement: Placement | None = None) -> Row:
+    """The inputs that a row shows; a roll that is found from both wheels is known with the placement alone.
+
+    The side stands in rows of wheelsets, and of right wheels.
+    """
+    roll = case.roll_rad if placement is None else roll_of_case(case, placement)
+    row: Row = {
         "rail": profile_identity(case.rail),
         "wheel": profile_identity(case.wheel),
         "lateral_shift_mm": case.lateral_shift_mm,
         "load_kN": case.load_N / 1e3,
         "load_kind": case.load_kind,
         "inclination_rad": case.inclination_rad,
-        "roll_mrad": 1e3 * case.roll_rad,
+        "roll_mrad": None if case.wheelset and placement is None else 1e3 * roll,
         "yaw_mrad": 1e3 * case.yaw_rad,
     }
+    of_wheelset = {"side": case.side, "wheelset": case.wheelset}
+    return row | of_wheelset if case.wheelset or case.side != "left" else row
 
 
 def case_row(result: CaseResult) -> Row:

@@ -189,6 +189,7 @@ def print_case(record: Record, *, console: Console | None = None) -> None:
     for side in record["verdict"]["sides"]:
         _print_measures(record, side, console)
     _print_lobes(record, console)
+    _print_multi_hertz(record["theories"]["multi_hertz"], console)
     _print_ladder(record, console)
     _print_verdict(record, console)
     _say(
@@ -259,6 +260,24 @@ def _print_lobes(record: Record, console: Console) -> None:
         part = 1e2 * lobe["force_share"]
         table.add_row(str(number), f"{lobe['y_mm']:+z.1f}", f"{lobe['p_max_MPa']:.0f}", f"{part:.1f}")
     console.print(table)
+
+
+def _print_multi_hertz(theory: Record, console: Console) -> None:
+    """Say what ellipses at several touch points come to; with a single one it is Hertz."""
+    if "problem" in theory:
+        _say(console, f"no ellipses that share the load: {theory['problem']}")
+        return
+    if len(theory["patches"]) < 2:
+        return
+    parts = ", ".join(
+        f"{one['normal_force_N'] / 1e3:.1f} kN at y = {one['touch_rail_y_mm']:+z.1f} mm" for one in theory["patches"]
+    )
+    verdict = theory["verdict"]
+    off = ", ".join(f"{WORDS[name].name} {WORDS[name].off(theory['deviation'].get(name))}" for name in verdict["each"])
+    overlap = "; the ellipses overlap" if theory["overlapping"] else ""
+    _say(
+        console, f"Hertz at every touch point, as springs side by side ({parts}): {verdict['verdict']}; {off}{overlap}"
+    )
 
 
 def _print_verdict(record: Record, console: Console) -> None:

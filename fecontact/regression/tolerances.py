@@ -96,6 +96,8 @@ _TEXTS = (
         "rail",
         "wheel",
         "load_kind",
+        "side",
+        "wheelset",
         "at_junction",
         "junction_in_patch",
         "resolution",

@@ -18,7 +18,7 @@ from fecontact.fe.stress_peak import StressPeak
 from fecontact.files import read_json, write_json
 from fecontact.jobs.job import Job, Work
 from fecontact.jobs.store import write_manifest
-from fecontact.outputs.record import RESULT_SCHEMA, result_record, shown_case_record
+from fecontact.outputs.record import FOUND_INPUTS, RESULT_SCHEMA, result_record, shown_case_record
 from fecontact.outputs.rows import Row, case_row, write_row
 from fecontact.outputs.stored import (
     Arrays,
@@ -135,7 +135,7 @@ def write_case(result: CaseResult, folder: Path, name: str, settings: Mapping[st
 
 def copy_profiles(case: Case, folder: Path) -> None:
     """Keep the profiles of a case that are files beside its result: without them it could not be judged again."""
-    for body, spec in (("rail", case.rail), ("wheel", case.wheel)):
+    for body, spec in case.profiles.items():
         if (path := profile_file(spec)) is not None:
             own = folder / PROFILES / body / path.name
             own.parent.mkdir(parents=True, exist_ok=True)
@@ -148,7 +148,8 @@ def _write_judged(
     """Write what is read from a solved case."""
     from fecontact.outputs.case_figure import case_figure
 
-    record = result_record(result) | {"case": shown_case_record(case), "provenance": provenance(case, name, settings)}
+    shown = shown_case_record(case, result.placement)
+    record = result_record(result) | {"case": shown, "provenance": provenance(case, name, settings)}
     case_figure(result, folder / "case.png")
     write_json(folder / "case.json", shown_case_record(case))
     write_json(folder / RESULT, record | {"stored": stored})
@@ -225,6 +226,8 @@ def _result(folder: Path, record: Mapping[str, Any], criteria: Criteria | None, 
 
 def stored_case(folder: Path, record: Mapping[str, Any]) -> Case:
     """The case of a record, with the profiles that were stored beside it in place of the files that it was given."""
-    files = {body: file_of_identity(str(record.get(body, ""))) for body in ("rail", "wheel")}
-    own = {body: str(folder / PROFILES / body / name) for body, name in files.items() if name is not None}
-    return case_from_record({**record, **own})
+    case = case_from_record({name: value for name, value in record.items() if name not in FOUND_INPUTS})
+    files = {body: file_of_identity(spec) for body, spec in case.profiles.items()}
+    return case.with_profiles(
+        {body: str(folder / PROFILES / body / name) for body, name in files.items() if name is not None}
+    )

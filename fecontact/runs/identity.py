@@ -31,6 +31,8 @@ EVALUATING = (
     *("runs/case_store.py", "runs/position_store.py"),
 )
 SOLVING_SOURCE = "source of solving"
+# Inputs that are left out of an id where they are the default: it is that of the same case before they were there.
+_NOT_ALWAYS = ("wheelset", "side", "opposite")
 _COMMON = ("numpy", "scipy", "scikit-fem", "gmsh")
 _SOLVERS = {"pardiso": ("pypardiso", "mkl"), "amg": ("pyamg",)}
 
@@ -41,12 +43,19 @@ def case_id(case: Case) -> str:
     Of a profile that is a file the content counts, not the folder. Neither do criteria and creepages count, with which
     a solved case is judged, nor versions: results of two versions have the same ids and can be compared row by row.
     """
-    record = {name: value for name, value in case_record(case).items() if name not in ("criteria", "creep")}
+    default = case_record(Case())
+    record = {
+        name: value
+        for name, value in case_record(case).items()
+        if name not in ("criteria", "creep") and not (name in _NOT_ALWAYS and value == default[name])
+    }
     files = input_files(case)
     for body, file in files.items():
         # the ending decides how the content is read
-        record[body] = {"sha256": file["sha256"], "ending": Path(file["name"]).suffix.lower()}
-    shown = (Path(name).stem if body in files else name for body, name in _bodies(case).items())
+        content = {"sha256": file["sha256"], "ending": Path(file["name"]).suffix.lower()}
+        inner = body.removeprefix("opposite_")
+        (record if inner == body else record["opposite"])[inner] = content
+    shown = (Path(case.profiles[body]).stem if body in files else case.profiles[body] for body in ("rail", "wheel"))
     names = "_".join("".join(c if c.isalnum() or c in ".-" else "-" for c in name) for name in shown)
     return f"{names}_{case.lateral_shift_mm:+.2f}mm_{case.load_N / 1e3:g}kN_{json_digest(record)[:8]}"
 
@@ -59,7 +68,7 @@ def position_id(case: Case, loads_N: Sequence[float]) -> str:
 def input_files(case: Case) -> dict[str, dict[str, str]]:
     """Name and sha256 of the profiles that are files, by body; one that cannot be read is left for `solve`."""
     found = {}
-    for body, spec in _bodies(case).items():
+    for body, spec in case.profiles.items():
         path = profile_file(spec)
         if path is None:
             continue
@@ -72,13 +81,8 @@ def input_files(case: Case) -> dict[str, dict[str, str]]:
 
 def with_absolute_paths(case: Case) -> Case:
     """The same case for a process that runs in another folder."""
-    paths = {body: profile_file(spec) for body, spec in _bodies(case).items()}
-    absolute: dict[str, Any] = {body: str(path.absolute()) for body, path in paths.items() if path is not None}
-    return replace(case, **absolute)
-
-
-def _bodies(case: Case) -> dict[str, str]:
-    return {"rail": case.rail, "wheel": case.wheel}
+    paths = {body: profile_file(spec) for body, spec in case.profiles.items()}
+    return case.with_profiles({body: str(path.absolute()) for body, path in paths.items() if path is not None})
 
 
 def origin_of(case: Case) -> Origin:

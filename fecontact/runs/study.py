@@ -23,7 +23,7 @@ from fecontact.profiles.resolve import resolve_rail
 from fecontact.runs.case_store import ROW, CaseWork, case_folder, job_of
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id, with_absolute_paths
-from fecontact.solving.position import place_case
+from fecontact.solving.placing import place_case
 
 _TABLES_EVERY_S = 2.0
 

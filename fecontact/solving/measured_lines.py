@@ -12,7 +12,8 @@ from fecontact.errors import ConvergenceError, InputError
 from fecontact.geometry.placement import Placement
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.smoothing import Variant, variant
-from fecontact.solving.position import expect_on_half_space, hertz_of_case, place_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import expect_on_half_space, hertz_of_case
 from fecontact.theory.hertz import HertzContact
 
 # Enough draws to know their scatter to a third.

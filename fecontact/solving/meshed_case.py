@@ -14,7 +14,8 @@ from fecontact.fe.meshing import BodyMesh, FineZone, least_memory_bytes, rail_me
 from fecontact.geometry.placement import Placement
 from fecontact.solving.coupled_mesh import fine_zone
 from fecontact.solving.expected_patch import approach_direction
-from fecontact.solving.position import element_size_mm, expect_on_half_space, place_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import element_size_mm, expect_on_half_space
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

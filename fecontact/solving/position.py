@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from fecontact.case import RESOLUTIONS, Case
 from fecontact.errors import InputError
 from fecontact.fe.linear_solver import choose_solver
-from fecontact.geometry.placement import Placement, place
-from fecontact.profiles.curve import Profile
-from fecontact.profiles.resolve import has_no_gauge_face, resolve_rail, resolve_wheel
+from fecontact.geometry.placement import Placement
 from fecontact.solving.expected_patch import ExpectedPatch, approach_direction, expected_patch
+from fecontact.solving.placing import place_case
 from fecontact.solving.true_gap import TrueGap
 from fecontact.theory.hertz import HertzContact, hertz_from_hessian
 from fecontact.theory.touch_hertz import HertzPoints, hertz_points
@@ -53,30 +52,6 @@ class Clock:
             self.memory_MB[name] = psutil.Process().memory_info().rss / 1e6
 
 
-def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Placement:
-    """Put the wheel of a case on its rail; `rail` and `wheel` stand for the case's own lines where given.
-
-    Raises
-    ------
-    InputError
-        For profiles that cannot be read and positions in which the wheel does not run on the rail.
-    """
-    case_wheel = resolve_wheel(case.wheel, case.wheel_file)
-    track = case.track
-    if has_no_gauge_face(case.rail) and track.rail_crown_y_mm is None:
-        track = replace(track, rail_crown_y_mm=track.tape_circle_y_mm)
-    return place(
-        rail or resolve_rail(case.rail, case.rail_file),
-        wheel or case_wheel.profile,
-        inclination_rad=case.inclination_rad,
-        lateral_shift_mm=case.lateral_shift_mm,
-        roll_rad=case.roll_rad,
-        yaw_rad=case.yaw_rad,
-        rolling_radius_mm=case_wheel.rolling_radius_mm or case.rolling_radius_mm,
-        track=track,
-    )
-
-
 def hertz_of_case(case: Case, placement: Placement) -> HertzContact:
     """Hertz's ellipse at the first touch point under the case's load; at a junction that of its field side.
 
@@ -89,7 +64,7 @@ def hertz_of_case(case: Case, placement: Placement) -> HertzContact:
     try:
         return hertz_from_hessian(
             touch.curvature.hessian,
-            normal_force_N=case.load_N / float(touch.normal @ _direction(case, placement)),
+            normal_force_N=case.load_N / float(touch.normal @ direction_of_case(case, placement)),
             contact_modulus_MPa=case.contact_modulus_MPa,
         )
     except InputError as error:
@@ -107,7 +82,7 @@ def hertz_points_of_case(case: Case, placement: Placement) -> HertzPoints:
     return hertz_points(
         placement,
         case.load_N,
-        direction=_direction(case, placement),
+        direction=direction_of_case(case, placement),
         contact_modulus_MPa=case.contact_modulus_MPa,
     )
 
@@ -198,9 +173,10 @@ def expect_on_half_space(case: Case, placement: Placement | None = None) -> tupl
 def true_gap_of_case(case: Case, placement: Placement) -> TrueGap:
     """The gap of a case, the half-space below it and the direction of its load."""
     return TrueGap(
-        placement=placement, contact_modulus_MPa=case.contact_modulus_MPa, direction=_direction(case, placement)
+        placement=placement, contact_modulus_MPa=case.contact_modulus_MPa, direction=direction_of_case(case, placement)
     )
 
 
-def _direction(case: Case, placement: Placement) -> Floats:
+def direction_of_case(case: Case, placement: Placement) -> Floats:
+    """Unit vector (3,) along which the load of a case acts."""
     return approach_direction(placement, normal_force=case.load_kind == "normal")

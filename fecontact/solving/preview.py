@@ -8,7 +8,8 @@ from fecontact.case import Case
 from fecontact.geometry.placement import Placement
 from fecontact.solving.expected_patch import ExpectedPatch
 from fecontact.solving.measured_lines import hertz_uncertainty
-from fecontact.solving.position import element_size_mm, expect_on_half_space, place_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import element_size_mm, expect_on_half_space
 from fecontact.theory.hertz import HertzContact
 
 # Unknowns of both bodies for n_x by n_s elements in the zone of a half model: seven meshes of 11 by 22 to 13 by 78

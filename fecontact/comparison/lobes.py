@@ -1,0 +1,203 @@
+"""Every patch of a contact, and every lobe of a joined one, as a contact of its own beside Hertz's ellipse."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from fecontact.comparison.judged_load import JudgedLoad, uncertainties
+from fecontact.comparison.measures import MEASURES, hertz_measures, measures_of, misfit_of, patch_of
+from fecontact.comparison.patch import area_between, lobe_columns
+from fecontact.comparison.verdict import Verdict, judge
+from fecontact.contact.grid import ContactGrid
+from fecontact.contact.rung import Rung
+from fecontact.geometry.placement import Placement
+from fecontact.geometry.touch_points import TouchPoint
+from fecontact.theory.hertz import HertzContact, hertz_from_hessian
+
+# What is read off a lobe; its approach is that of the bodies, and its extents end where the next one begins.
+_READ = ("p_max_MPa", "area_mm2", "a_mm", "b_mm")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """A lobe of a contact: its pressure alone, and where it lies across (mm from the first touch point).
+
+    Attributes
+    ----------
+    rung
+        The contact with all other pressures taken away, and the force that is left.
+    low_mm, high_mm
+        Its ends: valleys, or the edge of the patch.
+    area_mm2
+        Its area up to them.
+    separate
+        Whether the pressure falls to zero at both ends.
+    """
+
+    rung: Rung
+    low_mm: float
+    high_mm: float
+    area_mm2: float
+    separate: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class LobeJudgement:
+    """A lobe or a separate patch, and Hertz's ellipse under its force at the touch point that lies below it.
+
+    Attributes
+    ----------
+    normal_force_N
+        Sum of its pressures.
+    centre_mm, rail_y_mm, contact_angle_rad
+        Its centre of pressure (x, s from the first touch point), and the rail there.
+    touch_point, touch
+        Number of the touch point, the one of the smallest gap between its ends; None without one, and then without an
+        ellipse, deviations and a verdict.
+    fe
+        Its measures between the finite bodies.
+    rungs
+        Those of the lobe at the same place on the other rungs, as far as they have one.
+    """
+
+    normal_force_N: float
+    centre_mm: tuple[float, float]
+    rail_y_mm: float
+    contact_angle_rad: float
+    separate: bool
+    touch_point: int | None
+    touch: TouchPoint | None
+    fe: Mapping[str, float]
+    rungs: Mapping[str, Mapping[str, float]]
+    hertz: HertzContact | None
+    deviation: Mapping[str, float]
+    uncertainty: Mapping[str, float]
+    verdict: Verdict | None
+
+
+# each lobe looks for itself on all rungs
+@lru_cache(maxsize=32)
+def parts_of(rung: Rung) -> tuple[Part, ...]:
+    """The lobes of a contact, from the gauge side on."""
+    pressure, s = rung.pressure, rung.grid.s_mm
+    columns = lobe_columns(pressure.whole().values)
+    force = rung.pressure_MPa.sum(axis=0)
+    found = []
+    for own in columns:
+        kept = np.zeros_like(rung.pressure_MPa)
+        kept[:, own] = rung.pressure_MPa[:, own]
+        first, last = own.start, own.stop - 1
+        # the column of a valley belongs to the lobe behind it
+        after = own.stop if own.stop < s.size else last
+        low, high = float(s[first]), float(s[after])
+        found.append(
+            Part(
+                rung=replace(
+                    rung,
+                    pressure_MPa=kept,
+                    normal_force_N=float(np.sum(kept.ravel() * rung.grid.whole_area_mm2())),
+                ),
+                low_mm=low,
+                high_mm=high,
+                area_mm2=area_between(
+                    pressure, -np.inf if own is columns[0] else low, np.inf if own is columns[-1] else high
+                ),
+                separate=bool(force[first] == 0.0 or first == 0) and bool(force[after] == 0.0 or after == s.size - 1),
+            )
+        )
+    return tuple(found)
+
+
+def judge_lobes(load: JudgedLoad, placement: Placement) -> tuple[LobeJudgement, ...]:
+    """All lobes of a judged load, in the order of their forces."""
+    half_space = parts_of(load.solved.half_space)
+    judged = (_judge(part, load, placement, half_space) for part in parts_of(load.fe))
+    return tuple(sorted(judged, key=lambda one: -one.normal_force_N))
+
+
+def _judge(part: Part, load: JudgedLoad, placement: Placement, half_space: Sequence[Part]) -> LobeJudgement:
+    patch = patch_of(part.rung)
+    profile = placement.rail.profile
+    u = profile.at_arc_length(placement.first_arc_length_mm + patch.centre_y_mm)
+    number = _touch_below(part, placement)
+    on_half_space = _same(half_space, part)
+    measured = _measures(part)
+    judgement = LobeJudgement(
+        normal_force_N=part.rung.normal_force_N,
+        centre_mm=(patch.centre_x_mm, patch.centre_y_mm),
+        rail_y_mm=float(profile.evaluate(u).y),
+        contact_angle_rad=float(placement.rail.section(u)[2]),
+        separate=part.separate,
+        touch_point=number,
+        touch=None if number is None else placement.touch_points[number],
+        fe=measured,
+        rungs={"fe": measured, **({} if on_half_space is None else {"half_space": _measures(on_half_space)})},
+        hertz=None,
+        deviation={},
+        uncertainty={},
+        verdict=None,
+    )
+    return judgement if number is None else _beside_hertz(judgement, part, load, placement)
+
+
+def _beside_hertz(judgement: LobeJudgement, part: Part, load: JudgedLoad, placement: Placement) -> LobeJudgement:
+    touch = judgement.touch
+    assert touch is not None
+    hessian = touch.curvature.hessian
+    if np.linalg.eigvalsh(hessian)[0] <= 0.0:
+        # the surfaces conform there
+        return judgement
+    hertz = hertz_from_hessian(
+        hessian, normal_force_N=part.rung.normal_force_N, contact_modulus_MPa=load.case.contact_modulus_MPa
+    )
+    at = touch.x_mm - placement.first.x_mm, _arc_mm(touch, placement)
+
+    def read(rung: Rung) -> dict[str, float]:
+        same = _same(parts_of(rung), part)
+        return dict.fromkeys((*_READ, *_BESIDE), float("nan")) if same is None else _values(same, hertz, at)
+
+    values, own = _values(part, hertz, at), hertz_measures(hertz).as_dict()
+    deviation = {name: own[name] / values[name] - 1.0 if name in MEASURES else values[name] for name in values}
+    uncertainty = uncertainties(load.solved.levels, read, deviation)
+    verdict = judge(deviation, uncertainty, load.case.criteria)
+    if load.status != "converged":
+        verdict = replace(verdict, answer="UNRESOLVED")
+    return replace(judgement, hertz=hertz, deviation=deviation, uncertainty=uncertainty, verdict=verdict)
+
+
+_BESIDE = ("centre_over_b", "valley", "separate_load", "misplaced_load")
+
+
+def _measures(part: Part) -> dict[str, float]:
+    read = measures_of(part.rung).as_dict()
+    return {name: read[name] for name in _READ} | {"area_mm2": part.area_mm2}
+
+
+def _values(part: Part, hertz: HertzContact, at_mm: tuple[float, float]) -> dict[str, float]:
+    """Measures of a lobe, and of what is beside an ellipse at a place (x, s)."""
+    grid = part.rung.grid
+    own = ContactGrid(x_mm=grid.x_mm - at_mm[0], s_mm=grid.s_mm - at_mm[1], half=grid.half)
+    return _measures(part) | misfit_of(replace(part.rung, grid=own), hertz).as_dict()
+
+
+def _same(parts: Sequence[Part], part: Part) -> Part | None:
+    """The lobe that carries most of those whose centre of pressure lies within another one's ends."""
+    inside = [one for one in parts if part.low_mm <= patch_of(one.rung).centre_y_mm <= part.high_mm]
+    return max(inside, key=lambda one: one.rung.normal_force_N, default=None)
+
+
+def _touch_below(part: Part, placement: Placement) -> int | None:
+    inside = [
+        number
+        for number, touch in enumerate(placement.touch_points)
+        if part.low_mm <= _arc_mm(touch, placement) <= part.high_mm
+    ]
+    return min(inside, key=lambda number: placement.touch_points[number].vertical_gap_mm, default=None)
+
+
+def _arc_mm(touch: TouchPoint, placement: Placement) -> float:
+    return float(placement.rail.profile.arc_length(touch.rail_u)) - placement.first_arc_length_mm

@@ -1,0 +1,259 @@
+"""Both wheels of a rigid wheelset on both rails: the roll at which both touch, and where they do.
+
+A wheelset that is free to roll stands on two rails at one height of its axle. Its shift, roll and yaw are those of the
+left side: a shift is positive towards the left rail, a roll lifts the left wheel. The right wheel on its rail is the
+left one of the mirror image, for which all three change their signs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.case import TrackSide
+from fecontact.errors import InputError
+from fecontact.geometry.placement import SIGN, Pair, Placement
+from fecontact.geometry.poses import RailPose, _sample
+from fecontact.profiles.curve import CurvePoints
+
+Floats = NDArray[np.float64]
+
+# Every so many samples of 0.02 mm are looked at first; what is so much higher than the lowest of them is not looked at
+# again. On lines of R 6 both, samples so far apart miss a touch point by 1e-3 mm, where the bound is the tenfold.
+_EVERY = 8
+_NEAR_MM = 0.01
+# Axle heights of both wheels are the same to this: a roll of 1e-13 rad.
+_HEIGHT_MM = 1e-10
+_STEPS = 60
+# Wheels that run on their treads or flanges roll by a tenth of it.
+_MOST_ROLL_RAD = 0.1
+# Of the search for shifts that are possible.
+_STEP_MM, _FARTHEST_MM = 0.5, 60.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Standing:
+    """A wheel on its rail, in the frame of the left side.
+
+    Attributes
+    ----------
+    axle_mm
+        Height of the axle's centre.
+    lever_mm
+        How much that falls for a radian of roll.
+    y_mm
+        Lateral position of the touch point from the track's centre.
+    radius_mm
+        Radius of the wheel there.
+    """
+
+    axle_mm: float
+    lever_mm: float
+    y_mm: float
+    radius_mm: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HungPair:
+    """A pair with tables of both lines, for thousands of positions."""
+
+    pair: Pair
+
+    @cached_property
+    def _wheel(self) -> CurvePoints:
+        return self.pair.wheel.evaluate(_sample(self.pair.wheel)[1:-1])
+
+    @cached_property
+    def _some(self) -> CurvePoints:
+        return _taken(self._wheel, slice(None, None, _EVERY))
+
+    @cached_property
+    def _rail(self) -> tuple[Floats, Floats]:
+        """Lateral positions and heights of what is seen of the head from above."""
+        return _seen_from_above(self.pair.rail)
+
+    def standing(self, shift_mm: float, roll_rad: float, yaw_rad: float) -> Standing | None:
+        """Where the wheel touches first, None where it does not stand over the rail.
+
+        The least gap of samples of 0.02 mm on the exact lines, and the parabola through it and both its neighbours:
+        the height is that of the touch point to 1e-9 mm where both lines have one curvature within a sample.
+        """
+        pose, rail = self.pair.hung(shift_mm, roll_rad, yaw_rad), self.pair.rail
+        _, _, y, z = pose.silhouette_of(self._some)
+        gap = z - np.interp(y, *self._rail, left=-np.inf, right=-np.inf)
+        low = float(gap.min())
+        if not np.isfinite(low):
+            return None
+        points = self._wheel
+        near = np.flatnonzero(np.convolve(gap < low + _NEAR_MM, np.ones(3), "same"))
+        places = np.unique(np.clip(near[:, None] * _EVERY + np.arange(-_EVERY, _EVERY + 1), 0, points.y.size - 1))
+        _, _, y, z = pose.silhouette_of(_taken(points, places))
+        _, z_rail, tangent = rail.section(rail.parameter_at_y(y))
+        gap = np.nan_to_num(z - z_rail, nan=np.inf)
+        k = int(np.argmin(gap))
+        least, step = float(gap[k]), 0.0
+        if not np.isfinite(least):
+            return None
+        if 0 < k < gap.size - 1 and places[k + 1] - places[k - 1] == 2:
+            before, after = float(gap[k - 1]), float(gap[k + 1])
+            bend = before - 2.0 * least + after
+            # infinite beside the end of a line
+            if 0.0 < bend < np.inf:
+                step = 0.5 * (before - after) / bend
+                least -= 0.125 * (before - after) ** 2 / bend
+        at, every = k + step, np.arange(gap.size)
+        y_touch = float(np.interp(at, every, y))
+        # the touch point turns about the axle's centre, and slides along the tangent that both lines have there
+        lever = (y_touch - shift_mm) + float(z[k] * np.tan(tangent[k]))
+        return Standing(
+            axle_mm=-least,
+            lever_mm=lever,
+            y_mm=y_touch,
+            radius_mm=self.pair.rolling_radius_mm - float(np.interp(at, every, points.z[places])),
+        )
+
+
+def _taken(points: CurvePoints, which: Any) -> CurvePoints:
+    return CurvePoints(**{field.name: getattr(points, field.name)[which] for field in fields(CurvePoints)})
+
+
+def _seen_from_above(rail: RailPose) -> tuple[Floats, Floats]:
+    u = _sample(rail.profile)
+    y, z, _ = rail.section(u)
+    with np.errstate(invalid="ignore"):
+        seen = np.abs(rail.parameter_at_y(y) - u) < 1e-6
+    return y[seen], z[seen]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlacedWheelset:
+    """A wheelset that stands on both rails.
+
+    Attributes
+    ----------
+    roll_rad
+        At which both wheels touch; positive lifts the left wheel.
+    axle_height_mm
+        Height of the axle's centre over the rails' highest point.
+    left, right
+        Both wheels on their rails, each in the frame of the left side.
+    """
+
+    shift_mm: float
+    yaw_rad: float
+    roll_rad: float
+    axle_height_mm: float
+    left: Placement
+    right: Placement
+
+    def side(self, side: TrackSide) -> Placement:
+        """One of both wheels."""
+        return self.left if side == "left" else self.right
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stand:
+    """Roll (rad) at which both wheels touch, and where they do; as `Standing`, each in the frame of the left side."""
+
+    roll_rad: float
+    left: Standing
+    right: Standing
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Wheelset:
+    """A rigid wheelset on a track: its left and its right wheel over their rails."""
+
+    left: HungPair
+    right: HungPair
+
+    @classmethod
+    def of(cls, left: Pair, right: Pair) -> Wheelset:
+        """A wheelset of two wheels over their rails; the same object twice for a symmetric one."""
+        hung = HungPair(pair=left)
+        return cls(left=hung, right=hung if right is left else HungPair(pair=right))
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the right side is the mirror image of the left one."""
+        return self.left is self.right
+
+    def stand(self, shift_mm: float, yaw_rad: float = 0.0, *, guess_rad: float = 0.0) -> Stand | str:
+        """Roll at which both wheels touch, by the height of the axle, which is one for both; or why there is none.
+
+        Newton's method, and bisection where it leads astray: the height difference is continuous in the roll and falls,
+        but with a kink wherever a wheel's touch point jumps.
+        """
+        roll, low, high = guess_rad, -_MOST_ROLL_RAD, _MOST_ROLL_RAD
+        for _ in range(_STEPS):
+            left = self.left.standing(shift_mm, roll, yaw_rad)
+            right = self.right.standing(-shift_mm, -roll, -yaw_rad)
+            if left is None or right is None:
+                return f"the {'left' if left is None else 'right'} wheel does not stand over its rail"
+            difference = left.axle_mm - right.axle_mm
+            if abs(difference) < _HEIGHT_MM:
+                return Stand(roll_rad=roll, left=left, right=right)
+            low, high = (roll, high) if difference > 0.0 else (low, roll)
+            lever = left.lever_mm + right.lever_mm
+            roll += difference / lever if lever > 0.0 else np.inf
+            if not low < roll < high:
+                roll = 0.5 * (low + high)
+        return "no roll is found at which both wheels touch their rails"
+
+    def at(self, shift_mm: float, yaw_rad: float = 0.0, *, guess_rad: float = 0.0) -> PlacedWheelset | str:
+        """The wheelset on its rails at a shift (mm, positive to the left) and yaw, or why it cannot stand there."""
+        stand = self.stand(shift_mm, yaw_rad, guess_rad=guess_rad)
+        if isinstance(stand, str):
+            return stand
+        placed: dict[TrackSide, Placement] = {}
+        sides: tuple[TrackSide, TrackSide] = ("left", "right")
+        for side in sides:
+            sign, pair = SIGN[side], getattr(self, side).pair
+            one = pair.placed(sign * shift_mm, sign * stand.roll_rad, sign * yaw_rad)
+            if isinstance(one, str):
+                return f"{side} side: {one}"
+            placed[side] = one
+        return PlacedWheelset(
+            shift_mm=shift_mm,
+            yaw_rad=yaw_rad,
+            roll_rad=stand.roll_rad,
+            axle_height_mm=float(placed["left"].wheel.centre_mm[2]),
+            **placed,
+        )
+
+
+def place_wheelset(wheelset: Wheelset, lateral_shift_mm: float, yaw_rad: float = 0.0) -> PlacedWheelset:
+    """Set a wheelset on its rails.
+
+    Parameters
+    ----------
+    lateral_shift_mm
+        Displacement, positive towards the left rail.
+
+    Raises
+    ------
+    InputError
+        If one of the wheels leaves its rail or climbs over it, naming the shifts that are possible.
+    """
+    placed = wheelset.at(lateral_shift_mm, yaw_rad)
+    if isinstance(placed, str):
+        can = possible_wheelset_shifts(wheelset, yaw_rad)
+        raise InputError(f"lateral shift {lateral_shift_mm:g} mm of the wheelset: {placed}; {can}")
+    return placed
+
+
+def possible_wheelset_shifts(wheelset: Wheelset, yaw_rad: float = 0.0) -> str:
+    """Possible shifts in words, from the middle outwards: beyond the first that is not possible there is none."""
+    ends = []
+    for step in (-_STEP_MM, _STEP_MM):
+        shift = 0.0
+        while abs(shift) <= _FARTHEST_MM and not isinstance(wheelset.at(shift, yaw_rad), str):
+            shift += step
+        ends.append(shift - step)
+    if ends[0] > ends[1]:
+        return "the wheelset cannot stand in the middle of the track: check gauge, back-to-back distance and profiles"
+    return f"shifts between {ends[0]:g} and {ends[1]:g} mm (in steps of {_STEP_MM:g} mm) are possible"

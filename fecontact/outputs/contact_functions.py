@@ -1,0 +1,188 @@
+"""The geometry of a wheelset on its rails over the lateral shift: as a record, and as tables on the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from fecontact.case import Case, case_record
+from fecontact.errors import InputError
+from fecontact.geometry.contact_functions import ContactFunctions, contact_functions, rolling_radius_difference_mm
+from fecontact.geometry.placement import Placement
+from fecontact.geometry.wheelset import PlacedWheelset, possible_wheelset_shifts
+from fecontact.profiles.identity import profile_identity
+from fecontact.solving.placing import wheelset_of_case
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+Record = dict[str, Any]
+
+GEOMETRY_SCHEMA = "fecontact/geometry/1"
+_INPUTS = ("rail", "wheel", "inclination_rad", "yaw_rad", "rolling_radius_mm", "track", "opposite")
+# where something is said about them
+_READINGS = ("rail_file", "wheel_file")
+_PLAIN_WIDTH = 120
+# Straight lines come out of sums of large numbers with a curvature of rounding size.
+_STRAIGHT_PER_MM = 1e-9
+
+
+def functions_of_case(case: Case, shifts_mm: Sequence[float]) -> ContactFunctions:
+    """The wheelset of a case at many shifts; the case's own shift, roll and side do not count.
+
+    Raises
+    ------
+    InputError
+        If the wheelset can stand at none of the shifts, naming those at which it can.
+    """
+    wheelset = wheelset_of_case(case)
+    found = contact_functions(wheelset, shifts_mm, case.yaw_rad)
+    if all(isinstance(placed, str) for placed in found.positions.values()):
+        why = next(iter(found.positions.values()))
+        raise InputError(f"the wheelset can stand at none of the shifts: {why}; {possible_wheelset_shifts(wheelset)}")
+    return found
+
+
+def functions_record(case: Case, found: ContactFunctions) -> Record:
+    """The table with units in its keys; radii of straight lines are None, positive where convex."""
+    shown = case_record(case.with_profiles({body: profile_identity(spec) for body, spec in case.profiles.items()}))
+    return {
+        "schema": GEOMETRY_SCHEMA,
+        "case": {name: shown[name] for name in (*_INPUTS, *_READINGS) if name in shown},
+        "symmetric": found.symmetric,
+        "positions": [
+            _position_record(shift, placed, found.centred_height_mm) for shift, placed in found.positions.items()
+        ],
+        "jumps": [asdict(jump) for jump in found.jumps],
+        "equivalent_conicity": [asdict(conicity) for conicity in found.conicities],
+        "warnings": _notes(found),
+    }
+
+
+def _notes(found: ContactFunctions) -> list[str]:
+    placed = next(one for one in found.positions.values() if not isinstance(one, str))
+    profiles = [side.profile for one in (placed.left, placed.right) for side in (one.rail, one.wheel)]
+    return list(dict.fromkeys(note for profile in profiles for note in profile.notes))
+
+
+def _position_record(shift: float, placed: PlacedWheelset | str, centred_mm: float) -> Record:
+    if isinstance(placed, str):
+        return {"lateral_shift_mm": shift, "problem": placed}
+    return {
+        "lateral_shift_mm": shift,
+        "roll_mrad": 1e3 * placed.roll_rad,
+        "axle_height_mm": placed.axle_height_mm,
+        "lift_mm": placed.axle_height_mm - centred_mm,
+        "rolling_radius_difference_mm": rolling_radius_difference_mm(placed),
+        "left": _side_record(placed.left),
+        "right": _side_record(placed.right),
+    }
+
+
+def _side_record(placement: Placement) -> Record:
+    return {
+        "touch_points": [
+            {
+                "rail_y_mm": touch.rail_y_mm,
+                "wheel_y_mm": touch.wheel_y_mm,
+                "ahead_mm": touch.x_mm - float(placement.wheel.point(touch.wheel_y_mm, 0.0, 0.0)[0]),
+                "contact_angle_rad": touch.contact_angle_rad,
+                "vertical_gap_mm": touch.vertical_gap_mm,
+                "rolling_radius_mm": float(placement.wheel.radius(touch.wheel_u)),
+                "at_junction": touch.at_junction,
+                "rail_radius_mm": _radius_mm(touch.curvature.rail_per_mm),
+                "wheel_lateral_radius_mm": _radius_mm(touch.curvature.wheel_lateral_per_mm),
+                "wheel_rolling_radius_mm": _radius_mm(touch.curvature.wheel_rolling_per_mm),
+            }
+            for touch in placement.touch_points
+        ],
+    }
+
+
+def _radius_mm(curvature_per_mm: float) -> float | None:
+    return 1.0 / curvature_per_mm if abs(curvature_per_mm) > _STRAIGHT_PER_MM else None
+
+
+_HEADINGS = (
+    *("shift\nmm", "roll\nmrad", "lift\nmm", "r left -\nright mm", "y rail\nmm", "y wheel\nmm", "angle\nmrad"),
+    *("radius\nmm", "R rail\nmm", "R wheel\nacross mm", "R wheel\nrolling mm", "touch\npoints"),
+)
+
+
+def print_functions(record: Mapping[str, Any], *, console: Console | None = None) -> None:
+    """Print a geometry record: a table of the left side, and of the right one where it is not its mirror image."""
+    console = console or _console()
+    mirrored = record["symmetric"] and record["case"]["yaw_rad"] == 0.0
+    for side in ("left",) if mirrored else ("left", "right"):
+        _print_side(record, side, console)
+    if mirrored:
+        _say(console, "The right wheel at a shift is the left one at the opposite shift.")
+    sides = ("left",) if mirrored else ("left", "right")
+    for jump in (jump for jump in record["jumps"] if jump["side"] in sides):
+        _say(
+            console,
+            f"jump at {jump['shift_mm']:+z.3f} mm: the {jump['side']} rail is touched first at y ="
+            f" {jump['from_rail_y_mm']:+z.2f} mm below it, at {jump['to_rail_y_mm']:+z.2f} mm above it",
+        )
+    _print_conicity(record["equivalent_conicity"], console)
+    problems = [row for row in record["positions"] if "problem" in row]
+    for row in problems:
+        _say(console, f"no position at {row['lateral_shift_mm']:+z.2f} mm: {row['problem']}")
+    for note in record["warnings"]:
+        _say(console, f"note: {note}")
+
+
+def _print_side(record: Mapping[str, Any], side: str, console: Console) -> None:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(
+        title=f"The {side} wheel on its rail; lengths in mm, radii positive where convex",
+        title_justify="left",
+        title_style="bold",
+        box=box.SIMPLE_HEAD if console.is_terminal else None,
+        padding=(0, 1),
+        pad_edge=False,
+    )
+    for heading in _HEADINGS:
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in (row for row in record["positions"] if "problem" not in row):
+        points = row[side]["touch_points"]
+        touch = points[0]
+        radii = (touch[f"{name}_radius_mm"] for name in ("rail", "wheel_lateral", "wheel_rolling"))
+        table.add_row(
+            f"{row['lateral_shift_mm']:+z.2f}",
+            f"{row['roll_mrad']:+z.4f}",
+            f"{row['lift_mm']:+z.3f}",
+            f"{row['rolling_radius_difference_mm']:+z.3f}",
+            f"{touch['rail_y_mm']:+z.2f}",
+            f"{touch['wheel_y_mm']:+z.2f}",
+            f"{1e3 * touch['contact_angle_rad']:+z.2f}",
+            f"{touch['rolling_radius_mm']:.3f}",
+            *("straight" if radius is None else f"{radius:.1f}" for radius in radii),
+            str(len(points)) + (" junction" if touch["at_junction"] else ""),
+        )
+    console.print(table)
+
+
+def _print_conicity(conicities: Sequence[Mapping[str, float]], console: Console) -> None:
+    if not conicities:
+        return
+    parts = (f"{one['amplitude_mm']:g} mm {one['unrolled']:.3f} ({one['rolled']:.3f})" for one in conicities)
+    _say(
+        console,
+        "equivalent conicity by amplitude, harmonic linearisation without roll (with it in brackets): "
+        + ", ".join(parts),
+    )
+
+
+def _console() -> Console:
+    from rich.console import Console
+
+    console = Console(highlight=False)
+    return console if console.is_terminal else Console(width=_PLAIN_WIDTH, no_color=True, highlight=False)
+
+
+def _say(console: Console, text: str) -> None:
+    console.print(text, markup=False, soft_wrap=not console.is_terminal)

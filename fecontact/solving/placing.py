@@ -1,0 +1,105 @@
+"""The wheel of a case on its rail, alone or as one of both wheels of a wheelset; light enough for a table of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from fecontact.case import Case, Opposite, Track
+from fecontact.errors import InputError
+from fecontact.geometry.placement import SIGN, Pair, Placement, pair_of, place
+from fecontact.geometry.wheelset import PlacedWheelset, Wheelset, place_wheelset
+from fecontact.profiles.curve import Profile
+from fecontact.profiles.resolve import has_no_gauge_face, resolve_rail, resolve_wheel
+
+
+def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Placement:
+    """Put the wheel of a case on its rail; `rail` and `wheel` stand for the case's own lines where given.
+
+    Raises
+    ------
+    InputError
+        For profiles that cannot be read and positions in which the wheel does not run on the rail.
+    """
+    if case.wheelset:
+        return place_wheelset_of_case(case, rail=rail, wheel=wheel).side(case.side)
+    if case.opposite != Opposite():
+        raise InputError("what is on the opposite side counts only for the roll of a wheelset; give wheelset = true")
+    case_wheel = resolve_wheel(case.wheel, case.wheel_file)
+    return place(
+        rail or resolve_rail(case.rail, case.rail_file),
+        wheel or case_wheel.profile,
+        inclination_rad=case.inclination_rad,
+        lateral_shift_mm=case.lateral_shift_mm,
+        roll_rad=case.roll_rad,
+        yaw_rad=case.yaw_rad,
+        rolling_radius_mm=case_wheel.rolling_radius_mm or case.rolling_radius_mm,
+        track=_track(case, case.rail),
+        side=case.side,
+    )
+
+
+def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> PlacedWheelset:
+    """Set the whole wheelset of a case on its rails; `rail` and `wheel` as in `place_case`.
+
+    Raises
+    ------
+    InputError
+        As `place_case`, for both sides.
+    """
+    return place_wheelset(wheelset_of_case(case, rail=rail, wheel=wheel), case.lateral_shift_mm, case.yaw_rad)
+
+
+def wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Wheelset:
+    """Both wheels of a case over both rails; the opposite side is the mirror image where nothing else is given."""
+    other = case.opposite
+    own = _pair(case, case.rail, case.wheel, case.rolling_radius_mm, rail, wheel)
+    if other == Opposite():
+        return Wheelset.of(own, own)
+    across = _pair(
+        case,
+        other.rail or case.rail,
+        other.wheel or case.wheel,
+        other.rolling_radius_mm or case.rolling_radius_mm,
+        None if other.rail else rail,
+        None if other.wheel else wheel,
+        radius_counts=other.rolling_radius_mm is not None,
+    )
+    return Wheelset.of(own, across) if case.side == "left" else Wheelset.of(across, own)
+
+
+def _pair(
+    case: Case,
+    rail: str,
+    wheel: str,
+    radius_mm: float,
+    rail_line: Profile | None,
+    wheel_line: Profile | None,
+    *,
+    radius_counts: bool = False,
+) -> Pair:
+    """One side; `radius_counts` where the radius was given for it, and not with the text of a wheel."""
+    resolved = resolve_wheel(wheel, case.wheel_file)
+    return pair_of(
+        rail_line or resolve_rail(rail, case.rail_file),
+        wheel_line or resolved.profile,
+        inclination_rad=case.inclination_rad,
+        rolling_radius_mm=radius_mm if radius_counts else resolved.rolling_radius_mm or radius_mm,
+        track=_track(case, rail),
+    )
+
+
+def _track(case: Case, rail: str) -> Track:
+    track = case.track
+    if has_no_gauge_face(rail) and track.rail_crown_y_mm is None:
+        return replace(track, rail_crown_y_mm=track.tape_circle_y_mm)
+    return track
+
+
+def roll_of_case(case: Case, placement: Placement) -> float:
+    """Roll (rad) of the wheelset as it stands, positive where it lifts the left wheel: found, or that of the case."""
+    if not case.wheelset:
+        return case.roll_rad
+    _, sine, cosine = placement.wheel.axes[2]
+    return SIGN[case.side] * float(np.arctan2(sine, cosine))

@@ -1,0 +1,176 @@
+"""The wheelset over its shift: conicities against published values and closed forms, jumps, and the command."""
+
+import json
+import math
+import subprocess
+import sys
+
+import pytest
+
+from fecontact.case import Case, Opposite, Track
+from fecontact.cli import call
+from fecontact.geometry.contact_functions import contact_functions, harmonic_conicity, rolling_radius_difference_mm
+from fecontact.geometry.placement import pair_of
+from fecontact.geometry.wheelset import Wheelset
+from fecontact.outputs.contact_functions import functions_of_case, functions_record
+from fecontact.profiles.curve import Line, Profile
+from fecontact.profiles.shapes import circular_rail_head
+from fecontact.solving.placing import place_case, wheelset_of_case
+
+TABLE = [-5.0, -3.0, -0.5, 0.0, 0.5, 1.0, 3.0, 5.0]
+
+
+@pytest.fixture(scope="module")
+def standard():
+    return functions_of_case(Case(), TABLE)
+
+
+# --- equivalent conicity ----------------------------------------------------------------------------------------------
+
+
+def test_conicity_of_s1002_on_60e1(standard):
+    # reference combination of EN 15302, gauge 1435 mm, amplitudes of 1 to 5 mm; published with two decimals
+    unrolled = [one.unrolled for one in standard.conicities[:5]]
+    assert unrolled == pytest.approx([0.36, 0.22, 0.18, 0.16, 0.15], abs=0.005)
+
+
+def test_harmonic_linearisation_of_cones_and_of_a_step():
+    for amplitude in (0.7, 3.0):
+        assert harmonic_conicity(lambda y: 2 * 0.05 * y, amplitude) == pytest.approx(0.05, rel=1e-9)
+        # c sign(y): the mean of |cos| is 2 / pi; the step is 1e-7 mm wide here
+        nodes = [-amplitude, -1e-7, 1e-7, amplitude]
+        step = harmonic_conicity(lambda y: math.copysign(0.3, y), amplitude, nodes)
+        assert step == pytest.approx(0.3 * 2.0 / math.pi / amplitude, rel=1e-6)
+        # c y^3: the mean of cos^4 is 3/8; straight pieces of 0.1 mm
+        cubic = harmonic_conicity(lambda y: 0.01 * y**3, amplitude)
+        assert cubic == pytest.approx(0.01 * 3 / 8 * amplitude**2, rel=0.02)
+
+
+def test_cones_on_circles_have_their_own_conicity():
+    # radii grow towards the flange: 1:20
+    cone = Profile(name="cone", kind="wheel", segments=(Line(start=(-60.0, -3.0), end=(60.0, 3.0)),))
+    pair = pair_of(circular_rail_head(300.0), cone, inclination_rad=0.0, track=Track(rail_crown_y_mm=750.0))
+    found = contact_functions(Wheelset.of(pair, pair), [-3.0, -1.0, 0.0, 1.0, 3.0])
+    assert found.jumps == ()
+    assert [one.amplitude_mm for one in found.conicities] == [1.0, 2.0, 3.0]
+    for one in found.conicities:
+        # linear steps between samples of the wheel, which is straight
+        assert one.unrolled == pytest.approx(0.05, rel=1e-7)
+    # rolled by f the touch points move across by R sin(f) on circles of R 300, and with the wheel: for small shifts
+    # f = 0.05 y / (750 - (300 + 460) 0.05), and the radii differ by 2 * 0.05 (y + (300 + 460) f)
+    roll = 0.05 / (750.0 - 760.0 * 0.05)
+    assert found.positions[1.0].roll_rad == pytest.approx(roll, rel=2e-3)
+    assert found.conicities[0].rolled == pytest.approx(0.05 * (1.0 + 760.0 * roll), rel=2e-3)
+
+
+# --- jumps ------------------------------------------------------------------------------------------------------------
+
+
+def test_jumps_are_where_two_points_touch(standard):
+    left = [jump for jump in standard.jumps if jump.side == "left"]
+    assert len(left) == 2
+    for jump in left:
+        placed = place_case(Case(lateral_shift_mm=jump.shift_mm, wheelset=True))
+        first, second = placed.touch_points[:2]
+        # the shift is known to 1e-4 mm, over which the gaps change by some tenths of that
+        assert second.vertical_gap_mm < 5e-5
+        found = sorted((first.rail_y_mm, second.rail_y_mm))
+        assert found == pytest.approx(sorted((jump.from_rail_y_mm, jump.to_rail_y_mm)), abs=0.02)
+    right = sorted(jump.shift_mm for jump in standard.jumps if jump.side == "right")
+    assert right == pytest.approx([-jump.shift_mm for jump in reversed(left)], abs=1e-12)
+
+
+def test_first_touch_points_lie_to_one_side_of_a_jump(standard):
+    for jump in (jump for jump in standard.jumps if jump.side == "left"):
+        before, after = (
+            place_case(Case(lateral_shift_mm=jump.shift_mm + step, wheelset=True)).first.rail_y_mm
+            for step in (-2e-3, 2e-3)
+        )
+        assert before == pytest.approx(jump.from_rail_y_mm, abs=0.1)
+        assert after == pytest.approx(jump.to_rail_y_mm, abs=0.1)
+
+
+# --- the table --------------------------------------------------------------------------------------------------------
+
+
+def test_positions_are_those_of_the_wheelset(standard):
+    assert list(standard.positions) == TABLE
+    for shift in (-3.0, 0.5, 5.0):
+        placed, alone = standard.positions[shift], place_case(Case(lateral_shift_mm=shift, wheelset=True))
+        # the roll is found from another guess
+        assert placed.left.first.rail_y_mm == pytest.approx(alone.first.rail_y_mm, abs=1e-6)
+        assert placed.left.wheel.centre_mm == pytest.approx(alone.wheel.centre_mm, abs=1e-9)
+        mirrored = standard.positions[-shift]
+        if isinstance(mirrored, str):
+            continue
+        assert rolling_radius_difference_mm(mirrored) == pytest.approx(-rolling_radius_difference_mm(placed), abs=1e-9)
+
+
+def test_other_sides_are_no_mirror_images():
+    case = Case(opposite=Opposite(rolling_radius_mm=459.0))
+    found = functions_of_case(case, [-1.0, 1.0])
+    assert not found.symmetric
+    for shift, placed in found.positions.items():
+        again = wheelset_of_case(case).at(shift)
+        assert placed.roll_rad == pytest.approx(again.roll_rad, abs=1e-12)
+    differences = [rolling_radius_difference_mm(placed) for placed in found.positions.values()]
+    # the wheelset is off by the 1 mm, and a little more by its roll
+    assert sum(differences) / 2 == pytest.approx(1.0, abs=0.3)
+
+
+def test_a_record_says_units_and_what_cannot_be(standard):
+    record = functions_record(Case(), functions_of_case(Case(), [2.0, 8.0]))
+    good, bad = record["positions"]
+    assert "derails" in bad["problem"]
+    assert good["lift_mm"] > 0.0
+    touch = good["left"]["touch_points"][0]
+    alone = place_case(Case(lateral_shift_mm=2.0, wheelset=True)).first
+    assert touch["contact_angle_rad"] == pytest.approx(alone.contact_angle_rad, abs=1e-9)
+    assert touch["rail_radius_mm"] == pytest.approx(80.0, rel=1e-9)
+    # without a yaw the touch point lies below the axle
+    assert touch["ahead_mm"] == pytest.approx(0.0, abs=1e-9)
+
+
+# --- the command ------------------------------------------------------------------------------------------------------
+
+
+def test_the_command_prints_tables_or_json_and_draws(capsys, tmp_path):
+    picture = tmp_path / "geometry.png"
+    assert call(["geometry", "--shifts", "-1:1:1,8", "--out", str(picture)]) == 0
+    text = capsys.readouterr().out
+    assert "jump at +0.226 mm" in text
+    assert "no position at +8.00 mm" in text
+    assert "equivalent conicity" in text
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert call(["geometry", "--shifts", "1", "--json", "--yaw-mrad", "4"]) == 0
+    (row,) = json.loads(capsys.readouterr().out)["positions"]
+    # a yaw moves the touch point of a left wheel on the gauge side ahead
+    assert row["left"]["touch_points"][0]["ahead_mm"] > 0.1
+
+
+def test_the_command_needs_neither_gmsh_nor_finite_elements():
+    code = (
+        "import sys; sys.modules['gmsh'] = sys.modules['skfem'] = sys.modules['pyvista'] = None;"
+        "from fecontact.cli import call; code = call(['geometry', '--shifts', '0,1']);"
+        "print([name for name in sys.modules if name.startswith('fecontact.fe')]); sys.exit(code)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip().endswith("[]")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--shifts", "20"], "can stand at none of the shifts"),
+        (["--shifts", "a"], "neither a number nor a range"),
+        (["--gauge-mm", "1400", "--shifts", "0"], "check gauge, back-to-back distance and profiles"),
+        (["--rail", "circle:300", "--wheel", "nowhere"], "nowhere"),
+        (["--opposite-rolling-radius-mm", "-1"], "opposite rolling radius is -1.0 mm"),
+    ],
+)
+def test_bad_input_is_one_line(arguments, says, capsys):
+    assert call(["geometry", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert says in err
+    assert len(err.strip().splitlines()) == 1

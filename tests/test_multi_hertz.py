@@ -1,0 +1,190 @@
+"""Several patches: ellipses that share the load, and every lobe by itself, on contacts whose answer is known.
+
+The contacts are those of the true gap on a half-space, which take the place of the finite elements.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fecontact.case import Case, Track
+from fecontact.comparison.judged_load import Level, SolvedLoad, judge_load
+from fecontact.comparison.lobes import judge_lobes, parts_of
+from fecontact.comparison.measures import MEASURES, hertz_on, measures_of, patch_of
+from fecontact.comparison.multi_hertz import MultiHertz, PlacedEllipse, judge_multi_hertz, multi_hertz
+from fecontact.comparison.patch import area_between
+from fecontact.contact.grid import ContactGrid
+from fecontact.geometry.placement import place
+from fecontact.profiles.curve import Arc, Profile
+from fecontact.profiles.shapes import cylinder_wheel
+from fecontact.solving.expected_patch import expected_patch
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import direction_of_case, expect_on_half_space, hertz_points_of_case, true_gap_of_case
+from fecontact.theory.hertz import hertz_ellipse
+
+RADIUS, APART = 80.0, 40.0
+
+
+def judged(case, placement, rung):
+    """A load whose finite elements are a half-space, the same on both meshes."""
+    level = Level(nodal=rung, fe=rung, otherwise=rung, degrees_of_freedom={}, elements={}, enlarged=0, at_edge=False)
+    solved = SolvedLoad(case=case, levels=(level, level), half_space=rung, quadratic=rung, point_noise=None)
+    return judge_load(solved, placement)
+
+
+def contact_of(case, placement):
+    points = hertz_points_of_case(case, placement)
+    return multi_hertz(placement, points, direction_of_case(case, placement))
+
+
+def two_heads() -> Profile:
+    """Two arcs of one radius with their tops 40 mm apart, and a valley between."""
+    half = 0.5 * APART
+
+    def arc(top, low, high):
+        low_angle, high_angle = (math.acos((y - top) / RADIUS) for y in (low, high))
+        return Arc(centre=(top, -RADIUS), radius=RADIUS, angle_from=low_angle, angle_to=high_angle)
+
+    return Profile(name="two heads", kind="rail", segments=(arc(-half, -half - 25.0, 0.0), arc(half, 0.0, half + 25.0)))
+
+
+@pytest.fixture(scope="module")
+def two_patches():
+    case = Case(wheel="cylinder:460", rail="circle:80", inclination_rad=0.0, load_N=20e3)
+    placement = place(two_heads(), cylinder_wheel(), inclination_rad=0.0, track=Track(rail_crown_y_mm=750.0))
+    rung = expected_patch(true_gap_of_case(case, placement), case.load_N, half=True, nodes=32).half_space
+    return case, placement, judged(case, placement, rung)
+
+
+def test_two_equal_patches_far_apart_are_two_ellipses(two_patches):
+    case, placement, load = two_patches
+    contact = contact_of(case, placement)
+    exact = hertz_ellipse(
+        0.5 / 460, 0.5 / RADIUS, normal_force_N=0.5 * case.load_N, contact_modulus_MPa=case.contact_modulus_MPa
+    )
+    assert [one.hertz.p0_MPa for one in contact.ellipses] == pytest.approx([exact.p0_MPa] * 2, rel=1e-6)
+    assert not contact.overlapping
+    multi = judge_multi_hertz(load, contact)
+    # patches of 5 mm by 1.6 mm, 40 mm apart: each lies on the slope that the other one presses into the half-space,
+    # which moves it, and bends it by some 1e-3 of its own curvature
+    assert multi.deviation["p_max_MPa"] == pytest.approx(0.0, abs=0.002)
+    for name in ("area_mm2", "a_mm", "b_mm"):
+        assert multi.deviation[name] == pytest.approx(0.0, abs=0.005), name
+    assert multi.deviation["separate_load"] == 0.0
+    # the pressure falls to zero between them, as their ellipses' does
+    assert multi.deviation["valley"] == pytest.approx(0.0, abs=0.003)
+    assert multi.deviation["misplaced_load"] < 0.02
+    assert multi.verdict.answer == "HOLDS"
+    # the cube root of 2 in the peak, and half the load on a patch that he does not know
+    assert load.deviation["p_max_MPa"] == pytest.approx(2.0 ** (1 / 3) - 1.0, abs=0.005)
+    assert load.deviation["separate_load"] == pytest.approx(0.5, abs=0.002)
+    assert load.verdict.answer == "FAILS"
+
+
+def test_a_patch_that_no_ellipse_knows_is_separate_load(two_patches):
+    case, placement, load = two_patches
+    contact = contact_of(case, placement)
+    one = replace(contact, ellipses=contact.ellipses[:1])
+    assert judge_multi_hertz(load, one).deviation["separate_load"] == pytest.approx(0.5, abs=2e-3)
+    assert judge_multi_hertz(load, one).verdict.answer == "FAILS"
+    # and an ellipse where there is none
+    away = replace(contact.ellipses[1], s_mm=contact.ellipses[1].s_mm - 60.0)
+    third = replace(contact, ellipses=(*contact.ellipses, away))
+    assert judge_multi_hertz(load, third).deviation["separate_load"] == pytest.approx(1.0 / 3.0, abs=1e-3)
+
+
+def test_each_patch_is_a_contact_of_its_own(two_patches):
+    case, placement, load = two_patches
+    found = judge_lobes(load, placement)
+    assert [one.separate for one in found] == [True, True]
+    assert sum(one.normal_force_N for one in found) == pytest.approx(case.load_N, rel=1e-3)
+    assert sorted(one.touch_point for one in found) == [0, 1]
+    for one in found:
+        assert one.rail_y_mm == pytest.approx(one.touch.rail_y_mm, abs=0.05)
+        assert one.contact_angle_rad == pytest.approx(0.0, abs=1e-3)
+        for name in ("p_max_MPa", "area_mm2", "a_mm", "b_mm"):
+            # they carry the same force, and are read with nodes at other places
+            assert one.deviation[name] == pytest.approx(0.0, abs=0.006), name
+        assert one.rungs["half_space"] == pytest.approx(one.fe)
+        assert one.verdict.answer == "HOLDS"
+        assert one.hertz.normal_force_N == one.normal_force_N
+
+
+def test_a_single_touch_point_is_one_ellipse_by_both_theories():
+    case = Case(lateral_shift_mm=-4.0)
+    placement = place_case(case)
+    _, expected = expect_on_half_space(case, placement)
+    load = judged(case, placement, expected.half_space)
+    multi = judge_multi_hertz(load, contact_of(case, placement))
+    # the normal force of one is that of the pressures, of the other one that of the load: curved bodies, 1e-5 apart
+    assert multi.deviation == pytest.approx(dict(load.deviation), abs=2e-4)
+    assert multi.verdict.answer == load.verdict.answer == "HOLDS"
+    assert multi.verdict.each == load.verdict.each
+    (only,) = judge_lobes(load, placement)
+    assert only.separate
+    assert only.touch_point == 0
+    for name in ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "centre_over_b", "misplaced_load"):
+        assert only.deviation[name] == pytest.approx(load.deviation[name], abs=2e-4), name
+    assert only.verdict.answer == "HOLDS"
+
+
+@pytest.fixture(scope="module")
+def ellipses(two_patches):
+    """Two ellipses of different sizes that overlap or not, and a contact that is made of them."""
+    _, placement, load = two_patches
+    small, large = (
+        hertz_ellipse(0.5 / 460, 0.5 / radius, normal_force_N=force, contact_modulus_MPa=115e3)
+        for radius, force in ((80.0, 8e3), (300.0, 30e3))
+    )
+
+    def made(apart):
+        contact = MultiHertz(
+            ellipses=tuple(
+                PlacedEllipse(touch_point=k, touch=placement.first, hertz=hertz, x_mm=0.0, s_mm=s)
+                for k, (hertz, s) in enumerate(((large, 0.0), (small, apart)))
+            ),
+            approach_mm=0.1,
+            overlapping=apart < 0.5 * (large.extent_y_mm + small.extent_y_mm),
+        )
+        grid = ContactGrid(x_mm=0.05 * np.arange(120), s_mm=-8.0 + 0.05 * np.arange(440), half=True)
+        # the larger of both pressures: their sum has a hump of its own where they overlap
+        each = [hertz_on(grid, one.hertz, (one.x_mm, one.s_mm)) for one in contact.ellipses]
+        return contact, replace(load.fe, grid=grid, pressure_MPa=np.maximum(*each))
+
+    return made
+
+
+def test_measures_of_ellipses_are_what_is_read_off_their_pressures(ellipses):
+    contact, rung = ellipses(9.0)
+    read, own = measures_of(rung).as_dict(), contact.measures.as_dict()
+    for name in MEASURES:
+        if name != "approach_mm":
+            # readings of exact pressures with 24 nodes on the narrow semi-axis
+            assert read[name] == pytest.approx(own[name], rel=0.005), name
+    assert patch_of(rung).centre_y_mm == pytest.approx(contact.centre_mm[1], abs=2e-3)
+    assert patch_of(rung).separate_load == pytest.approx(8.0 / 38.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("apart", [4.0, 9.0])
+def test_lobes_add_up_to_the_whole(ellipses, apart):
+    _, rung = ellipses(apart)
+    parts, patch = parts_of(rung), patch_of(rung)
+    assert len(parts) == 2 == len(patch.lobes)
+    assert sum(part.area_mm2 for part in parts) == pytest.approx(patch.area_mm2, rel=1e-9)
+    whole = float(np.sum(rung.pressure_MPa.ravel() * rung.grid.whole_area_mm2()))
+    assert sum(part.rung.normal_force_N for part in parts) == pytest.approx(whole, rel=1e-12)
+    assert max(measures_of(part.rung).p_max_MPa for part in parts) == pytest.approx(patch.p_max_MPa, rel=1e-12)
+    assert [part.separate for part in parts] == [apart > 6.0] * 2
+
+
+def test_an_area_is_cut_where_it_is_said(ellipses):
+    contact, rung = ellipses(9.0)
+    large = contact.ellipses[0].hertz
+    half = area_between(rung.pressure, -np.inf, 0.0)
+    assert half == pytest.approx(0.5 * large.area_mm2, rel=0.005)
+    # nothing lies there
+    gap = 0.5 * large.extent_y_mm + 0.5, 9.0 - 0.5 * contact.ellipses[1].hertz.extent_y_mm - 0.5
+    assert gap[0] < gap[1]
+    assert area_between(rung.pressure, *gap) == 0.0

@@ -1,0 +1,193 @@
+"""Both wheels on both rails: the roll against another code's and closed forms, mirror images, ids, refusals."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fecontact.case import Case, Opposite
+from fecontact.errors import InputError
+from fecontact.geometry.placement import pair_of
+from fecontact.geometry.wheelset import Wheelset
+from fecontact.outputs.record import hertz_record, shown_case_record
+from fecontact.outputs.rows import input_columns
+from fecontact.profiles.library import load
+from fecontact.runs.case_store import copy_profiles, stored_case
+from fecontact.runs.identity import case_id, input_files
+from fecontact.solving.placing import place_case, place_wheelset_of_case, roll_of_case
+
+INCLINATION_40 = math.atan(1.0 / 40.0)
+# Manchester Contact Benchmark: shift to the right (mm) and roll (mrad) of the wheelset in CONTACT's examples, which
+# yaws by 2.4 mrad a mm.
+MANCHESTER_ROLL = (
+    *((0.0, 0.0), (0.5, 0.02304), (1.0, 0.05049), (1.5, 0.08103), (2.0, 0.1128), (2.5, 0.1457), (3.0, 0.1803)),
+    *((3.5, 0.2168), (4.0, 0.2557), (4.5, 0.2977), (5.0, 0.3554), (5.5, 0.4777), (6.0, 0.6272)),
+)
+
+
+def benchmark(shift_right: float) -> Case:
+    return Case(
+        rail="MBench_UIC60", lateral_shift_mm=-shift_right, yaw_rad=2.4e-3 * shift_right, wheelset=True, load_N=10e3
+    )
+
+
+def assert_same_placement(one, other, tolerance=1e-10):
+    assert len(one.touch_points) == len(other.touch_points)
+    for a, b in zip(one.touch_points, other.touch_points, strict=True):
+        for name in ("x_mm", "y_mm", "z_mm", "rail_y_mm", "wheel_y_mm", "contact_angle_rad", "vertical_gap_mm"):
+            assert getattr(a, name) == pytest.approx(getattr(b, name), abs=tolerance), name
+        np.testing.assert_allclose(a.curvature.hessian, b.curvature.hessian, atol=tolerance)
+
+
+@pytest.mark.parametrize(("shift_right", "roll_mrad"), MANCHESTER_ROLL)
+def test_roll_of_the_manchester_wheelset(shift_right, roll_mrad):
+    case = benchmark(shift_right)
+    # its profiles are points of a file, these are arcs and the standard's sections: 0.0064 mrad apart at most, which is
+    # a height of 10 micrometres; the right wheel rises
+    assert 1e3 * place_wheelset_of_case(case).roll_rad == pytest.approx(-roll_mrad, abs=0.01)
+
+
+@pytest.mark.parametrize("shift", [-5.0, -0.3, 0.0, 2.0, 5.0])
+@pytest.mark.parametrize("yaw", [0.0, 6e-3])
+def test_the_left_wheel_is_the_right_one_of_the_mirror_image(shift, yaw):
+    left = Case(lateral_shift_mm=shift, yaw_rad=yaw, wheelset=True)
+    right = replace(left, lateral_shift_mm=-shift, yaw_rad=-yaw, side="right")
+    one, other = place_case(left), place_case(right)
+    assert_same_placement(one, other)
+    assert roll_of_case(left, one) == pytest.approx(-roll_of_case(right, other), abs=1e-13)
+    x, s = np.linspace(-10.0, 10.0, 5)[:, None], np.linspace(-4.0, 4.0, 5)[None, :]
+    np.testing.assert_allclose(one.gap(x, s), other.gap(x, s), atol=1e-10)
+    hertz = [hertz_record(case)["hertz"] for case in (left, right)]
+    assert hertz[0] == pytest.approx(hertz[1], rel=1e-10)
+
+
+@pytest.mark.parametrize("motion", [{"roll_rad": 4e-4}, {"yaw_rad": 8e-3}, {"roll_rad": -1e-3, "yaw_rad": 5e-3}])
+def test_a_fixed_roll_is_mirrored_too(motion):
+    left = Case(lateral_shift_mm=3.0, **motion)
+    right = Case(lateral_shift_mm=-3.0, side="right", **{name: -value for name, value in motion.items()})
+    assert_same_placement(place_case(left), place_case(right), tolerance=0.0)
+
+
+@pytest.mark.parametrize("shift", [-5.5, -2.0, 0.21, 0.22, 4.9, 6.0])
+def test_the_axle_has_one_height(shift):
+    case = Case(lateral_shift_mm=shift, wheelset=True, yaw_rad=3e-3)
+    placed = place_wheelset_of_case(case)
+    # each wheel's own search, by roots of the slope, against the samples by which the roll is found
+    left, right = (side.wheel.centre_mm[2] for side in (placed.left, placed.right))
+    assert left == pytest.approx(right, abs=1e-8)
+    assert placed.axle_height_mm == left
+    assert place_case(case).first == placed.left.first
+    # one roll for both
+    assert roll_of_case(replace(case, side="right"), placed.right) == pytest.approx(placed.roll_rad, abs=1e-15)
+    assert roll_of_case(case, placed.left) == pytest.approx(placed.roll_rad, abs=1e-15)
+
+
+def test_a_difference_of_diameters_rolls_the_wheelset():
+    case = Case(
+        rail="circle:300",
+        wheel="cylinder:460",
+        inclination_rad=0.0,
+        wheelset=True,
+        opposite=Opposite(rolling_radius_mm=459.0),
+    )
+    placed = place_wheelset_of_case(case)
+    assert placed.left.wheel.rolling_radius_mm == 460.0
+    assert placed.right.wheel.rolling_radius_mm == 459.0
+    # the centre of each circle lies 300 mm and a radius below the axle, 750 mm to its side: by the difference of both
+    # distances 1500 sin(roll) is the difference of the radii
+    roll = placed.roll_rad
+    assert roll == pytest.approx(math.asin(1.0 / 1500.0), rel=1e-9)
+    # and the other way round
+    mirrored = place_wheelset_of_case(replace(case, side="right"))
+    assert mirrored.roll_rad == pytest.approx(-roll, abs=1e-13)
+
+
+def test_other_profiles_on_the_other_side_are_one_wheelset():
+    worn = Opposite(wheel="cylinder:458", rail="54E1")
+    left = Case(lateral_shift_mm=1.0, wheelset=True, opposite=worn)
+    right = Case(
+        rail="54E1",
+        wheel="cylinder:458",
+        lateral_shift_mm=1.0,
+        wheelset=True,
+        side="right",
+        opposite=Opposite(rail="60E1", wheel="S1002", rolling_radius_mm=460.0),
+    )
+    one, other = place_wheelset_of_case(left), place_wheelset_of_case(right)
+    assert one.roll_rad == other.roll_rad
+    assert one.roll_rad != 0.0
+    assert_same_placement(one.right, place_case(right), tolerance=0.0)
+    assert_same_placement(place_case(left), other.left, tolerance=0.0)
+
+
+def test_the_found_roll_stands_in_records_and_rows():
+    case = Case(lateral_shift_mm=5.0, wheelset=True, side="right")
+    placement = place_case(case)
+    shown = shown_case_record(case, placement)
+    assert (shown["wheelset"], shown["side"]) == (True, "right")
+    assert shown["roll_mrad"] == pytest.approx(1e3 * place_wheelset_of_case(case).roll_rad, abs=1e-12)
+    row = input_columns(case, placement)
+    assert (row["roll_mrad"], row["side"], row["wheelset"]) == (shown["roll_mrad"], "right", True)
+    # not known of a case that failed
+    assert input_columns(case)["roll_mrad"] is None
+    fixed = Case(roll_rad=4e-4)
+    assert shown_case_record(fixed, place_case(fixed))["roll_mrad"] == 0.4
+    assert input_columns(fixed, place_case(fixed))["roll_mrad"] == 0.4
+    assert "side" not in input_columns(fixed)
+
+
+def test_an_id_is_that_of_before_where_nothing_of_a_wheelset_is_given():
+    # as in the baselines, which were made before
+    case = Case(lateral_shift_mm=0.0, load_N=100e3)
+    assert case_id(case) == "60E1_S1002_+0.00mm_100kN_a008edc2"
+    others = (
+        Case(wheelset=True),
+        Case(side="right"),
+        Case(wheelset=True, opposite=Opposite(rolling_radius_mm=459.0)),
+        Case(wheelset=True, opposite=Opposite(wheel="S1002")),
+    )
+    assert len({case_id(one) for one in (case, *others)}) == 5
+
+
+def test_a_file_on_the_other_side_counts_by_its_content_and_is_kept(tmp_path):
+    points = np.column_stack([np.linspace(-60.0, 60.0, 121), np.zeros(121)])
+    here, there = tmp_path / "a" / "flat.txt", tmp_path / "b" / "flat.txt"
+    for path in (here, there):
+        path.parent.mkdir()
+        np.savetxt(path, points)
+    case, moved = (Case(wheelset=True, opposite=Opposite(wheel=str(path))) for path in (here, there))
+    assert case_id(case) == case_id(moved)
+    assert set(input_files(case)) == {"opposite_wheel"}
+    np.savetxt(there, points * [1.0, 0.0] + [0.0, 1.0])
+    assert case_id(case) != case_id(moved)
+    copy_profiles(case, tmp_path / "out")
+    record = shown_case_record(case, place_case(case))
+    assert str(tmp_path) not in str(record)
+    again = stored_case(tmp_path / "out", record)
+    assert again.opposite.wheel == str(tmp_path / "out" / "profiles" / "opposite_wheel" / "flat.txt")
+    assert place_wheelset_of_case(again).roll_rad == place_wheelset_of_case(case).roll_rad
+
+
+@pytest.mark.parametrize(
+    ("case", "says"),
+    [
+        (Case(lateral_shift_mm=9.0, wheelset=True), r"derails.*shifts between -6 and 6 mm"),
+        (Case(lateral_shift_mm=-40.0, wheelset=True), r"shift -40 mm of the wheelset.*shifts between -6 and 6 mm"),
+        (replace(Case(wheelset=True), track=replace(Case().track, gauge_mm=1400.0)), "check gauge, back-to-back"),
+        (Case(opposite=Opposite(rolling_radius_mm=459.0)), "give wheelset = true"),
+    ],
+)
+def test_wheelsets_that_cannot_stand_are_refused_in_one_line(case, says):
+    with pytest.raises(InputError, match=says) as refused:
+        place_case(case)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_pair_over_itself_is_symmetric():
+    pair = pair_of(load("60E1"), load("S1002"), inclination_rad=INCLINATION_40)
+    wheelset = Wheelset.of(pair, pair)
+    assert wheelset.symmetric
+    assert not Wheelset.of(pair, replace(pair, rolling_radius_mm=459.0)).symmetric
+    stand = wheelset.stand(0.0)
+    assert abs(stand.roll_rad) < 1e-15
