@@ -35,7 +35,7 @@ from fecontact.comparison.creepages import creepages_of
 from fecontact.comparison.measures import patch_of
 from fecontact.creep import Creep
 from fecontact.errors import FecontactError
-from fecontact.outputs.figures import blank_figure, save_figure
+from fecontact.outputs.style import blank_figure, save_figure
 from fecontact.regression.checks import Check
 from fecontact.solving.solve import CaseResult
 from fecontact.theory.creep.contact import Creepages, pair_constants
