@@ -199,11 +199,11 @@ def _report(study: Study, rows: list[Row], out: Path, conclusion: str | None) ->
 
 def _only_rail(cases: tuple[Case, ...]) -> Profile | None:
     """The rail of all cases, if they have the same one and it can be read."""
-    rails = {case.rail for case in cases}
+    rails = {(case.rail, case.rail_file) for case in cases}
     if len(rails) > 1:
         return None
     try:
-        return resolve_rail(rails.pop())
+        return resolve_rail(*rails.pop())
     except InputError:
         return None
 
