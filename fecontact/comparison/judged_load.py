@@ -245,8 +245,7 @@ def judge_load(solved: SolvedLoad, placement: Placement) -> JudgedLoad:
         ladder=ladder,
         geometry=geometry,
         bodies_step_uncertainty=_bodies_step_uncertainty(solved, hertz),
-        # a result that must not be used leaves it open
-        verdict=replace(worst, cause=cause, answer=worst.answer if solved.status == "converged" else "UNRESOLVED"),
+        verdict=replace(worst, cause=cause).usable(solved.status == "converged"),
         warnings=(
             *junction_warnings([(side.side, side.verdict, side.deviation) for side in judged]),
             *solved.limits,

@@ -154,7 +154,7 @@ def _beside_hertz(judgement: LobeJudgement, part: Part, load: JudgedLoad, placem
     hertz = hertz_from_hessian(
         hessian, normal_force_N=part.rung.normal_force_N, contact_modulus_MPa=load.case.contact_modulus_MPa
     )
-    at = touch.x_mm - placement.first.x_mm, _arc_mm(touch, placement)
+    at = touch.x_mm - placement.first.x_mm, placement.arc_mm(touch)
 
     def read(rung: Rung) -> dict[str, float]:
         same = _same(parts_of(rung), part)
@@ -163,9 +163,7 @@ def _beside_hertz(judgement: LobeJudgement, part: Part, load: JudgedLoad, placem
     values, own = _values(part, hertz, at), hertz_measures(hertz).as_dict()
     deviation = {name: own[name] / values[name] - 1.0 if name in MEASURES else values[name] for name in values}
     uncertainty = uncertainties(load.solved.levels, read, deviation)
-    verdict = judge(deviation, uncertainty, load.case.criteria)
-    if load.status != "converged":
-        verdict = replace(verdict, answer="UNRESOLVED")
+    verdict = judge(deviation, uncertainty, load.case.criteria).usable(load.status == "converged")
     return replace(judgement, hertz=hertz, deviation=deviation, uncertainty=uncertainty, verdict=verdict)
 
 
@@ -194,10 +192,6 @@ def _touch_below(part: Part, placement: Placement) -> int | None:
     inside = [
         number
         for number, touch in enumerate(placement.touch_points)
-        if part.low_mm <= _arc_mm(touch, placement) <= part.high_mm
+        if part.low_mm <= placement.arc_mm(touch) <= part.high_mm
     ]
     return min(inside, key=lambda number: placement.touch_points[number].vertical_gap_mm, default=None)
-
-
-def _arc_mm(touch: TouchPoint, placement: Placement) -> float:
-    return float(placement.rail.profile.arc_length(touch.rail_u)) - placement.first_arc_length_mm

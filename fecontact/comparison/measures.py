@@ -181,7 +181,10 @@ def hertz_on(grid: ContactGrid, hertz: HertzContact, centre_mm: tuple[float, flo
 def _misplaced_load(rung: Rung, hertz: HertzContact, centre_mm: tuple[float, float]) -> float:
     lengths = (hertz.extent_x_mm + 2.0 * abs(centre_mm[0]), hertz.extent_y_mm + 2.0 * abs(centre_mm[1]))
     contact = rung.pressure.covering(*lengths)
-    reference = hertz_on(contact.grid, hertz, centre_mm)
+    return part_elsewhere(contact.values, hertz_on(contact.grid, hertz, centre_mm))
+
+
+def part_elsewhere(pressure_MPa: Floats, reference_MPa: Floats) -> float:
+    """Part of the force of a pressure that is elsewhere than a reference on the same cells has it."""
     # at equal force, whatever the cells leave of it
-    contact_part, reference_part = contact.values / contact.values.sum(), reference / reference.sum()
-    return float(0.5 * np.abs(contact_part - reference_part).sum())
+    return float(0.5 * np.abs(pressure_MPa / pressure_MPa.sum() - reference_MPa / reference_MPa.sum()).sum())

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import label
 
 from fecontact.comparison.judged_load import JudgedLoad, uncertainties
-from fecontact.comparison.measures import MEASURES, Measures, hertz_on, measures_of, patch_of
+from fecontact.comparison.measures import MEASURES, Measures, hertz_on, measures_of, part_elsewhere, patch_of
 from fecontact.comparison.patch import Patch, measure_patch
 from fecontact.comparison.verdict import Verdict, judge
 from fecontact.contact.grid import ContactGrid, Field
@@ -128,7 +128,6 @@ def multi_hertz(placement: Placement, points: HertzPoints, direction: Floats) ->
     """
     if points.shared_approach_mm is None:
         return None
-    origin = placement.first_arc_length_mm
     ellipses = []
     for point in points.points:
         if point.shared is None:
@@ -140,7 +139,7 @@ def multi_hertz(placement: Placement, points: HertzPoints, direction: Floats) ->
                 touch=touch,
                 hertz=point.shared,
                 x_mm=touch.x_mm - placement.first.x_mm,
-                s_mm=float(placement.rail.profile.arc_length(touch.rail_u)) - origin,
+                s_mm=placement.arc_mm(touch),
             )
         )
     return MultiHertz(
@@ -162,9 +161,7 @@ def judge_multi_hertz(load: JudgedLoad, contact: MultiHertz) -> MultiHertzJudgem
     of_points = {} if solved.point_noise is None else solved.point_noise.uncertainty()
     known = uncertainties(solved.levels, lambda rung: measures_of(rung).as_dict() | _misfits(rung, contact), deviation)
     uncertainty = {name: value + of_points.get(name, 0.0) for name, value in known.items()}
-    verdict = judge(deviation, uncertainty, load.case.criteria)
-    if load.status != "converged":
-        verdict = Verdict(answer="UNRESOLVED", measure=verdict.measure, each=verdict.each, unknown=verdict.unknown)
+    verdict = judge(deviation, uncertainty, load.case.criteria).usable(load.status == "converged")
     return MultiHertzJudgement(
         contact=contact, measures=measures, deviation=deviation, uncertainty=uncertainty, verdict=verdict
     )
@@ -218,8 +215,7 @@ def _unknown_load(rung: Rung, contact: MultiHertz) -> float:
 
 def _misplaced(rung: Rung, contact: MultiHertz, moved_mm: tuple[float, float]) -> float:
     covering = _covering(rung, contact, moved_mm)
-    reference = contact.on(covering.grid, moved_mm)
-    return float(0.5 * np.abs(covering.values / covering.values.sum() - reference / reference.sum()).sum())
+    return part_elsewhere(covering.values, contact.on(covering.grid, moved_mm))
 
 
 def _covering(rung: Rung, contact: MultiHertz, moved_mm: tuple[float, float] = (0.0, 0.0)) -> Field:

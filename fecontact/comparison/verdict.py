@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from fecontact.case import Criteria
@@ -43,6 +43,10 @@ class Verdict:
     def failing(self) -> tuple[str, ...]:
         """The measures that fail."""
         return tuple(measure for measure, answer in self.each.items() if answer == "FAILS")
+
+    def usable(self, converged: bool) -> Verdict:
+        """The verdict on a result: one that must not be used leaves it open."""
+        return self if converged else replace(self, answer="UNRESOLVED")
 
 
 def judge(deviation: Mapping[str, float], uncertainty: Mapping[str, float], criteria: Criteria) -> Verdict:

@@ -51,6 +51,10 @@ class Placement:
         """Arc length along the rail profile at the first touch point: the origin of the surface coordinate s."""
         return float(self.rail.profile.arc_length(self.first.rail_u))
 
+    def arc_mm(self, touch: TouchPoint) -> float:
+        """Surface coordinate s (mm) of a touch point."""
+        return float(self.rail.profile.arc_length(touch.rail_u)) - self.first_arc_length_mm
+
     def surface(self, x: ArrayLike, s: ArrayLike) -> tuple[Floats, Floats]:
         """Points (..., 3) on the rail and their outward unit normals at x and the arc length s (mm) from first touch.
 

@@ -26,13 +26,12 @@ from fecontact.fe.mortar import mortar_matrix
 from fecontact.fe.stiffness import stiffness
 from fecontact.geometry.placement import Placement
 from fecontact.solving.expected_patch import ExpectedPatch
-from fecontact.solving.position import Clock, Position
+from fecontact.solving.position import MARGIN_ELEMENTS, Clock, Position
 from fecontact.solving.true_gap import TrueGap
 
 Floats = NDArray[np.float64]
 
-# Free room around the expected patch, in elements; a patch within EDGE_ELEMENTS of the edge enlarges the zone.
-_MARGIN_ELEMENTS = 4
+# A patch within so many elements of the edge enlarges the zone.
 EDGE_ELEMENTS = 2
 _ENLARGEMENTS = 4
 # Sizes of the elements tried one after the other where those of a section fold: another size is another mesh.
@@ -52,9 +51,9 @@ def fine_zone(expected: ExpectedPatch, element_size_mm: tuple[float, float], roo
     """The uniform zone of these elements: the expected patch and a margin."""
     room = room or Room()
     step_x, step_s = element_size_mm
-    length = max(expected.x_high_mm, -expected.x_low_mm) + _MARGIN_ELEMENTS * step_x + room.x
-    low = expected.s_low_mm - _MARGIN_ELEMENTS * step_s - room.s_low
-    high = expected.s_high_mm + _MARGIN_ELEMENTS * step_s + room.s_high
+    length = max(expected.x_high_mm, -expected.x_low_mm) + MARGIN_ELEMENTS * step_x + room.x
+    low = expected.s_low_mm - MARGIN_ELEMENTS * step_s - room.s_low
+    high = expected.s_high_mm + MARGIN_ELEMENTS * step_s + room.s_high
     steps = 2 * math.ceil(0.5 * (high - low) / step_s)
     middle = 0.5 * (low + high)
     return FineZone(

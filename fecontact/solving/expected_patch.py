@@ -115,8 +115,9 @@ def _coarse_grid(true_gap: TrueGap, reach_mm: float, *, half: bool) -> ContactGr
 
 def _solve(true_gap: TrueGap, grid: ContactGrid, load_N: float) -> Rung:
     """Contact on a grid, refused where it ends at the end of a line or on a corner, or is not found."""
-    rung = true_gap.solve(grid, load_N)
-    _check_ends(true_gap.placement, rung)
+    gap = true_gap.on(grid)
+    rung = true_gap.solve(grid, load_N, gap_mm=gap)
+    _check_ends(true_gap.placement, rung, gap)
     if rung.status != "converged":
         raise ConvergenceError(
             f"the contact on a half-space of {grid.shape[0]} by {grid.shape[1]} nodes did not converge (residual"
@@ -125,11 +126,10 @@ def _solve(true_gap: TrueGap, grid: ContactGrid, load_N: float) -> Rung:
     return rung
 
 
-def _check_ends(placement: Placement, rung: Rung) -> None:
+def _check_ends(placement: Placement, rung: Rung, gap_mm: Floats) -> None:
     """Refuse a contact at the end of the wheel's line or on a corner: its pressure has no finite value there."""
     grid, in_contact = rung.grid, rung.pressure_MPa > 0.0
-    nothing_above = placement.gap(grid.x_mm[:, None], grid.s_mm[None, :]) >= OPEN_GAP_MM
-    if np.any(binary_dilation(nothing_above, structure=np.ones((3, 3))) & in_contact):
+    if np.any(binary_dilation(gap_mm >= OPEN_GAP_MM, structure=np.ones((3, 3))) & in_contact):
         raise InputError(
             f"the contact reaches the end of the running surface of wheel {placement.wheel.profile.name};"
             " reduce the load, change the lateral shift, or give a longer profile line"
@@ -217,14 +217,13 @@ def _patch_of(rung: Rung) -> ExpectedPatch:
 def semi_axes_of_elements_mm(rung: Rung) -> tuple[float, float]:
     """Half length along x and smaller half width across that the elements below a contact are made for."""
     sizes = _lobe_sizes(rung)
-    narrow = narrowest_semi_axes_mm(rung)
-    return min(sizes.main[0], _NARROWER * narrow[0]), min(sizes.main[1], _NARROWER * narrow[1])
+    along_x, across = (min(main, _NARROWER * least) for main, least in zip(sizes.main, sizes.narrowest, strict=True))
+    return along_x, across
 
 
 def narrowest_semi_axes_mm(rung: Rung) -> tuple[float, float]:
     """Half length along x and smaller half width across of the narrowest lobe of a contact, small ones left out."""
-    large = _lobe_sizes(rung).large
-    return min(size[0] for size in large), min(size[1] for size in large)
+    return _lobe_sizes(rung).narrowest
 
 
 def _bounds(rung: Rung) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -246,6 +245,11 @@ class _LobeSizes:
     every: list[tuple[float, float]]
     large: list[tuple[float, float]]
     main: tuple[float, float]
+
+    @property
+    def narrowest(self) -> tuple[float, float]:
+        """Least half length and least half width of large ones."""
+        return min(size[0] for size in self.large), min(size[1] for size in self.large)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -25,6 +25,8 @@ Floats = NDArray[np.float64]
 Progress = Callable[[str], None]
 # More than the resolution says, so that its meshes have as many where the patch is a little smaller than expected.
 _ROOM = 0.25
+MARGIN_ELEMENTS = 4
+"""Elements of free room around the expected patch."""
 # Longest element over its width.
 _MOST_SLENDER = 2.0
 

@@ -9,13 +9,12 @@ from fecontact.geometry.placement import Placement
 from fecontact.solving.expected_patch import ExpectedPatch
 from fecontact.solving.measured_lines import hertz_uncertainty
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import element_size_mm, expect_on_half_space
+from fecontact.solving.position import MARGIN_ELEMENTS, element_size_mm, expect_on_half_space
 from fecontact.theory.hertz import HertzContact
 
 # Unknowns of both bodies for n_x by n_s elements in the zone of a half model: seven meshes of 11 by 22 to 13 by 78
 # elements have 0.9 to 1.07 of it (60E1, a cylinder, A120; quick and standard).
 _UNKNOWNS, _MORE_X, _MORE_S = 143.0, 5.0, 10.0
-_MARGIN_ELEMENTS = 4
 # CPU seconds and memory of the elliptic test with 62,712 unknowns and their growth, on one thread by PARDISO
 # (studies/benchmark.py); the second mesh, 1.5 times coarser, and half-spaces take half as long again.
 _BENCHMARK_UNKNOWNS, _BENCHMARK_SECONDS, _SECONDS_POWER, _BOTH_MESHES = 62_712.0, 3.1, 1.29, 1.5
@@ -65,8 +64,8 @@ def preview(case: Case) -> Preview:
     hertz, expected = expect_on_half_space(case, placement)
     sizes = element_size_mm(case, expected)
     lengths = (max(expected.x_high_mm, -expected.x_low_mm), expected.s_high_mm - expected.s_low_mm)
-    along_x = round(lengths[0] / sizes[0]) + _MARGIN_ELEMENTS
-    across = round(lengths[1] / sizes[1]) + 2 * _MARGIN_ELEMENTS
+    along_x = round(lengths[0] / sizes[0]) + MARGIN_ELEMENTS
+    across = round(lengths[1] / sizes[1]) + 2 * MARGIN_ELEMENTS
     unknowns = _UNKNOWNS * (along_x + _MORE_X) * (across + _MORE_S) * (1.0 if case.half else 2.0)
     growth = unknowns / _BENCHMARK_UNKNOWNS
     return Preview(

@@ -41,13 +41,20 @@ class TrueGap:
         """How much the gap at the first touch point closes when the bodies approach by 1."""
         return float(self.direction @ self.placement.first.normal)
 
-    def solve(self, grid: ContactGrid, load_N: float, *, added: Field | None = None) -> Rung:
-        """Contact on a grid of nodes; `added` is what finite bodies open more than a half-space, on nodes of its own.
+    def on(self, grid: ContactGrid) -> Floats:
+        """The gap (nx, ns) in mm on a grid of nodes, undeformed."""
+        return np.asarray(self.placement.gap(grid.x_mm[:, None], grid.s_mm[None, :]))
 
-        It is smooth: a cubic spline carries it to the nodes, and beyond its own nodes it stays as it is at their edge.
+    def solve(
+        self, grid: ContactGrid, load_N: float, *, gap_mm: Floats | None = None, added: Field | None = None
+    ) -> Rung:
+        """Contact on a grid of nodes, on which `gap_mm` is the gap if it is known already.
+
+        `added` is what finite bodies open more than a half-space, on nodes of its own. It is smooth: a cubic spline
+        carries it to the nodes, and beyond its own nodes it stays as it is at their edge.
         """
         _, normals = self.placement.surface(0.0, grid.s_mm)
-        gap = self.placement.gap(grid.x_mm[:, None], grid.s_mm[None, :])
+        gap = self.on(grid) if gap_mm is None else gap_mm
         if added is not None:
             gap = gap + carried(added, grid.x_mm, grid.s_mm)
         problem = half_space_problem(
