@@ -41,10 +41,9 @@ ROOMS: dict[str, set[str]] = {
     | {"jobs", "outputs"},
     "console": set(),
     "doctor": {"system_check"},
-    # the commands of the first minutes
-    "start": {"console", "doctor", "outputs", "runs"},
-    "cli": {"errors", "files", "inputs", "case", "creep", "options", "profiles", "solving", "regression", "jobs"}
-    | {"outputs", "console", "start", "runs"},
+    "commands": {"errors", "files", "inputs", "case", "creep", "options", "profiles", "solving", "regression", "jobs"}
+    | {"outputs", "console", "doctor", "runs"},
+    "cli": {"errors", "commands"},
     "system_check": set(),
     "plot": {"errors", "solving", "outputs"},
     "__init__": {"case", "solving", "outputs", "plot", "runs"},
@@ -149,7 +148,7 @@ def test_what_needs_no_finite_elements_reaches_none(name):
 
 def test_only_the_doors_open_what_the_command_line_calls():
     users = {room(module) for module in MODULES for other in imported(module)[0] if room(other) == "runs"}
-    assert users <= {"runs", "cli", "start", "__init__"}
+    assert users <= {"runs", "commands", "__init__"}
 
 
 def within(module: str, parts: tuple[str, ...]) -> bool:

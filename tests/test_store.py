@@ -93,6 +93,7 @@ def test_each_digest_sees_its_own_files_and_no_others(tmp_path, monkeypatch):
     files = {
         "outputs/tables.py": set(),
         "cli.py": set(),
+        "commands/solving.py": set(),
         "jobs/workers.py": set(),
         "runs/study.py": set(),
         "contact/solver.py": {"solving"},

@@ -1,0 +1,1 @@
+"""What the commands do, one module for those that belong together: each parses, calls and prints."""

@@ -1,0 +1,174 @@
+"""Commands that need no mesh: Hertz, creep forces, a case before it is solved, the geometry of a wheelset."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+from cyclopts import Parameter
+
+from fecontact.options import CaseOptions, options_of
+
+# no stress is looked at, and nothing is solved
+_OF_HERTZ = options_of("place", "files", "load", "material", without=("yield_MPa",))
+_OF_PLACE = options_of("place", "files", "load", "material", "solution")
+# a table has a list of shifts, finds the roll, and shows both sides
+_OF_TRACK = options_of("place", "files", without=("lateral_shift_mm", "roll_rad", "wheelset", "side"))
+if TYPE_CHECKING:
+    HertzOptions: TypeAlias = CaseOptions
+    PlaceOptions: TypeAlias = CaseOptions
+    TrackOptions: TypeAlias = CaseOptions
+else:
+    HertzOptions = type(_OF_HERTZ)
+    PlaceOptions = type(_OF_PLACE)
+    TrackOptions = type(_OF_TRACK)
+
+
+def hertz(options: HertzOptions = _OF_HERTZ, *, json: Annotated[bool, Parameter(negative="")] = False) -> int:
+    """Hertz's ellipse at the touch points, analytic only (no mesh, no gmsh).
+
+    Parameters
+    ----------
+    json
+        Print the result as JSON and nothing else.
+    """
+    from fecontact.files import json_text
+    from fecontact.outputs.record import hertz_record
+    from fecontact.outputs.tables import print_hertz
+
+    record = hertz_record(options.case())
+    if json:
+        print(json_text(record))
+    else:
+        print_hertz(record)
+    return 0
+
+
+def creep(
+    *,
+    a_mm: float,
+    b_mm: float,
+    normal_force_kn: Annotated[float, Parameter(name="--normal-force-kn")],
+    friction: float,
+    xi: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0,
+    eta: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0,
+    spin_per_mm: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0,
+    theory: str = "all",
+    young_mpa: float = 210_000.0,
+    poisson: float = 0.3,
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Creep forces on an elliptic contact by every theory; analytic, no mesh, no gmsh.
+
+    Forces are those on the wheel: x in the running direction, y to the field side, z up for the left wheel. Creepages
+    are those of the wheel against the rail: positive xi gives negative Fx.
+
+    Parameters
+    ----------
+    a_mm
+        Semi-axis along the rolling direction in mm.
+    b_mm
+        Semi-axis across in mm.
+    normal_force_kn
+        Normal force in kN.
+    friction
+        Coefficient of friction, > 0.
+    xi
+        Longitudinal creepage, over the rolling speed.
+    eta
+        Lateral creepage.
+    spin_per_mm
+        Spin in 1/mm.
+    theory
+        kalker, vermeulen_johnson, she, polach, fastsim, rolling_half_space, several with commas between, or all.
+    young_mpa
+        Young's modulus of both bodies in MPa.
+    poisson
+        Poisson's ratio of both bodies.
+    json
+        Print the result as JSON and nothing else.
+    """
+    from fecontact.files import json_text
+    from fecontact.outputs.creep import ellipse_creep, print_ellipse
+
+    record = ellipse_creep(
+        a_mm=a_mm,
+        b_mm=b_mm,
+        normal_force_N=1e3 * normal_force_kn,
+        friction=friction,
+        creepages=(xi, eta, spin_per_mm),
+        young_MPa=young_mpa,
+        poisson=poisson,
+        theories=theory.split(","),
+    )
+    if json:
+        print(json_text(record))
+    else:
+        print_ellipse(record)
+    return 0
+
+
+def place(
+    options: PlaceOptions = _OF_PLACE,
+    *,
+    out: Path | None = None,
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """See a case before it is solved: touch points, curvatures, expected patch and mesh, time and memory. Without gmsh.
+
+    Parameters
+    ----------
+    out
+        File of a picture (PNG) of the pair in position and the curvatures about its contact.
+    json
+        Print the result as JSON and nothing else.
+    """
+    from fecontact.files import json_text
+    from fecontact.outputs.preview import preview_figure, preview_record, preview_text
+    from fecontact.solving.preview import preview
+
+    seen = preview(options.case())
+    print(json_text(preview_record(seen)) if json else preview_text(seen), flush=True)
+    if out is not None:
+        preview_figure(seen, out)
+        print(f"picture: {out}", file=sys.stderr if json else sys.stdout)
+    return 0
+
+
+def geometry(
+    options: TrackOptions = _OF_TRACK,
+    *,
+    shifts: Annotated[str, Parameter(allow_leading_hyphen=True)] = "-8:8:0.5",
+    json: Annotated[bool, Parameter(negative="")] = False,
+    out: Path | None = None,
+) -> int:
+    """Touch points of a rigid wheelset over its lateral shift, rolling radii and equivalent conicity (no mesh).
+
+    Parameters
+    ----------
+    shifts
+        Lateral shifts in mm, positive towards the left rail: numbers and ranges FROM:TO:STEP, separated by commas.
+    json
+        Print the table as JSON and nothing else.
+    out
+        File of the picture (PNG).
+    """
+    from fecontact.files import json_text
+    from fecontact.inputs.texts import parse_numbers
+    from fecontact.outputs.contact_functions import functions_of_case, functions_record, print_functions
+
+    case = options.case()
+    found = functions_of_case(case, parse_numbers(shifts, "shifts"))
+    if out is not None:
+        from fecontact.outputs.contact_figure import functions_figure
+
+        functions_figure(case, found, out)
+    record = functions_record(case, found)
+    if json:
+        print(json_text(record))
+        return 0
+    print_functions(record)
+    if out is not None:
+        print(f"picture: {out}")
+    return 0

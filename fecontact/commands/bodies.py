@@ -1,0 +1,131 @@
+"""Commands on what a case is made of: its profiles, and the meshes of its bodies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+from fecontact.errors import InputError
+from fecontact.options import CaseOptions, options_of
+
+_OF_FILE = options_of("files", without=("library",))
+_OF_MESH = options_of(
+    *("place", "files", "load", "material", "bodies", "solution"),
+    without=("yield_MPa", "name", "solver", "refine_degrees_of_freedom"),
+)
+if TYPE_CHECKING:
+    from fecontact.profiles.curve import Profile
+
+    FileOptions: TypeAlias = CaseOptions
+    MeshOptions: TypeAlias = CaseOptions
+else:
+    FileOptions = type(_OF_FILE)
+    MeshOptions = type(_OF_MESH)
+
+
+def profiles(
+    name: str | None = None,
+    options: FileOptions = _OF_FILE,
+    *,
+    kind: Literal["rail", "wheel"] | None = None,
+    out: Path | None = None,
+    write: Path | None = None,
+    library: Path | None = None,
+) -> int:
+    """List the profile library, or show one profile and plot its line and curvature.
+
+    Parameters
+    ----------
+    name
+        Library name or profile file.
+    kind
+        What the file is; if not given, a rail where it can be one.
+    out
+        File for the picture (PNG); none is made if not given.
+    write
+        File to write the profile into: .prr, .prw, .csv, .txt or .toml.
+    library
+        Folder of profiles of your own.
+    """
+    from fecontact.outputs.tables import print_library, print_profile
+    from fecontact.profiles.library import in_folder
+    from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+
+    if name is None:
+        print_library(folder=library)
+        return 0
+    case = options.case()
+    found = name if library is None else in_folder(name, library)
+    if kind is not None:
+        profile = (
+            resolve_rail(found, case.rail_file) if kind == "rail" else resolve_wheel(found, case.wheel_file).profile
+        )
+    else:
+        try:
+            profile = resolve_rail(found, case.rail_file)
+        except InputError as as_rail:
+            try:
+                profile = resolve_wheel(found, case.wheel_file).profile
+            except InputError:
+                raise as_rail from None
+    print_profile(profile)
+    _print_measured(profile)
+    if out is None:
+        print("--out FILE.png draws its line and curvature")
+    else:
+        print(f"picture: {_profile_picture(profile, out)}")
+    if write is not None:
+        from fecontact.files import write_text
+        from fecontact.profiles.writers import profile_text
+
+        print(f"written: {write_text(write, profile_text(profile, write.suffix))}")
+    return 0
+
+
+def _profile_picture(profile: Profile, path: Path) -> Path:
+    """Line and curvature; with its points, where it was made from some."""
+    from fecontact.outputs.figures import profile_figure
+    from fecontact.outputs.preview import measured_figure
+
+    return profile_figure(profile, path) if profile.measured is None else measured_figure(profile, path)
+
+
+def _print_measured(profile: Profile) -> None:
+    """What the points behind a line say of it."""
+    from fecontact.outputs.preview import nearest_text
+    from fecontact.profiles.recognition import nearest, points_of
+
+    if (points := points_of(profile)) is not None:
+        print(nearest_text(nearest(points, profile.kind)))
+
+
+def mesh(
+    body: Literal["rail", "wheel", "both"],
+    options: MeshOptions = _OF_MESH,
+    *,
+    out: Path,
+    element: Literal["C3D8", "C3D8I"] = "C3D8I",
+) -> int:
+    """Write the mesh of one body or both, refined about the contact of the given position.
+
+    Parameters
+    ----------
+    body
+        Which body; of both a .inp is a deck with materials, supports, contact and load, ready to run.
+    out
+        File to write: .msh (gmsh 4.1), .inp (CalculiX, Abaqus) or .vtu.
+    element
+        Type of the elements in .inp; C3D8 is the one that `solve` has.
+    """
+    from fecontact.outputs.meshfile import write_mesh
+    from fecontact.solving.meshed_case import MeshedPair, mesh_case, mesh_pair
+
+    case = options.case()
+    meshed = mesh_pair(case) if body == "both" else mesh_case(case, body)
+    write_mesh(meshed, out, element=element)
+    for made in (meshed.rail, meshed.wheel) if isinstance(meshed, MeshedPair) else (meshed,):
+        print(
+            f"{out}: {made.name}, {len(made.points)} nodes, {len(made.hexes)} hexahedra, surfaces"
+            f" {', '.join(made.surfaces)}" + ("; half of it, x >= 0" if made.half else "")
+        )
+    return 0

@@ -1,0 +1,163 @@
+"""Commands on stored results, which solve nothing: judge, show, compare, and take as a baseline."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+from cyclopts import Parameter
+
+from fecontact.case import Criteria
+from fecontact.console import count, width
+from fecontact.creep import Creep
+from fecontact.options import CaseOptions, options_of
+
+_OF_VERDICT = options_of("verdict", "creep")
+if TYPE_CHECKING:
+    VerdictOptions: TypeAlias = CaseOptions
+else:
+    VerdictOptions = type(_OF_VERDICT)
+
+
+def judge(folder: Path, options: VerdictOptions = _OF_VERDICT, *, out: Path | None = None) -> int:
+    """Judge stored results again by other criteria, or with friction and creepages, without gmsh and finite elements.
+
+    Parameters
+    ----------
+    folder
+        Of a study, a map, or a case that fecontact wrote; it stays as it is.
+    out
+        Folder for the tables of the new verdicts (study.csv and study.json, or map.csv, map.json and map.png).
+    """
+    case = options.case()
+    case.creep.refuse_unheard()
+    # without friction those of each case stay
+    criteria, creep = case.criteria, case.creep if case.creep.asked else None
+    if (folder / "map.json").is_file():
+        return _judge_map(folder, criteria, out, creep)
+    from fecontact.outputs.creep import force_lines
+    from fecontact.outputs.measure_words import criteria_text
+    from fecontact.outputs.tables import print_table
+    from fecontact.runs.judging import judge_study
+
+    judged = judge_study(folder, criteria, out, creep=creep)
+    print_table(judged.rows)
+    for line in force_lines(judged.rows):
+        print(line)
+    for name, (before, now) in judged.changed.items():
+        print(f"{name}: {before} -> {now}")
+    cases, changed = count(len(judged.rows), "case"), count(len(judged.changed), "verdict")
+    lost = sum("verdict" not in row for row in judged.rows)
+    print(f"{cases} judged by {criteria_text(criteria)}: {changed} changed" + (f", {lost} not judged" if lost else ""))
+    return 0 if judged.all_judged else 3
+
+
+def _judge_map(folder: Path, criteria: Criteria, out: Path | None, creep: Creep | None) -> int:
+    from fecontact.outputs.map import map_table
+    from fecontact.outputs.measure_words import criteria_text, unknown_text
+    from fecontact.runs.judging import judge_map
+
+    made, problems = judge_map(folder, criteria, out, creep=creep)
+    print(map_table(made, width=width()))
+    for problem in problems:
+        print(f"not judged: {problem}", file=sys.stderr)
+    unknown = [cell.inferred.verdict.unknown for cell in made.cells if cell.inferred and cell.inferred.verdict.unknown]
+    if unknown:
+        missing = dict.fromkeys(name for names in unknown for name in names)
+        print(f"{count(len(unknown), 'inferred cell')} left open: {unknown_text(missing)}", file=sys.stderr)
+    print(f"{count(len(made.cells), 'cell')} judged by {criteria_text(criteria)}")
+    return 0 if made.all_solved else 3
+
+
+def view(out: Path) -> int:
+    """Write view.py into a folder of results, which shows the contact in ParaView.
+
+    Parameters
+    ----------
+    out
+        Folder that run or solve --out wrote.
+    """
+    import shlex
+
+    from fecontact.outputs.paraview import write_view
+
+    path = write_view(out)
+    print(f"{path}: open it with (cd {shlex.quote(str(path.parent))}; paraview --script={path.name})")
+    return 0
+
+
+def compare(
+    baseline: Path,
+    new: Path,
+    *,
+    match: str | None = None,
+    tolerance: Path | None = None,
+    json: Path | None = None,
+    html: Path | None = None,
+) -> int:
+    """Compare two sets of results, case by case; exit code 1 if they differ by more than the tolerances.
+
+    Parameters
+    ----------
+    baseline
+        Folder that run, map or solve --out wrote, study.json, study.csv, map.csv, row.json, or a CSV of
+        studies/baselines.
+    new
+        Likewise.
+    match
+        Columns by which cases are matched where their ids differ, such as shift,load; in full, or shift, load, roll and
+        yaw.
+    tolerance
+        TOML file with [kinds.NAME] and [columns.NAME] tables of relative and absolute tolerances.
+    json
+        File for the comparison as JSON.
+    html
+        File for the comparison as HTML.
+    """
+    from fecontact.files import write_json, write_text
+    from fecontact.outputs.comparison_report import comparison_html, comparison_record, print_comparison
+    from fecontact.regression.compare import compare_tables
+    from fecontact.regression.tables import load_table
+    from fecontact.regression.tolerances import read_tolerances
+
+    tolerances = read_tolerances(tolerance) if tolerance is not None else None
+    comparison = compare_tables(
+        load_table(baseline), load_table(new), tolerances, match=() if match is None else match.split(",")
+    )
+    if json is not None:
+        write_json(json, comparison_record(comparison))
+    if html is not None:
+        write_text(html, comparison_html(comparison))
+    print_comparison(comparison)
+    return 0 if comparison.same else 1
+
+
+def baseline_update(
+    study_result: Path,
+    *,
+    reason: str,
+    baselines: Path = Path("studies/baselines"),
+    allow_failed: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Make the results of a study its baseline, and say what changes.
+
+    Parameters
+    ----------
+    study_result
+        Folder that `run` wrote.
+    reason
+        Why the new results are right; kept beside the baseline.
+    baselines
+        Folder of the baselines.
+    allow_failed
+        Take cases that failed or did not converge as well.
+    """
+    from fecontact.outputs.comparison_report import print_comparison
+    from fecontact.regression.baselines import update_baseline
+
+    update = update_baseline(study_result, baselines, reason=reason, allow_failed=allow_failed)
+    if update.comparison is not None:
+        print_comparison(update.comparison)
+    print(f"{update.path}: {update.text}")
+    return 0

@@ -1,0 +1,248 @@
+"""Commands that solve with finite elements: one case, a study, a map, the studies that have references."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeAlias, get_args
+
+from cyclopts import Parameter
+
+from fecontact.case import Group
+from fecontact.console import count, many, print_reasons, solving, width
+from fecontact.errors import InputError
+from fecontact.options import CaseOptions, options_of
+
+_EVERY = options_of(*get_args(Group))
+# a map has lists of these two
+_OF_MAP = options_of(*get_args(Group), without=("lateral_shift_mm", "load_N"))
+if TYPE_CHECKING:
+    EveryOption: TypeAlias = CaseOptions
+    MapOptions: TypeAlias = CaseOptions
+else:
+    EveryOption = type(_EVERY)
+    MapOptions = type(_OF_MAP)
+
+
+def solve(
+    options: EveryOption = _EVERY,
+    *,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    out: Path | None = None,
+) -> int:
+    """Solve one position with finite elements and compare it with Hertz.
+
+    Parameters
+    ----------
+    json
+        Print the result as JSON and nothing else.
+    out
+        Folder for the case's JSON, ParaView files and figure.
+    """
+    from fecontact.files import json_text
+    from fecontact.outputs.record import result_record
+    from fecontact.outputs.rows import case_row
+    from fecontact.outputs.tables import print_case, print_table
+    from fecontact.runs.case_store import solve_into_folder
+    from fecontact.solving.solve import solve as solve_case
+
+    case = options.case()
+    with solving() as progress:
+        # what was solved is kept before it is shown: what it is shown on may be full, or closed
+        result = solve_case(case, progress=progress) if out is None else solve_into_folder(case, out, progress=progress)
+    record = result_record(result)
+    if json:
+        print(json_text(record), flush=True)
+    else:
+        print_table([case_row(result)])
+        print_case(record)
+    return 0 if result.status == "converged" else 3
+
+
+def run(
+    study: Path,
+    *,
+    out: Path,
+    quick: Annotated[bool, Parameter(negative="")] = False,
+    workers: int | None = None,
+    threads: int = 1,
+    force: Annotated[bool, Parameter(negative="")] = False,
+    part: str | None = None,
+    scheduler: str | None = None,
+) -> int:
+    """Run a study and write its tables, figures and ParaView files; finished cases are reused.
+
+    Parameters
+    ----------
+    study
+        A script of studies/ or a TOML file of cases.
+    out
+        Folder for the results.
+    quick
+        The small version of the study.
+    workers
+        Cases at a time; as many as there are cores and 2 GB of memory for each, if not given.
+    threads
+        Threads that each case computes on.
+    force
+        Solve finished cases again instead of using them.
+    part
+        Solve only part i of N, given as i/N; the same command without it then puts all parts together.
+    scheduler
+        Address of a Dask scheduler whose workers share the folder of the results.
+    """
+    from fecontact.jobs.engine import RunSettings, parse_part
+    from fecontact.outputs.tables import print_table
+    from fecontact.runs.casefile import load_study
+    from fecontact.runs.study import run_study
+
+    settings = RunSettings(
+        workers=workers, threads=threads, force=force, part=parse_part(part) if part else None, scheduler=scheduler
+    )
+    loaded = load_study(study, quick=quick)
+    with many("cases") as progress:
+        outcome = run_study(loaded, out, settings=settings, progress=progress)
+    print_reasons("done again", outcome.recomputed)
+    print_table(outcome.rows)
+    if outcome.reused:
+        print(f"{len(outcome.reused)} finished cases were reused; --force solves them again")
+    if outcome.conclusion:
+        print(outcome.conclusion)
+    lost = {str(row["id"]): str(row["status"]) for row in outcome.rows if row["status"] != "converged"}
+    print_reasons(f"{len(lost)} of {count(len(outcome.rows), 'case')} without a usable result", lost)
+    if settings.part is None:
+        shown = outcome.collections[:3] + (("...",) if len(outcome.collections) > 3 else ())
+        print(
+            f"Results in {out}: report.html, study.csv, study.png, cases/;"
+            f" for ParaView: {', '.join((*shown, 'cases/*/case.vtm'))}, or fecontact view {out}"
+        )
+    else:
+        print(f"Part {part} is in {out}; when all parts are, the same command without --part puts them together")
+    return 0 if outcome.all_converged else 3
+
+
+def map_(
+    options: MapOptions = _OF_MAP,
+    *,
+    shifts: Annotated[str, Parameter(allow_leading_hyphen=True)],
+    loads_kn: Annotated[str, Parameter(name="--loads-kn", allow_leading_hyphen=True)] = "10,20,50,80,100,125,150",
+    out: Path,
+    adaptive: Annotated[bool, Parameter(negative="")] = False,
+    workers: int | None = None,
+    threads: int = 1,
+    force: Annotated[bool, Parameter(negative="")] = False,
+    part: str | None = None,
+    scheduler: str | None = None,
+) -> int:
+    """Map where Hertz holds over lateral shift and load, with the load up to which it holds at each shift.
+
+    Parameters
+    ----------
+    shifts
+        Lateral shifts in mm: numbers and ranges FROM:TO:STEP, separated by commas, such as -6:6:0.5.
+    loads_kn
+        Wheel loads in kN, likewise.
+    out
+        Folder for map.csv, stiffness.csv, map.json and map.png (with friction also map_force.png, where Hertz holds for
+        creep forces), written after each shift, and for each shift a folder
+        in positions/ from which a later map with the same inputs and loads takes it.
+    adaptive
+        Solve every second shift, and those between only where the half-space leaves a doubt; marked in all outputs.
+    workers
+        Shifts at a time; as many as there are cores and 2 GB of memory for each, if not given.
+    threads
+        Threads that each shift computes on.
+    force
+        Solve finished shifts again instead of using them.
+    part
+        Solve only part i of N, given as i/N; the same command without it then puts all parts together.
+    scheduler
+        Address of a Dask scheduler whose workers share the folder of the results.
+    """
+    from fecontact.inputs.texts import parse_numbers
+    from fecontact.jobs.engine import RunSettings, parse_part
+    from fecontact.outputs.map import map_table
+    from fecontact.runs.map_run import run_map
+
+    settings = RunSettings(
+        workers=workers, threads=threads, force=force, part=parse_part(part) if part else None, scheduler=scheduler
+    )
+    positions, case = parse_numbers(shifts, "shifts"), options.case()
+    loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
+    with many("positions") as progress:
+        outcome = run_map(case, positions, loads_N, out, adaptive=adaptive, settings=settings, progress=progress)
+    print_reasons("done again", outcome.recomputed)
+    print(map_table(outcome.made, width=width()))
+    if outcome.reused:
+        print(f"{len(outcome.reused)} finished positions were reused; --force solves them again")
+    lost = {
+        f"{cell.lateral_shift_mm:+g} mm, {cell.load_N / 1e3:g} kN": str(cell.status)
+        for cell in outcome.made.cells
+        if cell.status not in ("converged", "inferred")
+    }
+    print_reasons(f"{len(lost)} of {count(len(outcome.made.cells), 'cell')} without a usable result", lost)
+    if settings.part is None:
+        stiffness = "stiffness.csv, " if (out / "stiffness.csv").is_file() else ""
+        print(f"Results in {out}: report.html, map.csv, {stiffness}map.json, map.png")
+        if not stiffness:
+            print("No stiffness.csv: a fit over the load needs three loads or more at a shift")
+    else:
+        print(f"Part {part} is in {out}; when all parts are, the same command without --part puts them together")
+    return 0 if outcome.made.all_solved else 3
+
+
+def validate(
+    *studies: Path,
+    out: Path,
+    report: Path | None = None,
+    quick: Annotated[bool, Parameter(negative="")] = False,
+    workers: int | None = None,
+) -> int:
+    """Run studies and check their numbers against references; exit code 1 if a check fails.
+
+    Parameters
+    ----------
+    studies
+        Scripts with a function checks(rows); all of studies/ that have one, if none is given.
+    out
+        Folder for the results, one folder a study; finished cases are reused.
+    report
+        Markdown file for the table of all checks; VALIDATION.md in `out`, if not given.
+    quick
+        The small version of each study.
+    workers
+        Cases at a time, as for `run`.
+    """
+    from fecontact.files import write_text
+    from fecontact.jobs.engine import RunSettings
+    from fecontact.outputs.record import versions
+    from fecontact.regression.checks import Check
+    from fecontact.regression.checks import report as validation_report
+    from fecontact.runs.casefile import load_study
+    from fecontact.runs.study import run_study
+
+    loaded = [load_study(path, quick=quick) for path in studies or sorted(Path("studies").glob("[0-9]*.py"))]
+    checked = [study for study in loaded if study.checks is not None]
+    if not checked:
+        raise InputError("validate: none of the studies has a function checks(rows); give scripts of studies/ that do")
+    found: dict[str, list[Check]] = {}
+    unusable = []
+    for study in checked:
+        print(study.name, file=sys.stderr)
+        with many("cases") as progress:
+            outcome = run_study(study, out / study.name, settings=RunSettings(workers=workers), progress=progress)
+        bad = [str(row["id"]) for row in outcome.rows if row["status"] != "converged"]
+        if bad:
+            unusable.append(f"{study.name}: {', '.join(bad)}")
+        usable = [row for row in outcome.rows if row["status"] == "converged"]
+        assert study.checks is not None
+        found[study.name] = study.checks(usable)
+    path = write_text(report or out / "VALIDATION.md", validation_report(found, versions(), unusable))
+    every = [check for own in found.values() for check in own]
+    failed = [check for check in every if not check.passed]
+    for check in failed:
+        print(
+            f"FAIL {check.quantity}, {check.case}: {check.deviation_percent:+.2f} % (limit {check.limit_percent:g} %)"
+        )
+    print(f"{len(every)} checks, {len(failed)} failed, {len(unusable)} studies with unusable cases: {path}")
+    return 3 if unusable else int(bool(failed))
