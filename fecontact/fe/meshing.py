@@ -17,7 +17,7 @@ from fecontact.profiles.curve import Line, Profile, Segment
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-_SWEEP_RATIO = 1.35
+_SWEEP_RATIO = 1.7
 # Points of an outline closer than this are one point: published coordinates are rounded to micrometres.
 _SAME_POINT_MM = 1e-3
 # The wheel's uniform zone reaches this many steps further than the rail's, so that it covers it wholly.

@@ -256,8 +256,13 @@ class CoupledMesh:
     def _level(self, position: Position, nodal: Rung, added: tuple[Field, Field], *, at_edge: bool) -> Level:
         bodies = self.bodies
         with position.clock.step("resolve"):
-            grid = grid_over(position.expected.half_space.grid, nodal)
-            fe, otherwise = (position.true_gap.solve(grid, position.case.load_N, added=one) for one in added)
+            rungs = [position.expected.half_space]
+            grid = grid_over(rungs[0].grid, nodal)
+            for one in added:
+                # each is nearly the one before it
+                start = rungs[-1].pressure
+                rungs.append(position.true_gap.solve(grid, position.case.load_N, added=one, start=start))
+            _, fe, otherwise = rungs
         meshes = (bodies.rail.mesh, bodies.wheel.mesh)
         return Level(
             nodal=nodal,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 from scipy.signal import find_peaks
 
-from fecontact.contact.grid import ContactGrid
+from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact.rung import Rung
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.geometry.placement import OPEN_GAP_MM, Placement
@@ -102,7 +102,7 @@ def expected_patch(
             f"the patch grows without bound under {load_N:g} N: the bodies conform all over; reduce the load"
         )
     for _ in range(2):
-        rung = _solve(true_gap, _fitted_grid(rung, nodes), load_N)
+        rung = _solve(true_gap, _fitted_grid(rung, nodes), load_N, start=rung.pressure)
     return _patch_of(rung)
 
 
@@ -113,10 +113,10 @@ def _coarse_grid(true_gap: TrueGap, reach_mm: float, *, half: bool) -> ContactGr
     return ContactGrid(x_mm=x, s_mm=s, half=half)
 
 
-def _solve(true_gap: TrueGap, grid: ContactGrid, load_N: float) -> Rung:
-    """Contact on a grid, refused where it ends at the end of a line or on a corner, or is not found."""
+def _solve(true_gap: TrueGap, grid: ContactGrid, load_N: float, start: Field | None = None) -> Rung:
+    """Contact on a grid, from a first guess, refused where it ends at the end of a line or on a corner, or is not found."""
     gap = true_gap.on(grid)
-    rung = true_gap.solve(grid, load_N, gap_mm=gap)
+    rung = true_gap.solve(grid, load_N, gap_mm=gap, start=start)
     _check_ends(true_gap.placement, rung, gap)
     if rung.status != "converged":
         raise ConvergenceError(

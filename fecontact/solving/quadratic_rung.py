@@ -26,5 +26,6 @@ def quadratic_rung(touch: TouchPoint, hertz: HertzContact, *, half: bool, nodes:
     h = touch.curvature
     gap = 0.5 * h.xx_per_mm * x[:, None] ** 2 + h.xy_per_mm * x[:, None] * s + 0.5 * h.yy_per_mm * s**2
     problem = half_space_problem(own, gap.ravel(), contact_modulus_MPa=hertz.contact_modulus_MPa)
-    solution = solve_contact(problem, hertz.normal_force_N)
+    start = hertz.pressure_MPa(x[:, None], s).ravel()
+    solution = solve_contact(problem, hertz.normal_force_N, start_MPa=start)
     return Rung.of(own, solution, approach_mm=solution.approach_mm)

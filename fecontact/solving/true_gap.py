@@ -46,12 +46,19 @@ class TrueGap:
         return np.asarray(self.placement.gap(grid.x_mm[:, None], grid.s_mm[None, :]))
 
     def solve(
-        self, grid: ContactGrid, load_N: float, *, gap_mm: Floats | None = None, added: Field | None = None
+        self,
+        grid: ContactGrid,
+        load_N: float,
+        *,
+        gap_mm: Floats | None = None,
+        added: Field | None = None,
+        start: Field | None = None,
     ) -> Rung:
         """Contact on a grid of nodes, on which `gap_mm` is the gap if it is known already.
 
         `added` is what finite bodies open more than a half-space, on nodes of its own. It is smooth: a cubic spline
-        carries it to the nodes, and beyond its own nodes it stays as it is at their edge.
+        carries it to the nodes, and beyond its own nodes it stays as it is at their edge. The iterations begin at
+        `start`, a pressure of nearly this contact on nodes of its own.
         """
         _, normals = self.placement.surface(0.0, grid.s_mm)
         gap = self.on(grid) if gap_mm is None else gap_mm
@@ -63,7 +70,8 @@ class TrueGap:
             closing=np.tile(normals @ self.direction, grid.shape[0]),
             contact_modulus_MPa=self.contact_modulus_MPa,
         )
-        solution = solve_contact(problem, load_N, tolerance=_TOLERANCE)
+        first = None if start is None else carried(start, grid.x_mm, grid.s_mm, degree=1).ravel()
+        solution = solve_contact(problem, load_N, start_MPa=first, tolerance=_TOLERANCE)
         upright = np.tile(normals @ self.placement.first.normal, grid.shape[0])
         return Rung.of(grid, solution, approach_mm=solution.approach_mm * self.closing, upright=upright)
 
@@ -93,11 +101,11 @@ class TrueGap:
         return (float(overlapping.min()), float(overlapping.max())) if overlapping.size else None
 
 
-def carried(field: Field, x_mm: Floats, s_mm: Floats) -> Floats:
-    """A smooth field at other places (nx, ns): a cubic spline, beyond its nodes the value at their edge."""
+def carried(field: Field, x_mm: Floats, s_mm: Floats, *, degree: int = 3) -> Floats:
+    """A smooth field at other places (nx, ns): a spline, cubic or linear, beyond its nodes the value at their edge."""
     x, s = field.grid.x_mm, field.grid.s_mm
-    return np.asarray(_spline(field)(np.clip(x_mm, x[0], x[-1]), np.clip(s_mm, s[0], s[-1])))
+    return np.asarray(_spline(field, degree)(np.clip(x_mm, x[0], x[-1]), np.clip(s_mm, s[0], s[-1])))
 
 
-def _spline(field: Field) -> RectBivariateSpline:
-    return RectBivariateSpline(field.grid.x_mm, field.grid.s_mm, field.values)
+def _spline(field: Field, degree: int = 3) -> RectBivariateSpline:
+    return RectBivariateSpline(field.grid.x_mm, field.grid.s_mm, field.values, kx=degree, ky=degree)
