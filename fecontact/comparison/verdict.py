@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from fecontact.case import Criteria
+from fecontact.criteria import Criteria
 
 Answer = Literal["HOLDS", "FAILS", "UNRESOLVED"]
 FROM_BEST: tuple[Answer, ...] = ("HOLDS", "UNRESOLVED", "FAILS")
