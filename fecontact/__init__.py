@@ -71,7 +71,8 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from fecontact import plot
-    from fecontact.case import Case, Criteria
+    from fecontact.case import Case
+    from fecontact.criteria import Criteria
     from fecontact.outputs.dataset import mesh
     from fecontact.outputs.rows import rows
     from fecontact.runs.load import load
@@ -82,7 +83,7 @@ __all__ = ["Case", "CaseResult", "Criteria", "__version__", "load", "mesh", "plo
 
 _HOMES = {
     "Case": "fecontact.case",
-    "Criteria": "fecontact.case",
+    "Criteria": "fecontact.criteria",
     "CaseResult": "fecontact.solving.solve",
     "solve": "fecontact.solving.solve",
     "load": "fecontact.runs.load",

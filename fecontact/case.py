@@ -1,7 +1,8 @@
 """A case: everything that decides about one result, as plain values, and the one description of each of them.
 
 What a field of `Case` and of its parts is (unit, range, help, key, group) stands beside it as metadata. Checks, study
-files and the options of the command line are made from that.
+files and the options of the command line are made from that. The parts `Criteria`, `Track` and `BodySize` are found
+here as well.
 """
 
 from __future__ import annotations
@@ -12,8 +13,12 @@ from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any, Literal, get_args
 
 from fecontact.creep import Creep
+from fecontact.criteria import Criteria as Criteria
+from fecontact.dimensions import BodySize as BodySize
+from fecontact.dimensions import Track as Track
+from fecontact.dimensions import TrackSide
 from fecontact.errors import InputError
-from fecontact.inputs.kinds import Choice, Flag, Names, Number, Text
+from fecontact.inputs.kinds import Choice, Flag, Number, Text
 from fecontact.inputs.slots import Part, Slot, check_inputs, slots
 from fecontact.inputs.texts import INCLINATION_FORMS, inclination_text, parse_inclination
 from fecontact.material import STEEL, Material, contact_modulus_MPa
@@ -22,7 +27,6 @@ from fecontact.profiles.reading import Reading
 Group = Literal["place", "files", "load", "material", "bodies", "solution", "verdict", "creep"]
 LoadKind = Literal["vertical", "normal"]
 SolverChoice = Literal["auto", "pardiso", "amg"]
-TrackSide = Literal["left", "right"]
 
 RESOLUTIONS = {"quick": 6.0, "standard": 9.0, "fine": 13.5}
 """Named resolutions: elements a semi-axis of the expected patch, in each direction."""
@@ -33,149 +37,6 @@ NODES_A_SEMI_AXIS = 32
 _NODES_OF_MORE_ELEMENTS = 48
 
 INCLINATION_1_40 = math.atan(1.0 / 40.0)
-
-
-def _limit(measure: str, help: str, key: str) -> dict[str, Any]:
-    described = Number(
-        label=f"limit of {measure}",
-        help=f"Hertz holds if {help}",
-        key=key,
-        shown_unit="%" if key.endswith("_percent") else "",
-        factor=100.0 if key.endswith("_percent") else 1.0,
-        high=1.0,
-        inclusive=False,
-        remedy="for example 0.05 for 5 %" if key.endswith("_percent") else "for example 0.15",
-    )
-    return {"input": described, "measure": measure}
-
-
-_SETS = {
-    "strength": ("p_max",),
-    "patch": ("area", "a", "b", "centre"),
-    "all": ("p_max", "area", "a", "b", "centre", "valley", "separate", "misplaced"),
-}
-
-
-@dataclass(frozen=True, kw_only=True)
-class Criteria:
-    """How far Hertz may be off the finite elements and still hold, and by which measures he is judged.
-
-    Limits of peak pressure, area and half-widths are relative; that of the centre of pressure is in Hertz's half-width
-    b; those of the valley between two lobes, of the load on separate patches and of the misplaced load are parts of the
-    peak and of the load (`comparison.measures.Misfit`).
-
-    `judged_by` names measures by the fields here, or sets of them: `strength` for the stress below the surface, which
-    follows the peak; `patch` for creep forces and wear, which take the ellipse's axes and its place; `all` for whoever
-    takes the ellipse for the contact.
-    """
-
-    p_max: float = field(
-        default=0.05, metadata=_limit("p_max_MPa", "his peak pressure is off by less", "p_max_percent")
-    )
-    area: float = field(default=0.10, metadata=_limit("area_mm2", "his patch area is off by less", "area_percent"))
-    a: float = field(default=0.10, metadata=_limit("a_mm", "his half-width along x is off by less", "a_percent"))
-    b: float = field(default=0.10, metadata=_limit("b_mm", "his half-width across is off by less", "b_percent"))
-    centre: float = field(
-        default=0.15,
-        metadata=_limit("centre_over_b", "the centre of pressure is off by less of his half-width b", "centre_over_b"),
-    )
-    valley: float = field(
-        default=0.10,
-        metadata=_limit("valley", "the pressure falls by less of its peak between two lobes", "valley_percent"),
-    )
-    separate: float = field(
-        default=0.001,
-        metadata=_limit("separate_load", "separate patches carry less of the load", "separate_load_percent"),
-    )
-    misplaced: float = field(
-        default=0.10,
-        metadata=_limit("misplaced_load", "less of the load is elsewhere than he has it", "misplaced_load_percent"),
-    )
-    judged_by: tuple[str, ...] = field(
-        default=("all",),
-        metadata={
-            "input": Names(
-                label="judged by",
-                help=f"Measures that decide, or sets of them (patch: {', '.join(_SETS['patch'])}; strength: p_max)",
-                sets=_SETS,
-            )
-        },
-    )
-
-    def __post_init__(self) -> None:
-        check_inputs(self)
-        # JSON has lists alone
-        object.__setattr__(self, "judged_by", tuple(self.judged_by))
-
-    @property
-    def limits(self) -> dict[str, float]:
-        """Limits by the name of the measure, of those that decide."""
-        chosen = {name for judged in self.judged_by for name in _SETS.get(judged, (judged,))}
-        return {
-            limit.metadata["measure"]: getattr(self, limit.name)
-            for limit in fields(self)
-            if "measure" in limit.metadata and limit.name in chosen
-        }
-
-
-def _length(label: str, help: str, remedy: str) -> dict[str, Any]:
-    return {"input": Number(label=label, help=help, unit="mm", remedy=remedy)}
-
-
-def _cut(label: str, help: str) -> dict[str, Any]:
-    return _length(label, help, "bodies are usually cut at 60 mm")
-
-
-@dataclass(frozen=True, kw_only=True)
-class BodySize:
-    """Where the bodies are cut (mm): the rail's base below its crown, the sweep to each side, the rim's thickness.
-
-    The rail is fixed at its base and held across at its ends, where it goes on: otherwise its head would roll on the
-    slender web, which is a matter of the track and not of the contact. The rim is driven at its inner face.
-    """
-
-    rail_depth_mm: float = field(default=60.0, metadata=_cut("rail depth", "Depth of the rail's base below its crown"))
-    rail_half_length_mm: float = field(
-        default=60.0, metadata=_cut("rail half length", "Length of the rail to each side")
-    )
-    rim_thickness_mm: float = field(default=65.0, metadata=_cut("rim thickness", "Thickness of the wheel's rim"))
-    rim_half_length_mm: float = field(default=60.0, metadata=_cut("rim half length", "Length of the rim to each side"))
-
-    def __post_init__(self) -> None:
-        check_inputs(self)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Track:
-    """Track and wheelset dimensions (mm).
-
-    The gauge is measured `gauge_depth_mm` below the highest point of the inclined rail. `rail_crown_y_mm` puts the
-    crown of the rail at a given distance from the track centre instead (for heads without a gauge face).
-    """
-
-    gauge_mm: float = field(default=1435.0, metadata=_length("gauge", "Track gauge", "usually 1435 mm"))
-    gauge_depth_mm: float = field(
-        default=14.0,
-        metadata=_length("gauge depth", "Depth of the gauge below the rail's top", "usually 14 mm"),
-    )
-    back_to_back_mm: float = field(
-        default=1360.0, metadata=_length("back-to-back distance", "Distance of the wheels' backs", "usually 1360 mm")
-    )
-    tape_circle_from_back_mm: float = field(
-        default=70.0, metadata=_length("tape circle", "Distance of the tape circle from the back", "usually 70 mm")
-    )
-    rail_crown_y_mm: float | None = field(
-        default=None,
-        metadata=_length("rail crown", "Crown from the track centre, instead of the gauge", "None places by the gauge"),
-    )
-
-    def __post_init__(self) -> None:
-        check_inputs(self)
-
-    @property
-    def tape_circle_y_mm(self) -> float:
-        """Distance of the tape circle from the wheelset's centre."""
-        return 0.5 * self.back_to_back_mm + self.tape_circle_from_back_mm
 
 
 _RAIL = Text(

@@ -358,3 +358,23 @@ def test_the_cause_is_that_of_the_deciding_measure():
     geometry = PatchGeometry(**PLAIN)
     assert cause_of(steps, P, geometry) == "curvature varies over the patch"
     assert cause_of(steps, A, geometry) == "finite bodies"
+
+
+@pytest.mark.parametrize(
+    ("gap", "bodies", "expected"),
+    [
+        # S1002 on 60E1, 5 mm: at 125 kN two patches on the half-space as well; at 150 kN they just touch there
+        ({"separate_load": 0.195, "valley": 0.605}, {"separate_load": -0.008, "valley": 0.012}, "second patch"),
+        ({"separate_load": 0.0, "valley": 0.597}, {"separate_load": 0.197, "valley": 0.017}, "second patch"),
+        # nothing there on the half-space
+        ({"separate_load": 0.0, "valley": 0.0}, {"separate_load": 0.02, "valley": 0.3}, "finite bodies"),
+    ],
+)
+def test_patches_that_just_touch_on_a_rung_are_a_second_patch_all_the_same(gap, bodies, expected):
+    steps = {
+        "hertz_to_quadratic": dict.fromkeys(gap, 0.0),
+        "quadratic_to_true_gap": gap,
+        "half_space_to_bodies": bodies,
+    }
+    geometry = PatchGeometry(**{**PLAIN, "pieces": 2, "lobes": 2})
+    assert cause_of(steps, "separate_load", geometry) == expected

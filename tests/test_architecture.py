@@ -20,33 +20,37 @@ ROOMS: dict[str, set[str]] = {
     "inputs": {"errors"},
     "material": {"errors", "inputs"},
     "creep": {"errors", "inputs"},
-    "case": {"errors", "inputs", "material", "creep", "profiles"},
+    "criteria": {"errors", "inputs"},
+    "dimensions": {"errors", "inputs"},
+    "case": {"errors", "inputs", "material", "creep", "criteria", "dimensions", "profiles"},
     "options": {"errors", "inputs", "case"},
     "profiles": {"errors", "inputs"},
     "contact": {"errors"},
     "rolling": {"errors"},
-    "geometry": {"errors", "case", "profiles"},
+    "geometry": {"errors", "dimensions", "profiles"},
     "theory": {"errors", "material", "geometry"},
-    "fe": {"errors", "material", "case", "profiles", "geometry", "contact"},
-    "comparison": {"errors", "case", "creep", "geometry", "theory", "contact", "rolling"},
-    "solving": {"errors", "case", "profiles", "geometry", "theory", "contact", "fe", "comparison"},
+    "fe": {"errors", "material", "dimensions", "profiles", "geometry", "contact"},
+    "comparison": {"errors", "case", "creep", "criteria", "geometry", "theory", "contact", "rolling"},
+    "solving": {"errors", "case", "dimensions", "profiles", "geometry", "theory", "contact", "fe", "comparison"},
     "map": {"errors", "case", "geometry", "comparison", "solving"},
     "regression": {"errors", "files"},
     # knows neither physics nor outputs: what is done, and what is written, is handed in
     "jobs": {"errors", "files"},
-    "outputs": {"errors", "files", "case", "profiles", "geometry", "theory", "contact", "fe", "comparison", "solving"}
+    "outputs": {"errors", "files", "case", "criteria", "profiles", "geometry", "theory", "contact", "fe"}
+    | {"comparison", "solving"}
     | {"map", "regression", "material"},
-    "runs": {"errors", "files", "inputs", "case", "creep", "profiles", "fe", "comparison", "solving", "map"}
+    "runs": {"errors", "files", "inputs", "case", "creep", "criteria", "profiles", "fe", "comparison", "solving", "map"}
     | {"regression"}
     | {"jobs", "outputs"},
     "console": set(),
     "doctor": {"system_check"},
-    "commands": {"errors", "files", "inputs", "case", "creep", "options", "profiles", "solving", "regression", "jobs"}
+    "commands": {"errors", "files", "inputs", "case", "creep", "criteria", "options", "profiles", "solving"}
+    | {"regression", "jobs"}
     | {"outputs", "console", "doctor", "runs"},
     "cli": {"errors", "commands"},
     "system_check": set(),
     "plot": {"errors", "solving", "outputs"},
-    "__init__": {"case", "solving", "outputs", "plot", "runs"},
+    "__init__": {"case", "criteria", "solving", "outputs", "plot", "runs"},
     "__main__": {"cli"},
 }
 FINITE_ELEMENT_PACKAGES = {"skfem", "gmsh", "pypardiso", "pyamg", "meshio", "pyvista", "vtk", "vtkmodules"}
@@ -137,7 +141,8 @@ def test_theory_and_finite_elements_never_meet_below_the_comparison():
 
 
 @pytest.mark.parametrize(
-    "name", ["theory", "comparison", "contact", "rolling", "geometry", "profiles", "case", "inputs", "material"]
+    "name",
+    ["theory", "comparison", "contact", "rolling", "geometry", "profiles", "case", "inputs", "material", "criteria"],
 )
 def test_what_needs_no_finite_elements_reaches_none(name):
     for module in [module for module in MODULES if room(module) == name]:

@@ -19,9 +19,9 @@ from fecontact.creep import Creep
 from fecontact.errors import InputError
 from fecontact.jobs.store import MANIFEST, write_manifest
 from fecontact.map.cells import ApplicabilityMap
+from fecontact.outputs.printed_case import print_case
 from fecontact.outputs.record import result_record
 from fecontact.outputs.rows import case_row, cell_row, read_row
-from fecontact.outputs.tables import print_case
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.runs import identity, judging

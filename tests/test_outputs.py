@@ -35,6 +35,9 @@ from fecontact.outputs.figures import profile_figure
 from fecontact.outputs.measure_words import WORDS, criteria_text
 from fecontact.outputs.meshfile import write_mesh
 from fecontact.outputs.pressure_map import PressureFields
+from fecontact.outputs.printed_case import print_case
+from fecontact.outputs.printed_hertz import print_hertz
+from fecontact.outputs.printed_profile import print_library, print_profile
 from fecontact.outputs.record import hertz_record, load_record, result_record, shown_case_record
 from fecontact.outputs.rows import MEASURED_COLUMNS, case_row, load_row, read_row, write_row
 from fecontact.outputs.series import series
@@ -846,7 +849,7 @@ def test_the_list_of_failing_measures_has_the_room_that_there_is(flat):
 
 def case_lines(record: dict, width: int = 120) -> list[str]:
     text = io.StringIO()
-    tables.print_case(record, console=Console(file=text, width=width, no_color=True))
+    print_case(record, console=Console(file=text, width=width, no_color=True))
     return [" ".join(line.split()) for line in text.getvalue().splitlines()]
 
 
@@ -1005,7 +1008,7 @@ def test_measures_that_nobody_asks_for_are_shown_and_not_judged(elliptic_quick):
 
 def test_a_case_can_be_read_on_a_narrow_terminal(record):
     text = io.StringIO()
-    tables.print_case(record, console=Console(file=text, width=80, no_color=True))
+    print_case(record, console=Console(file=text, width=80, no_color=True))
     lines = text.getvalue().splitlines()
     start = lines.index(next(line for line in lines if line.startswith("Hertz against finite elements")))
     table = lines[start : start + 20]
@@ -1019,9 +1022,9 @@ def test_every_table_fits_a_terminal(record, flat, width):
     text = io.StringIO()
     console = Console(file=text, width=width, no_color=True, force_terminal=True)
     tables.print_table([flat | {"p_max_deviation_percent": -43.21}], console=console)
-    tables.print_case(record, console=console)
-    tables.print_hertz(hertz_record(Case(lateral_shift_mm=0.0)), console=console)
-    tables.print_profile(load("60E1"), console=console)
+    print_case(record, console=console)
+    print_hertz(hertz_record(Case(lateral_shift_mm=0.0)), console=console)
+    print_profile(load("60E1"), console=console)
     plain = re.sub(r"\x1b\[[0-9;]*m", "", text.getvalue())
     assert "…" not in plain
     assert max(len(line.rstrip()) for line in plain.splitlines()) <= width
@@ -1030,10 +1033,10 @@ def test_every_table_fits_a_terminal(record, flat, width):
 
 
 def test_details_hertz_and_profiles_print_their_numbers(record, capsys):
-    tables.print_case(record)
-    tables.print_hertz(hertz_record(Case(lateral_shift_mm=0.0)))
-    tables.print_library()
-    tables.print_profile(load("60E1"))
+    print_case(record)
+    print_hertz(hertz_record(Case(lateral_shift_mm=0.0)))
+    print_library()
+    print_profile(load("60E1"))
     text = capsys.readouterr().out
     for part in ("half-width a along x (mm)", "7.1617", "1237.6", "straight", "-10.425", "1722.", "S1002", "-26.0265"):
         assert part in text

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -75,6 +76,56 @@ def test_checking_a_study_says_how_many_cases_and_what_varies(tmp_path, capsys):
     err = capsys.readouterr().err
     assert "rail.csv" in err
     assert "S1002" in err
+
+
+@pytest.mark.parametrize(
+    ("study", "positions", "placed", "problem"),
+    [
+        # two loads of three positions
+        ("lateral_shift_mm = [-2, 0, 2]\nload_kN = [50, 100]\n", 3, 3, None),
+        # the third one is none
+        ("lateral_shift_mm = [0, 2, 9, 10]\nload_kN = [50, 100]\n", 4, 3, "lateral shift 9 mm: the wheel derails"),
+        # both wheels of a wheelset, of which the other one stands on another rail
+        ('wheelset = true\n[opposite]\nrail = "54E1"\n', 1, 1, None),
+        ('lateral_shift_mm = [0, 2]\n[opposite]\nrail = "54E1"\n', 2, 1, "give wheelset = true"),
+        # nothing is placed where a profile is missing
+        ('rail = "rail.csv"\nlateral_shift_mm = [0, 9]\n', 2, 0, "rail.csv"),
+        # more than 40: those at both ends, and some between them
+        ('lateral_shift_mm = "-4:4:0.1"\n', 81, 40, None),
+    ],
+)
+def test_checking_a_study_places_its_wheels(study, positions, placed, problem, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(study)
+    found = check_study(path)
+    assert (found.positions, found.placed) == (positions, placed)
+    assert len(found.problems) == (problem is not None)
+    assert all(problem in said for said in found.problems)
+
+
+def test_checking_a_study_says_how_many_positions_were_tried(tmp_path, capsys, monkeypatch):
+    path = tmp_path / "mine.toml"
+    path.write_text('lateral_shift_mm = [0, 2, 4]\n[opposite]\nrail = "54E1"\n')
+    assert call(["check", str(path)]) == 2
+    assert "1 of 3 positions were tried, up to the first that is none" in capsys.readouterr().err
+    placed = []
+    monkeypatch.setattr("fecontact.solving.placing.place_case", lambda case: placed.append(case.lateral_shift_mm))
+    path.write_text('lateral_shift_mm = "-4:4:0.1"\n')
+    assert call(["check", str(path)]) == 0
+    assert "40 of 81 positions were tried, spread over the study" in capsys.readouterr().err
+    assert (placed[0], placed[-1]) == (-4.0, 4.0)
+    assert max(b - a for a, b in pairwise(placed)) < 0.31
+
+
+def test_checking_a_study_reads_its_profiles_as_the_study_says(tmp_path):
+    # a head of R 300 in metres: nobody can tell, and the study does
+    y_m = [1e-3 * y for y in range(-30, 31)]
+    (tmp_path / "head.txt").write_text("\n".join(f"{y} {(0.3**2 - y**2) ** 0.5 - 0.3}" for y in y_m))
+    study = f'rail = "{(tmp_path / "head.txt").as_posix()}"\nwheel = "cylinder:460"\ninclination = "none"\n'
+    (tmp_path / "mine.toml").write_text(study + "[track]\nrail_crown_y_mm = 750.0\n")
+    assert len(check_study(tmp_path / "mine.toml").problems) == 1
+    (tmp_path / "mine.toml").write_text(study + '[track]\nrail_crown_y_mm = 750.0\n[rail_file]\nunits = "m"\n')
+    assert check_study(tmp_path / "mine.toml").problems == ()
 
 
 @pytest.mark.parametrize(

@@ -97,10 +97,13 @@ def test_each_digest_sees_its_own_files_and_no_others(tmp_path, monkeypatch):
         "jobs/workers.py": set(),
         "runs/study.py": set(),
         "contact/solver.py": {"solving"},
+        "case.py": {"solving"},
+        "dimensions.py": {"solving"},
         "profiles/curve.py": {"solving"},
         "profiles/data/60E1.toml": {"solving"},
         "theory/table_form.py": {"evaluating"},
         "outputs/rows.py": {"evaluating"},
+        "criteria.py": {"evaluating"},
         "comparison/verdict.py": {"evaluating"},
         "theory/hertz.py": {"solving", "evaluating"},
     }

@@ -34,8 +34,8 @@ def hertz(options: HertzOptions = _OF_HERTZ, *, json: Annotated[bool, Parameter(
         Print the result as JSON and nothing else.
     """
     from fecontact.files import json_text
+    from fecontact.outputs.printed_hertz import print_hertz
     from fecontact.outputs.record import hertz_record
-    from fecontact.outputs.tables import print_hertz
 
     record = hertz_record(options.case())
     if json:

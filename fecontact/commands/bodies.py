@@ -47,7 +47,7 @@ def profiles(
     library
         Folder of profiles of your own.
     """
-    from fecontact.outputs.tables import print_library, print_profile
+    from fecontact.outputs.printed_profile import print_library, print_profile
     from fecontact.profiles.library import in_folder
     from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 

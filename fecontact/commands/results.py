@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from cyclopts import Parameter
 
-from fecontact.case import Criteria
 from fecontact.console import count, width
 from fecontact.creep import Creep
+from fecontact.criteria import Criteria
 from fecontact.options import CaseOptions, options_of
 
 _OF_VERDICT = options_of("verdict", "creep")

@@ -40,9 +40,10 @@ def solve(
         Folder for the case's JSON, ParaView files and figure.
     """
     from fecontact.files import json_text
+    from fecontact.outputs.printed_case import print_case
     from fecontact.outputs.record import result_record
     from fecontact.outputs.rows import case_row
-    from fecontact.outputs.tables import print_case, print_table
+    from fecontact.outputs.tables import print_table
     from fecontact.runs.case_store import solve_into_folder
     from fecontact.solving.solve import solve as solve_case
 

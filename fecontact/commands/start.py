@@ -32,7 +32,7 @@ def demo(*, out: Path = Path("out/demo")) -> int:
 
 
 def check(file: Path, *, quick: Annotated[bool, Parameter(negative="")] = False) -> int:
-    """Check a study file without solving it: its inputs and profiles, how many cases, about what time and memory.
+    """Check a study file without solving it: inputs, profiles and positions, how many cases, what time and memory.
 
     Parameters
     ----------
@@ -54,6 +54,9 @@ def check(file: Path, *, quick: Annotated[bool, Parameter(negative="")] = False)
         print(f"{found.available_GB:.1f} GB are available: fewer --workers may be needed")
     for problem in found.problems:
         print(f"error: {problem}", file=sys.stderr)
+    if 0 < found.placed < found.positions:
+        which = "up to the first that is none" if found.problems else "spread over the study"
+        print(f"{found.placed} of {count(found.positions, 'position')} were tried, {which}", file=sys.stderr)
     return 2 if found.problems else 0
 
 

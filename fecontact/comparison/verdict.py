@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from fecontact.case import Criteria
+from fecontact.criteria import Criteria
 
 Answer = Literal["HOLDS", "FAILS", "UNRESOLVED"]
 FROM_BEST: tuple[Answer, ...] = ("HOLDS", "UNRESOLVED", "FAILS")
@@ -125,8 +125,11 @@ PROFILE = "profile"
 
 def cause_of(steps: Mapping[str, Mapping[str, float]], measure: str, geometry: PatchGeometry) -> str:
     """Why Hertz is off in a measure, from the step of the ladder that moved it most and from the geometry."""
-    gap_step = abs(steps["quadratic_to_true_gap"][measure])
-    body_step = abs(steps["half_space_to_bodies"][measure])
+    # the load on a second patch jumps to nothing where the two just touch, on one rung or the other; whether there are
+    # two at all is told by the valley between them
+    told_by = "valley" if measure == "separate_load" else measure
+    gap_step = abs(steps["quadratic_to_true_gap"][told_by])
+    body_step = abs(steps["half_space_to_bodies"][told_by])
     if body_step > gap_step:
         return "finite bodies"
     if geometry.pieces > 1:

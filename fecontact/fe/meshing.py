@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.case import BodySize
+from fecontact.dimensions import BodySize
 from fecontact.errors import FoldedMesh, InputError
 from fecontact.fe.section import Grading, Section, Zone, mesh_section
 from fecontact.geometry.placement import Placement

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fecontact.case import TrackSide
+from fecontact.dimensions import TrackSide
 from fecontact.geometry.wheelset import PlacedWheelset, Standing, Wheelset
 
 # Steps of the shift between which all functions are taken as straight, and in which jumps are looked for.

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fecontact.case import Track, TrackSide
+from fecontact.dimensions import Track, TrackSide
 from fecontact.errors import InputError
 from fecontact.geometry.poses import RailPose, WheelPose, _root, _sample, place_rail
 from fecontact.geometry.touch_points import TouchPoint, _touch_point

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from fecontact.case import Track
+from fecontact.dimensions import Track
 from fecontact.errors import InputError
 from fecontact.profiles.curve import CurvePoints, Profile, Side
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.case import TrackSide
+from fecontact.dimensions import TrackSide
 from fecontact.errors import InputError
 from fecontact.geometry.placement import SIGN, Pair, Placement
 from fecontact.geometry.poses import RailPose, _sample

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from fecontact.outputs.html import folded, heading, items, page, paragraph, table
 from fecontact.outputs.series import short_name
+from fecontact.outputs.terminal import say, standard_console, titled_table
 from fecontact.regression.compare import ColumnComparison, Difference, TableComparison, counted
 
 if TYPE_CHECKING:
@@ -18,8 +19,6 @@ Record = dict[str, Any]
 
 # Columns that are shown where none differs, so that one sees how close it is.
 _CLOSEST = 5
-# Width of a table that goes to a file or a pipe.
-_PLAIN_WIDTH = 120
 # Terminals that are narrower show fewer columns.
 _ROOMY_WIDTH = 110
 
@@ -92,9 +91,9 @@ def print_comparison(comparison: TableComparison, *, console: Console | None = N
     console
         Standard output, if not given.
     """
-    console = console or _console()
+    console = console or standard_console()
     for line in _head_lines(comparison):
-        _say(console, line)
+        say(console, line)
     names = case_names(comparison)
     differing = [column for column in comparison.columns if column.differing]
     closest = [column for column in comparison.columns if not column.unchanged][:_CLOSEST]
@@ -104,36 +103,26 @@ def print_comparison(comparison: TableComparison, *, console: Console | None = N
         _print_table(console, "Closest to their tolerance", closest, names)
     changed = [column for column in comparison.efforts if column.worst.baseline != column.worst.new]
     if changed:
-        _say(console, f"not compared: {', '.join(_effort(column) for column in changed)}")
-    _say(console, comparison.verdict)
+        say(console, f"not compared: {', '.join(_effort(column) for column in changed)}")
+    say(console, comparison.verdict)
 
 
 def _print_table(console: Console, title: str, columns: Sequence[ColumnComparison], names: Mapping[str, str]) -> None:
-    from rich import box
-    from rich.table import Table
     from rich.text import Text
 
-    narrow = console.is_terminal and console.width < _ROOMY_WIDTH
-    shown = [name for name in _HEADINGS if not (narrow and name in ("differ", "tolerance"))]
-    table = Table(
-        title=Text(title),
-        title_justify="left",
-        title_style="bold",
-        box=box.SIMPLE_HEAD if console.is_terminal else None,
-        # the box has a space between columns as well
-        padding=(0, 1, 0, 0) if narrow else (0, 1),
-        pad_edge=False,
-    )
+    tight = console.is_terminal and console.width < _ROOMY_WIDTH
+    shown = [name for name in _HEADINGS if not (tight and name in ("differ", "tolerance"))]
+    printed = titled_table(console, title=title, roomy_width=_ROOMY_WIDTH)
     for name in shown:
         left = name in ("column", "worst case")
         # a name is not broken where another column can give way
-        whole = narrow and name != "worst case"
-        table.add_column(name, justify="left" if left else "right", overflow="fold", min_width=6, no_wrap=whole)
+        whole = tight and name != "worst case"
+        printed.add_column(name, justify="left" if left else "right", overflow="fold", min_width=6, no_wrap=whole)
     for column in columns:
         cells = dict(zip(_HEADINGS, _cells(column, names), strict=True))
         # as text and not as markup: names of profiles may have brackets
-        table.add_row(*(Text(cells[name]) for name in shown), style="red" if column.differing else "")
-    console.print(table)
+        printed.add_row(*(Text(cells[name]) for name in shown), style="red" if column.differing else "")
+    console.print(printed)
 
 
 def _head_lines(comparison: TableComparison) -> list[str]:
@@ -254,15 +243,3 @@ def _version_table(comparison: TableComparison) -> str:
     was, now = comparison.baseline.versions, comparison.new.versions
     rows = [((name, was.get(name, "-"), now.get(name, "-")), False) for name in dict.fromkeys((*was, *now))]
     return table("", ("package", "baseline", "new"), rows)
-
-
-def _console() -> Console:
-    """Standard output: as wide as the terminal, or `_PLAIN_WIDTH` and without any colour where there is none."""
-    from rich.console import Console
-
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(width=_PLAIN_WIDTH, no_color=True, highlight=False)
-
-
-def _say(console: Console, text: str) -> None:
-    console.print(text, markup=False, soft_wrap=not console.is_terminal)

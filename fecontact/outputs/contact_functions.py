@@ -11,6 +11,7 @@ from fecontact.errors import InputError
 from fecontact.geometry.contact_functions import ContactFunctions, contact_functions, rolling_radius_difference_mm
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.wheelset import PlacedWheelset, possible_wheelset_shifts
+from fecontact.outputs.terminal import print_notes, say, standard_console, titled_table
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.placing import wheelset_of_case
 
@@ -23,7 +24,6 @@ GEOMETRY_SCHEMA = "fecontact/geometry/1"
 _INPUTS = ("rail", "wheel", "inclination_rad", "yaw_rad", "rolling_radius_mm", "track", "opposite")
 # where something is said about them
 _READINGS = ("rail_file", "wheel_file")
-_PLAIN_WIDTH = 120
 # Straight lines come out of sums of large numbers with a curvature of rounding size.
 _STRAIGHT_PER_MM = 1e-9
 
@@ -112,15 +112,15 @@ _HEADINGS = (
 
 def print_functions(record: Mapping[str, Any], *, console: Console | None = None) -> None:
     """Print a geometry record: a table of the left side, and of the right one where it is not its mirror image."""
-    console = console or _console()
+    console = console or standard_console()
     mirrored = record["symmetric"] and record["case"]["yaw_rad"] == 0.0
     for side in ("left",) if mirrored else ("left", "right"):
         _print_side(record, side, console)
     if mirrored:
-        _say(console, "The right wheel at a shift is the left one at the opposite shift.")
+        say(console, "The right wheel at a shift is the left one at the opposite shift.")
     sides = ("left",) if mirrored else ("left", "right")
     for jump in (jump for jump in record["jumps"] if jump["side"] in sides):
-        _say(
+        say(
             console,
             f"jump at {jump['shift_mm']:+z.3f} mm: the {jump['side']} rail is touched first at y ="
             f" {jump['from_rail_y_mm']:+z.2f} mm below it, at {jump['to_rail_y_mm']:+z.2f} mm above it",
@@ -128,23 +128,12 @@ def print_functions(record: Mapping[str, Any], *, console: Console | None = None
     _print_conicity(record["equivalent_conicity"], console)
     problems = [row for row in record["positions"] if "problem" in row]
     for row in problems:
-        _say(console, f"no position at {row['lateral_shift_mm']:+z.2f} mm: {row['problem']}")
-    for note in record["warnings"]:
-        _say(console, f"note: {note}")
+        say(console, f"no position at {row['lateral_shift_mm']:+z.2f} mm: {row['problem']}")
+    print_notes(record["warnings"], console)
 
 
 def _print_side(record: Mapping[str, Any], side: str, console: Console) -> None:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(
-        title=f"The {side} wheel on its rail; lengths in mm, radii positive where convex",
-        title_justify="left",
-        title_style="bold",
-        box=box.SIMPLE_HEAD if console.is_terminal else None,
-        padding=(0, 1),
-        pad_edge=False,
-    )
+    table = titled_table(console, title=f"The {side} wheel on its rail; lengths in mm, radii positive where convex")
     for heading in _HEADINGS:
         table.add_column(heading, justify="right", no_wrap=True)
     for row in (row for row in record["positions"] if "problem" not in row):
@@ -170,19 +159,8 @@ def _print_conicity(conicities: Sequence[Mapping[str, float]], console: Console)
     if not conicities:
         return
     parts = (f"{one['amplitude_mm']:g} mm {one['unrolled']:.3f} ({one['rolled']:.3f})" for one in conicities)
-    _say(
+    say(
         console,
         "equivalent conicity by amplitude, harmonic linearisation without roll (with it in brackets): "
         + ", ".join(parts),
     )
-
-
-def _console() -> Console:
-    from rich.console import Console
-
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(width=_PLAIN_WIDTH, no_color=True, highlight=False)
-
-
-def _say(console: Console, text: str) -> None:
-    console.print(text, markup=False, soft_wrap=not console.is_terminal)

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.case import Criteria
 from fecontact.comparison.verdict import AT_JUNCTION
+from fecontact.criteria import Criteria
 from fecontact.map.cells import ApplicabilityMap, MapCell, MapPosition
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.series import short_name

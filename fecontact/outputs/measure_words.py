@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from fecontact.case import Criteria
+from fecontact.criteria import Criteria
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from fecontact.case import Criteria
+from fecontact.criteria import Criteria
 from fecontact.outputs.measure_words import WORDS, criteria_text
 
 Row = Mapping[str, Any]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.case import Criteria
+from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.rows import deviation_column

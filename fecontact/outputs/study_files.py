@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from fecontact.case import Criteria
+from fecontact.criteria import Criteria
 from fecontact.files import write_json
 from fecontact.outputs.record import versions
 from fecontact.outputs.series import series

@@ -7,7 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from fecontact.case import Criteria
+from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.files import read_json, write_text
 from fecontact.geometry.placement import Placement

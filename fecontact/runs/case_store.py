@@ -10,9 +10,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fecontact.case import Case, Criteria, case_from_record
+from fecontact.case import Case, case_from_record
 from fecontact.comparison.judged_load import judge_load
 from fecontact.creep import Creep
+from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.fe.stress_peak import StressPeak
 from fecontact.files import read_json, write_json

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from fecontact.case import INPUTS, RESOLUTIONS, Case
 from fecontact.errors import InputError
+from fecontact.inputs.slots import Slot
 from fecontact.jobs.workers import default_workers
 from fecontact.runs.casefile import load_study
 
@@ -24,6 +27,8 @@ _SEVERAL_LOBES = 3.7
 _SECONDS, _SECONDS_GROWTH = 5.8, 1.45
 _MEMORY_GB, _MEMORY_GROWTH = 0.85, 1.08
 _START_S = 5.0
+# A position takes 15 ms; of more than these, some that are spread over the study.
+_MOST_PLACED = 40
 # Semi-axes (mm) of a patch under 100 kN: only for element sizes that are given in mm.
 _SEMI_AXES_MM = (6.5, 4.5)
 
@@ -40,8 +45,10 @@ class StudyCheck:
         Of the whole study and of its largest case, if every patch has one lobe and every verdict is clear.
     most_seconds, most_memory_GB
         The same with several lobes, or with finer meshes where verdicts stay open.
+    positions, placed
+        Positions of a wheel on a rail among the cases, and how many of them were tried.
     problems
-        What is wrong with profiles.
+        What is wrong with profiles, or with the first position in which the wheel does not run on the rail.
     """
 
     cases: int
@@ -52,11 +59,13 @@ class StudyCheck:
     most_seconds: float
     most_memory_GB: float
     available_GB: float
+    positions: int
+    placed: int
     problems: tuple[str, ...]
 
 
 def check_study(path: Path, *, quick: bool = False) -> StudyCheck:
-    """Read a study file and all its profiles; nothing is placed, meshed or solved.
+    """Read a study file and all its profiles, and place its wheels; nothing is meshed or solved.
 
     Raises
     ------
@@ -72,6 +81,9 @@ def check_study(path: Path, *, quick: bool = False) -> StudyCheck:
         max(_SEVERAL_LOBES * n, min(3.0 * n, case.refine_degrees_of_freedom))
         for n, case in zip(usual, cases, strict=True)
     ]
+    positions = _positions(cases)
+    problems = tuple(_profile_problems(cases))
+    placed, problem = (0, None) if problems else _place(positions)
     return StudyCheck(
         cases=len(cases),
         varied=tuple(_varied(cases)),
@@ -81,7 +93,9 @@ def check_study(path: Path, *, quick: bool = False) -> StudyCheck:
         most_seconds=_START_S + sum(map(_seconds, most)) / workers,
         most_memory_GB=max(map(_memory_GB, most)),
         available_GB=psutil.virtual_memory().available / 1e9,
-        problems=tuple(_problems(cases)),
+        positions=len(positions),
+        placed=placed,
+        problems=problems if problem is None else (problem,),
     )
 
 
@@ -106,17 +120,44 @@ def _memory_GB(unknowns: float) -> float:
 
 def _varied(cases: tuple[Case, ...]) -> Iterable[str]:
     for slot in INPUTS:
-        values = {getattr(getattr(case, slot.table) if slot.table else case, slot.field) for case in cases}
+        values = {_value(case, slot) for case in cases}
         if len(values) > 1:
             yield f"{len(values)} values of {slot.key}"
 
 
-def _problems(cases: tuple[Case, ...]) -> Iterable[str]:
+def _value(case: Case, slot: Slot) -> Any:
+    return getattr(getattr(case, slot.table) if slot.table else case, slot.field)
+
+
+def _profile_problems(cases: tuple[Case, ...]) -> Iterable[str]:
     from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 
-    for body, resolve in (("rail", resolve_rail), ("wheel", resolve_wheel)):
-        for name in dict.fromkeys(getattr(case, body) for case in cases):
-            try:
-                resolve(name)
-            except InputError as error:
-                yield str(error)
+    for name, reading in dict.fromkeys((case.rail, case.rail_file) for case in cases):
+        yield from _problem(partial(resolve_rail, name, reading))
+    for name, reading in dict.fromkeys((case.wheel, case.wheel_file) for case in cases):
+        yield from _problem(partial(resolve_wheel, name, reading))
+
+
+def _positions(cases: tuple[Case, ...]) -> list[Case]:
+    """A case for each position of a wheel on a rail, whatever the load is."""
+    where = [slot for slot in INPUTS if slot.group in ("place", "files")]
+    return list({tuple(_value(case, slot) for slot in where): case for case in cases}.values())
+
+
+def _place(positions: Sequence[Case]) -> tuple[int, str | None]:
+    """Place some positions, up to the first that is none; how many were tried, and what is wrong with the last one."""
+    from fecontact.solving.placing import place_case
+
+    step = max(1.0, (len(positions) - 1) / (_MOST_PLACED - 1))
+    chosen = [positions[round(number * step)] for number in range(min(len(positions), _MOST_PLACED))]
+    for number, case in enumerate(chosen, start=1):
+        for problem in _problem(partial(place_case, case)):
+            return number, problem
+    return len(chosen), None
+
+
+def _problem(read: Callable[[], object]) -> Iterable[str]:
+    try:
+        read()
+    except InputError as error:
+        yield str(error)

@@ -21,12 +21,12 @@ from fecontact.profiles.identity import content_sha256, profile_file
 _PACKAGE = Path(__file__).parents[1]
 # What solves: a change of it makes stored results those of another version.
 SOLVING = (
-    *("errors.py", "material.py", "case.py", "profiles", "geometry", "contact", "fe", "solving"),
+    *("errors.py", "material.py", "case.py", "dimensions.py", "profiles", "geometry", "contact", "fe", "solving"),
     *("theory/hertz.py", "theory/springs.py", "theory/touch_hertz.py"),
 )
 # What reads and judges what was solved: after a change of it stored fields are evaluated again.
 EVALUATING = (
-    *("creep.py", "comparison", "theory", "rolling", "map"),
+    *("creep.py", "criteria.py", "comparison", "theory", "rolling", "map"),
     *("outputs/creep.py", "outputs/measure_words.py", "outputs/record.py", "outputs/rows.py", "outputs/stored.py"),
     *("runs/case_store.py", "runs/position_store.py"),
 )

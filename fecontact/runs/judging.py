@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from fecontact.case import Criteria
 from fecontact.creep import Creep
+from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.jobs.workers import default_workers, process_crew
 from fecontact.map.cells import ApplicabilityMap

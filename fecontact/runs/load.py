@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from fecontact.case import Case, Criteria
+from fecontact.case import Case
 from fecontact.comparison.verdict import judge
 from fecontact.creep import Creep
+from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.files import read_json
 from fecontact.jobs.store import whole_manifest

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from fecontact.case import Case, Criteria
+from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad, judge_load
 from fecontact.creep import Creep
+from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.files import read_json, write_json
 from fecontact.map.cells import LoadLimit, MapCell, MapPosition

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from fecontact.case import Case, Criteria
+from fecontact.case import Case
+from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.jobs.engine import Finished, Progress, RunSettings, finish, open_run
 from fecontact.jobs.job import Done, Work

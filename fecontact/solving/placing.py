@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fecontact.case import Case, Opposite, Track
+from fecontact.case import Case, Opposite
+from fecontact.dimensions import Track
 from fecontact.errors import InputError
 from fecontact.geometry.placement import SIGN, Pair, Placement, pair_of, place
 from fecontact.geometry.wheelset import PlacedWheelset, Wheelset, place_wheelset

@@ -1,0 +1,63 @@
+"""What all that is printed on the terminal shares: where it goes, its tables, its lines, and how numbers look."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+# Width of a table that goes to a file or a pipe.
+_PLAIN_WIDTH = 120
+# Terminals that are narrower have columns closer together.
+_ROOMY_WIDTH = 100
+
+
+def standard_console() -> Console:
+    """Standard output: as wide as the terminal, or `_PLAIN_WIDTH` and without any colour where there is none."""
+    from rich.console import Console
+
+    console = Console(highlight=False)
+    return console if console.is_terminal else Console(width=_PLAIN_WIDTH, no_color=True, highlight=False)
+
+
+def titled_table(console: Console, *, title: str, roomy_width: int = _ROOMY_WIDTH) -> Table:
+    """An empty table; on a terminal with rules, and with columns closer together if it is narrower than that width."""
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    return Table(
+        title=Text(title),
+        title_justify="left",
+        title_style="bold",
+        box=box.SIMPLE_HEAD if console.is_terminal else None,
+        # the box has a space between columns as well
+        padding=(0, 1) if not console.is_terminal or console.width >= roomy_width else (0, 1, 0, 0),
+        pad_edge=False,
+    )
+
+
+def say(console: Console, text: str) -> None:
+    """Print a line."""
+    # not as markup: profile names and notes may have brackets
+    console.print(text, markup=False, soft_wrap=not console.is_terminal)
+
+
+def print_notes(notes: Iterable[str], console: Console) -> None:
+    """Print what is to be known beside the numbers."""
+    for note in notes:
+        say(console, f"note: {note}")
+
+
+def missing(value: object) -> bool:
+    """Whether a value of a row is none, or no finite number."""
+    return value is None or (isinstance(value, float) and not math.isfinite(value))
+
+
+def number_text(value: float | None, form: str = "{:.5g}") -> str:
+    """A number, or a dash where there is none."""
+    return "-" if value is None or missing(value) else form.format(value)
