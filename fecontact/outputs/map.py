@@ -7,23 +7,22 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.case import Case
 from fecontact.files import write_json
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
 from fecontact.outputs.force_map import force_map_figure
 from fecontact.outputs.map_figure import map_figure
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.record import load_record, shown_case_record, versions
+from fecontact.outputs.roll_words import other_wheel_label, roll_words
 from fecontact.outputs.rows import cell_row
 from fecontact.outputs.tables import write_csv
 from fecontact.solving.stiffness_fit import fit_stiffness
-
-if TYPE_CHECKING:
-    pass
 
 Floats = NDArray[np.float64]
 Record = dict[str, Any]
@@ -92,6 +91,7 @@ def map_record(made: ApplicabilityMap, provenance: Record | None = None) -> Reco
         "schema": MAP_SCHEMA,
         # shift and load are the map's own
         "case": {k: v for k, v in shown_case_record(made.case).items() if k not in ("lateral_shift_mm", "load_N")},
+        "roll": roll_words(made.case),
         "criteria": asdict(made.case.criteria),
         "lateral_shifts_mm": list(made.lateral_shifts_mm),
         "loads_N": list(made.loads_N),
@@ -189,7 +189,14 @@ def map_table(made: ApplicabilityMap, *, width: int | None = None) -> str:
     notes.append(f"decided by {letters}")
     if not all(cell.solved for cell in made.cells):
         notes.append("i inferred from the half-space and both neighbours, not solved")
+    notes.append(_position_text(made.case))
     return "\n".join(lines + [line for note in notes for line in (wrap(note, width) if width else [note])])
+
+
+def _position_text(case: Case) -> str:
+    other = other_wheel_label(case)
+    same = "; the other wheel at a shift is this one at the opposite shift" if other else ""
+    return f"{case.side} wheel, {roll_words(case)}{same}"
 
 
 def _lines(

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.case import Criteria
+from fecontact.case import Case, Criteria
 from fecontact.comparison.verdict import AT_JUNCTION
 from fecontact.map.cells import ApplicabilityMap, MapCell, MapPosition
 from fecontact.outputs.measure_words import WORDS
+from fecontact.outputs.roll_words import other_wheel_label, roll_words, shift_label
 from fecontact.outputs.series import short_name
-from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, SHIFT, blank_figure, save_figure
+from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, blank_figure, save_figure
 from fecontact.outputs.verdict_words import inclination_words
 from fecontact.profiles.identity import profile_identity
 
@@ -48,7 +49,8 @@ def map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
     The load axis is linear. The colour of a column changes at the loads at which the verdict does, as far as they are
     known: a range left open between two verdicts has its own colour. Every load that was solved is a tick at both sides
     of its column, and each load of the map has the largest part of a limit that Hertz uses (he is off from 1 on), with
-    a letter for the cause where he does not hold. Columns that were inferred have no border.
+    a letter for the cause where he does not hold. Columns that were inferred have no border. Of a symmetric wheelset
+    the axis above is that of the other wheel.
     """
     shifts, loads = np.array(made.lateral_shifts_mm), np.array(made.loads_N) / 1e3
     width = float(np.clip(_COLUMN * shifts.size, 4.5, 13.0))
@@ -66,11 +68,19 @@ def map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
     rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
     ax.set(
         title=f"rail {rail}{inclination_words(case.inclination_rad)}, wheel {wheel}: where Hertz holds,\n"
-        f"{criteria_words(case.criteria)}",
-        xlabel=SHIFT,
+        f"{roll_words(case)},\n{criteria_words(case.criteria)}",
+        xlabel=shift_label(case),
         ylabel=f"{case.load_kind} load in kN",
     )
+    draw_other_wheel(ax, case)
     return save_figure(figure, path)
+
+
+def draw_other_wheel(ax: Axes, case: Case) -> None:
+    """Draw a second axis above, on which the same picture is that of the other wheel of the wheelset, if it is."""
+    if label := other_wheel_label(case):
+        above = ax.secondary_xaxis("top", functions=(np.negative, np.negative))
+        above.set_xlabel(label)
 
 
 def _height(loads: Floats) -> float:

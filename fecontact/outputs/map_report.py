@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.files import write_text
 from fecontact.geometry.placement import Placement
@@ -17,6 +18,7 @@ from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.record import versions
 from fecontact.outputs.report_figures import ladder_figure, pair_figure, patches_figure
 from fecontact.outputs.report_words import GLOSSARY, answer_words, lead_style, measure_terms, question
+from fecontact.outputs.roll_words import other_wheel_label, roll_words
 from fecontact.outputs.rows import cell_row
 from fecontact.outputs.series import short_name
 from fecontact.outputs.study_report import REPORT
@@ -41,6 +43,7 @@ def write_map_report(made: ApplicabilityMap, out: Path) -> Path:
             heading(f"Applicability map: {pair}", 1),
             paragraph(answer_words(verdicts, "cells"), lead_style(verdicts)),
             paragraph(question(pair, case.criteria)),
+            paragraph(_rolled(case)),
             picture(out / "map.svg", "Where Hertz holds over lateral shift and load."),
             heading("Load limits"),
             _limits(made),
@@ -56,6 +59,11 @@ def write_map_report(made: ApplicabilityMap, out: Path) -> Path:
         terms((*GLOSSARY, *measure_terms(), *((letter, cause) for cause, letter in CAUSE_LETTERS.items()))),
     ]
     return write_text(out / REPORT, page(f"Where Hertz holds: {pair}", body))
+
+
+def _rolled(case: Case) -> str:
+    both = " At the opposite shift it stands as the other wheel of the wheelset does: both are here."
+    return f"The {case.side} wheel, {roll_words(case)}.{both if other_wheel_label(case) else ''}"
 
 
 def _largest_loads(made: ApplicabilityMap) -> list[tuple[JudgedLoad, Placement]]:

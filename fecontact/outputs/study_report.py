@@ -16,6 +16,7 @@ from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.record import versions
 from fecontact.outputs.report_figures import ladder_figure, pair_figure
 from fecontact.outputs.report_words import GLOSSARY, answer_words, lead_style, measure_terms, question
+from fecontact.outputs.roll_words import roll_words_of_rows
 from fecontact.outputs.rows import deviation_column
 from fecontact.outputs.series import short_name
 from fecontact.outputs.verdict_words import inclination_words
@@ -68,7 +69,7 @@ def write_study_report(
         body = [
             heading(name, 1),
             paragraph(answer_words(verdicts, "cases"), lead_style(verdicts)),
-            paragraph(question(pair, criteria)),
+            paragraph(question(pair, criteria, roll_words_of_rows(rows))),
             paragraph(conclusion or ""),
             heading("The pair") if placement is not None or (out / "pair.png").is_file() else "",
             _pair_drawn(placement, drawn),

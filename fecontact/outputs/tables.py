@@ -14,6 +14,7 @@ from fecontact.case import RESOLUTIONS
 from fecontact.files import write_text
 from fecontact.outputs.creep import print_creep
 from fecontact.outputs.measure_words import WORDS, names_text, unknown_text
+from fecontact.outputs.roll_words import roll_words_of_rows
 from fecontact.profiles.curve import Arc, Line, Profile, Segment
 
 if TYPE_CHECKING:
@@ -93,7 +94,7 @@ def print_table(rows: Sequence[Record], *, console: Console | None = None) -> No
         _print_rows(rows, "", console, with_pair=True)
     else:
         for pair, own in groups.items():
-            _print_rows(own, pair, console)
+            _print_rows(own, "; ".join(filter(None, (pair, roll_words_of_rows(own)))), console)
     for row in rows:
         pair = f"{_pair_text(row)}, " if len(groups) > 1 else ""
         where = f"{pair}{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN"
