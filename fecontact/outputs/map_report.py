@@ -8,13 +8,16 @@ from tempfile import TemporaryDirectory
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.multi_hertz import MultiHertzJudgement
 from fecontact.files import write_text
 from fecontact.geometry.placement import Placement
-from fecontact.map.cells import ApplicabilityMap, MapCell
+from fecontact.map.cells import ApplicabilityMap
 from fecontact.outputs.html import heading, items, page, paragraph, picture, table, terms
 from fecontact.outputs.map import limit_text
 from fecontact.outputs.map_figure import CAUSE_LETTERS, limit_used
 from fecontact.outputs.measure_words import WORDS
+from fecontact.outputs.multi_hertz import limit_used as springs_limit_used
+from fecontact.outputs.multi_hertz import springs_of_cell
 from fecontact.outputs.record import versions
 from fecontact.outputs.report_figures import ladder_figure, pair_figure, patches_figure
 from fecontact.outputs.report_words import GLOSSARY, answer_words, lead_style, measure_terms, question
@@ -27,7 +30,7 @@ from fecontact.profiles.identity import profile_identity
 
 # More patches in one picture are too small to see.
 _MOST_PATCHES = 24
-_NUMBERS = ("shift mm", "load kN", "part of a limit", "off by", "±", "unknowns")
+_NUMBERS = ("shift mm", "load kN", "part of a limit", "off by", "±", "unknowns", "their p_max", "their part of a limit")
 
 
 def write_map_report(made: ApplicabilityMap, out: Path) -> Path:
@@ -52,7 +55,7 @@ def write_map_report(made: ApplicabilityMap, out: Path) -> Path:
         ]
     body += [
         heading("Cells"),
-        _cells(made.cells),
+        _cells(made),
         heading("What made it"),
         items([f"{package} {version}" for package, version in versions().items() if version]),
         heading("Terms"),
@@ -106,10 +109,13 @@ def _limits(made: ApplicabilityMap) -> str:
     return table("", ("shift mm", "Hertz"), rows, numbers=_NUMBERS)
 
 
-def _cells(cells: Sequence[MapCell]) -> str:
-    headings = ("shift mm", "load kN", "Hertz", "part of a limit", "decided by", "found by", "unknowns")
+def _cells(made: ApplicabilityMap) -> str:
+    cells = [(cell, springs_of_cell(cell, one.placement)) for one in made.positions for cell in one.cells]
+    several = any(springs is not None for _, springs in cells)
+    more = ("as springs", "their p_max", "their part of a limit") * several
+    headings = ("shift mm", "load kN", "Hertz", "part of a limit", "decided by", "found by", "unknowns", *more)
     rows = []
-    for cell in cells:
+    for cell, springs in cells:
         usable = cell.status in ("converged", "inferred")
         judged, inferred = cell.judged, cell.inferred
         reason = cell.status
@@ -123,5 +129,13 @@ def _cells(cells: Sequence[MapCell]) -> str:
         texts += [f"{limit_used(cell, judged.case.criteria):.2f}" if judged is not None else "-", reason]
         texts += ["finite elements" if cell.solved else "inferred from the half-space and both neighbours"]
         texts += ["-" if judged is None else str(sum(judged.level.degrees_of_freedom.values()))]
+        if several:
+            texts += ["-"] * 3 if springs is None or judged is None else _springs(judged, springs)
         rows.append((texts, texts[2] == "FAILS"))
-    return table("", headings, rows, numbers=_NUMBERS, answers=("Hertz",))
+    return table("", headings, rows, numbers=_NUMBERS, answers=("Hertz", "as springs"))
+
+
+def _springs(judged: JudgedLoad, springs: MultiHertzJudgement) -> list[str]:
+    """Verdict of the ellipses at all touch points, how far their peak is off, and the part of a limit that they use."""
+    off = WORDS["p_max_MPa"].off(springs.deviation["p_max_MPa"])
+    return [springs.verdict.answer, off, f"{springs_limit_used(judged, springs):.2f}"]
