@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, make_dataclass
 from typing import Annotated, Any, Protocol, get_args
 
@@ -20,6 +20,9 @@ _PANELS = {
 
 class CaseOptions(Protocol):
     """Options as they were given."""
+
+    def given(self, field: str) -> bool:
+        """Whether an input of this field was given."""
 
     def case(self) -> Case:
         """The case that they describe.
@@ -72,21 +75,27 @@ def _number(text: str) -> float | str:
         return text
 
 
-def case_options(*groups: Group, without: Sequence[str] = ()) -> tuple[CaseOption, ...]:
+def case_options(
+    *groups: Group, without: Sequence[str] = (), defaults: Mapping[str, str] | None = None
+) -> tuple[CaseOption, ...]:
     """Options of all inputs of some groups; those for both bodies come before those of one, which override them."""
+    defaults = defaults or {}
     chosen = [slot for slot in INPUTS if slot.group in groups and slot.field not in without]
     common: dict[tuple[str, ...], list[Slot]] = {}
     for slot in chosen:
         if slot.common_names:
             common.setdefault(slot.common_names, []).append(slot)
     return (
-        *(CaseOption(names=names, slots=tuple(slots), help=_help(slots[0], "")) for names, slots in common.items()),
-        *(CaseOption(names=slot.names, slots=(slot,), help=_help(slot, slot.body)) for slot in chosen),
+        *(
+            CaseOption(names=names, slots=tuple(slots), help=_help(slots[0], "", defaults))
+            for names, slots in common.items()
+        ),
+        *(CaseOption(names=slot.names, slots=(slot,), help=_help(slot, slot.body, defaults)) for slot in chosen),
     )
 
 
-def _help(slot: Slot, body: str) -> str:
-    described, default = slot.input, f"default {slot.shown_default}"
+def _help(slot: Slot, body: str, defaults: Mapping[str, str]) -> str:
+    described, default = slot.input, f"default {defaults.get(slot.field, slot.shown_default)}"
     if not slot.body:
         return f"{described.help}: {described.domain}; {default}."
     if not body:
@@ -94,7 +103,9 @@ def _help(slot: Slot, body: str) -> str:
     return f"{described.help} of the {body}: {described.domain}; {default}, or that of both bodies."
 
 
-def options_of(*groups: Group, without: Sequence[str] = ()) -> CaseOptions:
+def options_of(
+    *groups: Group, without: Sequence[str] = (), own_defaults: Mapping[str, str] | None = None
+) -> CaseOptions:
     """Options for a command, none of them given; their class is the type of the command's parameter.
 
     Parameters
@@ -103,8 +114,10 @@ def options_of(*groups: Group, without: Sequence[str] = ()) -> CaseOptions:
         Groups of inputs that the command uses.
     without
         Fields among them that it does not take.
+    own_defaults
+        What the help says of defaults that are the command's own, by field.
     """
-    options = case_options(*groups, without=without)
+    options = case_options(*groups, without=without, defaults=own_defaults)
 
     def case(given: Any) -> Case:
         values = {
@@ -112,13 +125,17 @@ def options_of(*groups: Group, without: Sequence[str] = ()) -> CaseOptions:
         }
         return case_with(values)
 
+    def given(options_given: Any, field: str) -> bool:
+        of_field = [option for option in options if any(slot.field == field for slot in option.slots)]
+        return any(getattr(options_given, option.attribute) is not None for option in of_field)
+
     made = make_dataclass(
         "CaseOptions",
         [(option.attribute, _annotation(option), field(default=None)) for option in options],
         frozen=True,
         kw_only=True,
         # cyclopts does not look into classes of the module "types"
-        namespace={"case": case, "__module__": __name__},
+        namespace={"case": case, "given": given, "__module__": __name__},
     )
     defaults: CaseOptions = Parameter(name="*")(made)()
     return defaults

@@ -817,7 +817,7 @@ def test_map_of_one_cell_is_drawn_as_png(tmp_path):
 
 def test_map_table_has_a_line_for_each_position(fresh):
     lines = map_table(fresh).splitlines()
-    assert len(lines) == 10
+    assert len(lines) == 11
     assert lines[2].endswith("+   +3.0   holds 10 to 150 kN")
     assert lines[3].endswith("xp  +6.0   holds 10 to 118.4, open 118.4 to 129.8, fails 129.8 to 150 kN")
     assert lines[5].endswith("fails 100 to 150 kN (62.78 kN: failed: a limit that cannot be solved)")
@@ -825,6 +825,7 @@ def test_map_table_has_a_line_for_each_position(fresh):
     # what did not converge is open, and has no number to be relied on: no measure decided that
     assert lines[1].split()[1:4] == ["?", "+", "+0.0"]
     assert lines[9].startswith("decided by p p_max, A area, a a, b b, c centre, v valley, s separate")
+    assert lines[10] == "left wheel, roll fixed at 0 mrad (lines given by their radii make no wheelset)"
     assert "nan" not in "".join(lines)
 
 
@@ -891,6 +892,7 @@ def test_the_title_of_the_picture_says_by_what_hertz_is_judged_in_its_png(tmp_pa
     for criteria in (Criteria(), Criteria(p_max=0.03, area=0.2, judged_by=("strength", "area"))):
         map_figure(replace(made, case=replace(made.case, criteria=criteria)), tmp_path)
     head = "rail circle:300, wheel cylinder:460: where Hertz holds,\n"
+    head += "roll fixed at 0 mrad (lines given by their radii make no wheelset),\n"
     assert titles == [
         f"{head}5 % p_max; 10 % area, a, b, valley, misplaced; 0.15 b centre; 0.1 % separate",
         f"{head}3 % p_max; 20 % area",

@@ -95,6 +95,20 @@ def test_a_patch_that_no_ellipse_knows_is_separate_load(two_patches):
     assert judge_multi_hertz(load, third).deviation["separate_load"] == pytest.approx(1.0 / 3.0, abs=1e-3)
 
 
+def test_one_ellipse_has_one_patch_however_wide_it_is(two_patches):
+    case, placement, load = two_patches
+    contact = contact_of(case, placement)
+    flat = hertz_ellipse(0.5 / 460, 0.5 / 1e6, normal_force_N=case.load_N, contact_modulus_MPa=case.contact_modulus_MPa)
+    assert flat.extent_y_mm > 4.0 * APART
+    wide = replace(contact.ellipses[0], hertz=flat)
+    alone = judge_multi_hertz(load, replace(contact, ellipses=(wide,)))
+    # as Hertz is judged, who has one ellipse too
+    assert alone.deviation["separate_load"] == pytest.approx(load.deviation["separate_load"], abs=1e-12)
+    # two of them have both patches
+    both = judge_multi_hertz(load, replace(contact, ellipses=(wide, wide)))
+    assert both.deviation["separate_load"] == 0.0
+
+
 def test_each_patch_is_a_contact_of_its_own(two_patches):
     case, placement, load = two_patches
     found = judge_lobes(load, placement)

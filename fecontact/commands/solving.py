@@ -15,7 +15,14 @@ from fecontact.options import CaseOptions, options_of
 
 _EVERY = options_of(*get_args(Group))
 # a map has lists of these two
-_OF_MAP = options_of(*get_args(Group), without=("lateral_shift_mm", "load_N"))
+_OF_MAP = options_of(
+    *get_args(Group),
+    without=("lateral_shift_mm", "load_N"),
+    own_defaults={
+        "wheelset": "yes, unless a roll is given or a line by its radii alone, such as circle:300",
+        "roll_rad": "that of the wheelset; 0 where there is none",
+    },
+)
 if TYPE_CHECKING:
     EveryOption: TypeAlias = CaseOptions
     MapOptions: TypeAlias = CaseOptions
@@ -137,6 +144,8 @@ def map_(
 ) -> int:
     """Map where Hertz holds over lateral shift and load, with the load up to which it holds at each shift.
 
+    The wheelset rolls until both wheels touch, unless a roll is given: one map is both wheels, left at +y, right at -y.
+
     Parameters
     ----------
     shifts
@@ -164,11 +173,14 @@ def map_(
     from fecontact.jobs.engine import RunSettings, parse_part
     from fecontact.outputs.map import map_table
     from fecontact.runs.map_run import run_map
+    from fecontact.solving.placing import with_wheelset
 
     settings = RunSettings(
         workers=workers, threads=threads, force=force, part=parse_part(part) if part else None, scheduler=scheduler
     )
     positions, case = parse_numbers(shifts, "shifts"), options.case()
+    if not (options.given("wheelset") or options.given("roll_rad")):
+        case = with_wheelset(case)
     loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
     with many("positions") as progress:
         outcome = run_map(case, positions, loads_N, out, adaptive=adaptive, settings=settings, progress=progress)

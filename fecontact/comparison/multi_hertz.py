@@ -171,8 +171,13 @@ def judge_multi_hertz(load: JudgedLoad, contact: MultiHertz) -> MultiHertzJudgem
 def _misfits(rung: Rung, contact: MultiHertz) -> dict[str, float]:
     """The misfits of a contact beside these ellipses; of the valley what it has more of than they.
 
-    A single ellipse is moved to the centre of pressure before the misplaced load is counted. Several stay where they
-    are: their common centre follows from how they share the load, and a move would take each from its own patch.
+    A single ellipse is moved to the centre of pressure before the misplaced load is counted, so that a centre that is
+    off counts once. Several stay where they are. Their common centre follows from how they share the load: a share that
+    is off by 3 to 10 % between patches 11 mm apart would move each away from its own patch by that part of 11 mm (12 to
+    48 % of the load misplaced, against 3 to 12 % that are; 16 contacts of 60E1, 60E2 and 54E1 with S1002, on the
+    half-space). Moving each to its own patch changes less than 1 % of the load, as they lie within 0.1 of their
+    half-widths of it; and it would hide that from every measure, since the half-width over which the common centre is
+    taken is then the distance of the patches. So what is misplaced is the error of the shares and of the places alike.
     """
     patch, own = patch_of(rung), contact.patch_on(rung)
     (x, s), half_width = contact.centre_mm, contact.measures.b_mm
@@ -186,30 +191,30 @@ def _misfits(rung: Rung, contact: MultiHertz) -> dict[str, float]:
 
 
 def _unknown_load(rung: Rung, contact: MultiHertz) -> float:
-    """Part of the force on separate patches below which no ellipse stands, and of ellipses where there is no patch."""
+    """Part of the force on separate patches that are no ellipse's, and of ellipses that have no patch.
+
+    One ellipse has one patch at most: of those below it the heaviest that a heavier ellipse has not taken, or, where
+    all are taken, the heaviest, which they then share. For a single ellipse on its patch that is the load on all other
+    patches, as Hertz is judged. Several would fail for every second patch that they rightly have, if they were judged
+    as he is: whether they give it the right load is the misplaced load's matter, and the peak's.
+    """
     whole = rung.pressure.whole()
     s, step = whole.grid.s_mm, whole.grid.steps_mm[1]
     pieces, count = label(whole.values > 0.0, structure=np.ones((3, 3)))
-    places = [s[(pieces == k).any(axis=0)] for k in range(1, count + 1)]
-    boxes = [
-        (one.s_mm - 0.5 * one.hertz.extent_y_mm, one.s_mm + 0.5 * one.hertz.extent_y_mm) for one in contact.ellipses
-    ]
-
-    def meet(place: Floats, box: tuple[float, float]) -> bool:
-        return bool(place[0] - step <= box[1] and box[0] <= place[-1] + step)
-
-    total = float(whole.values.sum())
-    unknown = sum(
-        float(whole.values[pieces == k].sum()) / total
-        for k, place in enumerate(places, start=1)
-        if not any(meet(place, box) for box in boxes)
-    )
+    ends = [s[(pieces == k).any(axis=0)][[0, -1]] for k in range(1, count + 1)]
+    loads = np.array([whole.values[pieces == k].sum() for k in range(1, count + 1)])
     force = sum(one.hertz.normal_force_N for one in contact.ellipses)
-    missing = sum(
-        one.hertz.normal_force_N / force
-        for one, box in zip(contact.ellipses, boxes, strict=True)
-        if not any(meet(place, box) for place in places)
-    )
+    taken: set[int] = set()
+    missing = 0.0
+    for one in sorted(contact.ellipses, key=lambda one: -one.hertz.normal_force_N):
+        low, high = (one.s_mm + side * 0.5 * one.hertz.extent_y_mm for side in (-1.0, 1.0))
+        below = [k for k, (first, last) in enumerate(ends) if first - step <= high and low <= last + step]
+        if not below:
+            missing += one.hertz.normal_force_N / force
+            continue
+        free = [k for k in below if k not in taken]
+        taken.add(max(free or below, key=lambda k: loads[k]))
+    unknown = sum(load for k, load in enumerate(loads) if k not in taken) / loads.sum()
     return float(unknown + missing)
 
 

@@ -242,7 +242,10 @@ def place_wheelset(wheelset: Wheelset, lateral_shift_mm: float, yaw_rad: float =
     placed = wheelset.at(lateral_shift_mm, yaw_rad)
     if isinstance(placed, str):
         can = possible_wheelset_shifts(wheelset, yaw_rad)
-        raise InputError(f"lateral shift {lateral_shift_mm:g} mm of the wheelset: {placed}; {can}")
+        raise InputError(
+            f"lateral shift {lateral_shift_mm:g} mm of the wheelset: {placed}; {can}; a roll that is given"
+            " (--roll-mrad) leaves the other wheel out"
+        )
     return placed
 
 

@@ -61,7 +61,7 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
     fields = fields or PressureFields.of(load)
     tall, height = _is_tall(fields), _map_height(fields)
     rows = figure.add_gridspec(3, 1, height_ratios=(_HEAD, height + _LABELS, _CUTS))
-    _draw_head(figure.add_subplot(rows[0]), load)
+    _draw_head(figure.add_subplot(rows[0]), load, placement)
     widths = [height / _ratio(fields) + _BESIDE] * 3 if tall else [1.0] * 3
     rest = [_WIDTH - sum(widths)] if tall else []
     maps = rows[1].subgridspec(1, 3 + len(rest), width_ratios=widths + rest)
@@ -97,7 +97,7 @@ def _height(fields: PressureFields) -> float:
     return _HEAD + _map_height(fields) + _LABELS + _CUTS
 
 
-def _draw_head(ax: Axes, load: JudgedLoad) -> None:
+def _draw_head(ax: Axes, load: JudgedLoad, placement: Placement) -> None:
     """Verdict and why, and what was solved, over the whole width."""
     ax.axis("off")
     answer = load.verdict.answer
@@ -108,7 +108,7 @@ def _draw_head(ax: Axes, load: JudgedLoad) -> None:
         weight="bold",
         bbox={"fc": ANSWERS[answer], "ec": "0.2", "boxstyle": "round,pad=0.35"},
     )
-    ax.text(0.135, 1.05, case_words(load.case), va="top", fontsize=13)
+    ax.text(0.135, 1.05, case_words(load.case, placement), va="top", fontsize=13)
     ax.text(0.135, 0.42, verdict_reason(load), va="top", fontsize=11)
 
 

@@ -42,6 +42,7 @@ def comparison_record(comparison: TableComparison) -> Record:
         "extra_cases": list(comparison.extra_cases),
         "missing_columns": list(comparison.missing_columns),
         "extra_columns": list(comparison.extra_columns),
+        "later_columns": list(comparison.later_columns),
         "default_tolerance_columns": list(comparison.unknown_columns),
         "versions": _pairs_record(comparison.versions.items()),
         "settings": _pairs_record(comparison.settings.items()),
@@ -140,6 +141,8 @@ def _head_lines(comparison: TableComparison) -> list[str]:
     for what in ("missing_cases", "extra_cases", "missing_columns", "extra_columns"):
         if names := getattr(comparison, what):
             lines.append(f"{what.replace('_', ' ')}: {', '.join(names)}")
+    if comparison.later_columns:
+        lines.append(f"not compared, the baseline is older than they are: {', '.join(comparison.later_columns)}")
     if comparison.unknown_columns:
         lines.append(f"of no known unit, compared as the kind 'default': {', '.join(comparison.unknown_columns)}")
     return lines

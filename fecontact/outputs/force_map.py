@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from fecontact.comparison.creep_verdict import ForceVerdict, creep_of
 from fecontact.map.cells import ApplicabilityMap, MapCell, MapPosition
+from fecontact.outputs.map_figure import draw_other_wheel
+from fecontact.outputs.roll_words import roll_words, shift_label
 from fecontact.outputs.series import short_name
-from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, SHIFT, blank_figure, save_figure
+from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, blank_figure, save_figure
 from fecontact.profiles.identity import profile_identity
 
 if TYPE_CHECKING:
@@ -49,11 +51,13 @@ def force_map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
     creep = made.case.creep
     rail, wheel = (short_name(profile_identity(spec)) for spec in (made.case.rail, made.case.wheel))
     ax.set(
-        title=f"rail {rail}, wheel {wheel}: where Hertz's creep force is within {1e2 * creep.force_limit:g} % of µN,\n"
+        title=f"rail {rail}, wheel {wheel}, {roll_words(made.case)}:\n"
+        f"where Hertz's creep force is within {1e2 * creep.force_limit:g} % of µN,\n"
         f"friction {creep.friction:g}, creepage up to {1e2 * creep.largest_creepage:g} %; numbers: off by at most, %",
-        xlabel=SHIFT,
+        xlabel=shift_label(made.case),
         ylabel=f"{made.case.load_kind} load in kN",
     )
+    draw_other_wheel(ax, made.case)
     return save_figure(figure, path)
 
 

@@ -7,23 +7,24 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.case import Case
 from fecontact.files import write_json
+from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
 from fecontact.outputs.force_map import force_map_figure
 from fecontact.outputs.map_figure import map_figure
 from fecontact.outputs.measure_words import WORDS
+from fecontact.outputs.multi_hertz import judged_record, springs_help, springs_of_cell
 from fecontact.outputs.record import load_record, shown_case_record, versions
+from fecontact.outputs.roll_words import other_wheel_label, roll_words
 from fecontact.outputs.rows import cell_row
 from fecontact.outputs.tables import write_csv
 from fecontact.solving.stiffness_fit import fit_stiffness
-
-if TYPE_CHECKING:
-    pass
 
 Floats = NDArray[np.float64]
 Record = dict[str, Any]
@@ -92,10 +93,11 @@ def map_record(made: ApplicabilityMap, provenance: Record | None = None) -> Reco
         "schema": MAP_SCHEMA,
         # shift and load are the map's own
         "case": {k: v for k, v in shown_case_record(made.case).items() if k not in ("lateral_shift_mm", "load_N")},
+        "roll": roll_words(made.case),
         "criteria": asdict(made.case.criteria),
         "lateral_shifts_mm": list(made.lateral_shifts_mm),
         "loads_N": list(made.loads_N),
-        "cells": [cell_record(cell) for cell in made.cells],
+        "cells": [cell_record(cell, position.placement) for position in made.positions for cell in position.cells],
         "limits": [limit_record(position) for position in made.positions],
         "stiffness": [row for position in made.positions for row in stiffness_rows(position)],
         "versions": versions(),
@@ -103,8 +105,9 @@ def map_record(made: ApplicabilityMap, provenance: Record | None = None) -> Reco
     }
 
 
-def cell_record(cell: MapCell) -> Record:
-    """A cell with all that is known of it."""
+def cell_record(cell: MapCell, placement: Placement | None = None) -> Record:
+    """A cell with all that is known of it; with a placement also the ellipses that share its load, if several do."""
+    springs = springs_of_cell(cell, placement)
     return {
         "lateral_shift_mm": cell.lateral_shift_mm,
         "load_N": cell.load_N,
@@ -114,6 +117,7 @@ def cell_record(cell: MapCell) -> Record:
         "cause": cell.cause,
         "load": None if cell.judged is None else load_record(cell.judged),
         "inferred": None if cell.inferred is None else asdict(cell.inferred),
+        **({} if springs is None else {"multi_hertz": judged_record(springs)}),
     }
 
 
@@ -168,7 +172,7 @@ def map_table(made: ApplicabilityMap, *, width: int | None = None) -> str:
     Where a line is longer than `width`, the limits stand below, and cells are closer; a table that is still too wide
     is cut into tables of fewer loads.
     """
-    texts = [[_cell_text(cell) for cell in position.cells] for position in made.positions]
+    texts = [[_cell_text(cell, position.placement) for cell in position.cells] for position in made.positions]
     limits = [limit_text(position.limit) for position in made.positions]
     heads = [f"{load / 1e3:g}" for load in made.loads_N]
     lines = _lines(made, heads, texts, range(len(heads)), 10)
@@ -189,7 +193,16 @@ def map_table(made: ApplicabilityMap, *, width: int | None = None) -> str:
     notes.append(f"decided by {letters}")
     if not all(cell.solved for cell in made.cells):
         notes.append("i inferred from the half-space and both neighbours, not solved")
+    if any(text.endswith(_SPRINGS_HELP) for row in texts for text in row):
+        notes.append(f"{_SPRINGS_HELP} Hertz at all touch points, which share the load as springs, holds")
+    notes.append(_position_text(made.case))
     return "\n".join(lines + [line for note in notes for line in (wrap(note, width) if width else [note])])
+
+
+def _position_text(case: Case) -> str:
+    other = other_wheel_label(case)
+    same = "; the other wheel at a shift is this one at the opposite shift" if other else ""
+    return f"{case.side} wheel, {roll_words(case)}{same}"
 
 
 def _lines(
@@ -203,9 +216,13 @@ def _lines(
     ]
 
 
-def _cell_text(cell: MapCell) -> str:
+_SPRINGS_HELP = "*"
+
+
+def _cell_text(cell: MapCell, placement: Placement | None) -> str:
     marks: Mapping[str, str] = {"HOLDS": "+", "FAILS": "x", "UNRESOLVED": "?", "failed": "!"}
-    return marks[cell.verdict] + _decided_by(cell) + _deviation_text(cell).rjust(6) + "i "[cell.solved]
+    mark = _SPRINGS_HELP if springs_help(cell, placement) else "i "[cell.solved]
+    return marks[cell.verdict] + _decided_by(cell) + _deviation_text(cell).rjust(6) + mark
 
 
 def _decided_by(cell: MapCell) -> str:

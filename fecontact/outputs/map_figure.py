@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.case import Case
 from fecontact.comparison.verdict import AT_JUNCTION
 from fecontact.criteria import Criteria
 from fecontact.map.cells import ApplicabilityMap, MapCell, MapPosition
 from fecontact.outputs.measure_words import WORDS
+from fecontact.outputs.multi_hertz import springs_help
+from fecontact.outputs.roll_words import other_wheel_label, roll_words, shift_label
 from fecontact.outputs.series import short_name
-from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, SHIFT, blank_figure, save_figure
+from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, blank_figure, save_figure
 from fecontact.outputs.verdict_words import inclination_words
 from fecontact.profiles.identity import profile_identity
 
@@ -48,7 +51,9 @@ def map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
     The load axis is linear. The colour of a column changes at the loads at which the verdict does, as far as they are
     known: a range left open between two verdicts has its own colour. Every load that was solved is a tick at both sides
     of its column, and each load of the map has the largest part of a limit that Hertz uses (he is off from 1 on), with
-    a letter for the cause where he does not hold. Columns that were inferred have no border.
+    a letter for the cause where he does not hold. A diamond says that he holds there at all touch points, if they share
+    the load as springs. Columns that were inferred have no border. Of a symmetric wheelset
+    the axis above is that of the other wheel.
     """
     shifts, loads = np.array(made.lateral_shifts_mm), np.array(made.loads_N) / 1e3
     width = float(np.clip(_COLUMN * shifts.size, 4.5, 13.0))
@@ -64,13 +69,22 @@ def map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
     ax.legend(handles=_handles(made, font), loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, fontsize=9)
     case = made.case
     rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
-    ax.set(
-        title=f"rail {rail}{inclination_words(case.inclination_rad)}, wheel {wheel}: where Hertz holds,\n"
-        f"{criteria_words(case.criteria)}",
-        xlabel=SHIFT,
-        ylabel=f"{case.load_kind} load in kN",
+    title = (
+        f"rail {rail}{inclination_words(case.inclination_rad)}, wheel {wheel}: where Hertz holds,\n"
+        f"{roll_words(case)},\n{criteria_words(case.criteria)}"
     )
+    # from the left: a narrow map is shorter than its title, and the legend beside it leaves room
+    ax.set_title(title, x=0.0, ha="left")
+    ax.set(xlabel=shift_label(case), ylabel=f"{case.load_kind} load in kN")
+    draw_other_wheel(ax, case)
     return save_figure(figure, path)
+
+
+def draw_other_wheel(ax: Axes, case: Case) -> None:
+    """Draw a second axis above, on which the same picture is that of the other wheel of the wheelset, if it is."""
+    if label := other_wheel_label(case):
+        above = ax.secondary_xaxis("top", functions=(np.negative, np.negative))
+        above.set_xlabel(label)
 
 
 def _height(loads: Floats) -> float:
@@ -116,7 +130,13 @@ def _draw_column(ax: Axes, position: MapPosition, sides: tuple[float, float], en
             ax.plot([start, end], [load, load], color="k", lw=1.0, solid_capstyle="butt")
 
 
+# In the colour of what holds.
+_SPRINGS: dict[str, Any] = {"ls": "none", "marker": "D", "mfc": ANSWERS["HOLDS"], "mec": "k", "mew": 0.8}
+
+
 def _draw_numbers(ax: Axes, position: MapPosition, middle: float, criteria: Criteria, font: float) -> None:
+    from matplotlib.transforms import ScaledTranslation
+
     for cell in position.cells:
         letter = "" if cell.cause is None else CAUSE_LETTERS[cell.cause]
         used = limit_used(cell, criteria)
@@ -135,6 +155,10 @@ def _draw_numbers(ax: Axes, position: MapPosition, middle: float, criteria: Crit
             style=style,
             weight="bold" if cell.verdict == "FAILS" else "normal",
         )
+        if springs_help(cell, position.placement):
+            below = ScaledTranslation(0.0, -(0.5 * font + 3.5) / 72.0, ax.figure.dpi_scale_trans)
+            place = {"transform": ax.transData + below, "ms": min(font, 6.0), **_SPRINGS}
+            ax.plot(middle, cell.load_N / 1e3, **place)
 
 
 def limit_used(cell: MapCell, criteria: Criteria) -> float:
@@ -161,6 +185,9 @@ def _handles(made: ApplicabilityMap, font: float) -> list[Any]:
         words.append(("$!$", "not to be used"))
     causes = {cell.cause for cell in made.cells}
     words += [(rf"$\mathbf{{{letter}}}$", cause) for cause, letter in CAUSE_LETTERS.items() if cause in causes]
+    if any(springs_help(cell, position.placement) for position in made.positions for cell in position.cells):
+        label = "springs at all touch points hold"
+        handles.append(Line2D([], [], ms=6, label=label, **_SPRINGS))
     return handles + [
         Line2D([], [], ls="none", marker=mark, color="k", ms=16 if mark == "$0.5$" else 8, label=label)
         for mark, label in words

@@ -6,17 +6,22 @@ from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.multi_hertz import MultiHertzJudgement
 from fecontact.files import write_text
 from fecontact.geometry.placement import Placement
-from fecontact.map.cells import ApplicabilityMap, MapCell
+from fecontact.map.cells import ApplicabilityMap
 from fecontact.outputs.html import heading, items, page, paragraph, picture, table, terms
 from fecontact.outputs.map import limit_text
 from fecontact.outputs.map_figure import CAUSE_LETTERS, limit_used
 from fecontact.outputs.measure_words import WORDS
+from fecontact.outputs.multi_hertz import limit_used as springs_limit_used
+from fecontact.outputs.multi_hertz import springs_of_cell
 from fecontact.outputs.record import versions
 from fecontact.outputs.report_figures import ladder_figure, pair_figure, patches_figure
 from fecontact.outputs.report_words import GLOSSARY, answer_words, lead_style, measure_terms, question
+from fecontact.outputs.roll_words import other_wheel_label, roll_words
 from fecontact.outputs.rows import cell_row
 from fecontact.outputs.series import short_name
 from fecontact.outputs.study_report import REPORT
@@ -25,7 +30,7 @@ from fecontact.profiles.identity import profile_identity
 
 # More patches in one picture are too small to see.
 _MOST_PATCHES = 24
-_NUMBERS = ("shift mm", "load kN", "part of a limit", "off by", "±", "unknowns")
+_NUMBERS = ("shift mm", "load kN", "part of a limit", "off by", "±", "unknowns", "their p_max", "their part of a limit")
 
 
 def write_map_report(made: ApplicabilityMap, out: Path) -> Path:
@@ -41,6 +46,7 @@ def write_map_report(made: ApplicabilityMap, out: Path) -> Path:
             heading(f"Applicability map: {pair}", 1),
             paragraph(answer_words(verdicts, "cells"), lead_style(verdicts)),
             paragraph(question(pair, case.criteria)),
+            paragraph(_rolled(case)),
             picture(out / "map.svg", "Where Hertz holds over lateral shift and load."),
             heading("Load limits"),
             _limits(made),
@@ -49,13 +55,18 @@ def write_map_report(made: ApplicabilityMap, out: Path) -> Path:
         ]
     body += [
         heading("Cells"),
-        _cells(made.cells),
+        _cells(made),
         heading("What made it"),
         items([f"{package} {version}" for package, version in versions().items() if version]),
         heading("Terms"),
         terms((*GLOSSARY, *measure_terms(), *((letter, cause) for cause, letter in CAUSE_LETTERS.items()))),
     ]
     return write_text(out / REPORT, page(f"Where Hertz holds: {pair}", body))
+
+
+def _rolled(case: Case) -> str:
+    both = " At the opposite shift it stands as the other wheel of the wheelset does: both are here."
+    return f"The {case.side} wheel, {roll_words(case)}.{both if other_wheel_label(case) else ''}"
 
 
 def _largest_loads(made: ApplicabilityMap) -> list[tuple[JudgedLoad, Placement]]:
@@ -98,10 +109,13 @@ def _limits(made: ApplicabilityMap) -> str:
     return table("", ("shift mm", "Hertz"), rows, numbers=_NUMBERS)
 
 
-def _cells(cells: Sequence[MapCell]) -> str:
-    headings = ("shift mm", "load kN", "Hertz", "part of a limit", "decided by", "found by", "unknowns")
+def _cells(made: ApplicabilityMap) -> str:
+    cells = [(cell, springs_of_cell(cell, one.placement)) for one in made.positions for cell in one.cells]
+    several = any(springs is not None for _, springs in cells)
+    more = ("as springs", "their p_max", "their part of a limit") * several
+    headings = ("shift mm", "load kN", "Hertz", "part of a limit", "decided by", "found by", "unknowns", *more)
     rows = []
-    for cell in cells:
+    for cell, springs in cells:
         usable = cell.status in ("converged", "inferred")
         judged, inferred = cell.judged, cell.inferred
         reason = cell.status
@@ -115,5 +129,13 @@ def _cells(cells: Sequence[MapCell]) -> str:
         texts += [f"{limit_used(cell, judged.case.criteria):.2f}" if judged is not None else "-", reason]
         texts += ["finite elements" if cell.solved else "inferred from the half-space and both neighbours"]
         texts += ["-" if judged is None else str(sum(judged.level.degrees_of_freedom.values()))]
+        if several:
+            texts += ["-"] * 3 if springs is None or judged is None else _springs(judged, springs)
         rows.append((texts, texts[2] == "FAILS"))
-    return table("", headings, rows, numbers=_NUMBERS, answers=("Hertz",))
+    return table("", headings, rows, numbers=_NUMBERS, answers=("Hertz", "as springs"))
+
+
+def _springs(judged: JudgedLoad, springs: MultiHertzJudgement) -> list[str]:
+    """Verdict of the ellipses at all touch points, how far their peak is off, and the part of a limit that they use."""
+    off = WORDS["p_max_MPa"].off(springs.deviation["p_max_MPa"])
+    return [springs.verdict.answer, off, f"{springs_limit_used(judged, springs):.2f}"]

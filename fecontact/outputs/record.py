@@ -11,20 +11,18 @@ from fecontact import __version__
 from fecontact.case import Case, case_record
 from fecontact.comparison.judged_load import JudgedLoad, SideJudgement
 from fecontact.comparison.lobes import LobeJudgement, judge_lobes
-from fecontact.comparison.measures import hertz_measures
-from fecontact.comparison.multi_hertz import judge_multi_hertz, multi_hertz
-from fecontact.comparison.verdict import Verdict
+from fecontact.comparison.multi_hertz import judge_multi_hertz
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.outputs.creep import creep_record
+from fecontact.outputs.multi_hertz import ellipse_record, ellipses_of, judged_record, verdict_record
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.expected_patch import narrowest_semi_axes_mm, semi_axes_of_elements_mm
 from fecontact.solving.measured_lines import hertz_uncertainty
 from fecontact.solving.meshes import finer_degrees_of_freedom
 from fecontact.solving.placing import place_case, roll_of_case
-from fecontact.solving.position import direction_of_case, hertz_of_case, hertz_points_of_case
+from fecontact.solving.position import hertz_of_case, hertz_points_of_case
 from fecontact.solving.solve import CaseResult
-from fecontact.theory.hertz import HertzContact
 from fecontact.theory.touch_hertz import HertzPoints, sides
 
 Record = dict[str, Any]
@@ -113,47 +111,18 @@ def patch_record(one: LobeJudgement) -> Record:
         "touch_rail_y_mm": None if one.touch is None else one.touch.rail_y_mm,
         "fe": one.fe,
         "rungs": dict(one.rungs),
-        "hertz": None if one.hertz is None else _ellipse_record(one.hertz),
+        "hertz": None if one.hertz is None else ellipse_record(one.hertz),
         "deviation": dict(one.deviation),
         "uncertainty": dict(one.uncertainty),
-        "verdict": None if one.verdict is None else _verdict_record(one.verdict),
+        "verdict": None if one.verdict is None else verdict_record(one.verdict),
     }
 
 
 def _multi_hertz_record(result: CaseResult) -> Record:
-    """Hertz's ellipses at all touch points, which share the load, as one theory of the contact."""
-    direction = direction_of_case(result.case, result.placement)
-    contact = multi_hertz(result.placement, result.hertz_points, direction)
+    contact = ellipses_of(result.load, result.placement)
     if contact is None:
         return {"problem": next(point.problem for point in result.hertz_points.points if point.problem)}
-    judged = judge_multi_hertz(result.load, contact)
-    return {
-        **judged.measures.as_dict(),
-        "centre_mm": list(contact.centre_mm),
-        "overlapping": contact.overlapping,
-        "patches": [
-            {
-                "touch_point": one.touch_point,
-                "touch_rail_y_mm": one.touch.rail_y_mm,
-                "contact_angle_rad": one.touch.contact_angle_rad,
-                "centre_mm": [one.x_mm, one.s_mm],
-                **_ellipse_record(one.hertz),
-            }
-            for one in contact.ellipses
-        ],
-        "deviation": dict(judged.deviation),
-        "uncertainty": dict(judged.uncertainty),
-        "verdict": _verdict_record(judged.verdict),
-    }
-
-
-def _verdict_record(verdict: Verdict) -> Record:
-    return {
-        "verdict": verdict.answer,
-        "measure": verdict.measure,
-        "each": dict(verdict.each),
-        "unknown": list(verdict.unknown),
-    }
+    return judged_record(judge_multi_hertz(result.load, contact))
 
 
 def _side_record(side: SideJudgement) -> Record:
@@ -265,7 +234,7 @@ def hertz_record(case: Case) -> Record:
         "normal_force_N": hertz.normal_force_N,
         "contact_angle_rad": placement.first.contact_angle_rad,
         "touch_points": [touch_record(touch) for touch in placement.touch_points],
-        "hertz": _ellipse_record(hertz),
+        "hertz": ellipse_record(hertz),
         **points_record(hertz_points_of_case(case, placement)),
         "uncertainty_of_profile": hertz_uncertainty(case, placement),
         "warnings": [*placement.rail.profile.notes, *placement.wheel.profile.notes],
@@ -280,7 +249,7 @@ def points_record(points: HertzPoints) -> Record:
             {
                 "touch_point": p.touch_point,
                 "side": p.side,
-                **({"problem": p.problem} if p.whole is None else _ellipse_record(p.whole)),
+                **({"problem": p.problem} if p.whole is None else ellipse_record(p.whole)),
             }
             for p in points.points
         ],
@@ -289,20 +258,9 @@ def points_record(points: HertzPoints) -> Record:
             "overlapping": points.overlapping,
             "p_max_MPa": points.shared_p_max_MPa,
             "ellipses": [
-                {"touch_point": p.touch_point, **_ellipse_record(p.shared)}
+                {"touch_point": p.touch_point, **ellipse_record(p.shared)}
                 for p in points.points
                 if p.shared is not None
             ],
         },
-    }
-
-
-def _ellipse_record(hertz: HertzContact) -> Record:
-    return {
-        "normal_force_N": hertz.normal_force_N,
-        **hertz_measures(hertz).as_dict(),
-        "orientation_rad": hertz.orientation_rad,
-        "A_per_mm": hertz.A_per_mm,
-        "B_per_mm": hertz.B_per_mm,
-        "stiffness_GN_per_m15": hertz.stiffness_GN_per_m15,
     }

@@ -28,7 +28,10 @@ GLOSSARY = (
      " semi-axes."),
     ("junction", "A point of a profile at which its curvature jumps."),
     ("lobe", "A peak of the pressure beside another one, with a valley of 5 % and more between them."),
-    ("lateral shift", "Of the wheelset, positive towards this rail."),
+    ("springs", "Hertz's ellipses at all touch points, which share the load as springs side by side with their initial"
+     " gaps: what vehicle codes with several contact points take; judged by the same measures and limits."),
+    ("lateral shift", "Of the wheelset, positive towards the left rail."),
+    ("roll of the wheelset", "That at which both wheels touch both rails; where it is fixed, one wheel stands alone."),
 )  # fmt: skip
 """Terms of a report."""
 
@@ -38,10 +41,11 @@ def measure_terms() -> tuple[tuple[str, str], ...]:
     return tuple((words.short, words.title) for words in WORDS.values() if words.short != words.name)
 
 
-def question(pair: str, criteria: Criteria | None) -> str:
-    """What a study or map asks."""
+def question(pair: str, criteria: Criteria | None, roll: str = "") -> str:
+    """What a study or map asks, and how the wheels are rolled."""
     by = f" Judged by: {criteria_text(criteria)}." if criteria else " Each case has its own criteria."
-    return f"May Hertz's ellipse stand for the contact of {pair}?{by}"
+    rolled = f" {roll[0].upper()}{roll[1:]}." if roll else ""
+    return f"May Hertz's ellipse stand for the contact of {pair}?{by}{rolled}"
 
 
 def answer_words(verdicts: Sequence[str], what: str) -> str:

@@ -16,6 +16,7 @@ from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap, MapCell
 from fecontact.outputs.creep import creep_columns
 from fecontact.outputs.measure_words import unknown_text
+from fecontact.outputs.multi_hertz import multi_hertz_columns
 from fecontact.outputs.record import STEP_MEASURES, versions
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.placing import roll_of_case
@@ -87,6 +88,7 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
         "iterations": load.level.nodal.iterations,
         "load_balance": load.fe.load_balance,
         **creep_columns(load, placement),
+        **multi_hertz_columns(load, placement),
     }
 
 

@@ -14,7 +14,10 @@ Row = Mapping[str, Any]
 # A series has one of each; of the latter only where its cases would not be told apart by their shift (the roll may
 # follow from it).
 _OWN = ("rail", "wheel", "load_kN")
-_OWN_IF_NEEDED = ("inclination_rad", "yaw_mrad", "roll_mrad", "resolution")
+_OWN_IF_NEEDED = ("side", "wheelset", "inclination_rad", "yaw_mrad", "resolution", "roll_mrad")
+# Rows of single left wheels have neither column.
+_ABSENT = {"side": "left", "wheelset": "False"}
+_WORDS = {("wheelset", "True"): "roll of the wheelset", ("wheelset", "False"): "fixed roll"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,15 +60,18 @@ def _split(rows: Sequence[Row], own: Mapping[str, str], columns: Sequence[str]) 
         return
     column, *others = columns
     # a case that failed early has no value for some of them
-    values = list(dict.fromkeys(str(row.get(column, "")) for row in rows))
+    each = [str(row.get(column, _ABSENT.get(column, ""))) for row in rows]
+    values = list(dict.fromkeys(each))
     for value in values:
-        mine = [row for row in rows if str(row.get(column, "")) == value]
+        mine = [row for row, its in zip(rows, each, strict=True) if its == value]
         yield from _split(mine, {**own, column: value} if len(values) > 1 else own, others)
 
 
 def _words(column: str, value: str) -> str:
     if column in ("rail", "wheel"):
         return short_name(value)
+    if (column, value) in _WORDS:
+        return _WORDS[column, value]
     quantity, _, unit = column.rpartition("_")
     if not quantity or not value:
         return value or f"no {column}"

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.outputs.measure_words import WORDS
+from fecontact.outputs.roll_words import roll_words_of_rows
 from fecontact.outputs.rows import deviation_column
 from fecontact.outputs.series import series, short_name
 from fecontact.outputs.style import (
@@ -214,7 +215,8 @@ def _finish_study(peak: Axes, off: Axes, touch: Axes, rows: Sequence[Row], rail:
     loads = sorted({float(row["load_kN"]) for row in rows})
     title = "; ".join(pairs[:3]) + ("; ..." if len(pairs) > 3 else "")
     peak.set(ylabel="peak pressure in MPa")
-    peak.set_title(title + (f", {loads[0]:g} kN" if len(loads) == 1 else ""), pad=14)
+    with_load = title + (f", {loads[0]:g} kN" if len(loads) == 1 else "")
+    peak.set_title("; ".join(filter(None, (with_load, roll_words_of_rows(rows)))), pad=14)
     peak.margins(y=0.12)
     if rail is not None:
         _draw_junction_levels(touch, rail)

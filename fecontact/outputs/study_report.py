@@ -13,9 +13,11 @@ from fecontact.files import read_json, write_text
 from fecontact.geometry.placement import Placement
 from fecontact.outputs.html import folded, heading, items, page, paragraph, picture, table, terms
 from fecontact.outputs.measure_words import WORDS
+from fecontact.outputs.multi_hertz import springs_text
 from fecontact.outputs.record import versions
 from fecontact.outputs.report_figures import ladder_figure, pair_figure
 from fecontact.outputs.report_words import GLOSSARY, answer_words, lead_style, measure_terms, question
+from fecontact.outputs.roll_words import roll_words_of_rows
 from fecontact.outputs.rows import deviation_column
 from fecontact.outputs.series import short_name
 from fecontact.outputs.verdict_words import inclination_words
@@ -28,7 +30,7 @@ _MOST_PICTURES = 40
 _NUMBERS = (
     *("shift mm", "load kN", "peak FE MPa", "peak Hertz MPa", "part of a limit"),
     *("elements a semi-axis", "unknowns", "residual", "load balance", "seconds", "memory MB"),
-    *("FE", "Hertz", "off by", "±", "limit"),
+    *("FE", "Hertz", "springs", "off by", "±", "limit"),
 )
 _SOLVER = (
     *("shift mm", "load kN", "status", "elements a semi-axis", "unknowns", "solver", "residual"),
@@ -68,7 +70,7 @@ def write_study_report(
         body = [
             heading(name, 1),
             paragraph(answer_words(verdicts, "cases"), lead_style(verdicts)),
-            paragraph(question(pair, criteria)),
+            paragraph(question(pair, criteria, roll_words_of_rows(rows))),
             paragraph(conclusion or ""),
             heading("The pair") if placement is not None or (out / "pair.png").is_file() else "",
             _pair_drawn(placement, drawn),
@@ -127,8 +129,10 @@ def _record(folder: Path) -> Mapping[str, Any]:
 
 def _verdict_table(rows: Sequence[Row], records: Mapping[str, Mapping[str, Any]]) -> str:
     several = len({_pair(row) for row in rows}) > 1
+    springs = any(row.get("multi_hertz_verdict") for row in rows)
     headings = ("rail and wheel",) * several + (
         *("shift mm", "load kN", "Hertz", "decided by", "because", "peak FE MPa", "peak Hertz MPa", "part of a limit"),
+        *("as springs",) * springs,
     )
     lines = []
     for row in rows:
@@ -137,8 +141,9 @@ def _verdict_table(rows: Sequence[Row], records: Mapping[str, Mapping[str, Any]]
         limits = records[str(row["id"])].get("verdict", {}).get("limits", {})
         cells += [_decided(row, limits), str(row.get("verdict_cause") or "")]
         cells += [_number(row.get(key), form) for key, form in _PEAKS]
+        cells += [str(row.get("multi_hertz_verdict") or "-")] * springs
         lines.append((cells, _verdict(row) == "FAILS"))
-    return table("", headings, lines, numbers=_NUMBERS, answers=("Hertz",))
+    return table("", headings, lines, numbers=_NUMBERS, answers=("Hertz", "as springs"))
 
 
 _PEAKS = (("p_max_fe_MPa", "{:.0f}"), ("p_max_hertz_MPa", "{:.0f}"), ("limit_used", "{:.2f}"))
@@ -182,26 +187,36 @@ def _cases(rows: Sequence[Row], records: Mapping[str, Mapping[str, Any]], out: P
             picture(path, f"{_decided(row, {})}. Dashed: Hertz's ellipse; solid: the patch of the finite elements."),
             folded("All measures", _measures(records[str(row["id"])])),
         ]
-        if row.get("warnings") or row.get("verdict_warnings"):
-            parts.append(items([str(row[key]) for key in ("verdict_warnings", "warnings") if row.get(key)]))
+        said = (springs_text(row), *(str(row.get(key) or "") for key in ("verdict_warnings", "warnings")))
+        parts.append(items([one for one in said if one]))
     return parts
 
 
 def _measures(record: Mapping[str, Any]) -> str:
     parts = []
     for side in record.get("verdict", {}).get("sides", ()):
-        limits = record["verdict"]["limits"]
-        lines = []
-        for name, words in WORDS.items():
-            off = side["deviation"].get(name)
-            sizes = [f"{of[name]:.5g}" if name in of else "" for of in (record["fe"], side["hertz"])]
-            unsure, limit = side["uncertainty"].get(name), limits.get(name)
-            cells = [words.title, *sizes, words.off(off), words.off(unsure, size=True)]
-            cells += ["" if limit is None else words.limit(limit), side["each"].get(name, "not judged")]
-            lines.append((cells, side["each"].get(name) == "FAILS"))
         by = "" if side["side"] == "both" else f"With the curvature of the {side['side']} side"
-        parts.append(table(by, ("measure", "FE", "Hertz", "off by", "±", "limit", "answer"), lines, numbers=_NUMBERS))
+        parts.append(_measure_table(record, by, "Hertz", side["hertz"], side))
+    theory = record.get("theories", {}).get("multi_hertz", {})
+    if len(theory.get("patches", ())) > 1:
+        by = f"Hertz at {len(theory['patches'])} touch points, which share the load as springs"
+        parts.append(_measure_table(record, by, "springs", theory, {**theory, "each": theory["verdict"]["each"]}))
     return "".join(parts)
+
+
+def _measure_table(
+    record: Mapping[str, Any], by: str, name: str, sizes: Mapping[str, Any], judged: Mapping[str, Any]
+) -> str:
+    """All measures of the finite elements beside the sizes of a theory, and how it is judged."""
+    limits = record["verdict"]["limits"]
+    lines = []
+    for measure, words in WORDS.items():
+        off, unsure, limit = judged["deviation"].get(measure), judged["uncertainty"].get(measure), limits.get(measure)
+        both = [f"{of[measure]:.5g}" if measure in of else "" for of in (record["fe"], sizes)]
+        cells = [words.title, *both, words.off(off), words.off(unsure, size=True)]
+        cells += ["" if limit is None else words.limit(limit), judged["each"].get(measure, "not judged")]
+        lines.append((cells, judged["each"].get(measure) == "FAILS"))
+    return table(by, ("measure", "FE", name, "off by", "±", "limit", "answer"), lines, numbers=_NUMBERS)
 
 
 def _solver_table(rows: Sequence[Row], records: Mapping[str, Mapping[str, Any]]) -> str:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from fecontact.files import write_text
 from fecontact.outputs.measure_words import WORDS
+from fecontact.outputs.multi_hertz import springs_text
+from fecontact.outputs.roll_words import roll_words_of_rows
 from fecontact.outputs.terminal import missing, say, standard_console, titled_table
 
 if TYPE_CHECKING:
@@ -36,9 +38,11 @@ class _Column:
 
     @property
     def left(self) -> bool:
-        return self.key.startswith("verdict")
+        return self.key.startswith(("verdict", _SPRINGS))
 
 
+# The verdict of ellipses at several touch points: a column where a row has one.
+_SPRINGS = "multi_hertz_verdict"
 # Deviations are Hertz minus finite elements.
 _COLUMNS = (
     _Column(heading="shift\nmm", key="lateral_shift_mm", form="{:+z.2f}"),
@@ -54,6 +58,7 @@ _COLUMNS = (
     _Column(heading="mispl.\n%", key="misplaced_load_percent", form="{:z.1f}", rank=10, name="misplaced"),
     _Column(heading="verdict", key="verdict", form="{}"),
     _Column(heading="fails by", key="verdict_failing", form="{}"),
+    _Column(heading="springs", key=_SPRINGS, form="{}", name="springs"),
     _Column(heading="meshes", key="meshes", form="{}", rank=2, name="meshes"),
     _Column(heading="time\ns", key="seconds", form="{:.0f}", rank=1, name="time"),
 )
@@ -82,14 +87,17 @@ def print_table(rows: Sequence[Record], *, console: Console | None = None) -> No
         _print_rows(rows, "", console, with_pair=True)
     else:
         for pair, own in groups.items():
-            _print_rows(own, pair, console)
+            _print_rows(own, "; ".join(filter(None, (pair, roll_words_of_rows(own)))), console)
     for row in rows:
         pair = f"{_pair_text(row)}, " if len(groups) > 1 else ""
         where = f"{pair}{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN"
         if row["status"] != "converged":
             console.print(f"{where}: {row['status']}", markup=False, highlight=False)
-        elif row.get("verdict_cause"):
+            continue
+        if row.get("verdict_cause"):
             console.print(f"{where}: {row['verdict']}: {row['verdict_cause']}", markup=False, highlight=False)
+        if springs := springs_text(row):
+            console.print(f"{where}: {springs}", markup=False, highlight=False)
 
 
 # More of them are one table, with the pair in its first column.
@@ -101,13 +109,14 @@ def _print_rows(rows: Sequence[Record], title: str, console: Console, *, with_pa
     from rich.measure import Measurement
 
     unbounded = console.options.update(max_width=10_000)
-    by_rank = sorted((column for column in _COLUMNS if column.name), key=lambda column: column.rank)
+    every = [column for column in _COLUMNS if column.key != _SPRINGS or any(row.get(_SPRINGS) for row in rows)]
+    by_rank = sorted((column for column in every if column.name), key=lambda column: column.rank)
     # the list of measures shrinks first, then columns go
     attempts = [(0, width) for width in _FAILING_WIDTHS]
     attempts += [(count, _FAILING_WIDTHS[-1]) for count in range(1, len(by_rank) + 1)]
     for count, failing_width in attempts:
         left_out = [column.name for column in by_rank[:count]]
-        columns = [column for column in _COLUMNS if not column.name or column.name not in left_out]
+        columns = [column for column in every if not column.name or column.name not in left_out]
         table = _rows_table(rows, columns, failing_width, title, console, with_pair=with_pair)
         if Measurement.get(console, unbounded, table).maximum <= console.width:
             break

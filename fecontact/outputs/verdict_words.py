@@ -7,9 +7,11 @@ import math
 from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.verdict import Answer
+from fecontact.geometry.placement import Placement
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.series import short_name
 from fecontact.profiles.identity import profile_identity
+from fecontact.solving.placing import roll_of_case
 from fecontact.solving.solve import CaseResult
 
 _NEAREST: dict[Answer, str] = {
@@ -53,12 +55,15 @@ def measure_reason(
     )
 
 
-def case_words(case: Case) -> str:
+def case_words(case: Case, placement: Placement) -> str:
     """Pair, position and load of a case, in one line."""
     rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
-    turned = "".join(
-        f", {name} {1e3 * value:+.4g} mrad" for name, value in (("roll", case.roll_rad), ("yaw", case.yaw_rad)) if value
-    )
+    roll = 1e3 * roll_of_case(case, placement)
+    turned = f", yaw {1e3 * case.yaw_rad:+.4g} mrad" if case.yaw_rad else ""
+    if case.wheelset:
+        turned = f" of the wheelset, {case.side} side, roll {roll:+z.4g} mrad{turned}"
+    elif roll:
+        turned = f", roll {roll:+.4g} mrad{turned}"
     return (
         f"rail {rail}{inclination_words(case.inclination_rad)}, wheel {wheel};"
         f" shift {case.lateral_shift_mm:+z.2f} mm{turned}; {case.load_kind} load {case.load_N / 1e3:.4g} kN"
@@ -69,7 +74,7 @@ def case_annotation(result: CaseResult) -> str:
     """A case and its verdict in three lines, for a picture."""
     fe, hertz = result.comparison.fe.p_max_MPa, result.comparison.hertz.p_max_MPa
     return (
-        f"{case_words(result.case)}\nHertz {result.verdict.answer}: {verdict_reason(result.load)}\n"
+        f"{case_words(result.case, result.placement)}\nHertz {result.verdict.answer}: {verdict_reason(result.load)}\n"
         f"peak pressure: finite elements {fe:.0f} MPa, Hertz {hertz:.0f} MPa"
     )
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from fecontact.errors import InputError
 from fecontact.regression.matching import match_columns, match_example, matched_by
 from fecontact.regression.tables import ResultTable, number
-from fecontact.regression.tolerances import EFFORT, TEXT, Tolerance, Tolerances, kind_of
+from fecontact.regression.tolerances import EFFORT, LATER, TEXT, Tolerance, Tolerances, kind_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,6 +67,8 @@ class TableComparison:
         Every value beyond its tolerance, the worst first.
     missing_cases, extra_cases, missing_columns, extra_columns
         What only the baseline has, and what only the new results have.
+    later_columns
+        What only the new results have because the baseline was made before there were such columns.
     versions, settings
         (baseline, new) of what is recorded on both sides and is not equal.
     """
@@ -81,6 +83,7 @@ class TableComparison:
     extra_cases: tuple[str, ...]
     missing_columns: tuple[str, ...]
     extra_columns: tuple[str, ...]
+    later_columns: tuple[str, ...]
     versions: Mapping[str, tuple[str, str]]
     settings: Mapping[str, tuple[str, str]]
 
@@ -156,6 +159,9 @@ def compare_tables(
         columns_of_match = match_columns(match, baseline, new)
         baseline, new = matched_by(baseline, columns_of_match, new), matched_by(new, columns_of_match, baseline)
     common = _common_cases(baseline, new, matched=bool(match))
+    extra = _only_compared(new.columns, baseline.columns, tolerances)
+    # a baseline that has one of them knows them all
+    later = () if any(name.startswith(LATER) for name in baseline.columns) else LATER
     _check_columns(tolerances, baseline, new)
     shared = [name for name in baseline.columns if name in new.columns]
     columns = [_compare_column(name, baseline, new, common, tolerances) for name in shared]
@@ -170,7 +176,8 @@ def compare_tables(
         missing_cases=_only(baseline.rows, new.rows),
         extra_cases=_only(new.rows, baseline.rows),
         missing_columns=_only_compared(baseline.columns, new.columns, tolerances),
-        extra_columns=_only_compared(new.columns, baseline.columns, tolerances),
+        extra_columns=tuple(name for name in extra if not name.startswith(later)),
+        later_columns=tuple(name for name in extra if name.startswith(later)),
         versions=_unequal(baseline.versions, new.versions),
         settings=_unequal(baseline.settings, new.settings),
     )

@@ -86,6 +86,9 @@ KINDS: Mapping[str, Tolerance] = MappingProxyType(
 TEXT = "text"
 """Kind of a column that is compared letter by letter."""
 
+LATER = ("multi_hertz_",)
+"""Columns that begin like this are no difference where the baseline is older than they are, and are named."""
+
 EFFORT = "effort"
 """Kind of a column that is shown and not compared: it depends on the machine and on the path of the solver."""
 
@@ -114,6 +117,9 @@ _NAMED: Mapping[str, str] = {
     **dict.fromkeys(_EFFORTS, EFFORT),
     **dict.fromkeys(_INPUTS, "input"),
     "force_verdict": TEXT,
+    **dict.fromkeys(("multi_hertz_verdict", "multi_hertz_measure", "multi_hertz_overlapping"), TEXT),
+    "multi_hertz_ellipses": "count",
+    "multi_hertz_limit_used": "fraction of a limit",
     "friction": "input",
     **dict.fromkeys(("fx_hertz_N", "fy_hertz_N", "fx_fe_N", "fy_fe_N"), "creep force"),
     **dict.fromkeys(("mz_hertz_Nmm", "mz_fe_Nmm"), "creep moment"),

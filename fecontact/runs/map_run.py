@@ -157,7 +157,7 @@ class _Run:
     def _finish(self, shifts: Sequence[float]) -> None:
         names = self._by.settings.own_part([position_id(self._cases[shift], self._loads) for shift in shifts])
         # towards the gauge corner curvatures are large and second patches come: what takes longest is not left for last
-        names = sorted(names, key=self._shifts.__getitem__, reverse=self._base.side == "left")
+        names = tuple(sorted(names, key=self._shifts.__getitem__, reverse=self._base.side == "left"))
         again = [name for name in names if has_open_loads(position_folder(self._out, name)) and self._can_be_read(name)]
         self._do([name for name in names if name not in again], self._by)
         unreadable = [name for name in names if name in self._unreadable]

@@ -114,7 +114,7 @@ def _coarse_grid(true_gap: TrueGap, reach_mm: float, *, half: bool) -> ContactGr
 
 
 def _solve(true_gap: TrueGap, grid: ContactGrid, load_N: float, start: Field | None = None) -> Rung:
-    """Contact on a grid, from a first guess, refused where it ends at the end of a line or on a corner, or is not found."""
+    """Contact on a grid, from a guess; refused where it ends at the end of a line or on a corner, or is not found."""
     gap = true_gap.on(grid)
     rung = true_gap.solve(grid, load_N, gap_mm=gap, start=start)
     _check_ends(true_gap.placement, rung, gap)

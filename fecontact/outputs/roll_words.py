@@ -1,0 +1,55 @@
+"""How a wheel is rolled, and which wheel of a wheelset it is, in words: for titles, axes, tables and reports."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from fecontact.case import Case, Opposite
+from fecontact.outputs.style import SHIFT
+from fecontact.solving.placing import makes_a_wheelset
+
+Row = Mapping[str, Any]
+
+OF_WHEELSET = "roll of the wheelset"
+_OTHER = {"left": "right", "right": "left"}
+_TOWARDS = {"left": "positive: towards its rail", "right": "negative: towards its rail"}
+
+
+def roll_words(case: Case) -> str:
+    """Whether the roll is that of the wheelset or given, such as "roll fixed at 0 mrad"."""
+    if case.wheelset:
+        return OF_WHEELSET
+    fixed = f"roll fixed at {1e3 * case.roll_rad:g} mrad"
+    return fixed if makes_a_wheelset(case) else f"{fixed} (lines given by their radii make no wheelset)"
+
+
+def roll_words_of_rows(rows: Sequence[Row]) -> str:
+    """The same of rows of tables, whose values may be texts."""
+    found = [row for row in rows if row.get("roll_mrad") not in (None, "")]
+    kinds = {str(row.get("wheelset")) == "True" for row in found}
+    if kinds == {True}:
+        return OF_WHEELSET
+    rolls = {float(row["roll_mrad"]) for row in found}
+    if kinds == {False}:
+        return f"roll fixed at {rolls.pop():g} mrad" if len(rolls) == 1 else "roll fixed case by case"
+    return f"{OF_WHEELSET}, or fixed" if kinds else ""
+
+
+def shift_label(case: Case) -> str:
+    """Label of an axis over the lateral shift, of a wheelset with the wheel whose it is."""
+    if not case.wheelset and case.side == "left":
+        return SHIFT
+    return f"{case.side} wheel: lateral shift of the wheelset in mm  ({_TOWARDS[case.side]})"
+
+
+def other_wheel_label(case: Case) -> str | None:
+    """Label of the axis, with the sign turned, on which the same picture is that of the other wheel of the wheelset.
+
+    None where it is not: the other side has other profiles or another diameter, or the roll is given.
+    """
+    if not case.wheelset or case.opposite != Opposite():
+        return None
+    other = _OTHER[case.side]
+    yawed = " at the opposite yaw" if case.yaw_rad else ""
+    return f"{other} wheel{yawed}: lateral shift of the wheelset in mm  ({_TOWARDS[other]})"

@@ -1,0 +1,177 @@
+"""Ellipses that share the load, beside Hertz at the first touch point: in rows, tables, reports, maps and comparisons.
+
+The contacts are those of the true gap on a half-space, which take the place of the finite elements.
+"""
+
+import csv
+import io
+import math
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import pytest
+from rich.console import Console
+
+from fecontact.case import Case
+from fecontact.comparison.judged_load import Level, SolvedLoad, judge_load
+from fecontact.comparison.multi_hertz import judge_multi_hertz
+from fecontact.map.cells import ApplicabilityMap, MapPosition
+from fecontact.map.load_limit import load_limit
+from fecontact.map.position import solved_cell
+from fecontact.outputs.map import map_record, map_table
+from fecontact.outputs.map_figure import map_figure
+from fecontact.outputs.map_report import write_map_report
+from fecontact.outputs.multi_hertz import ellipses_of, limit_used, several_ellipses, springs_text
+from fecontact.outputs.rows import load_row
+from fecontact.outputs.tables import print_table, write_csv
+from fecontact.regression.compare import compare_tables
+from fecontact.regression.tables import load_table
+from fecontact.regression.tolerances import KINDS, TEXT, kind_of
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import expect_on_half_space
+
+LOAD_N = 50e3
+
+
+def position(shift_mm):
+    """One load of a wheelset at a shift, solved on a half-space."""
+    case = Case(lateral_shift_mm=shift_mm, wheelset=True, load_N=LOAD_N)
+    placement = place_case(case)
+    _, expected = expect_on_half_space(case, placement)
+    rung = expected.half_space
+    levels = tuple(
+        Level(
+            nodal=rung, fe=rung, otherwise=rung, degrees_of_freedom={"both": n}, elements={}, enlarged=0, at_edge=False
+        )
+        for n in (200, 100)
+    )
+    solved = SolvedLoad(case=case, levels=levels, half_space=rung, quadratic=rung, point_noise=None)
+    return judge_load(solved, placement), placement
+
+
+@pytest.fixture(scope="module")
+def two():
+    """At 5 mm the wheel stands on the top of the head and on the gauge corner."""
+    return position(5.0)
+
+
+@pytest.fixture(scope="module")
+def single():
+    return position(-4.0)
+
+
+@pytest.fixture(scope="module")
+def made(two, single):
+    positions = []
+    for load, placement in (single, two):
+        shift = load.case.lateral_shift_mm
+        cells = (solved_cell(shift, load),)
+        positions.append(MapPosition(lateral_shift_mm=shift, cells=cells, limit=load_limit(cells), placement=placement))
+    return ApplicabilityMap(
+        case=replace(two[0].case, lateral_shift_mm=0.0), loads_N=(LOAD_N,), positions=tuple(positions)
+    )
+
+
+def test_a_row_says_how_several_ellipses_do(two):
+    load, placement = two
+    row, judged = load_row(load, placement), judge_multi_hertz(load, ellipses_of(load, placement))
+    assert row["verdict"] == "FAILS"
+    assert row["touch_points"] == row["multi_hertz_ellipses"] == 2
+    assert (row["multi_hertz_verdict"], row["multi_hertz_overlapping"]) == ("HOLDS", False)
+    assert row["multi_hertz_verdict"] == judged.verdict.answer
+    # within the limit of 5 %, where a third of the load on another patch leaves one ellipse far off
+    assert row["multi_hertz_p_max_deviation_percent"] == 1e2 * judged.deviation["p_max_MPa"]
+    assert abs(row["multi_hertz_p_max_deviation_percent"]) < 5.0 < 30.0 < row["p_max_deviation_percent"]
+    worst = max(abs(judged.deviation[name]) / limit for name, limit in load.case.criteria.limits.items())
+    assert row["multi_hertz_limit_used"] == limit_used(load, judged) == worst < 1.0
+
+
+def test_a_single_ellipse_has_no_columns_of_its_own(single):
+    row = load_row(*single)
+    assert several_ellipses(*single) is None
+    assert not [name for name in row if name.startswith("multi_hertz")]
+    assert springs_text(row) == ""
+
+
+def test_every_column_has_a_known_kind(two):
+    for name in load_row(*two):
+        if name.startswith("multi_hertz"):
+            assert kind_of(name) in {*KINDS, TEXT} - {"default"}, name
+
+
+def printed(rows, width=200):
+    text = io.StringIO()
+    print_table(rows, console=Console(file=text, width=width))
+    return text.getvalue()
+
+
+def test_the_table_shows_them_where_there_are_any(two, single):
+    rows = [load_row(*single), load_row(*two)]
+    text = printed(rows)
+    assert "springs" in text.splitlines()[1] + text.splitlines()[2]
+    assert "; roll of the wheelset" in text.splitlines()[0]
+    assert "+5.00 mm, 50 kN: Hertz at 2 touch points, as springs: HOLDS by peak pressure (p_max +3.5 %, area" in text
+    assert "springs" not in printed(rows[:1])
+    # where there is no room the line below says it
+    narrow = printed(rows, width=80)
+    assert "springs: HOLDS" in narrow.replace("\n", " ")
+
+
+def test_rows_of_a_csv_say_the_same(two, tmp_path):
+    row = load_row(*two)
+    (read,) = csv.DictReader(write_csv([row], tmp_path / "one.csv").read_text("utf-8").splitlines())
+    assert springs_text(read) == springs_text(row)
+
+
+def test_a_map_marks_where_springs_hold_and_one_ellipse_does_not(made, monkeypatch, tmp_path):
+    lines = map_table(made).splitlines()
+    assert lines[1].split()[1] == "+"
+    assert "*" in lines[2]
+    assert "*" not in lines[1]
+    assert any(line.startswith("* Hertz at all touch points") for line in lines)
+    kept = []
+    monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", lambda figure, path: kept.append(figure))
+    map_figure(made, "unused.png")
+    (ax,) = kept[0].axes
+    marks = [line for line in ax.get_lines() if line.get_marker() == "D"]
+    assert [line.get_xdata()[0] for line in marks] == [pytest.approx(5.0, abs=0.6)]
+    assert "springs at all touch points hold" in [text.get_text() for text in ax.get_legend().get_texts()]
+    record = map_record(made)["cells"]
+    assert ["multi_hertz" in cell for cell in record] == [False, True]
+    assert record[1]["multi_hertz"]["verdict"]["verdict"] == "HOLDS"
+    forces = [one["normal_force_N"] * math.cos(one["contact_angle_rad"]) for one in record[1]["multi_hertz"]["patches"]]
+    assert sum(forces) == pytest.approx(LOAD_N, rel=1e-9)
+    text = write_map_report(made, tmp_path).read_text("utf-8")
+    page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
+    rows = [["".join(cell.itertext()) for cell in line] for line in list(page.iter("table"))[1].iter("tr")]
+    assert rows[0][-3:] == ["as springs", "their p_max", "their part of a limit"]
+    assert rows[1][-3:] == ["-", "-", "-"]
+    assert rows[2][-3] == "HOLDS"
+    assert rows[2][-1] == f"{load_row(made.cells[1].judged, made.positions[1].placement)['multi_hertz_limit_used']:.2f}"
+
+
+def compared(old, new, tmp_path):
+    paths = []
+    for name, rows in (("old", old), ("new", new)):
+        (tmp_path / name).mkdir(exist_ok=True)
+        paths.append(write_csv([{"id": str(k), **row} for k, row in enumerate(rows)], tmp_path / name / "study.csv"))
+    return compare_tables(*map(load_table, paths))
+
+
+def test_a_baseline_of_before_is_no_difference_and_one_of_today_is(two, single, tmp_path):
+    rows = [load_row(*single), load_row(*two)]
+    before = [{name: value for name, value in row.items() if not name.startswith("multi_hertz")} for row in rows]
+    older = compared(before, rows, tmp_path)
+    assert older.same
+    assert older.extra_columns == ()
+    assert set(older.later_columns) == {name for name in rows[1] if name.startswith("multi_hertz")}
+    # what a baseline has must not go
+    lost = compared(rows, before, tmp_path)
+    assert not lost.same
+    assert lost.missing_columns == older.later_columns
+    # nor change
+    other = compared(rows, [rows[0], rows[1] | {"multi_hertz_verdict": "FAILS"}], tmp_path)
+    assert [one.column for one in other.differences] == ["multi_hertz_verdict"]
+    # a baseline that has some of them has all
+    some = [rows[0], {name: value for name, value in rows[1].items() if name != "multi_hertz_limit_used"}]
+    assert compared(some, rows, tmp_path).extra_columns == ("multi_hertz_limit_used",)

@@ -1,0 +1,164 @@
+"""The roll that maps and the first study take, and what tables and pictures say of it and of the other wheel."""
+
+import importlib.util
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from fecontact.case import Case, Opposite
+from fecontact.cli import call
+from fecontact.errors import InputError
+from fecontact.map.cells import ApplicabilityMap, MapCell, MapPosition
+from fecontact.map.load_limit import load_limit
+from fecontact.outputs.map import map_record, map_table
+from fecontact.outputs.map_figure import map_figure
+from fecontact.outputs.roll_words import other_wheel_label, roll_words, roll_words_of_rows, shift_label
+from fecontact.outputs.rows import input_columns
+from fecontact.outputs.series import series
+from fecontact.solving.placing import place_case, with_wheelset
+
+FIRST_LIGHT = Path(__file__).parents[1] / "studies" / "first_light.py"
+WHEELSET = Case(wheelset=True)
+
+
+@pytest.fixture
+def mapped(monkeypatch):
+    """The base case that `fecontact map` makes of its options."""
+    seen = []
+
+    def run_map(case, *_, **__):
+        seen.append(case)
+        raise InputError("seen")
+
+    monkeypatch.setattr("fecontact.runs.map_run.run_map", run_map)
+
+    def of(*options):
+        assert call(["map", "--shifts", "0", "--out", "unused", *options]) == 2
+        return seen.pop()
+
+    return of
+
+
+@pytest.mark.parametrize(
+    ("options", "case"),
+    [
+        ([], WHEELSET),
+        (["--side", "right"], replace(WHEELSET, side="right")),
+        (["--opposite-wheel", "cylinder:459"], replace(WHEELSET, opposite=Opposite(wheel="cylinder:459"))),
+        (["--wheelset"], WHEELSET),
+        (["--roll-mrad", "0"], Case()),
+        (["--roll-mrad", "-0.4"], Case(roll_rad=-0.4e-3)),
+        (["--rail", "circle:300"], Case(rail="circle:300")),
+        (["--rail", "arcs:300/80@2.5"], Case(rail="arcs:300/80@2.5")),
+        (["--wheel", "cylinder:460"], Case(wheel="cylinder:460")),
+        (["--wheel", "cylinder:460", "--wheelset"], replace(WHEELSET, wheel="cylinder:460")),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_a_map_rolls_its_wheelset_unless_a_roll_is_given_or_there_is_none(mapped, options, case):
+    assert mapped(*options) == case
+
+
+def test_a_single_case_keeps_the_roll_that_is_given():
+    assert not Case().wheelset
+    assert with_wheelset(Case()) == WHEELSET
+
+
+def test_the_help_of_the_map_says_its_own_default(capsys):
+    texts = {}
+    for command in ("map", "solve"):
+        assert call([command, "--help"]) == 0
+        texts[command] = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    assert "default yes, unless a roll is given" in texts["map"]
+    assert "yes or no; default no" in texts["solve"]
+    assert "default yes, unless a roll is given" not in texts["solve"]
+
+
+def test_the_first_study_stands_on_both_rails():
+    spec = importlib.util.spec_from_file_location("first_light", FIRST_LIGHT)
+    study = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(study)
+    for quick in (False, True):
+        for case in study.cases(quick=quick):
+            assert case.wheelset
+            # it does not ask for positions at which a wheelset cannot stand
+            place_case(case)
+
+
+@pytest.mark.parametrize(
+    ("case", "words"),
+    [
+        (WHEELSET, "roll of the wheelset"),
+        (Case(), "roll fixed at 0 mrad"),
+        (Case(roll_rad=4e-4), "roll fixed at 0.4 mrad"),
+        (Case(rail="circle:300"), "roll fixed at 0 mrad (lines given by their radii make no wheelset)"),
+    ],
+)
+def test_what_is_said_of_a_roll(case, words):
+    assert roll_words(case) == words
+
+
+def test_what_is_said_of_the_rolls_of_a_table():
+    free = [
+        input_columns(case, place_case(case)) for case in (replace(WHEELSET, lateral_shift_mm=s) for s in (0.0, 3.0))
+    ]
+    fixed = [input_columns(case) for case in (Case(), Case(lateral_shift_mm=3.0), Case(roll_rad=1e-3))]
+    assert free[1]["roll_mrad"] != 0.0
+    assert roll_words_of_rows(free) == "roll of the wheelset"
+    # as a table on disk has them
+    assert roll_words_of_rows(
+        [{name: str(value) for name, value in row.items()} for row in free]
+    ) == roll_words_of_rows(free)
+    assert roll_words_of_rows(fixed[:2]) == "roll fixed at 0 mrad"
+    assert roll_words_of_rows(fixed) == "roll fixed case by case"
+    assert roll_words_of_rows([*free, *fixed]) == "roll of the wheelset, or fixed"
+    # of a wheelset that could not be placed nothing is known
+    assert roll_words_of_rows([{"wheelset": True, "roll_mrad": None}, {}]) == ""
+
+
+def test_both_sides_of_a_wheelset_are_two_series_whatever_their_rolls():
+    rows = [
+        input_columns(case, place_case(case)) | {"resolution": case.resolution}
+        for side in ("left", "right")
+        for case in (replace(WHEELSET, lateral_shift_mm=shift, side=side) for shift in (0.0, 3.0))
+    ]
+    assert [one.label for one in series(rows)] == ["left", "right"]
+    alone = [input_columns(Case(lateral_shift_mm=shift)) for shift in (0.0, 3.0)]
+    assert [one.label for one in series([*rows[:2], *alone])] == ["roll of the wheelset", "fixed roll"]
+
+
+@pytest.mark.parametrize(
+    ("case", "below", "above"),
+    [
+        (WHEELSET, "left wheel: lateral", "right wheel: lateral"),
+        (replace(WHEELSET, side="right"), "right wheel: lateral", "left wheel: lateral"),
+        (replace(WHEELSET, yaw_rad=5e-3), "left wheel: lateral", "right wheel at the opposite yaw: lateral"),
+        (replace(WHEELSET, opposite=Opposite(rolling_radius_mm=459.0)), "left wheel: lateral", None),
+        (Case(), "lateral", None),
+        (Case(side="right"), "right wheel: lateral", None),
+    ],
+)
+def test_a_map_of_a_symmetric_wheelset_is_both_wheels(case, below, above, monkeypatch):
+    kept = []
+    monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", lambda figure, path: kept.append(figure))
+    cells = [MapCell(lateral_shift_mm=shift, load_N=1e5, status="failed: for a test") for shift in (-2.0, 3.0)]
+    positions = tuple(
+        MapPosition(lateral_shift_mm=cell.lateral_shift_mm, cells=(cell,), limit=load_limit([cell])) for cell in cells
+    )
+    made = ApplicabilityMap(case=case, loads_N=(1e5,), positions=positions)
+    map_figure(made, "unused.png")
+    (ax,) = kept[0].axes
+    assert ax.get_xlabel().startswith(below)
+    assert roll_words(case) in ax.get_title()
+    assert map_record(made)["roll"] == roll_words(case)
+    assert ("at the opposite shift" in map_table(made)) == (above is not None)
+    assert (other_wheel_label(case) is None) == (above is None)
+    assert [second.get_xlabel()[: len(above or "")] for second in ax.child_axes] == [above] * (above is not None)
+    for second in ax.child_axes:
+        kept[0].draw_without_rendering()
+        # the wheel on the right stands at -3 mm as the one on the left at 3 mm
+        here, there = (one.transData.transform((at, 0.0))[0] for one, at in ((ax, 3.0), (second, -3.0)))
+        assert there == pytest.approx(here)
+        towards = ["positive" in label for label in (shift_label(case), second.get_xlabel())]
+        assert sorted(towards) == [False, True]
