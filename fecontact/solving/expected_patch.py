@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,8 +37,20 @@ _FINEST = 0.25
 _VALLEY = 0.05
 # Nodes follow a shallower one too: 16 on the semi-axis of the rest read 0.015 of a valley of 0.047 beside a thin lobe.
 _LEAST_VALLEY = 0.01
+# Patches with more free surface between them than so many times the wider one's half width are far apart: each has
+# elements of its own.
+_FAR_APART = 1.0
 # A kink by less than this turns the surface less than a patch's own curvature does (5 mm on R 300: 0.017).
 _CORNER_RAD = 0.02
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExpectedPart:
+    """A patch far from all others: from where to where across (mm), and how many times larger its elements may be."""
+
+    s_low_mm: float
+    s_high_mm: float
+    larger: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,6 +66,8 @@ class ExpectedPatch:
         much wider than the narrowest one; small ones are left out.
     half_space
         The true gap on a half-space, with 32 nodes or more on each semi-axis, of small lobes too.
+    parts
+        Patches far apart, from the gauge side on; a single one otherwise.
     """
 
     x_low_mm: float
@@ -63,6 +77,11 @@ class ExpectedPatch:
     semi_axis_x_mm: float
     semi_axis_s_mm: float
     half_space: Rung
+    parts: tuple[ExpectedPart, ...]
+
+    def joined(self) -> ExpectedPatch:
+        """The same as if patches were not far apart, with equal elements for all of them."""
+        return replace(self, parts=(ExpectedPart(s_low_mm=self.s_low_mm, s_high_mm=self.s_high_mm, larger=1.0),))
 
 
 def approach_direction(placement: Placement, *, normal_force: bool) -> Floats:
@@ -211,7 +230,36 @@ def _patch_of(rung: Rung) -> ExpectedPatch:
         semi_axis_x_mm=semi_axis_x,
         semi_axis_s_mm=semi_axis_s,
         half_space=rung,
+        parts=_parts(rung, semi_axis_s),
     )
+
+
+def _parts(rung: Rung, semi_axis_s: float) -> tuple[ExpectedPart, ...]:
+    """Patches far apart, from the gauge side on; elements made for `semi_axis_s` across are those of the narrowest."""
+    s, step = rung.grid.s_mm, rung.grid.steps_mm[1]
+    below = np.flatnonzero(rung.pressure_MPa.any(axis=0))
+    parts: list[tuple[int, int]] = []
+    for patch in np.split(below, np.flatnonzero(np.diff(below) > 1) + 1):
+        first, last = int(patch[0]), int(patch[-1])
+        # joined to those before it as long as the surface between is too short
+        while parts and first - parts[-1][1] - 1 <= 0.5 * _FAR_APART * max(
+            last - first + 1, parts[-1][1] - parts[-1][0] + 1
+        ):
+            first = parts.pop()[0]
+        parts.append((first, last))
+    found = []
+    for first, last in parts:
+        alone = np.zeros_like(rung.pressure_MPa)
+        alone[:, first : last + 1] = rung.pressure_MPa[:, first : last + 1]
+        _, own = semi_axes_of_elements_mm(replace(rung, pressure_MPa=alone))
+        found.append(
+            ExpectedPart(
+                s_low_mm=float(s[first] - 0.5 * step),
+                s_high_mm=float(s[last] + 0.5 * step),
+                larger=max(1.0, own / semi_axis_s),
+            )
+        )
+    return tuple(found)
 
 
 def semi_axes_of_elements_mm(rung: Rung) -> tuple[float, float]:
