@@ -168,6 +168,12 @@ class CoupledProblem:
     elements: Compliance
     otherwise: Compliance
 
+    def with_gap(self, gap_mm: Floats) -> CoupledProblem:
+        """The same bodies with another gap (n,)."""
+        return replace(
+            self, bodies=replace(self.bodies, gap_mm=gap_mm), half_space=replace(self.half_space, gap_mm=gap_mm)
+        )
+
     def solve(self, load_N: float) -> ContactSolution:
         """Solve the contact on the half-space, and from there that of the bodies."""
         start = solve_contact(self.half_space, load_N).pressure_MPa
@@ -197,7 +203,7 @@ def coupled_problem(true_gap: TrueGap, bodies: CoupledBodies) -> CoupledProblem:
     grid, modulus = bodies.grid, true_gap.contact_modulus_MPa
     of_bodies = ContactProblem(
         compliance=bodies.compliance,
-        gap_mm=grid.weighted_mean(true_gap.placement.gap),
+        gap_mm=grid.weighted_mean(true_gap.gap),
         closing=bodies.normals @ true_gap.direction,
         area_mm2=grid.whole_area_mm2(),
     )
@@ -246,7 +252,10 @@ class CoupledMesh:
 
     def _contact(self, position: Position) -> tuple[Rung, Field, Field]:
         """Contact on the elements' nodes, and what the bodies open under it beyond a half-space of elements, twice."""
-        return self._problem.read(self._problem.solve(position.case.load_N), position.true_gap, self.bodies)
+        problem, true_gap = self._problem, position.true_gap
+        if true_gap.slide_mm != self._position.true_gap.slide_mm:
+            problem = problem.with_gap(self.bodies.grid.weighted_mean(true_gap.gap))
+        return problem.read(problem.solve(position.case.load_N), true_gap, self.bodies)
 
     def _more_room(self, position: Position, nodal: Rung, added: Field) -> Room:
         """More room where the contact comes near the edge of the zone or goes on beyond it; else the same."""

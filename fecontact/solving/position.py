@@ -129,7 +129,13 @@ class Position:
         case = replace(self.case, load_N=load_N)
         with self.clock.step("expect the patch"):
             _, expected = expect_on_half_space(case, self.placement)
-        return replace(self, case=case, expected=expected, element_size_mm=element_size_mm(case, expected))
+        return replace(
+            self,
+            case=case,
+            true_gap=expected.true_gap,
+            expected=expected,
+            element_size_mm=element_size_mm(case, expected),
+        )
 
     def widest_element_mm(self, low_mm: float, high_mm: float) -> float:
         """Largest width across of the elements below what lies between two places of the surface."""
@@ -159,7 +165,7 @@ def position_of(case: Case, *, progress: Progress | None = None) -> Position:
         _, expected = expect_on_half_space(case, placement)
     return Position(
         case=case,
-        true_gap=true_gap_of_case(case, placement),
+        true_gap=expected.true_gap,
         expected=expected,
         element_size_mm=element_size_mm(case, expected),
         clock=clock,
