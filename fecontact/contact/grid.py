@@ -16,7 +16,8 @@ Floats = NDArray[np.float64]
 class ContactGrid:
     """Tensor grid of pressure nodes on the rail's surface: x (nx,) and arc length s (ns,) from first touch (mm).
 
-    In a half model x starts at 0, the plane of symmetry.
+    In a half model x starts at 0, the plane of symmetry. Steps are equal, but for those across on the elements' nodes
+    below patches far apart (`contact.bands`).
     """
 
     x_mm: Floats
@@ -30,8 +31,8 @@ class ContactGrid:
 
     @property
     def steps_mm(self) -> tuple[float, float]:
-        """Uniform spacing along x and across."""
-        return float(self.x_mm[1] - self.x_mm[0]), float(self.s_mm[1] - self.s_mm[0])
+        """Spacing along x and across; the smallest one where it is not uniform."""
+        return float(self.x_mm[1] - self.x_mm[0]), float(_even(np.diff(self.s_mm)).min())
 
     def nodal_area_mm2(self) -> Floats:
         """Area int N_i (n,) of each node in the model, not doubled by symmetry."""
@@ -59,6 +60,18 @@ class ContactGrid:
             for b in (0, 1):
                 total[a : total.shape[0] - 1 + a, b : total.shape[1] - 1 + b] += local[:, a, :, b]
         return total.ravel() / self.nodal_area_mm2()
+
+
+def _even(steps: Floats) -> Floats:
+    """Steps without their rounding: all as the first one where they are equal."""
+    return np.where(np.abs(steps - steps[0]) <= 1e-9 * steps[0], steps[0], steps)
+
+
+def hat_functions(line: Floats, places: Floats) -> Floats:
+    """Linear shape functions (n, m) of the n nodes of a line at m places."""
+    steps, away = _even(np.diff(line)), places - line[:, None]
+    before, after = np.insert(steps, 0, steps[0])[:, None], np.append(steps, steps[-1])[:, None]
+    return np.asarray(np.maximum(0.0, 1.0 - np.abs(away) / np.where(away < 0.0, before, after)))
 
 
 def _line_areas(x: Floats) -> Floats:

@@ -95,7 +95,7 @@ def convolution(
     return apply
 
 
-def love_influence(x: Floats, y: Floats, step_x: float, step_y: float) -> Floats:
+def love_influence(x: Floats, y: Floats, step_x: float, step_y: float | Floats) -> Floats:
     """Love's integral of 1/r over a rectangle step_x by step_y around the origin, seen from (x, y) (mm).
 
     The surface displacement under a pressure p is p / (pi E*) times this.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.contact.grid import ContactGrid, Field
+from fecontact.contact.grid import ContactGrid, Field, hat_functions
 from fecontact.contact.solver import ContactSolution, ContactStatus
 
 Floats = NDArray[np.float64]
@@ -86,14 +86,9 @@ def misfit(nodal: Rung, fine: Rung) -> float:
     grid, pressure = nodal.pressure.whole().grid, nodal.pressure.whole().values
     finer = fine.pressure.whole()
     weights = [
-        _shape_functions(line, places) for line, places in ((grid.x_mm, finer.grid.x_mm), (grid.s_mm, finer.grid.s_mm))
+        hat_functions(line, places) for line, places in ((grid.x_mm, finer.grid.x_mm), (grid.s_mm, finer.grid.s_mm))
     ]
     cell = finer.grid.steps_mm[0] * finer.grid.steps_mm[1]
     area = grid.nodal_area_mm2().reshape(grid.shape)
     force = cell * weights[0] @ finer.values @ weights[1].T
     return float(0.5 * np.abs(area * pressure - force).sum() / force.sum())
-
-
-def _shape_functions(line: Floats, places: Floats) -> Floats:
-    """Linear shape functions (n, m) of the n nodes of a uniform line at m places."""
-    return np.asarray(np.maximum(0.0, 1.0 - np.abs(places - line[:, None]) / (line[1] - line[0])))

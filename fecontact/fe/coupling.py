@@ -27,6 +27,8 @@ class CoupledBodies:
         Mesh nodes of the pressure grid, and the wheel's nodes on its contact surface.
     coupling (n, m)
         Mortar matrix M in mm^2.
+    bands
+        Columns of the grid that are regular: all of them, or those at each of several patches far apart.
     """
 
     rail: ElasticBody
@@ -36,6 +38,7 @@ class CoupledBodies:
     rail_nodes: Integers
     wheel_nodes: Integers
     coupling: csr_matrix
+    bands: tuple[slice, ...] = (slice(None),)
 
     def displacements(self, pressure: Floats) -> tuple[Floats, Floats]:
         """Displacements (nodes, 3) in mm of rail and wheel under nodal pressures (n,) in MPa, base and driver held."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from fecontact.dimensions import BodySize
 from fecontact.errors import FoldedMesh, InputError
-from fecontact.fe.section import Grading, Section, Zone, mesh_section
+from fecontact.fe.section import Grading, Section, Stretch, Zone, lines_of, mesh_section
 from fecontact.geometry.placement import Placement
 from fecontact.profiles.curve import Line, Profile, Segment
 
@@ -38,6 +39,9 @@ class FineZone:
     The nodes lie at x = -half_length..half_length in steps of `step_x_mm` and at the arc lengths s from `s_low_mm` to
     `s_high_mm` in steps of `step_s_mm`, both in an even number of steps. `semi_axis_mm` is that of the narrowest part
     of the patch, across.
+
+    Patches far apart have `bands` of their own, the first one from `s_low_mm` and the last one to `s_high_mm`; then
+    `step_s_mm` is the finest step, and on the strips between them steps grow as they do around the zone.
     """
 
     half_length_mm: float
@@ -46,6 +50,7 @@ class FineZone:
     step_x_mm: float
     step_s_mm: float
     semi_axis_mm: float
+    bands: tuple[Stretch, ...] = ()
 
     @property
     def block_width_mm(self) -> float:
@@ -61,7 +66,27 @@ class FineZone:
     @property
     def intervals_s(self) -> int:
         """Steps across, always even."""
-        return max(4, 2 * round(0.5 * (self.s_high_mm - self.s_low_mm) / self.step_s_mm))
+        return self.s_mm.size - 1
+
+    @property
+    def stretches(self) -> tuple[Stretch, ...]:
+        """Its bands; all of it where there are none."""
+        intervals = max(4, 2 * round(0.5 * (self.s_high_mm - self.s_low_mm) / self.step_s_mm))
+        return self.bands or (Stretch(low_mm=self.s_low_mm, high_mm=self.s_high_mm, intervals=intervals),)
+
+    @property
+    def s_mm(self) -> Floats:
+        """Nodes across, those on the strips between bands included."""
+        return lines_of(self.stretches, Grading())
+
+    @property
+    def columns(self) -> tuple[slice, ...]:
+        """Which of the nodes across belong to each of its stretches."""
+        s = self.s_mm
+        starts = [int(np.argmin(np.abs(s - stretch.low_mm))) for stretch in self.stretches]
+        return tuple(
+            slice(start, start + stretch.intervals + 1) for start, stretch in zip(starts, self.stretches, strict=True)
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -123,7 +148,11 @@ def rail_mesh(
         pose.profile,
         closure,
         _held_edge(closure),
-        _section_zone(pose.profile, zone, middle + zone.s_low_mm, middle + zone.s_high_mm, zone.intervals_s),
+        _section_zone(
+            pose.profile,
+            zone,
+            [(middle + part.low_mm, middle + part.high_mm, part.intervals) for part in zone.stretches],
+        ),
         grading or Grading(),
     )
     x, zone_layers = _sweep_positions(zone, size.rail_half_length_mm, half, 0, "the rail's half length")
@@ -147,15 +176,13 @@ def wheel_mesh(
         If the cut planes do not leave room for the uniform zone.
     """
     pose, touch = placement.wheel, placement.first
-    low, high = _wheel_arc_lengths(placement, zone)
-    margin = _COVER_STEPS * zone.step_s_mm
     y_low, y_high = pose.profile.y_range_mm
     z_inner = size.rim_thickness_mm
     section = mesh_section(
         pose.profile,
         np.array([[y_high, z_inner], [y_low, z_inner]]),
         (0, 1),
-        _section_zone(pose.profile, zone, low - margin, high + margin, zone.intervals_s + 2 * _COVER_STEPS),
+        _section_zone(pose.profile, zone, _facing(placement, zone)),
         grading or Grading(),
     )
     x, zone_layers = _sweep_positions(zone, size.rim_half_length_mm, half, _COVER_STEPS, "the rim's half length")
@@ -169,11 +196,25 @@ def wheel_mesh(
     return _swept("wheel", section, points, zone_layers, half=half, outward=1, base="driven", volume=volume)
 
 
-def _wheel_arc_lengths(placement: Placement, zone: FineZone) -> tuple[float, float]:
-    """Arc lengths on the wheel's profile that face the ends of the rail's zone, along the rail's normals."""
+def _facing(placement: Placement, zone: FineZone) -> list[tuple[float, float, int]]:
+    """First and last arc length on the wheel's profile, and steps, of what faces each part of the rail's zone.
+
+    At both ends of the zone they reach _COVER_STEPS further.
+    """
+    found, parts = [], zone.stretches
+    for number, part in enumerate(parts):
+        low, high = _wheel_arc_lengths(placement, zone, part)
+        before, after = (_COVER_STEPS if number == end else 0 for end in (0, len(parts) - 1))
+        step = part.step_mm if zone.bands else zone.step_s_mm
+        found.append((low - before * step, high + after * step, part.intervals + before + after))
+    return found
+
+
+def _wheel_arc_lengths(placement: Placement, zone: FineZone, part: Stretch) -> tuple[float, float]:
+    """Arc lengths on the wheel's profile that face the ends of a part of the rail's zone, along the rail's normals."""
     pose = placement.wheel
     middle = float(pose.profile.arc_length(placement.first.wheel_u))
-    ends = np.array([zone.s_low_mm, zone.s_high_mm])
+    ends = np.array([part.low_mm, part.high_mm])
     # on a steep flange the wheel's lines drift across the rail's zone towards its ends in x
     x = np.array([-zone.half_length_mm, 0.0, zone.half_length_mm])
     points, normals = placement.surface(x[:, None], ends[None, :])
@@ -182,10 +223,17 @@ def _wheel_arc_lengths(placement: Placement, zone: FineZone) -> tuple[float, flo
     arcs = pose.profile.arc_length(np.nan_to_num(pose.profile.locate(y)))
     # where a normal misses the wheel's line the same length on both surfaces is the best guess
     arcs = np.where(np.isfinite(y), arcs, middle + ends)
-    return min(float(arcs.min()), middle + zone.s_low_mm), max(float(arcs.max()), middle + zone.s_high_mm)
+    low, high = float(arcs.min()), float(arcs.max())
+    # one of several bands has no room to spare beside it
+    return (low, high) if zone.bands else (min(low, middle + part.low_mm), max(high, middle + part.high_mm))
 
 
-def _section_zone(profile: Profile, zone: FineZone, low: float, high: float, intervals: int) -> Zone:
+def _section_zone(profile: Profile, zone: FineZone, parts: list[tuple[float, float, int]]) -> Zone:
+    """Zone of a body's section whose parts have these first and last arc lengths and numbers of steps."""
+    stretches = tuple(Stretch(low_mm=low, high_mm=high, intervals=intervals) for low, high, intervals in parts)
+    if any(before.high_mm >= after.low_mm for before, after in pairwise(stretches)):
+        raise FoldedMesh(f"{profile.kind} {profile.name}: two bands of the contact zone meet on its surface")
+    low, high = stretches[0].low_mm, stretches[-1].high_mm
     if low <= 0.0 or high >= profile.length_mm:
         raise InputError(
             f"{profile.kind} {profile.name}: the contact zone from {low:.2f} to {high:.2f} mm along the profile leaves"
@@ -196,9 +244,7 @@ def _section_zone(profile: Profile, zone: FineZone, low: float, high: float, int
     # layers follow the normals: they must end before the normals of a convex line meet
     tightest = float(np.max(profile.convex_sign * p.curvature_per_mm))
     depth = min(0.45 * min(high - low, zone.block_width_mm), 0.35 / tightest if tightest > 0 else np.inf)
-    return Zone(
-        low_mm=low, high_mm=high, intervals=intervals, depth_step_mm=depth_step, depth_mm=max(depth, 2 * depth_step)
-    )
+    return Zone(stretches=stretches, depth_step_mm=depth_step, depth_mm=max(depth, 2 * depth_step))
 
 
 def _rail_closure(profile: Profile, depth: float) -> Floats:

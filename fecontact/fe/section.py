@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
@@ -29,31 +29,63 @@ _TRACE_STEP_MM = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
-class Zone:
-    """Uniform part of a contact line: arc lengths from `low_mm` to `high_mm` of the profile in `intervals` steps.
-
-    `depth_step_mm` is the thickness of the first layer below it, `depth_mm` how far the layers follow the line.
-    """
-
-    low_mm: float
-    high_mm: float
-    intervals: int
-    depth_step_mm: float
-    depth_mm: float
-
-    @property
-    def step_mm(self) -> float:
-        """Spacing of the nodes."""
-        return (self.high_mm - self.low_mm) / self.intervals
-
-
-@dataclass(frozen=True, kw_only=True)
 class Grading:
     """How elements grow away from the zone: size = step + rate * distance, up to `largest_mm`."""
 
     layer_ratio: float = 1.2
     rate: float = 0.3
     largest_mm: float = 9.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stretch:
+    """Part of a line from `low_mm` to `high_mm` in equal steps; `intervals` is even."""
+
+    low_mm: float
+    high_mm: float
+    intervals: int
+
+    @property
+    def step_mm(self) -> float:
+        """Spacing of the nodes."""
+        return (self.high_mm - self.low_mm) / self.intervals
+
+    @property
+    def lines_mm(self) -> Floats:
+        """Where the nodes are."""
+        return np.linspace(self.low_mm, self.high_mm, self.intervals + 1)
+
+
+def lines_of(stretches: Sequence[Stretch], grading: Grading) -> Floats:
+    """Nodes of stretches in their order, and of the strips between, whose steps grow away from both neighbours."""
+    found = [stretches[0].lines_mm]
+    for before, after in pairwise(stretches):
+        strip = np.array([0.0, after.low_mm - before.high_mm])
+        inner = _spaced(strip, (before.step_mm, after.step_mm), grading)[1:-1]
+        found += [before.high_mm + inner, after.lines_mm]
+    return np.concatenate(found)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Zone:
+    """Part of a contact line with regular nodes: stretches of arc lengths of the profile, and coarse strips between.
+
+    `depth_step_mm` is the thickness of the first layer below it, `depth_mm` how far the layers follow the line.
+    """
+
+    stretches: tuple[Stretch, ...]
+    depth_step_mm: float
+    depth_mm: float
+
+    @property
+    def low_mm(self) -> float:
+        """Where it begins."""
+        return self.stretches[0].low_mm
+
+    @property
+    def high_mm(self) -> float:
+        """Where it ends."""
+        return self.stretches[-1].high_mm
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -63,7 +95,7 @@ class Section:
     Attributes
     ----------
     points (n, 2), quads (m, 4)
-    block_nodes (layers, intervals + 1), zone_arc_length_mm (intervals + 1,)
+    block_nodes (layers, columns), zone_arc_length_mm (columns,)
         Nodes of the uniform block, the first layer on the contact zone from the gauge to the field side, the columns
         along its normals; and the arc lengths of the first layer along the profile.
     edges
@@ -95,19 +127,17 @@ def mesh_section(profile: Profile, closure: Floats, base: tuple[int, int], zone:
         Points from the field-side end of the running surface around the body to its gauge-side end, both excluded (mm).
     base
         Index of the first and last point of `closure` on the straight edge that is held.
-    zone
-        `intervals` must be even.
 
     Raises
     ------
     InputError
         If the outline crosses itself or the uniform block: gmsh would never come back from it.
     """
-    zone_s = np.linspace(zone.low_mm, zone.high_mm, zone.intervals + 1)
+    zone_s = lines_of(zone.stretches, grading)
     block = _block(profile, zone_s, zone, grading)
     columns = zone_s.size
     trace = np.vstack([_along(profile, zone.high_mm, profile.length_mm), closure, _along(profile, 0.0, zone.low_mm)])
-    outer = _graded(trace, zone.step_mm, grading)
+    outer = _graded(trace, (zone.stretches[-1].step_mm, zone.stretches[0].step_mm), grading)
     ring = np.vstack([outer, block[1:, 0], block[-1, 1:], block[-2:0:-1, -1]])
     if _crosses_itself(ring):
         raise InputError(
@@ -186,25 +216,30 @@ def _along(profile: Profile, low: float, high: float) -> Floats:
     return np.column_stack([p.y, p.z])
 
 
-def _graded(trace: Floats, first: float, grading: Grading) -> Floats:
-    """Nodes along a polyline, small at both of its ends; an even number of steps between any two corners."""
+def _graded(trace: Floats, ends: tuple[float, float], grading: Grading) -> Floats:
+    """Nodes along a polyline, from one step to the other at its ends; an even number between any two corners."""
     chords = np.diff(trace, axis=0)
     lengths = np.hypot(*chords.T)
     arc = np.concatenate(([0.0], np.cumsum(lengths)))
     heading = np.unwrap(np.arctan2(chords[:, 1], chords[:, 0]))
     corners = np.flatnonzero(np.abs(np.diff(heading)) > _CORNER_RAD) + 1
-    breaks = np.concatenate(([0.0], arc[corners], [arc[-1]]))
-    fine = np.unique(np.concatenate([np.linspace(0.0, arc[-1], 4000), breaks]))
+    s = _spaced(np.concatenate(([0.0], arc[corners], [arc[-1]])), ends, grading)
+    return np.column_stack([np.interp(s, arc, trace[:, k]) for k in (0, 1)])
+
+
+def _spaced(breaks: Floats, ends: tuple[float, float], grading: Grading) -> Floats:
+    """Places from 0 to the last of some breaks, in steps that grow away from both ends; an even number between two."""
+    length = breaks[-1]
+    fine = np.unique(np.concatenate([np.linspace(0.0, length, 4000), breaks]))
     middle = 0.5 * (fine[1:] + fine[:-1])
-    size = np.minimum(first + grading.rate * np.minimum(middle, arc[-1] - middle), grading.largest_mm)
-    count = np.concatenate(([0.0], np.cumsum(np.diff(fine) / size)))
+    size = np.minimum(ends[0] + grading.rate * middle, ends[1] + grading.rate * (length - middle))
+    count = np.concatenate(([0.0], np.cumsum(np.diff(fine) / np.minimum(size, grading.largest_mm))))
     nodes = [np.zeros(1)]
     for start, stop in pairwise(breaks):
         c0, c1 = np.interp([start, stop], fine, count)
         steps = 2 * max(1, round((c1 - c0) / 2))
         nodes.append(np.interp(np.linspace(c0, c1, steps + 1)[1:], count, fine))
-    s = np.concatenate(nodes)
-    return np.column_stack([np.interp(s, arc, trace[:, k]) for k in (0, 1)])
+    return np.concatenate(nodes)
 
 
 def _on_segment(edges: Floats, start: Floats, end: Floats) -> NDArray[np.bool_]:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import Level
+from fecontact.contact.bands import Bands
 from fecontact.contact.correction import solve_by_correction
-from fecontact.contact.elements import UnitResponse
 from fecontact.contact.grid import ContactGrid, Field
-from fecontact.contact.halfspace import half_space_problem
 from fecontact.contact.rung import Rung
 from fecontact.contact.solver import Compliance, ContactProblem, ContactSolution, solve_contact
 from fecontact.errors import FoldedMesh, InputError
@@ -23,10 +24,11 @@ from fecontact.fe.linear_solver import choose_solver
 from fecontact.fe.memory import check_memory
 from fecontact.fe.meshing import FineZone, least_memory_bytes, rail_mesh, wheel_mesh
 from fecontact.fe.mortar import mortar_matrix
+from fecontact.fe.section import Stretch
 from fecontact.fe.stiffness import stiffness
 from fecontact.geometry.placement import Placement
 from fecontact.solving.expected_patch import ExpectedPatch
-from fecontact.solving.position import MARGIN_ELEMENTS, Clock, Position
+from fecontact.solving.position import MARGIN_ELEMENTS, Clock, Position, element_width_mm
 from fecontact.solving.true_gap import TrueGap
 
 Floats = NDArray[np.float64]
@@ -40,42 +42,70 @@ _SIZES_IF_FOLDED = (1.0, 0.97, 0.94, 0.91)
 
 @dataclass(frozen=True, kw_only=True)
 class Room:
-    """Free room around the expected patch (mm), where the contact may turn out larger than expected."""
+    """Free room around the expected patch (mm), where the contact may turn out larger than expected.
+
+    `joined` where it goes on between patches that were expected far apart.
+    """
 
     x: float = 0.0
     s_low: float = 0.0
     s_high: float = 0.0
+    joined: bool = False
 
 
 def fine_zone(expected: ExpectedPatch, element_size_mm: tuple[float, float], room: Room | None = None) -> FineZone:
-    """The uniform zone of these elements: the expected patch and a margin."""
+    """The zone of these elements: the expected patch and a margin, in bands where patches are far apart."""
     room = room or Room()
     step_x, step_s = element_size_mm
+    bands = () if room.joined else _bands(expected, element_size_mm, room)
     length = max(expected.x_high_mm, -expected.x_low_mm) + MARGIN_ELEMENTS * step_x + room.x
     low = expected.s_low_mm - MARGIN_ELEMENTS * step_s - room.s_low
     high = expected.s_high_mm + MARGIN_ELEMENTS * step_s + room.s_high
-    steps = 2 * math.ceil(0.5 * (high - low) / step_s)
-    middle = 0.5 * (low + high)
+    whole = _even_stretch(low, high, step_s)
     return FineZone(
         half_length_mm=step_x * math.ceil(length / step_x),
-        s_low_mm=middle - 0.5 * steps * step_s,
-        s_high_mm=middle + 0.5 * steps * step_s,
+        s_low_mm=bands[0].low_mm if bands else whole.low_mm,
+        s_high_mm=bands[-1].high_mm if bands else whole.high_mm,
         step_x_mm=step_x,
         step_s_mm=step_s,
         semi_axis_mm=expected.semi_axis_s_mm,
+        bands=bands,
     )
 
 
-def _more_room(room: Room, nodal: Rung, expected: ExpectedPatch) -> Room:
+def _even_stretch(low: float, high: float, step: float) -> Stretch:
+    steps = 2 * math.ceil(0.5 * (high - low) / step)
+    middle = 0.5 * (low + high)
+    return Stretch(low_mm=middle - 0.5 * steps * step, high_mm=middle + 0.5 * steps * step, intervals=steps)
+
+
+def _bands(expected: ExpectedPatch, element_size_mm: tuple[float, float], room: Room) -> tuple[Stretch, ...]:
+    """A band for each of several patches far apart; none where margins leave too little between them."""
+    found = []
+    for part in expected.parts:
+        step = element_width_mm(element_size_mm, part)
+        low = part.s_low_mm - MARGIN_ELEMENTS * step - (room.s_low if part is expected.parts[0] else 0.0)
+        high = part.s_high_mm + MARGIN_ELEMENTS * step + (room.s_high if part is expected.parts[-1] else 0.0)
+        found.append(_even_stretch(low, high, step))
+    short = (after.low_mm - before.high_mm < before.step_mm + after.step_mm for before, after in pairwise(found))
+    return () if len(found) == 1 or any(short) else tuple(found)
+
+
+def _more_room(room: Room, nodal: Rung, expected: ExpectedPatch, bands: Sequence[slice]) -> Room:
     """More room where the contact comes within EDGE_ELEMENTS of the edge; the same room if it nowhere does."""
     contact = nodal.pressure_MPa > 0.0
     rows, columns = np.asarray(contact.any(axis=1)), np.asarray(contact.any(axis=0))
+    between = np.ones(columns.size, dtype=bool)
+    for band in bands:
+        start, stop, _ = band.indices(columns.size)
+        between[start + (EDGE_ELEMENTS if start else 0) : stop - (EDGE_ELEMENTS if stop < columns.size else 0)] = False
     at_end = bool(rows[-EDGE_ELEMENTS:].any() or (not nodal.grid.half and rows[:EDGE_ELEMENTS].any()))
     quarter = 0.25 * (expected.s_high_mm - expected.s_low_mm)
     return Room(
         x=room.x + (0.25 * expected.x_high_mm if at_end else 0.0),
         s_low=room.s_low + (quarter if columns[:EDGE_ELEMENTS].any() else 0.0),
         s_high=room.s_high + (quarter if columns[-EDGE_ELEMENTS:].any() else 0.0),
+        joined=room.joined or bool(columns[between].any()),
     )
 
 
@@ -97,9 +127,8 @@ def couple(case: Case, placement: Placement, zone: FineZone, clock: Clock) -> Co
     rail_body, wheel_body = bodies
     with clock.step("couple"):
         x = np.linspace(0.0 if case.half else -zone.half_length_mm, zone.half_length_mm, rail.contact_nodes.shape[0])
-        s = np.linspace(zone.s_low_mm, zone.s_high_mm, rail.contact_nodes.shape[1])
-        grid = ContactGrid(x_mm=x, s_mm=s, half=case.half)
-        _, normals = placement.surface(x[:, None], s[None, :])
+        grid = ContactGrid(x_mm=x, s_mm=zone.s_mm, half=case.half)
+        _, normals = placement.surface(x[:, None], grid.s_mm[None, :])
         wheel_nodes = np.unique(wheel.surfaces["contact"])
         local = np.full(len(wheel.points), -1)
         local[wheel_nodes] = np.arange(wheel_nodes.size)
@@ -110,6 +139,7 @@ def couple(case: Case, placement: Placement, zone: FineZone, clock: Clock) -> Co
             normals=normals.reshape(-1, 3),
             rail_nodes=rail.contact_nodes.ravel(),
             wheel_nodes=wheel_nodes,
+            bands=zone.columns,
             coupling=mortar_matrix(
                 grid, placement.project(wheel.points[wheel_nodes]), local[wheel.surfaces["contact"]]
             ),
@@ -138,6 +168,12 @@ class CoupledProblem:
     elements: Compliance
     otherwise: Compliance
 
+    def with_gap(self, gap_mm: Floats) -> CoupledProblem:
+        """The same bodies with another gap (n,)."""
+        return replace(
+            self, bodies=replace(self.bodies, gap_mm=gap_mm), half_space=replace(self.half_space, gap_mm=gap_mm)
+        )
+
     def solve(self, load_N: float) -> ContactSolution:
         """Solve the contact on the half-space, and from there that of the bodies."""
         start = solve_contact(self.half_space, load_N).pressure_MPa
@@ -163,21 +199,22 @@ class CoupledProblem:
 
 
 def coupled_problem(true_gap: TrueGap, bodies: CoupledBodies) -> CoupledProblem:
-    """Set up the contact of coupled bodies; costs one application of their compliance."""
+    """Set up the contact of coupled bodies; costs one application of their compliance for each of their bands."""
     grid, modulus = bodies.grid, true_gap.contact_modulus_MPa
-    response = UnitResponse.of(bodies.compliance, grid, contact_modulus_MPa=modulus)
-    half_space = half_space_problem(
-        grid,
-        grid.weighted_mean(true_gap.placement.gap),
+    of_bodies = ContactProblem(
+        compliance=bodies.compliance,
+        gap_mm=grid.weighted_mean(true_gap.gap),
         closing=bodies.normals @ true_gap.direction,
-        contact_modulus_MPa=modulus,
+        area_mm2=grid.whole_area_mm2(),
     )
+    bands = Bands(grid=grid, columns=bodies.bands, contact_modulus_MPa=modulus)
+    responses = bands.responses(bodies.compliance)
     return CoupledProblem(
-        bodies=replace(half_space, compliance=bodies.compliance),
-        half_space=half_space,
-        model=response.model(),
-        elements=response.half_space_of_elements(),
-        otherwise=response.half_space_of_elements(quartic=True),
+        bodies=of_bodies,
+        half_space=replace(of_bodies, compliance=bands.half_space()),
+        model=bands.together([one.model() for one in responses]),
+        elements=bands.together([one.half_space_of_elements() for one in responses]),
+        otherwise=bands.together([one.half_space_of_elements(quartic=True) for one in responses]),
     )
 
 
@@ -215,11 +252,14 @@ class CoupledMesh:
 
     def _contact(self, position: Position) -> tuple[Rung, Field, Field]:
         """Contact on the elements' nodes, and what the bodies open under it beyond a half-space of elements, twice."""
-        return self._problem.read(self._problem.solve(position.case.load_N), position.true_gap, self.bodies)
+        problem, true_gap = self._problem, position.true_gap
+        if true_gap.slide_mm != self._position.true_gap.slide_mm:
+            problem = problem.with_gap(self.bodies.grid.weighted_mean(true_gap.gap))
+        return problem.read(problem.solve(position.case.load_N), true_gap, self.bodies)
 
     def _more_room(self, position: Position, nodal: Rung, added: Field) -> Room:
         """More room where the contact comes near the edge of the zone or goes on beyond it; else the same."""
-        more = _more_room(self._room, nodal, position.expected)
+        more = _more_room(self._room, nodal, position.expected, self.bodies.bands)
         beyond = position.true_gap.overlaps_beyond(nodal, added)
         if beyond is None:
             return more

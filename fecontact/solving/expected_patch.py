@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,8 +37,22 @@ _FINEST = 0.25
 _VALLEY = 0.05
 # Nodes follow a shallower one too: 16 on the semi-axis of the rest read 0.015 of a valley of 0.047 beside a thin lobe.
 _LEAST_VALLEY = 0.01
+# Patches with more free surface between them than so many times the wider one's half width are far apart: each has
+# elements of its own.
+_FAR_APART = 1.0
+# The approach of the second one is that of the first to some 1e-3 already.
+_SLIDES = 2
 # A kink by less than this turns the surface less than a patch's own curvature does (5 mm on R 300: 0.017).
 _CORNER_RAD = 0.02
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExpectedPart:
+    """A patch far from all others: from where to where across (mm), and how many times larger its elements may be."""
+
+    s_low_mm: float
+    s_high_mm: float
+    larger: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,8 +66,12 @@ class ExpectedPatch:
     semi_axis_x_mm, semi_axis_s_mm
         Half length and smaller half width that elements are made for: of the lobe that carries most, where it is not
         much wider than the narrowest one; small ones are left out.
+    true_gap
+        The gap under the load, with the slide of the bodies on a steep surface.
     half_space
-        The true gap on a half-space, with 32 nodes or more on each semi-axis, of small lobes too.
+        It on a half-space, with 32 nodes or more on each semi-axis, of small lobes too.
+    parts
+        Patches far apart, from the gauge side on; a single one otherwise.
     """
 
     x_low_mm: float
@@ -62,7 +80,13 @@ class ExpectedPatch:
     s_high_mm: float
     semi_axis_x_mm: float
     semi_axis_s_mm: float
+    true_gap: TrueGap
     half_space: Rung
+    parts: tuple[ExpectedPart, ...]
+
+    def joined(self) -> ExpectedPatch:
+        """The same as if patches were not far apart, with equal elements for all of them."""
+        return replace(self, parts=(ExpectedPart(s_low_mm=self.s_low_mm, s_high_mm=self.s_high_mm, larger=1.0),))
 
 
 def approach_direction(placement: Placement, *, normal_force: bool) -> Floats:
@@ -74,6 +98,8 @@ def expected_patch(
     true_gap: TrueGap, load_N: float, *, half: bool, nodes: int = 16, guess_mm: float = 0.1
 ) -> ExpectedPatch:
     """Solve the true gap on a half-space over all of the surface in reach, then again on a grid that fits the patch.
+
+    On a steep surface the bodies slide along each other: both once more, with the slide of the approach that was found.
 
     Parameters
     ----------
@@ -89,6 +115,14 @@ def expected_patch(
     ConvergenceError
         If the patch grows without bound, or its contact is not found.
     """
+    expected = _expected(true_gap, load_N, half=half, nodes=nodes, guess_mm=guess_mm)
+    for _ in range(_SLIDES if true_gap.is_steep else 0):
+        slid = true_gap.after(expected.half_space.approach_mm)
+        expected = _expected(slid, load_N, half=half, nodes=nodes, guess_mm=guess_mm)
+    return expected
+
+
+def _expected(true_gap: TrueGap, load_N: float, *, half: bool, nodes: int, guess_mm: float) -> ExpectedPatch:
     reach = guess_mm
     for _ in range(12):
         grid = _coarse_grid(true_gap, reach, half=half)
@@ -103,11 +137,11 @@ def expected_patch(
         )
     for _ in range(2):
         rung = _solve(true_gap, _fitted_grid(rung, nodes), load_N, start=rung.pressure)
-    return _patch_of(rung)
+    return _patch_of(true_gap, rung)
 
 
 def _coarse_grid(true_gap: TrueGap, reach_mm: float, *, half: bool) -> ContactGrid:
-    (x_low, x_high), (s_low, s_high) = _region(true_gap.placement, reach_mm, true_gap.direction, half)
+    (x_low, x_high), (s_low, s_high) = _region(true_gap, reach_mm, half)
     x = np.linspace(0.0 if half else x_low, x_high, _COARSE_NODES_X if half else 2 * _COARSE_NODES_X - 1)
     s = np.linspace(s_low, s_high, max(33, int(np.ceil((s_high - s_low) / _COARSE_STEP_S_MM)) + 1))
     return ContactGrid(x_mm=x, s_mm=s, half=half)
@@ -159,17 +193,16 @@ def _corners(placement: Placement) -> list[tuple[Profile, float, float]]:
     return found
 
 
-def _region(
-    placement: Placement, reach: float, direction: Floats, half: bool
-) -> tuple[tuple[float, float], tuple[float, float]]:
+def _region(true_gap: TrueGap, reach: float, half: bool) -> tuple[tuple[float, float], tuple[float, float]]:
     """Bounding box of the surface that comes together when the bodies approach rigidly by `reach`."""
+    placement = true_gap.placement
     profile, origin = placement.rail.profile, placement.first_arc_length_mm
     width = 1.3 * np.sqrt(2.0 * placement.wheel.rolling_radius_mm * reach)
     x = np.linspace(0.0 if half else -width, width, 15 if half else 29)
     # the profile's own sides and junction steps lie beyond any contact of running wheels
     s = np.arange(1e-6, profile.length_mm, _COARSE_STEP_S_MM) - origin
     _, normals = placement.surface(0.0, s)
-    near = placement.gap(x[:, None], s[None, :]) <= reach * (normals @ direction)
+    near = true_gap.gap(x[:, None], s[None, :]) <= reach * (normals @ true_gap.direction)
     rows, columns = np.flatnonzero(near.any(axis=1)), np.flatnonzero(near.any(axis=0))
     if columns.size == 0:
         return (-width, width), (-1.0, 1.0)
@@ -200,7 +233,7 @@ def _fitted_grid(rung: Rung, nodes: int) -> ContactGrid:
     )
 
 
-def _patch_of(rung: Rung) -> ExpectedPatch:
+def _patch_of(true_gap: TrueGap, rung: Rung) -> ExpectedPatch:
     (x_low, x_high), (s_low, s_high) = _bounds(rung)
     semi_axis_x, semi_axis_s = semi_axes_of_elements_mm(rung)
     return ExpectedPatch(
@@ -210,8 +243,38 @@ def _patch_of(rung: Rung) -> ExpectedPatch:
         s_high_mm=s_high,
         semi_axis_x_mm=semi_axis_x,
         semi_axis_s_mm=semi_axis_s,
+        true_gap=true_gap,
         half_space=rung,
+        parts=_parts(rung, semi_axis_s),
     )
+
+
+def _parts(rung: Rung, semi_axis_s: float) -> tuple[ExpectedPart, ...]:
+    """Patches far apart, from the gauge side on; elements made for `semi_axis_s` across are those of the narrowest."""
+    s, step = rung.grid.s_mm, rung.grid.steps_mm[1]
+    below = np.flatnonzero(rung.pressure_MPa.any(axis=0))
+    parts: list[tuple[int, int]] = []
+    for patch in np.split(below, np.flatnonzero(np.diff(below) > 1) + 1):
+        first, last = int(patch[0]), int(patch[-1])
+        # joined to those before it as long as the surface between is too short
+        while parts and first - parts[-1][1] - 1 <= 0.5 * _FAR_APART * max(
+            last - first + 1, parts[-1][1] - parts[-1][0] + 1
+        ):
+            first = parts.pop()[0]
+        parts.append((first, last))
+    found = []
+    for first, last in parts:
+        alone = np.zeros_like(rung.pressure_MPa)
+        alone[:, first : last + 1] = rung.pressure_MPa[:, first : last + 1]
+        _, own = semi_axes_of_elements_mm(replace(rung, pressure_MPa=alone))
+        found.append(
+            ExpectedPart(
+                s_low_mm=float(s[first] - 0.5 * step),
+                s_high_mm=float(s[last] + 0.5 * step),
+                larger=max(1.0, own / semi_axis_s),
+            )
+        )
+    return tuple(found)
 
 
 def semi_axes_of_elements_mm(rung: Rung) -> tuple[float, float]:

@@ -94,15 +94,25 @@ class LoadSweep:
         # a load between planned ones is not the last there: the meshes serve all of them
         above = min((load for load in self._planned if load >= wanted.case.load_N), default=None)
         largest = wanted if above is None else self._planned[above]
-        sizes = [wanted.element_size_mm]
+        sharing = [wanted]
         for load_N, planned in self._planned.items():
             if load_N < wanted.case.load_N and _finer(planned, largest) <= _MOST_FINER:
-                sizes.append(planned.element_size_mm)
+                sharing.append(planned)
         spare = 1.0 if above in (None, wanted.case.load_N) else _SPARE
-        finest = (min(size[0] for size in sizes) / spare, min(size[1] for size in sizes) / spare)
-        made = Meshes(replace(largest, element_size_mm=finest), keep=True)
+        made = Meshes(_made_for(largest, sharing, spare), keep=True)
         self._groups.append(made)
         return made
+
+
+def _made_for(largest: Position, sharing: Sequence[Position], spare: float) -> Position:
+    """The position under its largest load, with elements as fine as any of the loads that share them asks for."""
+    along_x, across = (min(one.element_size_mm[k] for one in sharing) / spare for k in (0, 1))
+    parts = []
+    for part in largest.expected.parts:
+        asked = min(one.widest_element_mm(part.s_low_mm, part.s_high_mm) for one in sharing)
+        parts.append(replace(part, larger=max(1.0, min(part.larger, asked / spare / across))))
+    expected = replace(largest.expected, parts=tuple(parts))
+    return replace(largest, element_size_mm=(along_x, across), expected=expected)
 
 
 def unrefined(case: Case) -> Case:
@@ -130,7 +140,14 @@ def _finer(planned: Position, meshed: Position) -> float:
 def _serves(meshed: Position, wanted: Position) -> bool:
     """Whether meshes made for one load hold the patch of another with enough elements."""
     # the margin around the expected patch, and the zone's growth, take what a smaller load reaches beyond
-    return _finer(wanted, meshed) <= _SAME and meshed.case.load_N >= wanted.case.load_N
+    if _finer(wanted, meshed) > _SAME or meshed.case.load_N < wanted.case.load_N:
+        return False
+    # patches far apart have elements of different widths, and need not shrink alike
+    return len(meshed.expected.parts) == 1 or all(
+        meshed.widest_element_mm(part.s_low_mm, part.s_high_mm)
+        <= _SAME * wanted.widest_element_mm(part.s_low_mm, part.s_high_mm)
+        for part in wanted.expected.parts
+    )
 
 
 def solve_loads(case: Case, loads_N: Sequence[float], progress: Progress | None = None) -> tuple[JudgedLoad, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,7 +16,7 @@ from fecontact.case import RESOLUTIONS, Case
 from fecontact.errors import InputError
 from fecontact.fe.linear_solver import choose_solver
 from fecontact.geometry.placement import Placement
-from fecontact.solving.expected_patch import ExpectedPatch, approach_direction, expected_patch
+from fecontact.solving.expected_patch import ExpectedPart, ExpectedPatch, approach_direction, expected_patch
 from fecontact.solving.placing import place_case
 from fecontact.solving.true_gap import TrueGap
 from fecontact.theory.hertz import HertzContact, hertz_from_hessian
@@ -101,6 +102,12 @@ def element_size_mm(case: Case, expected: ExpectedPatch) -> tuple[float, float]:
     return min(along_x, _MOST_SLENDER * across), min(across, _MOST_SLENDER * along_x)
 
 
+def element_width_mm(element_size_mm: tuple[float, float], part: ExpectedPart) -> float:
+    """Width across of the elements below one of several patches far apart, where those of the narrowest are given."""
+    along_x, across = element_size_mm
+    return max(across, min(part.larger * across, _MOST_SLENDER * along_x))
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Position:
     """What all meshes and loads of a position share; case and expected patch are those that the meshes are made for.
@@ -122,7 +129,18 @@ class Position:
         case = replace(self.case, load_N=load_N)
         with self.clock.step("expect the patch"):
             _, expected = expect_on_half_space(case, self.placement)
-        return replace(self, case=case, expected=expected, element_size_mm=element_size_mm(case, expected))
+        return replace(
+            self,
+            case=case,
+            true_gap=expected.true_gap,
+            expected=expected,
+            element_size_mm=element_size_mm(case, expected),
+        )
+
+    def widest_element_mm(self, low_mm: float, high_mm: float) -> float:
+        """Largest width across of the elements below what lies between two places of the surface."""
+        below = [part for part in self.expected.parts if part.s_low_mm <= high_mm and part.s_high_mm >= low_mm]
+        return max((element_width_mm(self.element_size_mm, part) for part in below), default=math.inf)
 
     @property
     def placement(self) -> Placement:
@@ -147,7 +165,7 @@ def position_of(case: Case, *, progress: Progress | None = None) -> Position:
         _, expected = expect_on_half_space(case, placement)
     return Position(
         case=case,
-        true_gap=true_gap_of_case(case, placement),
+        true_gap=expected.true_gap,
         expected=expected,
         element_size_mm=element_size_mm(case, expected),
         clock=clock,
@@ -167,9 +185,11 @@ def expect_on_half_space(case: Case, placement: Placement | None = None) -> tupl
     placement = placement or place_case(case)
     hertz = hertz_of_case(case, placement)
     true_gap = true_gap_of_case(case, placement)
-    return hertz, expected_patch(
+    expected = expected_patch(
         true_gap, case.load_N, half=case.half, nodes=case.nodes_a_semi_axis, guess_mm=1.1 * hertz.approach_mm
     )
+    # elements whose size is given have it everywhere
+    return hertz, expected if isinstance(case.resolution, str) else expected.joined()
 
 
 def true_gap_of_case(case: Case, placement: Placement) -> TrueGap:

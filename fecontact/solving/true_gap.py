@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import RectBivariateSpline
 
 from fecontact.contact.grid import ContactGrid, Field
@@ -16,6 +17,9 @@ from fecontact.geometry.placement import Placement
 
 Floats = NDArray[np.float64]
 
+# Above this contact angle a vertical load drives the bodies along each other by more than half of what it closes them:
+# a gap whose points only come nearer then moves the patch by tenths of its width, and loses some of the load.
+_STEEP_RAD = math.radians(30.0)
 # Some 1e-5 of the pressure: a tenth of what the nodes leave open.
 _TOLERANCE = 1e-6
 # Steps across at which surfaces beside the contact are looked at.
@@ -30,20 +34,44 @@ class TrueGap:
     ----------
     direction (3,)
         Unit vector along which the load acts and the bodies approach.
+    slide_mm
+        How far the wheel goes along the tangent at first touch under the load. Where it is not 0 the gap is that of the
+        wheel after it, less what points that come nearer along the rail's normals see of it themselves.
     """
 
     placement: Placement
     contact_modulus_MPa: float
     direction: Floats
+    slide_mm: float = 0.0
 
     @property
     def closing(self) -> float:
         """How much the gap at the first touch point closes when the bodies approach by 1."""
         return float(self.direction @ self.placement.first.normal)
 
+    @property
+    def is_steep(self) -> bool:
+        """Whether the load drives the bodies along each other so far that it must be in the gap."""
+        return abs(float(self.direction @ self.placement.first.tangent)) > math.sin(_STEEP_RAD)
+
+    def after(self, approach_mm: float) -> TrueGap:
+        """The same with the slide of an approach along the contact normal."""
+        along = float(self.direction @ self.placement.first.tangent)
+        return replace(self, slide_mm=approach_mm / self.closing * along)
+
+    def gap(self, x: ArrayLike, s: ArrayLike) -> Floats:
+        """The gap (mm) along the rail's normals at x and s (mm from first touch), undeformed."""
+        placement, slide = self.placement, self.slide_mm
+        if slide == 0.0:
+            return placement.gap(x, s)
+        tangent = placement.first.tangent
+        wheel = replace(placement.wheel, centre_mm=placement.wheel.centre_mm - slide * tangent)
+        _, normals = placement.surface(x, s)
+        return replace(placement, wheel=wheel).gap(x, s) + slide * (normals @ tangent)
+
     def on(self, grid: ContactGrid) -> Floats:
         """The gap (nx, ns) in mm on a grid of nodes, undeformed."""
-        return np.asarray(self.placement.gap(grid.x_mm[:, None], grid.s_mm[None, :]))
+        return np.asarray(self.gap(grid.x_mm[:, None], grid.s_mm[None, :]))
 
     def solve(
         self,
@@ -85,7 +113,7 @@ class TrueGap:
         s = s[(s < grid.s_mm[0]) | (s > grid.s_mm[-1])]
         x = np.linspace(grid.x_mm[0], grid.x_mm[-1], 9)
         _, normals = placement.surface(0.0, s)
-        gap = placement.gap(x[:, None], s[None, :]) - rung.approach_mm / self.closing * (normals @ self.direction)
+        gap = self.gap(x[:, None], s[None, :]) - rung.approach_mm / self.closing * (normals @ self.direction)
         # an opening only adds to it: most are ruled out without
         near = np.argwhere(gap < 0.0)
         if near.size == 0:

@@ -1,0 +1,290 @@
+"""Patches far apart: a grid with regular nodes at each of them, beside the same contact on regular nodes all over."""
+
+from dataclasses import replace
+from math import atan
+
+import numpy as np
+import pytest
+
+from fecontact.case import Case
+from fecontact.contact.bands import Bands
+from fecontact.contact.grid import ContactGrid, hat_functions
+from fecontact.contact.halfspace import half_space_compliance, half_space_problem
+from fecontact.contact.solver import ContactProblem, solve_contact
+from fecontact.errors import FoldedMesh
+from fecontact.fe.meshing import rail_mesh, wheel_mesh
+from fecontact.fe.section import Grading, Stretch, lines_of
+from fecontact.solving.coupled_mesh import Room, _more_room, fine_zone
+from fecontact.solving.expected_patch import ExpectedPart
+from fecontact.solving.load_sweep import _made_for, _serves
+from fecontact.solving.position import MARGIN_ELEMENTS, element_size_mm, element_width_mm, position_of
+
+MODULUS = 115e3
+# The gauge corner and the top of the head touch, 5 mm of free surface between them.
+TWO = Case(
+    rail="MBench_UIC60",
+    inclination_rad=atan(1 / 40),
+    lateral_shift_mm=5.0,
+    roll_rad=0.362e-3,
+    load_N=50e3,
+    resolution="quick",
+    refine_degrees_of_freedom=0,
+)
+
+
+@pytest.fixture(scope="module")
+def two():
+    return position_of(TWO)
+
+
+def banded(half: bool) -> tuple[Bands, ContactGrid]:
+    """Bands of steps 0.2 and 0.4 mm, 6 mm apart, and a regular grid of 0.2 mm that has all of their nodes."""
+    stretches = (
+        Stretch(low_mm=-2.0, high_mm=2.0, intervals=20),
+        Stretch(low_mm=8.0, high_mm=16.0, intervals=20),
+    )
+    s = lines_of(stretches, Grading())
+    x = 0.25 * np.arange(0 if half else -16, 17)
+    columns = (slice(0, 21), slice(s.size - 21, s.size))
+    regular = ContactGrid(x_mm=x, s_mm=-2.0 + 0.2 * np.arange(91), half=half)
+    return Bands(grid=ContactGrid(x_mm=x, s_mm=s, half=half), columns=columns, contact_modulus_MPa=MODULUS), regular
+
+
+def regular_half_space(grid: ContactGrid):
+    (nodes_x, nodes_s), (step_x, step_s) = grid.shape, grid.steps_mm
+    return half_space_compliance(
+        nodes_x=nodes_x,
+        nodes_s=nodes_s,
+        step_x_mm=step_x,
+        step_s_mm=step_s,
+        contact_modulus_MPa=MODULUS,
+        half=grid.half,
+    )
+
+
+# --- the half-space of a banded grid ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("half", [True, False])
+def test_a_band_presses_on_the_other_one_as_on_regular_nodes(half):
+    bands, regular = banded(half)
+    at_first = np.zeros(bands.grid.shape)
+    at_first[:13, 3:18] = np.random.default_rng(1).uniform(1.0, 2.0, (13, 15))
+    same = np.zeros(regular.shape)
+    same[:, :21] = at_first[:, :21]
+    opening = bands.half_space()(at_first.ravel()).reshape(bands.grid.shape)
+    expected = regular_half_space(regular)(same.ravel()).reshape(regular.shape)
+    np.testing.assert_allclose(opening[:, :21], expected[:, :21], rtol=1e-12)
+    # cells of the other band are as large as 0.4 by 0.25 mm, 6 mm away: (h / r)^2 / 24 of it, in the mean of both cells
+    np.testing.assert_allclose(opening[:, bands.columns[1]], expected[:, 50::2], rtol=2e-4)
+
+
+@pytest.mark.parametrize("half", [True, False])
+def test_a_banded_half_space_is_symmetric(half):
+    """In the product by areas: contacts are found by conjugate gradients."""
+    bands, _ = banded(half)
+    compliance, area = bands.half_space(), bands.grid.whole_area_mm2()
+    rng = np.random.default_rng(2)
+    inside = np.zeros(bands.grid.shape, dtype=bool)
+    inside[1 if half else 2 : -2, 2:-2] = True
+    # neither on the plane of symmetry, whose nodes have half a cell, nor next to a strip
+    for own in bands.columns:
+        inside[:, [own.start, own.stop - 1]] = False
+    p, q = (np.where(inside, rng.uniform(size=bands.grid.shape), 0.0).ravel() for _ in range(2))
+    one, other = np.dot(area * p, compliance(q)), np.dot(area * q, compliance(p))
+    assert one == pytest.approx(other, rel=1e-12)
+
+
+def test_two_contacts_on_bands_are_those_on_regular_nodes():
+    """A ball on a small cap and one on a wide one, both 0.02 mm high beside the other: forces and peaks."""
+
+    def gap(x, s):
+        return np.minimum((x**2 + s**2) / 60.0, 0.02 + (x**2 + (s - 12.0) ** 2) / 400.0)
+
+    bands, regular = banded(True)
+    problems = []
+    for grid in (bands.grid, regular):
+        x, s = np.meshgrid(grid.x_mm, grid.s_mm, indexing="ij")
+        problems.append(
+            half_space_problem(regular, gap(x, s).ravel(), contact_modulus_MPa=MODULUS)
+            if grid is regular
+            else ContactProblem(
+                compliance=bands.half_space(),
+                gap_mm=gap(x, s).ravel(),
+                closing=np.ones(x.size),
+                area_mm2=grid.whole_area_mm2(),
+            )
+        )
+    found, expected = (solve_contact(problem, 9e3) for problem in problems)
+    assert found.status == expected.status == "converged"
+    assert found.approach_mm == pytest.approx(expected.approach_mm, rel=2e-4)
+    for low, high in ((-2.0, 2.0), (8.0, 16.0)):
+        force, peak = [], []
+        for problem, solution, grid in zip(problems, (found, expected), (bands.grid, regular), strict=True):
+            own = (grid.s_mm >= low) & (grid.s_mm <= high)
+            force.append((problem.area_mm2 * solution.pressure_MPa).reshape(grid.shape)[:, own].sum())
+            peak.append(solution.pressure_MPa.reshape(grid.shape)[:, own].max())
+        assert min(force) > 2e3
+        # the second patch has 8 nodes on its semi-axis here and 16 there
+        assert force[0] == pytest.approx(force[1], rel=3e-3)
+        assert peak[0] == pytest.approx(peak[1], rel=5e-3)
+
+
+def test_one_band_is_a_regular_grid_to_the_last_bit():
+    _, regular = banded(True)
+    bands = Bands(grid=regular, columns=(slice(0, regular.shape[1]),), contact_modulus_MPa=MODULUS)
+    p = np.random.default_rng(3).uniform(size=regular.nodal_area_mm2().size)
+    assert np.array_equal(bands.half_space()(p), regular_half_space(regular)(p))
+
+
+def test_shape_functions_of_unequal_nodes():
+    line = np.array([0.0, 0.5, 1.0, 3.0, 4.0])
+    places = np.linspace(0.0, 4.0, 81)
+    hats = hat_functions(line, places)
+    np.testing.assert_allclose(hats.sum(axis=0), 1.0, atol=1e-14)
+    np.testing.assert_allclose(line @ hats, places, atol=1e-14)
+
+
+# --- which patches are far apart --------------------------------------------------------------------------------
+
+
+def test_patches_far_apart_are_parts_with_elements_of_their_own(two):
+    """What the half-space says of this case: 2.3 mm at the gauge corner, 6.9 mm on the head, 5.1 mm between."""
+    corner, head = two.expected.parts
+    assert corner.s_low_mm == two.expected.s_low_mm
+    assert head.s_high_mm == two.expected.s_high_mm
+    assert corner.larger == 1.0
+    assert head.larger > 2.0
+    between = head.s_low_mm - corner.s_high_mm
+    assert between == pytest.approx(5.07, abs=0.05)
+    assert between > 0.5 * (head.s_high_mm - head.s_low_mm)
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        Case(lateral_shift_mm=-4.0),
+        # two lobes of one patch, and two of the pair above under twice the load
+        Case(lateral_shift_mm=-0.5),
+        replace(TWO, load_N=100e3),
+        # two patches, with less between them than half of the wider one
+        Case(lateral_shift_mm=5.0, load_N=100e3),
+    ],
+)
+def test_other_patches_have_one_zone_of_equal_elements(case):
+    position = position_of(case)
+    assert len(position.expected.parts) == 1
+    zone = fine_zone(position.expected, position.element_size_mm)
+    assert zone.bands == ()
+    assert np.ptp(np.diff(zone.s_mm)) < 1e-12
+
+
+def test_elements_whose_size_is_given_have_it_everywhere(two):
+    case = replace(TWO, resolution=(0.4, 0.2))
+    sizes = element_size_mm(case, two.expected)
+    position = position_of(case)
+    zone = fine_zone(position.expected, sizes)
+    assert zone.bands == ()
+    assert zone.step_s_mm == 0.2
+
+
+def test_bands_hold_the_patches_and_their_margins(two):
+    zone = fine_zone(two.expected, two.element_size_mm)
+    assert len(zone.bands) == 2
+    s = zone.s_mm
+    assert zone.intervals_s == s.size - 1
+    assert zone.intervals_s % 2 == 0
+    assert np.all(np.diff(s) > 0.0)
+    for band, own, part in zip(zone.bands, zone.columns, two.expected.parts, strict=True):
+        steps = np.diff(s[own])
+        np.testing.assert_allclose(steps, band.step_mm, rtol=1e-9)
+        assert s[own][0] <= part.s_low_mm - MARGIN_ELEMENTS * band.step_mm + 1e-9
+        assert s[own][-1] >= part.s_high_mm + MARGIN_ELEMENTS * band.step_mm - 1e-9
+        assert band.step_mm <= 2.0 * zone.step_x_mm * (1.0 + 1e-9)
+    assert zone.bands[0].step_mm == pytest.approx(zone.step_s_mm, rel=1e-9)
+    # neighbouring steps grow by the rate of the grading, and by rounding to an even number
+    growth = np.diff(s)[1:] / np.diff(s)[:-1]
+    assert max(growth.max(), 1.0 / growth.min()) < 1.8
+    # 104 elements before there were bands
+    assert zone.intervals_s < 0.6 * fine_zone(two.expected, two.element_size_mm, Room(joined=True)).intervals_s
+
+
+def test_bodies_have_the_zone_of_their_bands(two):
+    """Rail nodes lie where the zone says; the wheel's bands face the rail's."""
+    zone = fine_zone(two.expected, two.element_size_mm)
+    meshes = [make(two.placement, zone, half=True, size=TWO.size) for make in (rail_mesh, wheel_mesh)]
+    on_rail, on_wheel = (two.placement.project(mesh.points[mesh.contact_nodes[0]]) for mesh in meshes)
+    np.testing.assert_allclose(on_rail[:, 1], zone.s_mm, atol=1e-9)
+    assert on_wheel[0, 1] < zone.s_mm[0]
+    assert on_wheel[-1, 1] > zone.s_mm[-1]
+    for band, own in zip(zone.bands, zone.columns, strict=True):
+        inside = (on_wheel[:, 1] > band.low_mm - 1e-6) & (on_wheel[:, 1] < band.high_mm + 1e-6)
+        assert np.diff(on_wheel[inside, 1]).max() < 1.1 * band.step_mm
+        assert own.stop - own.start - 1 == band.intervals
+
+
+def test_bands_that_meet_are_one_zone(two):
+    wide = replace(
+        two.expected,
+        parts=tuple(ExpectedPart(s_low_mm=low, s_high_mm=high, larger=1.0) for low, high in ((-0.9, 6.0), (6.5, 13.3))),
+    )
+    assert fine_zone(wide, two.element_size_mm).bands == ()
+    zone = fine_zone(two.expected, two.element_size_mm)
+    before, after = zone.bands
+    with pytest.raises(FoldedMesh, match="meet"):
+        rail_mesh(
+            two.placement,
+            replace(zone, bands=(before, replace(after, low_mm=before.high_mm - 0.1))),
+            half=True,
+            size=TWO.size,
+        )
+
+
+def test_a_contact_between_bands_joins_them(two):
+    zone = fine_zone(two.expected, two.element_size_mm)
+    grid = ContactGrid(x_mm=zone.step_x_mm * np.arange(zone.intervals_x + 1), s_mm=zone.s_mm, half=True)
+    rung = replace(two.expected.half_space, grid=grid, pressure_MPa=np.zeros(grid.shape))
+    first, last = zone.columns
+
+    def room(*columns: int) -> Room:
+        pressure = np.zeros(grid.shape)
+        pressure[0, list(columns)] = 1.0
+        return _more_room(Room(), replace(rung, pressure_MPa=pressure), two.expected, zone.columns)
+
+    assert room(first.start + 5, last.stop - 6) == Room()
+    # on the strip, and next to the inner edge of a band
+    assert room(first.stop + 1).joined
+    assert room(first.stop - 2).joined
+    assert room(last.start).joined
+    # at an outer edge there is more room, as ever
+    assert not room(first.start).joined
+    assert room(first.start).s_low > 0.0
+    assert fine_zone(two.expected, two.element_size_mm, Room(joined=True)).bands == ()
+
+
+# --- loads that share meshes ------------------------------------------------------------------------------------
+
+
+def test_loads_share_bands_that_are_fine_enough_for_each(two):
+    smaller = two.for_load(40e3)
+    assert len(smaller.expected.parts) == 2
+    together = _made_for(two, [two, smaller], 1.0)
+    assert _serves(together, two)
+    assert _serves(together, smaller)
+    # fine enough at the narrowest patch is not enough
+    wide = tuple(replace(part, larger=part.larger * 1.2) for part in together.expected.parts)
+    assert not _serves(replace(together, expected=replace(together.expected, parts=wide)), smaller)
+    for part, own in zip(together.expected.parts, smaller.expected.parts, strict=True):
+        assert element_width_mm(together.element_size_mm, part) <= (1 + 1e-9) * element_width_mm(
+            smaller.element_size_mm, own
+        )
+
+
+def test_one_patch_shares_as_before():
+    position = position_of(Case(lateral_shift_mm=-4.0, resolution="quick"))
+    smaller = position.for_load(60e3)
+    made = _made_for(position, [position, smaller], 1.0)
+    assert made.expected == position.expected
+    assert made.element_size_mm == tuple(map(min, position.element_size_mm, smaller.element_size_mm))
+    assert _serves(made, position)
+    assert _serves(made, smaller)
