@@ -22,7 +22,7 @@ from fecontact.fe.meshing import (
     surface_normals,
     wheel_mesh,
 )
-from fecontact.fe.section import Grading, Zone, layer_depths, mesh_section, polygon_area
+from fecontact.fe.section import Grading, Stretch, Zone, layer_depths, mesh_section, polygon_area
 from fecontact.geometry.placement import Placement, place
 from fecontact.profiles.library import load
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
@@ -282,7 +282,7 @@ def test_section_area_of_a_rail_with_its_outline():
 
 
 def test_section_reports_its_areas():
-    zone = Zone(low_mm=30.0, high_mm=42.0, intervals=12, depth_step_mm=0.8, depth_mm=5.0)
+    zone = Zone(stretches=(Stretch(low_mm=30.0, high_mm=42.0, intervals=12),), depth_step_mm=0.8, depth_mm=5.0)
     profile = resolve_rail("circle:300")
     section = mesh_section(profile, np.array([[36.0, -60.0], [-36.0, -60.0]]), (0, 1), zone, Grading())
     p = section.points[section.quads]
@@ -301,9 +301,7 @@ def test_section_reports_its_areas():
 def test_section_that_recombination_turns_inside_out():
     # on this zone gmsh moves a node through the corner of the uniform block, as on one of about 200 others
     zone = Zone(
-        low_mm=60.27262004761905,
-        high_mm=70.17738195238095,
-        intervals=20,
+        stretches=(Stretch(low_mm=60.27262004761905, high_mm=70.17738195238095, intervals=20),),
         depth_step_mm=0.3961904761904764,
         depth_mm=4.457142857142857,
     )
