@@ -44,7 +44,7 @@ def solve(
     json
         Print the result as JSON and nothing else.
     out
-        Folder for the case's JSON, ParaView files and figure.
+        Folder for the case's report.html, JSON, ParaView files and figure.
     """
     from fecontact.files import json_text
     from fecontact.outputs.printed_case import print_case
@@ -52,12 +52,17 @@ def solve(
     from fecontact.outputs.rows import case_row
     from fecontact.outputs.tables import print_table
     from fecontact.runs.case_store import solve_into_folder
+    from fecontact.runs.reports import report_case
     from fecontact.solving.solve import solve as solve_case
 
     case = options.case()
     with solving() as progress:
         # what was solved is kept before it is shown: what it is shown on may be full, or closed
-        result = solve_case(case, progress=progress) if out is None else solve_into_folder(case, out, progress=progress)
+        if out is None:
+            result = solve_case(case, progress=progress)
+        else:
+            result = solve_into_folder(case, out, progress=progress)
+            report_case(result, out)
     record = result_record(result)
     if json:
         print(json_text(record), flush=True)
