@@ -153,7 +153,7 @@ def test_a_case_alone_and_a_judged_one_have_a_report(elliptic_quick, tmp_path, m
     assert told["for forces"] == row["force_verdict"] == "HOLDS"
     assert told["force off by, % of mu N"].startswith(f"{row['force_worst_percent']:.1f} ±")
     assert {path.name for path in (tmp_path / "again").iterdir()} == {
-        "study.csv", "study.json", "study.png", "study.svg", "pair.png", "report.html",
+        "study.csv", "study.json", "pair.png", "report.html",
     }  # fmt: skip
 
 

@@ -26,13 +26,16 @@ _ABOUT_MM = 75.0
 
 def pair_figure(placement: Placement, path: Path) -> Path:
     """Draw rail and wheel in section through the first touch point, true to scale, with all touch points."""
-    figure = blank_figure(10.0, 4.1)
-    ax = figure.add_subplot()
     first = placement.first
-    for number, of in enumerate(("rail", "wheel")):
+    lines = []
+    for of in ("rail", "wheel"):
         y, z = _section(placement, of)
         near = np.abs(y - first.y_mm) < _ABOUT_MM
-        y, z = y[near], z[near]
+        lines.append((y[near], z[near]))
+    extent = float(np.ptp(np.concatenate([z for _, z in lines])))
+    figure = blank_figure(10.0, max(2.0, 1.4 + 7.5 * extent / (2.0 * _ABOUT_MM)))
+    ax = figure.add_subplot()
+    for number, (of, (y, z)) in enumerate(zip(("rail", "wheel"), lines, strict=True)):
         end = float(np.min(z)) - 8.0 if of == "rail" else float(np.max(z)) + 10.0
         ax.fill_between(y, z, end, color=("0.82", "0.9")[number], lw=0.0)
         ax.plot(y, z, color=("0.15", FE)[number], lw=1.8, label=of)

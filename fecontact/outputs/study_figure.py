@@ -177,7 +177,8 @@ def _draw_answers(ax: Axes, rows: Sequence[Row]) -> None:
     if handles:
         # outside, so that it never hides a verdict
         legend = ax.legend(handles=handles, fontsize=9, loc="lower left", bbox_to_anchor=(1.01, 0.0), title="Hertz")
-        ax.add_artist(legend)
+        # what is taken for clipped gets no room
+        ax.add_artist(legend).set_clip_on(False)
 
 
 def _draw_series(ax: Axes, group: Sequence[Row], key: str, *, unsure: Any = None, **style: Any) -> None:

@@ -83,7 +83,8 @@ def report_judged(
             if row is most[0]:
                 shown = shown_pair(row, result.placement, folder, out)
         rail = shown.placement.rail.profile if shown is not None and len(rails) == 1 else None
-        if any(row.get("p_max_fe_MPa") is not None for row in rows):
+        # a single case is no line over the shift
+        if sum(row.get("p_max_fe_MPa") is not None for row in rows) > 1:
             study_figure(rows, out / "study.png", rail, criteria)
         return write_study_report(
             f"{name}, judged again",
