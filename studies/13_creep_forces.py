@@ -35,7 +35,7 @@ from fecontact.comparison.creepages import creepages_of
 from fecontact.comparison.measures import patch_of
 from fecontact.creep import Creep
 from fecontact.errors import FecontactError
-from fecontact.outputs.style import blank_figure, save_figure
+from fecontact.outputs.style import FE, HERTZ, blank_figure, finish, legend_beside, save_figure
 from fecontact.regression.checks import Check
 from fecontact.solving.solve import CaseResult
 from fecontact.theory.creep.contact import Creepages, pair_constants
@@ -198,25 +198,25 @@ def _figure(results: Sequence[CaseResult], path: Path) -> None:
     """Creep curves at a few positions: Hertz's ellipse and the real patch."""
     shown = [result for result in results if result.case.lateral_shift_mm in SHOWN_MM]
     shown = [result for result in shown if result.case.load_N == LOADS_N[-1]]
-    figure = blank_figure(3.6 * len(shown) + 0.6, 6.2)
+    figure = blank_figure(3.6 * len(shown) + 2.4, 6.2)
     axes = np.asarray(figure.subplots(2, len(shown), sharex=True, sharey=True, squeeze=False))
     for column, result in enumerate(sorted(shown, key=lambda one: one.case.lateral_shift_mm)):
         for row, (axis, word) in enumerate((("xi", "longitudinal"), ("eta", "lateral"))):
             drawn = curve(result, SHOWN_FRICTION, axis)
             ax = axes[row, column]
             percent = 1e2 * np.array(CURVE)
-            for side, colour in (("Hertz", "tab:orange"), ("real", "tab:blue")):
+            for side, colour in (("Hertz", HERTZ), ("real", FE)):
                 label = "Hertz's ellipse" if side == "Hertz" else "real patch"
                 ax.plot(percent, drawn[f"rolling_half_space, {side}"], color=colour, label=f"{label}, exact")
                 ax.plot(percent, drawn[f"fastsim, {side}"], "--", color=colour, lw=1.0, label=f"{label}, FASTSIM")
-            ax.grid(alpha=0.3)
-            ax.axhline(0.0, color="black", lw=0.6)
-            ax.set_title(f"{result.case.lateral_shift_mm:g} mm, {word} creepage", fontsize=9)
+            finish(ax)
+            ax.axhline(0.0, color="0.3", lw=0.9, zorder=0)
+            ax.set_title(f"{result.case.lateral_shift_mm:g} mm, {word} creepage", fontsize=10)
             if row == 1:
-                ax.set_xlabel("creepage, %")
+                ax.set_xlabel("creepage in %")
             if column == 0:
-                ax.set_ylabel("force against it over µN")
-    axes[0, -1].legend(fontsize=8, loc="lower right")
+                ax.set_ylabel("force against it over mu N")
+    legend_beside(axes[0, -1])
     save_figure(figure, path)
 
 
