@@ -46,7 +46,7 @@ def assert_same_placement(one, other, tolerance=1e-10):
 @pytest.mark.parametrize(("shift_right", "roll_mrad"), MANCHESTER_ROLL)
 def test_roll_of_the_manchester_wheelset(shift_right, roll_mrad):
     case = benchmark(shift_right)
-    # those are the rolls of the loaded wheelset (below): the touching one is 0.0064 mrad off at most; the right one rises
+    # those are the rolls of the loaded wheelset (below): the touching one is 0.0064 mrad off at most
     assert 1e3 * place_wheelset_of_case(case).roll_rad == pytest.approx(-roll_mrad, abs=0.01)
 
 
