@@ -2,7 +2,8 @@
 
 Yan and Fischer (Arch. Appl. Mech. 70, 2000) claim that for a rail and a wheel Hertz holds only if the contact zone
 does not spread into a region of changed surface curvature, and if nothing yields. Here the elastic half of the claim
-is a hypothesis that can fail: 60E1 1:40 with S1002 at 29 positions from -8 to 6 mm under 50 and 100 kN.
+is a hypothesis that can fail: 60E1 1:40 with S1002 at 29 positions from -8 to 6 mm under 50 and 100 kN. Wheel and rail
+alone, without roll: a wheelset would not stand at -8 mm, and the claim knows of none.
 
 Reference: the verdicts of this package's finite elements, by all measures of the field. Expected by
 the claim: FAILS where the patch covers a curvature junction of rail or wheel, HOLDS elsewhere. The study counts both

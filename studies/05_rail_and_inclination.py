@@ -1,7 +1,7 @@
 """What do the rail and its inclination change, and what do the finite bodies add to the true shape of the gap?
 
-60E1 1:40, 60E1 1:20 and 60E2 1:40 with S1002, -8 to 5 mm, 20, 50 and 100 kN; 54E1 1:40 under 100 kN. Each result has
-the whole ladder: Hertz, the true gap on a half-space, the true gap between the bodies.
+60E1 1:40, 60E1 1:20 and 60E2 1:40 with S1002, -8 to 5 mm without roll (one wheel alone), 20, 50 and 100 kN; 54E1 1:40
+under 100 kN. Each result has the whole ladder: Hertz, the true gap on a half-space, the true gap between the bodies.
 
 Reference: the rungs of the ladder are each other's. Expected: on the tread the bodies raise the peak pressure against
 the half-space by a tenth of a per cent, which is about what their cut planes decide; towards the gauge corner they

@@ -154,6 +154,10 @@ ROWS: dict[tuple[str, str], Row] = {
         "wheelset", "--wheelset", True, True, "perhaps", "perhaps",
         "wheelset is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default no",
     ),
+    ("", "roll_under_load"): Row(
+        "roll_under_load", "--roll-under-load", True, True, "perhaps", "perhaps",
+        "roll under load is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default no",
+    ),
     ("", "side"): Row(
         "side", "--side", "right", "right", "rigth", "rigth",
         "side is 'rigth'; allowed: left, right; did you mean right?", ": left, right; default left",
@@ -336,7 +340,7 @@ def test_each_command_takes_what_it_uses():
 
     every = of_groups("place", "files", "load", "material", "bodies", "solution", "verdict", "creep")
     assert options("solve") & every == every
-    assert options("map") & every == every - {"--shift", "--lateral-shift-mm", "--load-kn"}
+    assert options("map") & every == every - {"--shift", "--lateral-shift-mm", "--load-kn", "--roll-under-load"}
     # no stress is looked at, and a mesh is not solved
     stress = {"--yield-mpa", "--rail-yield-mpa", "--wheel-yield-mpa"}
     names = {"--material-name", "--rail-material-name", "--wheel-material-name"}

@@ -17,7 +17,8 @@ _EVERY = options_of(*get_args(Group))
 # a map has lists of these two
 _OF_MAP = options_of(
     *get_args(Group),
-    without=("lateral_shift_mm", "load_N"),
+    # and one roll for all its loads
+    without=("lateral_shift_mm", "load_N", "roll_under_load"),
     own_defaults={
         "wheelset": "yes, unless a roll is given or a line by its radii alone, such as circle:300",
         "roll_rad": "that of the wheelset; 0 where there is none",
