@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from no_slip import no_slip_coefficients
 from scipy.integrate import quad
 
 from fecontact.errors import InputError
@@ -65,6 +66,37 @@ def test_coefficients_between_the_columns_are_those_that_contact_prints():
     assert kalker_coefficients(0.5, 0.28).c11 == pytest.approx(3.7335, abs=5e-5)
     c = kalker_coefficients(2.0, 0.28)
     assert (c.c11, c.c22, c.c23) == pytest.approx((5.2036, 4.9715, 2.6566), abs=1.1e-4)
+
+
+@pytest.mark.parametrize(
+    ("a_over_b", "poisson", "within"),
+    [
+        # on rows and columns of the table: its own error
+        (0.3, 0.25, 0.006),
+        (1.0, 0.25, 0.006),
+        (10.0, 0.25, 0.014),
+        # between them
+        (0.15, 0.3, 0.006),
+        (0.45, 0.4, 0.006),
+        (1.2, 0.1, 0.006),
+        (3.0, 0.25, 0.006),
+        (4.0, 0.3, 0.007),
+        (1.0 / 0.15, 0.1, 0.009),
+        (1.0 / 0.15, 0.4, 0.009),
+    ],
+)
+def test_coefficients_are_those_of_a_solution_without_slip(a_over_b, poisson, within):
+    # straight from row to row c23 would be 5 % off at a/b 4, c33 12 % at 0.15
+    exact, c = no_slip_coefficients(a_over_b, poisson), kalker_coefficients(a_over_b, poisson)
+    assert exact["c32"] == pytest.approx(exact["c23"], rel=1e-3)
+    for name in ("c11", "c22", "c23", "c33"):
+        assert getattr(c, name) == pytest.approx(exact[name], rel=within), name
+
+
+def test_coefficients_are_continuous_at_the_circle():
+    for poisson in (0.1, 0.3, 0.45):
+        below, above = (kalker_coefficients(1.0 + sign * 1e-9, poisson) for sign in (-1, 1))
+        assert above.c33 == pytest.approx(below.c33, rel=1e-3)
 
 
 def test_coefficients_are_smooth_along_the_table():
