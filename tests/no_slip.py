@@ -16,15 +16,34 @@ from numpy.polynomial import chebyshev
 DEGREE = 12
 
 
-def no_slip_coefficients(a_over_b: float, poisson: float, degree: int = DEGREE, angles: int = 0) -> dict[str, float]:
+def no_slip_coefficients(a_over_b: float, poisson: float, degree: int = DEGREE) -> dict[str, float]:
     """Kalker's coefficients; c23 and c32 are one by reciprocity, here from two solutions."""
+    b = 1.0 / a_over_b
+    motions = {
+        "xi": lambda x, y: (x, 0.0 * x),
+        "eta": lambda x, y: (0.0 * x, x),
+        "spin": lambda x, y: (-x * y, 0.5 * x**2),
+    }
+    found = no_slip_forces(a_over_b, poisson, motions, degree)
+    root = math.sqrt(b)
+    return {
+        "c11": -found["xi"][0] / b,
+        "c22": -found["eta"][1] / b,
+        "c23": -found["spin"][1] / (b * root),
+        "c32": found["eta"][2] / (b * root),
+        "c33": -found["spin"][2] / b**2,
+    }
+
+
+def no_slip_forces(a_over_b, poisson, motions, degree=DEGREE):
+    """Fx, Fy and Mz of each motion: a displacement (u, v) of (x, y) whose derivative along x is the rigid slip."""
     b = 1.0 / a_over_b
     # about the square root of as many points each way as polynomials have
     places = np.sqrt((np.arange(degree // 2 + 2) + 0.5) / (degree // 2 + 2))
     turns = 2.0 * np.pi * np.arange(2 * degree + 3) / (2 * degree + 3)
     x, y = (np.outer(places, turn).ravel() for turn in (np.cos(turns), np.sin(turns)))
     fit = np.linalg.pinv(_polynomials(degree, x, y))
-    moved = fit @ _displacements(degree, x, y, b, poisson, angles or math.ceil(60 * max(b, 1.0 / b)))
+    moved = fit @ _displacements(degree, x, y, b, poisson, math.ceil(60 * max(b, 1.0 / b)))
     along = [number for number, (power, _) in enumerate(_powers(degree)) if power > 0]
     # both components of the displacement in those polynomials that are not of y alone
     slopes = np.block([[moved[0], moved[2]], [moved[2], moved[1]]])[along + [len(fit) + number for number in along]]
@@ -36,20 +55,13 @@ def no_slip_coefficients(a_over_b: float, poisson: float, degree: int = DEGREE, 
     orthogonal, triangle = np.linalg.qr(slopes.T, mode="complete")
     forces = _forces(degree, b)
     found = {}
-    # displacements whose derivative along x is the slip of the rigid bodies
-    for name, (u, v) in {"xi": (x, 0.0 * x), "eta": (0.0 * x, x), "spin": (-b * x * y, 0.5 * x**2)}.items():
+    for name, displacement in motions.items():
+        u, v = displacement(x, b * y)
         rhs = np.concatenate([(fit @ u)[along], (fit @ v)[along]])
         c = orthogonal[:, :rows] @ np.linalg.solve(triangle[:rows].T, rhs)
         free = orthogonal[:, rows:]
         found[name] = forces @ (c - free @ np.linalg.lstsq(leading @ free, leading @ c, rcond=None)[0])
-    root = math.sqrt(b)
-    return {
-        "c11": -found["xi"][0] / b,
-        "c22": -found["eta"][1] / b,
-        "c23": -found["spin"][1] / (b * root),
-        "c32": found["eta"][2] / (b * root),
-        "c33": -found["spin"][2] / b**2,
-    }
+    return found
 
 
 def _powers(degree):

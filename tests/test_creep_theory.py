@@ -13,11 +13,12 @@ from fecontact.material import STEEL, Material
 from fecontact.theory.creep.contact import (
     Creepages,
     CreepForce,
+    CurvedCreepages,
     RollingEllipse,
     pair_constants,
     wheelset_moment_Nmm,
 )
-from fecontact.theory.creep.fastsim import ellipse_strips, fastsim, fastsim_strips
+from fecontact.theory.creep.fastsim import ellipse_strips, fastsim, fastsim_strips, flexibilities
 from fecontact.theory.creep.kalker import coefficients_of, kalker_coefficients, kalker_linear
 from fecontact.theory.creep.polach import polach
 from fecontact.theory.creep.saturation import (
@@ -462,3 +463,42 @@ def test_separate_patches_have_an_ellipse_each_and_one_together():
     (alone,) = pressure_strips(x, y, hertz_field(LONG, x, y), **CONSTANTS, strips=y.size)
     single, *_ = one_ellipse([alone])
     assert (single.a_mm, single.b_mm) == pytest.approx((alone.contact.a_mm, alone.contact.b_mm), rel=1e-9)
+
+
+# creepages over curved surfaces
+
+
+def curved(plane: Creepages, xi, spin) -> CurvedCreepages:
+    y = np.linspace(-20.0, 20.0, 81)
+    return CurvedCreepages(plane=plane, y_mm=y, xi_beside=xi(y), spin_beside_per_mm=spin(y))
+
+
+@pytest.mark.parametrize("more_spin", [0.0, -2e-4])
+def test_fastsim_over_a_cone_is_that_over_the_plane(more_spin):
+    # two patches beside the touch point, also along
+    x, y = np.linspace(-9.0, 11.0, 201), np.linspace(-7.0, 12.0, 191)
+    one, two = (1 - ((x[:, None] - at) / a) ** 2 - ((y - c) / b) ** 2 for at, a, c, b in ((2, 8, 2, 3), (0, 6, 9, 2)))
+    pressure = 1000 * np.sqrt(np.maximum(one, 0)) + 600 * np.sqrt(np.maximum(two, 0))
+    pieces = pressure_strips(x, y, pressure, friction=0.3, shear_MPa=82e3, poisson=0.28)
+    plane = Creepages(xi=4e-4, eta=-3e-4, spin_per_mm=1e-4)
+    over = curved(plane, lambda y: -more_spin * y, lambda y: np.full_like(y, more_spin))
+    same = replace(plane, spin_per_mm=plane.spin_per_mm + more_spin)
+    here, there = over.at(2.0, -3.0), same.at(2.0, -3.0)
+    assert (here.xi, here.eta, here.spin_per_mm) == pytest.approx((there.xi, there.eta, there.spin_per_mm), rel=1e-12)
+    found, expected = fastsim_strips(pieces, over), fastsim_strips(pieces, same)
+    for name in ("fx_N", "fy_N", "mz_Nmm", "power_per_speed_N", "slip_area_mm2"):
+        assert getattr(found, name) == pytest.approx(getattr(expected, name), rel=1e-12), name
+    # power is that of the forces
+    power = -(same.xi * expected.fx_N + same.eta * expected.fy_N + same.spin_per_mm * expected.mz_Nmm)
+    assert expected.power_per_speed_N == pytest.approx(power, rel=1e-12)
+
+
+def test_each_line_of_fastsim_has_its_own_creepage():
+    # an odd change of the creepage along moves no force at small creepage, and turns the wheel
+    change = 3e-6
+    over = curved(Creepages(), lambda y: change * y, np.zeros_like)
+    force = fastsim_strips((ellipse_strips(LONG),), over)
+    # no slip: traction is -(xi/L3) (x_lead - x), so the moment is the integral of y^2 (change / L3) (x_lead - x)
+    exact = change / flexibilities(LONG).L3 * (8.0 / 15.0) * LONG.a_mm**2 * LONG.b_mm**3
+    assert force.mz_Nmm == pytest.approx(exact, rel=0.02)
+    assert abs(force.fx_N) < 1e-9 * LONG.limit_N

@@ -141,6 +141,18 @@ def test_the_traction_curve_of_contact(thousandths, of_contact):
     assert -solution.fx_N / WIDE.limit_N == pytest.approx(of_contact, rel=0.01)
 
 
+def test_lines_of_a_cone_are_those_of_the_plane():
+    cells = ellipse_cells(8.0, 4.0, 82e3, 24)
+    given = {"eta": -3e-4, "friction": 0.3, "shear_MPa": 82e3, "poisson": 0.28}
+    plane = steady_rolling(cells, xi=4e-4, spin_per_mm=3e-4, **given)
+    lines = 4e-4 - 3e-4 * cells.y_mm, np.full(cells.y_mm.size, 3e-4)
+    cone = steady_rolling(cells, xi=0.0, spin_per_mm=0.0, lines=lines, **given)
+    for name in ("fx_N", "fy_N", "mz_Nmm", "power_per_speed_N", "slip_area_mm2"):
+        assert getattr(cone, name) == pytest.approx(getattr(plane, name), rel=1e-12), name
+    power = -(4e-4 * plane.fx_N - 3e-4 * plane.fy_N + 3e-4 * plane.mz_Nmm)
+    assert plane.power_per_speed_N == pytest.approx(power, rel=1e-12)
+
+
 def test_large_spin_as_in_contact():
     # 40 by 40 cells of the first order there; from 24 to 96 cells this one goes from -0.610 to -0.622
     solution = roll(LONG, Creepages(eta=-6.25e-4, spin_per_mm=6.25e-4), 48)
