@@ -181,7 +181,8 @@ def test_symmetry_signs_and_limits():
     assert (mirrored.fx_N, mirrored.fy_N) == pytest.approx((force.fx_N, -force.fy_N), abs=1e-5 * size)
     assert force.fx_N < 0.0 < force.power_per_speed_N
     full = roll(LONG, Creepages(xi=0.3, eta=-0.4))
-    assert (full.fx_N, full.fy_N) == pytest.approx((-0.6 * size, 0.8 * size), rel=1e-3)
+    assert math.hypot(full.fx_N, full.fy_N) == pytest.approx(size, rel=1e-6)
+    assert full.fx_N / full.fy_N == pytest.approx(-0.75, rel=1e-3)
     assert full.adhesion_area_mm2 == 0.0
     none = roll(LONG, Creepages())
     assert (none.fx_N, none.fy_N, none.mz_Nmm, none.slip_area_mm2, none.power_per_speed_N) == (0.0, 0.0, 0.0, 0.0, 0.0)

@@ -97,10 +97,11 @@ def ellipse_cells(a_mm: float, b_mm: float, normal_force_N: float, cells: int = 
     """Hertz's pressure over an ellipse."""
     # finer than the cells, and a little beyond the edge
     x, y = (1.02 * half * _middles(_POINTS_A_CELL * cells) for half in (a_mm, b_mm))
-    inside = 1.0 - (x[:, None] / a_mm) ** 2 - (y / b_mm) ** 2
-    p0 = 1.5 * normal_force_N / (np.pi * a_mm * b_mm)
-    pressure = p0 * np.sqrt(np.maximum(inside, 0.0))
-    return pressure_cells(x, y, pressure, area_mm2=np.pi * a_mm * b_mm, cells=cells)
+    shape = np.sqrt(np.maximum(1.0 - (x[:, None] / a_mm) ** 2 - (y / b_mm) ** 2, 0.0))
+    cell = float((x[1] - x[0]) * (y[1] - y[0]))
+    return pressure_cells(
+        x, y, shape * normal_force_N / (cell * float(shape.sum())), area_mm2=np.pi * a_mm * b_mm, cells=cells
+    )
 
 
 def pressure_cells(
