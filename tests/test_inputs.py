@@ -238,6 +238,10 @@ ROWS: dict[tuple[str, str], Row] = {
         "speed_ratio", "--speed-ratio", 1.01, 1.01, 3, 3.0, "speed ratio is 3.0; allowed: 0 to 2; a free wheel has 1",
         ": no unit, 0 to 2; default 1",
     ),
+    ("creep", "curved"): Row(
+        "curved", "--curved", True, True, "maybe", "maybe", "curved surfaces is 'maybe'; allowed: yes or no",
+        ": yes or no; default no",
+    ),
     ("creep", "force_limit"): Row(
         "force_percent", "--force-percent", 10, 0.1, 100, 1.0, "limit of the creep force is 1.0 (100 %); allowed",
         ": %, between 0 and 100; default 5",

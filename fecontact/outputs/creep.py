@@ -35,7 +35,8 @@ def _comparison_record(found: CreepComparison) -> Record:
         "limit_N": found.limit_N,
         "creepages": asdict(found.creepages),
         "centre_creepages": asdict(found.centre_creepages),
-        "centre_surface_xi": found.surface_xi,
+        "curved": found.curved,
+        "surface_of_muN": found.surface_of_muN,
         "theories": {
             theory: {
                 "hertz": _force_record(found.hertz[theory]),
