@@ -59,5 +59,12 @@ def _write_radii(ax: Axes, profile: Profile) -> None:
             inwards = np.array([p.z[2] - p.z[0], p.y[0] - p.y[2]]) * (1.0 if profile.kind == "rail" else -1.0)
             offset = tuple(13.0 * inwards / np.linalg.norm(inwards))
             words = f"R{1.0 / mean:.4g}"
-            place = {"textcoords": "offset points", "ha": "center", "va": "center", "fontsize": 8.5}
-            ax.annotate(words, (float(p.y[1]), float(p.z[1])), xytext=offset, **place)
+            ax.annotate(
+                words,
+                (float(p.y[1]), float(p.z[1])),
+                xytext=offset,
+                textcoords="offset points",
+                ha="center",
+                va="center",
+                fontsize=8.5,
+            )
