@@ -9,7 +9,6 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_erosion, label
-from scipy.signal import find_peaks, peak_prominences
 
 from fecontact.contact.grid import Field
 
@@ -143,6 +142,9 @@ def lobe_columns(p: Floats) -> tuple[slice, ...]:
 
 def _windows(p: Floats) -> tuple[Floats, Any, list[int], float]:
     """Largest pressure of each column with zeros around, peaks on it, their ends, and the valley beside the highest."""
+    # half a second to import, and who only places a wheel compares no patches
+    from scipy.signal import find_peaks, peak_prominences
+
     ridge = np.concatenate(([0.0], p.max(axis=0), [0.0]))
     highest = float(ridge.max())
     peaks, _ = find_peaks(ridge, plateau_size=1)

@@ -153,8 +153,7 @@ class WheelPose:
 @lru_cache(maxsize=64)
 def _sample(profile: Profile) -> Floats:
     """Parameters along a profile, `_SEARCH_STEP_MM` apart; those of one line serve every position."""
-    count = int(np.ceil(profile.length_mm / _SEARCH_STEP_MM)) + 1
-    u = profile.at_arc_length(np.linspace(0.0, profile.length_mm, count))
+    u = profile.spread(_SEARCH_STEP_MM)
     u.flags.writeable = False
     return u
 

@@ -61,13 +61,16 @@ class FootPoints:
     inside: NDArray[np.bool_]
 
 
-def foot_points(line: Profile, points: Floats) -> FootPoints:
-    """The nearest points of a line to points (n, 2) that lie a few mm off it at most."""
-    from scipy.spatial import cKDTree
+def foot_points(line: Profile, points: Floats, *, near: FootPoints | None = None) -> FootPoints:
+    """The nearest points of a line to points (n, 2) that lie a few mm off it at most; `near` has places to begin at."""
+    if near is None:
+        from scipy.spatial import cKDTree
 
-    table = line._table
-    nearest = cKDTree(np.column_stack((table.points.y, table.points.z))).query(points)[1]
-    s = line._table_lengths[nearest]
+        table = line._table
+        nearest = cKDTree(np.column_stack((table.points.y, table.points.z))).query(points)[1]
+        s = line._table_lengths[nearest]
+    else:
+        s = near.s_mm
     for _ in range(_FOOT_STEPS):
         s = np.clip(s, 0.0, line.length_mm)
         p = line.evaluate(line.at_arc_length(s))
@@ -93,9 +96,10 @@ def foot_points(line: Profile, points: Floats) -> FootPoints:
 def register(line: Profile, points: Floats) -> tuple[Registration, float]:
     """Turn and move a line onto points (n, 2), worn ones counting less; with the usual distance that is left (mm)."""
     found = Registration(shift=first_shift(line, points))
+    feet: FootPoints | None = None
     for _ in range(_MOST_STEPS):
         moved = found.to_reference(points)
-        feet = foot_points(line, moved)
+        feet = foot_points(line, moved, near=feet)
         scale = _usual(feet.off_mm[feet.inside])
         weight = np.where(feet.inside, np.minimum(1.0, _HUBER * scale / np.maximum(np.abs(feet.off_mm), 1e-12)), 0.0)
         # moving the points by -shift and turning them by -turn, to first order about where they are

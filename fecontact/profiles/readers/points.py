@@ -12,10 +12,11 @@ import numpy as np
 
 from fecontact.errors import InputError
 from fecontact.profiles.curve import FARTHEST_MM, Floats, Integers, Kind, Line, Profile, Segment, Spline
-from fecontact.profiles.problems import Problem, crossings, out_of_order, spikes, turning_angles
+from fecontact.profiles.problems import Problem, crossings, out_of_order, turning_angles
 from fecontact.profiles.readers.table import FEWEST_POINTS, columns_of, in_mm, read_text
 from fecontact.profiles.reading import PLAIN, Reading, remedy
 from fecontact.profiles.smoothing import noise_of
+from fecontact.profiles.spikes import spikes, unclear
 
 SPAN_RANGE_MM = (10.0, 500.0)
 # Angle between neighbouring chords that is a corner of the body and not a coarsely sampled fillet (rad, 20 degrees).
@@ -117,6 +118,11 @@ def _checked(points: Floats, kind: Kind, name: str, *, repair: bool) -> tuple[Fl
             left_out += [problem.text for problem in gone]
             points = np.delete(points, [problem.index for problem in gone], axis=0)
     notes = [] if not left_out else [f"{_count(len(left_out), 'point')} left out: {_listed(left_out)}"]
+    if doubtful := unclear(points):
+        notes.append(
+            f"{_listed([problem.text for problem in doubtful])}: wrong, or at two junctions close to one another; a"
+            " spline bends there"
+        )
     back = np.diff(points[:, 0]) <= 0.0
     if back.any():
         notes.append(f"the line is vertical or overhangs at {_count(int(back.sum()), 'point')}: kept as a steep side")
