@@ -72,7 +72,6 @@ def foot_points(line: Profile, points: Floats, *, near: FootPoints | None = None
     else:
         s = near.s_mm
     for _ in range(_FOOT_STEPS):
-        s = np.clip(s, 0.0, line.length_mm)
         p = line.evaluate(line.at_arc_length(s))
         speed = np.hypot(p.dy, p.dz)
         tangent = np.column_stack((p.dy, p.dz)) / speed[:, None]
@@ -81,9 +80,11 @@ def foot_points(line: Profile, points: Floats, *, near: FootPoints | None = None
         across = off[:, 1] * tangent[:, 0] - off[:, 0] * tangent[:, 1]
         # beyond the centre of a tight arc there is no foot point to converge to
         step = np.clip(along / np.maximum(1.0 - p.curvature_per_mm * across, 0.2), -1.0, 1.0)
-        if not np.any(np.abs(step) > 1e-10):
+        # points beyond an end would go on for ever
+        further = np.clip(s + step, 0.0, line.length_mm)
+        if not np.any(np.abs(further - s) > 1e-10):
             break
-        s = s + step
+        s = further
     return FootPoints(
         s_mm=s,
         points=np.column_stack((p.y, p.z)),

@@ -222,10 +222,16 @@ def profile_of(measured: Measured, like: Profile) -> Profile:
     """The smoothed line, with name, kind and notes of another profile."""
     values = measured.points
     if measured.reference:
-        feet = foot_points(replace(like, segments=measured.reference, outline=(), measured=None), _unmoved(measured))
+        feet = foot_points(_line_of(measured.reference), _unmoved(measured))
         values = measured.points - _registration(measured).from_reference(feet.points)
     field = smoothed_by(measured.s_mm, values, measured.width_mm, measured.relative_width)
     return replace(like, segments=_segments(measured, field), outline=(), measured=measured)
+
+
+@lru_cache(maxsize=8)
+def _line_of(segments: tuple[Segment, ...]) -> Profile:
+    """The nominal line alone, once for all lines that its points allow: its table takes longer than the foot points."""
+    return Profile(name="nominal", kind="rail", segments=segments)
 
 
 def scaled(profile: Profile, part: float) -> Profile:
