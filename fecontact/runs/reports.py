@@ -52,7 +52,7 @@ def report_case(result: CaseResult, folder: Path) -> Path:
     """Write the report of a case into the folder that has its files."""
     row = read_row(folder / ROW)
     return write_study_report(
-        case_words(result.case),
+        case_words(result.case, result.placement),
         [reported_case(row, folder)],
         folder,
         shown=shown_pair(row, result.placement, folder, folder),
