@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -58,13 +58,5 @@ def _write_radii(ax: Axes, profile: Profile) -> None:
             # lines run to the field side: a rail's material is on their right, a wheel's on their left
             inwards = np.array([p.z[2] - p.z[0], p.y[0] - p.y[2]]) * (1.0 if profile.kind == "rail" else -1.0)
             offset = tuple(13.0 * inwards / np.linalg.norm(inwards))
-            words = f"R{1.0 / mean:.4g}"
-            ax.annotate(
-                words,
-                (float(p.y[1]), float(p.z[1])),
-                xytext=offset,
-                textcoords="offset points",
-                ha="center",
-                va="center",
-                fontsize=8.5,
-            )
+            style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "center", "fontsize": 8.5}
+            ax.annotate(f"R{1.0 / mean:.4g}", (float(p.y[1]), float(p.z[1])), xytext=offset, **style)
