@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
-from scipy.signal import find_peaks
 
+from fecontact.comparison.patch import standing_peaks
 from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact.rung import Rung
 from fecontact.errors import ConvergenceError, InputError
@@ -343,7 +343,7 @@ def _lobes(rung: Rung, valley: float) -> list[_Lobe]:
     ridge = np.concatenate(([0.0], p.max(axis=0), [0.0]))
     line_load = np.concatenate(([0.0], p.sum(axis=0), [0.0]))
     top, load = float(ridge.max()), float(line_load.sum())
-    peaks, _ = find_peaks(ridge, prominence=valley * top, plateau_size=1)
+    peaks, _ = standing_peaks(ridge, valley)
     zeros = np.flatnonzero(ridge == 0.0)
     found = []
     for k, peak in enumerate(peaks):
