@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
+from fecontact.comparison.patch import standing_peaks
 from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact.rung import Rung
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.geometry.placement import OPEN_GAP_MM, Placement
-from fecontact.profiles.curve import Integers, Profile
+from fecontact.profiles.curve import Profile
 from fecontact.solving.true_gap import TrueGap
 
 Floats = NDArray[np.float64]
@@ -336,28 +337,13 @@ def _lobe_sizes(rung: Rung) -> _LobeSizes:
     )
 
 
-def _peaks(ridge: Floats, prominence: float) -> Integers:
-    """Peaks of a line that stand out, at the middle of their tops."""
-    highest = np.flatnonzero(ridge == ridge.max())
-    if (
-        highest[0] > 0
-        and np.all(np.diff(ridge[: highest[0] + 1]) >= 0.0)
-        and np.all(np.diff(ridge[highest[0] :]) <= 0.0)
-    ):
-        # a single hill needs no search, and the search takes half a second to import
-        return np.array([(highest[0] + highest[-1]) // 2])
-    from scipy.signal import find_peaks
-
-    return np.asarray(find_peaks(ridge, prominence=prominence, plateau_size=1)[0])
-
-
 def _lobes(rung: Rung, valley: float) -> list[_Lobe]:
     """Peaks across that stand out by a part of the highest one, each from valley to valley."""
     p, (dx, ds) = rung.pressure_MPa, rung.grid.steps_mm
     ridge = np.concatenate(([0.0], p.max(axis=0), [0.0]))
     line_load = np.concatenate(([0.0], p.sum(axis=0), [0.0]))
     top, load = float(ridge.max()), float(line_load.sum())
-    peaks = _peaks(ridge, valley * top)
+    peaks, _ = standing_peaks(ridge, valley)
     zeros = np.flatnonzero(ridge == 0.0)
     found = []
     for k, peak in enumerate(peaks):
