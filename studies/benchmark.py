@@ -47,22 +47,23 @@ def measure(case: Case) -> dict[str, Any]:
     """Solve a case on its one mesh and take the time of each step."""
     from fecontact.comparison.compare import compare
     from fecontact.contact.rung import Rung
-    from fecontact.solving.coupled_mesh import couple, coupled_problem, fine_zone
+    from fecontact.solving.coupled_mesh import couple, coupled_problem
     from fecontact.solving.position import hertz_of_case, position_of
     from fecontact.solving.solve import peak_memory_MB
+    from fecontact.solving.zone import fine_zone
 
     begin = time.process_time()
     position = position_of(case)
-    zone = fine_zone(case, position.expected, position.expected_hertz)
+    zone = fine_zone(position.expected, position.element_size_mm)
     bodies = couple(case, position.placement, zone, position.clock)
     coupled = time.process_time()
-    problem = coupled_problem(position, bodies)
-    _, solution = problem.solve(case.load_N)
+    problem = coupled_problem(position.true_gap, bodies)
+    solution = problem.solve(case.load_N)
     solved = time.process_time()
     hertz = hertz_of_case(case, position.placement)
     found = compare(Rung.of(bodies.grid, solution, approach_mm=solution.approach_mm), hertz)
     end = time.process_time()
-    _, again = problem.solve(0.8 * case.load_N)
+    again = problem.solve(0.8 * case.load_N)
     further = time.process_time() - end
     # pressures that have nothing in common: multigrid begins with what it has solved before
     pressures = np.random.default_rng(1).random((3, solution.pressure_MPa.size))

@@ -14,10 +14,10 @@ from fecontact.contact.solver import ContactProblem, solve_contact
 from fecontact.errors import FoldedMesh
 from fecontact.fe.meshing import rail_mesh, wheel_mesh
 from fecontact.fe.section import Grading, Stretch, lines_of
-from fecontact.solving.coupled_mesh import Room, _more_room, fine_zone
 from fecontact.solving.expected_patch import ExpectedPart
 from fecontact.solving.load_sweep import _made_for, _serves
 from fecontact.solving.position import MARGIN_ELEMENTS, element_size_mm, element_width_mm, position_of
+from fecontact.solving.zone import Room, fine_zone, more_room
 
 MODULUS = 115e3
 # The gauge corner and the top of the head touch, 5 mm of free surface between them.
@@ -249,7 +249,7 @@ def test_a_contact_between_bands_joins_them(two):
     def room(*columns: int) -> Room:
         pressure = np.zeros(grid.shape)
         pressure[0, list(columns)] = 1.0
-        return _more_room(Room(), replace(rung, pressure_MPa=pressure), two.expected, zone.columns)
+        return more_room(Room(), replace(rung, pressure_MPa=pressure), two.expected, zone.columns)
 
     assert room(first.start + 5, last.stop - 6) == Room()
     # on the strip, and next to the inner edge of a band

@@ -28,7 +28,8 @@ from fecontact.contact.rung import Rung
 from fecontact.contact.solver import solve_contact
 from fecontact.errors import InputError
 from fecontact.material import STEEL, contact_modulus_MPa
-from fecontact.solving.expected_patch import ExpectedPatch, expected_patch, narrowest_semi_axes_mm
+from fecontact.solving.expected_patch import ExpectedPatch, expected_patch
+from fecontact.solving.lobe_sizes import narrowest_semi_axes_mm
 from fecontact.solving.position import place_case, true_gap_of_case
 from fecontact.theory.hertz import HertzContact, hertz_ellipse, hertz_from_hessian
 

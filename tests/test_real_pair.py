@@ -16,10 +16,11 @@ from fecontact.contact.solver import solve_contact
 from fecontact.fe.linear_solver import pardiso_available
 from fecontact.geometry.placement import Placement
 from fecontact.material import Material, contact_modulus_MPa
-from fecontact.solving.coupled_mesh import couple, coupled_problem, fine_zone
+from fecontact.solving.coupled_mesh import couple, coupled_problem
 from fecontact.solving.expected_patch import expected_patch
 from fecontact.solving.position import expect_on_half_space, place_case, position_of, true_gap_of_case
 from fecontact.solving.solve import CaseResult, peak_memory_MB, solve
+from fecontact.solving.zone import fine_zone
 
 needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO is not installed on this platform")
 

@@ -56,6 +56,10 @@ class CoupledBodies:
 
     def compliance(self, pressure: Floats) -> Floats:
         """Opening (n,) in mm along the normals, in the mean of the dual functions, under pressures (n,) in MPa."""
+        return np.asarray(np.einsum("nd,nd->n", self.normals, self.parting(pressure)))
+
+    def parting(self, pressure: Floats) -> Floats:
+        """What the wheel's surface moves more than the rail's (n, 3) in mm, as in `compliance`, in all directions."""
         u_rail, u_wheel = self.displacements(pressure)
         wheel = (self.coupling @ u_wheel[self.wheel_nodes]) / self.grid.nodal_area_mm2()[:, None]
-        return np.asarray(np.einsum("nd,nd->n", self.normals, wheel - u_rail[self.rail_nodes]))
+        return np.asarray(wheel - u_rail[self.rail_nodes])

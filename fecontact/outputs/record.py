@@ -17,7 +17,7 @@ from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.outputs.creep import creep_record
 from fecontact.outputs.multi_hertz import ellipse_record, ellipses_of, judged_record, verdict_record
 from fecontact.profiles.identity import profile_identity
-from fecontact.solving.expected_patch import narrowest_semi_axes_mm, semi_axes_of_elements_mm
+from fecontact.solving.lobe_sizes import narrowest_semi_axes_mm, semi_axes_of_elements_mm
 from fecontact.solving.measured_lines import hertz_uncertainty
 from fecontact.solving.meshes import finer_degrees_of_freedom
 from fecontact.solving.placing import place_case, roll_of_case

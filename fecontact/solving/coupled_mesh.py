@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,89 +22,18 @@ from fecontact.fe.linear_solver import choose_solver
 from fecontact.fe.memory import check_memory
 from fecontact.fe.meshing import FineZone, least_memory_bytes, rail_mesh, wheel_mesh
 from fecontact.fe.mortar import mortar_matrix
-from fecontact.fe.section import Stretch
 from fecontact.fe.stiffness import stiffness
 from fecontact.geometry.placement import Placement
-from fecontact.solving.expected_patch import ExpectedPatch
-from fecontact.solving.position import MARGIN_ELEMENTS, Clock, Position, element_width_mm
+from fecontact.solving.expected_patch import SLIDES
+from fecontact.solving.position import Clock, Position
 from fecontact.solving.true_gap import TrueGap
+from fecontact.solving.zone import Room, fine_zone, more_room
 
 Floats = NDArray[np.float64]
 
-# A patch within so many elements of the edge enlarges the zone.
-EDGE_ELEMENTS = 2
 _ENLARGEMENTS = 4
 # Sizes of the elements tried one after the other where those of a section fold: another size is another mesh.
 _SIZES_IF_FOLDED = (1.0, 0.97, 0.94, 0.91)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Room:
-    """Free room around the expected patch (mm), where the contact may turn out larger than expected.
-
-    `joined` where it goes on between patches that were expected far apart.
-    """
-
-    x: float = 0.0
-    s_low: float = 0.0
-    s_high: float = 0.0
-    joined: bool = False
-
-
-def fine_zone(expected: ExpectedPatch, element_size_mm: tuple[float, float], room: Room | None = None) -> FineZone:
-    """The zone of these elements: the expected patch and a margin, in bands where patches are far apart."""
-    room = room or Room()
-    step_x, step_s = element_size_mm
-    bands = () if room.joined else _bands(expected, element_size_mm, room)
-    length = max(expected.x_high_mm, -expected.x_low_mm) + MARGIN_ELEMENTS * step_x + room.x
-    low = expected.s_low_mm - MARGIN_ELEMENTS * step_s - room.s_low
-    high = expected.s_high_mm + MARGIN_ELEMENTS * step_s + room.s_high
-    whole = _even_stretch(low, high, step_s)
-    return FineZone(
-        half_length_mm=step_x * math.ceil(length / step_x),
-        s_low_mm=bands[0].low_mm if bands else whole.low_mm,
-        s_high_mm=bands[-1].high_mm if bands else whole.high_mm,
-        step_x_mm=step_x,
-        step_s_mm=step_s,
-        semi_axis_mm=expected.semi_axis_s_mm,
-        bands=bands,
-    )
-
-
-def _even_stretch(low: float, high: float, step: float) -> Stretch:
-    steps = 2 * math.ceil(0.5 * (high - low) / step)
-    middle = 0.5 * (low + high)
-    return Stretch(low_mm=middle - 0.5 * steps * step, high_mm=middle + 0.5 * steps * step, intervals=steps)
-
-
-def _bands(expected: ExpectedPatch, element_size_mm: tuple[float, float], room: Room) -> tuple[Stretch, ...]:
-    """A band for each of several patches far apart; none where margins leave too little between them."""
-    found = []
-    for part in expected.parts:
-        step = element_width_mm(element_size_mm, part)
-        low = part.s_low_mm - MARGIN_ELEMENTS * step - (room.s_low if part is expected.parts[0] else 0.0)
-        high = part.s_high_mm + MARGIN_ELEMENTS * step + (room.s_high if part is expected.parts[-1] else 0.0)
-        found.append(_even_stretch(low, high, step))
-    short = (after.low_mm - before.high_mm < before.step_mm + after.step_mm for before, after in pairwise(found))
-    return () if len(found) == 1 or any(short) else tuple(found)
-
-
-def _more_room(room: Room, nodal: Rung, expected: ExpectedPatch, bands: Sequence[slice]) -> Room:
-    """More room where the contact comes within EDGE_ELEMENTS of the edge; the same room if it nowhere does."""
-    contact = nodal.pressure_MPa > 0.0
-    rows, columns = np.asarray(contact.any(axis=1)), np.asarray(contact.any(axis=0))
-    between = np.ones(columns.size, dtype=bool)
-    for band in bands:
-        start, stop, _ = band.indices(columns.size)
-        between[start + (EDGE_ELEMENTS if start else 0) : stop - (EDGE_ELEMENTS if stop < columns.size else 0)] = False
-    at_end = bool(rows[-EDGE_ELEMENTS:].any() or (not nodal.grid.half and rows[:EDGE_ELEMENTS].any()))
-    quarter = 0.25 * (expected.s_high_mm - expected.s_low_mm)
-    return Room(
-        x=room.x + (0.25 * expected.x_high_mm if at_end else 0.0),
-        s_low=room.s_low + (quarter if columns[:EDGE_ELEMENTS].any() else 0.0),
-        s_high=room.s_high + (quarter if columns[-EDGE_ELEMENTS:].any() else 0.0),
-        joined=room.joined or bool(columns[between].any()),
-    )
 
 
 def couple(case: Case, placement: Placement, zone: FineZone, clock: Clock) -> CoupledBodies:
@@ -236,7 +163,8 @@ class CoupledMesh:
         """Contact of the position's load between the bodies, and whether the patch is at the edge of the zone."""
         while True:
             with position.clock.step("contact"):
-                nodal, added, otherwise = self._contact(position)
+                true_gap, nodal, added, otherwise = self._contact(position)
+            position = replace(position, true_gap=true_gap)
             more = self._more_room(position, nodal, added)
             at_edge = more != self._room
             if not at_edge or self._enlarged == _ENLARGEMENTS:
@@ -250,16 +178,31 @@ class CoupledMesh:
             self._take(larger)
             self._room, self._enlarged = more, self._enlarged + 1
 
-    def _contact(self, position: Position) -> tuple[Rung, Field, Field]:
-        """Contact on the elements' nodes, and what the bodies open under it beyond a half-space of elements, twice."""
-        problem, true_gap = self._problem, position.true_gap
+    def _contact(self, position: Position) -> tuple[TrueGap, Rung, Field, Field]:
+        """Contact on the elements' nodes, and what the bodies open under it beyond a half-space of elements, twice.
+
+        First the gap of both, with the slide of the bodies on a steep surface.
+        """
+        problem, true_gap, grid = self._problem, position.true_gap, self.bodies.grid
         if true_gap.slide_mm != self._position.true_gap.slide_mm:
-            problem = problem.with_gap(self.bodies.grid.weighted_mean(true_gap.gap))
-        return problem.read(problem.solve(position.case.load_N), true_gap, self.bodies)
+            problem = problem.with_gap(grid.weighted_mean(true_gap.gap))
+        solution = problem.solve(position.case.load_N)
+        for _ in range(SLIDES if true_gap.is_steep else 0):
+            true_gap = replace(true_gap, slide_mm=self._slide_mm(true_gap, solution))
+            problem = problem.with_gap(grid.weighted_mean(true_gap.gap))
+            solution = problem.solve(position.case.load_N)
+        return true_gap, *problem.read(solution, true_gap, self.bodies)
+
+    def _slide_mm(self, true_gap: TrueGap, solution: ContactSolution) -> float:
+        """How far the wheel goes along the rail below the patch, less what both bodies give way to it there."""
+        tangent = true_gap.placement.first.tangent
+        force = self.bodies.grid.whole_area_mm2() * solution.pressure_MPa
+        gives_way = float(force @ (self.bodies.parting(solution.pressure_MPa) @ tangent)) / float(force.sum())
+        return solution.approach_mm * float(true_gap.direction @ tangent) - gives_way
 
     def _more_room(self, position: Position, nodal: Rung, added: Field) -> Room:
         """More room where the contact comes near the edge of the zone or goes on beyond it; else the same."""
-        more = _more_room(self._room, nodal, position.expected, self.bodies.bands)
+        more = more_room(self._room, nodal, position.expected, self.bodies.bands)
         beyond = position.true_gap.overlaps_beyond(nodal, added)
         if beyond is None:
             return more

@@ -9,39 +9,25 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
-from fecontact.comparison.patch import standing_peaks
 from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact.rung import Rung
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.geometry.placement import OPEN_GAP_MM, Placement
 from fecontact.profiles.curve import Profile
+from fecontact.solving.lobe_sizes import lobe_sizes, semi_axes_of_elements_mm
 from fecontact.solving.true_gap import TrueGap
 
 Floats = NDArray[np.float64]
 
+SLIDES = 2
+"""Further solutions on a steep surface: the approach of the second one is that of the first to some 1e-3 already."""
 _COARSE_STEP_S_MM = 0.2
 _COARSE_NODES_X = 25
-# Elements are made for the lobe that carries most, and at most so many times too large for the narrowest one: what the
-# bodies add to a half-space is smooth below it, and its pressure is the nodes' matter. Measured at -0.5 mm and 5 mm of
-# S1002 on 60E1 1:40, 100 kN: all measures with 1.5 to 2.5 elements a semi-axis of the narrow lobe are within 0.1 % of
-# those with 6, for a tenth of the time; below that the load of the lobe moves.
-_NARROWER = 2.5
-# A lobe does not decide about the size of the elements at all if its peak is below this part of the highest one, or its
-# load below that part of the whole.
-_LESSER_PEAK = 0.5
-_LESSER_LOAD = 0.1
-# The same for the nodes, which follow a small lobe down to a quarter of what the others need.
-_LEAST_LOAD = 0.002
+# Nodes follow a small lobe down to so much of what the others need.
 _FINEST = 0.25
-# A peak is a lobe of its own if the pressure falls by this part of the highest peak on both sides of it.
-_VALLEY = 0.05
-# Nodes follow a shallower one too: 16 on the semi-axis of the rest read 0.015 of a valley of 0.047 beside a thin lobe.
-_LEAST_VALLEY = 0.01
 # Patches with more free surface between them than so many times the wider one's half width are far apart: each has
 # elements of its own.
 _FAR_APART = 1.0
-# The approach of the second one is that of the first to some 1e-3 already.
-_SLIDES = 2
 # A kink by less than this turns the surface less than a patch's own curvature does (5 mm on R 300: 0.017).
 _CORNER_RAD = 0.02
 
@@ -116,7 +102,7 @@ def expected_patch(
         If the patch grows without bound, or its contact is not found.
     """
     expected = _expected(true_gap, load_N, half=half, nodes=nodes, guess_mm=guess_mm)
-    for _ in range(_SLIDES if true_gap.is_steep else 0):
+    for _ in range(SLIDES if true_gap.is_steep else 0):
         slid = true_gap.after(expected.half_space.approach_mm)
         expected = _expected(slid, load_N, half=half, nodes=nodes, guess_mm=guess_mm)
     return expected
@@ -216,7 +202,7 @@ def _region(true_gap: TrueGap, reach: float, half: bool) -> tuple[tuple[float, f
 
 
 def _fitted_grid(rung: Rung, nodes: int) -> ContactGrid:
-    grid, sizes = rung.grid, _lobe_sizes(rung)
+    grid, sizes = rung.grid, lobe_sizes(rung)
     (x_low, x_high), (s_low, s_high) = _bounds(rung)
     step_x, step_s = (
         max(min(every), _FINEST * min(large)) / nodes
@@ -277,18 +263,6 @@ def _parts(rung: Rung, semi_axis_s: float) -> tuple[ExpectedPart, ...]:
     return tuple(found)
 
 
-def semi_axes_of_elements_mm(rung: Rung) -> tuple[float, float]:
-    """Half length along x and smaller half width across that the elements below a contact are made for."""
-    sizes = _lobe_sizes(rung)
-    along_x, across = (min(main, _NARROWER * least) for main, least in zip(sizes.main, sizes.narrowest, strict=True))
-    return along_x, across
-
-
-def narrowest_semi_axes_mm(rung: Rung) -> tuple[float, float]:
-    """Half length along x and smaller half width across of the narrowest lobe of a contact, small ones left out."""
-    return _lobe_sizes(rung).narrowest
-
-
 def _bounds(rung: Rung) -> tuple[tuple[float, float], tuple[float, float]]:
     """Bounding box of the contact, along x and across."""
     (x, s), (dx, ds), p = (rung.grid.x_mm, rung.grid.s_mm), rung.grid.steps_mm, rung.pressure_MPa
@@ -296,69 +270,3 @@ def _bounds(rung: Rung) -> tuple[tuple[float, float], tuple[float, float]]:
     x_high = float(x[rows[-1]] + 0.5 * dx)
     x_low = -x_high if rung.grid.half else float(x[rows[0]] - 0.5 * dx)
     return (x_low, x_high), (float(s[columns[0]] - 0.5 * ds), float(s[columns[-1]] + 0.5 * ds))
-
-
-@dataclass(frozen=True, kw_only=True)
-class _LobeSizes:
-    """Half length along x and smaller half width across (mm) of lobes.
-
-    Of all that nodes follow, of large ones, and of the one that carries most.
-    """
-
-    every: list[tuple[float, float]]
-    large: list[tuple[float, float]]
-    main: tuple[float, float]
-
-    @property
-    def narrowest(self) -> tuple[float, float]:
-        """Least half length and least half width of large ones."""
-        return min(size[0] for size in self.large), min(size[1] for size in self.large)
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Lobe:
-    """Half length along x and smaller half width across (mm), height over the highest peak and part of the load."""
-
-    size_mm: tuple[float, float]
-    height: float
-    part: float
-
-
-def _lobe_sizes(rung: Rung) -> _LobeSizes:
-    lobes = _lobes(rung, _VALLEY)
-    return _LobeSizes(
-        every=[lobe.size_mm for lobe in _lobes(rung, _LEAST_VALLEY) if lobe.height == 1.0 or lobe.part >= _LEAST_LOAD],
-        large=[
-            lobe.size_mm
-            for lobe in lobes
-            if lobe.height == 1.0 or (lobe.height >= _LESSER_PEAK and lobe.part >= _LESSER_LOAD)
-        ],
-        main=max(lobes, key=lambda lobe: lobe.part).size_mm,
-    )
-
-
-def _lobes(rung: Rung, valley: float) -> list[_Lobe]:
-    """Peaks across that stand out by a part of the highest one, each from valley to valley."""
-    p, (dx, ds) = rung.pressure_MPa, rung.grid.steps_mm
-    ridge = np.concatenate(([0.0], p.max(axis=0), [0.0]))
-    line_load = np.concatenate(([0.0], p.sum(axis=0), [0.0]))
-    top, load = float(ridge.max()), float(line_load.sum())
-    peaks, _ = standing_peaks(ridge, valley)
-    zeros = np.flatnonzero(ridge == 0.0)
-    found = []
-    for k, peak in enumerate(peaks):
-        left, right = int(zeros[zeros < peak][-1]), int(zeros[zeros > peak][0])
-        if k > 0:
-            left = max(left, int(peaks[k - 1] + np.argmin(ridge[peaks[k - 1] : peak])))
-        if k < len(peaks) - 1:
-            right = min(right, int(peak + np.argmin(ridge[peak : peaks[k + 1]])))
-        rows = np.flatnonzero(p[:, peak - 1])
-        length = (rows[-1] + 0.5) * dx if rung.grid.half else 0.5 * (rows[-1] - rows[0] + 1) * dx
-        found.append(
-            _Lobe(
-                size_mm=(length, min(peak - left, right - peak) * ds),
-                height=float(ridge[peak]) / top,
-                part=float(line_load[left:right].sum()) / load,
-            )
-        )
-    return found

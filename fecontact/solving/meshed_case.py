@@ -12,10 +12,10 @@ from fecontact.case import Case
 from fecontact.fe.memory import check_memory
 from fecontact.fe.meshing import BodyMesh, FineZone, least_memory_bytes, rail_mesh, wheel_mesh
 from fecontact.geometry.placement import Placement
-from fecontact.solving.coupled_mesh import fine_zone
 from fecontact.solving.expected_patch import approach_direction
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import element_size_mm, expect_on_half_space
+from fecontact.solving.zone import fine_zone
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
