@@ -35,7 +35,8 @@ _TWO_JUNCTIONS, _EVEN = 0.75, 1.6
 
 def spikes(points: Floats) -> list[Problem]:
     """Single points (n, 2) that lie off the line through their neighbours, the largest first."""
-    left, index, found = points, np.arange(len(points)), []
+    left, index = points, np.arange(len(points))
+    found: list[Problem] = []
     while len(found) < _MOST and (at := _largest_spike(left)) is not None:
         k, missed = at
         y, z = left[k]
