@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fecontact.outputs.series import short_name
-from fecontact.outputs.style import RAIL, RAIL_JUNCTION, SIDES, WHEEL, blank_figure, finish, save_figure
-from fecontact.profiles.curve import Profile
+from fecontact.outputs.style import MARKS, PROBLEM, RAIL, RAIL_JUNCTION, SIDES, WHEEL, blank_figure, finish, save_figure
+from fecontact.profiles.curve import Floats, Profile
+from fecontact.profiles.problems import Problem
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+_KEY_OF_PROBLEM = {
+    "spike": "left out: spike",
+    "out of order": "left out: out of order",
+    "crosses itself": "left out: line crosses itself",
+    "unclear": "doubtful, kept",
+}
 # Of the picture's width; the radius of a shorter arc would lie on those of its neighbours.
 _LEAST_WIDTH = 0.045
 
@@ -42,8 +50,28 @@ def profile_figure(profile: Profile, path: str | Path) -> Path:
         xlabel=f"y in mm\n{SIDES}",
     )
     _write_radii(line, profile)
+    draw_problems(line, profile)
     finish(line, curvature)
     return save_figure(figure, path)
+
+
+def draw_problems(
+    ax: Axes, profile: Profile, place: Callable[[Floats, Floats], tuple[Floats, Floats]] | None = None
+) -> None:
+    """Mark where points of a file were left out, or are doubtful, and say in the key what was wrong with them.
+
+    `place` turns y and z of the profile (mm) into those of the picture, where they are others.
+    """
+    groups: dict[str, list[Problem]] = {}
+    for problem in profile.problems:
+        groups.setdefault(_KEY_OF_PROBLEM[problem.what], []).append(problem)
+    for (words, those), marker in zip(groups.items(), MARKS, strict=False):
+        y, z = np.array([one.y_mm for one in those]), np.array([one.z_mm for one in those])
+        y, z = (y, z) if place is None else place(y, z)
+        # hollow, so that the line is seen through them
+        ax.plot(y, z, marker, color=PROBLEM, mfc="none", mew=1.8, ms=10, ls="none", label=f"{words} ({len(those)})")
+    if groups:
+        ax.legend(loc="best")
 
 
 def _write_radii(ax: Axes, profile: Profile) -> None:

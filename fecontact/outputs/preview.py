@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fecontact.outputs.figures import draw_problems
 from fecontact.outputs.record import shown_case_record, touch_record
 from fecontact.outputs.series import short_name
 from fecontact.outputs.style import (
@@ -125,6 +126,9 @@ def preview_figure(seen: Preview, path: str | Path) -> Path:
     near.axvspan(touch.y_mm + patch.s_low_mm, touch.y_mm + patch.s_high_mm, color=EXPECTED, alpha=0.3, lw=0)
     _draw_curvatures(bent, seen, reach)
     whole.legend(loc="best")
+    wheel = seen.placement.wheel
+    draw_problems(whole, rail.profile, rail.point)
+    draw_problems(whole, wheel.profile, wheel.lowest_point)
     return save_figure(figure, path)
 
 
@@ -202,6 +206,7 @@ def measured_figure(profile: Profile, path: str | Path) -> Path:
     bent.set_yscale("symlog", linthresh=1e-3)
     bent.margins(y=0.08)
     bent.axhline(0.0, color="0.5", lw=0.8)
+    draw_problems(line, profile)
     of = f"deviation from {measured.nominal}" if measured.nominal else "line"
     line.set(
         title=f"{profile.kind} {short_name(profile.name)}: {of} smoothed over {measured.width_mm:.3g} mm",

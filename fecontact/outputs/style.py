@@ -25,6 +25,8 @@ RAIL, WHEEL, POINTS = "0.15", "#0072b2", "#d55e00"
 """Colours of the lines of both profiles, and of measured points."""
 RAIL_JUNCTION, WHEEL_JUNCTION = "0.35", "0.65"
 EXPECTED = "#f0e442"
+# Points of a file that were left out or are doubtful.
+PROBLEM = "#cc79a7"
 """Colour of an expected patch."""
 ANSWERS = {"HOLDS": "#56b4e9", "UNRESOLVED": "#f0e442", "FAILS": "#d55e00", "failed": "#c8c8c8"}
 """Colours of the verdicts, and of what could not be solved."""

@@ -21,6 +21,8 @@ from fecontact.errors import InputError
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline, CubicSpline
 
+    from fecontact.profiles.problems import Problem
+
 Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.intp]
 Kind = Literal["rail", "wheel"]
@@ -342,6 +344,8 @@ class Profile:
         What a reader assumed; shown to the user.
     measured
         The points behind a smoothed line; None where the line is exact, or taken as exact.
+    problems
+        Points of a file that were left out on request, and those that are doubtful and were not.
 
     Raises
     ------
@@ -357,6 +361,7 @@ class Profile:
     outline: tuple[Segment, ...] = ()
     notes: tuple[str, ...] = ()
     measured: Measured | None = None
+    problems: tuple[Problem, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.segments:
