@@ -23,6 +23,7 @@ from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.measures import patch_of
 from fecontact.comparison.verdict import FROM_BEST, Answer, answer_of
 from fecontact.contact.rung import Rung
+from fecontact.creep import Creep
 from fecontact.errors import FecontactError
 from fecontact.geometry.placement import Placement
 from fecontact.theory.creep.contact import (
@@ -53,6 +54,15 @@ _Patches: TypeAlias = tuple[CreepPatch, CreepPatch, tuple[CreepPatch, CreepPatch
 
 
 @dataclass(frozen=True, kw_only=True)
+class ForceAt:
+    """By how much of mu N Hertz's force is off at creepages of the first touch point, and how well that is known."""
+
+    creepages: Creepages
+    deviation: float
+    uncertainty: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class ForceVerdict:
     """Whether Hertz's creep force is right over a range of creepages.
 
@@ -60,17 +70,20 @@ class ForceVerdict:
     ----------
     answer
         The worst over the range.
-    creepages, deviation, uncertainty
-        Where it is furthest off, by how much of mu N, and how well that is known.
+    decided
+        Creepages at which the exact theory decided, where FASTSIM found Hertz furthest off; the worst one first.
     limit
         Of the deviation.
     """
 
     answer: Answer
-    creepages: Creepages
-    deviation: float
-    uncertainty: float
+    decided: tuple[ForceAt, ...]
     limit: float
+
+    @property
+    def worst(self) -> ForceAt:
+        """Where Hertz is furthest off."""
+        return self.decided[0]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,9 +168,17 @@ def _evaluated(load: JudgedLoad, placement: Placement, friction: float) -> Creep
         fe=on_real,
         deviation_of_muN=deviation,
         uncertainty_of_muN=uncertainty,
-        verdict=_verdict(load, (hertz, real, others), creepages.spin_per_mm, over),
+        verdict=_verdict(load, load.case.creep, (hertz, real, others), creepages.spin_per_mm, over),
         warnings=_warnings(load, friction, 0.0 if over else surface_of_muN),
     )
+
+
+def force_verdict(load: JudgedLoad, placement: Placement, creep: Creep) -> ForceVerdict:
+    """Verdict of forces alone, under a friction and creepages that need not be those of the case."""
+    assert creep.friction is not None
+    patches, creepages = _patches(load, creep.friction), creepages_of(replace(load.case, creep=creep), placement)
+    surface = _surface(placement, creepages, (patches[1], *patches[2]), creep.speed_ratio)
+    return _verdict(load, creep, patches, creepages.spin_per_mm, surface if creep.curved else None)
 
 
 def _patches(load: JudgedLoad, friction: float) -> _Patches:
@@ -208,10 +229,12 @@ def _uncertainty(
     return _OF_READING + change + _OF_THE_PARTING * parting
 
 
-def _verdict(load: JudgedLoad, patches: _Patches, spin_per_mm: float, over: CurvedCreepages | None) -> ForceVerdict:
+def _verdict(
+    load: JudgedLoad, creep: Creep, patches: _Patches, spin_per_mm: float, over: CurvedCreepages | None
+) -> ForceVerdict:
     """FASTSIM looks over the whole range, and the rolling half-space decides where it finds Hertz furthest off."""
     hertz, real, others = patches
-    creep, limit_N = load.case.creep, real.ellipse.limit_N
+    limit_N = real.ellipse.limit_N
 
     def on_surface(creepages: Creepages) -> Motion:
         return replace(over, plane=creepages) if over else creepages
@@ -229,15 +252,13 @@ def _verdict(load: JudgedLoad, patches: _Patches, spin_per_mm: float, over: Curv
     each = []
     for _, creepages in furthest:
         off, known = deviation(DECIDES, creepages), _uncertainty(SCREEN, real, others, on_surface(creepages))
-        unsure = math.nan if known is None else known
-        each.append((answer_of(off, unsure, creep.force_limit), off, unsure, creepages))
-    worst = max(each, key=lambda one: (FROM_BEST.index(one[0]), one[1]))
+        at = ForceAt(creepages=creepages, deviation=off, uncertainty=math.nan if known is None else known)
+        each.append((answer_of(off, at.uncertainty, creep.force_limit), at))
+    each.sort(key=lambda one: (FROM_BEST.index(one[0]), one[1].deviation), reverse=True)
     return ForceVerdict(
         # a result that must not be used leaves it open
-        answer=worst[0] if load.status == "converged" else "UNRESOLVED",
-        creepages=worst[3],
-        deviation=worst[1],
-        uncertainty=worst[2],
+        answer=each[0][0] if load.status == "converged" else "UNRESOLVED",
+        decided=tuple(at for _, at in each),
         limit=creep.force_limit,
     )
 

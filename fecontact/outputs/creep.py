@@ -48,10 +48,18 @@ def _comparison_record(found: CreepComparison) -> Record:
         },
         "verdict": {
             "verdict": verdict.answer,
-            "deviation_of_muN": verdict.deviation,
-            "uncertainty_of_muN": verdict.uncertainty,
+            "deviation_of_muN": verdict.worst.deviation,
+            "uncertainty_of_muN": verdict.worst.uncertainty,
             "limit_of_muN": verdict.limit,
-            "at": asdict(verdict.creepages),
+            "at": asdict(verdict.worst.creepages),
+            "decided": [
+                {
+                    "creepages": asdict(at.creepages),
+                    "deviation_of_muN": at.deviation,
+                    "uncertainty_of_muN": at.uncertainty,
+                }
+                for at in verdict.decided
+            ],
         },
         "warnings": list(found.warnings),
     }
@@ -85,8 +93,9 @@ def creep_columns(load: JudgedLoad, placement: Placement) -> Record:
     return row | {
         "force_deviation_percent": None if off is None else 1e2 * off,
         "force_verdict": found.verdict.answer,
-        "force_worst_percent": 1e2 * found.verdict.deviation,
-        "force_worst_uncertainty_percent": 1e2 * found.verdict.uncertainty,
+        "force_surface_percent": 1e2 * found.surface_of_muN,
+        "force_worst_percent": 1e2 * found.verdict.worst.deviation,
+        "force_worst_uncertainty_percent": 1e2 * found.verdict.worst.uncertainty,
     }
 
 
