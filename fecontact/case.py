@@ -97,6 +97,12 @@ _WHEELSET = Flag(
     help="Find the roll at which both wheels of the wheelset touch their rails",
     alone=True,
 )
+_UNDER_LOAD = Flag(
+    group="place",
+    label="roll under load",
+    help="Find the roll of the wheelset with both its wheels pressed into their rails by the wheel load",
+    alone=True,
+)
 _SIDE = Choice(
     group="place", label="side", help="Wheel and rail of the wheelset that are solved", names=("left", "right")
 )
@@ -178,7 +184,7 @@ class Case:
 
     Shift, roll and yaw are those of the wheelset in the frame of its left side, whichever `side` is solved: with equal
     profiles the right wheel is the left one with the opposite signs of all three. With `wheelset` the roll is found
-    from both wheels, and none can be given.
+    from both wheels, and none can be given; `roll_under_load` finds that of the loaded wheelset, and implies it.
     """
 
     rail: str = field(default="60E1", metadata={"input": _RAIL})
@@ -188,6 +194,7 @@ class Case:
     roll_rad: float = field(default=0.0, metadata={"input": _ROLL})
     yaw_rad: float = field(default=0.0, metadata={"input": _YAW})
     wheelset: bool = field(default=False, metadata={"input": _WHEELSET})
+    roll_under_load: bool = field(default=False, metadata={"input": _UNDER_LOAD})
     side: TrackSide = field(default="left", metadata={"input": _SIDE})
     opposite: Opposite = field(default_factory=Opposite, metadata={"part": Part(group="place")})
     load_N: float = field(default=100e3, metadata={"input": _LOAD})
@@ -218,6 +225,13 @@ class Case:
             rail, wheel = (one and in_folder(one, self.library) for one in (self.opposite.rail, self.opposite.wheel))
             object.__setattr__(self, "opposite", replace(self.opposite, rail=rail, wheel=wheel))
             object.__setattr__(self, "library", None)
+        if self.roll_under_load:
+            object.__setattr__(self, "wheelset", True)
+            if self.load_kind != "vertical":
+                raise InputError(
+                    f"load kind is {self.load_kind!r}, but the roll under load is that of vertical wheel loads; give"
+                    " load_kind = 'vertical', or leave roll_under_load out"
+                )
         if self.wheelset and self.roll_rad != 0.0:
             raise InputError(
                 f"roll is {self.roll_rad!r} rad ({1e3 * self.roll_rad:g} mrad), but that of a wheelset is found"
@@ -278,7 +292,8 @@ def case_with(values: Mapping[Slot, Any]) -> Case:
     top = given.pop("", {})
     if "roll_rad" in top:
         # a roll that is given fixes it, whatever else says that it is to be found
-        top.pop("wheelset", None)
+        for found in ("wheelset", "roll_under_load"):
+            top.pop(found, None)
     return Case(**top, **{table: replace(getattr(Case(), table), **changes) for table, changes in given.items()})
 
 

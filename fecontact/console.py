@@ -1,15 +1,27 @@
 """What is said while the program works: on a terminal one line that is kept up to date, elsewhere a short line a step.
 
-Everything goes to standard error; standard output has results alone.
+Everything goes to standard error; standard output has results alone. Long commands keep both in a log file as well.
 """
 
 from __future__ import annotations
 
+import logging
+import shlex
 import shutil
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from fecontact import __version__
+from fecontact.jobs.remaining import duration
+
+_LOG = logging.getLogger("fecontact")
+_LOG.setLevel(logging.INFO)
+# it goes to the log file of a command alone
+_LOG.addHandler(logging.NullHandler())
+_LOG.propagate = False
 
 # What the steps of a solution are called in the record of its times, in words.
 _WORDS = {
@@ -40,37 +52,79 @@ def solving() -> Iterator[Callable[[str], None]]:
 
 
 @contextmanager
-def many(what: str) -> Iterator[Callable[[int, int, str], None]]:
+def many(what: str, *, quiet: bool = False) -> Iterator[Callable[[int, int, str], None]]:
     """Progress of many jobs: hears how many are done, how many there are, and what is under way.
 
     Parameters
     ----------
     what
         What they are called, such as `cases`.
+    quiet
+        Keep it for the log.
     """
-    start, first = time.monotonic(), -1
-
-    with _line() as say:
+    with _line(quiet=quiet) as say:
 
         def show(number: int, count: int, text: str) -> None:
-            nonlocal first
-            # those that were finished before took no time
-            first = number if first < 0 else first
-            left = ""
-            if number > first and number < count:
-                left = f", about {duration((time.monotonic() - start) / (number - first) * (count - number))} left"
-            say(f"{number} of {count} {what} done{left}: {text}", str(number))
+            say(f"{number} of {count} {what} done: {text}", str(number))
 
         yield show
+
+
+@contextmanager
+def logged(path: Path) -> Iterator[None]:
+    """Add the command, what it says and how it ends to a log file; one that cannot be written any more is no error.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be opened.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handler = _LogFile(path, encoding="utf-8")
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)-7s %(message)s"))
+    _LOG.addHandler(handler)
+    _LOG.info(f"fecontact {__version__}: {shlex.join(sys.argv)}")
+    try:
+        yield
+        _LOG.info("ended")
+    except BaseException as error:
+        _LOG.error(f"ended by {type(error).__name__}: {error}".rstrip(": "))
+        raise
+    finally:
+        _LOG.removeHandler(handler)
+        with suppress(OSError):
+            handler.close()
+
+
+class _LogFile(logging.FileHandler):
+    def handleError(self, record: logging.LogRecord) -> None:
+        """A full disk loses the log, not the results."""
+
+
+def say(text: str, *, quiet: bool = False) -> None:
+    """Print a result, or keep it for the log."""
+    _LOG.info(text)
+    if not quiet:
+        print(text)
+
+
+def log_only(text: str, *, warning: bool = False) -> None:
+    """Keep for the log what is seen elsewhere, as in a table."""
+    _LOG.log(logging.WARNING if warning else logging.INFO, text)
 
 
 def print_reasons(title: str, reasons: Mapping[str, str]) -> None:
     """Print why some jobs have no usable result, those of the same reason together; nothing if there are none."""
     if reasons:
-        print(f"{title}:", file=sys.stderr)
+        _problem(f"{title}:")
     for reason in dict.fromkeys(reasons.values()):
         names = [name for name, why in reasons.items() if why == reason]
-        print(f"  {', '.join(names)}: {reason}", file=sys.stderr)
+        _problem(f"  {', '.join(names)}: {reason}")
+
+
+def _problem(text: str) -> None:
+    _LOG.warning(text)
+    print(text, file=sys.stderr)
 
 
 def count(number: int, what: str) -> str:
@@ -79,21 +133,24 @@ def count(number: int, what: str) -> str:
 
 
 @contextmanager
-def _line() -> Iterator[Callable[[str, str], None]]:
-    """Where progress goes: takes a text and a key; where nobody watches it is said when the key changes."""
+def _line(*, quiet: bool = False) -> Iterator[Callable[[str, str], None]]:
+    """Where progress goes: takes a text and a key; the log, and where nobody watches, get it when the key changes."""
     from rich.console import Console
 
     console = Console(stderr=True)
     start = time.monotonic()
-    if not console.is_terminal:
-        said: str | None = None
+    watched = console.is_terminal and not quiet
+    said: str | None = None
 
-        def plain(text: str, key: str) -> None:
-            nonlocal said
-            if key and key != said:
+    def plain(text: str, key: str) -> None:
+        nonlocal said
+        if key and key != said:
+            _LOG.info(text)
+            if not watched and not quiet:
                 print(f"{duration(time.monotonic() - start):>7} {text}", file=sys.stderr, flush=True)
-            said = key
+        said = key
 
+    if not watched:
         yield plain
         return
     from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -103,16 +160,10 @@ def _line() -> Iterator[Callable[[str, str], None]]:
         task = shown.add_task("", total=None)
 
         def update(text: str, key: str) -> None:
+            plain(text, key)
             shown.update(task, description=text)
 
         yield update
-
-
-def duration(seconds: float) -> str:
-    """A time as one would say it."""
-    if seconds < 100.0:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.1f} h"
 
 
 def width() -> int | None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from fecontact.errors import InputError
-from fecontact.inputs.kinds import Number
+from fecontact.inputs.kinds import Flag, Number
 from fecontact.inputs.slots import check_inputs
 
 _NO_UNIT = "it is relative to the rolling speed: 0.001 is 0.1 %"
@@ -23,6 +23,9 @@ class Creep:
     Creepages that are not given are those of a wheelset that runs along the track and turns at `speed_ratio` times the
     speed that rolls its tape circle: longitudinal from the rolling radius at the touch point, lateral from the yaw,
     spin from the contact angle.
+
+    They are those at the touch point, and of its tangent plane all over the patch; with `curved` they follow the
+    surfaces across the real patch.
     """
 
     friction: float | None = field(
@@ -64,7 +67,16 @@ class Creep:
             )
         },
     )
-
+    curved: bool = field(
+        default=False,
+        metadata={
+            "input": Flag(
+                label="curved surfaces",
+                help="Creepages on the real patch follow the rolling radius and contact angle of each line",
+                alone=True,
+            )
+        },
+    )
     force_limit: float = field(
         default=0.05,
         metadata={

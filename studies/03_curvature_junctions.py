@@ -138,7 +138,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
 
 def figure(found: Series, path: Path) -> None:
     """Error of Hertz's peak pressure, and the worst measure, over the distance from the junction."""
-    from fecontact.outputs.style import blank_figure, save_figure
+    from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, plain_log, save_figure
 
     picture = blank_figure(8.0, 7.0)
     above, below = picture.subplots(2, 1, sharex=True)
@@ -148,8 +148,8 @@ def figure(found: Series, path: Path) -> None:
     for (pair, load, arc), (distance, peak, uncertainty, used) in found.items():
         sign = 1.0 if arc == "flatter" else -1.0
         style = {
-            "color": ("#0072b2", "#d55e00")[pairs.index(pair) % 2],
-            "marker": "os^v"[loads.index(load) % 4],
+            "color": SERIES[pairs.index(pair) % len(SERIES)],
+            "marker": MARKS[loads.index(load) % len(MARKS)],
             "mfc": "white" if loads.index(load) % 2 else None,
             "ls": ("-", "--")[loads.index(load) % 2],
             "ms": 4,
@@ -160,13 +160,13 @@ def figure(found: Series, path: Path) -> None:
         below.plot(sign * distance, used, **style)
     for axes in (above, below):
         axes.axvline(0.0, color="0.4", lw=0.8)
-        axes.grid(alpha=0.3)
+    finish(above, below)
     below.set_xlim(-4.0, 4.0)
-    below.set_yscale("log")
+    plain_log(below, "y")
     below.set_xlabel("distance of the touch point from the junction / Hertz's semi-axis b  (left: on the tighter arc)")
-    above.set_ylabel("(Hertz - FE) / FE of the peak pressure, %")
+    above.set_ylabel("peak pressure, (Hertz - FE) / FE, in %")
     below.set_ylabel("worst measure / its limit")
-    above.legend(frameon=False, fontsize=8)
+    above.legend(fontsize=9)
     save_figure(picture, path)
 
 

@@ -2,7 +2,8 @@
 
 Yan and Fischer (Arch. Appl. Mech. 70, 2000) claim that for a rail and a wheel Hertz holds only if the contact zone
 does not spread into a region of changed surface curvature, and if nothing yields. Here the elastic half of the claim
-is a hypothesis that can fail: 60E1 1:40 with S1002 at 29 positions from -8 to 6 mm under 50 and 100 kN.
+is a hypothesis that can fail: 60E1 1:40 with S1002 at 29 positions from -8 to 6 mm under 50 and 100 kN. Wheel and rail
+alone, without roll: a wheelset would not stand at -8 mm, and the claim knows of none.
 
 Reference: the verdicts of this package's finite elements, by all measures of the field. Expected by
 the claim: FAILS where the patch covers a curvature junction of rail or wheel, HOLDS elsewhere. The study counts both
@@ -91,28 +92,39 @@ def best_threshold(values: np.ndarray, fails: np.ndarray) -> tuple[float, int]:
 
 def figure(rows: list[dict[str, Any]], path: Path) -> None:
     """The worst measure over the distance to the next junction."""
-    from fecontact.outputs.style import blank_figure, save_figure
+    from fecontact.outputs.style import (
+        ANSWER_MARKS,
+        ANSWERS,
+        blank_figure,
+        finish,
+        legend_beside,
+        plain_log,
+        save_figure,
+    )
 
-    picture = blank_figure(8.0, 4.6)
+    picture = blank_figure(10.5, 4.8)
     axes = picture.add_subplot()
-    for covers, marker, place in ((True, "o", "over a junction"), (False, "s", "over none")):
-        for verdict, colour in (("HOLDS", "#56b4e9"), ("FAILS", "#d55e00")):
+    for covers, place in ((True, "over a junction"), (False, "over none")):
+        for verdict in ("HOLDS", "FAILS"):
             own = [row for row in rows if (truth(row["junction_in_patch"]), row["verdict"]) == (covers, verdict)]
             if own:
                 axes.scatter(
                     [float(row["junction_distance_over_b"]) for row in own],
                     [max(float(row["limit_used"]), 0.01) for row in own],
-                    c=colour if verdict == "HOLDS" else "white",
-                    ec="0.3" if verdict == "HOLDS" else colour,
-                    marker=marker,
+                    s=48,
+                    c=ANSWERS[verdict] if covers else "white",
+                    ec="0.2" if covers else ANSWERS[verdict],
+                    lw=0.8 if covers else 1.6,
+                    marker=ANSWER_MARKS[verdict],
                     label=f"{verdict}, patch {place}: {len(own)}",
                 )
     axes.axhline(1.0, color="0.5", lw=1, ls="--")
     axes.axvline(1.0, color="0.5", lw=1, ls=":")
-    axes.set(xscale="log", yscale="log")
+    plain_log(axes)
+    finish(axes)
     axes.set_xlabel("distance from the touch point to the next curvature junction / Hertz's semi-axis b")
     axes.set_ylabel("deviation of the worst measure / its limit")
-    axes.legend(frameon=False, fontsize=8)
+    legend_beside(axes)
     save_figure(picture, path)
 
 

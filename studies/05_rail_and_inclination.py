@@ -1,7 +1,7 @@
 """What do the rail and its inclination change, and what do the finite bodies add to the true shape of the gap?
 
-60E1 1:40, 60E1 1:20 and 60E2 1:40 with S1002, -8 to 5 mm, 20, 50 and 100 kN; 54E1 1:40 under 100 kN. Each result has
-the whole ladder: Hertz, the true gap on a half-space, the true gap between the bodies.
+60E1 1:40, 60E1 1:20 and 60E2 1:40 with S1002, -8 to 5 mm without roll (one wheel alone), 20, 50 and 100 kN; 54E1 1:40
+under 100 kN. Each result has the whole ladder: Hertz, the true gap on a half-space, the true gap between the bodies.
 
 Reference: the rungs of the ladder are each other's. Expected: on the tread the bodies raise the peak pressure against
 the half-space by a tenth of a per cent, which is about what their cut planes decide; towards the gauge corner they
@@ -90,33 +90,40 @@ def _verdicts(rows: list[dict[str, Any]]) -> str:
 
 def figure(rows: list[dict[str, Any]], path: Path) -> None:
     """Both steps of the peak pressure over the lateral shift, one column a pair."""
-    from fecontact.outputs.style import blank_figure, save_figure
+    from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, save_figure
 
+    loads = sorted({float(row["load_kN"]) for row in rows})
     pairs = list(dict.fromkeys(pair_of(row) for row in rows))
-    picture = blank_figure(3.4 * len(pairs) + 1.0, 6.0)
+    picture = blank_figure(3.2 * len(pairs) + 2.0, 6.0)
     axes = np.atleast_2d(picture.subplots(2, len(pairs), sharex=True, sharey="row", squeeze=False))
     steps = (("p_max_step_true_gap_percent", "shape of the gap"), ("p_max_step_bodies_percent", "finite bodies"))
     for column, pair in enumerate(pairs):
-        for load in dict.fromkeys(float(row["load_kN"]) for row in rows if pair_of(row) == pair):
+        solved = []
+        for number, load in enumerate(loads):
             own = [row for row in rows if pair_of(row) == pair and float(row["load_kN"]) == load]
+            if not own:
+                continue
+            solved.append(load)
             own.sort(key=lambda row: float(row["lateral_shift_mm"]))
             shift = [float(row["lateral_shift_mm"]) for row in own]
             for ax, (name, _) in zip(axes[:, column], steps, strict=True):
                 unsure = name.replace("_percent", "_uncertainty_percent")
                 error = [float(row.get(unsure, 0.0)) for row in own]
                 values = [float(row[name]) for row in own]
-                ax.errorbar(
-                    shift, values, error, marker="o", ms=3, lw=1, color=_COLOURS.get(load), label=f"{load:g} kN"
-                )
-        axes[0, column].set_title(pair)
-        axes[1, column].set_xlabel("lateral shift, mm")
+                style = {"color": SERIES[number % len(SERIES)], "marker": MARKS[number % len(MARKS)]}
+                ax.errorbar(shift, values, error, ms=4, lw=1, capsize=2, label=f"{load:g} kN", **style)
+        some = "" if solved == loads else f", {' and '.join(f'{load:g}' for load in solved)} kN only"
+        axes[0, column].set_title(f"{pair}{some}")
+        axes[1, column].set_xlabel("lateral shift in mm")
     for ax, (_, what) in zip(axes[:, 0], steps, strict=True):
-        ax.set_ylabel(f"{what}: change of\npeak pressure, %")
-    axes[0, 0].legend(frameon=False, fontsize=8)
+        ax.set_ylabel(f"{what}:\npeak changes by %")
+    for ax in axes.flat:
+        ax.axhline(0.0, color="0.3", lw=0.9, zorder=0)
+    finish(*axes.flat)
+    # of the pair with all loads, beside the last column
+    most = max(axes[0], key=lambda ax: len(ax.get_legend_handles_labels()[0]))
+    legend_beside(axes[0, -1], handles=most.get_legend_handles_labels()[0])
     save_figure(picture, path)
-
-
-_COLOURS = {20.0: "C0", 50.0: "C1", 100.0: "C3"}
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:

@@ -22,7 +22,7 @@ from typing import Any
 
 from fecontact.case import BodySize, Case, Track
 from fecontact.material import STEEL, contact_modulus_MPa
-from fecontact.outputs.style import blank_figure, save_figure
+from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, save_figure
 from fecontact.regression.checks import Check, discretisation_check, hertz_check
 from fecontact.solving.position import hertz_of_case, place_case
 
@@ -152,13 +152,14 @@ def _figure(groups: list[tuple[tuple[str, float], list[dict[str, Any]]]], path: 
     panels = dict(zip(("p_max", "area"), figure.subplots(1, 2), strict=True))
     for (name, ax), (title, limit) in zip(panels.items(), (("peak pressure", 5.0), ("area", 10.0)), strict=True):
         ax.axhspan(-limit, limit, color="0.9", zorder=0)
-        for (rail, load), group in groups:
+        for number, ((rail, load), group) in enumerate(groups):
+            style = {"color": SERIES[number % len(SERIES)], "marker": MARKS[number % len(MARKS)]}
             near = [row for row in group if distance_over_b(row) < 2.0]
             x, y = [distance_over_b(r) for r in near], [r[f"{name}_deviation_percent"] for r in near]
-            ax.plot(x, y, "o-", label=f"{rail}, {load:g} kN")
+            ax.plot(x, y, ms=5, label=f"{rail}, {load:g} kN", **style)
         ax.axvline(1.0, color="0.4", lw=0.8, ls=":")
         ax.set(xlabel="distance to the corner arc / Hertz's semi-axis b", ylabel=f"Hertz against FE, {title}, in %")
-        ax.grid(alpha=0.3)
+        finish(ax)
     panels["p_max"].legend(fontsize=9)
     save_figure(figure, path)
 

@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import BodySize, Case, Track
-from fecontact.outputs.style import blank_figure, save_figure
+from fecontact.outputs.style import SERIES, blank_figure, finish, save_figure
 from fecontact.regression.checks import Check, discretisation_check, hertz_check
 
 CROWN_MM, GAUGE_CORNER_MM, BACK_CORNER_MM = 300.0, 5.0, 2.0
@@ -128,15 +128,16 @@ def _figure(heads: list[_Head], path: Path) -> None:
     for ax, name, title in zip(
         figure.subplots(1, 2), ("p_max_MPa", "approach_mm"), ("peak pressure", "approach"), strict=True
     ):
-        for centred, style in ((True, "o-"), (False, "s")):
+        for centred, style, colour in ((True, "o-", SERIES[0]), (False, "s", SERIES[1])):
             shown = sorted(
                 (h.thickness_mm, h.step[name]) for h in heads if (abs(h.row["touch_rail_y_mm"]) < 1e-6) == centred
             )
             label = "load in the middle" if centred else "load towards the planed back"
-            ax.plot([t for t, _ in shown], [s for _, s in shown], style, mfc=None if centred else "white", label=label)
+            of = {"color": colour, "mfc": colour if centred else "white", "label": label}
+            ax.plot([t for t, _ in shown], [s for _, s in shown], style, **of)
         ax.axhline(0.0, color="0.5", lw=0.8)
-        ax.set(xlabel="thickness of the head in mm", ylabel=f"half-space to bodies: {title}, %")
-        ax.grid(alpha=0.3)
+        ax.set(xlabel="thickness of the head in mm", ylabel=f"half-space to bodies: {title} changes by %")
+        finish(ax)
     ax.legend(fontsize=9)
     save_figure(figure, path)
 

@@ -1,5 +1,6 @@
 """Up to which load may Hertz be used at which lateral position: 60E1 1:40 with S1002, -6 to 6 mm, 10 to 150 kN.
 
+The left wheel of a wheelset that rolls until both wheels touch; the right wheel is the left one at the opposite shift.
 Reference: the finite elements of this package at every position and load, each on two meshes or more. Expected: Hertz
 holds on the tread away from the junction R 300 / R 80 (-2 mm and less, 4 mm and more) up to a load at which the patch
 grows across it, fails at all loads where two parts of the head carry the wheel at once (about 0 to 2 mm), and at the
@@ -29,7 +30,7 @@ def cases(quick: bool = False) -> list[Case]:
     from fecontact.inputs.texts import parse_numbers
 
     shifts = (-4.0, 0.0, 4.0) if quick else parse_numbers(SHIFTS, "shifts")
-    made = [Case(lateral_shift_mm=shift) for shift in shifts]
+    made = [Case(lateral_shift_mm=shift, wheelset=True) for shift in shifts]
     return [replace(case, refine_degrees_of_freedom=0) for case in made] if quick else made
 
 

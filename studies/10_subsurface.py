@@ -20,7 +20,7 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.material import STEEL
-from fecontact.outputs.style import blank_figure, save_figure
+from fecontact.outputs.style import RAIL, WHEEL, blank_figure, finish, save_figure
 from fecontact.regression.checks import Check
 from fecontact.solving.position import hertz_of_case, place_case
 from fecontact.theory.axis_stress import VonMisesPeak, first_yield_p0_MPa, von_mises_peak
@@ -152,16 +152,16 @@ def _figure(rows: list[dict[str, Any]], path: Path) -> None:
     size, depth = figure.subplots(1, 2)
     size.plot(ratios, [peak.von_mises_MPa for peak in curve], color="0.3", label="closed form (Johnson)")
     depth.plot(ratios, [peak.depth_mm / k for peak, k in zip(curve, ratios, strict=True)], color="0.3")
-    for body, marker in zip(BODIES, "ov", strict=True):
+    for body, marker, colour in zip(BODIES, "ov", (RAIL, WHEEL), strict=True):
+        style = {"marker": marker, "color": colour, "mfc": "none", "ls": "none"}
         shape = [row["b_hertz_mm"] / row["a_hertz_mm"] for row in rows]
         stress = [row[f"von_mises_max_{body}_MPa"] / row["p_max_hertz_MPa"] for row in rows]
-        size.plot(shape, stress, marker, mfc="none", label=f"finite elements, {body}")
-        depth.plot(shape, [row[f"von_mises_depth_{body}_mm"] / row["b_hertz_mm"] for row in rows], marker, mfc="none")
+        size.plot(shape, stress, label=f"finite elements, {body}", **style)
+        depth.plot(shape, [row[f"von_mises_depth_{body}_mm"] / row["b_hertz_mm"] for row in rows], **style)
     size.set(ylabel="largest von Mises stress / p0", xlabel="b/a of Hertz's ellipse")
     depth.set(ylabel="its depth / b", xlabel="b/a of Hertz's ellipse")
     size.legend(fontsize=9)
-    for ax in (size, depth):
-        ax.grid(alpha=0.3)
+    finish(size, depth)
     save_figure(figure, path)
 
 

@@ -33,8 +33,9 @@ from fecontact.contact.rung import Rung
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.fe.meshing import FineZone
 from fecontact.geometry.placement import Placement
+from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.rows import deviation_column
-from fecontact.outputs.style import blank_figure, save_figure
+from fecontact.outputs.style import SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
 from fecontact.regression.checks import Check
 from fecontact.solving.coupled_mesh import CoupledProblem, couple, coupled_problem, grid_over
 from fecontact.solving.position import Clock, place_case, true_gap_of_case
@@ -441,24 +442,25 @@ def _write(held: Sequence[Held], path: Path) -> None:
 
 def _figure(held: Sequence[Held], path: Path) -> None:
     """Stated against true error of every measure; below the line the stated one is too small."""
-    figure = blank_figure(12.0, 6.4)
+    figure = blank_figure(13.5, 6.6)
     panels = figure.subplots(2, 4)
     # an error of zero has no place on logarithmic axes
     least = 1e-4
     for name, ax in zip(JUDGED, panels.flat, strict=True):
-        for of, marker, colour in zip(SETS, ".x^s", ("C0", "C1", "C2", "C3"), strict=True):
+        for of, marker, colour in zip(SETS, "ox^s", SERIES, strict=False):
             own = [one for one in held if one.of == of]
             true, stated = ([max(100.0 * getattr(one, k)[name], least) for one in own] for k in ("true", "stated"))
-            ax.loglog(true, stated, marker, ms=4, mfc="none", color=colour, label=of)
+            ax.plot(true, stated, marker, ms=4, mfc="none", color=colour, label=of)
         ends = (least, 100.0 * max(max(one.true[name], one.stated[name]) for one in held))
-        ax.loglog(ends, ends, color="0.4", lw=0.8)
-        ax.set_title(name, fontsize=10)
-        ax.grid(alpha=0.3)
+        ax.plot(ends, ends, color="0.4", lw=0.8)
+        plain_log(ax)
+        ax.set_title(WORDS[name].name, fontsize=10)
+        finish(ax)
     for ax in panels[1]:
-        ax.set_xlabel("true error, %")
+        ax.set_xlabel("true error in %")
     for ax in panels[:, 0]:
-        ax.set_ylabel("stated, %")
-    panels[0, 0].legend(fontsize=8)
+        ax.set_ylabel("stated error in %")
+    legend_beside(panels[0, -1])
     save_figure(figure, path)
 
 

@@ -3,7 +3,9 @@
 S1002 on 60E1 1:40 at ten positions, 50 and 100 kN, friction 0.15, 0.3 and 0.5: forces under longitudinal and lateral
 creepage of 0.01 to 2 % in eight directions, with the spin of the contact angle. Every theory on Hertz's ellipse is held
 against two references on the real patch: FASTSIM in strips over it, and the exact theory, the rolling half-space under
-its pressure.
+its pressure, at a few of the creepages and at the two that decide. The same with creepages that follow the curved
+surfaces. The positions have the roll at which both wheels of the wheelset touch: rolling radii and spin are those of
+one axle that turns as a whole.
 
 Reference (analytic, exact theory of the half-space under the same pressure). Expected: where Hertz holds in pressure,
 his forces are within 5 % of mu N of those of the real patch. Where he fails the forces need not, and from -1 to 1 mm
@@ -14,7 +16,7 @@ creepage there that Hertz does not know.
 import csv
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,17 +32,17 @@ from fecontact.comparison.creep_forces import (
     hertz_patch,
     real_patch,
 )
-from fecontact.comparison.creep_verdict import creepage_range
+from fecontact.comparison.creep_verdict import ForceVerdict, creepage_range, force_verdict
 from fecontact.comparison.creepages import creepages_of
 from fecontact.comparison.measures import patch_of
 from fecontact.creep import Creep
 from fecontact.errors import FecontactError
-from fecontact.outputs.style import blank_figure, save_figure
+from fecontact.outputs.style import FE, HERTZ, blank_figure, finish, legend_beside, save_figure
 from fecontact.regression.checks import Check
 from fecontact.solving.solve import CaseResult
 from fecontact.theory.creep.contact import Creepages, pair_constants
 
-SHIFTS_MM = (-8.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.25, 1.0, 3.0, 4.0)
+SHIFTS_MM = (-6.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.25, 1.0, 3.0, 4.0)
 LOADS_N = (50e3, 100e3)
 FRICTIONS = (0.15, 0.3, 0.5)
 QUICK_SHIFTS_MM = (4.0,)
@@ -48,8 +50,8 @@ QUICK_SHIFTS_MM = (4.0,)
 SHOWN_MM = (0.0, 0.25, 4.0)
 SHOWN_FRICTION = 0.3
 CURVE = (0.0, 2e-4, 5e-4, 1e-3, 1.5e-3, 2.5e-3, 4e-3, 7e-3)
-# Of the creepages of the verdict each size has the exact theory in one direction, each in another one.
-EXACT_EVERY = 9
+# Of the creepages of the verdict three have the exact theory, of different sizes and directions, beside the worst two.
+EXACT_EVERY = 25
 # Of mu N: where Hertz holds in pressure.
 LIMIT_PERCENT = 5.0
 LAWS = tuple(theory for theory in THEORIES if theory not in ("kalker", "vermeulen_johnson"))
@@ -58,7 +60,7 @@ LAWS = tuple(theory for theory in THEORIES if theory not in ("kalker", "vermeule
 def cases(quick: bool = False) -> list[Case]:
     """Ten positions under two loads, or one."""
     return [
-        Case(lateral_shift_mm=shift, load_N=load, creep=Creep(friction=SHOWN_FRICTION))
+        Case(lateral_shift_mm=shift, load_N=load, wheelset=True, creep=Creep(friction=SHOWN_FRICTION))
         for load in (LOADS_N[-1:] if quick else LOADS_N)
         for shift in (QUICK_SHIFTS_MM if quick else SHIFTS_MM)
     ]
@@ -69,7 +71,9 @@ class Errors:
     """Largest differences over the creepages at one position, load and friction, in % of mu N.
 
     `from_fastsim` and `from_exact` are those of each theory on Hertz's ellipse from FASTSIM and from the exact theory
-    on the real patch; `fastsim_itself` is that of FASTSIM from the exact theory, both on the real patch.
+    on the real patch; `fastsim_itself` is that of FASTSIM from the exact theory, both on the real patch. `plane` and
+    `curved` are the verdicts of forces, with creepages of the tangent plane and, under the shown friction, of the
+    curved surfaces.
     """
 
     shift_mm: float
@@ -78,6 +82,8 @@ class Errors:
     from_fastsim: dict[str, float]
     from_exact: dict[str, float]
     fastsim_itself: float
+    plane: ForceVerdict
+    curved: ForceVerdict | None
 
 
 def patches(result: CaseResult, friction: float) -> tuple[CreepPatch, CreepPatch]:
@@ -88,33 +94,40 @@ def patches(result: CaseResult, friction: float) -> tuple[CreepPatch, CreepPatch
     return hertz_patch(result.load.hertz, **given), real_patch(fe, patch_of(fe), **given)
 
 
+def verdict(result: CaseResult, friction: float, curved: bool) -> ForceVerdict:
+    """Verdict of forces under a friction."""
+    creep = replace(result.case.creep, friction=friction, curved=curved)
+    return force_verdict(result.load, result.placement, creep)
+
+
 def errors(result: CaseResult, friction: float) -> Errors:
     """Differences of one position under one friction."""
     hertz, real = patches(result, friction)
     limit, spin = real.ellipse.limit_N, creepages_of(result.case, result.placement).spin_per_mm
+    plane, every = verdict(result, friction, False), creepage_range(result.case.creep.largest_creepage, spin)
     from_fastsim, from_exact = dict.fromkeys(LAWS, 0.0), dict.fromkeys(LAWS, 0.0)
-    itself = 0.0
-    for number, creepages in enumerate(creepage_range(result.case.creep.largest_creepage, spin)):
+    for creepages in every:
         strips = creep_force("fastsim", real, creepages)
-        exactly = number % EXACT_EVERY == 0
-        exact = creep_force("rolling_half_space", real, creepages) if exactly else None
-        if exact is not None:
-            itself = max(itself, force_difference(strips, exact, limit))
+        for law in LAWS[:-1]:
+            off = force_difference(creep_force(law, hertz, creepages), strips, limit)
+            from_fastsim[law] = max(from_fastsim[law], off)
+    itself = 0.0
+    for creepages in dict.fromkeys((*every[::EXACT_EVERY], *(at.creepages for at in plane.decided))):
+        exact, strips = (creep_force(theory, real, creepages) for theory in ("rolling_half_space", "fastsim"))
+        itself = max(itself, force_difference(strips, exact, limit))
         for law in LAWS:
-            if law == "rolling_half_space" and not exactly:
-                continue
             force = creep_force(law, hertz, creepages)
+            from_exact[law] = max(from_exact[law], force_difference(force, exact, limit))
             from_fastsim[law] = max(from_fastsim[law], force_difference(force, strips, limit))
-            if exact is not None:
-                from_exact[law] = max(from_exact[law], force_difference(force, exact, limit))
-    case = result.case
     return Errors(
-        shift_mm=case.lateral_shift_mm,
-        load_kN=case.load_N / 1e3,
+        shift_mm=result.case.lateral_shift_mm,
+        load_kN=result.case.load_N / 1e3,
         friction=friction,
         from_fastsim={law: 1e2 * value for law, value in from_fastsim.items()},
         from_exact={law: 1e2 * value for law, value in from_exact.items()},
         fastsim_itself=1e2 * itself,
+        plane=plane,
+        curved=verdict(result, friction, True) if friction == SHOWN_FRICTION else None,
     )
 
 
@@ -125,13 +138,22 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     held = [errors(result, friction) for result in results for friction in FRICTIONS]
     _write(held, out / "creep_errors.csv")
     _figure(results, out / "13_creep_forces.png")
-    lines = ["shift mm  load kN  pressure    force       force off by   FASTSIM's own", ""]
-    for row in rows:
-        own = [one for one in held if (one.shift_mm, one.load_kN) == (row["lateral_shift_mm"], row["load_kN"])]
+    lines = [
+        "shift mm, load kN, friction; by pressure; by force, off by % of mu N at (xi, eta %); on curved surfaces;"
+        " FASTSIM's own error",
+        "",
+    ]
+    by_pressure = {(row["lateral_shift_mm"], row["load_kN"]): row["verdict"] for row in rows}
+    for one in held:
+        at = ", ".join(
+            f"{1e2 * each.deviation:.1f} ({1e2 * each.creepages.xi:.2g}, {1e2 * each.creepages.eta:.2g})"
+            for each in one.plane.decided
+        )
+        curved = f"{one.curved.answer} {1e2 * one.curved.worst.deviation:.1f}" if one.curved else ""
         lines.append(
-            f"{row['lateral_shift_mm']:8g} {row['load_kN']:8g}  {row['verdict']:<10}  {row['force_verdict']:<10}"
-            f" {row['force_worst_percent']:6.1f} ± {row['force_worst_uncertainty_percent']:.1f} %"
-            f" {max(one.fastsim_itself for one in own):8.1f} %"
+            f"{one.shift_mm:8g} {one.load_kN:8g}  {one.friction:<4g}  {by_pressure[one.shift_mm, one.load_kN]:<10}"
+            f"  {one.plane.answer:<10} ± {1e2 * one.plane.worst.uncertainty:.1f}: {at:<36}  {curved:<15}"
+            f"  {one.fastsim_itself:.1f}"
         )
     lines += ["", "on Hertz's ellipse, off the exact theory on the real patch by at most, % of mu N:"]
     for friction in FRICTIONS:
@@ -169,11 +191,27 @@ def _write(held: Sequence[Errors], path: Path) -> None:
         writer.writerow(
             ["lateral_shift_mm", "load_kN", "friction", "fastsim_itself_percent"]
             + [f"{law}_from_{name}_percent" for name in names for law in LAWS]
+            + [f"{surface}_{what}" for surface in ("plane", "curved") for what in ("verdict", *_AT)]
         )
         for one in held:
             numbers = [*one.from_fastsim.values(), *one.from_exact.values()]
             head = [one.shift_mm, one.load_kN, one.friction, f"{one.fastsim_itself:.3f}"]
-            writer.writerow(head + [f"{number:.3f}" for number in numbers])
+            told = [text for each in (one.plane, one.curved) for text in _verdict_texts(each)]
+            writer.writerow(head + [f"{number:.3f}" for number in numbers] + told)
+
+
+_AT = [f"{name}_{number}" for number in (1, 2) for name in ("percent", "uncertainty_percent", "xi", "eta")]
+
+
+def _verdict_texts(one: ForceVerdict | None) -> list[str]:
+    if one is None:
+        return [""] * (1 + len(_AT))
+    numbers = [
+        number
+        for at in one.decided
+        for number in (1e2 * at.deviation, 1e2 * at.uncertainty, at.creepages.xi, at.creepages.eta)
+    ]
+    return [one.answer, *(f"{number:.6g}" for number in numbers)]
 
 
 def curve(result: CaseResult, friction: float, axis: str) -> dict[str, np.ndarray]:
@@ -198,25 +236,25 @@ def _figure(results: Sequence[CaseResult], path: Path) -> None:
     """Creep curves at a few positions: Hertz's ellipse and the real patch."""
     shown = [result for result in results if result.case.lateral_shift_mm in SHOWN_MM]
     shown = [result for result in shown if result.case.load_N == LOADS_N[-1]]
-    figure = blank_figure(3.6 * len(shown) + 0.6, 6.2)
+    figure = blank_figure(3.6 * len(shown) + 2.4, 6.2)
     axes = np.asarray(figure.subplots(2, len(shown), sharex=True, sharey=True, squeeze=False))
     for column, result in enumerate(sorted(shown, key=lambda one: one.case.lateral_shift_mm)):
         for row, (axis, word) in enumerate((("xi", "longitudinal"), ("eta", "lateral"))):
             drawn = curve(result, SHOWN_FRICTION, axis)
             ax = axes[row, column]
             percent = 1e2 * np.array(CURVE)
-            for side, colour in (("Hertz", "tab:orange"), ("real", "tab:blue")):
+            for side, colour in (("Hertz", HERTZ), ("real", FE)):
                 label = "Hertz's ellipse" if side == "Hertz" else "real patch"
                 ax.plot(percent, drawn[f"rolling_half_space, {side}"], color=colour, label=f"{label}, exact")
                 ax.plot(percent, drawn[f"fastsim, {side}"], "--", color=colour, lw=1.0, label=f"{label}, FASTSIM")
-            ax.grid(alpha=0.3)
-            ax.axhline(0.0, color="black", lw=0.6)
-            ax.set_title(f"{result.case.lateral_shift_mm:g} mm, {word} creepage", fontsize=9)
+            finish(ax)
+            ax.axhline(0.0, color="0.3", lw=0.9, zorder=0)
+            ax.set_title(f"{result.case.lateral_shift_mm:g} mm, {word} creepage", fontsize=10)
             if row == 1:
-                ax.set_xlabel("creepage, %")
+                ax.set_xlabel("creepage in %")
             if column == 0:
-                ax.set_ylabel("force against it over µN")
-    axes[0, -1].legend(fontsize=8, loc="lower right")
+                ax.set_ylabel("force against it over mu N")
+    legend_beside(axes[0, -1])
     save_figure(figure, path)
 
 

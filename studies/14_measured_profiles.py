@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.outputs.style import blank_figure, save_figure
+from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
 from fecontact.regression.checks import Check
@@ -166,31 +166,32 @@ def _grouped(errors: list[Error]) -> dict[tuple[float, float, float], list[Error
 
 def draw(errors: list[Error], without: list[Error], path: Path) -> Path:
     """Largest error of each measure over the noise, and errors against what was stated of them."""
-    figure = blank_figure(12.0, 5.6)
+    figure = blank_figure(14.0, 5.6)
     left, right = figure.subplots(1, 2)
-    colours = ("#0072b2", "#d55e00", "#009e73")
     for k, name in enumerate(("p0", "a", "b")):
         for step, style in zip(STEPS_MM, ("-", "--", ":"), strict=True):
             worst = [
                 100.0 * max(abs(one.error[k]) for one in errors if one.noise_mm == noise and one.step_mm == step)
                 for noise in NOISES_MM
             ]
-            left.plot([1e3 * noise for noise in NOISES_MM], worst, style, color=colours[k], marker="o^s"[k],
-                      label=f"{name}, every {step:g} mm")  # fmt: skip
+            of = {"color": SERIES[k], "marker": MARKS[k], "label": f"{name}, every {step:g} mm"}
+            left.plot([1e3 * noise for noise in NOISES_MM], worst, style, **of)
     left.axhline(LIMIT_PERCENT, color="0.5", lw=0.8)
     left.set(
         xlabel="noise of the points in um", ylabel="largest error of Hertz over shifts and seeds in %", ylim=(0, None)
     )
-    left.legend(fontsize=8)
-    for group, marker, label in ((errors, "o", "deviation from the nominal"), (without, "x", "no nominal profile")):
+    legend_beside(left)
+    of_nominal = (errors, "o", SERIES[2], "deviation\nfrom the nominal")
+    for group, marker, colour, label in (of_nominal, (without, "x", SERIES[3], "no nominal\nprofile")):
         stated = 100.0 * np.array([one.stated[2] for one in group])
         off = 100.0 * np.abs([one.error[2] for one in group])
-        right.loglog(np.maximum(stated, 1e-3), np.maximum(off, 1e-4), marker, ms=3, alpha=0.6, label=f"b, {label}")
+        style = {"color": colour, "ms": 4, "mfc": "none", "label": f"b, {label}"}
+        right.plot(np.maximum(stated, 1e-3), np.maximum(off, 1e-4), marker, **style)
     right.plot([1e-2, 1e2], [1e-2, 1e2], color="0.5", lw=0.8)
-    right.set(xlabel="stated uncertainty in %", ylabel="error in %")
-    right.legend(fontsize=8)
-    for ax in (left, right):
-        ax.grid(alpha=0.3)
+    right.set(xlabel="stated uncertainty in %", ylabel="error of b in %")
+    plain_log(right)
+    legend_beside(right)
+    finish(left, right)
     return save_figure(figure, path)
 
 

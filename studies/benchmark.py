@@ -176,20 +176,23 @@ def report(rows: list[dict[str, Any]], multigrid: list[dict[str, Any]], forms: d
 
 def figure(rows: list[dict[str, Any]], multigrid: list[dict[str, Any]], path: Path) -> None:
     """Errors against CPU seconds."""
-    from fecontact.outputs.style import blank_figure, save_figure
+    from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
 
-    picture = blank_figure(7.0, 4.4)
+    picture = blank_figure(9.0, 4.6)
     axes = picture.add_subplot()
     columns = (("l2_percent", "L2 of the pressure"), ("area_error_percent", "area"), ("p_max_error_percent", "peak"))
     for number, (column, label) in enumerate(columns):
-        for group, style in ((rows, "-o"), (multigrid, "--s")):
+        for group, line, filled in ((rows, "-", True), (multigrid, "--", False)):
             if group:
                 cpu, error = [row["cpu_s"] for row in group], [abs(row[column]) for row in group]
-                name = f"{label}, {group[0]['solver']}"
-                axes.loglog(cpu, error, style, color=f"C{number}", ms=4, label=name)
+                solver = {"pardiso": "PARDISO", "amg": "multigrid"}.get(group[0]["solver"], group[0]["solver"])
+                style = {"color": SERIES[number], "marker": MARKS[number], "mfc": SERIES[number] if filled else "white"}
+                axes.plot(cpu, error, line, ms=5, label=f"{label}, {solver}", **style)
+    plain_log(axes)
+    finish(axes)
     axes.set_xlabel("CPU seconds from mesh to comparison, one thread")
-    axes.set_ylabel("error against exact Hertz, %")
-    axes.legend(frameon=False, fontsize=8)
+    axes.set_ylabel("error against exact Hertz in %")
+    legend_beside(axes)
     save_figure(picture, path)
 
 

@@ -22,13 +22,22 @@ const page = document.getElementById("page");
 page.onload = () => {{
   const inside = page.contentDocument, shown = inside.documentElement;
   const images = [...inside.images];
+  const full = image => {{
+    // a tap on a picture shows it in its full size, inside of its frame
+    const box = image.parentElement.querySelector("input");
+    if (!box) return null;
+    box.click();
+    const seen = [image.getBoundingClientRect().width, shown.scrollWidth];
+    box.click();
+    return seen;
+  }};
   const cells = [...inside.querySelectorAll("td")].filter(cell => cell.checkVisibility());
   document.getElementById("told").textContent = JSON.stringify({{
     title: inside.title,
     width: page.contentWindow.innerWidth,
     content_width: shown.scrollWidth,
     pictures: images.map(image => [
-      image.alt, image.naturalWidth, image.closest("figure, body").getBoundingClientRect().right]),
+      image.alt, image.naturalWidth, image.getBoundingClientRect().right, full(image)]),
     requests: page.contentWindow.performance.getEntriesByType("resource").map(one => one.name)
       .filter(name => !name.startsWith("data:")),
     cells: cells.map(cell => [cell.textContent, cell.offsetWidth, parseFloat(getComputedStyle(cell).fontSize)]),
@@ -103,9 +112,14 @@ def assert_readable(page: Path, tmp_path: Path, *, widths: tuple[int, ...] = (40
         assert found["width"] == width
         # nothing sticks out
         assert found["content_width"] <= width
-        for words, size, right in found["pictures"]:
+        for words, size, right, full in found["pictures"]:
             assert size > 100, words
+            # the picture itself, not only its frame
             assert right <= width, words
+            assert full is not None, words
+            # in full size its words can be read on a telephone as on a screen; the page does not get wider
+            assert full[0] > 0.99 * min(1100, size), words
+            assert full[1] <= width, words
         for text, wide, font in found["cells"]:
             assert font >= 12.0, text
             # no word is broken into syllables: an average character is half of its height wide

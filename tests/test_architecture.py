@@ -42,7 +42,8 @@ ROOMS: dict[str, set[str]] = {
     "runs": {"errors", "files", "inputs", "case", "creep", "criteria", "profiles", "fe", "comparison", "solving", "map"}
     | {"regression"}
     | {"jobs", "outputs"},
-    "console": set(),
+    # how long is left
+    "console": {"jobs"},
     "doctor": {"system_check"},
     "commands": {"errors", "files", "inputs", "case", "creep", "criteria", "options", "profiles", "solving"}
     | {"regression", "jobs"}

@@ -7,12 +7,14 @@ from functools import cache
 
 import numpy as np
 import pytest
+from no_slip import no_slip_forces
+from rungs import rung_with
 
 from fecontact.case import Case, case_from_record, case_record
 from fecontact.cli import call
 from fecontact.comparison.creep_forces import THEORIES, creep_force, ellipse_patch, force_difference, hertz_patch
 from fecontact.comparison.creep_verdict import SMALLEST_CREEPAGE, creep_of, creepage_range
-from fecontact.comparison.creepages import creepages_of, surface_creepage, wheelset_creepages
+from fecontact.comparison.creepages import creepages_of, curved_creepages, slip_beside_plane, wheelset_creepages
 from fecontact.comparison.judged_load import JudgedLoad, Level, SolvedLoad, judge_load
 from fecontact.comparison.measures import hertz_on
 from fecontact.contact.grid import ContactGrid
@@ -44,18 +46,12 @@ def planted(hertz: HertzContact, *, nodes: int = 32, moved_mm: float = 0.0, lobe
     grid = ContactGrid(x_mm=x, s_mm=s, half=True)
     sides = (moved_mm,) if lobes == 1 else (-moved_mm, moved_mm)
     pressure = np.mean([hertz_on(grid, hertz, (0.0, side)) for side in sides], axis=0)
-    return Rung(
-        grid=grid,
-        pressure_MPa=pressure,
+    return rung_with(
+        grid,
+        pressure,
         gap_mm=np.where(pressure > 0.0, 0.0, 1.0),
         approach_mm=hertz.approach_mm,
         normal_force_N=hertz.normal_force_N,
-        status="converged",
-        iterations=1,
-        compliance_calls=1,
-        contact_residual=0.0,
-        penetration_residual=0.0,
-        load_balance=0.0,
     )
 
 
@@ -107,16 +103,38 @@ def test_creepages_from_rolling_radius_and_contact_angle(shift):
     assert found.spin_per_mm == pytest.approx(-math.sin(touch.contact_angle_rad) / 460.0, rel=1e-9)
 
 
-@pytest.mark.parametrize("s", [-3.0, 0.0, 5.0])
-def test_on_a_curved_head_the_creepage_is_that_of_the_rolling_radius(s):
+@pytest.mark.parametrize("s", [-3.0, 5.0])
+def test_on_curved_surfaces_the_creepage_is_that_of_the_rolling_radius(s):
     placement = placement_of(Case(lateral_shift_mm=0.25))
-    found = wheelset_creepages(placement)
-    point = placement.surface(0.0, s)[0] - placement.wheel.centre_mm
-    along = placement.wheel.axes[:, 1]
-    radius = float(np.linalg.norm(point - (point @ along) * along))
-    expected = 1.0 - radius / 460.0 - found.at(0.0, s).xi
-    assert float(surface_creepage(placement, s)) == pytest.approx(expected, abs=1e-12)
-    assert abs(expected) < 2e-4
+    plane = wheelset_creepages(placement)
+    found = curved_creepages(placement, plane, np.linspace(-8.0, 8.0, 321)).at(0.0, s)
+    # midway between rail and wheel
+    rail, normal = placement.surface(0.0, s)
+    radii = []
+    for point in (rail, rail + float(placement.gap(0.0, s)) * normal):
+        arm, along = point - placement.wheel.centre_mm, placement.wheel.axes[:, 1]
+        radii.append(float(np.linalg.norm(arm - (arm @ along) * along)))
+    assert found.xi == pytest.approx(1.0 - np.mean(radii) / 460.0, abs=1e-9)
+    assert 1e-7 < abs(found.xi - plane.at(0.0, s).xi) < 2e-4
+
+
+def test_contact_angle_of_each_line_is_its_spin():
+    # a flat wheel on R 300: the surface midway has R 600, its angle -s / 600, and spin is -sin(angle) / r
+    s = np.linspace(-9.0, 9.0, 361)
+    found = curved_creepages(placement_of(ROUND), Creepages(xi=1e-3), s)
+    xi, spin = found.across(s)
+    assert xi == pytest.approx(1e-3 - s**2 / (2 * 600.0 * 460.0), abs=2e-8)
+    assert spin == pytest.approx(s / (600.0 * 460.0), abs=1e-8)
+
+
+@pytest.mark.parametrize("angle", [0.05, -0.3])
+def test_on_a_cone_creepages_are_those_of_the_tangent_plane(angle):
+    s = np.linspace(-9.0, 9.0, 37)
+    across = np.array([0.0, math.cos(angle), math.sin(angle)])
+    normal = np.array([0.0, -math.sin(angle), math.cos(angle)])
+    # of a wheelset that rolls and yaws a little
+    turning = np.array([1e-3, 1.0, 2e-3]) / 460.0
+    assert slip_beside_plane(s[:, None] * across, s, turning, normal) == pytest.approx(np.zeros(37), abs=1e-17)
 
 
 def test_a_yawed_wheelset_creeps_sideways():
@@ -136,6 +154,37 @@ def test_given_creepages_go_before_those_of_the_wheelset():
 # Hertz against a solved pressure
 
 
+def test_curved_surfaces_change_the_force_as_their_mean_creepage_does():
+    # without slip: the force along is that of a weighted mean creepage; the spin is odd and gives none
+    plain = replace(ROUND, creep=Creep(friction=1e3, xi=2e-5, eta=0.0, spin_per_mm=0.0))
+    plane, curved = compared(plain), compared(replace(plain, creep=replace(plain.creep, curved=True)))
+    hertz = hertz_of_case(ROUND, placement_of(ROUND))
+    along = no_slip_forces(
+        hertz.a_mm / hertz.b_mm, 0.3, {"even": lambda x, y: (x, 0 * x), "square": lambda x, y: (x * y**2, 0 * x)}
+    )
+    square = along["square"][0] / along["even"][0] * (hertz.a_mm / hertz.b_mm) ** 2
+    # in strips the force goes with the square of their length; the ends of 48 cells are jagged, and weigh most here
+    for theory, weight, within in (("fastsim", 0.2, 0.01), ("rolling_half_space", square, 0.05)):
+        on_plane, on_curved = plane.fe[theory], curved.fe[theory]
+        assert not isinstance(on_plane, str)
+        assert not isinstance(on_curved, str)
+        mean = -weight * hertz.b_mm**2 / (1200.0 * 460.0)
+        assert on_curved.fx_N / on_plane.fx_N - 1.0 == pytest.approx(mean / 2e-5, rel=within), theory
+        assert abs(on_curved.fy_N) < 1e-4 * plane.limit_N
+    assert plane.hertz == curved.hertz
+    assert not plane.curved
+    assert curved.curved
+    assert plane.surface_of_muN == pytest.approx(curved.surface_of_muN, rel=1e-9)
+
+
+def test_what_curved_surfaces_change_is_warned_of():
+    sharp = Case(lateral_shift_mm=-1.0, creep=CREEP)
+    found = compared(sharp)
+    assert found.surface_of_muN > 0.01
+    assert f"change forces by up to {1e2 * found.surface_of_muN:.1f} % of mu N; --curved" in found.warnings[0]
+    assert compared(replace(sharp, creep=replace(CREEP, curved=True))).warnings == ()
+
+
 def test_hertzs_own_pressure_gives_hertzs_forces():
     found = compared(replace(ROUND, creep=CREEP))
     for theory in THEORIES:
@@ -145,7 +194,7 @@ def test_hertzs_own_pressure_gives_hertzs_forces():
         assert off < 3e-3, theory
         assert found.uncertainty_of_muN[theory] == pytest.approx(2e-3)
     assert found.verdict.answer == "HOLDS"
-    assert found.verdict.deviation < 4e-3
+    assert found.verdict.worst.deviation < 4e-3
     assert found.limit_N == pytest.approx(0.3 * 100e3, rel=1e-9)
 
 
@@ -164,9 +213,11 @@ def test_a_patch_beside_the_touch_point_feels_the_spin():
             # about the touch point
             about = there.mz_Nmm - moved * there.fx_N
             assert force.mz_Nmm == pytest.approx(about, abs=0.02 * moved * found.limit_N), theory
+    assert len(found.verdict.decided) == 2
+    assert found.verdict.worst.deviation >= found.verdict.decided[1].deviation
     # an ellipse at the touch point has no force along the track, that patch has
     assert found.verdict.answer == "FAILS"
-    assert found.verdict.deviation > 0.2
+    assert found.verdict.worst.deviation > 0.2
 
 
 def test_separate_patches_are_warned_of_and_have_their_own_creepages():

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from no_slip import no_slip_coefficients
 from scipy.integrate import quad
 
 from fecontact.errors import InputError
@@ -12,11 +13,12 @@ from fecontact.material import STEEL, Material
 from fecontact.theory.creep.contact import (
     Creepages,
     CreepForce,
+    CurvedCreepages,
     RollingEllipse,
     pair_constants,
     wheelset_moment_Nmm,
 )
-from fecontact.theory.creep.fastsim import ellipse_strips, fastsim, fastsim_strips
+from fecontact.theory.creep.fastsim import ellipse_strips, fastsim, fastsim_strips, flexibilities
 from fecontact.theory.creep.kalker import coefficients_of, kalker_coefficients, kalker_linear
 from fecontact.theory.creep.polach import polach
 from fecontact.theory.creep.saturation import (
@@ -65,6 +67,37 @@ def test_coefficients_between_the_columns_are_those_that_contact_prints():
     assert kalker_coefficients(0.5, 0.28).c11 == pytest.approx(3.7335, abs=5e-5)
     c = kalker_coefficients(2.0, 0.28)
     assert (c.c11, c.c22, c.c23) == pytest.approx((5.2036, 4.9715, 2.6566), abs=1.1e-4)
+
+
+@pytest.mark.parametrize(
+    ("a_over_b", "poisson", "within"),
+    [
+        # on rows and columns of the table: its own error
+        (0.3, 0.25, 0.006),
+        (1.0, 0.25, 0.006),
+        (10.0, 0.25, 0.014),
+        # between them
+        (0.15, 0.3, 0.006),
+        (0.45, 0.4, 0.006),
+        (1.2, 0.1, 0.006),
+        (3.0, 0.25, 0.006),
+        (4.0, 0.3, 0.007),
+        (1.0 / 0.15, 0.1, 0.009),
+        (1.0 / 0.15, 0.4, 0.009),
+    ],
+)
+def test_coefficients_are_those_of_a_solution_without_slip(a_over_b, poisson, within):
+    # straight from row to row c23 would be 5 % off at a/b 4, c33 12 % at 0.15
+    exact, c = no_slip_coefficients(a_over_b, poisson), kalker_coefficients(a_over_b, poisson)
+    assert exact["c32"] == pytest.approx(exact["c23"], rel=1e-3)
+    for name in ("c11", "c22", "c23", "c33"):
+        assert getattr(c, name) == pytest.approx(exact[name], rel=within), name
+
+
+def test_coefficients_are_continuous_at_the_circle():
+    for poisson in (0.1, 0.3, 0.45):
+        below, above = (kalker_coefficients(1.0 + sign * 1e-9, poisson) for sign in (-1, 1))
+        assert above.c33 == pytest.approx(below.c33, rel=1e-3)
 
 
 def test_coefficients_are_smooth_along_the_table():
@@ -430,3 +463,42 @@ def test_separate_patches_have_an_ellipse_each_and_one_together():
     (alone,) = pressure_strips(x, y, hertz_field(LONG, x, y), **CONSTANTS, strips=y.size)
     single, *_ = one_ellipse([alone])
     assert (single.a_mm, single.b_mm) == pytest.approx((alone.contact.a_mm, alone.contact.b_mm), rel=1e-9)
+
+
+# creepages over curved surfaces
+
+
+def curved(plane: Creepages, xi, spin) -> CurvedCreepages:
+    y = np.linspace(-20.0, 20.0, 81)
+    return CurvedCreepages(plane=plane, y_mm=y, xi_beside=xi(y), spin_beside_per_mm=spin(y))
+
+
+@pytest.mark.parametrize("more_spin", [0.0, -2e-4])
+def test_fastsim_over_a_cone_is_that_over_the_plane(more_spin):
+    # two patches beside the touch point, also along
+    x, y = np.linspace(-9.0, 11.0, 201), np.linspace(-7.0, 12.0, 191)
+    one, two = (1 - ((x[:, None] - at) / a) ** 2 - ((y - c) / b) ** 2 for at, a, c, b in ((2, 8, 2, 3), (0, 6, 9, 2)))
+    pressure = 1000 * np.sqrt(np.maximum(one, 0)) + 600 * np.sqrt(np.maximum(two, 0))
+    pieces = pressure_strips(x, y, pressure, friction=0.3, shear_MPa=82e3, poisson=0.28)
+    plane = Creepages(xi=4e-4, eta=-3e-4, spin_per_mm=1e-4)
+    over = curved(plane, lambda y: -more_spin * y, lambda y: np.full_like(y, more_spin))
+    same = replace(plane, spin_per_mm=plane.spin_per_mm + more_spin)
+    here, there = over.at(2.0, -3.0), same.at(2.0, -3.0)
+    assert (here.xi, here.eta, here.spin_per_mm) == pytest.approx((there.xi, there.eta, there.spin_per_mm), rel=1e-12)
+    found, expected = fastsim_strips(pieces, over), fastsim_strips(pieces, same)
+    for name in ("fx_N", "fy_N", "mz_Nmm", "power_per_speed_N", "slip_area_mm2"):
+        assert getattr(found, name) == pytest.approx(getattr(expected, name), rel=1e-12), name
+    # power is that of the forces
+    power = -(same.xi * expected.fx_N + same.eta * expected.fy_N + same.spin_per_mm * expected.mz_Nmm)
+    assert expected.power_per_speed_N == pytest.approx(power, rel=1e-12)
+
+
+def test_each_line_of_fastsim_has_its_own_creepage():
+    # an odd change of the creepage along moves no force at small creepage, and turns the wheel
+    change = 3e-6
+    over = curved(Creepages(), lambda y: change * y, np.zeros_like)
+    force = fastsim_strips((ellipse_strips(LONG),), over)
+    # no slip: traction is -(xi/L3) (x_lead - x), so the moment is the integral of y^2 (change / L3) (x_lead - x)
+    exact = change / flexibilities(LONG).L3 * (8.0 / 15.0) * LONG.a_mm**2 * LONG.b_mm**3
+    assert force.mz_Nmm == pytest.approx(exact, rel=0.02)
+    assert abs(force.fx_N) < 1e-9 * LONG.limit_N

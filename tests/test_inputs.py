@@ -154,6 +154,10 @@ ROWS: dict[tuple[str, str], Row] = {
         "wheelset", "--wheelset", True, True, "perhaps", "perhaps",
         "wheelset is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default no",
     ),
+    ("", "roll_under_load"): Row(
+        "roll_under_load", "--roll-under-load", True, True, "perhaps", "perhaps",
+        "roll under load is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default no",
+    ),
     ("", "side"): Row(
         "side", "--side", "right", "right", "rigth", "rigth",
         "side is 'rigth'; allowed: left, right; did you mean right?", ": left, right; default left",
@@ -233,6 +237,10 @@ ROWS: dict[tuple[str, str], Row] = {
     ("creep", "speed_ratio"): Row(
         "speed_ratio", "--speed-ratio", 1.01, 1.01, 3, 3.0, "speed ratio is 3.0; allowed: 0 to 2; a free wheel has 1",
         ": no unit, 0 to 2; default 1",
+    ),
+    ("creep", "curved"): Row(
+        "curved", "--curved", True, True, "maybe", "maybe", "curved surfaces is 'maybe'; allowed: yes or no",
+        ": yes or no; default no",
     ),
     ("creep", "force_limit"): Row(
         "force_percent", "--force-percent", 10, 0.1, 100, 1.0, "limit of the creep force is 1.0 (100 %); allowed",
@@ -336,7 +344,7 @@ def test_each_command_takes_what_it_uses():
 
     every = of_groups("place", "files", "load", "material", "bodies", "solution", "verdict", "creep")
     assert options("solve") & every == every
-    assert options("map") & every == every - {"--shift", "--lateral-shift-mm", "--load-kn"}
+    assert options("map") & every == every - {"--shift", "--lateral-shift-mm", "--load-kn", "--roll-under-load"}
     # no stress is looked at, and a mesh is not solved
     stress = {"--yield-mpa", "--rail-yield-mpa", "--wheel-yield-mpa"}
     names = {"--material-name", "--rail-material-name", "--wheel-material-name"}

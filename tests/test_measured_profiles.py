@@ -10,6 +10,7 @@ import pytest
 from fecontact.case import Case, Track
 from fecontact.cli import call
 from fecontact.errors import InputError
+from fecontact.outputs.figures import profile_figure
 from fecontact.outputs.preview import measured_figure, nearest_text, preview_figure, preview_record, preview_text
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load
@@ -236,6 +237,39 @@ def test_the_picture_of_a_measured_line(tmp_path):
     line = read(sampled("60E1", 0.01))
     assert isinstance(line, Profile)
     assert measured_figure(line, tmp_path / "line.png").stat().st_size > 10_000
+
+
+def test_what_was_left_out_is_drawn_with_its_place_and_a_key(tmp_path, monkeypatch):
+    """In the pictures of a line that is smoothed, of one that is not, and of the pair in position."""
+    drawn = []
+    monkeypatch.setattr("fecontact.outputs.preview.save_figure", lambda figure, path: drawn.append(figure))
+    monkeypatch.setattr("fecontact.outputs.figures.save_figure", lambda figure, path: drawn.append(figure))
+    points = sampled("60E1", 0.01)
+    points[200, 1] += 0.15
+    line = read(points, repair=True)
+    assert [(one.what, one.index) for one in line.problems] == [("spike", 200)]
+    exact = sampled("60E1", step_mm=0.5)
+    exact[80, 1] += 0.002
+    as_is = read(exact, repair=True)
+    path = tmp_path / "rail.txt"
+    np.savetxt(path, exact, fmt="%.9f")
+    seen = preview(Case(rail=str(path), rail_file=Reading(repair=True), lateral_shift_mm=-4.0))
+    measured_figure(line, tmp_path / "a.png")
+    profile_figure(as_is, tmp_path / "b.png")
+    preview_figure(seen, tmp_path / "c.png")
+    for figure, (y, z) in zip(drawn, (points[200], exact[80], seen.placement.rail.point(*exact[80])), strict=True):
+        ax = figure.axes[0]
+        (mark,) = [one for one in ax.lines if str(one.get_label()).startswith("left out")]
+        assert mark.get_label() == "left out: spike (1)"
+        assert (mark.get_xdata()[0], mark.get_ydata()[0]) == pytest.approx((y, z), abs=1e-6)
+        assert "left out: spike (1)" in [text.get_text() for text in ax.get_legend().get_texts()]
+
+
+def test_a_profile_without_problems_has_no_marks(monkeypatch):
+    drawn = []
+    monkeypatch.setattr("fecontact.outputs.figures.save_figure", lambda figure, path: drawn.append(figure))
+    profile_figure(load("60E1"), "none.png")
+    assert drawn[0].axes[0].get_legend() is None
 
 
 def test_points_that_are_taken_as_exact_and_are_not_are_named(tmp_path):

@@ -180,10 +180,11 @@ CASES = [
     ),
     # instead of a roll
     Case(wheelset=True),
+    Case(roll_under_load=True),
 ]
 
 
-@pytest.mark.parametrize("case", CASES, ids=["defaults", "nothing default", "wheelset"])
+@pytest.mark.parametrize("case", CASES, ids=["defaults", "nothing default", "wheelset", "loaded wheelset"])
 def test_a_case_survives_json(case):
     assert case_from_record(json.loads(json_text(case_record(case)))) == case
 

@@ -154,6 +154,60 @@ def test_miniprof_offsets_are_asked_for(write):
         resolve_rail(turned, Reading(offsets="add"))
 
 
+def of_the_instrument(kind, first="ProgramName=MiniProf for Windows\nProgramVer=2.43.73", taper="70.0000", blank="\n"):
+    """A library profile as MiniProf for Windows 2.43 writes a measured one: see the reader for where that is known."""
+    points = points_along(load("S1002" if kind == "wheel" else "60E1"))
+    # into the depth of the body; a wheel from the field side, and X from the back of its flange
+    x, y = (points[::-1, 0] + 70.0, -points[::-1, 1]) if kind == "wheel" else (points[:, 0], -points[:, 1])
+    keys = [
+        first, "MPSerNo=1197", "Xoffset=0.0000", "Yoffset=0.0000", "RefPoint1=0.0000, 0.0000", "ColumnDef=X,Y",
+        f"XYPoints={len(x)}", "Chars=UTF8", *([f"WheelDiameterTaperline={taper}"] if taper else []), "Field ID=",
+        '"RefPoint4="', "AlignDA=",
+    ]  # fmt: skip
+    return "\n".join(keys) + "\n" + blank + "".join(f" {a:9.6f} {b:9.6f} \n" for a, b in zip(x, y, strict=True))
+
+
+def test_files_of_the_instrument_have_depth_and_the_back_of_the_flange(write):
+    wheel = resolve_wheel(str(write("a.whl", of_the_instrument("wheel"))), AS_IS).profile
+    y = np.linspace(-60.0, 59.0, 200)
+    # points 0.1 mm apart miss a junction from straight to R 13 mm by 0.04 of its curvature and the square of that
+    assert wheel.height(y) == pytest.approx(load("S1002").height(y), abs=3e-5)
+    assert any("the tape circle at WheelDiameterTaperline = 70 mm is y = 0" in note for note in wheel.notes)
+    assert "its Y grows into the body: z is -Y" in wheel.notes
+    # no blank line before the points, as in one of the files
+    rail = resolve_rail(str(write("a.ban", of_the_instrument("rail", taper="", blank=""))), AS_IS)
+    y = np.linspace(-35.0, 35.0, 100)
+    assert rail.height(y) == pytest.approx(load("60E1").height(y), abs=1e-5)
+
+
+def test_a_wheel_from_the_back_of_its_flange_needs_its_tape_circle(write):
+    path = str(write("a.whl", of_the_instrument("wheel", taper="")))
+    with pytest.raises(InputError, match=r"X begins at the back .* the line WheelDiameterTaperline=70 at the top"):
+        resolve_wheel(path)
+    assert resolve_wheel(str(write("b.whl", of_the_instrument("wheel", taper="72.5"))), AS_IS).profile.y_range_mm[
+        0
+    ] == pytest.approx(-72.5, abs=1e-4)
+
+
+def test_a_header_in_words_is_one(write):
+    """As MiniProf of 2020 writes it; the line with the tape circle is what the refusal asks for."""
+    text = of_the_instrument("wheel", taper="").splitlines()
+    rows = "\n".join(line for line in text if "=" not in line and line.strip())
+    words = '#MINIWHEELPROF\nmine.whl\nMINIPROF 2020\nCar Number..:\n" 32.5 28.0 10.8\n(Sd/Sh/qR)\n\n'
+    with pytest.raises(InputError, match="WheelDiameterTaperline=70 at the top"):
+        resolve_wheel(str(write("a.whl", words + rows)))
+    made = words.replace("mine.whl", "WheelDiameterTaperline=70")
+    wheel = resolve_wheel(str(write("b.whl", made + rows)), AS_IS).profile
+    assert wheel.height(0.0) == pytest.approx(0.0, abs=1e-5)
+
+
+def test_columns_that_are_not_named_are_none_of_the_two(write):
+    y, z = head()
+    rows = "".join(f"{a:.6f} {b:.6f} 0.1 0.002\n" for a, b in zip(y, z, strict=True))
+    rail = resolve_rail(str(write("a.ban", f"ProgramName=x\nColumnDef=X,Y,*\n\n{rows}")), AS_IS)
+    assert rail.height(5.0) == pytest.approx(np.interp(5.0, y, z), abs=1e-3)
+
+
 def test_a_ban_file_of_plain_columns_is_one(write):
     y, z = head()
     text = "\n".join(f"{a} {b}" for a, b in zip(y, z, strict=True))

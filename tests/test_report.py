@@ -5,6 +5,7 @@ import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import pytest
@@ -16,11 +17,12 @@ from fecontact.comparison.judged_load import judge_load
 from fecontact.files import write_json
 from fecontact.outputs import html, scene
 from fecontact.outputs.report_figures import ladder_figure, patches_figure
+from fecontact.outputs.report_tables import ReportedCase
 from fecontact.outputs.report_words import answer_words
 from fecontact.outputs.scene import write_scene
 from fecontact.outputs.study_figure import study_figure
 from fecontact.outputs.study_files import write_tables
-from fecontact.outputs.study_report import write_study_report
+from fecontact.outputs.study_report import ShownPair, reported_case, shown_pair, write_study_report
 from fecontact.runs.case_store import write_case
 from fecontact.solving.solve import CaseResult
 
@@ -47,9 +49,14 @@ def study(elliptic_quick: CaseResult, tmp_path_factory: pytest.TempPathFactory) 
     rows.append(LOST)
     study_figure(rows, out / "study.png")
     write_tables("two", 3, rows, out / "study")
-    assert write_scene(out / "cases" / "at-1", out / "pair.png") is None
-    write_study_report("two <shifts>", rows, out, placement=elliptic_quick.placement, conclusion="It is as expected.")
+    shown = shown_pair(rows[1], elliptic_quick.placement, out / "cases" / "at2.5", out)
+    assert shown.no_scene is None
+    write_study_report("two <shifts>", reported(out, rows), out, shown=shown, conclusion="It is as expected.")
     return out
+
+
+def reported(out: Path, rows: list[dict[str, Any]]) -> list[ReportedCase]:
+    return [reported_case(row, out / "cases" / row["id"]) for row in rows]
 
 
 def parsed(path: Path) -> ElementTree.Element:
@@ -74,6 +81,18 @@ def test_a_report_says_question_answer_and_reason(study):
         ["-1.00", "100", "HOLDS"], ["+2.50", "100", "UNRESOLVED"], ["+30.00", "100", "failed"],
     ]  # fmt: skip
     assert lines[2][3] == "failed: the wheel <leaves> the rail"
+
+
+def test_pictures_of_the_pair_say_which_case_they_show(study):
+    words = [text_of(one) for one in parsed(study / "report.html").iter("figcaption")]
+    rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
+    used = [row.get("limit_used", 0.0) for row in rows]
+    assert used[1] == max(used) > used[0] > 0.0
+    case = f"at +2.50 mm, 100 kN, the case that uses most of a limit ({used[1]:.2f} times the limit)"
+    assert words[:2] == [
+        f"Section through the first touch point {case}.",
+        f"Pressure on the rail as a relief {case}; orange: the edge of Hertz's ellipse.",
+    ]
 
 
 def test_numbers_of_a_report_are_those_of_the_result(study):
@@ -108,6 +127,34 @@ def test_a_report_is_one_file_that_asks_for_nothing(study):
     assert all(source.startswith("data:") for source in sources)
     assert "<script" not in text
     assert "url(" not in text.partition("</style>")[0]
+
+
+def test_a_case_alone_and_a_judged_one_have_a_report(elliptic_quick, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("fecontact.runs.case_store.solve", lambda case, progress=None: elliptic_quick)
+    command = ["solve", "--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "0"]
+    assert call([*command, "--out", str(tmp_path / "one")]) == 0
+    page = parsed(tmp_path / "one" / "report.html")
+    (decided,) = [text_of(one) for one in page.iter("p") if one.get("class") == "lead holds"]
+    assert re.fullmatch(r"Hertz HOLDS: misplaced load 0\.\d\d % ± 0\.\d\d % \(limit < 10 %\)", decided)
+    words = [text_of(one) for one in page.iter("figcaption")]
+    # section, scene and the case itself: one point is no line over the shift
+    assert len(words) == 3
+    assert words[0] == "Section through the first touch point at +0.00 mm, 100 kN."
+    # by a limit that the elements' own error comes near, and with forces
+    given = ["judge", str(tmp_path / "one"), "--out", str(tmp_path / "again")]
+    assert call([*given, "--misplaced-load-percent", "0.01", "--friction", "0.3", "--xi", "0.001"]) == 0
+    page = parsed(tmp_path / "again" / "report.html")
+    assert next(text_of(one) for one in page.iter("p")).startswith("Hertz UNRESOLVED: misplaced load")
+    # the picture is not the one of the old verdict
+    assert "(limit < 0.01 %)" in text_of(page)
+    heads, line = (list(one) for one in list(next(page.iter("table")).iter("tr"))[:2])
+    told = dict(zip(map(text_of, heads), map(text_of, line), strict=True))
+    (row,) = json.loads((tmp_path / "again" / "study.json").read_text("utf-8"))["rows"]
+    assert told["for forces"] == row["force_verdict"] == "HOLDS"
+    assert told["force off by, % of mu N"].startswith(f"{row['force_worst_percent']:.1f} ±")
+    assert {path.name for path in (tmp_path / "again").iterdir()} == {
+        "study.csv", "study.json", "pair.png", "report.html",
+    }  # fmt: skip
 
 
 def test_a_report_can_be_read_on_a_telephone_and_on_a_screen(study, tmp_path):
@@ -149,7 +196,7 @@ def test_a_comparison_can_be_read_on_a_telephone_and_on_a_screen(study, tmp_path
     assert not any(is_open for _, is_open in found["folded"])
 
 
-def test_a_scene_that_cannot_be_drawn_is_a_reason_and_no_error(study, tmp_path, monkeypatch):
+def test_a_scene_that_cannot_be_drawn_is_a_reason_and_no_error(study, elliptic_quick, tmp_path, monkeypatch):
     reason = write_scene(tmp_path, tmp_path / "none.png")
     assert reason is not None
     assert "rail.vtu" in reason
@@ -158,8 +205,12 @@ def test_a_scene_that_cannot_be_drawn_is_a_reason_and_no_error(study, tmp_path, 
     # a process that ends by a signal says nothing
     monkeypatch.setattr(scene.sys, "executable", "/bin/false")
     assert write_scene(study / "cases" / "at-1", tmp_path / "none.png") == "exit code 1"
-    write_study_report("x", [LOST], tmp_path, no_scene="no library")
-    assert "There is no picture in three dimensions: no library." in (tmp_path / "report.html").read_text("utf-8")
+    shown = ShownPair(row=LOST, placement=elliptic_quick.placement, scene=study / "pair.png", no_scene="no library")
+    write_study_report("x", [ReportedCase(row=LOST)], tmp_path, shown=shown)
+    text = (tmp_path / "report.html").read_text("utf-8")
+    assert "There is no picture in three dimensions: no library." in text
+    # nor one of an earlier run
+    assert "Pressure on the rail" not in text
 
 
 def test_a_scene_shows_the_pressure(study):
@@ -175,13 +226,13 @@ def test_a_scene_shows_the_pressure(study):
 
 def test_only_the_worst_of_many_cases_have_pictures(study, monkeypatch):
     rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
-    monkeypatch.setattr("fecontact.outputs.study_report._MOST_PICTURES", 1)
+    monkeypatch.setattr("fecontact.outputs.study_report.MOST_PICTURES", 1)
     monkeypatch.setattr("fecontact.outputs.study_report.REPORT", "few.html")
-    page = parsed(write_study_report("few", rows, study))
+    page = parsed(write_study_report("few", reported(study, rows), study))
     assert [text_of(one) for one in page.iter("h3")] == [
         "rail circle:300 and wheel cylinder:460, +2.50 mm, 100 kN: UNRESOLVED"
     ]
-    assert "1 of 2 cases, those that use most of a limit; all are in cases/ID/case.png." in text_of(page)
+    assert "1 of 3 cases, those that use most of a limit; all are in cases/ID/case.png." in text_of(page)
 
 
 def test_the_ladder_is_drawn_only_of_what_tells_it(study, tmp_path):

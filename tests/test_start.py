@@ -11,10 +11,11 @@ from pathlib import Path
 
 import pytest
 
-from fecontact import doctor
+from fecontact import __version__, doctor
 from fecontact.case import Case
 from fecontact.cli import _system_error, call
-from fecontact.console import duration, many, print_reasons, solving
+from fecontact.console import log_only, logged, many, print_reasons, say, solving
+from fecontact.errors import InputError
 from fecontact.runs.casefile import load_study
 from fecontact.runs.check import _memory_GB, _seconds, _unknowns, check_study
 from fecontact.runs.demo import SPHERE, demo_study, demo_words, exact_peak_MPa
@@ -24,7 +25,8 @@ from fecontact.solving.position import hertz_of_case, place_case
 from fecontact.system_check import Outcome, Probe
 
 ROOT = Path(__file__).parents[1]
-BAD_STUDY = "lateral_shift_mm = [9.0, 9.5]\n"
+# what is on the other side counts for a wheelset alone: these fail at once
+BAD_STUDY = 'lateral_shift_mm = [1.0, 1.5]\n[opposite]\nrail = "54E1"\n'
 
 
 def program(*arguments: str, **options) -> subprocess.CompletedProcess[str]:
@@ -235,22 +237,70 @@ def test_progress_of_a_case_is_a_line_for_each_of_its_meshes_where_nobody_watche
     ]
 
 
-def test_progress_of_many_cases_says_what_is_left(capsys, monkeypatch):
+def test_progress_of_many_cases_is_a_line_each_time_one_is_done(capsys, monkeypatch):
     now = [100.0]
     monkeypatch.setattr("fecontact.console.time.monotonic", lambda: now[0])
     with many("cases") as show:
         show(2, 6, "solving one")
         show(2, 6, "solving one, two")
         now[0] += 30.0
-        show(4, 6, "solving three")
+        show(4, 6, "solving three; about 30 s left")
     lines = [" ".join(line.split()) for line in capsys.readouterr().err.splitlines()]
-    # two of them were finished before
-    assert lines == ["0 s 2 of 6 cases done: solving one", "30 s 4 of 6 cases done, about 30 s left: solving three"]
+    assert lines == ["0 s 2 of 6 cases done: solving one", "30 s 4 of 6 cases done: solving three; about 30 s left"]
 
 
-@pytest.mark.parametrize(("seconds", "text"), [(0.4, "0 s"), (99.0, "99 s"), (150.0, "2 min"), (9000.0, "2.5 h")])
-def test_durations_are_short(seconds, text):
-    assert duration(seconds) == text
+def log_lines(path):
+    """Levels and texts of a log."""
+    return [line.split(maxsplit=3)[2:] for line in path.read_text("utf-8").splitlines()]
+
+
+def test_a_log_has_what_was_said_and_how_it_ended(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("fecontact.console.sys.argv", ["fecontact", "run", "my study.toml"])
+    path = tmp_path / "new" / "run.log"
+    with logged(path):
+        with many("cases", quiet=True) as show:
+            show(0, 2, "solving one")
+            show(0, 2, "solving one, two")
+            show(1, 2, "solving two")
+        say("it holds", quiet=True)
+        say("here")
+        log_only("one: 3 mm deep", warning=True)
+        print_reasons("1 of 2", {"a": "derails"})
+    with pytest.raises(InputError), logged(path):
+        raise InputError("no such rail")
+    with pytest.raises(KeyboardInterrupt), logged(path):
+        raise KeyboardInterrupt
+    out, err = capsys.readouterr()
+    # quiet is only what goes well
+    assert (out, err) == ("here\n", "1 of 2:\n  a: derails\n")
+    began = ["INFO", f"fecontact {__version__}: fecontact run 'my study.toml'\n".rstrip()]
+    assert log_lines(path) == [
+        began,
+        ["INFO", "0 of 2 cases done: solving one"],
+        ["INFO", "1 of 2 cases done: solving two"],
+        ["INFO", "it holds"],
+        ["INFO", "here"],
+        ["WARNING", "one: 3 mm deep"],
+        ["WARNING", "1 of 2:"],
+        ["WARNING", "a: derails"],
+        ["INFO", "ended"],
+        began,
+        ["ERROR", "ended by InputError: no such rail"],
+        began,
+        ["ERROR", "ended by KeyboardInterrupt"],
+    ]
+    # nothing is kept open, and nothing said afterwards gets into it
+    size = path.stat().st_size
+    say("later", quiet=True)
+    assert path.stat().st_size == size
+
+
+def test_a_log_that_cannot_be_written_any_more_is_no_error(tmp_path, capsys):
+    if not Path("/dev/full").exists():
+        pytest.skip("no /dev/full")
+    with logged(Path("/dev/full")):
+        say("here")
+    assert capsys.readouterr() == ("here\n", "")
 
 
 def test_reasons_are_told_together(capsys):
@@ -267,14 +317,32 @@ def test_a_study_says_what_failed_once_more_at_its_end(tmp_path):
     assert done.returncode == 3
     end = done.stderr.splitlines()
     assert "2 of 2 cases without a usable result:" in end
-    assert sum("derails" in line for line in end) == 2
+    # one reason, told once of both
+    (reason,) = [line for line in end if "give wheelset = true" in line]
+    assert "+1.00mm" in reason
+    assert "+1.50mm" in reason
+    log = (tmp_path / "out" / "run.log").read_text("utf-8")
+    assert all(line.strip() in log for line in end[end.index("2 of 2 cases without a usable result:") :])
+
+
+def test_a_quiet_study_says_only_what_went_wrong(tmp_path):
+    (tmp_path / "two.toml").write_text(BAD_STUDY)
+    command = ["-m", "fecontact", "run", str(tmp_path / "two.toml"), "--out", str(tmp_path / "out"), "--workers", "1"]
+    done = program(*command, "-q")
+    assert done.returncode == 3
+    assert done.stdout == ""
+    assert done.stderr.splitlines()[0] == "2 of 2 cases without a usable result:"
+    log = (tmp_path / "out" / "run.log").read_text("utf-8")
+    assert "0 of 2 cases done: solving +1.00 mm 100 kN" in log
+    assert f"Results in {tmp_path / 'out'}" in log
 
 
 @pytest.mark.parametrize("given", ["file", "stdin"])
 def test_a_script_without_a_main_guard_is_not_run_by_its_workers(tmp_path, given):
     code = (
-        "import fecontact\nprint('once')\n"
-        "cases = [fecontact.Case(lateral_shift_mm=shift) for shift in (9.0, 9.5)]\n"
+        # cases that fail at once
+        "import fecontact\nfrom fecontact.case import Opposite\nprint('once')\nother = Opposite(rail='54E1')\n"
+        "cases = [fecontact.Case(lateral_shift_mm=shift, opposite=other) for shift in (1.0, 1.5)]\n"
         f"print({{row['status'][:30] for row in fecontact.run(cases, {str(tmp_path / 'out')!r}, workers=1).rows}})\n"
     )
     script = tmp_path / "script.py"
@@ -283,7 +351,7 @@ def test_a_script_without_a_main_guard_is_not_run_by_its_workers(tmp_path, given
     assert done.stdout.splitlines()[0] == "once"
     assert done.stdout.count("once") == 1
     assert "died" not in done.stdout
-    assert "failed: lateral shift" in done.stdout
+    assert "failed: what is on the" in done.stdout
     assert done.stderr == ""
 
 

@@ -23,7 +23,7 @@ WHEELSET = Case(wheelset=True)
 
 
 @pytest.fixture
-def mapped(monkeypatch):
+def mapped(monkeypatch, tmp_path):
     """The base case that `fecontact map` makes of its options."""
     seen = []
 
@@ -34,7 +34,7 @@ def mapped(monkeypatch):
     monkeypatch.setattr("fecontact.runs.map_run.run_map", run_map)
 
     def of(*options):
-        assert call(["map", "--shifts", "0", "--out", "unused", *options]) == 2
+        assert call(["map", "--shifts", "0", "--out", str(tmp_path), *options]) == 2
         return seen.pop()
 
     return of

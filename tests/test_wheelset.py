@@ -10,12 +10,15 @@ from fecontact.case import Case, Opposite
 from fecontact.errors import InputError
 from fecontact.geometry.placement import pair_of
 from fecontact.geometry.wheelset import Wheelset
+from fecontact.material import Material
 from fecontact.outputs.record import hertz_record, shown_case_record
 from fecontact.outputs.rows import input_columns
 from fecontact.profiles.library import load
 from fecontact.runs.case_store import copy_profiles, stored_case
 from fecontact.runs.identity import case_id, input_files
-from fecontact.solving.placing import place_case, place_wheelset_of_case, roll_of_case
+from fecontact.runs.map_run import run_map
+from fecontact.solving.placing import place_case, place_wheelset_of_case, roll_of_case, wheelset_of_case
+from fecontact.theory.hertz import hertz_ellipse
 
 INCLINATION_40 = math.atan(1.0 / 40.0)
 # Manchester Contact Benchmark: shift to the right (mm) and roll (mrad) of the wheelset in CONTACT's examples, which
@@ -43,9 +46,96 @@ def assert_same_placement(one, other, tolerance=1e-10):
 @pytest.mark.parametrize(("shift_right", "roll_mrad"), MANCHESTER_ROLL)
 def test_roll_of_the_manchester_wheelset(shift_right, roll_mrad):
     case = benchmark(shift_right)
-    # its profiles are points of a file, these are arcs and the standard's sections: 0.0064 mrad apart at most, which is
-    # a height of 10 micrometres; the right wheel rises
+    # those are the rolls of the loaded wheelset (below): the touching one is 0.0064 mrad off at most
     assert 1e3 * place_wheelset_of_case(case).roll_rad == pytest.approx(-roll_mrad, abs=0.01)
+
+
+# The same examples: shift (mm), roll (mrad) of the input, and height of the unloaded wheelset (mm, down from 460 mm
+# over the rails' highest points) with which CONTACT begins, on the right and on the left rail.
+MANCHESTER_HEIGHTS = (
+    *((0.0, 0.0, 0.1821, None), (0.5, 0.02304, 0.1743, None), (3.0, 0.1803, None, 0.0932), (4.0, 0.2557, None, 0.0462)),
+    *((5.0, 0.3554, -0.0271, -0.0205), (5.5, 0.4777, -0.1176, -0.1091), (6.0, 0.6272, -0.2259, -0.2185)),
+    *((6.5, 4.376, -3.1382, -3.0696), (7.0, 6.393, -4.6549, -4.6045), (7.5, 7.642, -5.5956, -5.5537)),
+    *((8.0, 8.606, -6.3220, -6.2851), (9.0, 10.10113, -7.4455, -7.4161), (9.5, 10.71386, -7.9046, -7.8778)),
+    (10.0, 11.26431, -8.3159, -8.2913),
+)
+
+
+@pytest.mark.parametrize(("shift_right", "roll_mrad", "right", "left"), MANCHESTER_HEIGHTS)
+def test_heights_of_the_manchester_wheelset_also_where_its_flange_climbs(shift_right, roll_mrad, right, left):
+    wheelset = wheelset_of_case(benchmark(shift_right))
+    yaw = 2.4e-3 * shift_right
+    # that wheelset yaws before it rolls: seen in the order of here it rolls by the cosine of the yaw less, which is
+    # 2.4 micrometres at 10 mm
+    roll = -1e-3 * roll_mrad * math.cos(yaw)
+    for hung, sign, down in ((wheelset.left, 1.0, left), (wheelset.right, -1.0, right)):
+        if down is not None:
+            standing = hung.standing(-sign * shift_right, sign * roll, sign * yaw)
+            # four decimals there; arcs here are points there. The most is at 6.5 mm on the flange, 0.24 micrometres
+            assert 460.0 - standing.axle_mm == pytest.approx(down, abs=3e-4)
+
+
+@pytest.mark.parametrize(("shift_right", "roll_mrad"), MANCHESTER_ROLL[1:])
+def test_roll_of_the_loaded_manchester_wheelset(shift_right, roll_mrad):
+    steel = Material.from_shear(name="benchmark", shear_MPa=82e3, poisson=0.28)
+    case = replace(benchmark(shift_right), roll_under_load=True, rail_material=steel, wheel_material=steel)
+    # the benchmark's rolls are those at which both wheels carry 10 kN at one height. Its friction of 0.3 takes 11 % of
+    # the flange's normal force away at 5.5 and 6 mm: 0.0018; at 0.5 mm its patch is no ellipse: 0.0036
+    tolerance = 4e-3 if shift_right == 0.5 else 2e-3 if shift_right > 5.0 else 6e-4
+    assert 1e3 * place_wheelset_of_case(case).roll_rad == pytest.approx(-roll_mrad, abs=tolerance)
+
+
+def test_a_loaded_wheelset_sinks_into_the_sharper_rail():
+    case = Case(
+        rail="circle:300",
+        wheel="cylinder:460",
+        inclination_rad=0.0,
+        roll_under_load=True,
+        opposite=Opposite(rail="circle:80"),
+    )
+    placed = place_wheelset_of_case(case)
+    left, right = (
+        hertz_ellipse(
+            0.5 / 460, 0.5 / radius, normal_force_N=case.load_N, contact_modulus_MPa=case.contact_modulus_MPa
+        ).approach_mm
+        for radius in (300.0, 80.0)
+    )
+    # flat wheels stay on the crowns, which are 1500 mm apart and as high as each other
+    assert right > left
+    assert placed.roll_rad == pytest.approx((right - left) / 1500.0, rel=1e-4)
+    assert placed.axle_height_mm == pytest.approx(460.0 - 0.5 * (left + right), abs=1e-4)
+    mirrored = replace(case, rail="circle:80", opposite=Opposite(rail="circle:300"), side="right")
+    assert roll_of_case(mirrored, place_case(mirrored)) == pytest.approx(placed.roll_rad, abs=1e-12)
+    assert place_wheelset_of_case(replace(case, opposite=Opposite())).roll_rad == pytest.approx(0.0, abs=1e-12)
+
+
+def test_the_loaded_roll_grows_with_the_load_and_begins_at_the_touching_one():
+    case = Case(lateral_shift_mm=6.0, wheelset=True)
+    touching = place_wheelset_of_case(case).roll_rad
+    rolls = [place_wheelset_of_case(replace(case, roll_under_load=True, load_N=load)).roll_rad for load in (1.0, 1e5)]
+    assert rolls[0] == pytest.approx(touching, abs=1e-7)
+    # the springs give way as F^(2/3), at one and the same touch point
+    assert rolls[1] - touching == pytest.approx((rolls[0] - touching) * 1e5 ** (2.0 / 3.0), rel=0.05)
+    assert rolls[1] - touching == pytest.approx(-3.6e-5, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: Case(roll_under_load=True, load_kind="normal"), "vertical wheel loads"),
+        (lambda: Case(roll_under_load=True, roll_rad=1e-4), "give a roll or wheelset"),
+        (lambda: place_case(Case(roll_under_load=True, lateral_shift_mm=9.0)), "shifts between -6 and 6 mm"),
+    ],
+)
+def test_a_loaded_roll_is_refused_where_there_is_none(make, says):
+    with pytest.raises(InputError, match=says) as refused:
+        make()
+    assert "\n" not in str(refused.value)
+
+
+def test_a_map_has_one_roll_for_all_its_loads(tmp_path):
+    with pytest.raises(InputError, match="one roll for all loads"):
+        run_map(Case(roll_under_load=True), [0.0], [1e5], tmp_path)
 
 
 @pytest.mark.parametrize("shift", [-5.0, -0.3, 0.0, 2.0, 5.0])
@@ -146,8 +236,9 @@ def test_an_id_is_that_of_before_where_nothing_of_a_wheelset_is_given():
         Case(side="right"),
         Case(wheelset=True, opposite=Opposite(rolling_radius_mm=459.0)),
         Case(wheelset=True, opposite=Opposite(wheel="S1002")),
+        Case(roll_under_load=True),
     )
-    assert len({case_id(one) for one in (case, *others)}) == 5
+    assert len({case_id(one) for one in (case, *others)}) == 6
 
 
 def test_a_file_on_the_other_side_counts_by_its_content_and_is_kept(tmp_path):

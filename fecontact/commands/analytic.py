@@ -14,7 +14,9 @@ from fecontact.options import CaseOptions, options_of
 _OF_HERTZ = options_of("place", "files", "load", "material", without=("yield_MPa",))
 _OF_PLACE = options_of("place", "files", "load", "material", "solution")
 # a table has a list of shifts, finds the roll, and shows both sides
-_OF_TRACK = options_of("place", "files", without=("lateral_shift_mm", "roll_rad", "wheelset", "side"))
+_OF_TRACK = options_of(
+    "place", "files", without=("lateral_shift_mm", "roll_rad", "wheelset", "roll_under_load", "side")
+)
 if TYPE_CHECKING:
     HertzOptions: TypeAlias = CaseOptions
     PlaceOptions: TypeAlias = CaseOptions

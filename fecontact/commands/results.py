@@ -28,7 +28,8 @@ def judge(folder: Path, options: VerdictOptions = _OF_VERDICT, *, out: Path | No
     folder
         Of a study, a map, or a case that fecontact wrote; it stays as it is.
     out
-        Folder for the tables of the new verdicts (study.csv and study.json, or map.csv, map.json and map.png).
+        Folder for report.html, tables and pictures of the new verdicts (study.csv and study.json, or map.csv, map.json
+        and map.png).
     """
     case = options.case()
     case.creep.refuse_unheard()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias, get_args
 from cyclopts import Parameter
 
 from fecontact.case import Group
-from fecontact.console import count, many, print_reasons, solving, width
+from fecontact.console import count, log_only, logged, many, print_reasons, say, solving, width
 from fecontact.errors import InputError
 from fecontact.options import CaseOptions, options_of
 
@@ -17,13 +17,18 @@ _EVERY = options_of(*get_args(Group))
 # a map has lists of these two
 _OF_MAP = options_of(
     *get_args(Group),
-    without=("lateral_shift_mm", "load_N"),
+    # and one roll for all its loads
+    without=("lateral_shift_mm", "load_N", "roll_under_load"),
     own_defaults={
         "wheelset": "yes, unless a roll is given or a line by its radii alone, such as circle:300",
         "roll_rad": "that of the wheelset; 0 where there is none",
     },
 )
 if TYPE_CHECKING:
+    from fecontact.jobs.engine import RunSettings
+    from fecontact.runs.map_run import MapOutcome
+    from fecontact.runs.study import StudyOutcome
+
     EveryOption: TypeAlias = CaseOptions
     MapOptions: TypeAlias = CaseOptions
 else:
@@ -44,7 +49,7 @@ def solve(
     json
         Print the result as JSON and nothing else.
     out
-        Folder for the case's JSON, ParaView files and figure.
+        Folder for the case's report.html, JSON, ParaView files and figure.
     """
     from fecontact.files import json_text
     from fecontact.outputs.printed_case import print_case
@@ -52,12 +57,17 @@ def solve(
     from fecontact.outputs.rows import case_row
     from fecontact.outputs.tables import print_table
     from fecontact.runs.case_store import solve_into_folder
+    from fecontact.runs.reports import report_case
     from fecontact.solving.solve import solve as solve_case
 
     case = options.case()
     with solving() as progress:
         # what was solved is kept before it is shown: what it is shown on may be full, or closed
-        result = solve_case(case, progress=progress) if out is None else solve_into_folder(case, out, progress=progress)
+        if out is None:
+            result = solve_case(case, progress=progress)
+        else:
+            result = solve_into_folder(case, out, progress=progress)
+            report_case(result, out)
     record = result_record(result)
     if json:
         print(json_text(record), flush=True)
@@ -77,6 +87,7 @@ def run(
     force: Annotated[bool, Parameter(negative="")] = False,
     part: str | None = None,
     scheduler: str | None = None,
+    quiet: Annotated[bool, Parameter(negative="", alias="-q")] = False,
 ) -> int:
     """Run a study and write its tables, figures and ParaView files; finished cases are reused.
 
@@ -98,6 +109,8 @@ def run(
         Solve only part i of N, given as i/N; the same command without it then puts all parts together.
     scheduler
         Address of a Dask scheduler whose workers share the folder of the results.
+    quiet
+        Say only what went wrong; run.log in the folder of the results has all of it in any case.
     """
     from fecontact.jobs.engine import RunSettings, parse_part
     from fecontact.outputs.tables import print_table
@@ -108,25 +121,44 @@ def run(
         workers=workers, threads=threads, force=force, part=parse_part(part) if part else None, scheduler=scheduler
     )
     loaded = load_study(study, quick=quick)
-    with many("cases") as progress:
-        outcome = run_study(loaded, out, settings=settings, progress=progress)
+    with logged(out / f"run{settings.part_suffix}.log"):
+        with many("cases", quiet=quiet) as progress:
+            outcome = run_study(loaded, out, settings=settings, progress=progress)
+        if not quiet:
+            print_table(outcome.rows)
+        _tell_study(outcome, out, settings, quiet)
+    return 0 if outcome.all_converged else 3
+
+
+def _tell_study(outcome: StudyOutcome, out: Path, settings: RunSettings, quiet: bool) -> None:
+    """Say what came of a study, but for its table."""
     print_reasons("done again", outcome.recomputed)
-    print_table(outcome.rows)
+    for row in outcome.rows:
+        log_only(f"{row['id']}: {row.get('verdict') or row['status']}")
+        for name in ("verdict_warnings", "warnings"):
+            if row.get(name):
+                log_only(f"{row['id']}: {row[name]}", warning=True)
     if outcome.reused:
-        print(f"{len(outcome.reused)} finished cases were reused; --force solves them again")
+        say(f"{len(outcome.reused)} finished cases were reused; --force solves them again", quiet=quiet)
     if outcome.conclusion:
-        print(outcome.conclusion)
+        say(outcome.conclusion, quiet=quiet)
     lost = {str(row["id"]): str(row["status"]) for row in outcome.rows if row["status"] != "converged"}
     print_reasons(f"{len(lost)} of {count(len(outcome.rows), 'case')} without a usable result", lost)
     if settings.part is None:
         shown = outcome.collections[:3] + (("...",) if len(outcome.collections) > 3 else ())
-        print(
+        words = (
             f"Results in {out}: report.html, study.csv, study.png, cases/;"
             f" for ParaView: {', '.join((*shown, 'cases/*/case.vtm'))}, or fecontact view {out}"
         )
+        say(words, quiet=quiet)
     else:
-        print(f"Part {part} is in {out}; when all parts are, the same command without --part puts them together")
-    return 0 if outcome.all_converged else 3
+        _tell_part(settings, out, quiet)
+
+
+def _tell_part(settings: RunSettings, out: Path, quiet: bool) -> None:
+    part = "/".join(str(number) for number in settings.part or ())
+    words = f"Part {part} is in {out}; when all parts are, the same command without --part puts them together"
+    say(words, quiet=quiet)
 
 
 def map_(
@@ -141,6 +173,7 @@ def map_(
     force: Annotated[bool, Parameter(negative="")] = False,
     part: str | None = None,
     scheduler: str | None = None,
+    quiet: Annotated[bool, Parameter(negative="", alias="-q")] = False,
 ) -> int:
     """Map where Hertz holds over lateral shift and load, with the load up to which it holds at each shift.
 
@@ -168,6 +201,8 @@ def map_(
         Solve only part i of N, given as i/N; the same command without it then puts all parts together.
     scheduler
         Address of a Dask scheduler whose workers share the folder of the results.
+    quiet
+        Say only what went wrong; run.log in the folder of the results has all of it in any case.
     """
     from fecontact.inputs.texts import parse_numbers
     from fecontact.jobs.engine import RunSettings, parse_part
@@ -182,26 +217,33 @@ def map_(
     if not (options.given("wheelset") or options.given("roll_rad")):
         case = with_wheelset(case)
     loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
-    with many("positions") as progress:
-        outcome = run_map(case, positions, loads_N, out, adaptive=adaptive, settings=settings, progress=progress)
+    with logged(out / f"run{settings.part_suffix}.log"):
+        with many("positions", quiet=quiet) as progress:
+            outcome = run_map(case, positions, loads_N, out, adaptive=adaptive, settings=settings, progress=progress)
+        if not quiet:
+            print(map_table(outcome.made, width=width()))
+        _tell_map(outcome, out, settings, quiet)
+    return 0 if outcome.made.all_solved else 3
+
+
+def _tell_map(outcome: MapOutcome, out: Path, settings: RunSettings, quiet: bool) -> None:
+    """Say what came of a map, but for its table."""
     print_reasons("done again", outcome.recomputed)
-    print(map_table(outcome.made, width=width()))
     if outcome.reused:
-        print(f"{len(outcome.reused)} finished positions were reused; --force solves them again")
+        say(f"{len(outcome.reused)} finished positions were reused; --force solves them again", quiet=quiet)
     lost = {
         f"{cell.lateral_shift_mm:+g} mm, {cell.load_N / 1e3:g} kN": str(cell.status)
         for cell in outcome.made.cells
         if cell.status not in ("converged", "inferred")
     }
     print_reasons(f"{len(lost)} of {count(len(outcome.made.cells), 'cell')} without a usable result", lost)
-    if settings.part is None:
-        stiffness = "stiffness.csv, " if (out / "stiffness.csv").is_file() else ""
-        print(f"Results in {out}: report.html, map.csv, {stiffness}map.json, map.png")
-        if not stiffness:
-            print("No stiffness.csv: a fit over the load needs three loads or more at a shift")
-    else:
-        print(f"Part {part} is in {out}; when all parts are, the same command without --part puts them together")
-    return 0 if outcome.made.all_solved else 3
+    if settings.part is not None:
+        _tell_part(settings, out, quiet)
+        return
+    stiffness = "stiffness.csv, " if (out / "stiffness.csv").is_file() else ""
+    say(f"Results in {out}: report.html, map.csv, {stiffness}map.json, map.png", quiet=quiet)
+    if not stiffness:
+        say("No stiffness.csv: a fit over the load needs three loads or more at a shift", quiet=quiet)
 
 
 def validate(

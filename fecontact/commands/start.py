@@ -8,7 +8,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from fecontact.console import count, duration, many
+from fecontact.console import count, many
+from fecontact.jobs.remaining import duration
 
 
 def demo(*, out: Path = Path("out/demo")) -> int:

@@ -16,12 +16,12 @@ from fecontact.comparison.patch import Patch
 from fecontact.contact.rung import Rung
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.rolling.steady import PressureCells, ellipse_cells, pressure_cells, steady_rolling
-from fecontact.theory.creep.contact import Creepages, CreepForce, RollingEllipse
+from fecontact.theory.creep.contact import Creepages, CreepForce, Motion, RollingEllipse
 from fecontact.theory.creep.fastsim import Strips, ellipse_strips, fastsim_strips
 from fecontact.theory.creep.kalker import kalker_linear
 from fecontact.theory.creep.polach import polach
 from fecontact.theory.creep.saturation import shen_hedrick_elkins, vermeulen_johnson
-from fecontact.theory.creep.strips import STRIPS, one_ellipse, pressure_strips
+from fecontact.theory.creep.strips import STRIPS, mean_creepages, one_ellipse, pressure_strips
 from fecontact.theory.hertz import HertzContact
 
 _LAWS: dict[str, Callable[[RollingEllipse, Creepages], CreepForce]] = {
@@ -96,8 +96,10 @@ def real_patch(rung: Rung, patch: Patch, *, friction: float, shear_MPa: float, p
     )
 
 
-def creep_force(theory: str, patch: CreepPatch, creepages: Creepages) -> CreepForce:
-    """Force of a theory at creepages of the first touch point, the moment about it.
+def creep_force(theory: str, patch: CreepPatch, creepages: Motion) -> CreepForce:
+    """Force of a theory at creepages of the first touch point, or over the curved surfaces; the moment about the point.
+
+    The laws of an ellipse take the creepages of its centre, over curved surfaces their mean over the load.
 
     Raises
     ------
@@ -112,23 +114,25 @@ def creep_force(theory: str, patch: CreepPatch, creepages: Creepages) -> CreepFo
         return _on_half_space(patch, creepages)
     if theory not in _LAWS:
         raise InputError(f"theory is {theory!r}; allowed: {', '.join(THEORIES)}")
-    return _LAWS[theory](patch.ellipse, creepages.at(*patch.centre_mm)).at(*patch.centre_mm)
+    return _LAWS[theory](patch.ellipse, mean_creepages(patch.pieces, creepages)).at(*patch.centre_mm)
 
 
-def _on_half_space(patch: CreepPatch, creepages: Creepages) -> CreepForce:
+def _on_half_space(patch: CreepPatch, creepages: Motion) -> CreepForce:
+    plane = creepages.at(0.0, 0.0)
     solution = steady_rolling(
         patch.cells,
-        xi=creepages.xi,
-        eta=creepages.eta,
-        spin_per_mm=creepages.spin_per_mm,
+        xi=plane.xi,
+        eta=plane.eta,
+        spin_per_mm=plane.spin_per_mm,
+        lines=creepages.across(patch.cells.y_mm),
         friction=patch.ellipse.friction,
         shear_MPa=patch.ellipse.shear_MPa,
         poisson=patch.ellipse.poisson,
     )
     if solution.status != "converged":
         raise ConvergenceError(
-            f"the rolling half-space did not converge at xi {creepages.xi:g}, eta {creepages.eta:g}, spin"
-            f" {creepages.spin_per_mm:g} 1/mm (residual {solution.friction.residual:.1e}); take FASTSIM there"
+            f"the rolling half-space did not converge at xi {plane.xi:g}, eta {plane.eta:g}, spin"
+            f" {plane.spin_per_mm:g} 1/mm (residual {solution.friction.residual:.1e}); take FASTSIM there"
         )
     return CreepForce(
         fx_N=solution.fx_N,
@@ -140,7 +144,7 @@ def _on_half_space(patch: CreepPatch, creepages: Creepages) -> CreepForce:
     )
 
 
-def creep_forces(patch: CreepPatch, creepages: Creepages) -> Mapping[str, CreepForce | str]:
+def creep_forces(patch: CreepPatch, creepages: Motion) -> Mapping[str, CreepForce | str]:
     """Forces of all theories; in place of one that does not cover the contact, or did not converge, why."""
     found: dict[str, CreepForce | str] = {}
     for theory in THEORIES:

@@ -9,7 +9,6 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_erosion, label
-from scipy.signal import find_peaks, peak_prominences
 
 from fecontact.contact.grid import Field
 
@@ -144,17 +143,31 @@ def lobe_columns(p: Floats) -> tuple[slice, ...]:
 def _windows(p: Floats) -> tuple[Floats, Any, list[int], float]:
     """Largest pressure of each column with zeros around, peaks on it, their ends, and the valley beside the highest."""
     ridge = np.concatenate(([0.0], p.max(axis=0), [0.0]))
-    highest = float(ridge.max())
+    seen, valley = standing_peaks(ridge, _LEAST_VALLEY)
+    ends = [1, *(int(a + np.argmin(ridge[a:b])) for a, b in pairwise(seen)), ridge.size - 1]
+    return ridge, seen, ends, valley
+
+
+def standing_peaks(ridge: Floats, least: float) -> tuple[NDArray[np.intp], float]:
+    """Places of the peaks of a line between zeros, and by how much the most prominent of the lesser ones stands out.
+
+    A peak counts if the line falls by `least` of the highest peak on both its sides; the highest always does.
+    """
+    highest = np.flatnonzero(ridge == ridge.max())
+    rises, falls = np.diff(ridge[: highest[0] + 1]), np.diff(ridge[highest[0] :])
+    if np.all(rises >= 0.0) and np.all(falls <= 0.0):
+        # a single hill needs no search, and the search takes half a second to import
+        return np.array([(highest[0] + highest[-1]) // 2]), 0.0
+    from scipy.signal import find_peaks, peak_prominences
+
     peaks, _ = find_peaks(ridge, plateau_size=1)
     # of equal peaks one is the higher one: otherwise each would be said to fall to the ends, whatever lies between
     ranked = ridge.copy()
     ranked[peaks] *= 1.0 + 1e-9 * np.arange(peaks.size)
-    falls = peak_prominences(ranked, peaks)[0] / highest
+    prominences = peak_prominences(ranked, peaks)[0] / float(ridge.max())
     # the highest stands above everything
-    others = np.delete(falls, int(np.argmax(ranked[peaks])))
-    seen = peaks[falls >= _LEAST_VALLEY]
-    ends = [1, *(int(a + np.argmin(ridge[a:b])) for a, b in pairwise(seen)), ridge.size - 1]
-    return ridge, seen, ends, float(others.max(initial=0.0))
+    others = np.delete(prominences, int(np.argmax(ranked[peaks])))
+    return peaks[prominences >= least], float(others.max(initial=0.0))
 
 
 def signed_square(pressure: Floats, *, without_edge: bool = False) -> Floats:

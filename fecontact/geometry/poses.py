@@ -38,12 +38,12 @@ class RailPose:
     def section(self, u: ArrayLike, side: Side = "right") -> tuple[Floats, Floats, Floats]:
         """Position y, z (mm) and tangent angle (rad) in the track frame at the profile parameter u."""
         p = self.profile.evaluate(u, side)
+        return (*self.point(p.y, p.z), p.angle_rad + self.inclination_rad)
+
+    def point(self, y: Floats, z: Floats) -> tuple[Floats, Floats]:
+        """Position y, z (mm) in the track frame of a point at y, z (mm) of the profile."""
         c, s = np.cos(self.inclination_rad), np.sin(self.inclination_rad)
-        return (
-            self.crown_y_mm + p.y * c - p.z * s,
-            self.crown_z_mm + p.y * s + p.z * c,
-            p.angle_rad + self.inclination_rad,
-        )
+        return self.crown_y_mm + y * c - z * s, self.crown_z_mm + y * s + z * c
 
 
 def place_rail(profile: Profile, inclination_rad: float, track: Track) -> RailPose:
@@ -123,6 +123,11 @@ class WheelPose:
         local = np.stack([radius * np.sin(theta), self.tape_circle_y_mm + y, -radius * np.cos(theta)], axis=-1)
         return np.asarray(self.centre_mm + local @ self.axes.T)
 
+    def lowest_point(self, y: Floats, z: Floats) -> tuple[Floats, Floats]:
+        """Position y, z (mm) in the track frame of points at y, z (mm) of the profile, straight below the axle."""
+        position = self.point(y, self.rolling_radius_mm - z, 0.0)
+        return position[..., 1], position[..., 2]
+
     def distance_along(self, points: Floats, normals: Floats) -> Floats:
         """Distance (mm) from points (..., 3) along unit directions (..., 3) to the wheel's running surface.
 
@@ -153,8 +158,7 @@ class WheelPose:
 @lru_cache(maxsize=64)
 def _sample(profile: Profile) -> Floats:
     """Parameters along a profile, `_SEARCH_STEP_MM` apart; those of one line serve every position."""
-    count = int(np.ceil(profile.length_mm / _SEARCH_STEP_MM)) + 1
-    u = profile.at_arc_length(np.linspace(0.0, profile.length_mm, count))
+    u = profile.spread(_SEARCH_STEP_MM)
     u.flags.writeable = False
     return u
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import re
 import secrets
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -13,6 +14,7 @@ from pathlib import Path
 from fecontact.errors import InputError
 from fecontact.jobs.job import Done, Job
 from fecontact.jobs.lock import locked
+from fecontact.jobs.remaining import duration, seconds_left
 from fecontact.jobs.store import kept_folder, remove_leftovers
 from fecontact.jobs.workers import Crew, default_workers, process_crew, run_jobs
 
@@ -145,7 +147,7 @@ def finish(
         Called after each job, also those that were finished before; when the run is interrupted, with those that
         workers have finished in the meantime.
     """
-    report = _Report(finished, jobs, total or len(jobs), already, progress, on_done)
+    report = _Report(finished, jobs, total or len(jobs), already, by.crew.workers, progress, on_done)
     report.reuse(by.settings.force)
     try:
         run_jobs([replace(job, run=by.run, force=by.settings.force) for job in report.open], by.crew, report)
@@ -165,10 +167,13 @@ class _Report:
         jobs: Sequence[Job],
         total: int,
         already: int,
+        workers: int,
         progress: Progress | None,
         on_done: Callable[[Done], None] | None,
     ) -> None:
-        self._found, self._jobs, self._total, self._already = found, jobs, total, already
+        self._found, self._jobs, self._total, self._already, self._workers = found, jobs, total, already, workers
+        self._begun: dict[str, float] = {}
+        self._durations: list[float] = []
         self._progress, self._on_done = progress, on_done
         self._done: set[str] = set()
         self._labels = {job.name: job.label or job.name for job in jobs}
@@ -189,15 +194,27 @@ class _Report:
                 self._found.recomputed[job.name] = kept.problem or kept.outdated or ""
 
     def under_way(self, names: Sequence[str]) -> None:
-        """Tell the progress."""
+        """Tell the progress what is done, and about how long the rest will take."""
+        now = time.monotonic()
+        # a cluster has been handed all of them, and begins with the first ones
+        self._begun = {name: self._begun.get(name, now) for name in names[: self._workers]}
         if self._progress is not None:
             text = (
                 ", ".join(self._labels[name] for name in names) if len(names) <= _MOST_NAMES else f"{len(names)} jobs"
             )
-            self._progress(self._already + len(self._done), self._total, f"solving {text}")
+            self._progress(self._already + len(self._done), self._total, f"solving {text}{self._left(now)}")
+
+    def _left(self, now: float) -> str:
+        waiting = self._total - self._already - len(self._done) - len(self._begun)
+        ages = [now - begun for begun in self._begun.values()]
+        left = seconds_left(self._durations, ages, waiting, self._workers)
+        return "" if left is None else f"; about {duration(left)} left"
 
     def done(self, done: Done) -> None:
         """Keep what came of a job."""
         self._done.add(done.name)
+        # one that was finished before took no time
+        if (begun := self._begun.pop(done.name, None)) is not None:
+            self._durations.append(time.monotonic() - begun)
         if self._on_done is not None:
             self._on_done(done)

@@ -108,8 +108,9 @@ def _draw_head(ax: Axes, load: JudgedLoad, placement: Placement) -> None:
         weight="bold",
         bbox={"fc": ANSWERS[answer], "ec": "0.2", "boxstyle": "round,pad=0.35"},
     )
-    ax.text(0.135, 1.05, case_words(load.case, placement), va="top", fontsize=13)
-    ax.text(0.135, 0.42, verdict_reason(load), va="top", fontsize=11)
+    after = 0.02 + 0.0105 * len(f"Hertz {answer}")
+    ax.text(after, 1.05, case_words(load.case, placement), va="top", fontsize=13)
+    ax.text(after, 0.42, verdict_reason(load), va="top", fontsize=11)
 
 
 def draw_lateral_cut(

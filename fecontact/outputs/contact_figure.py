@@ -10,14 +10,13 @@ import numpy as np
 from fecontact.case import Case
 from fecontact.geometry.contact_functions import ContactFunctions, rolling_radius_difference_mm
 from fecontact.outputs.series import short_name
-from fecontact.outputs.style import blank_figure, save_figure
+from fecontact.outputs.style import SERIES, blank_figure, finish, save_figure
 from fecontact.profiles.identity import profile_identity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Okabe and Ito's colours.
-_LEFT, _RIGHT, _UNROLLED = "#0072b2", "#d55e00", "#009e73"
+_LEFT, _RIGHT, _UNROLLED = SERIES[:3]
 
 
 def functions_figure(case: Case, found: ContactFunctions, path: str | Path) -> Path:
@@ -39,10 +38,9 @@ def functions_figure(case: Case, found: ContactFunctions, path: str | Path) -> P
     for ax in (axes[0, 0], axes[0, 1], axes[1, 0]):
         ax.set_xlabel("lateral shift of the wheelset, mm (> 0: to the left)")
     _draw_conicity(axes[1, 1], found)
-    for ax in axes.flat:
-        ax.grid(alpha=0.3)
-    axes[0, 1].legend()
-    axes[1, 0].legend()
+    finish(*axes.flat)
+    axes[0, 1].legend(fontsize=9)
+    axes[1, 0].legend(fontsize=9)
     rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
     inclined = f" 1:{1.0 / np.tan(case.inclination_rad):.3g}" if case.inclination_rad else ""
     figure.suptitle(
@@ -72,4 +70,4 @@ def _draw_conicity(ax: Axes, found: ContactFunctions) -> None:
     ax.set_xlabel("amplitude, mm")
     ax.set_ylabel("equivalent conicity")
     ax.set_ylim(bottom=0.0)
-    ax.legend()
+    ax.legend(fontsize=9)

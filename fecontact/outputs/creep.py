@@ -35,7 +35,8 @@ def _comparison_record(found: CreepComparison) -> Record:
         "limit_N": found.limit_N,
         "creepages": asdict(found.creepages),
         "centre_creepages": asdict(found.centre_creepages),
-        "centre_surface_xi": found.surface_xi,
+        "curved": found.curved,
+        "surface_of_muN": found.surface_of_muN,
         "theories": {
             theory: {
                 "hertz": _force_record(found.hertz[theory]),
@@ -47,10 +48,18 @@ def _comparison_record(found: CreepComparison) -> Record:
         },
         "verdict": {
             "verdict": verdict.answer,
-            "deviation_of_muN": verdict.deviation,
-            "uncertainty_of_muN": verdict.uncertainty,
+            "deviation_of_muN": verdict.worst.deviation,
+            "uncertainty_of_muN": verdict.worst.uncertainty,
             "limit_of_muN": verdict.limit,
-            "at": asdict(verdict.creepages),
+            "at": asdict(verdict.worst.creepages),
+            "decided": [
+                {
+                    "creepages": asdict(at.creepages),
+                    "deviation_of_muN": at.deviation,
+                    "uncertainty_of_muN": at.uncertainty,
+                }
+                for at in verdict.decided
+            ],
         },
         "warnings": list(found.warnings),
     }
@@ -84,8 +93,9 @@ def creep_columns(load: JudgedLoad, placement: Placement) -> Record:
     return row | {
         "force_deviation_percent": None if off is None else 1e2 * off,
         "force_verdict": found.verdict.answer,
-        "force_worst_percent": 1e2 * found.verdict.deviation,
-        "force_worst_uncertainty_percent": 1e2 * found.verdict.uncertainty,
+        "force_surface_percent": 1e2 * found.surface_of_muN,
+        "force_worst_percent": 1e2 * found.verdict.worst.deviation,
+        "force_worst_uncertainty_percent": 1e2 * found.verdict.worst.uncertainty,
     }
 
 

@@ -39,7 +39,7 @@ def force_map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
     for k, verdict in enumerate(verdicts):
         if verdict is not None:
             place = (float(shifts[k // loads.size]), float(loads[k % loads.size]))
-            ax.text(*place, f"{1e2 * verdict.deviation:.0f}", ha="center", va="center", fontsize=9)
+            ax.text(*place, f"{1e2 * verdict.worst.deviation:.0f}", ha="center", va="center", fontsize=9)
     labels = ANSWER_WORDS | {"failed": "not solved"}
     ax.legend(
         handles=[Patch(fc=c, ec="0.4", label=labels[v]) for v, c in ANSWERS.items() if v in answers],

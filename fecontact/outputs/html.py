@@ -45,8 +45,16 @@ dt { font-weight: 700; } dd { margin: 0 0 0.5em 1.2em; }
   table.cards td:empty { display: none; }
   table.cards td::before { content: attr(data-label); color: #555; overflow-wrap: normal; }
   table.cards .answer { justify-self: start; }
-  /* words in a picture of a telephone's width cannot be read: it is moved inside of its frame */
-  figure { overflow-x: auto; } figure img { max-width: none; width: 52rem; }
+}
+/* a picture is as wide as the screen, where its words may be too small to read: a tap shows it in its full size, and
+   moves it inside of its frame */
+figure label { display: block; overflow-x: auto; }
+figure input { position: absolute; opacity: 0; }
+@media screen and (max-width: 70rem) {
+  figure label { cursor: zoom-in; } figure label:has(:checked) { cursor: zoom-out; }
+  figure label:has(:focus-visible) { outline: 2px solid var(--holds); }
+  figure :checked + img { max-width: none; width: 72rem; }
+  figcaption::after { content: " (Tap the picture for its full size.)"; color: #777; }
 }
 @media print {
   body { font-size: 10pt; max-width: none; padding: 0; }
@@ -111,7 +119,7 @@ def table(
     head = "".join(f"<th>{escape(name)}</th>" for name in headings)
 
     def cell(name: str, text: str) -> str:
-        kind = ' class="number"' if name in numbers else ""
+        kind = ' class="number"' if name in numbers and name not in answers else ""
         shown = answer(text) if name in answers else escape(text)
         return f'<td{kind} data-label="{escape(name)}">{shown}</td>'
 
@@ -157,6 +165,7 @@ def picture(path: Path, words: str, *, width: int = 1600) -> str:
 def _figure(kind: str, content: bytes, words: str) -> str:
     data = base64.b64encode(content).decode("ascii")
     return (
-        f'<figure><img alt="{escape(words)}" src="data:{kind};base64,{data}"/>'
+        '<figure><label><input type="checkbox" aria-label="Show the picture in its full size"/>'
+        f'<img alt="{escape(words)}" src="data:{kind};base64,{data}"/></label>'
         f"<figcaption>{escape(words)}</figcaption></figure>"
     )

@@ -48,6 +48,7 @@ def write_map_report(made: ApplicabilityMap, out: Path) -> Path:
             paragraph(question(pair, case.criteria)),
             paragraph(_rolled(case)),
             picture(out / "map.svg", "Where Hertz holds over lateral shift and load."),
+            picture(out / "map_force.svg", "Where he holds for creep forces.") if case.creep.asked else "",
             heading("Load limits"),
             _limits(made),
             heading("The pair"),
@@ -84,10 +85,14 @@ def _largest_loads(made: ApplicabilityMap) -> list[tuple[JudgedLoad, Placement]]
 def _pictures(made: ApplicabilityMap, shown: Sequence[tuple[JudgedLoad, Placement]], folder: Path) -> list[str]:
     parts = []
     if shown:
-        middle = shown[len(shown) // 2][1]
+        load, middle = shown[len(shown) // 2]
+        at = load.case.lateral_shift_mm
         path = pair_figure(middle, folder / "pair.png")
         parts.append(
-            picture(path.with_suffix(".svg"), "Section through the first touch point, in the middle of the map.")
+            picture(
+                path.with_suffix(".svg"),
+                f"Section through the first touch point at {at:+z.2f} mm, the middle one of the positions shown below.",
+            )
         )
     largest = [
         cell_row(position.cells[-1], position.placement) | {"rail": made.case.rail, "wheel": made.case.wheel}

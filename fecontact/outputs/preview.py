@@ -8,18 +8,27 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fecontact.outputs.figures import draw_problems
 from fecontact.outputs.record import shown_case_record, touch_record
 from fecontact.outputs.series import short_name
-from fecontact.outputs.style import blank_figure, save_figure
+from fecontact.outputs.style import (
+    EXPECTED,
+    HERTZ,
+    POINTS,
+    RAIL,
+    RAIL_JUNCTION,
+    SIDES,
+    WHEEL,
+    blank_figure,
+    finish,
+    save_figure,
+)
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.recognition import Nearest
 from fecontact.solving.preview import Preview
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-_RAIL, _WHEEL, _PATCH = "#0b5fa5", "#d1495b", "#f0e442"
-_SIDES = "gauge side ←            → field side"
 
 
 def preview_record(seen: Preview) -> dict[str, Any]:
@@ -105,7 +114,7 @@ def preview_figure(seen: Preview, path: str | Path) -> Path:
     patch, touch = seen.expected, seen.placement.first
     for ax in (whole, near):
         _draw_lines(ax, seen)
-    whole.set(title="in position", xlabel=f"y in mm\n{_SIDES}", ylabel="z (up) in mm")
+    whole.set(title="in position", xlabel=f"y in mm\n{SIDES}", ylabel="z (up) in mm")
     whole.set_aspect("equal", adjustable="datalim")
     reach = 0.8 * (patch.s_high_mm - patch.s_low_mm)
     near.set_xlim(touch.y_mm + patch.s_low_mm - reach, touch.y_mm + patch.s_high_mm + reach)
@@ -114,9 +123,12 @@ def preview_figure(seen: Preview, path: str | Path) -> Path:
     low, high = float(np.nanmin(z)), float(np.nanmax(z))
     near.set_ylim(low - 0.3 * (high - low + 0.1), high + 0.6 * (high - low + 0.1))
     near.set(title="about the expected patch (shaded), heights drawn out", xlabel="y in mm", ylabel="z in mm")
-    near.axvspan(touch.y_mm + patch.s_low_mm, touch.y_mm + patch.s_high_mm, color=_PATCH, alpha=0.3, lw=0)
+    near.axvspan(touch.y_mm + patch.s_low_mm, touch.y_mm + patch.s_high_mm, color=EXPECTED, alpha=0.3, lw=0)
     _draw_curvatures(bent, seen, reach)
     whole.legend(loc="best")
+    wheel = seen.placement.wheel
+    draw_problems(whole, rail.profile, rail.point)
+    draw_problems(whole, wheel.profile, wheel.lowest_point)
     return save_figure(figure, path)
 
 
@@ -124,13 +136,13 @@ def _draw_lines(ax: Axes, seen: Preview) -> None:
     placed = seen.placement
     u = np.linspace(0.0, len(placed.rail.profile.segments), 3000)
     y, z, _ = placed.rail.section(u)
-    ax.plot(y, z, color=_RAIL, lw=1.8, label=f"rail {short_name(placed.rail.profile.name)}")
+    ax.plot(y, z, color=RAIL, lw=1.8, label=f"rail {short_name(placed.rail.profile.name)}")
     u = np.linspace(0.0, len(placed.wheel.profile.segments), 3000)
     _, _, y, z = placed.wheel.silhouette(u)
-    ax.plot(y, z, color=_WHEEL, lw=1.8, label=f"wheel {short_name(placed.wheel.profile.name)}")
+    ax.plot(y, z, color=WHEEL, lw=1.8, label=f"wheel {short_name(placed.wheel.profile.name)}")
     for k, touch in enumerate(placed.touch_points):
-        ax.plot(touch.y_mm, touch.z_mm, "o", color="k", ms=6 if k == 0 else 4, mfc="k" if k == 0 else "w")
-    ax.grid(alpha=0.3)
+        ax.plot(touch.y_mm, touch.z_mm, "o", color=HERTZ, ms=7 if k == 0 else 6, mfc=HERTZ if k == 0 else "white")
+    finish(ax)
 
 
 def _draw_curvatures(ax: Axes, seen: Preview, reach: float) -> None:
@@ -138,8 +150,8 @@ def _draw_curvatures(ax: Axes, seen: Preview, reach: float) -> None:
     touch, patch = seen.placement.first, seen.expected
     s = np.linspace(patch.s_low_mm - reach, patch.s_high_mm + reach, 1200)
     for profile, u, colour in (
-        (seen.placement.rail.profile, touch.rail_u, _RAIL),
-        (seen.placement.wheel.profile, touch.wheel_u, _WHEEL),
+        (seen.placement.rail.profile, touch.rail_u, RAIL),
+        (seen.placement.wheel.profile, touch.wheel_u, WHEEL),
     ):
         at = profile.at_arc_length(s + float(profile.arc_length(u)))
         curvature = profile.convex_sign * profile.evaluate(at).curvature_per_mm
@@ -148,19 +160,19 @@ def _draw_curvatures(ax: Axes, seen: Preview, reach: float) -> None:
             start = _start_of(profile)
             noise = np.interp(s + float(profile.arc_length(u)) + start, measured.s_mm, measured.curvature_noise_per_mm)
             ax.fill_between(s, curvature - 2.0 * noise, curvature + 2.0 * noise, color=colour, alpha=0.25, lw=0)
-    ax.axvspan(patch.s_low_mm, patch.s_high_mm, color=_PATCH, alpha=0.3, lw=0)
+    ax.axvspan(patch.s_low_mm, patch.s_high_mm, color=EXPECTED, alpha=0.3, lw=0)
     ax.axvline(0.0, color="k", lw=0.8)
     ax.axhline(0.0, color="0.5", lw=0.8)
     for one in _junctions(seen):
         if s[0] <= one["distance_mm"] <= s[-1]:
-            ax.axvline(one["distance_mm"], color=_RAIL if one["profile"] == "rail" else _WHEEL, ls=":", lw=1.0)
+            ax.axvline(one["distance_mm"], color=RAIL if one["profile"] == "rail" else WHEEL, ls=":", lw=1.0)
     ax.set(
         title="curvatures (dotted: junctions; bands: twice the noise)",
         xlabel="distance across from the touch point in mm",
         ylabel="curvature in 1/mm, convex positive",
     )
-    ax.grid(alpha=0.3)
-    ax.legend(loc="best")
+    finish(ax)
+    ax.legend(fontsize=9)
 
 
 def _start_of(profile: Profile) -> float:
@@ -176,33 +188,33 @@ def measured_figure(profile: Profile, path: str | Path) -> Path:
     line, off, bent = figure.subplots(3, 1, sharex=True, height_ratios=(1.0, 0.8, 1.1))
     for number in range(len(profile.segments)):
         p = profile.evaluate(number + np.linspace(1e-9, 1.0 - 1e-9, 300))
-        line.plot(p.y, p.z, color=_RAIL, lw=1.6)
+        line.plot(p.y, p.z, color=RAIL, lw=1.6)
         curvature = profile.convex_sign * p.curvature_per_mm
         segment = profile.segments[number]
         s = np.linspace(getattr(segment, "s_from", 0.0), getattr(segment, "s_to", 0.0), p.y.size)
         noise = np.interp(s, measured.s_mm, measured.curvature_noise_per_mm)
-        bent.plot(p.y, curvature, color=_RAIL, lw=1.6)
-        bent.fill_between(p.y, curvature - 2.0 * noise, curvature + 2.0 * noise, color=_RAIL, alpha=0.3, lw=0)
+        bent.plot(p.y, curvature, color=RAIL, lw=1.6)
+        bent.fill_between(p.y, curvature - 2.0 * noise, curvature + 2.0 * noise, color=RAIL, alpha=0.25, lw=0)
     y, z = measured.points.T
-    line.plot(y, z, ".", color=_WHEEL, ms=2)
-    off.plot(y, 1e3 * measured.residual_mm, ".", color=_WHEEL, ms=3)
+    line.plot(y, z, ".", color=POINTS, ms=2)
+    off.plot(y, 1e3 * measured.residual_mm, ".", color=POINTS, ms=3)
     for level in (-2e3 * measured.noise_mm, 0.0, 2e3 * measured.noise_mm):
         off.axhline(level, color="0.5", lw=0.8, ls="-" if level == 0.0 else "--")
     for junction in profile.junctions:
         for ax in (line, bent):
-            ax.axvline(junction.y_mm, color="0.35", lw=0.8, ls=":", zorder=0)
+            ax.axvline(junction.y_mm, color=RAIL_JUNCTION, lw=0.8, ls=":", zorder=0)
     bent.set_yscale("symlog", linthresh=1e-3)
     bent.margins(y=0.08)
     bent.axhline(0.0, color="0.5", lw=0.8)
+    draw_problems(line, profile)
     of = f"deviation from {measured.nominal}" if measured.nominal else "line"
     line.set(
         title=f"{profile.kind} {short_name(profile.name)}: {of} smoothed over {measured.width_mm:.3g} mm",
         ylabel="z in mm",
     )
     off.set(ylabel="points off the line in um\n(dashed: twice the noise)")
-    bent.set(ylabel="curvature in 1/mm, convex positive\n(band: twice its noise)", xlabel=f"y in mm\n{_SIDES}")
-    for ax in (line, off, bent):
-        ax.grid(alpha=0.3)
+    bent.set(ylabel="curvature in 1/mm, convex positive\n(band: twice its noise)", xlabel=f"y in mm\n{SIDES}")
+    finish(line, off, bent)
     return save_figure(figure, path)
 
 

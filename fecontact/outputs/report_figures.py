@@ -13,7 +13,17 @@ from fecontact.geometry.placement import Placement
 from fecontact.outputs.case_figure import draw_lateral_cut
 from fecontact.outputs.pressure_map import PressureFields, draw_pressure
 from fecontact.outputs.series import series
-from fecontact.outputs.style import FE, HERTZ, SERIES, SHIFT, blank_figure, save_figure
+from fecontact.outputs.style import (
+    HERTZ,
+    RAIL,
+    SERIES,
+    SHIFT,
+    WHEEL,
+    blank_figure,
+    finish,
+    legend_beside,
+    save_figure,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,23 +36,26 @@ _ABOUT_MM = 75.0
 
 def pair_figure(placement: Placement, path: Path) -> Path:
     """Draw rail and wheel in section through the first touch point, true to scale, with all touch points."""
-    figure = blank_figure(10.0, 4.1)
-    ax = figure.add_subplot()
     first = placement.first
-    for number, of in enumerate(("rail", "wheel")):
+    lines = []
+    for of in ("rail", "wheel"):
         y, z = _section(placement, of)
         near = np.abs(y - first.y_mm) < _ABOUT_MM
-        y, z = y[near], z[near]
+        lines.append((y[near], z[near]))
+    extent = float(np.ptp(np.concatenate([z for _, z in lines])))
+    figure = blank_figure(10.0, max(2.0, 1.4 + 7.5 * extent / (2.0 * _ABOUT_MM)))
+    ax = figure.add_subplot()
+    for number, (of, (y, z)) in enumerate(zip(("rail", "wheel"), lines, strict=True)):
         end = float(np.min(z)) - 8.0 if of == "rail" else float(np.max(z)) + 10.0
         ax.fill_between(y, z, end, color=("0.82", "0.9")[number], lw=0.0)
-        ax.plot(y, z, color=("0.15", FE)[number], lw=1.8, label=of)
+        ax.plot(y, z, color=(RAIL, WHEEL)[number], lw=1.8, label=of)
     for number, touch in enumerate(placement.touch_points):
         label = "touch point" if number == 0 else ("further touch points" if number == 1 else None)
         mark: dict[str, Any] = {"mfc": HERTZ if number == 0 else "white", "mec": HERTZ, "ms": 8, "zorder": 5}
         ax.plot(touch.y_mm, touch.z_mm, "o", label=label, **mark)
     ax.set(aspect="equal", xlabel="y in mm, from the track centre  (gauge side ←  → field side)", ylabel="z in mm")
-    ax.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
-    ax.grid(alpha=0.3)
+    legend_beside(ax)
+    finish(ax)
     return save_figure(figure, path)
 
 
@@ -79,9 +92,9 @@ def ladder_figure(rows: Sequence[Row], path: Path) -> Path | None:
     bodies.set_xlabel(SHIFT)
     for ax in (gap, bodies):
         ax.axhline(0.0, color="0.3", lw=0.9, zorder=0)
-        ax.grid(alpha=0.3)
+    finish(gap, bodies)
     if gap.get_legend_handles_labels()[0]:
-        gap.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
+        legend_beside(gap)
     return save_figure(figure, path)
 
 

@@ -12,6 +12,7 @@ from fecontact.solving.placing import makes_a_wheelset
 Row = Mapping[str, Any]
 
 OF_WHEELSET = "roll of the wheelset"
+UNDER_LOAD = "roll of the loaded wheelset"
 _OTHER = {"left": "right", "right": "left"}
 _TOWARDS = {"left": "positive: towards its rail", "right": "negative: towards its rail"}
 
@@ -19,7 +20,7 @@ _TOWARDS = {"left": "positive: towards its rail", "right": "negative: towards it
 def roll_words(case: Case) -> str:
     """Whether the roll is that of the wheelset or given, such as "roll fixed at 0 mrad"."""
     if case.wheelset:
-        return OF_WHEELSET
+        return UNDER_LOAD if case.roll_under_load else OF_WHEELSET
     fixed = f"roll fixed at {1e3 * case.roll_rad:g} mrad"
     return fixed if makes_a_wheelset(case) else f"{fixed} (lines given by their radii make no wheelset)"
 
@@ -29,7 +30,7 @@ def roll_words_of_rows(rows: Sequence[Row]) -> str:
     found = [row for row in rows if row.get("roll_mrad") not in (None, "")]
     kinds = {str(row.get("wheelset")) == "True" for row in found}
     if kinds == {True}:
-        return OF_WHEELSET
+        return UNDER_LOAD if all(str(row.get("roll_under_load")) == "True" for row in found) else OF_WHEELSET
     rolls = {float(row["roll_mrad"]) for row in found}
     if kinds == {False}:
         return f"roll fixed at {rolls.pop():g} mrad" if len(rolls) == 1 else "roll fixed case by case"

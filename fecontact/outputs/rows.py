@@ -129,7 +129,9 @@ def input_columns(case: Case, placement: Placement | None = None) -> Row:
         "roll_mrad": None if case.wheelset and placement is None else 1e3 * roll,
         "yaw_mrad": 1e3 * case.yaw_rad,
     }
-    of_wheelset = {"side": case.side, "wheelset": case.wheelset}
+    of_wheelset: Row = {"side": case.side, "wheelset": case.wheelset}
+    if case.roll_under_load:
+        of_wheelset["roll_under_load"] = True
     return row | of_wheelset if case.wheelset or case.side != "left" else row
 
 

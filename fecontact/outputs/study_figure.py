@@ -26,6 +26,8 @@ from fecontact.outputs.style import (
     SERIES,
     SHIFT,
     blank_figure,
+    finish,
+    legend_beside,
     save_figure,
 )
 from fecontact.outputs.verdict_words import inclination_words
@@ -155,7 +157,7 @@ def _draw_used_limits(ax: Axes, group: Sequence[Row], criteria: Criteria) -> Non
     ax.minorticks_off()
     ax.set(ylabel="Hertz against FE\nin parts of the limit")
     # outside: so many lines leave no room for it
-    ax.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
+    legend_beside(ax)
 
 
 def _draw_answers(ax: Axes, rows: Sequence[Row]) -> None:
@@ -177,7 +179,8 @@ def _draw_answers(ax: Axes, rows: Sequence[Row]) -> None:
     if handles:
         # outside, so that it never hides a verdict
         legend = ax.legend(handles=handles, fontsize=9, loc="lower left", bbox_to_anchor=(1.01, 0.0), title="Hertz")
-        ax.add_artist(legend)
+        # what is taken for clipped gets no room
+        ax.add_artist(legend).set_clip_on(False)
 
 
 def _draw_series(ax: Axes, group: Sequence[Row], key: str, *, unsure: Any = None, **style: Any) -> None:
@@ -226,9 +229,8 @@ def _finish_study(peak: Axes, off: Axes, touch: Axes, rows: Sequence[Row], rail:
     for ax in (peak, off):
         handles, _ = ax.get_legend_handles_labels()
         if ax is peak or ax.get_legend() is None:
-            ax.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0) if handles else None
-    for ax in (peak, off, touch):
-        ax.grid(alpha=0.3)
+            legend_beside(ax) if handles else None
+    finish(peak, off, touch)
 
 
 def _pair(row: Row) -> str:

@@ -7,17 +7,27 @@ colour has a meaning a mark, a dash or a word has it too.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fecontact.files import write_atomically
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.legend import Legend
 
 DPI = 130
+# Logarithmic axes that end at less than so many times where they begin have numbers between the decades.
+_NARROW = 300.0
 FE, HERTZ = "#0072b2", "#d55e00"
 """Colours of the finite elements and of Hertz, everywhere."""
+RAIL, WHEEL, POINTS = "0.15", "#0072b2", "#d55e00"
+"""Colours of the lines of both profiles, and of measured points."""
 RAIL_JUNCTION, WHEEL_JUNCTION = "0.35", "0.65"
+EXPECTED = "#f0e442"
+# Points of a file that were left out or are doubtful.
+PROBLEM = "#cc79a7"
+"""Colour of an expected patch."""
 ANSWERS = {"HOLDS": "#56b4e9", "UNRESOLVED": "#f0e442", "FAILS": "#d55e00", "failed": "#c8c8c8"}
 """Colours of the verdicts, and of what could not be solved."""
 ANSWER_MARKS = {"HOLDS": "o", "UNRESOLVED": "D", "FAILS": "X", "failed": "s"}
@@ -45,6 +55,31 @@ def blank_figure(width: float, height: float) -> Figure:
     figure = Figure(figsize=(width, height), dpi=DPI)
     figure.set_layout_engine("constrained", w_pad=0.12, h_pad=0.12)
     return figure
+
+
+def finish(*axes: Axes) -> None:
+    """Give axes the grid that all pictures have."""
+    for ax in axes:
+        ax.grid(alpha=0.3)
+
+
+def legend_beside(ax: Axes, **more: Any) -> Legend:
+    """A legend on the right of axes, where it hides nothing."""
+    return ax.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, **more)
+
+
+def plain_log(ax: Axes, which: str = "xy") -> None:
+    """Make axes logarithmic, with numbers such as 0.5 and 20 instead of powers; narrow ones have more than decades."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+    for name in which:
+        ax.set(**{f"{name}scale": "log"})
+        axis = ax.xaxis if name == "x" else ax.yaxis
+        low, high = sorted(axis.get_view_interval())
+        narrow = high < _NARROW * low
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if narrow else (1.0,), numticks=12 if narrow else 5))
+        axis.set_minor_locator(NullLocator())
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
 def save_figure(figure: Figure, path: str | Path) -> Path:

@@ -97,7 +97,7 @@ def print_table(rows: Sequence[Record], *, console: Console | None = None) -> No
         if row.get("verdict_cause"):
             console.print(f"{where}: {row['verdict']}: {row['verdict_cause']}", markup=False, highlight=False)
         if springs := springs_text(row):
-            console.print(f"{where}: {springs}", markup=False, highlight=False)
+            say(console, f"{where}: {springs}")
 
 
 # More of them are one table, with the pair in its first column.

@@ -21,6 +21,8 @@ from fecontact.errors import InputError
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline, CubicSpline
 
+    from fecontact.profiles.problems import Problem
+
 Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.intp]
 Kind = Literal["rail", "wheel"]
@@ -115,7 +117,8 @@ class Polynomial:
     y_to: float
 
     @cached_property
-    def _centred(self) -> np.polynomial.Polynomial:
+    def _centred(self) -> tuple[np.polynomial.Polynomial, np.polynomial.Polynomial, np.polynomial.Polynomial]:
+        """The polynomial and its first and second derivatives."""
         # Published coefficients are powers about a far origin and cancel by six digits (S1002, section C), so they are
         # moved to the middle of the segment in exact arithmetic; the variable runs from -1 to 1.
         middle = (Fraction(self.y_from) + Fraction(self.y_to)) / 2
@@ -125,15 +128,16 @@ class Polynomial:
             half**k * sum(math.comb(n, k) * Fraction(self.coefficients[n]) * middle ** (n - k) for n in powers[k:])
             for k in powers
         ]
-        return np.polynomial.Polynomial([float(value) for value in moved])
+        centred = np.polynomial.Polynomial([float(value) for value in moved])
+        return centred, centred.deriv(), centred.deriv(2)
 
     def evaluate(self, v: Floats) -> CurvePoints:
         """Points at the local parameter v in [0, 1]."""
         span = self.y_to - self.y_from
-        x, p = 2.0 * v - 1.0, self._centred
+        x, (p, first, second) = 2.0 * v - 1.0, self._centred
         zero = np.zeros_like(v)
         return CurvePoints(
-            y=self.y_from + span * v, z=p(x), dy=zero + span, dz=2.0 * p.deriv()(x), ddy=zero, ddz=4.0 * p.deriv(2)(x)
+            y=self.y_from + span * v, z=p(x), dy=zero + span, dz=2.0 * first(x), ddy=zero, ddz=4.0 * second(x)
         )
 
 
@@ -340,6 +344,8 @@ class Profile:
         What a reader assumed; shown to the user.
     measured
         The points behind a smoothed line; None where the line is exact, or taken as exact.
+    problems
+        Points of a file that were left out on request, and those that are doubtful and were not.
 
     Raises
     ------
@@ -355,6 +361,7 @@ class Profile:
     outline: tuple[Segment, ...] = ()
     notes: tuple[str, ...] = ()
     measured: Measured | None = None
+    problems: tuple[Problem, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.segments:
@@ -570,6 +577,13 @@ class Profile:
         last = np.searchsorted(table.segment, k, side="right") - 1
         i = np.clip(np.searchsorted(table.segment + table.v, k + v, side="right") - 1, first, last - 1)
         return np.asarray(self._table_lengths[i] + self._gauss_length(k, table.v[i], v))
+
+    def spread(self, step_mm: float) -> Floats:
+        """Parameters u along the line, this far apart: exactly on exact lines, to the step of a table on others."""
+        s = np.linspace(0.0, self.length_mm, int(np.ceil(self.length_mm / step_mm)) + 1)
+        if self.measured is None:
+            return self.at_arc_length(s)
+        return np.interp(s, self._table_lengths, self._table.segment + self._table.v)
 
     def at_arc_length(self, s: ArrayLike) -> Floats:
         """Parameter u at the arc length s (mm), NaN beyond the ends."""

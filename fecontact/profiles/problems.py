@@ -1,27 +1,17 @@
-"""What is wrong with measured points: spikes, points out of order, lines that cross themselves; each with its place."""
+"""What is wrong with measured points, each with its place: out of order, crossing themselves; `spikes` has the rest."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from fecontact.profiles.curve import Floats
-from fecontact.profiles.smoothing import missed_by_neighbours, noise_of
+from fecontact.profiles.smoothing import noise_of
 
-What = Literal["spike", "out of order", "crosses itself"]
+What = Literal["spike", "unclear", "out of order", "crosses itself"]
 
-# A spike lies off by so many times the scatter of its neighbours: beyond what noise does in some thousand points.
-_SPIKE_SIGMAS = 7.0
-# Smaller ones change nothing, and the scatter of exact points is smaller still.
-_LEAST_SPIKE_MM = 0.003
-# A junction from straight to R 10 mm misses by up to so much of the square of the spacing (1/mm).
-_JUNCTION_PER_MM = 0.012
-# A corner or a junction misses as well: without a spike its neighbours miss less than this part of it.
-_LEFT_WITHOUT = 0.35
-_MOST_SPIKES = 50
 # A step back in y is the side of the body, not a fold of the line, if it is this much steeper than wide.
 OVERHANG_SLOPE = 5.0
 _TURNED_RAD = 2.0
@@ -55,57 +45,11 @@ class Problem:
         at = f"point {self.index + 1}, ({self.y_mm:.4g}, {self.z_mm:.4g}) mm"
         if self.what == "spike":
             return f"a spike of {abs(self.size_mm):.2g} mm at {at}"
+        if self.what == "unclear":
+            return f"{at} is {abs(self.size_mm):.2g} mm off the lines on either side of it"
         if self.what == "out of order":
             return f"the line turns back at {at}"
         return f"the line crosses itself at {at}"
-
-
-def spikes(points: Floats) -> list[Problem]:
-    """Single points (n, 2) that lie off the line through their neighbours, the largest first."""
-    left, index, found = points, np.arange(len(points)), []
-    corners: set[int] = set()
-    for _ in range(_MOST_SPIKES):
-        missed, weight = missed_by_neighbours(left)
-        if missed.size < 5:
-            break
-        scatter = float(np.median(np.abs(missed) / weight)) / 0.6745
-        step = 0.25 * np.hypot(*(left[4:] - left[:-4]).T)
-        limit = np.maximum(_SPIKE_SIGMAS * scatter * weight, _LEAST_SPIKE_MM + _JUNCTION_PER_MM * step**2)
-        over = np.abs(missed) / limit
-        over[[i for i in range(over.size) if int(index[i + 2]) in corners]] = 0.0
-        worst = int(np.argmax(over))
-        if over[worst] < 1.0:
-            break
-        without = np.delete(left, worst + 2, axis=0)
-        rest, _ = missed_by_neighbours(without)
-        near = np.abs(rest[max(worst - 2, 0) : worst + 2])
-        if (
-            _stands_out(left[worst : worst + 5])
-            and near.size
-            and near.max() < max(_LEFT_WITHOUT * abs(missed[worst]), limit[worst])
-        ):
-            y, z = left[worst + 2]
-            found.append(
-                Problem(
-                    what="spike",
-                    index=int(index[worst + 2]),
-                    y_mm=float(y),
-                    z_mm=float(z),
-                    size_mm=float(missed[worst]),
-                )
-            )
-            left, index = without, np.delete(index, worst + 2)
-        else:
-            corners.update(int(index[k]) for k in range(max(worst - 1, 0), min(worst + 6, index.size)))
-    return found
-
-
-def _stands_out(five: Floats) -> bool:
-    """Whether the middle one of five points stands out of a line that goes on in its direction, as no corner does."""
-    d = np.diff(five, axis=0)
-    angles = np.arctan2(d[:, 1], d[:, 0])
-    net, own = math.remainder(angles[3] - angles[0], math.tau), math.remainder(angles[2] - angles[1], math.tau)
-    return abs(net) < 0.5 * abs(own)
 
 
 def turning_angles(points: Floats) -> Floats:

@@ -61,15 +61,17 @@ class FootPoints:
     inside: NDArray[np.bool_]
 
 
-def foot_points(line: Profile, points: Floats) -> FootPoints:
-    """The nearest points of a line to points (n, 2) that lie a few mm off it at most."""
-    from scipy.spatial import cKDTree
+def foot_points(line: Profile, points: Floats, *, near: FootPoints | None = None) -> FootPoints:
+    """The nearest points of a line to points (n, 2) that lie a few mm off it at most; `near` has places to begin at."""
+    if near is None:
+        from scipy.spatial import cKDTree
 
-    table = line._table
-    nearest = cKDTree(np.column_stack((table.points.y, table.points.z))).query(points)[1]
-    s = line._table_lengths[nearest]
+        table = line._table
+        nearest = cKDTree(np.column_stack((table.points.y, table.points.z))).query(points)[1]
+        s = line._table_lengths[nearest]
+    else:
+        s = near.s_mm
     for _ in range(_FOOT_STEPS):
-        s = np.clip(s, 0.0, line.length_mm)
         p = line.evaluate(line.at_arc_length(s))
         speed = np.hypot(p.dy, p.dz)
         tangent = np.column_stack((p.dy, p.dz)) / speed[:, None]
@@ -78,9 +80,11 @@ def foot_points(line: Profile, points: Floats) -> FootPoints:
         across = off[:, 1] * tangent[:, 0] - off[:, 0] * tangent[:, 1]
         # beyond the centre of a tight arc there is no foot point to converge to
         step = np.clip(along / np.maximum(1.0 - p.curvature_per_mm * across, 0.2), -1.0, 1.0)
-        if not np.any(np.abs(step) > 1e-10):
+        # points beyond an end would go on for ever
+        further = np.clip(s + step, 0.0, line.length_mm)
+        if not np.any(np.abs(further - s) > 1e-10):
             break
-        s = s + step
+        s = further
     return FootPoints(
         s_mm=s,
         points=np.column_stack((p.y, p.z)),
@@ -93,9 +97,10 @@ def foot_points(line: Profile, points: Floats) -> FootPoints:
 def register(line: Profile, points: Floats) -> tuple[Registration, float]:
     """Turn and move a line onto points (n, 2), worn ones counting less; with the usual distance that is left (mm)."""
     found = Registration(shift=first_shift(line, points))
+    feet: FootPoints | None = None
     for _ in range(_MOST_STEPS):
         moved = found.to_reference(points)
-        feet = foot_points(line, moved)
+        feet = foot_points(line, moved, near=feet)
         scale = _usual(feet.off_mm[feet.inside])
         weight = np.where(feet.inside, np.minimum(1.0, _HUBER * scale / np.maximum(np.abs(feet.off_mm), 1e-12)), 0.0)
         # moving the points by -shift and turning them by -turn, to first order about where they are

@@ -16,6 +16,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -185,20 +186,35 @@ def noise_of(points: Floats) -> float:
     return float(np.median(np.abs(missed) / weight)) / 0.6745 if missed.size else 0.0
 
 
-def missed_by_neighbours(points: Floats) -> tuple[Floats, Floats]:
-    """How far each inner point lies across the cubic through two neighbours on each side, and its error over theirs."""
+def missed_by_neighbours(points: Floats, place: Literal[0, 2, 4] = 2) -> tuple[Floats, Floats]:
+    """How far one of every five points lies across the cubic through the others, and its error over theirs.
+
+    Parameters
+    ----------
+    points (n, 2)
+        In mm, in the order along the line.
+    place
+        The middle one, the first or the last of the five: the line is then continued from one side.
+
+    Returns
+    -------
+    missed, weight (n - 4,)
+        Positive to the left (mm); standard deviation of it where each point has one of 1.
+    """
     if len(points) < 5:
         return np.zeros(0), np.ones(0)
-    a, b, c, d, e = (points[k : len(points) - 4 + k] for k in range(5))
-    s = np.cumsum([np.zeros(len(a)), *(np.hypot(*(q - p).T) for p, q in ((a, b), (b, c), (c, d), (d, e)))], axis=0)
-    at, known = s[2], (0, 1, 3, 4)
+    five = [points[k : len(points) - 4 + k] for k in range(5)]
+    chords = [np.hypot(*(q - p).T) for p, q in pairwise(five)]
+    s = np.cumsum([np.zeros(len(five[0])), *chords], axis=0)
+    at, known = s[place], [k for k in range(5) if k != place]
     weights = [
         np.prod([(at - s[m]) / np.where(s[k] == s[m], 1e-12, s[k] - s[m]) for m in known if m != k], axis=0)
         for k in known
     ]
-    guess = sum(w[:, None] * p for w, p in zip(weights, (a, b, d, e), strict=True))
-    along = (d - b) / np.maximum(np.hypot(*(d - b).T), 1e-12)[:, None]
-    off = c - guess
+    guess = sum(w[:, None] * five[k] for w, k in zip(weights, known, strict=True))
+    along = five[min(place + 1, 4)] - five[max(place - 1, 0)]
+    along = along / np.maximum(np.hypot(*along.T), 1e-12)[:, None]
+    off = five[place] - guess
     return off[:, 1] * along[:, 0] - off[:, 0] * along[:, 1], np.sqrt(1.0 + sum(w**2 for w in weights))
 
 
@@ -206,10 +222,16 @@ def profile_of(measured: Measured, like: Profile) -> Profile:
     """The smoothed line, with name, kind and notes of another profile."""
     values = measured.points
     if measured.reference:
-        feet = foot_points(replace(like, segments=measured.reference, outline=(), measured=None), _unmoved(measured))
+        feet = foot_points(_line_of(measured.reference), _unmoved(measured))
         values = measured.points - _registration(measured).from_reference(feet.points)
     field = smoothed_by(measured.s_mm, values, measured.width_mm, measured.relative_width)
     return replace(like, segments=_segments(measured, field), outline=(), measured=measured)
+
+
+@lru_cache(maxsize=8)
+def _line_of(segments: tuple[Segment, ...]) -> Profile:
+    """The nominal line alone, once for all lines that its points allow: its table takes longer than the foot points."""
+    return Profile(name="nominal", kind="rail", segments=segments)
 
 
 def scaled(profile: Profile, part: float) -> Profile:

@@ -101,6 +101,7 @@ _TEXTS = (
         "load_kind",
         "side",
         "wheelset",
+        "roll_under_load",
         "at_junction",
         "junction_in_patch",
         "resolution",

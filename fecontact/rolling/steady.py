@@ -97,10 +97,11 @@ def ellipse_cells(a_mm: float, b_mm: float, normal_force_N: float, cells: int = 
     """Hertz's pressure over an ellipse."""
     # finer than the cells, and a little beyond the edge
     x, y = (1.02 * half * _middles(_POINTS_A_CELL * cells) for half in (a_mm, b_mm))
-    inside = 1.0 - (x[:, None] / a_mm) ** 2 - (y / b_mm) ** 2
-    p0 = 1.5 * normal_force_N / (np.pi * a_mm * b_mm)
-    pressure = p0 * np.sqrt(np.maximum(inside, 0.0))
-    return pressure_cells(x, y, pressure, area_mm2=np.pi * a_mm * b_mm, cells=cells)
+    shape = np.sqrt(np.maximum(1.0 - (x[:, None] / a_mm) ** 2 - (y / b_mm) ** 2, 0.0))
+    cell = float((x[1] - x[0]) * (y[1] - y[0]))
+    return pressure_cells(
+        x, y, shape * normal_force_N / (cell * float(shape.sum())), area_mm2=np.pi * a_mm * b_mm, cells=cells
+    )
 
 
 def pressure_cells(
@@ -172,6 +173,7 @@ def steady_rolling(
     friction: float,
     shear_MPa: float,
     poisson: float,
+    lines: tuple[Floats, Floats] | None = None,
     start_MPa: Floats | None = None,
     **settings: Any,
 ) -> RollingSolution:
@@ -182,6 +184,8 @@ def steady_rolling(
     xi, eta, spin_per_mm
         Creepages of the first body at the origin of the cells' coordinates; the slip of the rigid bodies at (x, y) is
         (xi - spin y, eta + spin x).
+    lines (ny,), (ny,)
+        Longitudinal creepage and spin on each line y = const, of surfaces that are curved across, in place of those.
     start_MPa (2, nx, ny)
         Tractions to begin with.
     **settings
@@ -191,13 +195,13 @@ def steady_rolling(
     nx, ny = cells.pressure_MPa.shape
     response = rolling_response(nx, ny, step_x, step_y, shear_MPa=shear_MPa, poisson=poisson)
     met, loaded = cells.x_mm + 0.25 * step_x, cells.x_mm - 0.25 * step_x
-    rigid = np.empty((2, nx, ny))
-    rigid[0] = xi - spin_per_mm * cells.y_mm
-    rigid[1] = (eta + spin_per_mm * met)[:, None]
+    along, spin = lines or (xi - spin_per_mm * cells.y_mm, np.full(ny, spin_per_mm))
+    rigid = np.stack([np.broadcast_to(along, (nx, ny)), eta + spin * met[:, None]])
     solved = solve_friction(response, rigid, friction * cells.pressure_MPa, start_MPa=start_MPa, **settings)
     traction = solved.traction_MPa * cells.cell_mm2
     fx, fy = (float(part.sum()) for part in traction)
     mz = float((loaded[:, None] * traction[1] - cells.y_mm * traction[0]).sum())
+    power = -float((along * traction[0] + (eta + spin * loaded[:, None]) * traction[1]).sum())
     slipping = float(np.count_nonzero(solved.slips)) * cells.cell_mm2
     return RollingSolution(
         cells=cells,
@@ -206,6 +210,7 @@ def steady_rolling(
         mz_Nmm=mz,
         adhesion_area_mm2=cells.area_mm2 - slipping,
         slip_area_mm2=slipping,
-        power_per_speed_N=0.0 - (xi * fx + eta * fy + spin_per_mm * mz),
+        # zero is told without a sign
+        power_per_speed_N=0.0 + power,
         friction=solved,
     )

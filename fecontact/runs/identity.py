@@ -33,7 +33,7 @@ EVALUATING = (
 )
 SOLVING_SOURCE = "source of solving"
 # Inputs that are left out of an id where they are the default: it is that of the same case before they were there.
-_NOT_ALWAYS = ("wheelset", "side", "opposite")
+_NOT_ALWAYS = ("wheelset", "roll_under_load", "side", "opposite")
 _COMMON = ("numpy", "scipy", "scikit-fem", "gmsh")
 _SOLVERS = {"pardiso": ("pypardiso", "mkl"), "amg": ("pyamg",)}
 

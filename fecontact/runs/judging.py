@@ -13,10 +13,12 @@ from fecontact.errors import InputError
 from fecontact.jobs.workers import default_workers, process_crew
 from fecontact.map.cells import ApplicabilityMap
 from fecontact.outputs.map import write_map
+from fecontact.outputs.map_report import write_map_report
 from fecontact.outputs.rows import Row, case_row, read_row
 from fecontact.outputs.study_files import write_tables
 from fecontact.runs.case_store import RESULT, ROW, case_folder, read_case
 from fecontact.runs.load import read_map, stored_study, unusable
+from fecontact.runs.reports import report_judged
 
 # A case takes some hundredths of a second, a process seconds to begin.
 _WORTH_PROCESSES = 100
@@ -53,7 +55,7 @@ def judge_study(
     creep
         Friction and creepages; those of each case if not given.
     out
-        Folder for `study.csv` and `study.json` of the new verdicts, beside which the old ones stay.
+        Folder for `study.csv`, `study.json`, `study.png` and `report.html` of the new verdicts; the old ones stay.
 
     Raises
     ------
@@ -77,6 +79,7 @@ def judge_study(
     }
     if out is not None:
         write_tables(name, len(rows), rows, out / "study")
+        report_judged(name, rows, folders, out, criteria, creep)
     return JudgedStudy(rows=tuple(rows), changed=changed)
 
 
@@ -115,6 +118,7 @@ def judge_map(
     made, problems = read_map(folder, criteria, creep)
     if out is not None:
         write_map(made, out)
+        write_map_report(made, out)
     return made, list(problems.values())
 
 

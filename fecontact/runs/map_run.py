@@ -75,6 +75,8 @@ def run_map(
     if not shifts or not loads:
         raise InputError("map: give at least one lateral shift and one load")
     base_case.creep.refuse_unheard()
+    if base_case.roll_under_load:
+        raise InputError("map: it has one roll for all loads of a position; give a case without roll_under_load")
     # all are made first: a value that no case can have is said before anything is solved
     every = [replace(base_case, lateral_shift_mm=shift, load_N=load) for shift in shifts for load in reversed(loads)]
     cases = {case.lateral_shift_mm: case for case in every[:: len(loads)]}

@@ -16,15 +16,13 @@ from fecontact.jobs.engine import Finished, Progress, RunSettings, finish, open_
 from fecontact.jobs.job import Done, Work
 from fecontact.jobs.workers import Crew
 from fecontact.outputs.rows import Row, input_columns, read_row
-from fecontact.outputs.scene import write_scene
 from fecontact.outputs.study_files import study_figures, write_tables
-from fecontact.outputs.study_report import write_study_report
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail
 from fecontact.runs.case_store import ROW, CaseWork, case_folder, job_of
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id, with_absolute_paths
-from fecontact.solving.placing import place_case
+from fecontact.runs.reports import report_study
 
 _TABLES_EVERY_S = 2.0
 
@@ -119,7 +117,7 @@ def run_study(
         collections = study_figures(rows, out, _only_rail(study.cases), _only_criteria(study.cases)) if whole else ()
         conclusion = _conclude(study, rows, out) if whole else None
         if whole:
-            _report(study, rows, out, conclusion)
+            report_study(study, rows, out, _only_criteria(study.cases), conclusion)
     return StudyOutcome(
         rows=tuple(rows),
         conclusion=conclusion,
@@ -176,26 +174,6 @@ class _Table:
         rows = [self._rows[name] for name, _ in self._named if name in self._rows]
         write_tables(self._study, self._cases, rows, self._out / self._stem)
         return rows
-
-
-def _report(study: Study, rows: list[Row], out: Path, conclusion: str | None) -> None:
-    """Write the report, with a picture of the case that uses most of a limit."""
-    solved = [row for row in rows if row["status"] == "converged"]
-    placement, problem = None, None
-    if solved:
-        shown = max(solved, key=lambda row: float(row.get("limit_used") or 0.0))
-        case = next(case for case in study.cases if case_id(case) == shown["id"])
-        placement = place_case(case)
-        problem = write_scene(case_folder(out, str(shown["id"])), out / "pair.png")
-    write_study_report(
-        study.name,
-        rows,
-        out,
-        placement=placement,
-        criteria=_only_criteria(study.cases),
-        conclusion=conclusion,
-        no_scene=problem,
-    )
 
 
 def _only_rail(cases: tuple[Case, ...]) -> Profile | None:

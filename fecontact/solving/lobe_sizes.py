@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import find_peaks
 
+from fecontact.comparison.patch import standing_peaks
 from fecontact.contact.rung import Rung
 
 # Elements are made for the lobe that carries most, and at most so many times too large for the narrowest one: what the
@@ -84,7 +84,7 @@ def _lobes(rung: Rung, valley: float) -> list[_Lobe]:
     ridge = np.concatenate(([0.0], p.max(axis=0), [0.0]))
     line_load = np.concatenate(([0.0], p.sum(axis=0), [0.0]))
     top, load = float(ridge.max()), float(line_load.sum())
-    peaks, _ = find_peaks(ridge, prominence=valley * top, plateau_size=1)
+    peaks, _ = standing_peaks(ridge, valley)
     zeros = np.flatnonzero(ridge == 0.0)
     found = []
     for k, peak in enumerate(peaks):

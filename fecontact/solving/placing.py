@@ -13,6 +13,7 @@ from fecontact.geometry.placement import SIGN, Pair, Placement, pair_of, place
 from fecontact.geometry.wheelset import PlacedWheelset, Wheelset, place_wheelset
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import has_no_gauge_face, is_short_form, resolve_rail, resolve_wheel
+from fecontact.solving.loaded_wheelset import place_loaded_wheelset
 
 
 def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Placement:
@@ -46,10 +47,13 @@ def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Pr
 
     Raises
     ------
-    InputError
-        As `place_case`, for both sides.
+    InputError, ConvergenceError
+        As `place_case`, for both sides, and as `place_loaded_wheelset` where the roll is that under the load.
     """
-    return place_wheelset(wheelset_of_case(case, rail=rail, wheel=wheel), case.lateral_shift_mm, case.yaw_rad)
+    wheelset = wheelset_of_case(case, rail=rail, wheel=wheel)
+    if case.roll_under_load:
+        return place_loaded_wheelset(wheelset, case)
+    return place_wheelset(wheelset, case.lateral_shift_mm, case.yaw_rad)
 
 
 def wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Wheelset:

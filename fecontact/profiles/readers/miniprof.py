@@ -1,8 +1,17 @@
-"""Profiles of the MiniProf instrument, .ban (rail) and .whl (wheel): keys, a blank line, and columns of numbers.
+"""Profiles of the MiniProf instrument, .ban (rail) and .whl (wheel): lines of a header, and columns of numbers.
 
-The columns are named by `ColumnDef` (X across, Y up, then more that a profile does not need). Some files carry offsets
-(XOFF, YOFF) or an alignment that was found later (AlignDX, AlignDY, AlignDA) and is, or is not, in the points already:
-where they are not zero, a user has to say.
+The columns are named by `ColumnDef` (X across, Y into the depth of the body, then angle, curvature and more that a
+profile does not need). Files of the instrument itself (MiniProf for Windows 2.43 and MiniProf 2020, in the test bank of
+CONTACT by Vtech CMCC, testbank/profiles: left-wheel-v1-pre-dry.whl, Car7216_0001r.whl, left-roller-v1-pre-dry.ban) have
+
+- a wheel's X from the back of the flange to the field side, with the tape circle at `WheelDiameterTaperline` (70 mm),
+  its Y growing towards the tip of the flange, its points from the field side to the flange;
+- a rail's X to the field side, zero near the middle, its Y growing downwards, into the head;
+- lengths in mm; `Xoffset` and `Yoffset`, which CONTACT adds to the points; a blank line before the points, or none.
+
+Files that other programs write under the same endings have Y upwards, as avg_low2.ban there. The shape of the line says
+which; the side of a rail it does not say. Where offsets, or an alignment that was found later (AlignDX, AlignDY,
+AlignDA), are not zero, a user has to say whether the points have them already.
 """
 
 from __future__ import annotations
@@ -13,15 +22,21 @@ from pathlib import Path
 import numpy as np
 
 from fecontact.errors import InputError
-from fecontact.profiles.curve import Kind, Profile
+from fecontact.profiles.curve import Floats, Kind, Profile
 from fecontact.profiles.readers.points import profile_from_points, read_points
 from fecontact.profiles.readers.table import columns_of, in_mm, read_text
 from fecontact.profiles.reading import MM, Reading, remedy
 
-_KEY = re.compile(r"([A-Za-z][A-Za-z0-9_.]*)\s*=\s*(.*)")
-_OFFSETS = ("xoff", "yoff")
+_KEY = re.compile(r"([A-Za-z][A-Za-z0-9_. ]*?)\s*=\s*(.*)")
+# The first lines of files with a header in words instead of keys.
+_TITLE = re.compile(r"#\s*MINI\w*PROF", re.IGNORECASE)
+_OFFSETS = ("xoffset", "yoffset", "xoff", "yoff")
 _ALIGNMENT = ("aligndx", "aligndy", "alignda")
 _KINDS: dict[str, Kind] = {".ban": "rail", ".whl": "wheel"}
+_TAPERLINE = "wheeldiametertaperline"
+# Where the tip of a flange lies over the back of the flange (mm): 15.5 mm on the S1002.
+_TIP_OVER_BACK_MM = (5.0, 30.0)
+_TAPE_CIRCLE_MM = (40.0, 100.0)
 
 
 def read_miniprof(path: str | Path, kind: Kind, reading: Reading) -> Profile:
@@ -38,16 +53,20 @@ def read_miniprof(path: str | Path, kind: Kind, reading: Reading) -> Profile:
     own = _KINDS.get(path.suffix.lower(), kind)
     if not keys:
         return read_points(path, kind=own, reading=reading)
-    columns = keys.get("columndef", "X,Y")
+    columns = keys.get("columndef", "X,Y,*")
     names = [name.strip().lower() for name in columns.split(",")]
     if "x" not in names or "y" not in names or len(set(names)) != len(names):
         raise InputError(f"{path}: ColumnDef = {columns[:60]!r}; it has to name the columns X and Y, such as X,Y,A,C")
-    # MiniProf's X and Y are y and z here
-    header = ",".join({"x": "y", "y": "z"}.get(name, f"_{name}") for name in names)
+    # X is y here, and Y is z until its sign is known; columns that are not named come last
+    count = next((len(_fields(line)) for line in rest.splitlines() if line.strip()), len(names))
+    named = [name for name in names if name != "*"]
+    named += [f"column{k}" for k in range(len(named), count if "*" in names else 0)]
+    header = ",".join({"x": "y", "y": "z"}.get(name, f"_{name}") for name in named)
     table = columns_of(f"{header}\n{rest}", kind=own, what=str(path), reading=reading)
     y, z, moved = _moved(table.y, table.z, keys, path, own, reading)
-    unit = reading.units or _unit(keys, path)
-    y, z, done = in_mm(y, z, unit, reading)
+    y, z, done = in_mm(y, z, reading.units or _unit(keys, path), reading)
+    y, z, turned = _upwards(y, z, own)
+    y, placed = _from_tape_circle(y, z, keys, path, own)
     return profile_from_points(
         y,
         z,
@@ -55,20 +74,63 @@ def read_miniprof(path: str | Path, kind: Kind, reading: Reading) -> Profile:
         name=path.stem,
         source=str(path),
         reading=reading,
-        notes=("MiniProf file: X taken as y, Y as z", *moved, *done),
+        notes=("MiniProf file: X taken as y, positive to the field side", *moved, *done, *turned, *placed),
     )
 
 
+def _upwards(y: Floats, z: Floats, kind: Kind) -> tuple[Floats, Floats, list[str]]:
+    """z upwards, by the shape of the line: a head lies above its ends, the tip of a flange below the tread."""
+    if len(y) < 3:
+        return y, z, []
+    if kind == "rail":
+        middle = np.abs(y - 0.5 * (y.min() + y.max())) <= 0.2 * np.ptp(y)
+        down = bool(middle.any()) and float(np.median(z[middle])) < 0.5 * (float(z[0]) + float(z[-1]))
+    else:
+        tread = float(np.median(z))
+        down = float(z.max()) - tread > max(10.0, tread - float(z.min()))
+    return (y, -z, ["its Y grows into the body: z is -Y"]) if down else (y, z, ["its Y grows upwards: z is Y"])
+
+
+def _from_tape_circle(y: Floats, z: Floats, keys: dict[str, str], path: Path, kind: Kind) -> tuple[Floats, list[str]]:
+    """y of a wheel from its tape circle, where the file has it from the back of the flange."""
+    tip = float(y[int(np.argmin(z))]) if y.size else 0.0
+    low, high = _TIP_OVER_BACK_MM
+    if kind == "rail" or not low <= tip <= high:
+        return y, []
+    at = _value(keys.get(_TAPERLINE, ""), "WheelDiameterTaperline", path)
+    if not _TAPE_CIRCLE_MM[0] <= at <= _TAPE_CIRCLE_MM[1]:
+        raise InputError(
+            f"{path}: the tip of the flange lies at X = {tip:.1f} mm, so X begins at the back of the flange, and the"
+            f" header has WheelDiameterTaperline = {keys.get(_TAPERLINE, '')[:40]!r}; write where the tape circle is,"
+            f" {_TAPE_CIRCLE_MM[0]:g} to {_TAPE_CIRCLE_MM[1]:g} mm from there: the line WheelDiameterTaperline=70 at"
+            " the top of the file for the usual 70 mm"
+        )
+    return y - at, [f"X from the back of the flange: the tape circle at WheelDiameterTaperline = {at:g} mm is y = 0"]
+
+
 def _split(text: str) -> tuple[dict[str, str], str]:
-    """Keys in small letters, and the text after them."""
+    """Keys in small letters, and the text after them; no keys where the text has no header of a MiniProf file."""
     keys: dict[str, str] = {}
-    lines = text.splitlines()
+    lines = [line.split('"')[0] if line.lstrip()[:1] != '"' else line for line in text.splitlines()]
+    titled = bool(lines) and _TITLE.match(lines[0]) is not None
     for number, line in enumerate(lines):
-        if match := _KEY.fullmatch(line.strip()):
+        line = line.strip().strip('"')
+        if match := _KEY.fullmatch(line):
             keys[match[1].lower()] = match[2].strip().strip('"')
-        elif line.strip() and not line.lstrip().startswith(("#", "!")):
-            return keys, "\n".join(lines[number:])
+        elif line and not line.startswith(("#", "!")) and (not titled or _is_numbers(line)):
+            return (keys or ({"columndef": "X,Y,*"} if titled else {})), "\n".join(lines[number:])
     return keys, ""
+
+
+def _is_numbers(line: str) -> bool:
+    try:
+        return len([float(field) for field in _fields(line)]) > 1
+    except ValueError:
+        return False
+
+
+def _fields(line: str) -> list[str]:
+    return re.split(r"\s*[,;]\s*|\s+", line.strip())
 
 
 def _unit(keys: dict[str, str], path: Path) -> str | None:
@@ -79,8 +141,8 @@ def _unit(keys: dict[str, str], path: Path) -> str | None:
 
 
 def _moved(
-    y: np.ndarray, z: np.ndarray, keys: dict[str, str], path: Path, kind: Kind, reading: Reading
-) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    y: Floats, z: Floats, keys: dict[str, str], path: Path, kind: Kind, reading: Reading
+) -> tuple[Floats, Floats, list[str]]:
     """The points with the offsets of the header, where it has some and they are to be added."""
     values = {key: _value(keys[key], key, path) for key in (*_OFFSETS, *_ALIGNMENT) if key in keys}
     given = {key: value for key, value in values.items() if value != 0.0}
@@ -99,11 +161,16 @@ def _moved(
             f"{path}: the header has {said}; a rotation about a point of its own cannot be added here: let MiniProf"
             f" write the aligned points, or {remedy(kind, 'offsets', 'ignore')}"
         )
-    y = y + given.get("xoff", 0.0) + given.get("aligndx", 0.0)
-    return y, z + given.get("yoff", 0.0) + given.get("aligndy", 0.0), [f"{said} of the header added"]
+    along, up = (
+        sum(value for key, value in given.items() if key.startswith((f"{axis}off", f"alignd{axis}"))) for axis in "xy"
+    )
+    return y + along, z + up, [f"{said} of the header added"]
 
 
 def _value(text: str, key: str, path: Path) -> float:
+    if not text:
+        # a key of a form that was not filled in
+        return 0.0
     try:
         value = float(text) if len(text) < 40 else float("nan")
     except ValueError:

@@ -12,10 +12,11 @@ import numpy as np
 
 from fecontact.errors import InputError
 from fecontact.profiles.curve import FARTHEST_MM, Floats, Integers, Kind, Line, Profile, Segment, Spline
-from fecontact.profiles.problems import Problem, crossings, out_of_order, spikes, turning_angles
+from fecontact.profiles.problems import Problem, crossings, out_of_order, turning_angles
 from fecontact.profiles.readers.table import FEWEST_POINTS, columns_of, in_mm, read_text
 from fecontact.profiles.reading import PLAIN, Reading, remedy
 from fecontact.profiles.smoothing import noise_of
+from fecontact.profiles.spikes import spikes, unclear
 
 SPAN_RANGE_MM = (10.0, 500.0)
 # Angle between neighbouring chords that is a corner of the body and not a coarsely sampled fillet (rad, 20 degrees).
@@ -90,7 +91,7 @@ def profile_from_points(
         said.append("the points ran towards small y: their order was reversed")
 
     # a line that turns back has no shape to speak of
-    points, repaired = _checked(points, kind, name, repair=reading.repair)
+    points, problems, repaired = _checked(points, kind, name, repair=reading.repair)
     check_shape(points[:, 0], points[:, 1], kind=kind, what=name)
     said += repaired
     corners = np.flatnonzero(np.abs(turning_angles(points)) > SPLIT_RAD) + 1
@@ -102,25 +103,31 @@ def profile_from_points(
     said.append(_noise(points))
     pieces = np.split(np.arange(len(points)), corners)
     segments = [_piece(points[piece[0] : piece[-1] + 2]) for piece in pieces]
-    return Profile(name=name, kind=kind, segments=tuple(segments), source=source, notes=tuple(said))
+    return Profile(name=name, kind=kind, segments=tuple(segments), source=source, notes=tuple(said), problems=problems)
 
 
-def _checked(points: Floats, kind: Kind, name: str, *, repair: bool) -> tuple[Floats, list[str]]:
-    """The points without those that are wrong, where leaving out is asked for; with what is to be said of them."""
-    left_out: list[str] = []
+def _checked(points: Floats, kind: Kind, name: str, *, repair: bool) -> tuple[Floats, tuple[Problem, ...], list[str]]:
+    """The points without those that are wrong, where leaving out is asked for; those, and what is to be said."""
+    left_out: list[Problem] = []
     for find in (out_of_order, spikes, crossings):
         while problems := find(points):
             if not repair or len(left_out) + len(problems) > _MOST_LEFT_OUT * len(points):
                 raise InputError(_refusal(problems, kind, name, repair=repair))
             # points out of order are found once more from their new neighbours
             gone = problems if find is spikes else problems[:1]
-            left_out += [problem.text for problem in gone]
+            left_out += gone
             points = np.delete(points, [problem.index for problem in gone], axis=0)
-    notes = [] if not left_out else [f"{_count(len(left_out), 'point')} left out: {_listed(left_out)}"]
+    said = _listed([problem.text for problem in left_out])
+    notes = [f"{_count(len(left_out), 'point')} left out: {said}"] if left_out else []
+    if doubtful := unclear(points):
+        notes.append(
+            f"{_listed([problem.text for problem in doubtful])}: wrong, or at two junctions close to one another; a"
+            " spline bends there"
+        )
     back = np.diff(points[:, 0]) <= 0.0
     if back.any():
         notes.append(f"the line is vertical or overhangs at {_count(int(back.sum()), 'point')}: kept as a steep side")
-    return points, notes
+    return points, (*left_out, *doubtful), notes
 
 
 def _refusal(problems: list[Problem], kind: Kind, name: str, *, repair: bool) -> str:

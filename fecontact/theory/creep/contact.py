@@ -10,10 +10,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from fecontact.errors import InputError, check_positive
 from fecontact.material import Material, check_poisson
 
+Floats = NDArray[np.float64]
 _LARGEST_USUAL_FRICTION = 1.5
 _NO_CREEPAGE = "creepages are relative to the rolling speed: 0.001 is 0.1 %, spin is in 1/mm"
 
@@ -42,6 +47,64 @@ class Creepages:
     def at(self, x_mm: float, y_mm: float) -> Creepages:
         """Creepages at another point of the same rigid motion: spin moves the surfaces there."""
         return replace(self, xi=self.xi - self.spin_per_mm * y_mm, eta=self.eta + self.spin_per_mm * x_mm)
+
+    def across(self, y_mm: Floats) -> tuple[Floats, Floats]:
+        """Longitudinal creepage and spin (1/mm) on the lines y = const (n,)."""
+        return self.xi - self.spin_per_mm * y_mm, np.full_like(y_mm, self.spin_per_mm)
+
+    def mean(self, x_mm: Floats, y_mm: Floats, share: Floats) -> Creepages:
+        """Mean over places (n,) with shares (n,) of the load: creepages of its centre."""
+        return self.at(float(x_mm @ share), float(y_mm @ share))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CurvedCreepages:
+    """Creepages over surfaces that are curved across, beside those of the tangent plane at the origin.
+
+    The slip of the rigid bodies at (x, y) is (xi(y), eta + spin(y) x), y along the arc. Of one rigid motion
+    xi(y) is xi less the integral of spin(y) from 0 to y; on a cone that is the plane's.
+
+    Attributes
+    ----------
+    plane
+        Creepages at the origin, and so those of its tangent plane.
+    y_mm (n,)
+        Places across, increasing; beyond their ends the last value is taken.
+    xi_beside, spin_beside_per_mm (n,)
+        What longitudinal creepage and spin are there beside those of the plane.
+    """
+
+    plane: Creepages
+    y_mm: Floats
+    xi_beside: Floats
+    spin_beside_per_mm: Floats
+
+    @property
+    def eta(self) -> float:
+        """Lateral creepage at x = 0, the same on all lines."""
+        return self.plane.eta
+
+    def at(self, x_mm: float, y_mm: float) -> Creepages:
+        """Creepages at another point."""
+        xi, spin = (float(line[0]) for line in self.across(np.array([y_mm])))
+        return Creepages(xi=xi, eta=self.plane.eta + spin * x_mm, spin_per_mm=spin)
+
+    def across(self, y_mm: Floats) -> tuple[Floats, Floats]:
+        """Longitudinal creepage and spin (1/mm) on the lines y = const (n,)."""
+        xi, spin = self.plane.across(y_mm)
+        beside = [np.interp(y_mm, self.y_mm, line) for line in (self.xi_beside, self.spin_beside_per_mm)]
+        return xi + beside[0], spin + beside[1]
+
+    def mean(self, x_mm: Floats, y_mm: Floats, share: Floats) -> Creepages:
+        """Mean over places (n,) with shares (n,) of the load."""
+        xi, spin = self.across(y_mm)
+        return Creepages(
+            xi=float(xi @ share), eta=self.plane.eta + float((spin * x_mm) @ share), spin_per_mm=float(spin @ share)
+        )
+
+
+Motion: TypeAlias = Creepages | CurvedCreepages
+"""What a theory that knows every line of a patch takes."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.errors import InputError
-from fecontact.theory.creep.contact import Creepages, CreepForce, RollingEllipse, dissipated_N
+from fecontact.theory.creep.contact import Creepages, CreepForce, Motion, RollingEllipse
 from fecontact.theory.creep.kalker import coefficients_of
 
 Floats = NDArray[np.float64]
@@ -112,14 +112,14 @@ def fastsim(
 
 
 def fastsim_strips(
-    pieces: Sequence[Strips], creepages: Creepages, *, bound: Bound = "strips", cells: int = CELLS
+    pieces: Sequence[Strips], creepages: Motion, *, bound: Bound = "strips", cells: int = CELLS
 ) -> CreepForce:
     """FASTSIM on any patch in strips; each separate patch has flexibilities of its own.
 
     Parameters
     ----------
     creepages
-        At the origin of the strips' coordinates.
+        At the origin of the strips' coordinates, or of surfaces that are curved across.
     bound
         Of the traction along each strip: `elliptic` is the pressure of the strip, `strips` a parabola of the same force
         (nearest to the exact theory on real patches); `parabolic` moves force to the longer strips as Kalker's
@@ -128,20 +128,25 @@ def fastsim_strips(
     if cells < 1:
         raise InputError(f"cells along a strip are {cells!r}; allowed: 1 and more; 20 to 50 are usual")
     parts = [_march(piece, creepages, bound, cells) for piece in pieces]
-    fx, fy, mz, adhesion, slip = (sum(part[k] for part in parts) for k in range(5))
+    fx, fy, mz, power, adhesion, slip = (sum(part[k] for part in parts) for k in range(6))
     return CreepForce(
         fx_N=fx,
         fy_N=fy,
         mz_Nmm=mz,
         adhesion_area_mm2=adhesion,
         slip_area_mm2=slip,
-        power_per_speed_N=dissipated_N(creepages, fx, fy, mz),
+        # zero is told without a sign
+        power_per_speed_N=0.0 + power,
     )
 
 
-def _march(piece: Strips, creepages: Creepages, bound: Bound, cells: int) -> tuple[float, float, float, float, float]:
-    """Fx, Fy, Mz, and areas of adhesion and slip of one patch, from the leading edge of all its strips backwards."""
-    own, L = creepages.at(piece.centre_x_mm, piece.centre_y_mm), flexibilities(piece.contact)
+def _march(piece: Strips, creepages: Motion, bound: Bound, cells: int) -> tuple[float, ...]:
+    """Fx, Fy, Mz, power, and areas of adhesion and slip of one patch, from the leading edge of its strips backwards."""
+    L = flexibilities(piece.contact)
+    (xi, spin), eta = creepages.across(piece.y_mm), creepages.eta
+    force = piece.force_N_per_mm * piece.width_mm
+    # over the plane that is the creepage of the centre
+    xi_mean = float(xi @ force) / float(force.sum())
     step = 2.0 * piece.half_length_mm / cells
     # middles of the cells from the leading edge, over the half length
     places = np.asarray(1.0 - (np.arange(cells) + 0.5) * (2.0 / cells))
@@ -152,8 +157,8 @@ def _march(piece: Strips, creepages: Creepages, bound: Bound, cells: int) -> tup
     length = np.broadcast_to(step, x.shape).copy()
     moved[0] -= 0.25 * step
     length[0] *= 0.5
-    spin = own.spin_per_mm / L.L3
-    slope = (own.xi / L.L1 - spin * (piece.y_mm - piece.centre_y_mm)) + 1j * (own.eta / L.L2 + spin * moved)
+    lateral = eta + spin * piece.centre_x_mm
+    slope = (xi_mean / L.L1 + (xi - xi_mean) / L.L3) + 1j * (lateral / L.L2 + spin / L.L3 * moved)
     drive = length * slope
     traction, trial = np.empty_like(drive), np.empty_like(x)
     now = np.zeros(piece.y_mm.size, dtype=complex)
@@ -166,8 +171,9 @@ def _march(piece: Strips, creepages: Creepages, bound: Bound, cells: int) -> tup
     sums = area * traction
     fx, fy = float(sums.real.sum()), float(sums.imag.sum())
     mz = float((x * sums.imag - piece.y_mm * sums.real).sum())
+    power = -float((xi * sums.real + (eta + spin * x) * sums.imag).sum())
     slipping = float(((trial > limit) * area).sum())
-    return fx, fy, mz, cells * float(area.sum()) - slipping, slipping
+    return fx, fy, mz, power, cells * float(area.sum()) - slipping, slipping
 
 
 def _bound(piece: Strips, places: Floats, bound: Bound) -> Floats:

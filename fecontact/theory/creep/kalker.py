@@ -12,12 +12,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.errors import InputError
 from fecontact.theory.creep.contact import Creepages, CreepForce, RollingEllipse, dissipated_N
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 Floats = NDArray[np.float64]
 
@@ -46,6 +51,7 @@ _TABLE = """
 """
 _COEFFICIENTS: Floats = np.array([float(number) for number in _TABLE.split()]).reshape(19, 4, 3)
 _SMALLEST_RATIO = 0.1
+_RATIOS: Floats = np.append(np.arange(1, 11) / 10.0, 10.0 / np.arange(9, 0, -1))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,8 +67,10 @@ class KalkerCoefficients:
 def kalker_coefficients(a_over_b: float, poisson: float) -> KalkerCoefficients:
     """Kalker's coefficients of an ellipse, from his table.
 
-    Between the columns 1/c is a parabola in nu through 0, 1/4 and 1/2; between the rows c is linear in min(a/b, b/a).
-    The table's third digit limits them to 0.2 % (c33, and all at the ends of the table, to 0.5 to 1 %).
+    Between the rows ln c is a cubic spline over ln(a/b), between the columns 1/c a parabola in nu through 0, 1/4 and
+    1/2, c33 of a > b one itself. Against solutions without slip all are within 1 % for a/b from 0.15 to 8, and within
+    1.3 % at 0.1 and 10, as the table is itself. (Straight from row to row in min(a/b, b/a), as some codes go, c23 is
+    2 % higher at a/b 3 and 16 % at 6.7, c33 12 % at 0.15.)
 
     Raises
     ------
@@ -80,11 +88,18 @@ def kalker_coefficients(a_over_b: float, poisson: float) -> KalkerCoefficients:
     weights = np.array(
         [8.0 * (poisson - 0.25) * (poisson - 0.5), -16.0 * poisson * (poisson - 0.5), 8.0 * poisson * (poisson - 0.25)]
     )
-    rows = 1.0 / ((1.0 / _COEFFICIENTS) @ weights)
-    ratio = max(min(a_over_b, 1.0 / a_over_b), _SMALLEST_RATIO)
-    place = 10.0 * ratio - 1.0 if a_over_b <= 1.0 else 19.0 - 10.0 * ratio
-    c11, c22, c23, c33 = (float(np.interp(place, np.arange(19), column)) for column in rows.T)
+    table = np.exp(_along_the_table()(math.log(min(max(a_over_b, _SMALLEST_RATIO), 1.0 / _SMALLEST_RATIO))))
+    c11, c22, c23, c33 = (float(c) for c in 1.0 / ((1.0 / table) @ weights))
+    if a_over_b > 1.0:
+        c33 = float(table[3] @ weights)
     return KalkerCoefficients(c11=c11, c22=c22, c23=c23, c33=c33)
+
+
+@cache
+def _along_the_table() -> CubicSpline:
+    from scipy.interpolate import CubicSpline
+
+    return CubicSpline(np.log(_RATIOS), np.log(_COEFFICIENTS))
 
 
 def coefficients_of(contact: RollingEllipse) -> KalkerCoefficients:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.theory.creep.contact import RollingEllipse
+from fecontact.theory.creep.contact import Creepages, Motion, RollingEllipse
 from fecontact.theory.creep.fastsim import Strips
 
 Floats = NDArray[np.float64]
@@ -92,6 +92,13 @@ def _piece(
         half_length_mm=half,
         force_N_per_mm=force,
     )
+
+
+def mean_creepages(pieces: Sequence[Strips], creepages: Motion) -> Creepages:
+    """Creepages of the centre of all patches together; over curved surfaces their mean over the load."""
+    parts = ((one.force_N_per_mm * one.width_mm, one.middle_x_mm, one.y_mm) for one in pieces)
+    force, middle, y = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return creepages.mean(middle, y, force / force.sum())
 
 
 def one_ellipse(pieces: Sequence[Strips]) -> tuple[RollingEllipse, float, float]:

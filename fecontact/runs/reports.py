@@ -1,0 +1,100 @@
+"""`report.html` of what was solved or judged: which cases it shows, and pictures of the pair and of new verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from fecontact.creep import Creep
+from fecontact.criteria import Criteria
+from fecontact.outputs.case_figure import case_figure
+from fecontact.outputs.record import result_record
+from fecontact.outputs.report_tables import ReportedCase
+from fecontact.outputs.rows import Row, read_row
+from fecontact.outputs.study_figure import study_figure
+from fecontact.outputs.study_report import (
+    most_used,
+    reported_case,
+    shown_pair,
+    write_study_report,
+)
+from fecontact.outputs.verdict_words import case_words
+from fecontact.runs.case_store import ROW, case_folder, read_case
+from fecontact.runs.casefile import Study
+from fecontact.runs.identity import case_id
+from fecontact.solving.placing import place_case
+from fecontact.solving.solve import CaseResult
+
+# Each takes a second or two to draw, and judging shall not take minutes.
+_MOST_JUDGED_PICTURES = 12
+
+
+def report_study(
+    study: Study, rows: Sequence[Row], out: Path, criteria: Criteria | None, conclusion: str | None
+) -> Path:
+    """Write the report of a study that lies in `out`, with the pair of the case that uses most of a limit."""
+    shown = None
+    for row in most_used(_usable(rows), 1):
+        case = next(case for case in study.cases if case_id(case) == row["id"])
+        shown = shown_pair(row, place_case(case), case_folder(out, str(row["id"])), out)
+    return write_study_report(
+        study.name,
+        [reported_case(row, case_folder(out, str(row["id"]))) for row in rows],
+        out,
+        shown=shown,
+        criteria=criteria,
+        conclusion=conclusion,
+    )
+
+
+def report_case(result: CaseResult, folder: Path) -> Path:
+    """Write the report of a case into the folder that has its files."""
+    row = read_row(folder / ROW)
+    return write_study_report(
+        case_words(result.case, result.placement),
+        [reported_case(row, folder)],
+        folder,
+        shown=shown_pair(row, result.placement, folder, folder),
+        criteria=result.case.criteria,
+    )
+
+
+def report_judged(
+    name: str, rows: Sequence[Row], folders: Sequence[Path], out: Path, criteria: Criteria, creep: Creep | None
+) -> Path:
+    """Write the report, and the picture, of rows that were judged by other criteria; their cases are in the folders.
+
+    Pictures of cases have the new verdicts; they are in the report alone.
+    """
+    rails = {str(row["rail"]) for row in rows}
+    most = most_used(_usable(rows), _MOST_JUDGED_PICTURES)
+    shown = None
+    with TemporaryDirectory() as temporary:
+        cases = []
+        for row, folder in zip(rows, folders, strict=True):
+            if row not in most:
+                kept = reported_case(row, folder)
+                cases.append(ReportedCase(row=row, record={"solver": kept.record.get("solver", {})}))
+                continue
+            result = read_case(folder, criteria=criteria, creep=creep)
+            path = case_figure(result, Path(temporary) / str(row["id"]) / "case.png")
+            cases.append(ReportedCase(row=row, record=result_record(result), picture=path))
+            if row is most[0]:
+                shown = shown_pair(row, result.placement, folder, out)
+        rail = shown.placement.rail.profile if shown is not None and len(rails) == 1 else None
+        # a single case is no line over the shift
+        if sum(row.get("p_max_fe_MPa") is not None for row in rows) > 1:
+            study_figure(rows, out / "study.png", rail, criteria)
+        return write_study_report(
+            f"{name}, judged again",
+            cases,
+            out,
+            shown=shown,
+            criteria=criteria,
+            pictures="judge a case alone to see another one",
+        )
+
+
+def _usable(rows: Sequence[Row]) -> list[Row]:
+    return [row for row in rows if row["status"] == "converged"]

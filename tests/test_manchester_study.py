@@ -1,0 +1,50 @@
+"""The benchmark study where the wheelset rolls: its positions against the reference without finite elements."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+from fecontact.comparison.measures import measures_of, patch_of
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import expect_on_half_space
+
+STUDY = Path(__file__).parents[1] / "studies" / "06_manchester.py"
+spec = importlib.util.spec_from_file_location("manchester", STUDY)
+study = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(study)
+
+
+def row_of(case):
+    """What the checks read of a row, from the true gap on a half-space."""
+    placement = place_case(case)
+    _, expected = expect_on_half_space(case, placement)
+    patch, measures = patch_of(expected.half_space), measures_of(expected.half_space)
+    return {
+        "lateral_shift_mm": case.lateral_shift_mm,
+        "p_max_fe_MPa": measures.p_max_MPa,
+        "p_max_uncertainty_percent": 0.1,
+        "centre_y_mm": patch.centre_y_mm,
+        "pieces": patch.pieces,
+    }
+
+
+@pytest.mark.parametrize("shift", [pytest.param(-6.0, marks=pytest.mark.slow), 5.0, 6.0])
+def test_the_benchmark_holds_on_the_half_space(shift):
+    (case,) = (case for case in study.rolled_cases() if case.lateral_shift_mm == shift)
+    row = row_of(case)
+    checks = study.checks([row])
+    assert {check.quantity for check in checks} == (
+        {"p_max, MPa", "patches"} if shift == 5.0 else {"p_max, MPa", "place across, mm", "angle, rad"}
+    )
+    for check in checks:
+        assert check.passed, (check.quantity, check.value, check.expected)
+    # measured: -0.07, +3.6 (both patches in one plane there) and -0.55 %
+    assert checks[0].deviation_percent == pytest.approx({-6.0: -0.07, 5.0: 3.6, 6.0: -0.55}[shift], abs=0.1)
+    assert f"{shift:8.1f}" in study.conclude([row], Path())
+
+
+def test_the_quick_study_is_that_of_before():
+    assert [case.lateral_shift_mm for case in study.cases(quick=True)] == [-2.0, 2.0]
+    shifts = [case.lateral_shift_mm for case in study.cases()]
+    assert len(set(shifts)) == len(shifts) == len(study.REFERENCE) + len(study.ROLLED)

@@ -1,0 +1,97 @@
+"""The time that is left, against schedules of made-up durations whose end is known."""
+
+import heapq
+
+import numpy as np
+import pytest
+
+from fecontact.jobs.engine import Finished, _Report
+from fecontact.jobs.job import Done, Job
+from fecontact.jobs.remaining import duration, seconds_left
+from fecontact.jobs.store import Origin
+
+
+def schedule(durations: list[float], workers: int) -> list[tuple[float, float]]:
+    """Begin and end of each job, when the next one goes to the worker that is free first."""
+    free = [0.0] * workers
+    spans = []
+    for seconds in durations:
+        begin = heapq.heappop(free)
+        heapq.heappush(free, begin + seconds)
+        spans.append((begin, begin + seconds))
+    return spans
+
+
+def told(durations: list[float], workers: int) -> list[tuple[float, float, float]]:
+    """At the end of each job: what is told to be left, what a mean over all that is done would say, and what is."""
+    spans = schedule(durations, workers)
+    last = max(end for _, end in spans)
+    lines = []
+    for now in sorted({end for _, end in spans})[:-1]:
+        done = [end - begin for begin, end in spans if end <= now]
+        ages = [now - begin for begin, end in spans if begin <= now < end]
+        left = seconds_left(done, ages, len(spans) - len(done) - len(ages), workers)
+        assert left is not None
+        lines.append((left, now / len(done) * (len(spans) - len(done)), last - now))
+    return lines
+
+
+@pytest.mark.parametrize(("jobs", "workers"), [(9, 2), (10, 3), (4, 4), (7, 1), (13, 5)])
+def test_of_equal_jobs_the_time_left_is_exact(jobs, workers):
+    lines = told([12.0] * jobs, workers)
+    assert [left for left, _, _ in lines] == pytest.approx([rest for _, _, rest in lines])
+
+
+@pytest.mark.parametrize(("jobs", "workers"), [(11, 2), (20, 4), (40, 8)])
+def test_of_jobs_that_are_alike_the_time_left_is_known_to_half_a_job(jobs, workers):
+    """A mean over all that is done, which knows nothing of what is under way, is off by more than twice as much."""
+    random = np.random.default_rng(1)
+    lines = [line for _ in range(100) for line in told(list(random.lognormal(2.0, 0.2, jobs)), workers)]
+    off = np.mean([[abs(left - rest), abs(before - rest)] for left, before, rest in lines], axis=0)
+    assert off[0] < 0.5 * np.exp(2.0)
+    assert off[0] < 0.5 * off[1]
+
+
+def test_the_last_jobs_are_not_told_to_begin_anew():
+    # seconds of the nine positions of the first study, the slow ones in the middle
+    lines = told([6.5, 6.6, 6.2, 10.9, 12.6, 8.9, 12.4, 5.1, 5.3], 2)
+    assert [(round(left), round(rest)) for left, _, rest in lines[-2:]] == [(8, 6), (1, 1)]
+
+
+def test_a_job_that_takes_longer_than_all_others_is_not_told_to_be_over():
+    assert seconds_left([10.0, 12.0], [40.0], 0, 2) == 10.0
+    assert seconds_left([10.0, 12.0], [11.0], 0, 2) == 1.0
+    assert seconds_left([], [3.0], 5, 2) is None
+
+
+def test_a_run_tells_what_is_left_of_it(monkeypatch, tmp_path):
+    now = [100.0]
+    monkeypatch.setattr("fecontact.jobs.engine.time.monotonic", lambda: now[0])
+    origin = Origin(solved_by={}, evaluated_by={})
+    jobs = [
+        Job(name=name, folder=tmp_path / name, origin=origin, origin_here=lambda: origin, work=lambda *_: False)
+        for name in "abcdef"
+    ]
+    heard: list[tuple[int, int, str]] = []
+    # two of eight were done before
+    report = _Report(Finished(), jobs, 8, 2, 2, lambda *args: heard.append(args), None)
+    report.under_way(["a", "b"])
+    now[0] += 10.0
+    report.done(Done(name="a"))
+    report.under_way(["b", "c"])
+    now[0] += 10.0
+    report.done(Done(name="b"))
+    # a cluster has all of them, and does two at a time
+    report.under_way(["c", "d", "e", "f"])
+    assert heard == [
+        (2, 8, "solving a, b"),
+        # b, as old as the only one that is known: a quarter of its age; c 10 s; then three more of 10 s
+        (3, 8, "solving b, c; about 22 s left"),
+        # c has 10 s left of the 20 s of the only one that took longer, d 15 s, as the two that wait
+        (4, 8, "solving c, d, e, f; about 30 s left"),
+    ]
+
+
+@pytest.mark.parametrize(("seconds", "text"), [(0.4, "0 s"), (99.0, "99 s"), (150.0, "2 min"), (9000.0, "2.5 h")])
+def test_durations_are_short(seconds, text):
+    assert duration(seconds) == text

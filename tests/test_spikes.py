@@ -1,0 +1,104 @@
+"""A single wrong point in a table of exact points: found where it stands, and no point of a good table is one."""
+
+import numpy as np
+import pytest
+
+from fecontact.errors import InputError
+from fecontact.profiles.library import load, names
+from fecontact.profiles.readers.points import profile_from_points
+from fecontact.profiles.reading import Reading
+from fecontact.profiles.spikes import spikes, unclear
+from fecontact.profiles.writers import points_along
+
+
+def along(name, step_mm, start_mm=0.0):
+    """Points evenly along the line, and its normals."""
+    profile = load(name)
+    p = profile.evaluate(profile.at_arc_length(np.arange(start_mm, profile.length_mm, step_mm)))
+    return np.column_stack((p.y, p.z)), np.column_stack((-np.sin(p.angle_rad), np.cos(p.angle_rad)))
+
+
+def over_y(name, step_mm):
+    """Points evenly over y: on the sides they are many steps apart."""
+    profile = load(name)
+    low, high = profile.y_range_mm
+    y = np.arange(low + 0.05, high - 0.05, step_mm)
+    z = profile.height(y)
+    return np.column_stack((y, z))[np.isfinite(z)]
+
+
+# --- good tables ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("digits", [12, 4, 3])
+@pytest.mark.parametrize("step_mm", [0.1, 0.2, 0.5, 1.0])
+@pytest.mark.parametrize("name", names())
+def test_no_exact_profile_has_any(name, step_mm, digits):
+    """Written as points in three ways, with their rounding; corners, junctions and short arcs among them."""
+    lines = [points_along(load(name), step_mm), along(name, step_mm, 0.3 * step_mm)[0], over_y(name, step_mm)]
+    for line in lines:
+        points = np.round(line, digits)
+        assert spikes(points) == []
+        assert unclear(points) == []
+
+
+@pytest.mark.parametrize("noise_mm", [0.005, 0.01, 0.02])
+@pytest.mark.parametrize("step_mm", [0.1, 0.2, 0.5])
+@pytest.mark.parametrize("name", ["60E1", "54E1", "S1002"])
+def test_no_noise_is_any(name, step_mm, noise_mm):
+    for seed in range(6):
+        line, normals = along(name, step_mm)
+        points = line + noise_mm * np.random.default_rng(seed).normal(size=len(line))[:, None] * normals
+        assert spikes(points) == []
+        assert unclear(points) == []
+
+
+# --- wrong points -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size_mm", [-0.03, 0.001, 0.0003])
+@pytest.mark.parametrize("step_mm", [0.2, 0.5])
+@pytest.mark.parametrize("name", ["60E1", "54E1", "S1002"])
+def test_one_wrong_point_of_an_exact_table_is_named(name, step_mm, size_mm):
+    """Anywhere on the running surface but beside a junction, where it is only said that it is not clear."""
+    points, normals = along(name, step_mm)
+    junctions = np.array([j.y_mm for j in load(name).junctions])
+    inner = np.flatnonzero(np.abs(points[:, 0]) < 25.0)
+    for k in inner[:: max(1, len(inner) // 25)]:
+        wrong = points.copy()
+        wrong[k] += size_mm * normals[k]
+        found = spikes(wrong)
+        if found:
+            assert [problem.index for problem in found] == [k]
+            assert found[0].size_mm == pytest.approx(size_mm, rel=0.1)
+        else:
+            assert np.abs(junctions - points[k, 0]).min() < 5.0 * step_mm
+
+
+def test_a_wrong_digit_is_refused_and_left_out_on_request():
+    """y of one point wrong by 0.03 mm: Hertz was 80 % off, and nothing was said."""
+    points = points_along(load("54E1"), 0.5)
+    k = int(np.argmin(np.abs(points[:, 0] + 14.0)))
+    points[k, 0] -= 0.03
+    with pytest.raises(InputError, match=rf"a spike of 0\.0025 mm at point {k + 1}, .*; correct the file, or give"):
+        profile_from_points(*points.T, kind="rail", name="p")
+    mended = profile_from_points(*points.T, kind="rail", name="p", reading=Reading(repair=True))
+    # without it the spline has one gap of 1 mm on R 80 mm, whose cubic is 1e-5 mm off
+    y = np.linspace(-15.0, -13.0, 41)
+    assert mended.height(y) == pytest.approx(load("54E1").height(y), abs=1e-4)
+
+
+def test_a_wrong_point_beside_a_junction_is_told():
+    points, normals = along("60E1", 0.5)
+    junction = next(j.y_mm for j in load("60E1").junctions if abs(j.y_mm) < 12.0)
+    told = 0
+    for k in np.flatnonzero(np.abs(points[:, 0] - junction) < 1.2):
+        wrong = points.copy()
+        wrong[k] += 0.01 * normals[k]
+        try:
+            made = profile_from_points(*wrong.T, kind="rail", name="p")
+        except InputError:
+            told += 1
+        else:
+            told += any("off the lines on either side of it" in note for note in made.notes)
+    assert told >= 4
