@@ -19,6 +19,7 @@ from fecontact.solving.expected_patch import ExpectedPart
 from fecontact.solving.load_sweep import _made_for, _serves
 from fecontact.solving.meshes import Meshes
 from fecontact.solving.position import MARGIN_ELEMENTS, element_size_mm, element_width_mm, position_of
+from fecontact.solving.preview import preview
 from fecontact.solving.zone import Room, fine_zone, more_room
 
 MODULUS = 115e3
@@ -350,3 +351,9 @@ def test_bands_and_one_zone_make_the_same_contact(two):
         assert own.rung.normal_force_N == pytest.approx(other.rung.normal_force_N, rel=1.5e-3)
         assert own.rung.pressure_MPa.max() == pytest.approx(other.rung.pressure_MPa.max(), rel=3e-3)
         assert own.area_mm2 == pytest.approx(other.area_mm2, rel=4e-3)
+
+
+def test_a_preview_counts_the_elements_of_bands(two):
+    seen = preview(TWO)
+    zone = fine_zone(two.expected, two.element_size_mm)
+    assert seen.elements[1] == zone.intervals_s

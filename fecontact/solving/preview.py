@@ -10,6 +10,7 @@ from fecontact.solving.expected_patch import ExpectedPatch
 from fecontact.solving.measured_lines import hertz_uncertainty
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import MARGIN_ELEMENTS, element_size_mm, expect_on_half_space
+from fecontact.solving.zone import fine_zone
 from fecontact.theory.hertz import HertzContact
 
 # Unknowns of both bodies for n_x by n_s elements in the zone of a half model: seven meshes of 11 by 22 to 13 by 78
@@ -66,6 +67,9 @@ def preview(case: Case) -> Preview:
     lengths = (max(expected.x_high_mm, -expected.x_low_mm), expected.s_high_mm - expected.s_low_mm)
     along_x = round(lengths[0] / sizes[0]) + MARGIN_ELEMENTS
     across = round(lengths[1] / sizes[1]) + 2 * MARGIN_ELEMENTS
+    # patches far apart have fewer between them
+    if (zone := fine_zone(expected, sizes)).bands:
+        across = zone.intervals_s
     unknowns = _UNKNOWNS * (along_x + _MORE_X) * (across + _MORE_S) * (1.0 if case.half else 2.0)
     growth = unknowns / _BENCHMARK_UNKNOWNS
     return Preview(
