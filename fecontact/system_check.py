@@ -141,13 +141,12 @@ def check(
     results = (run_probe(gmsh), run_probe(rendering))
     remedies: list[str] = []
     if install is not None and missing and any(_packages_may_help(result) for result in results):
-        say("Installing system libraries with apt-get: " + " ".join(missing))
-        installed = install(missing)
+        failure = _install(missing, install, say)
         results = (run_probe(gmsh), run_probe(rendering))
-        if installed.ok:
-            missing = ()
+        if failure:
+            remedies.append(failure)
         else:
-            remedies.append(f"apt-get failed: {installed.reason}")
+            missing = ()
 
     gmsh_result, rendering_result = results
     if gmsh_result.ok and rendering_result.ok:
@@ -183,16 +182,22 @@ def check_before(
     """
     found = run_probe(libraries)
     if not found.ok and install is not None and missing:
-        say("Installing system libraries with apt-get: " + " ".join(missing))
-        installed = install(missing)
+        failure = _install(missing, install, say)
         found = run_probe(libraries)
-        if not installed.ok:
-            say(f"  apt-get failed: {installed.reason}")
+        if failure:
+            say(f"  {failure}")
     if found.ok:
         return 0
     say(f"error: {libraries.name} are not all there: {found.reason}; nothing was downloaded")
     say(f"  {_packages_remedy(missing)}")
     return 1
+
+
+def _install(missing: Sequence[str], install: Installer, say: Callable[[str], None]) -> str:
+    """Say what is installed, and install it; why that failed, or nothing."""
+    say("Installing system libraries with apt-get: " + " ".join(missing))
+    outcome = install(missing)
+    return "" if outcome.ok else f"apt-get failed: {outcome.reason}"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

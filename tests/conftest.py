@@ -1,10 +1,21 @@
 """What several test files share: solved cases, and how hypothesis runs."""
 
+import hashlib
+import os
+import pickle
+from collections.abc import Callable
+from functools import cache
+
 import pytest
 from hypothesis import settings
 
 from fecontact.case import Case
 from fecontact.solving.solve import CaseResult, solve
+
+try:
+    import fcntl
+except ImportError:
+    fcntl = None
 
 # An example that takes longer than usual says that the machine is busy, not that the code is wrong.
 settings.register_profile("fecontact", deadline=None)
@@ -12,9 +23,32 @@ settings.load_profile("fecontact")
 
 
 @pytest.fixture(scope="session")
-def elliptic_quick() -> CaseResult:
+def solved(tmp_path_factory) -> Callable[[Case], CaseResult]:
+    """Solves a case once for all tests and all their processes; what it returns has all but the factors."""
+    folder = tmp_path_factory.getbasetemp()
+    if fcntl is not None and "PYTEST_XDIST_WORKER" in os.environ:
+        # each process has a folder of its own in that of the run
+        folder = folder.parent
+    (folder / "solved").mkdir(exist_ok=True)
+
+    @cache
+    def solved_once(case: Case) -> CaseResult:
+        name = hashlib.sha256(repr(case).encode()).hexdigest()
+        with (folder / "solved" / name).open("a+b") as file:
+            if fcntl is not None:
+                fcntl.flock(file, fcntl.LOCK_EX)
+            if file.seek(0, os.SEEK_END) == 0:
+                pickle.dump(solve(case), file)
+            file.seek(0)
+            return pickle.load(file)
+
+    return solved_once
+
+
+@pytest.fixture(scope="session")
+def elliptic_quick(solved) -> CaseResult:
     """A cylinder on a cylinder at quick resolution: Hertz holds, in a half model of a few thousand elements."""
-    return solve(
+    return solved(
         Case(
             rail="circle:300",
             wheel="cylinder:460",

@@ -5,12 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rungs import rung_with
 from scipy.integrate import dblquad
 from scipy.optimize import nnls
 
 from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact.halfspace import half_space_compliance, half_space_problem, love_influence
-from fecontact.contact.rung import Rung, misfit
+from fecontact.contact.rung import misfit
 from fecontact.contact.solver import ContactProblem, ContactSolution, solve_contact
 from fecontact.material import STEEL, contact_modulus_MPa
 from fecontact.theory.hertz import HertzContact, hertz_ellipse
@@ -225,23 +226,6 @@ def test_fields_of_nodes_may_have_components():
 
 
 # --- a contact on the nodes of elements beside the same one on finer nodes -------------------------------------------
-
-
-def rung_with(nodes: ContactGrid, pressure: np.ndarray) -> Rung:
-    """A rung of nothing but a pressure (nx, ns) in MPa."""
-    return Rung(
-        grid=nodes,
-        pressure_MPa=pressure,
-        gap_mm=np.zeros(nodes.shape),
-        approach_mm=0.1,
-        normal_force_N=float(nodes.whole_area_mm2() @ pressure.ravel()),
-        status="converged",
-        iterations=1,
-        compliance_calls=1,
-        contact_residual=0.0,
-        penetration_residual=0.0,
-        load_balance=0.0,
-    )
 
 
 def lines(nodes: int, step: float, offset: float) -> np.ndarray:

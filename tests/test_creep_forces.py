@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 from no_slip import no_slip_forces
+from rungs import rung_with
 
 from fecontact.case import Case, case_from_record, case_record
 from fecontact.cli import call
@@ -45,18 +46,12 @@ def planted(hertz: HertzContact, *, nodes: int = 32, moved_mm: float = 0.0, lobe
     grid = ContactGrid(x_mm=x, s_mm=s, half=True)
     sides = (moved_mm,) if lobes == 1 else (-moved_mm, moved_mm)
     pressure = np.mean([hertz_on(grid, hertz, (0.0, side)) for side in sides], axis=0)
-    return Rung(
-        grid=grid,
-        pressure_MPa=pressure,
+    return rung_with(
+        grid,
+        pressure,
         gap_mm=np.where(pressure > 0.0, 0.0, 1.0),
         approach_mm=hertz.approach_mm,
         normal_force_N=hertz.normal_force_N,
-        status="converged",
-        iterations=1,
-        compliance_calls=1,
-        contact_residual=0.0,
-        penetration_residual=0.0,
-        load_balance=0.0,
     )
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rungs import rung_with
 
 from fecontact.case import Case, Track
 from fecontact.comparison.judged_load import JudgedLoad, SolvedLoad, judge_load
@@ -57,23 +58,6 @@ def turned(along: float, across: float, angle: float) -> tuple[float, float, flo
     """Second derivatives xx, xy, yy (1/mm) of a gap whose principal curvatures are turned by an angle (rad)."""
     c, s = math.cos(angle), math.sin(angle)
     return along * c * c + across * s * s, (along - across) * c * s, along * s * s + across * c * c
-
-
-def rung_with(grid: ContactGrid, pressure: np.ndarray) -> Rung:
-    """A rung of nothing but a pressure (nx, ns) in MPa."""
-    return Rung(
-        grid=grid,
-        pressure_MPa=pressure,
-        gap_mm=np.zeros(grid.shape),
-        approach_mm=0.1,
-        normal_force_N=float(grid.whole_area_mm2() @ pressure.ravel()),
-        status="converged",
-        iterations=1,
-        compliance_calls=1,
-        contact_residual=0.0,
-        penetration_residual=0.0,
-        load_balance=0.0,
-    )
 
 
 # --- Hertz's gap on the discrete half-space ---------------------------------------------------------------------
@@ -319,9 +303,9 @@ def test_verdict_at_a_junction():
 # --- verdicts on a real pair ------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def centred() -> CaseResult:
-    return solve(Case(lateral_shift_mm=0.0, resolution="quick", refine_degrees_of_freedom=0))
+@pytest.fixture
+def centred(solved) -> CaseResult:
+    return solved(Case(lateral_shift_mm=0.0, refine_degrees_of_freedom=0))
 
 
 def test_hertz_fails_at_the_centred_position(centred):
@@ -365,8 +349,8 @@ def check_holds(result: CaseResult) -> None:
     assert all(abs(step["p_max_MPa"]) < 0.02 for step in result.load.ladder.steps.values())
 
 
-def test_hertz_holds_on_plain_arcs():
-    check_holds(solve(Case(lateral_shift_mm=-4.0, refine_degrees_of_freedom=0)))
+def test_hertz_holds_on_plain_arcs(solved):
+    check_holds(solved(Case(lateral_shift_mm=-4.0, refine_degrees_of_freedom=0)))
 
 
 # --- what did not converge ------------------------------------------------------------------------------------------

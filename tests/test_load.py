@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from inline import inline_crew
+from pictures import draw_nothing
 
 import fecontact
-from fecontact.case import Case, Criteria
+from fecontact.case import BodySize, Case, Criteria
 from fecontact.cli import call
 from fecontact.comparison.judged_load import judge_load
 from fecontact.creep import Creep
@@ -271,19 +272,22 @@ def study_of(folder: Path, **more: object) -> Study:
         f'rail = "{(folder / "head.toml").as_posix()}"\nwheel = "cylinder:460"\ninclination = "none"\n'
         "load_kN = [50.0, 80.0]\nresolution = [1.4, 1.1]\nrefine_degrees_of_freedom = 0\n"
         "[track]\nrail_crown_y_mm = 750.0\n"
+        # smaller bodies than usual, which are enough for what is looked at here
+        "[size]\nrail_depth_mm = 25.0\nrail_half_length_mm = 32.0\n"
+        "rim_thickness_mm = 25.0\nrim_half_length_mm = 32.0\n"
     )
     return load_study(folder / "mine.toml")
 
 
 @pytest.fixture(scope="module")
 def twice(tmp_path_factory) -> tuple[Path, Path]:
-    """The same study, run in two folders."""
-    made = []
-    for name in ("a", "other place"):
-        folder = tmp_path_factory.mktemp("studies") / name
-        assert run_study(study_of(folder), folder / "out", crew=inline_crew()).all_converged
-        made.append(folder)
-    return made[0], made[1]
+    """The same study, run in two folders, in the second one with all pictures."""
+    first, second = (tmp_path_factory.mktemp("studies") / name for name in ("a", "other place"))
+    with pytest.MonkeyPatch.context() as patch:
+        draw_nothing(patch)
+        assert run_study(study_of(first), first / "out", crew=inline_crew()).all_converged
+    assert run_study(study_of(second), second / "out", crew=inline_crew()).all_converged
+    return first, second
 
 
 def test_results_made_under_two_folders_are_the_same(twice):
@@ -295,11 +299,12 @@ def test_results_made_under_two_folders_are_the_same(twice):
 
 
 def test_no_file_of_a_result_says_where_it_was_made(twice):
-    for folder in twice:
-        files = [path for path in (folder / "out").rglob("*") if path.is_file() and path.suffix != ".lock"]
-        assert {path.suffix for path in files} >= {".json", ".csv", ".npz", ".png", ".vtu", ".vtp", ".vtm", ".toml"}
-        for path in files:
-            assert str(folder).encode() not in path.read_bytes(), path
+    _, folder = twice
+    files = [path for path in (folder / "out").rglob("*") if path.is_file() and path.suffix != ".lock"]
+    endings = {".json", ".csv", ".npz", ".png", ".svg", ".html", ".vtu", ".vtp", ".vtm", ".toml"}
+    assert {path.suffix for path in files} >= endings
+    for path in files:
+        assert str(folder).encode() not in path.read_bytes(), path
 
 
 def test_a_study_is_read_back_and_judged_without_its_profile_files(twice, tmp_path, capsys):
@@ -340,7 +345,8 @@ def test_a_study_with_a_damaged_case_is_judged_without_it(twice, tmp_path):
     assert not judged.all_judged
 
 
-def test_a_case_solved_into_a_folder_of_another_one_is_read_with_its_own_profiles(tmp_path):
+def test_a_case_solved_into_a_folder_of_another_one_is_read_with_its_own_profiles(tmp_path, monkeypatch):
+    draw_nothing(monkeypatch)
     folder = tmp_path / "one"
     first = replace(study_of(tmp_path / "mine").cases[0], resolution=(2.0, 1.8))
     solve_into_folder(first, folder)
@@ -354,7 +360,8 @@ def test_a_case_solved_into_a_folder_of_another_one_is_read_with_its_own_profile
     same(result, load(folder))
 
 
-def test_changed_criteria_judge_a_study_again_and_solve_nothing(twice, tmp_path):
+def test_changed_criteria_judge_a_study_again_and_solve_nothing(twice, tmp_path, monkeypatch):
+    draw_nothing(monkeypatch)
     study = study_of(twice[0])
     out = shutil.copytree(twice[0] / "out", tmp_path / "out")
     meshes = {path: path.read_bytes() for path in out.rglob("*.vtu")}
@@ -373,12 +380,15 @@ def test_changed_criteria_judge_a_study_again_and_solve_nothing(twice, tmp_path)
     assert run_study(Study(name="mine", cases=others), out, crew=inline_crew()).recomputed == {}
 
 
-def test_an_open_verdict_that_may_be_refined_is_solved_again(tmp_path):
+def test_an_open_verdict_that_may_be_refined_is_solved_again(tmp_path, monkeypatch):
+    draw_nothing(monkeypatch)
     case = Case(
         rail="circle:300",
         wheel="cylinder:460",
         inclination_rad=0.0,
+        load_N=50e3,
         resolution=(2.0, 1.8),
+        size=BodySize(rail_depth_mm=25.0, rail_half_length_mm=32.0, rim_thickness_mm=25.0, rim_half_length_mm=32.0),
         refine_degrees_of_freedom=60_000,
     )
     wide, strict = (replace(case, criteria=Criteria(p_max=limit, judged_by=("strength",))) for limit in (0.9, 1e-6))

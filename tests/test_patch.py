@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 import pytest
+from rungs import rung_with
 
 from fecontact.case import Case, Criteria
 from fecontact.comparison.compare import compare
@@ -41,21 +42,8 @@ def field(x: np.ndarray, s: np.ndarray, p: np.ndarray, *, half: bool = False) ->
     return Field(grid=ContactGrid(x_mm=x, s_mm=s, half=half), values=p)
 
 
-def rung_with(pressure: Field) -> Rung:
-    """A rung of nothing but a pressure."""
-    return Rung(
-        grid=pressure.grid,
-        pressure_MPa=pressure.values,
-        gap_mm=np.zeros(pressure.grid.shape),
-        approach_mm=0.1,
-        normal_force_N=float(pressure.grid.whole_area_mm2() @ pressure.values.ravel()),
-        status="converged",
-        iterations=1,
-        compliance_calls=1,
-        contact_residual=0.0,
-        penetration_residual=0.0,
-        load_balance=0.0,
-    )
+def rung_of(pressure: Field) -> Rung:
+    return rung_with(pressure.grid, pressure.values)
 
 
 def sampled(count: float, *, turn: float = 0.0, offset: tuple[float, float] = (0.0, 0.0)):
@@ -317,7 +305,7 @@ STEP = (0.2, 0.15)
 @pytest.mark.parametrize("lobes", [APART, TOUCHING], ids=["apart", "touching"])
 def test_planted_lobes(lobes, seed):
     pressure = cell_means(lobes, STEP, tuple(np.random.default_rng(seed).uniform(-0.5, 0.5, 2)), 10.0)
-    patch, rung = measure_patch(pressure), rung_with(pressure)
+    patch, rung = measure_patch(pressure), rung_of(pressure)
     low, high = lobes
     assert len(patch.lobes) == 2
     for lobe, planted in zip(patch.lobes, (high, low), strict=True):
@@ -409,7 +397,7 @@ def test_lobes_with_the_moments_of_one_ellipse_are_told_from_it(offset):
     p0 = 0.25 * 100e3 * 3.0 / (math.pi * hertz.a_mm * b)
     lobes = (Ellipsoid(-b, hertz.a_mm, b, p0), Ellipsoid(b, hertz.a_mm, b, p0))
     assert moments_of(lobes) == pytest.approx((0.0, hertz.a_mm, hertz.b_mm), rel=1e-12)
-    rung = rung_with(cell_means(lobes, (hertz.a_mm / 16.3, b / 16.6), offset, 1.2 * hertz.a_mm))
+    rung = rung_of(cell_means(lobes, (hertz.a_mm / 16.3, b / 16.6), offset, 1.2 * hertz.a_mm))
     found = deviations(rung, hertz)
     assert abs(found["a_mm"]) < 1e-3
     assert abs(found["b_mm"]) < 1e-3
@@ -426,7 +414,7 @@ def test_lobes_with_the_moments_of_one_ellipse_are_told_from_it(offset):
 def test_a_shifted_ellipse_is_off_centre_and_not_misplaced():
     hertz = hertz_ellipse(0.5 / 460, 0.5 / 300, normal_force_N=100e3, contact_modulus_MPa=MODULUS)
     lobes = (Ellipsoid(0.4 * hertz.b_mm, hertz.a_mm, hertz.b_mm, hertz.p0_MPa),)
-    rung = rung_with(cell_means(lobes, (hertz.a_mm / 16.3, hertz.b_mm / 16.6), (0.2, 0.4), 10.0))
+    rung = rung_of(cell_means(lobes, (hertz.a_mm / 16.3, hertz.b_mm / 16.6), (0.2, 0.4), 10.0))
     found = misfit_of(rung, hertz)
     assert found.centre_over_b == pytest.approx(0.4, abs=3e-4)
     assert found.misplaced_load < 2e-3
@@ -437,14 +425,14 @@ def test_a_shifted_ellipse_is_off_centre_and_not_misplaced():
 def test_the_load_of_a_wider_ellipse_is_misplaced_by_what_quadrature_says(ratio):
     hertz = hertz_ellipse(0.5 / 460, 0.5 / 300, normal_force_N=100e3, contact_modulus_MPa=MODULUS)
     wider = (Ellipsoid(0.0, hertz.a_mm, ratio * hertz.b_mm, hertz.p0_MPa / ratio),)
-    rung = rung_with(cell_means(wider, (hertz.a_mm / 16.3, hertz.b_mm / 16.6), (0.2, 0.4), 10.0))
+    rung = rung_of(cell_means(wider, (hertz.a_mm / 16.3, hertz.b_mm / 16.6), (0.2, 0.4), 10.0))
     exact = misplaced_by_quadrature(wider, Ellipsoid(0.0, hertz.a_mm, hertz.b_mm, hertz.p0_MPa))
     assert exact > 0.01
     assert misfit_of(rung, hertz).misplaced_load == pytest.approx(exact, abs=2e-3)
     # the same from a grid that ends beside the contact, inside Hertz's ellipse or outside
     columns = np.flatnonzero(rung.pressure_MPa.any(axis=0))
     part = slice(columns[0] - 1, columns[-1] + 2)
-    trimmed = rung_with(field(rung.grid.x_mm, rung.grid.s_mm[part], rung.pressure_MPa[:, part]))
+    trimmed = rung_of(field(rung.grid.x_mm, rung.grid.s_mm[part], rung.pressure_MPa[:, part]))
     assert misfit_of(trimmed, hertz).misplaced_load == pytest.approx(misfit_of(rung, hertz).misplaced_load, abs=1e-9)
 
 

@@ -28,7 +28,9 @@ def test_what_is_public_is_seen_by_tab_completion_and_help():
         assert re.search(rf"^    {re.escape(name)}", shown, re.MULTILINE), name
 
 
-def test_the_story_of_the_package_has_these_numbers():
+def test_the_story_of_the_package_has_these_numbers(solved, monkeypatch):
+    # the same function, which keeps what it solved for other tests
+    monkeypatch.setattr(fecontact, "solve", solved, raising=False)
     done = doctest.testmod(fecontact, optionflags=doctest.ELLIPSIS)
     assert done.attempted > 15
     assert done.failed == 0

@@ -18,6 +18,7 @@ from typing import Any
 import fake_solve
 import psutil
 import pytest
+from pictures import draw_nothing
 from test_store import profile
 
 from fecontact.case import Case, Criteria
@@ -70,10 +71,7 @@ def table(path: Path) -> list[dict[str, str]]:
 
 @pytest.fixture(autouse=True)
 def _no_figures(request, monkeypatch):
-    """Figures take a second each and are looked at elsewhere."""
-    if "figures" not in request.node.name:
-        monkeypatch.setattr("fecontact.runs.study.study_figures", lambda rows, out, rail, criteria: None)
-    monkeypatch.setattr("fecontact.runs.study._report", lambda study, rows, out, conclusion: None)
+    draw_nothing(monkeypatch, of_studies="figures" in request.node.name)
 
 
 @pytest.fixture(scope="module")
