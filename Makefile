@@ -79,14 +79,16 @@ regress: setup ## run the quick studies that have a baseline and compare each wi
 validate: setup ## run the studies at full size and write VALIDATION.md; an hour
 	$(BIN)/fecontact validate --out out/validate --report VALIDATION.md
 
-# Debian's ParaView draws on a screen only: xvfb-run stands in for one.
+# Debian's ParaView draws on a screen only: xvfb-run stands in for one. It must not begin anew when its last client
+# leaves: ParaView tries a window first, and its next one would be refused meanwhile.
 paraview-check: study ## open the first study in ParaView: read, integrate, render; pictures in out/paraview
 	@command -v pvpython >/dev/null 2>&1 || { \
 	  echo "paraview-check: skipped, pvpython is not installed (Debian, Ubuntu: sudo apt-get install paraview xvfb xauth)"; exit 0; }; \
 	$(BIN)/fecontact view out/first_light; \
-	if [ -n "$$DISPLAY" ]; then screen=; elif command -v xvfb-run >/dev/null 2>&1; then screen="xvfb-run -a"; else \
+	if [ -n "$$DISPLAY" ]; then set --; elif command -v xvfb-run >/dev/null 2>&1; then \
+	  set -- xvfb-run -a -s "-screen 0 1280x1024x24 -noreset"; else \
 	  echo "paraview-check: skipped, there is no screen and no xvfb-run (Debian, Ubuntu: sudo apt-get install xvfb xauth)"; exit 0; fi; \
-	$$screen pvpython tests/paraview_check.py out/first_light out/paraview
+	"$$@" pvpython tests/paraview_check.py out/first_light out/paraview
 
 # Files a format, and the seed from which they are made.
 FUZZ_COUNT ?= 20000

@@ -1,11 +1,19 @@
 """Runs without pictures: those of a case take seconds, and are looked at by tests of their own."""
 
+from pathlib import Path
+
 import pytest
 
 
 def draw_nothing(patch: pytest.MonkeyPatch, *, of_studies: bool = False) -> None:
     """Leave out the pictures of cases and reports, and those of studies if they are not asked for."""
-    patch.setattr("fecontact.outputs.case_figure.case_figure", lambda result, path: path)
-    patch.setattr("fecontact.runs.study._report", lambda study, rows, out, conclusion: None)
+    patch.setattr("fecontact.outputs.case_figure.case_figure", _empty_files)
+    patch.setattr("fecontact.runs.study.report_study", lambda study, rows, out, criteria, conclusion: None)
     if not of_studies:
         patch.setattr("fecontact.runs.study.study_figures", lambda rows, out, rail, criteria: ())
+
+
+def _empty_files(result: object, path: Path) -> Path:
+    for ending in (".png", ".svg"):
+        path.with_suffix(ending).touch()
+    return path

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fecontact.profiles.curve import Floats
+from fecontact.profiles.noise import missed_by_neighbours
 from fecontact.profiles.problems import Problem, turning_angles
-from fecontact.profiles.smoothing import missed_by_neighbours
+from fecontact.profiles.segments import Floats
 
 # A spike lies off by so many times the scatter of its neighbours: beyond what noise does in some thousand points.
 _SIGMAS = 7.0
@@ -35,8 +35,8 @@ _TWO_JUNCTIONS, _EVEN = 0.75, 1.6
 
 def spikes(points: Floats) -> list[Problem]:
     """Single points (n, 2) that lie off the line through their neighbours, the largest first."""
-    left, index = points, np.arange(len(points))
     found: list[Problem] = []
+    left, index = points, np.arange(len(points))
     while len(found) < _MOST and (at := _largest_spike(left)) is not None:
         k, missed = at
         y, z = left[k]
