@@ -13,7 +13,8 @@ from fecontact.geometry.contact_functions import contact_functions, harmonic_con
 from fecontact.geometry.placement import pair_of
 from fecontact.geometry.wheelset import Wheelset
 from fecontact.outputs.contact_functions import functions_of_case, functions_record
-from fecontact.profiles.curve import Line, Profile
+from fecontact.profiles.curve import Profile
+from fecontact.profiles.segments import Line
 from fecontact.profiles.shapes import circular_rail_head
 from fecontact.solving.placing import place_case, wheelset_of_case
 

@@ -30,7 +30,8 @@ from fecontact.contact.solver import solve_contact
 from fecontact.geometry.placement import Placement, place
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.material import STEEL, Material, contact_modulus_MPa
-from fecontact.profiles.curve import Arc, Profile
+from fecontact.profiles.curve import Profile
+from fecontact.profiles.segments import Arc
 from fecontact.solving.position import hertz_of_case, place_case
 from fecontact.solving.quadratic_rung import quadratic_rung
 from fecontact.solving.solve import CaseResult, solve

@@ -14,11 +14,13 @@ from fecontact.outputs.figures import profile_figure
 from fecontact.outputs.preview import measured_figure, nearest_text, preview_figure, preview_record, preview_text
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load
+from fecontact.profiles.noise import noise_of
 from fecontact.profiles.readers.points import profile_from_points
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.recognition import nearest, points_of, smoothed
 from fecontact.profiles.registration import Registration, foot_points, register
-from fecontact.profiles.smoothing import noise_of, scaled, smoothed_by, variant
+from fecontact.profiles.smoothed_lines import scaled, variant
+from fecontact.profiles.smoothing import smoothed_by
 from fecontact.solving.position import expect_on_half_space, hertz_of_case, place_case
 from fecontact.solving.preview import preview
 

@@ -17,7 +17,8 @@ from fecontact.comparison.multi_hertz import MultiHertz, PlacedEllipse, judge_mu
 from fecontact.comparison.patch import area_between
 from fecontact.contact.grid import ContactGrid
 from fecontact.geometry.placement import place
-from fecontact.profiles.curve import Arc, Profile
+from fecontact.profiles.curve import Profile
+from fecontact.profiles.segments import Arc
 from fecontact.profiles.shapes import cylinder_wheel
 from fecontact.solving.expected_patch import expected_patch
 from fecontact.solving.placing import place_case

@@ -12,8 +12,9 @@ from fecontact.case import Track
 from fecontact.errors import InputError
 from fecontact.geometry.placement import OPEN_GAP_MM, Placement, place
 from fecontact.geometry.poses import RailPose, WheelPose, place_rail
-from fecontact.profiles.curve import Line, Polynomial, Profile
+from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load
+from fecontact.profiles.segments import Line, Polynomial
 from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel
 
 INCLINATION_40 = math.atan(1.0 / 40.0)

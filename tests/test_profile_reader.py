@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fecontact.errors import InputError
-from fecontact.profiles.curve import Line
 from fecontact.profiles.library import load
 from fecontact.profiles.readers import formats
 from fecontact.profiles.readers.points import SPLINE_NOISE, profile_from_points, read_points
@@ -17,6 +16,7 @@ from fecontact.profiles.readers.table import columns_of
 from fecontact.profiles.readers.toml import parse_toml, read_toml
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.profiles.segments import Line
 
 
 def rail_points(step=0.5):

@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from fecontact.errors import InputError
-from fecontact.profiles.curve import Arc, Line, Polynomial, Profile, Spline
+from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load, names, toml_text
 from fecontact.profiles.readers.toml import read_toml
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.profiles.segments import Arc, Line, Polynomial, Spline
 from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel
 
 # S (mm), F (mm), dF/dS, radius of curvature (mm, positive where the wheel is concave); F is the depth below the tape

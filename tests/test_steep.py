@@ -11,7 +11,8 @@ from fecontact.case import Case, Track
 from fecontact.comparison.measures import measures_of, patch_of
 from fecontact.contact.grid import ContactGrid
 from fecontact.geometry.placement import place
-from fecontact.profiles.curve import Arc, Profile
+from fecontact.profiles.curve import Profile
+from fecontact.profiles.segments import Arc
 from fecontact.solving.position import direction_of_case, position_of
 from fecontact.solving.true_gap import TrueGap
 

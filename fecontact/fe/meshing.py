@@ -13,7 +13,8 @@ from fecontact.dimensions import BodySize
 from fecontact.errors import FoldedMesh, InputError
 from fecontact.fe.section import Grading, Section, Stretch, Zone, lines_of, mesh_section
 from fecontact.geometry.placement import Placement
-from fecontact.profiles.curve import Line, Profile, Segment
+from fecontact.profiles.curve import Profile
+from fecontact.profiles.segments import Line, Segment
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -12,7 +12,8 @@ from scipy.optimize import brentq
 
 from fecontact.dimensions import Track
 from fecontact.errors import InputError
-from fecontact.profiles.curve import CurvePoints, Profile, Side
+from fecontact.profiles.curve import Profile, Side
+from fecontact.profiles.segments import CurvePoints
 
 Floats = NDArray[np.float64]
 _SEARCH_STEP_MM = 0.02

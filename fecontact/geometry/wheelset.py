@@ -18,7 +18,7 @@ from fecontact.dimensions import TrackSide
 from fecontact.errors import InputError
 from fecontact.geometry.placement import SIGN, Pair, Placement
 from fecontact.geometry.poses import RailPose, _sample
-from fecontact.profiles.curve import CurvePoints
+from fecontact.profiles.segments import CurvePoints
 
 Floats = NDArray[np.float64]
 

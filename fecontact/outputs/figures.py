@@ -10,8 +10,9 @@ import numpy as np
 
 from fecontact.outputs.series import short_name
 from fecontact.outputs.style import MARKS, PROBLEM, RAIL, RAIL_JUNCTION, SIDES, WHEEL, blank_figure, finish, save_figure
-from fecontact.profiles.curve import Floats, Profile
+from fecontact.profiles.curve import Profile
 from fecontact.profiles.problems import Problem
+from fecontact.profiles.segments import Floats
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fecontact.outputs.terminal import print_notes, say, standard_console, titled_table
-from fecontact.profiles.curve import Arc, Line, Profile, Segment
+from fecontact.profiles.curve import Profile
+from fecontact.profiles.segments import Arc, Line, Segment
 
 if TYPE_CHECKING:
     from rich.console import Console

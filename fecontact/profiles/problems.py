@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from fecontact.profiles.curve import Floats
-from fecontact.profiles.smoothing import noise_of
+from fecontact.profiles.noise import noise_of
+from fecontact.profiles.segments import Floats
 
 What = Literal["spike", "unclear", "out of order", "crosses itself"]
 

@@ -7,12 +7,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fecontact.errors import InputError
-from fecontact.profiles.curve import Floats, Kind, Line, Measured, Profile, Spline
+from fecontact.profiles.curve import Kind, Profile
 from fecontact.profiles.library import find, load, names
+from fecontact.profiles.measured import Measured
+from fecontact.profiles.noise import noise_of
 from fecontact.profiles.readers.points import SPLINE_NOISE
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.registration import Registration, first_shift, foot_points, register
-from fecontact.profiles.smoothing import choose, noise_of, profile_of, smoothed_deviation, smoothed_line
+from fecontact.profiles.segments import Floats, Line, Spline
+from fecontact.profiles.smoothed_lines import profile_of
+from fecontact.profiles.smoothing import choose, smoothed_deviation, smoothed_line
 
 # A spline through points with less noise in its curvature than this is as good as the points (1/mm): 1 % of R 300.
 _CURVATURE_NOISE_PER_MM = 3e-5

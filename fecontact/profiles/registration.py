@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.profiles.curve import Floats, Profile
+from fecontact.profiles.curve import Profile
+from fecontact.profiles.segments import Floats
 
 # Gauss-Newton steps; from 5 mm and 50 mrad off they end after eight.
 _MOST_STEPS = 20

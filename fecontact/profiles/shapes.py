@@ -6,7 +6,8 @@ import math
 from collections.abc import Sequence
 
 from fecontact.errors import InputError, check_positive
-from fecontact.profiles.curve import JOINT_GAP_MM, Arc, Line, Polynomial, Profile, Segment
+from fecontact.profiles.curve import JOINT_GAP_MM, Profile
+from fecontact.profiles.segments import Arc, Line, Polynomial, Segment
 
 Point = tuple[float, float]
 

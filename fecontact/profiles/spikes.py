@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fecontact.profiles.curve import Floats
+from fecontact.profiles.noise import missed_by_neighbours
 from fecontact.profiles.problems import Problem, turning_angles
-from fecontact.profiles.smoothing import missed_by_neighbours
+from fecontact.profiles.segments import Floats
 
 # A spike lies off by so many times the scatter of its neighbours: beyond what noise does in some thousand points.
 _SIGMAS = 7.0

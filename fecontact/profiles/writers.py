@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from fecontact.errors import InputError
-from fecontact.profiles.curve import Arc, Floats, Line, Polynomial, Profile, Segment, Spline
+from fecontact.profiles.curve import Profile
+from fecontact.profiles.segments import Arc, Floats, Line, Polynomial, Segment, Spline
 
 # A file of points takes one so often, unless a line is made of points itself.
 STEP_MM = 0.1

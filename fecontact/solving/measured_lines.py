@@ -11,7 +11,7 @@ from fecontact.contact.rung import Rung
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.geometry.placement import Placement
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.smoothing import Variant, variant
+from fecontact.profiles.smoothed_lines import Variant, variant
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space, hertz_of_case
 from fecontact.theory.hertz import HertzContact

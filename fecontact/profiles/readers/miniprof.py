@@ -22,10 +22,11 @@ from pathlib import Path
 import numpy as np
 
 from fecontact.errors import InputError
-from fecontact.profiles.curve import Floats, Kind, Profile
+from fecontact.profiles.curve import Kind, Profile
 from fecontact.profiles.readers.points import profile_from_points, read_points
 from fecontact.profiles.readers.table import columns_of, in_mm, read_text
 from fecontact.profiles.reading import MM, Reading, remedy
+from fecontact.profiles.segments import Floats
 
 _KEY = re.compile(r"([A-Za-z][A-Za-z0-9_. ]*?)\s*=\s*(.*)")
 # The first lines of files with a header in words instead of keys.

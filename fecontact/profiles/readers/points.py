@@ -11,11 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from fecontact.errors import InputError
-from fecontact.profiles.curve import FARTHEST_MM, Floats, Integers, Kind, Line, Profile, Segment, Spline
+from fecontact.profiles.curve import FARTHEST_MM, Kind, Profile
+from fecontact.profiles.noise import noise_of
 from fecontact.profiles.problems import Problem, crossings, out_of_order, turning_angles
 from fecontact.profiles.readers.table import FEWEST_POINTS, columns_of, in_mm, read_text
 from fecontact.profiles.reading import PLAIN, Reading, remedy
-from fecontact.profiles.smoothing import noise_of
+from fecontact.profiles.segments import Floats, Integers, Line, Segment, Spline
 from fecontact.profiles.spikes import spikes, unclear
 
 SPAN_RANGE_MM = (10.0, 500.0)

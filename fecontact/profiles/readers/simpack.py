@@ -15,10 +15,11 @@ from pathlib import Path
 import numpy as np
 
 from fecontact.errors import InputError
-from fecontact.profiles.curve import Floats, Kind, Profile
+from fecontact.profiles.curve import Kind, Profile
 from fecontact.profiles.readers.points import profile_from_points
 from fecontact.profiles.readers.table import in_mm, read_text
 from fecontact.profiles.reading import PLAIN, Reading
+from fecontact.profiles.segments import Floats
 
 _BLOCK = re.compile(r"^\s*(header|spline)\.begin\s*(?:!.*)?$", re.MULTILINE)
 _KEY = re.compile(r"^\s*([a-z][a-z.]*[a-z])\s*=\s*('[^']*'|[^!\s]+)")

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from fecontact.errors import InputError
-from fecontact.profiles.curve import FARTHEST_MM, Floats, Kind
+from fecontact.profiles.curve import FARTHEST_MM, Kind
 from fecontact.profiles.reading import MM, Reading, remedy
+from fecontact.profiles.segments import Floats
 
 _COMMENT = re.compile(r"\s*(?:#|!|%|//).*")
 _COMMA_NUMBER = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?|[-+]?\d+")

@@ -1,0 +1,151 @@
+"""Lines made of smoothed points: the one of the points, others that they allow, and a part of a deviation."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from fecontact.errors import InputError
+from fecontact.profiles.curve import Profile
+from fecontact.profiles.measured import Measured
+from fecontact.profiles.registration import Registration, foot_points
+from fecontact.profiles.segments import Arc, Floats, Line, Polynomial, Segment, Smoothed, polynomial_arc
+from fecontact.profiles.smoothing import SEED, smoothed_by
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
+
+Variant = Literal["half", "double"] | int
+"""Another line that the points allow: of half or double the width, or from points with other noise of the same size."""
+
+
+def profile_of(measured: Measured, like: Profile) -> Profile:
+    """The smoothed line, with name, kind and notes of another profile."""
+    values = measured.points
+    if measured.reference:
+        feet = foot_points(_line_of(measured.reference), _unmoved(measured))
+        values = measured.points - _registration(measured).from_reference(feet.points)
+    field = smoothed_by(measured.s_mm, values, measured.width_mm, measured.relative_width)
+    return replace(like, segments=_segments(measured, field), outline=(), measured=measured)
+
+
+@lru_cache(maxsize=8)
+def _line_of(segments: tuple[Segment, ...]) -> Profile:
+    """The nominal line alone, once for all lines that its points allow: its table takes longer than the foot points."""
+    return Profile(name="nominal", kind="rail", segments=segments)
+
+
+def scaled(profile: Profile, part: float) -> Profile:
+    """A smoothed line with a part of its deviation from its nominal profile: 0 is the nominal, 1 the line itself.
+
+    Raises
+    ------
+    InputError
+        The line was not smoothed as a deviation from a nominal profile.
+    """
+    if profile.measured is None or not profile.measured.nominal:
+        raise InputError(
+            f"{profile.name} is not known by its deviation from a nominal profile; give a file of measured points, and"
+            " the name of the nominal where it is not recognised"
+        )
+    segments = []
+    for segment in profile.segments:
+        assert isinstance(segment, Smoothed)
+        field = segment.field
+        segments.append(replace(segment, field=type(field)(field.t, part * field.c, field.k)))
+    return replace(profile, segments=tuple(segments), name=f"{profile.name} times {part:g}", measured=None)
+
+
+@lru_cache(maxsize=64)
+def variant(profile: Profile, which: Variant) -> Profile:
+    """Another line that the points of a smoothed profile allow; the profile itself where it has none."""
+    measured = profile.measured
+    if measured is None:
+        return profile
+    if which == "half":
+        return profile_of(replace(measured, width_mm=0.5 * measured.width_mm), profile)
+    if which == "double":
+        return profile_of(replace(measured, width_mm=2.0 * measured.width_mm), profile)
+    rng = np.random.default_rng([SEED, int(which), 0 if profile.kind == "rail" else 1])
+    line = _at(profile, measured.s_mm)
+    drawn = line.points + (measured.noise_mm * rng.normal(size=measured.s_mm.size))[:, None] * line.normals
+    return profile_of(replace(measured, points=drawn), profile)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _OnLine:
+    points: Floats
+    normals: Floats
+
+
+def _at(profile: Profile, s: Floats) -> _OnLine:
+    """Points and normals of a smoothed line at places s of what it was smoothed over."""
+    points, normals = np.empty((s.size, 2)), np.empty((s.size, 2))
+    for segment in profile.segments:
+        assert isinstance(segment, Smoothed)
+        here = (s >= segment.s_from - 1e-9) & (s <= segment.s_to + 1e-9)
+        v = np.clip(_local(segment, s[here]), 0.0, 1.0)
+        p = segment.evaluate(v)
+        points[here] = np.column_stack((p.y, p.z))
+        normals[here] = np.column_stack((-p.dz, p.dy)) / np.hypot(p.dy, p.dz)[:, None]
+    return _OnLine(points=points, normals=normals)
+
+
+def _local(segment: Smoothed, s: Floats) -> Floats:
+    grid = np.linspace(0.0, 1.0, 257)
+    return np.interp(s, segment._arc(grid), grid)
+
+
+def _registration(measured: Measured) -> Registration:
+    return Registration(turn_rad=measured.turn_rad, shift=measured.shift)
+
+
+def _unmoved(measured: Measured) -> Floats:
+    return _registration(measured).to_reference(measured.points)
+
+
+def _segments(measured: Measured, field: BSpline) -> tuple[Segment, ...]:
+    """The pieces of a smoothed line: one for each segment of the nominal profile, or a single one."""
+    first, last = float(measured.s_mm[0]), float(measured.s_mm[-1])
+    if not measured.reference:
+        return (Smoothed(field=field, s_from=first, s_to=last),)
+    made: list[Segment] = []
+    start = 0.0
+    for base in measured.reference:
+        assert isinstance(base, Line | Arc | Polynomial)
+        whole = Smoothed(field=field, s_from=start, s_to=start + _length(base), base=base)
+        low, high = max(first, whole.s_from), min(last, whole.s_to)
+        start = whole.s_to
+        if high - low > 1e-6:
+            v_from, v_to = (float(v) for v in _exact_local(whole, np.array([low, high])))
+            made.append(
+                replace(
+                    whole,
+                    s_from=low,
+                    s_to=high,
+                    v_from=v_from,
+                    v_to=v_to,
+                    turn_rad=measured.turn_rad,
+                    shift=measured.shift,
+                )
+            )
+    return tuple(made)
+
+
+def _exact_local(segment: Smoothed, s: Floats) -> Floats:
+    v = np.interp(s, (segment.s_from, segment.s_to), (0.0, 1.0))
+    for _ in range(20):
+        v = np.clip(v - (segment._arc(v) - s) / segment._arc(v, 1), 0.0, 1.0)
+    return v
+
+
+def _length(base: Line | Arc | Polynomial) -> float:
+    if isinstance(base, Line):
+        return math.hypot(base.end[0] - base.start[0], base.end[1] - base.start[1])
+    if isinstance(base, Arc):
+        return base.radius * abs(base.angle_to - base.angle_from)
+    return float(polynomial_arc(base, 0.0, 1.0)(1.0))
