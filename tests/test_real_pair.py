@@ -4,6 +4,7 @@ import math
 import sys
 from dataclasses import replace
 from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +18,8 @@ from fecontact.fe.coupling import CoupledBodies
 from fecontact.fe.linear_solver import pardiso_available
 from fecontact.geometry.placement import Placement
 from fecontact.material import Material, contact_modulus_MPa
+from fecontact.profiles.library import load
+from fecontact.profiles.writers import profile_text
 from fecontact.solving.coupled_mesh import couple, coupled_problem
 from fecontact.solving.expected_patch import expected_patch
 from fecontact.solving.position import expect_on_half_space, place_case, position_of, true_gap_of_case
@@ -327,3 +330,36 @@ def test_manchester_with_finite_elements_and_yaw():
     result = solve(manchester_case(wheel, shift, yaw, force, resolution="quick"))
     assert result.status == "converged"
     assert result.comparison.fe.p_max_MPa == pytest.approx(peak, rel=0.02)
+
+
+def written_as_simpack(folder: Path) -> dict[str, str]:
+    """The benchmark's pair as its files are: points in SIMPACK's form, the rail inclined at 1:40 already."""
+    turned = "rotate = -0.024994794   ! rad, 1:40, with z down"
+    files = {}
+    for body, name, ending in (("rail", "MBench_UIC60", ".prr"), ("wheel", "MBench_S1002", ".prw")):
+        text = profile_text(load(name), ending, step_mm=0.25)
+        path = folder / f"{name}{ending}"
+        path.write_text(text.replace("rotate = 0.0", turned) if body == "rail" else text, "utf-8")
+        files[body] = str(path)
+    return files
+
+
+@pytest.mark.parametrize("row", [2, 6])
+def test_manchester_from_files_on_the_half_space(tmp_path, row):
+    wheel, shift, _, force, peak, approach = MANCHESTER[row]
+    exact = manchester_case(wheel, shift, 0.0, force)
+    case = replace(exact, **written_as_simpack(tmp_path), inclination_rad=0.0)
+    found, touch = on_half_space(case, place_case(case)), place_case(case).first
+    assert touch.wheel_y_mm == pytest.approx(place_case(exact).first.wheel_y_mm, abs=2e-3)
+    assert found.p_max_MPa == pytest.approx(peak, rel=0.005)
+    assert found.approach_mm == pytest.approx(1e-3 * approach, rel=0.005)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("row", [2, 6])
+def test_manchester_from_files_with_finite_elements(tmp_path, row):
+    wheel, shift, _, force, peak, _ = MANCHESTER[row]
+    case = manchester_case(wheel, shift, 0.0, force, resolution="quick")
+    result = solve(replace(case, **written_as_simpack(tmp_path), inclination_rad=0.0))
+    # the limit of studies/06_manchester.py
+    assert result.comparison.fe.p_max_MPa == pytest.approx(peak, rel=0.005)

@@ -33,8 +33,9 @@ if TYPE_CHECKING:
 
 def preview_record(seen: Preview) -> dict[str, Any]:
     """Everything that a preview says, with units in the keys."""
-    expected = asdict(seen.expected)
-    del expected["half_space"]
+    patch = seen.expected
+    sizes = ("x_low_mm", "x_high_mm", "s_low_mm", "s_high_mm", "semi_axis_x_mm", "semi_axis_s_mm")
+    expected = {name: getattr(patch, name) for name in sizes} | {"parts": [asdict(part) for part in patch.parts]}
     return {
         "schema": "fecontact/place/1",
         "case": shown_case_record(seen.case, seen.placement),
