@@ -28,6 +28,8 @@ _FINEST = 0.25
 # Patches with more free surface between them than so many times the wider one's half width are far apart: each has
 # elements of its own.
 _FAR_APART = 1.0
+# Seconds a solution, beyond it minutes; two patches of S1002 on 60E1 take up to 184 thousand.
+_MOST_NODES = 200_000
 # A kink by less than this turns the surface less than a patch's own curvature does (5 mm on R 300: 0.017).
 _CORNER_RAD = 0.02
 
@@ -212,6 +214,12 @@ def _fitted_grid(rung: Rung, nodes: int) -> ContactGrid:
     s_low = s_low - 3.0 * step_s
     count_x = int(np.ceil((x_high + 3.0 * step_x - x_low) / step_x))
     count_s = int(np.ceil((s_high + 3.0 * step_s - s_low) / step_s))
+    if count_x * count_s > _MOST_NODES * (1 if grid.half else 2):
+        raise ConvergenceError(
+            f"a lobe of the contact is {nodes * step_s:.2g} mm from its peak to a valley, in a patch"
+            f" {s_high - s_low:.1f} mm wide: nodes that follow it would be {count_x} by {count_s}; another lateral"
+            " shift (0.1 mm beside it) or load may do"
+        )
     return ContactGrid(
         x_mm=np.asarray(x_low + step_x * np.arange(count_x + 1)),
         s_mm=np.asarray(s_low + step_s * np.arange(count_s + 1)),
