@@ -210,7 +210,7 @@ def _case_text(load: JudgedLoad, placement: Placement) -> str:
     if first.at_junction:
         # the ellipse drawn, and the numbers, are those of one side
         lines.append("all with the curvature of the field side")
-    lines += ["", f"touch at {first.rail_y_mm:+z.2f} mm on the rail, {1e3 * first.contact_angle_rad:+z.1f} mrad"]
+    lines += ["", f"touch (+) at {first.rail_y_mm:+z.2f} mm on the rail, {1e3 * first.contact_angle_rad:+z.1f} mrad"]
     lobes = comparison.patch.lobes
     for number, lobe in enumerate(lobes if len(lobes) > 1 else (), start=1):
         lines.append(

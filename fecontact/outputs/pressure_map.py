@@ -64,7 +64,8 @@ class PressureFields:
 def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields | None = None) -> None:
     """Draw a map of `finite elements`, `Hertz`, or `finite elements minus Hertz` over the rail's surface into axes.
 
-    The outlines of both patches are drawn on it, and the lobes of the finite elements are numbered, the highest first.
+    The outlines of both patches are drawn on it, with a cross at the first touch point, and the lobes
+    of the finite elements are numbered, the highest first.
     """
     fields = fields or PressureFields.of(load)
     of: dict[str, tuple[Floats, dict[str, Any], str]] = {}
@@ -86,6 +87,8 @@ def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields 
         ax.contour(fields.grid.s_mm, fields.grid.x_mm, values, levels=levels, colors="0.25", linewidths=0.6)
     _draw_outlines(ax, fields)
     _draw_lobes(ax, load, fields)
+    for colour, width in (("black", 3.0), ("white", 1.4)):
+        ax.plot(0.0, 0.0, "+", color=colour, ms=9, mew=width, label="_first touch point")
     ax.set(title=kind, xlabel=f"{ACROSS}\n{SIDES}", ylabel=ROLLING, aspect="equal", facecolor=ground)
     ax.set(xlim=fields.limits_mm(across=True), ylim=fields.limits_mm(across=False))
     bar = ax.figure.colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.045, 1.0)))

@@ -219,7 +219,9 @@ def _finish_study(peak: Axes, off: Axes, touch: Axes, rows: Sequence[Row], rail:
     title = "; ".join(pairs[:3]) + ("; ..." if len(pairs) > 3 else "")
     peak.set(ylabel="peak pressure in MPa")
     with_load = title + (f", {loads[0]:g} kN" if len(loads) == 1 else "")
-    peak.set_title("; ".join(filter(None, (with_load, roll_words_of_rows(rows)))), pad=14)
+    yaws = {float(row.get("yaw_mrad") or 0.0) for row in rows} - {0.0}
+    turned = f"yaw {yaws.pop():+g} mrad" if len(yaws) == 1 else ""
+    peak.set_title("; ".join(filter(None, (with_load, roll_words_of_rows(rows), turned))), pad=14)
     peak.margins(y=0.12)
     if rail is not None:
         _draw_junction_levels(touch, rail)
