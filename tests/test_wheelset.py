@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fecontact.case import Case, Opposite
+from fecontact.case import Case, Opposite, Track
 from fecontact.errors import InputError
 from fecontact.geometry.placement import pair_of
 from fecontact.geometry.wheelset import Wheelset
@@ -265,7 +265,10 @@ def test_a_file_on_the_other_side_counts_by_its_content_and_is_kept(tmp_path):
     [
         (Case(lateral_shift_mm=9.0, wheelset=True), r"derails.*shifts between -6 and 6 mm"),
         (Case(lateral_shift_mm=-40.0, wheelset=True), r"shift -40 mm of the wheelset.*shifts between -6 and 6 mm"),
-        (replace(Case(wheelset=True), track=replace(Case().track, gauge_mm=1400.0)), "check gauge, back-to-back"),
+        (Case(wheelset=True, track=Track(gauge_mm=1400.0)), "on a gauge 20 to 80 mm wider, or with a back-to-back"),
+        (Case(wheelset=True, track=Track(gauge_mm=1600.0)), "on a gauge 30 to 80 mm narrower.*that much larger"),
+        (Case(wheelset=True, track=Track(gauge_mm=1000.0)), "nor would it on a gauge up to 80 mm wider or narrower"),
+        (Case(wheelset=True, opposite=Opposite(rolling_radius_mm=300.0)), "no roll.*check gauge.*diameters of both"),
         (Case(opposite=Opposite(rolling_radius_mm=459.0)), "give wheelset = true"),
     ],
 )

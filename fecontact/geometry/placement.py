@@ -26,9 +26,12 @@ Floats = NDArray[np.float64]
 OPEN_GAP_MM = 1e3
 # Further minima of the vertical gap up to this height are touch points: three times what wheels of 200 kN approach.
 REACH_MM = 0.3
-_EVERY_SHIFT = np.arange(-40.0, 40.5, 0.5)
+EVERY_SHIFT = np.arange(-40.0, 40.5, 0.5)
+"""Shifts (mm) that are tried for a message that says which are possible."""
 # A step in the height of a line may stand above its touch points by as much as segments may miss each other.
 _STEP_MM = 2e-3
+# Treads rise to the field side by 0.07, chamfers by 0.8.
+_CHAMFER_RAD = 0.35
 SIGN: dict[TrackSide, float] = {"left": 1.0, "right": -1.0}
 """Sign of a wheelset's shift, roll and yaw in the frame of its left side."""
 
@@ -218,7 +221,7 @@ def place(
 
 def possible_shifts(at: Callable[[float], object]) -> str:
     """Shifts at which `at` gives no reason why not, in words."""
-    good = [shift for shift in _EVERY_SHIFT if not isinstance(at(float(shift)), str)]
+    good = [shift for shift in EVERY_SHIFT if not isinstance(at(float(shift)), str)]
     if not good:
         return "no shift between -40 and 40 mm is possible for this wheel, rail and track"
     return f"shifts between {min(good):g} and {max(good):g} mm (in steps of 0.5 mm) are possible"
@@ -292,6 +295,10 @@ def _unsafe(wheel: WheelPose, touch: TouchPoint) -> str:
     """Why a touch point cannot carry a running wheel, or an empty string."""
     if any(abs(touch.wheel_y_mm - j.y_mm) < 1e-6 and j.is_corner for j in wheel.profile.junctions):
         return f"the wheel leaves the rail: the corner of its tread at y = {touch.wheel_y_mm:.2f} mm carries it"
+    # on the chamfer beyond the tread's corner a wheel slides down between the rails
+    beyond = any(0.0 < j.y_mm < touch.wheel_y_mm and j.is_corner for j in wheel.profile.junctions)
+    if beyond and touch.contact_angle_rad > _CHAMFER_RAD:
+        return f"the wheel leaves the rail: its chamfer carries it, at y = {touch.wheel_y_mm:.2f} mm"
     p = wheel.profile.evaluate(_sample(wheel.profile)[1:-1])
     # angles, not slopes: a flange may be upright
     slope = np.where(p.y < 0.0, np.arctan2(p.dz, p.dy), 0.0)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fecontact.dimensions import TrackSide
 from fecontact.errors import InputError
-from fecontact.geometry.placement import SIGN, Pair, Placement
+from fecontact.geometry.placement import EVERY_SHIFT, SIGN, Pair, Placement
 from fecontact.geometry.poses import RailPose, _sample
 from fecontact.profiles.segments import CurvePoints
 
@@ -258,5 +258,28 @@ def possible_wheelset_shifts(wheelset: Wheelset, yaw_rad: float = 0.0) -> str:
             shift += step
         ends.append(shift - step)
     if ends[0] > ends[1]:
-        return "the wheelset cannot stand in the middle of the track: check gauge, back-to-back distance and profiles"
+        return f"the wheelset cannot stand in the middle of the track: {_possible_gauges(wheelset, yaw_rad)}"
     return f"shifts between {ends[0]:g} and {ends[1]:g} mm (in steps of {_STEP_MM:g} mm) are possible"
+
+
+def _possible_gauges(wheelset: Wheelset, yaw_rad: float) -> str:
+    """In words, on which other gauges a wheelset stands in the middle: where each wheel does without a roll.
+
+    Only a symmetric one has no roll there.
+    """
+    if not wheelset.symmetric:
+        return "check gauge, back-to-back distance, and profiles and diameters of both sides"
+    # rails that are farther apart by two millimetres are each one farther from its wheel
+    widths = [
+        -2.0 * shift
+        for shift in EVERY_SHIFT
+        if not any(isinstance(wheelset.left.pair.placed(float(shift), 0.0, yaw), str) for yaw in {yaw_rad, -yaw_rad})
+    ]
+    if not widths:
+        return "nor would it on a gauge up to 80 mm wider or narrower; check the profiles"
+    wider = min(widths) > 0.0
+    low, high = sorted(abs(end) for end in (min(widths), max(widths)))
+    return (
+        f"it can on a gauge {low:g} to {high:g} mm {'wider' if wider else 'narrower'}, or with a back-to-back distance"
+        f" that much {'smaller' if wider else 'larger'}"
+    )
