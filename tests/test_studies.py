@@ -45,7 +45,7 @@ Quick = Callable[[str, Path], tuple[list[dict[str, Any]], str]]
 def of_baseline(name: str, out: Path) -> tuple[list[dict[str, Any]], str]:
     """What a study says of the rows of its baseline."""
     rows = [
-        {column: _value(text) for column, text in row.items()}
+        {column: _value(column, text) for column, text in row.items()}
         for row in load_table(BASELINES / f"{name}.csv").rows.values()
     ]
     study = module(name)
@@ -54,7 +54,10 @@ def of_baseline(name: str, out: Path) -> tuple[list[dict[str, Any]], str]:
     return rows, study.conclude(rows, out)
 
 
-def _value(text: str) -> str | float | bool | None:
+def _value(column: str, text: str) -> str | float | bool | None:
+    if column in ("id", "rail", "wheel"):
+        # 60E1 is no number
+        return text
     if text in ("", "True", "False"):
         return {"": None, "True": True, "False": False}[text]
     try:
@@ -152,8 +155,8 @@ def test_04_threshold_that_sorts_best():
     assert study.best_threshold(np.array([1.0, 2.0]), np.array([True, False]))[1] == 1
 
 
-def test_05_rail_and_inclination(tmp_path):
-    rows, said = run_quick("05_rail_and_inclination", tmp_path)
+def test_05_rail_and_inclination(quick, tmp_path):
+    rows, said = quick("05_rail_and_inclination", tmp_path)
     for row in rows:
         # finite bodies of 60 mm under a patch of 10 mm: measured -0.1 and -0.4 %
         assert -0.8 < row["p_max_step_bodies_percent"] < 0.2
@@ -213,9 +216,9 @@ def test_08_sections_are_those_that_the_study_writes():
         assert not any(junction.is_corner for junction in rail.junctions)
 
 
-def test_10_subsurface(tmp_path):
+def test_10_subsurface(quick, tmp_path):
     study = module("10_subsurface")
-    rows, said = run_quick("10_subsurface", tmp_path)
+    rows, said = quick("10_subsurface", tmp_path)
     errors = [study.errors_percent(row, body) for row in rows for body in study.BODIES]
     # targets of the study at `standard`; `quick` was measured within 0.8 %, 1.5 % and 2.4 %
     for size, depth, load in errors:
