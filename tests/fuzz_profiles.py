@@ -15,12 +15,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
+
 from fecontact.case import Case
 from fecontact.errors import FecontactError
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.profiles.writers import profile_text
+from fecontact.profiles.writers import points_along, profile_text
 from fecontact.solving.measured_lines import hertz_uncertainty
 from fecontact.solving.position import hertz_of_case, place_case
 
@@ -39,17 +41,21 @@ HOSTILE = (
 def originals() -> dict[str, str]:
     """One good file a format: heads and treads with points 0.5 mm apart."""
     rail, wheel = load("54E1"), load("S1002")
-    mini = profile_text(rail, ".txt", step_mm=0.5).splitlines()[2:]
-    whl = profile_text(wheel, ".txt", step_mm=0.5).splitlines()[2:]
+    # the instrument's own axes: into the depth of the body, and from the back of the flange
+    ban, whl = points_along(rail, 0.5) * (1.0, -1.0), points_along(wheel, 0.5) * (1.0, -1.0) + (70.0, 0.0)
     return {
         ".csv": profile_text(rail, ".csv", step_mm=0.5),
         ".txt": profile_text(wheel, ".txt", step_mm=0.5),
         ".prr": profile_text(rail, ".prr", step_mm=0.5),
         ".prw": profile_text(wheel, ".prw", step_mm=0.5),
-        ".ban": "FileName=a.ban\nColumnDef=X,Y\nXOFF=0\nYOFF=0\n\n" + "\n".join(mini) + "\n",
-        ".whl": "FileName=a.whl\nColumnDef=X,Y\n\n" + "\n".join(whl) + "\n",
+        ".ban": "Filename=a.ban\nXoffset=0.0000\nYoffset=0.0000\nColumnDef=X,Y\n\n" + _rows(ban),
+        ".whl": "Filename=a.whl\nXoffset=0.0000\nColumnDef=X,Y\nWheelDiameterTaperline=70.0000\n\n" + _rows(whl),
         ".toml": profile_text(rail, ".toml"),
     }
+
+
+def _rows(points: np.ndarray) -> str:
+    return "".join(f"{x:.12f} {y:.12f}\n" for x, y in points)
 
 
 def kind_of(ending: str) -> str:

@@ -69,9 +69,11 @@ def _largest_spike(points: Floats) -> tuple[int, float] | None:
     missed, weight = missed_by_neighbours(points)
     if missed.size < _FEWEST_LOCAL + 1:
         return None
-    limit = _limit(missed, weight, _ROUNDING_STEPS * _resolution_mm(points), _least(points))
-    beyond_junctions = np.maximum(limit, _LEAST_MM + _JUNCTION_PER_MM * _step(points) ** 2)
-    over = np.abs(missed) / limit
+    rounding = _ROUNDING_STEPS * _resolution_mm(points)
+    limit = _limit(missed, weight, rounding, _least(points))
+    everywhere = max(_SIGMAS / 0.6745 * float(np.median(np.abs(missed) / weight)), rounding) * weight
+    beyond_junctions = np.maximum(everywhere, _LEAST_MM + _JUNCTION_PER_MM * _step(points) ** 2)
+    over = np.abs(missed) / np.minimum(limit, beyond_junctions)
     for k in (int(i) for i in np.argsort(-over)[: np.count_nonzero(over > 1.0)]):
         size = abs(float(missed[k]))
         # the misses next to a corner or a junction are those of its own
@@ -79,8 +81,9 @@ def _largest_spike(points: Floats) -> tuple[int, float] | None:
         place = k - around.start
         rest, _ = missed_by_neighbours(np.delete(points[around], place + 2, axis=0))
         near = np.abs(rest[max(place - 2, 0) : place + 2])
-        large = size > beyond_junctions[k] and near.size > 0 and near.max() < max(_LEFT_OF_LARGE * size, limit[k])
-        small = near.size == 4 and near.max() < min(_LEFT_OF_SMALL * size, limit[k])
+        allowed = max(_LEFT_OF_LARGE * size, everywhere[k])
+        large = size > beyond_junctions[k] and near.size > 0 and near.max() < allowed
+        small = size > limit[k] and near.size == 4 and near.max() < min(_LEFT_OF_SMALL * size, limit[k])
         if (large and _stands_out(points, k + 2)) or (small and _stands_out(points, k + 2, bent=True)):
             return k + 2, float(missed[k])
     return None
