@@ -50,8 +50,8 @@ QUICK_SHIFTS_MM = (4.0,)
 SHOWN_MM = (0.0, 0.25, 4.0)
 SHOWN_FRICTION = 0.3
 CURVE = (0.0, 2e-4, 5e-4, 1e-3, 1.5e-3, 2.5e-3, 4e-3, 7e-3)
-# Of the creepages of the verdict three have the exact theory, of different sizes and directions, beside the worst two.
-EXACT_EVERY = 25
+# Of the creepages of the verdict: each size has the exact theory in one direction, each in another; and the worst two.
+EXACT_EVERY = 9
 # Of mu N: where Hertz holds in pressure.
 LIMIT_PERCENT = 5.0
 LAWS = tuple(theory for theory in THEORIES if theory not in ("kalker", "vermeulen_johnson"))

@@ -243,9 +243,9 @@ def test_13_creep_forces(tmp_path):
     outcome = run_study(load_study(STUDIES / "13_creep_forces.py", quick=True), tmp_path, crew=inline_crew())
     (row,) = outcome.rows
     assert outcome.all_converged
-    # at 4 mm Hertz holds in pressure and in force: measured 1.1 ± 0.2 % of mu N
+    # at 4 mm Hertz holds in pressure and in force: measured 1.4 ± 0.2 % of mu N
     assert (row["verdict"], row["force_verdict"]) == ("HOLDS", "HOLDS")
-    assert row["force_worst_percent"] == pytest.approx(1.1, abs=0.5)
+    assert row["force_worst_percent"] == pytest.approx(1.4, abs=0.3)
     assert all(check.passed for check in study.checks(list(outcome.rows)))
     assert "rolling_half_space" in outcome.conclusion
     with (tmp_path / "creep_errors.csv").open(encoding="utf-8") as file:
@@ -254,7 +254,7 @@ def test_13_creep_forces(tmp_path):
     table = [{name: float(text) for name, text in line.items() if "verdict" not in name} for line in lines]
     assert [one["friction"] for one in table] == [0.15, 0.3, 0.5]
     # measured: the exact theory on his ellipse is off by his pressure alone, FASTSIM on the real patch by its own error
-    for one, by_pressure, by_theory in zip(table, (1.8, 1.1, 0.8), (3.0, 2.6, 2.2), strict=True):
+    for one, by_pressure, by_theory in zip(table, (2.1, 1.4, 1.0), (3.0, 2.7, 2.4), strict=True):
         assert one["rolling_half_space_from_exact_percent"] == pytest.approx(by_pressure, abs=0.3)
         assert one["fastsim_itself_percent"] == pytest.approx(by_theory, abs=0.5)
 
