@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_erosion, label
+from scipy.ndimage import binary_dilation, binary_erosion, label
 
 from fecontact.contact.grid import Field
 
@@ -199,30 +199,27 @@ def _continue_once(value: Floats, known: NDArray[np.bool_]) -> tuple[Floats, NDA
     The mean where several continuations reach a node, of those through three nodes if there are any; the negative
     neighbour where none has two nodes to start from.
     """
-    total, count = np.zeros((2, *value.shape)), np.zeros((2, *value.shape))
-    bare = np.zeros_like(value)
+    next_to_known = binary_dilation(known) & ~known
     around, known_around = np.pad(value, _REACH), np.pad(known, _REACH)
-    for axis in (0, 1):
-        for step in (1, -1):
-            q1, q2, q3 = (_moved(around, step * k, axis) for k in (1, 2, 3))
-            i1, i2, i3 = (_moved(known_around, step * k, axis) for k in (1, 2, 3))
-            here = i1 & ~known
-            # beyond the line of zero pressure the sign must not come back
-            for k, (usable, guess) in enumerate(((i2 & i3, 3.0 * q1 - 3.0 * q2 + q3), (i2 & ~i3, 2.0 * q1 - q2))):
-                total[k] += np.where(here & usable, np.where(q1 < 0.0, q1, guess), 0.0)
-                count[k] += here & usable
-            bare = np.where(here, np.minimum(bare, -np.abs(q1)), bare)
+    rows, columns = np.nonzero(next_to_known)
+    total, count = np.zeros((2, rows.size)), np.zeros((2, rows.size))
+    bare = np.zeros(rows.size)
+    for along_x, across in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        places = [(rows + _REACH - k * along_x, columns + _REACH - k * across) for k in (1, 2, 3)]
+        q1, q2, q3 = (around[place] for place in places)
+        i1, i2, i3 = (known_around[place] for place in places)
+        # beyond the line of zero pressure the sign must not come back
+        for k, (usable, guess) in enumerate(((i2 & i3, 3.0 * q1 - 3.0 * q2 + q3), (i2 & ~i3, 2.0 * q1 - q2))):
+            total[k] += np.where(i1 & usable, np.where(q1 < 0.0, q1, guess), 0.0)
+            count[k] += i1 & usable
+        bare = np.where(i1, np.minimum(bare, -np.abs(q1)), bare)
     # a straight line through two nodes lies above a paraboloid: only where no three nodes are in line
     best = np.where(count[0] > 0.0, total[0] / np.maximum(count[0], 1.0), total[1] / np.maximum(count[1], 1.0))
     reached = count.sum(axis=0) > 0.0
-    return np.where(reached, best, bare), reached | (bare < 0.0)
-
-
-def _moved(around: NDArray[Any], by: int, axis: int) -> NDArray[Any]:
-    """An array that was padded by `_REACH`, moved along an axis, as a view without the padding."""
-    window = [slice(_REACH, -_REACH), slice(_REACH, -_REACH)]
-    window[axis] = slice(_REACH - by, around.shape[axis] - _REACH - by)
-    return around[tuple(window)]
+    continued, here = np.zeros_like(value), np.zeros_like(known)
+    continued[next_to_known] = np.where(reached, best, bare)
+    here[next_to_known] = reached | (bare < 0.0)
+    return continued, here
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -33,7 +33,9 @@ MAP_SCHEMA = "fecontact/map/3"
 _FEWEST_LOADS = 3
 
 
-def write_map(made: ApplicabilityMap, out: Path, name: str = "map", *, provenance: Record | None = None) -> None:
+def write_map(
+    made: ApplicabilityMap, out: Path, name: str = "map", *, provenance: Record | None = None, drawn: bool = True
+) -> None:
     """Write NAME.csv, NAME.json and NAME.png, into a folder; for the whole map stiffness.csv, if it has any."""
     rows = [cell_row(cell, position.placement) for position in made.positions for cell in position.cells]
     write_csv(rows, out / f"{name}.csv")
@@ -45,9 +47,10 @@ def write_map(made: ApplicabilityMap, out: Path, name: str = "map", *, provenanc
             # one of other loads would not belong to this map
             (out / "stiffness.csv").unlink(missing_ok=True)
     write_json(out / f"{name}.json", map_record(made, provenance))
-    if made.positions:
-        map_figure(made, out / f"{name}.png")
-    if made.positions and made.case.creep.asked:
+    if not (drawn and made.positions):
+        return
+    map_figure(made, out / f"{name}.png")
+    if made.case.creep.asked:
         force_map_figure(made, out / f"{name}_force.png")
 
 

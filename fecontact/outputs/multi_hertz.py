@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.measures import hertz_measures
@@ -18,6 +19,9 @@ from fecontact.theory.hertz import HertzContact
 
 Record = dict[str, Any]
 
+# Tables, maps and reports ask several times, and judging takes a quarter of a second.
+_judged: WeakKeyDictionary[JudgedLoad, MultiHertzJudgement | None] = WeakKeyDictionary()
+
 
 def ellipses_of(load: JudgedLoad, placement: Placement) -> MultiHertz | None:
     """The ellipses that share a load; None where the surfaces conform at a touch point."""
@@ -26,11 +30,15 @@ def ellipses_of(load: JudgedLoad, placement: Placement) -> MultiHertz | None:
 
 
 def several_ellipses(load: JudgedLoad, placement: Placement) -> MultiHertzJudgement | None:
-    """The ellipses that share a load, judged; None where a single one carries it, or there is none."""
+    """The ellipses that share a load at its placement, judged; None where a single one carries it, or there is none."""
     if len(placement.touch_points) < 2:
         return None
-    contact = ellipses_of(load, placement)
-    return None if contact is None or len(contact.ellipses) < 2 else judge_multi_hertz(load, contact)
+    if load not in _judged:
+        contact = ellipses_of(load, placement)
+        _judged[load] = None
+        if contact is not None and len(contact.ellipses) > 1:
+            _judged[load] = judge_multi_hertz(load, contact)
+    return _judged[load]
 
 
 def springs_of_cell(cell: MapCell, placement: Placement | None) -> MultiHertzJudgement | None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import math
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -23,6 +25,8 @@ from fecontact.runs.identity import input_files, origin_of, position_id, with_ab
 from fecontact.runs.position_store import PositionWork, has_open_loads, position_folder, read_position
 
 MakeWork = Callable[[Case, Sequence[float], str], Work]
+# A picture takes a second or two, from those who solve.
+_DRAWN_EVERY_S = 60.0
 
 
 def position_work(case: Case, loads_N: Sequence[float], name: str) -> Work:
@@ -84,9 +88,10 @@ def run_map(
         run = _Run(base_case, cases, loads, out, by, progress, work)
         try:
             run.solve(adaptive=adaptive)
-        finally:
+        except BaseException:
             with contextlib.suppress(OSError):
                 run.write()
+            raise
         made = run.write()
         if by.settings.part is None and made.positions:
             write_map_report(made, out)
@@ -111,6 +116,7 @@ class _Run:
         self._shifts = {position_id(case, loads_N): shift for shift, case in cases.items()}
         self._positions: dict[float, MapPosition] = {}
         self._unreadable: dict[str, str] = {}
+        self._drawn_at = -math.inf
         self.finished = Finished()
 
     def solve(self, *, adaptive: bool) -> None:
@@ -128,11 +134,13 @@ class _Run:
         self._infer([shift for shift in shifts if shift not in self._positions])
         self._finish([shift for shift in shifts if shift not in self._positions])
 
-    def write(self) -> ApplicabilityMap:
+    def write(self, *, drawn: bool = True) -> ApplicabilityMap:
         """Write the files of the map, or of the part, with the positions that are known."""
         found = tuple(self._positions[shift] for shift in sorted(self._positions))
         made = ApplicabilityMap(case=self._base, loads_N=self._loads, positions=found)
-        write_map(made, self._out, f"map{self._by.settings.part_suffix}", provenance=self._provenance())
+        write_map(made, self._out, f"map{self._by.settings.part_suffix}", provenance=self._provenance(), drawn=drawn)
+        if drawn:
+            self._drawn_at = time.monotonic()
         return made
 
     def _provenance(self) -> dict[str, Any]:
@@ -208,7 +216,7 @@ class _Run:
             return
         # a full disk now may have room at the end
         with contextlib.suppress(OSError):
-            self.write()
+            self.write(drawn=time.monotonic() - self._drawn_at > _DRAWN_EVERY_S)
 
     def _infer(self, shifts: Sequence[float]) -> None:
         for shift in shifts:
