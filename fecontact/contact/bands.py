@@ -58,10 +58,11 @@ class Bands:
             ]
         )
 
-    def responses(self, compliance: Compliance) -> list[UnitResponse]:
-        """What a compliance of all nodes answers in each band to a unit pressure in its middle."""
+    def responses(self, compliance: Compliance, *, beside: float = 0.0) -> list[UnitResponse]:
+        """What a compliance of all nodes answers in each band to a unit pressure in its middle, or beside it."""
+        modulus = self.contact_modulus_MPa
         return [
-            UnitResponse.of(self._within(own, compliance), grid, contact_modulus_MPa=self.contact_modulus_MPa)
+            UnitResponse.of(self._within(own, compliance), grid, contact_modulus_MPa=modulus, beside=beside)
             for own, grid in zip(self.columns, self.grids, strict=True)
         ]
 

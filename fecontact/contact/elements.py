@@ -31,19 +31,24 @@ _LEAST_REACH_NODES = 5.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UnitResponse:
-    """Opening (nx, ns) in mm of a compliance under 1 MPa at a node in the middle of a uniform grid of nodes."""
+    """Opening (nx, ns) in mm of a compliance under 1 MPa at a node (row, column) of a uniform grid of nodes."""
 
     grid: ContactGrid
     contact_modulus_MPa: float
+    node: tuple[int, int]
     opening_mm: Floats
 
     @classmethod
-    def of(cls, compliance: Compliance, grid: ContactGrid, *, contact_modulus_MPa: float) -> UnitResponse:
-        """Apply the compliance once."""
+    def of(
+        cls, compliance: Compliance, grid: ContactGrid, *, contact_modulus_MPa: float, beside: float = 0.0
+    ) -> UnitResponse:
+        """Apply the compliance once, in the middle of the grid or by a part of its length and width beside it."""
+        rows, columns = grid.shape
+        node = ((0 if grid.half else rows // 2) + round(beside * rows), columns // 2 + round(beside * columns))
         unit = np.zeros(grid.shape)
-        unit[_middle(grid)] = 1.0
+        unit[node] = 1.0
         opening = Field.of_nodes(grid, compliance(unit.ravel())).values
-        return cls(grid=grid, contact_modulus_MPa=contact_modulus_MPa, opening_mm=opening)
+        return cls(grid=grid, contact_modulus_MPa=contact_modulus_MPa, node=node, opening_mm=opening)
 
     def model(self) -> Compliance:
         """The compliance as if it were the same at every node.
@@ -64,7 +69,7 @@ class UnitResponse:
         x, s = np.meshgrid(*self._offsets(), indexing="ij")
         nodes = np.hypot(x, s)
         smooth, tail = self._shapes(x, s, quartic=quartic)
-        (i, j), (nodes_x, nodes_s) = _middle(self.grid), self.grid.shape
+        (i, j), (nodes_x, nodes_s) = self.node, self.grid.shape
         seen_x = nodes_x - 1 if self.grid.half else min(i, nodes_x - 1 - i)
         seen = (np.abs(x) <= seen_x) & (np.abs(s) <= min(j, nodes_s - 1 - j))
         near = nodes < max(_LEAST_REACH_NODES, _REACH * min(seen_x, j, nodes_s - 1 - j))
@@ -100,7 +105,7 @@ class UnitResponse:
 
     def _beyond_half_space(self) -> Floats:
         """What the response has more than a half-space; beyond its reach as at its end."""
-        (x, s), (i, j), (nodes_x, nodes_s) = self._offsets(), _middle(self.grid), self.grid.shape
+        (x, s), (i, j), (nodes_x, nodes_s) = self._offsets(), self.node, self.grid.shape
         seen_x = np.clip((np.abs(x) if self.grid.half else x) + i, 0, nodes_x - 1)
         seen_s = np.clip(s + j, 0, nodes_s - 1)
         rows = x.size // 2
@@ -118,8 +123,3 @@ class UnitResponse:
             half=self.grid.half,
             least_spectrum=least_spectrum,
         )
-
-
-def _middle(grid: ContactGrid) -> tuple[int, int]:
-    nodes_x, nodes_s = grid.shape
-    return (0 if grid.half else nodes_x // 2), nodes_s // 2
