@@ -2038,12 +2038,20 @@ def test_given_element_sizes_are_those_of_all_loads(meshes):
 
 
 @dataclass(frozen=True)
+class OnePatch:
+    """A patch that has no others far apart from it."""
+
+    parts: tuple[object, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
 class AnyPosition:
     """Element sizes as they happen to be."""
 
     case: Case
     element_size_mm: tuple[float, float]
     sizes: tuple[tuple[float, float], ...]
+    expected: OnePatch = OnePatch()
 
     placement = None
 
