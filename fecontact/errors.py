@@ -22,6 +22,10 @@ class FoldedMesh(InputError):
     """A mesh has an element that is turned inside out; other element sizes may not have one."""
 
 
+class NotCovered(InputError):
+    """The wheel's surface does not face all of the rail's contact zone; a narrower zone may do."""
+
+
 class NotEnoughMemory(InputError):
     """The machine does not have the memory that is needed now; alone on it the same may go."""
 

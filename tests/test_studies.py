@@ -13,11 +13,16 @@ import pytest
 from inline import inline_crew
 from pictures import draw_nothing
 
+from fecontact.comparison.uncertainty import MESH_RATIO
+from fecontact.errors import NotCovered
 from fecontact.profiles.resolve import resolve_rail
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.runs.casefile import load_study
 from fecontact.runs.study import run_study
+from fecontact.solving.coupled_mesh import CoupledMesh, couple
+from fecontact.solving.position import position_of
+from fecontact.solving.zone import fine_zone
 
 STUDIES = Path(__file__).parents[1] / "studies"
 BASELINES = STUDIES / "baselines"
@@ -203,6 +208,21 @@ def test_08_switch_rail(tmp_path):
     assert 1.04 < tongue["approach_fe_mm"] / full["approach_fe_mm"] < 1.10
     assert "HOLDS on 2 of 2" in said
     assert (tmp_path / "switch_rail.png").is_file()
+
+
+def test_08_the_wheel_need_not_face_all_of_a_wide_zone():
+    """Off the centre of a narrow head the flat wheel's surface misses the zone's ends on the corner of the head."""
+    (off,) = (case for case in load_study(STUDIES / "08_switch_rail.py").cases if case.lateral_shift_mm)
+    position = position_of(off)
+    zone = fine_zone(position.expected, tuple(MESH_RATIO * step for step in position.element_size_mm))
+    with pytest.raises(NotCovered):
+        couple(position.case, position.placement, zone, position.clock)
+    mesh = CoupledMesh(position, MESH_RATIO)
+    # two elements beside the expected patch are left
+    s, expected = mesh.bodies.grid.s_mm, position.expected
+    assert s[2] <= expected.s_low_mm
+    assert s[-3] >= expected.s_high_mm
+    mesh.close()
 
 
 def test_08_sections_are_those_that_the_study_writes():

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csr_matrix
 
 from fecontact.contact.grid import ContactGrid
-from fecontact.errors import InputError
+from fecontact.errors import NotCovered
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -60,7 +60,7 @@ def mortar_matrix(grid: ContactGrid, master_xs: Floats, master_quads: Integers) 
     points, weights, pair = _triangle_rule(polygon, count)
     covered, wanted = float(weights.sum()), float(np.ptp(grid.x_mm) * np.ptp(grid.s_mm))
     if abs(covered - wanted) > 1e-9 * wanted:
-        raise InputError(
+        raise NotCovered(
             f"the wheel's surface covers {covered:.3f} of the {wanted:.3f} mm^2 of the rail's contact zone; use smaller"
             " elements or another lateral position"
         )

@@ -15,7 +15,7 @@ from fecontact.contact.correction import solve_by_correction
 from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact.rung import Rung
 from fecontact.contact.solver import Compliance, ContactProblem, ContactSolution, solve_contact
-from fecontact.errors import FoldedMesh, InputError
+from fecontact.errors import FoldedMesh, InputError, NotCovered
 from fecontact.fe.body import elastic_body
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.fe.linear_solver import choose_solver
@@ -25,9 +25,9 @@ from fecontact.fe.mortar import mortar_matrix
 from fecontact.fe.stiffness import stiffness
 from fecontact.geometry.placement import Placement
 from fecontact.solving.expected_patch import SLIDES
-from fecontact.solving.position import Clock, Position
+from fecontact.solving.position import MARGIN_ELEMENTS, Clock, Position
 from fecontact.solving.true_gap import TrueGap
-from fecontact.solving.zone import Room, fine_zone, more_room
+from fecontact.solving.zone import EDGE_ELEMENTS, Room, fine_zone, more_room
 
 Floats = NDArray[np.float64]
 
@@ -223,6 +223,19 @@ class CoupledMesh:
         self.bodies.close()
 
     def _couple(self, room: Room) -> CoupledBodies:
+        """Couple the bodies over the expected patch and a margin, a narrower one where the wheel faces no wider one."""
+        step_s = self._coarser * self._position.element_size_mm[1]
+        not_covered: NotCovered | None = None
+        for less in range(MARGIN_ELEMENTS - EDGE_ELEMENTS + 1):
+            narrower = replace(room, s_low=room.s_low - less * step_s, s_high=room.s_high - less * step_s)
+            try:
+                return self._couple_over(narrower)
+            except NotCovered as error:
+                not_covered = not_covered or error
+        assert not_covered is not None
+        raise not_covered
+
+    def _couple_over(self, room: Room) -> CoupledBodies:
         position = self._position
         folded: FoldedMesh | None = None
         for factor in _SIZES_IF_FOLDED:
