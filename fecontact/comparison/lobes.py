@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from fecontact.comparison.judged_load import JudgedLoad, uncertainties
-from fecontact.comparison.measures import MEASURES, hertz_measures, measures_of, misfit_of, patch_of
+from fecontact.comparison.measures import MEASURES, MISFITS, hertz_measures, measures_of, misfit_of, patch_of
 from fecontact.comparison.patch import area_between, lobe_columns
 from fecontact.comparison.verdict import Verdict, judge
 from fecontact.contact.grid import ContactGrid
@@ -158,16 +158,13 @@ def _beside_hertz(judgement: LobeJudgement, part: Part, load: JudgedLoad, placem
 
     def read(rung: Rung) -> dict[str, float]:
         same = _same(parts_of(rung), part)
-        return dict.fromkeys((*_READ, *_BESIDE), float("nan")) if same is None else _values(same, hertz, at)
+        return dict.fromkeys((*_READ, *MISFITS), float("nan")) if same is None else _values(same, hertz, at)
 
     values, own = _values(part, hertz, at), hertz_measures(hertz).as_dict()
     deviation = {name: own[name] / values[name] - 1.0 if name in MEASURES else values[name] for name in values}
     uncertainty = uncertainties(load.solved.levels, read, deviation)
     verdict = judge(deviation, uncertainty, load.case.criteria).usable(load.status == "converged")
     return replace(judgement, hertz=hertz, deviation=deviation, uncertainty=uncertainty, verdict=verdict)
-
-
-_BESIDE = ("centre_over_b", "valley", "separate_load", "misplaced_load")
 
 
 def _measures(part: Part) -> dict[str, float]:

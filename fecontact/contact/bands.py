@@ -16,7 +16,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from fecontact.contact.elements import UnitResponse
 from fecontact.contact.grid import ContactGrid
-from fecontact.contact.halfspace import half_space_compliance, love_influence
+from fecontact.contact.halfspace import half_space_below, love_influence
 from fecontact.contact.solver import Compliance
 
 Floats = NDArray[np.float64]
@@ -44,19 +44,7 @@ class Bands:
 
     def half_space(self) -> Compliance:
         """Compliance of a pair of half-spaces."""
-        return self.together(
-            [
-                half_space_compliance(
-                    nodes_x=grid.shape[0],
-                    nodes_s=grid.shape[1],
-                    step_x_mm=grid.steps_mm[0],
-                    step_s_mm=grid.steps_mm[1],
-                    contact_modulus_MPa=self.contact_modulus_MPa,
-                    half=grid.half,
-                )
-                for grid in self.grids
-            ]
-        )
+        return self.together([half_space_below(grid, self.contact_modulus_MPa) for grid in self.grids])
 
     def responses(self, compliance: Compliance, *, beside: float = 0.0) -> list[UnitResponse]:
         """What a compliance of all nodes answers in each band to a unit pressure in its middle, or beside it."""

@@ -25,17 +25,23 @@ def half_space_problem(
         How much it closes when the bodies approach by 1; 1 everywhere if not given.
     """
     return ContactProblem(
-        compliance=half_space_compliance(
-            nodes_x=grid.shape[0],
-            nodes_s=grid.shape[1],
-            step_x_mm=grid.steps_mm[0],
-            step_s_mm=grid.steps_mm[1],
-            contact_modulus_MPa=contact_modulus_MPa,
-            half=grid.half,
-        ),
+        compliance=half_space_below(grid, contact_modulus_MPa),
         gap_mm=gap_mm,
         closing=np.ones(gap_mm.size) if closing is None else closing,
         area_mm2=grid.whole_area_mm2(),
+    )
+
+
+def half_space_below(grid: ContactGrid, contact_modulus_MPa: float) -> Compliance:
+    """Compliance of a pair of half-spaces on the nodes of a grid, as `half_space_compliance`."""
+    (nodes_x, nodes_s), (step_x, step_s) = grid.shape, grid.steps_mm
+    return half_space_compliance(
+        nodes_x=nodes_x,
+        nodes_s=nodes_s,
+        step_x_mm=step_x,
+        step_s_mm=step_s,
+        contact_modulus_MPa=contact_modulus_MPa,
+        half=grid.half,
     )
 
 

@@ -22,6 +22,7 @@ from fecontact.profiles.segments import CurvePoints
 
 Floats = NDArray[np.float64]
 
+SIDES: tuple[TrackSide, TrackSide] = ("left", "right")
 # Every so many samples of 0.02 mm are looked at first; what is so much higher than the lowest of them is not looked at
 # again. On lines of R 6 both, samples so far apart miss a touch point by 1e-3 mm, where the bound is the tenfold.
 _EVERY = 8
@@ -204,18 +205,22 @@ class Wheelset:
                 roll = 0.5 * (low + high)
         return "no roll is found at which both wheels touch their rails"
 
+    def placed(self, side: TrackSide, shift_mm: float, roll_rad: float, yaw_rad: float) -> Placement | str:
+        """One of its wheels on its rail, at a shift, roll and yaw of the wheelset, or why it cannot be there."""
+        sign, pair = SIGN[side], (self.left if side == "left" else self.right).pair
+        one = pair.placed(sign * shift_mm, sign * roll_rad, sign * yaw_rad)
+        return f"{side} side: {one}" if isinstance(one, str) else one
+
     def at(self, shift_mm: float, yaw_rad: float = 0.0, *, guess_rad: float = 0.0) -> PlacedWheelset | str:
         """The wheelset on its rails at a shift (mm, positive to the left) and yaw, or why it cannot stand there."""
         stand = self.stand(shift_mm, yaw_rad, guess_rad=guess_rad)
         if isinstance(stand, str):
             return stand
         placed: dict[TrackSide, Placement] = {}
-        sides: tuple[TrackSide, TrackSide] = ("left", "right")
-        for side in sides:
-            sign, pair = SIGN[side], getattr(self, side).pair
-            one = pair.placed(sign * shift_mm, sign * stand.roll_rad, sign * yaw_rad)
+        for side in SIDES:
+            one = self.placed(side, shift_mm, stand.roll_rad, yaw_rad)
             if isinstance(one, str):
-                return f"{side} side: {one}"
+                return one
             placed[side] = one
         return PlacedWheelset(
             shift_mm=shift_mm,

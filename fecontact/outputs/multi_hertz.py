@@ -20,7 +20,7 @@ from fecontact.theory.hertz import HertzContact
 Record = dict[str, Any]
 
 # Tables, maps and reports ask several times, and judging takes a quarter of a second.
-_judged: WeakKeyDictionary[JudgedLoad, MultiHertzJudgement | None] = WeakKeyDictionary()
+_judged: WeakKeyDictionary[JudgedLoad, MultiHertzJudgement] = WeakKeyDictionary()
 
 
 def ellipses_of(load: JudgedLoad, placement: Placement) -> MultiHertz | None:
@@ -33,11 +33,14 @@ def several_ellipses(load: JudgedLoad, placement: Placement) -> MultiHertzJudgem
     """The ellipses that share a load at its placement, judged; None where a single one carries it, or there is none."""
     if len(placement.touch_points) < 2:
         return None
+    contact = ellipses_of(load, placement)
+    return None if contact is None or len(contact.ellipses) < 2 else judged_ellipses(load, contact)
+
+
+def judged_ellipses(load: JudgedLoad, contact: MultiHertz) -> MultiHertzJudgement:
+    """The ellipses that share a load at its placement, judged once."""
     if load not in _judged:
-        contact = ellipses_of(load, placement)
-        _judged[load] = None
-        if contact is not None and len(contact.ellipses) > 1:
-            _judged[load] = judge_multi_hertz(load, contact)
+        _judged[load] = judge_multi_hertz(load, contact)
     return _judged[load]
 
 

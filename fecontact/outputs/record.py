@@ -11,11 +11,10 @@ from fecontact import __version__
 from fecontact.case import Case, case_record
 from fecontact.comparison.judged_load import JudgedLoad, SideJudgement
 from fecontact.comparison.lobes import LobeJudgement, judge_lobes
-from fecontact.comparison.multi_hertz import judge_multi_hertz
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.outputs.creep import creep_record
-from fecontact.outputs.multi_hertz import ellipse_record, ellipses_of, judged_record, verdict_record
+from fecontact.outputs.multi_hertz import ellipse_record, ellipses_of, judged_ellipses, judged_record, verdict_record
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.lobe_sizes import narrowest_semi_axes_mm, semi_axes_of_elements_mm
 from fecontact.solving.measured_lines import hertz_uncertainty
@@ -122,7 +121,7 @@ def _multi_hertz_record(result: CaseResult) -> Record:
     contact = ellipses_of(result.load, result.placement)
     if contact is None:
         return {"problem": next(point.problem for point in result.hertz_points.points if point.problem)}
-    return judged_record(judge_multi_hertz(result.load, contact))
+    return judged_record(judged_ellipses(result.load, contact))
 
 
 def _side_record(side: SideJudgement) -> Record:

@@ -44,7 +44,7 @@ def case_id(case: Case) -> str:
     Of a profile that is a file the content counts, not the folder. Neither do criteria and creepages count, with which
     a solved case is judged, nor versions: results of two versions have the same ids and can be compared row by row.
     """
-    default = case_record(Case())
+    default = _default_record()
     record = {
         name: value
         for name, value in case_record(case).items()
@@ -59,6 +59,11 @@ def case_id(case: Case) -> str:
     shown = (Path(case.profiles[body]).stem if body in files else case.profiles[body] for body in ("rail", "wheel"))
     names = "_".join("".join(c if c.isalnum() or c in ".-" else "-" for c in name) for name in shown)
     return f"{names}_{case.lateral_shift_mm:+.2f}mm_{case.load_N / 1e3:g}kN_{json_digest(record)[:8]}"
+
+
+@cache
+def _default_record() -> dict[str, Any]:
+    return case_record(Case())
 
 
 def position_id(case: Case, loads_N: Sequence[float]) -> str:

@@ -31,7 +31,8 @@ from fecontact.solving.zone import EDGE_ELEMENTS, Room, fine_zone, more_room
 
 Floats = NDArray[np.float64]
 
-# Where a second response is looked at: two thirds on the way to the edge of the patch, along both axes half of it.
+# How far beside the middle a second response is looked at, as a part of the zone's length and width: two thirds of the
+# way to the edge of the patch.
 _BESIDE = 0.15
 _ENLARGEMENTS = 4
 # Sizes of the elements tried one after the other where those of a section fold: another size is another mesh.
@@ -39,11 +40,20 @@ _SIZES_IF_FOLDED = (1.0, 0.97, 0.94, 0.91)
 
 
 def couple(case: Case, placement: Placement, zone: FineZone, clock: Clock) -> CoupledBodies:
-    """Mesh both bodies, assemble and factorise them, and couple their surfaces."""
+    """Mesh both bodies, couple their surfaces, assemble and factorise them."""
     check_memory(least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements")
     with clock.step("mesh"):
         rail = rail_mesh(placement, zone, half=case.half, size=case.size)
         wheel = wheel_mesh(placement, zone, half=case.half, size=case.size)
+    # before the factors, which take longest: surfaces that do not face each other need none
+    with clock.step("couple"):
+        x = np.linspace(0.0 if case.half else -zone.half_length_mm, zone.half_length_mm, rail.contact_nodes.shape[0])
+        grid = ContactGrid(x_mm=x, s_mm=zone.s_mm, half=case.half)
+        _, normals = placement.surface(x[:, None], grid.s_mm[None, :])
+        wheel_nodes = np.unique(wheel.surfaces["contact"])
+        local = np.full(len(wheel.points), -1)
+        local[wheel_nodes] = np.arange(wheel_nodes.size)
+        coupling = mortar_matrix(grid, placement.project(wheel.points[wheel_nodes]), local[wheel.surfaces["contact"]])
     path = choose_solver(case.solver, [3 * len(mesh.points) for mesh in (rail, wheel)])
     bodies = []
     for mesh, material in ((rail, case.rail_material), (wheel, case.wheel_material)):
@@ -54,25 +64,16 @@ def couple(case: Case, placement: Placement, zone: FineZone, clock: Clock) -> Co
         # the factor is what is kept
         del matrix
     rail_body, wheel_body = bodies
-    with clock.step("couple"):
-        x = np.linspace(0.0 if case.half else -zone.half_length_mm, zone.half_length_mm, rail.contact_nodes.shape[0])
-        grid = ContactGrid(x_mm=x, s_mm=zone.s_mm, half=case.half)
-        _, normals = placement.surface(x[:, None], grid.s_mm[None, :])
-        wheel_nodes = np.unique(wheel.surfaces["contact"])
-        local = np.full(len(wheel.points), -1)
-        local[wheel_nodes] = np.arange(wheel_nodes.size)
-        return CoupledBodies(
-            rail=rail_body,
-            wheel=wheel_body,
-            grid=grid,
-            normals=normals.reshape(-1, 3),
-            rail_nodes=rail.contact_nodes.ravel(),
-            wheel_nodes=wheel_nodes,
-            bands=zone.columns,
-            coupling=mortar_matrix(
-                grid, placement.project(wheel.points[wheel_nodes]), local[wheel.surfaces["contact"]]
-            ),
-        )
+    return CoupledBodies(
+        rail=rail_body,
+        wheel=wheel_body,
+        grid=grid,
+        normals=normals.reshape(-1, 3),
+        rail_nodes=rail.contact_nodes.ravel(),
+        wheel_nodes=wheel_nodes,
+        bands=zone.columns,
+        coupling=coupling,
+    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

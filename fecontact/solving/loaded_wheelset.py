@@ -10,9 +10,10 @@ import numpy as np
 from scipy.optimize import brentq
 
 from fecontact.case import Case
+from fecontact.dimensions import TrackSide
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.geometry.placement import SIGN, Pair, Placement
-from fecontact.geometry.wheelset import PlacedWheelset, Wheelset, place_wheelset, possible_wheelset_shifts
+from fecontact.geometry.placement import Placement
+from fecontact.geometry.wheelset import SIDES, PlacedWheelset, Wheelset, place_wheelset, possible_wheelset_shifts
 from fecontact.theory.touch_hertz import hertz_points
 
 # Loads of running wheels move the roll by some hundredths of a mrad; twice as much is looked at, and so on up to this.
@@ -49,7 +50,7 @@ def place_loaded_wheelset(wheelset: Wheelset, case: Case) -> PlacedWheelset:
     touching = place_wheelset(wheelset, shift, yaw).roll_rad
 
     def difference(roll_rad: float) -> float:
-        left, right = (_height_mm(wheelset, case, roll_rad, side) for side in ("left", "right"))
+        left, right = (_height_mm(wheelset, case, roll_rad, side) for side in SIDES)
         return left - right
 
     # it falls with the roll, as the heights of touching wheels do
@@ -73,7 +74,7 @@ def place_loaded_wheelset(wheelset: Wheelset, case: Case) -> PlacedWheelset:
     )
 
 
-def _height_mm(wheelset: Wheelset, case: Case, roll_rad: float, side: str) -> float:
+def _height_mm(wheelset: Wheelset, case: Case, roll_rad: float, side: TrackSide) -> float:
     """Height of the axle's centre over the rail's highest point, the wheel of one side pressed into its rail."""
     placement = _placed(wheelset, case, roll_rad, side)
     points = hertz_points(placement, case.load_N, direction=_UP, contact_modulus_MPa=case.contact_modulus_MPa)
@@ -83,11 +84,9 @@ def _height_mm(wheelset: Wheelset, case: Case, roll_rad: float, side: str) -> fl
     return float(placement.wheel.centre_mm[2]) - points.shared_approach_mm
 
 
-def _placed(wheelset: Wheelset, case: Case, roll_rad: float, side: str) -> Placement:
-    sign = SIGN["left" if side == "left" else "right"]
-    pair: Pair = (wheelset.left if side == "left" else wheelset.right).pair
-    placed = pair.placed(sign * case.lateral_shift_mm, sign * roll_rad, sign * case.yaw_rad)
+def _placed(wheelset: Wheelset, case: Case, roll_rad: float, side: TrackSide) -> Placement:
+    placed = wheelset.placed(side, case.lateral_shift_mm, roll_rad, case.yaw_rad)
     if isinstance(placed, str):
         can = possible_wheelset_shifts(wheelset, case.yaw_rad)
-        raise InputError(f"lateral shift {case.lateral_shift_mm:g} mm of the wheelset: {side} side: {placed}; {can}")
+        raise InputError(f"lateral shift {case.lateral_shift_mm:g} mm of the wheelset: {placed}; {can}")
     return placed
