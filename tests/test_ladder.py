@@ -289,6 +289,7 @@ def test_two_curvatures_at_a_junction(sign, radii):
     assert found.junction_in_patch
 
 
+@pytest.mark.slow
 def test_verdict_at_a_junction():
     result = solve(junction_case(1.0, resolution="quick", refine_degrees_of_freedom=0))
     assert result.status == "converged"

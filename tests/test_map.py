@@ -5,6 +5,7 @@ import json
 import math
 import os
 import re
+import shutil
 from bisect import bisect
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -520,6 +521,7 @@ def _as_new(request, monkeypatch):
     if "png" not in request.node.name:
         monkeypatch.setattr("fecontact.outputs.map.map_figure", no_figure)
     monkeypatch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
+    monkeypatch.setattr("fecontact.runs.judging.write_map_report", no_figure)
 
 
 def fake_position(case, loads_N):
@@ -565,6 +567,17 @@ def kept(tmp_path_factory):
         patch.setattr("fecontact.outputs.map.map_figure", no_figure)
         patch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
         return out, fake_run(out).made
+
+
+@pytest.fixture(scope="module")
+def two(tmp_path_factory):
+    """Folder of a map of two positions, to be copied before it is damaged, and the map."""
+    out = tmp_path_factory.mktemp("two")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(position_store, "solve_position", fake_position)
+        patch.setattr("fecontact.outputs.map.map_figure", no_figure)
+        patch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
+        return out, fake_run(out, [0.0, 1.0]).made
 
 
 @pytest.fixture(scope="module")
@@ -1233,11 +1246,11 @@ DAMAGES = [
         (lambda folder: sealed(folder, lambda text: text.replace('"quadratic"', '"cubic"')), "KeyError: 'quadratic'"),
     ],
 )
-def test_a_folder_that_cannot_be_used_is_named_and_solved_again(run, tmp_path, damage, says):
-    before = run(tmp_path, [0.0, 1.0]).made
+def test_a_folder_that_cannot_be_used_is_named_and_solved_again(run, two, tmp_path, damage, says):
+    kept_whole, before = two
+    shutil.copytree(kept_whole, tmp_path, dirs_exist_ok=True)
     folder = folder_of(tmp_path, 0.0)
     damage(folder)
-    FakeSweep.solved = []
     outcome = run(tmp_path, [0.0, 1.0])
     assert list(outcome.recomputed) == [folder.name]
     assert says in outcome.recomputed[folder.name]
@@ -1496,8 +1509,9 @@ def test_an_open_load_that_finer_meshes_may_decide_is_not_decided(run, tmp_path)
         (lambda folder: sealed(folder, lambda text: text.replace("map-position/3", "map-position/2")), "its layout is"),
     ],
 )
-def test_a_position_that_cannot_be_judged_is_named_and_no_verdict_is_made_up(run, tmp_path, damage, says):
-    whole = run(tmp_path, [0.0, 1.0]).made
+def test_a_position_that_cannot_be_judged_is_named_and_no_verdict_is_made_up(two, tmp_path, damage, says):
+    kept_whole, whole = two
+    shutil.copytree(kept_whole, tmp_path, dirs_exist_ok=True)
     folder = folder_of(tmp_path, 0.0)
     damage(folder)
     made, problems = judge_map(tmp_path, Criteria())

@@ -196,8 +196,8 @@ def test_07_crane_rail(quick, tmp_path):
     assert (tmp_path / "crane_rail.png").is_file()
 
 
-def test_08_switch_rail(tmp_path):
-    (full, tongue), said = run_quick("08_switch_rail", tmp_path)
+def test_08_switch_rail(quick, tmp_path):
+    (full, tongue), said = quick("08_switch_rail", tmp_path)
     for row in (full, tongue):
         # the full head is a half-space to 0.02 %; what the narrow one is, quick meshes tell to 1.3 %
         assert abs(row["p_max_deviation_percent"]) < row["p_max_uncertainty_percent"] + 0.3

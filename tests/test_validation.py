@@ -3,6 +3,8 @@
 import math
 
 import pytest
+from inline import inline_crew
+from pictures import draw_nothing
 
 from fecontact.cli import call
 from fecontact.regression.checks import Check, discretisation_check, report
@@ -85,7 +87,10 @@ def checks(rows):
 """
 
 
-def test_validate_runs_studies_and_fails_with_a_check(tmp_path, capsys):
+def test_validate_runs_studies_and_fails_with_a_check(tmp_path, capsys, monkeypatch):
+    # what processes and pictures cost is not looked at here
+    monkeypatch.setattr("fecontact.jobs.engine.process_crew", lambda workers, threads: inline_crew())
+    draw_nothing(monkeypatch)
     for name, limit in (("good", 2.0), ("bad", 1e-9)):
         (tmp_path / f"{name}.py").write_text(STUDY.replace("LIMIT", str(limit)))
     options = ["--out", str(tmp_path / "out"), "--workers", "1"]
