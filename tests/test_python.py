@@ -120,7 +120,7 @@ def test_running_needs_cases(study, tmp_path):
 def test_the_example_of_the_readme_runs(elliptic_quick, monkeypatch, tmp_path, capsys):
     """As it stands, but with results that are there already in place of four that would be solved."""
     text = README.read_text("utf-8")
-    code = text.partition("### From Python")[2].partition("```python")[2].partition("```")[0]
+    code = text.partition("## From Python")[2].partition("```python")[2].partition("```")[0]
     asked = []
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(fecontact, "solve", lambda case: elliptic_quick, raising=False)
