@@ -99,8 +99,8 @@ def _help(slot: Slot, body: str, defaults: Mapping[str, str]) -> str:
     if not slot.body:
         return f"{described.help}: {described.domain}; {default}."
     if not body:
-        return f"{described.help} of both bodies: {described.domain}; {default}."
-    return f"{described.help} of the {body}: {described.domain}; {default}, or that of both bodies."
+        return f"{described.help} (both bodies): {described.domain}; {default}."
+    return f"{described.help} ({body}): {described.domain}; {default}, or that of both bodies."
 
 
 def options_of(

@@ -4,15 +4,17 @@ import json
 import math
 import subprocess
 import sys
+from io import StringIO
 
 import pytest
+from rich.console import Console
 
 from fecontact.case import Case, Opposite, Track
 from fecontact.cli import call
 from fecontact.geometry.contact_functions import contact_functions, harmonic_conicity, rolling_radius_difference_mm
 from fecontact.geometry.placement import pair_of
 from fecontact.geometry.wheelset import Wheelset
-from fecontact.outputs.contact_functions import functions_of_case, functions_record
+from fecontact.outputs.contact_functions import functions_of_case, functions_record, print_functions
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Line
 from fecontact.profiles.shapes import circular_rail_head
@@ -130,6 +132,26 @@ def test_a_record_says_units_and_what_cannot_be(standard):
     assert touch["rail_radius_mm"] == pytest.approx(80.0, rel=1e-9)
     # without a yaw the touch point lies below the axle
     assert touch["ahead_mm"] == pytest.approx(0.0, abs=1e-9)
+
+
+ALONG = "radius of the wheel along the rail"
+
+
+@pytest.mark.parametrize(
+    ("width", "without"), [(120, []), (100, [ALONG, "lift"]), (80, [ALONG, "lift", "rolling radius"])]
+)
+def test_the_table_fits_its_width_and_names_what_it_has_no_room_for(standard, width, without):
+    record = functions_record(Case(), standard)
+    console = Console(width=width, force_terminal=True, color_system=None, file=StringIO())
+    print_functions(record, console=console)
+    table, _, rest = console.file.getvalue().partition("The right wheel")
+    assert rest
+    assert "…" not in table
+    assert max(len(line.rstrip()) for line in table.splitlines()) <= width
+    names = table.partition("no room for: ")[2].strip()
+    assert names == ", ".join(without)
+    # shift, roll, the touch point and its angle always find room
+    assert all(word in table for word in ("+5.00", "+0.3406", "-26.55", "+299.98"))
 
 
 # --- the command ------------------------------------------------------------------------------------------------------

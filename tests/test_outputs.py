@@ -825,7 +825,7 @@ def test_a_row_of_the_table_says_the_verdict_or_why_there_is_none(record, flat):
     assert good.endswith(" HOLDS 2")
     # the measure that decided comes first, those without room are counted
     assert failing.endswith(" FAILS b p_max area a +4 4")
-    assert [one.split(" ", 2)[2] for one in bad][2].endswith("failed -")
+    assert [one.split(" ", 2)[2] for one in bad][2].endswith("no result -")
     assert "not conv." in bad[0]
     assert "at edge" in bad[1]
     assert not any("HOLDS" in one for one in bad)
@@ -1167,10 +1167,14 @@ def test_the_words_of_a_case_figure_have_the_verdict_and_every_answer(flattened)
     assert f"{off:+.2f} % ± {unsure:.2f} % (limit ±5 %); because: {verdict.cause}" in reason
     (text,) = [text for text in texts if "status: converged" in text]
     lines = [line.split() for line in text.splitlines()]
-    answers = {line[0]: line[-1] for line in lines if line and line[-1] in ("HOLDS", "UNRESOLVED", "FAILS")}
-    assert answers == {WORDS[name].short: answer for name, answer in verdict.each.items()}
+    judged = {line[0]: line for line in lines if line and line[-1] in ("HOLDS", "UNRESOLVED", "FAILS")}
+    assert {name: line[-1] for name, line in judged.items()} == {
+        WORDS[name].short: answer for name, answer in verdict.each.items()
+    }
+    assert judged["p_max"][-3:-1] == ["±5", "%"]
+    assert judged["centre"][-3:-1] == ["±0.15", "b"]
     # in this font and size a line of so many characters ends at the right edge of the picture
-    assert max(len(line) for line in text.splitlines()) <= 53
+    assert max(len(line) for line in text.splitlines()) <= 60
 
 
 def test_a_case_figure_has_both_outlines_where_the_numbers_have_them(elliptic_quick):

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -65,6 +66,10 @@ def test_a_single_case_is_opened_as_well_and_a_folder_without_files_is_refused(s
     with pytest.raises(InputError, match="a map keeps no meshes"):
         write_view(tmp_path)
     assert call(["view", str(tmp_path)]) == 2
+    # cases that are no series: which folder to give
+    shutil.copytree(folder, tmp_path / "cases" / "one")
+    with pytest.raises(InputError, match=re.escape(f"such as {tmp_path / 'cases' / 'one'}")):
+        write_view(tmp_path)
 
 
 def test_a_case_that_failed_is_no_part_of_the_view(study, tmp_path):

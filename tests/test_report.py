@@ -74,6 +74,7 @@ def test_a_report_says_question_answer_and_reason(study):
     assert head[0] == "Hertz holds in 1 of 3 cases, fails in 0, is open in 1, 1 could not be used"
     assert head[1].startswith("May Hertz's ellipse stand for the contact of rail circle:300 and wheel cylinder:460?")
     assert head[2] == "It is as expected."
+    assert [text_of(one) for one in page.iter("li") if "to decide it: --resolution standard" in text_of(one)]
     titles = [text_of(one) for one in page.iter("h2")]
     assert titles == ["The pair", "Verdicts", "Cases", "Meshes and solver", "What made it", "Terms"]
     lines = [[text_of(cell) for cell in line.iter("td")] for line in next(page.iter("table")).iter("tr")][1:]

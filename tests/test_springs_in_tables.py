@@ -144,8 +144,8 @@ def test_a_map_marks_where_springs_hold_and_one_ellipse_does_not(made, monkeypat
     text = write_map_report(made, tmp_path).read_text("utf-8")
     page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
     rows = [["".join(cell.itertext()) for cell in line] for line in list(page.iter("table"))[1].iter("tr")]
-    assert rows[0][-3:] == ["as springs", "their p_max", "their part of a limit"]
-    assert rows[1][-3:] == ["-", "-", "-"]
+    assert rows[0][-3:] == ["ellipses as springs", "their p_max", "their part of a limit"]
+    assert rows[1][-3:] == ["", "", ""]
     assert rows[2][-3] == "HOLDS"
     assert rows[2][-1] == f"{load_row(made.cells[1].judged, made.positions[1].placement)['multi_hertz_limit_used']:.2f}"
 

@@ -75,7 +75,7 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
     draw_rolling_cut(figure.add_subplot(cuts[0, 1]), load, fields)
     words = figure.add_subplot(maps[0, 3] if tall else cuts[0, 2])
     words.axis("off")
-    words.text(0.0, 1.0, _case_text(load, placement), va="top", family="monospace", fontsize=9.3, linespacing=1.4)
+    words.text(0.0, 1.0, _case_text(load, placement), va="top", family="monospace", fontsize=8.2, linespacing=1.5)
 
 
 def _ratio(fields: PressureFields) -> float:
@@ -199,23 +199,25 @@ def _wheel_junctions(placement: Placement) -> Floats:
 
 def _case_text(load: JudgedLoad, placement: Placement) -> str:
     comparison, first, side = load.comparison, placement.first, load.sides[-1]
-    lines = [f"{'':<10} {'FE':>6} {'Hertz':>6} {'off by':>9} {'±':>6}"]
-    fe, hertz = comparison.fe.as_dict(), side.measures.as_dict()
+    lines = [f"{'':<10} {'FE':>6} {'Hertz':>6} {'off by':>9} {'±':>6} {'limit':>7}"]
+    fe, hertz, limits = comparison.fe.as_dict(), side.measures.as_dict(), load.case.criteria.limits
     for name, answer in side.verdict.each.items():
         words = WORDS[name]
         head = f"{words.short} {words.unit}" if name in fe else words.short
         values = (f"{of[name]:.4g}" if name in of else "" for of in (fe, hertz))
         off, unsure = words.off(side.deviation[name]), words.off(side.uncertainty[name], size=True).split()[0]
-        lines.append(f"{head:<10} {' '.join(f'{value:>6}' for value in values)} {off:>9} {unsure:>6} {answer}")
+        limit = words.limit(limits[name]) if name in limits else ""
+        sizes = " ".join(f"{value:>6}" for value in values)
+        lines.append(f"{head:<10} {sizes} {off:>9} {unsure:>6} {limit:>7} {answer}")
     if first.at_junction:
         # the ellipse drawn, and the numbers, are those of one side
         lines.append("all with the curvature of the field side")
-    lines += ["", f"touch (+) at {first.rail_y_mm:+z.2f} mm on the rail, {1e3 * first.contact_angle_rad:+z.1f} mrad"]
+    lines += ["", "outlines: finite elements solid, Hertz dashed"]
+    lines += [f"touch (+) at {first.rail_y_mm:+z.2f} mm on the rail, {1e3 * first.contact_angle_rad:+z.1f} mrad"]
     lobes = comparison.patch.lobes
     for number, lobe in enumerate(lobes if len(lobes) > 1 else (), start=1):
-        lines.append(
-            f"lobe {number} at {lobe.y_mm:+z.1f} mm: {lobe.p_max_MPa:.0f} MPa, {1e2 * lobe.force_share:.1f} % of it"
-        )
+        carries = f"{lobe.p_max_MPa:.0f} MPa, {1e2 * lobe.force_share:.1f} % of the load"
+        lines.append(f"lobe {number} at {lobe.y_mm:+z.1f} mm: {carries}")
     lines.append(f"lobes {len(lobes)}, patches {comparison.patch.pieces}")
     lines.append(f"L2 {1e2 * comparison.pressure_l2:.1f} %, overlap {comparison.overlap:.2f}")
     size_x, size_s = load.level.nodal.grid.steps_mm

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -11,12 +11,13 @@ from fecontact.errors import InputError
 from fecontact.geometry.contact_functions import ContactFunctions, contact_functions, rolling_radius_difference_mm
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.wheelset import PlacedWheelset, possible_wheelset_shifts
-from fecontact.outputs.terminal import print_notes, say, standard_console, titled_table
+from fecontact.outputs.terminal import print_fitting, print_notes, say, standard_console, titled_table
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.placing import wheelset_of_case
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
 
 Record = dict[str, Any]
 
@@ -108,6 +109,14 @@ _HEADINGS = (
     *("shift\nmm", "roll\nmrad", "lift\nmm", "r left -\nright mm", "y rail\nmm", "y wheel\nmm", "angle\nmrad"),
     *("radius\nmm", "R rail\nmm", "R wheel\nacross mm", "R wheel\nrolling mm", "touch\npoints"),
 )
+# Left out in turn where there is no room, and what they are called then; the file or pipe has them all.
+_WITHOUT = {
+    "R wheel\nrolling mm": "radius of the wheel along the rail",
+    "lift\nmm": "lift",
+    "radius\nmm": "rolling radius",
+    "y wheel\nmm": "y wheel",
+    "R wheel\nacross mm": "radius of the wheel across",
+}
 
 
 def print_functions(record: Mapping[str, Any], *, console: Console | None = None) -> None:
@@ -133,26 +142,41 @@ def print_functions(record: Mapping[str, Any], *, console: Console | None = None
 
 
 def _print_side(record: Mapping[str, Any], side: str, console: Console) -> None:
-    table = titled_table(console, title=f"The {side} wheel on its rail; lengths in mm, radii positive where convex")
-    for heading in _HEADINGS:
-        table.add_column(heading, justify="right", no_wrap=True)
-    for row in (row for row in record["positions"] if "problem" not in row):
-        points = row[side]["touch_points"]
-        touch = points[0]
-        radii = (touch[f"{name}_radius_mm"] for name in ("rail", "wheel_lateral", "wheel_rolling"))
-        table.add_row(
-            f"{row['lateral_shift_mm']:+z.2f}",
-            f"{row['roll_mrad']:+z.4f}",
-            f"{row['lift_mm']:+z.3f}",
-            f"{row['rolling_radius_difference_mm']:+z.3f}",
-            f"{touch['rail_y_mm']:+z.2f}",
-            f"{touch['wheel_y_mm']:+z.2f}",
-            f"{1e3 * touch['contact_angle_rad']:+z.2f}",
-            f"{touch['rolling_radius_mm']:.3f}",
-            *("straight" if radius is None else f"{radius:.1f}" for radius in radii),
-            str(len(points)) + (" junction" if touch["at_junction"] else ""),
-        )
-    console.print(table)
+    title = f"The {side} wheel on its rail; lengths in mm, radii positive where convex"
+    lines = [_line(row, side) for row in record["positions"] if "problem" not in row]
+
+    def tables() -> Iterator[tuple[Table, list[str]]]:
+        for count in range(len(_WITHOUT) + 1):
+            left_out = list(_WITHOUT)[:count]
+            headings = [heading for heading in _HEADINGS if heading not in left_out]
+            table = titled_table(console, title=title)
+            for heading in headings:
+                table.add_column(heading, justify="right", no_wrap=True)
+            for line in lines:
+                table.add_row(*(line[heading] for heading in headings))
+            yield table, [_WITHOUT[heading] for heading in left_out]
+
+    print_fitting(console, tables())
+
+
+def _line(row: Mapping[str, Any], side: str) -> dict[str, str]:
+    """A line of the table by its headings."""
+    points = row[side]["touch_points"]
+    touch = points[0]
+    radii = (touch[f"{name}_radius_mm"] for name in ("rail", "wheel_lateral", "wheel_rolling"))
+    cells = (
+        f"{row['lateral_shift_mm']:+z.2f}",
+        f"{row['roll_mrad']:+z.4f}",
+        f"{row['lift_mm']:+z.3f}",
+        f"{row['rolling_radius_difference_mm']:+z.3f}",
+        f"{touch['rail_y_mm']:+z.2f}",
+        f"{touch['wheel_y_mm']:+z.2f}",
+        f"{1e3 * touch['contact_angle_rad']:+z.2f}",
+        f"{touch['rolling_radius_mm']:.3f}",
+        *("straight" if radius is None else f"{radius:.1f}" for radius in radii),
+        str(len(points)) + (" junction" if touch["at_junction"] else ""),
+    )
+    return dict(zip(_HEADINGS, cells, strict=True))
 
 
 def _print_conicity(conicities: Sequence[Mapping[str, float]], console: Console) -> None:

@@ -89,7 +89,9 @@ def paragraph(text: str, style: str = "") -> str:
 
 
 def answer(text: str) -> str:
-    """A verdict on its colour."""
+    """A verdict on its colour; nothing where there is none."""
+    if not text:
+        return ""
     kind = text if text in ("HOLDS", "UNRESOLVED", "FAILS") else "failed"
     return f'<span class="answer {kind}">{escape(text)}</span>'
 

@@ -49,11 +49,11 @@ def map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
     """Draw over lateral shift and load where Hertz holds, as PNG and as SVG.
 
     The load axis is linear. The colour of a column changes at the loads at which the verdict does, as far as they are
-    known: a range left open between two verdicts has its own colour. Every load that was solved is a tick at both sides
-    of its column, and each load of the map has the largest part of a limit that Hertz uses (he is off from 1 on), with
-    a letter for the cause where he does not hold. A diamond says that he holds there at all touch points, if they share
-    the load as springs. Columns that were inferred have no border. Of a symmetric wheelset
-    the axis above is that of the other wheel.
+    known: a range left open between two verdicts has its own colour. Each load of the map has the largest part of a
+    limit that Hertz uses (he is off from 1 on), with a letter for the cause where he does not hold; every other load
+    that was solved is a tick at both sides of its column. A diamond says that he holds there at all touch points, if
+    they share the load as springs. Columns that were inferred have no border. Of a symmetric wheelset the axis above is
+    that of the other wheel.
     """
     shifts, loads = np.array(made.lateral_shifts_mm), np.array(made.loads_N) / 1e3
     width = float(np.clip(_COLUMN * shifts.size, 4.5, 13.0))
@@ -62,7 +62,7 @@ def map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
     bottom, top = _load_range(loads)
     font = min(9.5, width / shifts.size / _INCHES_A_POINT)
     for (left, right), position in zip(pairwise(_edges(shifts)), made.positions, strict=True):
-        _draw_column(ax, position, (left, right), (bottom, top))
+        _draw_column(ax, position, (left, right), (bottom, top), numbered=font >= _SMALLEST_FONT)
         _draw_numbers(ax, position, 0.5 * (left + right), made.case.criteria, font)
     ax.set_xlim(*_edges(shifts)[[0, -1]])
     ax.set(ylim=(bottom, top), yticks=loads)
@@ -71,7 +71,7 @@ def map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
     rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
     title = (
         f"rail {rail}{inclination_words(case.inclination_rad)}, wheel {wheel}: where Hertz holds,\n"
-        f"{roll_words(case)},\n{criteria_words(case.criteria)}"
+        f"{roll_words(case)},\nwithin {criteria_words(case.criteria)}"
     )
     # from the left: a narrow map is shorter than its title, and the legend beside it leaves room
     ax.set_title(title, x=0.0, ha="left")
@@ -107,7 +107,9 @@ def _edges(centres: Floats) -> Floats:
     return np.concatenate([[centres[0] - reach], 0.5 * (centres[:-1] + centres[1:]), [centres[-1] + reach]])
 
 
-def _draw_column(ax: Axes, position: MapPosition, sides: tuple[float, float], ends: tuple[float, float]) -> None:
+def _draw_column(
+    ax: Axes, position: MapPosition, sides: tuple[float, float], ends: tuple[float, float], *, numbered: bool
+) -> None:
     left, right = sides
     place: dict[str, Any] = {"x": left, "width": right - left, "align": "edge", "lw": 0.0}
     intervals = position.limit.intervals
@@ -125,7 +127,9 @@ def _draw_column(ax: Axes, position: MapPosition, sides: tuple[float, float], en
     if solved:
         ax.bar(bottom=ends[0], height=ends[1] - ends[0], fill=False, ec="white", **place | {"lw": 1.2})
     tick = 0.09 * (right - left)
-    for load in solved:
+    # a tick beside a number looks like a minus
+    with_number = {cell.load_N / 1e3 for cell in position.cells} if numbered else set()
+    for load in (load for load in solved if load not in with_number):
         for start, end in ((left, left + tick), (right - tick, right)):
             ax.plot([start, end], [load, load], color="k", lw=1.0, solid_capstyle="butt")
 
@@ -154,6 +158,8 @@ def _draw_numbers(ax: Axes, position: MapPosition, middle: float, criteria: Crit
             fontsize=max(font, 6.0),
             style=style,
             weight="bold" if cell.verdict == "FAILS" else "normal",
+            # a border of colours is not drawn through a number
+            bbox={"fc": ANSWERS[cell.verdict], "ec": "none", "pad": 0.6},
         )
         if springs_help(cell, position.placement):
             below = ScaledTranslation(0.0, -(0.5 * font + 3.5) / 72.0, ax.figure.dpi_scale_trans)
@@ -178,9 +184,10 @@ def _handles(made: ApplicabilityMap, font: float) -> list[Any]:
     handles: list[Any] = [Patch(fc=c, ec="0.4", label=ANSWER_WORDS[v]) for v, c in ANSWERS.items() if v in shown]
     words = [("$-$", "solved at this load")]
     if font >= _SMALLEST_FONT:
+        words[0] = ("$-$", "further loads that were solved")
         words.append(("$0.5$", "largest part of a limit\nthat Hertz uses; off from 1 on"))
     if not all(cell.solved for cell in made.cells):
-        words.append(("$i$", "italic, no ticks: inferred"))
+        words.append(("$i$", "italic: inferred"))
     if any(cell.status not in ("converged", "inferred") for cell in made.cells):
         words.append(("$!$", "not to be used"))
     causes = {cell.cause for cell in made.cells}

@@ -117,7 +117,7 @@ def _limits(made: ApplicabilityMap) -> str:
 def _cells(made: ApplicabilityMap) -> str:
     cells = [(cell, springs_of_cell(cell, one.placement)) for one in made.positions for cell in one.cells]
     several = any(springs is not None for _, springs in cells)
-    more = ("as springs", "their p_max", "their part of a limit") * several
+    more = ("ellipses as springs", "their p_max", "their part of a limit") * several
     headings = ("shift mm", "load kN", "Hertz", "part of a limit", "decided by", "found by", "unknowns", *more)
     rows = []
     for cell, springs in cells:
@@ -135,9 +135,9 @@ def _cells(made: ApplicabilityMap) -> str:
         texts += ["finite elements" if cell.solved else "inferred from the half-space and both neighbours"]
         texts += ["-" if judged is None else str(sum(judged.level.degrees_of_freedom.values()))]
         if several:
-            texts += ["-"] * 3 if springs is None or judged is None else _springs(judged, springs)
+            texts += [""] * 3 if springs is None or judged is None else _springs(judged, springs)
         rows.append((texts, texts[2] == "FAILS"))
-    return table("", headings, rows, numbers=_NUMBERS, answers=("Hertz", "as springs"))
+    return table("", headings, rows, numbers=_NUMBERS, answers=("Hertz", "ellipses as springs"))
 
 
 def _springs(judged: JudgedLoad, springs: MultiHertzJudgement) -> list[str]:

@@ -44,11 +44,19 @@ def write_view(out: Path) -> Path:
     elif (out / COLLECTION).is_file():
         collections, rows, folders = [COLLECTION], [read_row(out / "row.json")], [out]
     else:
-        raise InputError(
-            f"{out}: it has no study.pvd and no {COLLECTION}; give the folder that `fecontact run` or"
-            " `fecontact solve --out` wrote (a map keeps no meshes)"
-        )
+        raise InputError(_without_collection(out))
     return write_text(out / VIEW, view_script(collections, rows, folders))
+
+
+def _without_collection(out: Path) -> str:
+    """Why there is nothing to see, and which folder to give."""
+    if single := sorted(path.parent for path in out.glob(f"cases/*/{COLLECTION}")):
+        # a .pvd has several shifts of one pair
+        return f"{out}: its cases are no series of shifts; give the folder of one of them, such as {single[0]}"
+    return (
+        f"{out}: it has no study.pvd and no {COLLECTION}; give the folder that `fecontact run` or"
+        " `fecontact solve --out` wrote (a map keeps no meshes)"
+    )
 
 
 def view_script(collections: Sequence[str], rows: Sequence[Row], folders: Sequence[Path]) -> str:

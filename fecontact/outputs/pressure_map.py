@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
+# A map that is so much taller than wide has room for three numbers across.
+_NARROW = 2.2
 # Colours of a pressure map and of a difference where nothing presses.
 _NO_PRESSURE, _NO_DIFFERENCE = "#440154", "#f7f6f6"
 
@@ -90,7 +92,11 @@ def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields 
     for colour, width in (("black", 3.0), ("white", 1.4)):
         ax.plot(0.0, 0.0, "+", color=colour, ms=9, mew=width, label="_first touch point")
     ax.set(title=kind, xlabel=f"{ACROSS}\n{SIDES}", ylabel=ROLLING, aspect="equal", facecolor=ground)
-    ax.set(xlim=fields.limits_mm(across=True), ylim=fields.limits_mm(across=False))
+    (s_low, s_high), (x_low, x_high) = fields.limits_mm(across=True), fields.limits_mm(across=False)
+    ax.set(xlim=(s_low, s_high), ylim=(x_low, x_high))
+    if x_high - x_low > _NARROW * (s_high - s_low):
+        # more numbers would overlap
+        ax.locator_params(axis="x", nbins=3)
     bar = ax.figure.colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.045, 1.0)))
     bar.set_label("difference in MPa" if ground == _NO_DIFFERENCE else "pressure in MPa")
 

@@ -21,8 +21,10 @@ from fecontact.outputs.style import (
     WHEEL,
     blank_figure,
     finish,
+    legend_beside,
     save_figure,
 )
+from fecontact.outputs.verdict_words import case_words
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.recognition import Nearest
 from fecontact.solving.preview import Preview
@@ -109,13 +111,14 @@ def uncertainty_text(part: dict[str, float]) -> str:
 
 def preview_figure(seen: Preview, path: str | Path) -> Path:
     """Draw the pair in position, the place of contact, and the curvatures of both lines about the expected patch."""
-    figure = blank_figure(13.0, 7.5)
-    grid = figure.add_gridspec(2, 2, width_ratios=(1.2, 1.0))
-    whole, near, bent = (figure.add_subplot(place) for place in (grid[:, 0], grid[0, 1], grid[1, 1]))
+    figure = blank_figure(13.0, 9.0)
+    grid = figure.add_gridspec(2, 2)
+    whole, near, bent = (figure.add_subplot(place) for place in (grid[0, :], grid[1, 0], grid[1, 1]))
     patch, touch = seen.expected, seen.placement.first
     for ax in (whole, near):
         _draw_lines(ax, seen)
-    whole.set(title="in position", xlabel=f"y in mm\n{SIDES}", ylabel="z (up) in mm")
+    figure.suptitle(case_words(seen.case, seen.placement), fontsize=13)
+    whole.set(xlabel=f"y in mm\n{SIDES}", ylabel="z (up) in mm")
     whole.set_aspect("equal", adjustable="datalim")
     reach = 0.8 * (patch.s_high_mm - patch.s_low_mm)
     near.set_xlim(touch.y_mm + patch.s_low_mm - reach, touch.y_mm + patch.s_high_mm + reach)
@@ -123,10 +126,10 @@ def preview_figure(seen: Preview, path: str | Path) -> Path:
     _, z, _ = rail.section(rail.parameter_at_y(np.linspace(*near.get_xlim(), 50)))
     low, high = float(np.nanmin(z)), float(np.nanmax(z))
     near.set_ylim(low - 0.3 * (high - low + 0.1), high + 0.6 * (high - low + 0.1))
-    near.set(title="about the expected patch (shaded), heights drawn out", xlabel="y in mm", ylabel="z in mm")
+    near.set(title="about the expected patch (shaded), heights drawn out", xlabel=f"y in mm\n{SIDES}", ylabel="z in mm")
     near.axvspan(touch.y_mm + patch.s_low_mm, touch.y_mm + patch.s_high_mm, color=EXPECTED, alpha=0.3, lw=0)
     _draw_curvatures(bent, seen, reach)
-    whole.legend(loc="best")
+    legend_beside(whole)
     wheel = seen.placement.wheel
     draw_problems(whole, rail.profile, rail.point)
     draw_problems(whole, wheel.profile, wheel.lowest_point)
@@ -148,7 +151,7 @@ def _draw_lines(ax: Axes, seen: Preview) -> None:
 
 def _draw_curvatures(ax: Axes, seen: Preview, reach: float) -> None:
     """Curvature of the rail and of the wheel, positive where convex, over the distance from the touch point."""
-    touch, patch = seen.placement.first, seen.expected
+    touch, patch, banded = seen.placement.first, seen.expected, False
     s = np.linspace(patch.s_low_mm - reach, patch.s_high_mm + reach, 1200)
     for profile, u, colour in (
         (seen.placement.rail.profile, touch.rail_u, RAIL),
@@ -161,6 +164,7 @@ def _draw_curvatures(ax: Axes, seen: Preview, reach: float) -> None:
             start = _start_of(profile)
             noise = np.interp(s + float(profile.arc_length(u)) + start, measured.s_mm, measured.curvature_noise_per_mm)
             ax.fill_between(s, curvature - 2.0 * noise, curvature + 2.0 * noise, color=colour, alpha=0.25, lw=0)
+            banded = True
     ax.axvspan(patch.s_low_mm, patch.s_high_mm, color=EXPECTED, alpha=0.3, lw=0)
     ax.axvline(0.0, color="k", lw=0.8)
     ax.axhline(0.0, color="0.5", lw=0.8)
@@ -168,8 +172,8 @@ def _draw_curvatures(ax: Axes, seen: Preview, reach: float) -> None:
         if s[0] <= one["distance_mm"] <= s[-1]:
             ax.axvline(one["distance_mm"], color=RAIL if one["profile"] == "rail" else WHEEL, ls=":", lw=1.0)
     ax.set(
-        title="curvatures (dotted: junctions; bands: twice the noise)",
-        xlabel="distance across from the touch point in mm",
+        title=f"curvatures (dotted: junctions{'; bands: twice the noise' if banded else ''})",
+        xlabel=f"distance across from the touch point in mm\n{SIDES}",
         ylabel="curvature in 1/mm, convex positive",
     )
     finish(ax)

@@ -117,8 +117,7 @@ def _print_verdict(record: Record, console: Console) -> None:
     """Print the answer, what decided it and why, on which meshes, and what would decide an open one."""
     verdict = record["verdict"]
     answer, measure, each = verdict["verdict"], verdict["measure"], verdict["each"]
-    # the side whose verdict it is, that of the field side where both are the same
-    side = next(s for s in reversed(verdict["sides"]) if (s["each"], s["measure"]) == (each, measure))
+    side = _deciding_side(verdict)
     words = WORDS[measure]
     said = f"{words.off(side['deviation'].get(measure))} ± {words.off(side['uncertainty'].get(measure), size=True)}"
     at = "" if side["side"] == "both" else f" with the curvature of the {side['side']} side"
@@ -142,10 +141,19 @@ def _print_verdict(record: Record, console: Console) -> None:
     if verdict["unknown"]:
         say(console, unknown_text(verdict["unknown"]))
     elif answer == "UNRESOLVED":
-        say(console, _what_would_decide(record, side, measure))
+        say(console, what_would_decide(record))
 
 
-def _what_would_decide(record: Record, side: Record, measure: str) -> str:
+def _deciding_side(verdict: Record) -> Record:
+    """The side whose verdict it is, that of the field side where both are the same."""
+    decided = (verdict["each"], verdict["measure"])
+    side: Record = next(s for s in reversed(verdict["sides"]) if (s["each"], s["measure"]) == decided)
+    return side
+
+
+def what_would_decide(record: Record) -> str:
+    """What decides an open verdict: finer meshes, or better profiles."""
+    side, measure = _deciding_side(record["verdict"]), record["verdict"]["measure"]
     if record["status"] != "converged":
         return f"the result must not be used: {record['status']}"
     of_points = (record["uncertainty_of_profile"] or {}).get(measure, 0.0)

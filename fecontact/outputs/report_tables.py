@@ -86,7 +86,7 @@ def verdict_table(cases: Sequence[ReportedCase]) -> str:
         *("shift mm", "load kN", "Hertz", "decided by", "because", "peak FE MPa", "peak Hertz MPa", "part of a limit"),
     )
     springs, forces = (any(case.row.get(name) for case in cases) for name in ("multi_hertz_verdict", "force_verdict"))
-    headings += ("as springs",) * springs + ("for forces", _FORCE) * forces
+    headings += ("ellipses as springs",) * springs + ("for forces", _FORCE) * forces
     lines = []
     for case in cases:
         row = case.row
@@ -94,10 +94,10 @@ def verdict_table(cases: Sequence[ReportedCase]) -> str:
         cells += [f"{row['lateral_shift_mm']:+z.2f}", f"{row['load_kN']:g}", verdict_of(row)]
         cells += [decided(row, limits_of(case)), str(row.get("verdict_cause") or "")]
         cells += [_number(row.get(key), form) for key, form in _PEAKS]
-        cells += [str(row.get("multi_hertz_verdict") or "-")] * springs
+        cells += [str(row.get("multi_hertz_verdict") or "")] * springs
         cells += _force_cells(row) if forces else ()
         lines.append((cells, verdict_of(row) == "FAILS"))
-    return table("", headings, lines, numbers=_NUMBERS, answers=("Hertz", "as springs", "for forces"))
+    return table("", headings, lines, numbers=_NUMBERS, answers=("Hertz", "ellipses as springs", "for forces"))
 
 
 def _force_cells(row: Row) -> tuple[str, str]:

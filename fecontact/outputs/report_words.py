@@ -20,7 +20,7 @@ GLOSSARY = (
     ("off by", "(Hertz - FE) / FE of a size; centre, valley, separate and misplaced are those of the finite elements,"
      " and zero for Hertz."),
     ("±", "Numerical uncertainty: change from mesh to mesh, what the bodies add, reading a field off its nodes, cut"
-     " planes, residuals, and, for profiles given by points, what changes when every second one is left out."),
+     " planes, residuals, and, for profiles given by points, what changes on the other lines that these allow."),
     ("part of a limit", "The largest of all |off by| / limit: below 1 Hertz is within all limits."),
     ("ladder", "Hertz, his gap on a half-space, the true gap on a half-space, the true gap between finite bodies. What"
      " a step moves is physics: the shape of the gap, or the finite bodies."),
@@ -43,7 +43,11 @@ def measure_terms() -> tuple[tuple[str, str], ...]:
 
 def question(pair: str, criteria: Criteria | None, roll: str = "") -> str:
     """What a study or map asks, and how the wheels are rolled."""
-    by = f" Judged by: {criteria_text(criteria)}." if criteria else " Each case has its own criteria."
+    by = (
+        f" Judged by: {criteria_text(criteria)} (what that is: see Terms)."
+        if criteria
+        else " Each case has its own criteria."
+    )
     rolled = f" {roll[0].upper()}{roll[1:]}." if roll else ""
     return f"May Hertz's ellipse stand for the contact of {pair}?{by}{rolled}"
 

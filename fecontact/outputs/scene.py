@@ -23,6 +23,14 @@ _ENVIRONMENTS: tuple[dict[str, str], ...] = (
 )
 
 
+# Room between the title and the numbers, and from the picture's edges.
+_BAR: dict[str, Any] = {
+    **{"title": "pressure in MPa\n", "color": "black", "fmt": "%.0f", "vertical": True, "n_labels": 5},
+    **{"position_x": 0.87, "position_y": 0.06, "width": 0.07, "height": 0.5},
+    **{"title_font_size": 26, "label_font_size": 24},
+}
+
+
 def write_scene(case_folder: Path, path: Path, *, seconds: float = _SECONDS) -> str | None:
     """Draw rail, wheel and pressure of a case's ParaView files into a PNG.
 
@@ -74,7 +82,7 @@ def draw_scene(case_folder: Path, path: Path) -> None:
         scalars="contact_pressure_MPa",
         cmap="viridis",
         clim=(0.0, float(contact.point_data["contact_pressure_MPa"].max())),
-        scalar_bar_args={"title": "pressure in MPa", "color": "black", "fmt": "%.0f", "vertical": True},
+        scalar_bar_args=_BAR,
     )
     plotter.add_mesh(ellipse, color="#d55e00", line_width=4)
     plotter.camera.focal_point = centre

@@ -148,6 +148,9 @@ def _draw_used_limits(ax: Axes, group: Sequence[Row], criteria: Criteria) -> Non
         _draw_series(ax, used, "used", unsure=error, label=WORDS[measure].short, **style)
     ax.axhspan(0.0, 1.0, color="0.93", zorder=0)
     ax.axhline(1.0, color="0.3", lw=1.0, zorder=1)
+    for side, words in (("bottom", "beyond the limit"), ("top", "within the limit")):
+        place: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "fontsize": 8.5, "color": "0.35", "va": side}
+        ax.text(0.008, 1.03 if side == "bottom" else 0.97, words, **place)
     # what is within the limits on a line, what is beyond by its magnitude
     ax.set_yscale("symlog", linthresh=1.0, linscale=1.0)
     top = max(3.0, 1.3 * ax.get_ylim()[1])

@@ -13,7 +13,9 @@ from fecontact.errors import InputError
 from fecontact.files import read_json, write_text
 from fecontact.geometry.placement import Placement
 from fecontact.outputs.html import folded, heading, items, page, paragraph, picture, terms
+from fecontact.outputs.measure_words import unknown_text
 from fecontact.outputs.multi_hertz import springs_text
+from fecontact.outputs.printed_case import what_would_decide
 from fecontact.outputs.record import versions
 from fecontact.outputs.report_figures import ladder_figure, pair_figure
 from fecontact.outputs.report_tables import (
@@ -110,9 +112,7 @@ def write_study_report(
             *_pair_drawn(shown, rows, drawn),
             heading("Verdicts"),
             verdict_table(cases),
-            picture(
-                out / "study.svg", "Peak pressure, how far Hertz is off in parts of each limit, and the touch point."
-            ),
+            picture(out / "study.svg", "Peak pressure, how far Hertz is off, and the touch point."),
             _ladder(rows, drawn),
         ]
     body += [
@@ -159,6 +159,14 @@ def _which(row: Row, rows: Sequence[Row]) -> str:
     return f"{at}, the case that uses most of a limit{part}"
 
 
+def _open(case: ReportedCase) -> str:
+    """What would decide a verdict that is open; nothing where it is decided."""
+    if verdict_of(case.row) != "UNRESOLVED" or not case.record:
+        return ""
+    unknown = case.record["verdict"]["unknown"]
+    return unknown_text(unknown) if unknown else what_would_decide(case.record)
+
+
 def _position(row: Row) -> str:
     return f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN"
 
@@ -188,6 +196,6 @@ def _cases(cases: Sequence[ReportedCase], pictures: str) -> list[str]:
             picture(case.picture, words),
             folded("All measures", measures_tables(case.record)),
         ]
-        said = (springs_text(row), *(str(row.get(key) or "") for key in ("verdict_warnings", "warnings")))
+        said = (_open(case), springs_text(row), *(str(row.get(key) or "") for key in ("verdict_warnings", "warnings")))
         parts.append(items([one for one in said if one]))
     return parts

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ from fecontact.files import write_text
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.multi_hertz import springs_text
 from fecontact.outputs.roll_words import roll_words_of_rows
-from fecontact.outputs.terminal import missing, say, standard_console, titled_table
+from fecontact.outputs.terminal import missing, print_fitting, say, standard_console, titled_table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -88,6 +88,8 @@ def print_table(rows: Sequence[Record], *, console: Console | None = None) -> No
     else:
         for pair, own in groups.items():
             _print_rows(own, "; ".join(filter(None, (pair, roll_words_of_rows(own)))), console)
+    if any(row["status"] == "converged" for row in rows):
+        say(console, _KEY)
     for row in rows:
         pair = f"{_pair_text(row)}, " if len(groups) > 1 else ""
         where = f"{pair}{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN"
@@ -100,29 +102,26 @@ def print_table(rows: Sequence[Record], *, console: Console | None = None) -> No
             say(console, f"{where}: {springs}")
 
 
+_KEY = "dev %: what Hertz is off; valley: between lobes; mispl.: load elsewhere"
 # More of them are one table, with the pair in its first column.
 _MOST_TABLES = 6
 
 
 def _print_rows(rows: Sequence[Record], title: str, console: Console, *, with_pair: bool = False) -> None:
     """Print a table with the columns that find room, and name those that do not."""
-    from rich.measure import Measurement
-
-    unbounded = console.options.update(max_width=10_000)
     every = [column for column in _COLUMNS if column.key != _SPRINGS or any(row.get(_SPRINGS) for row in rows)]
     by_rank = sorted((column for column in every if column.name), key=lambda column: column.rank)
     # the list of measures shrinks first, then columns go
     attempts = [(0, width) for width in _FAILING_WIDTHS]
     attempts += [(count, _FAILING_WIDTHS[-1]) for count in range(1, len(by_rank) + 1)]
-    for count, failing_width in attempts:
-        left_out = [column.name for column in by_rank[:count]]
-        columns = [column for column in every if not column.name or column.name not in left_out]
-        table = _rows_table(rows, columns, failing_width, title, console, with_pair=with_pair)
-        if Measurement.get(console, unbounded, table).maximum <= console.width:
-            break
-    console.print(table)
-    if left_out:
-        say(console, f"no room for: {', '.join(left_out)}")
+
+    def tables() -> Iterator[tuple[Table, list[str]]]:
+        for count, failing_width in attempts:
+            left_out = [column.name for column in by_rank[:count]]
+            columns = [column for column in every if not column.name or column.name not in left_out]
+            yield _rows_table(rows, columns, failing_width, title, console, with_pair=with_pair), left_out
+
+    print_fitting(console, tables())
 
 
 def _rows_table(
@@ -156,7 +155,7 @@ def _cell(row: Record, column: _Column, failing_width: int) -> str:
     if column.key == "verdict" and row["status"] != "converged":
         # what must not be used has no verdict
         status = str(row["status"])
-        return "failed" if status.startswith("failed") else _SHORT_STATUS.get(status, status)
+        return "no result" if status.startswith("failed") else _SHORT_STATUS.get(status, status)
     if column.key == "verdict_failing":
         return _failing(str(value or "").split(), row.get("verdict_measure"), failing_width)
     return "-" if missing(value) else column.form.format(value)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -39,6 +39,20 @@ def titled_table(console: Console, *, title: str, roomy_width: int = _ROOMY_WIDT
         padding=(0, 1) if not console.is_terminal or console.width >= roomy_width else (0, 1, 0, 0),
         pad_edge=False,
     )
+
+
+def print_fitting(console: Console, tables: Iterable[tuple[Table, Sequence[str]]]) -> None:
+    """Print the first of some tables that finds room, or the last, and name the columns that it leaves out."""
+    from rich.measure import Measurement
+
+    unbounded = console.options.update(max_width=10_000)
+    for table, without in tables:
+        shown, left_out = table, without
+        if Measurement.get(console, unbounded, table).maximum <= console.width:
+            break
+    console.print(shown)
+    if left_out:
+        say(console, f"no room for: {', '.join(left_out)}")
 
 
 def say(console: Console, text: str) -> None:
