@@ -105,4 +105,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    # what is imported here for the annotations is nobody's business
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})

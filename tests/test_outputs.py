@@ -55,6 +55,7 @@ from fecontact.outputs.vtk import contact_surface, write_case_vtk, write_contact
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.solving.placing import place_case
 from fecontact.solving.solve import CaseResult
 
 MEASURES = ["p_max_MPa", "area_mm2", "a_mm", "b_mm", "extent_x_mm", "extent_y_mm", "approach_mm"]
@@ -1175,6 +1176,16 @@ def test_the_words_of_a_case_figure_have_the_verdict_and_every_answer(flattened)
     assert judged["centre"][-3:-1] == ["±0.15", "b"]
     # in this font and size a line of so many characters ends at the right edge of the picture
     assert max(len(line) for line in text.splitlines()) <= 60
+
+
+def test_a_case_figure_has_the_junctions_of_the_rail_on_its_maps(elliptic_quick):
+    """Of a pressure drawn on another pair: 60E1's arcs of 300 and 80 mm meet 2.35 mm beside the touch point at 3 mm."""
+    on_60e1 = replace(elliptic_quick, placement=place_case(Case(lateral_shift_mm=3.0)))
+    maps = [ax for ax in case_axes(on_60e1) if ax.get_title().startswith(("finite elements", "Hertz"))]
+    assert len(maps) == 3
+    for ax in maps:
+        lines = [line.get_xdata()[0] for line in ax.get_lines() if line.get_label() == "_rail junction"]
+        assert [at for at in lines if 0.0 < at < 5.0] == [pytest.approx(2.35, abs=0.01)]
 
 
 def test_a_case_figure_has_both_outlines_where_the_numbers_have_them(elliptic_quick):

@@ -66,7 +66,12 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
     rest = [_WIDTH - sum(widths)] if tall else []
     maps = rows[1].subgridspec(1, 3 + len(rest), width_ratios=widths + rest)
     for number, kind in enumerate(("finite elements", "Hertz", "finite elements minus Hertz")):
-        draw_pressure(figure.add_subplot(maps[0, number]), load, kind, fields)
+        ax = figure.add_subplot(maps[0, number])
+        draw_pressure(ax, load, kind, fields)
+        for place in _rail_junctions(placement):
+            # on the dark ground of a pressure and on the light one of a difference
+            ax.axvline(float(place), color="0.6", ls=":", lw=1.2, label="_rail junction")
+        ax.set_xlim(fields.limits_mm(across=True))
     cuts = rows[2].subgridspec(1, 2 if tall else 3)
     across = cuts[0, 0].subgridspec(2, 1, height_ratios=(3.0, 1.0))
     lateral = figure.add_subplot(across[0])
@@ -212,7 +217,7 @@ def _case_text(load: JudgedLoad, placement: Placement) -> str:
     if first.at_junction:
         # the ellipse drawn, and the numbers, are those of one side
         lines.append("all with the curvature of the field side")
-    lines += ["", "outlines: finite elements solid, Hertz dashed"]
+    lines += ["", "solid: finite elements, dashed: Hertz, dotted: rail junction"]
     lines += [f"touch (+) at {first.rail_y_mm:+z.2f} mm on the rail, {1e3 * first.contact_angle_rad:+z.1f} mrad"]
     lobes = comparison.patch.lobes
     for number, lobe in enumerate(lobes if len(lobes) > 1 else (), start=1):
