@@ -28,6 +28,8 @@ GLOSSARY = (
      " semi-axes."),
     ("junction", "A point of a profile at which its curvature jumps."),
     ("lobe", "A peak of the pressure beside another one, with a valley of 5 % and more between them."),
+    ("L2, overlap", "Of both pressures the norm of their difference over that of FE; of both patches the area that they"
+     " share over all that they cover."),
     ("springs", "Hertz's ellipses at all touch points, which share the load as springs side by side with their initial"
      " gaps: what vehicle codes with several contact points take; judged by the same measures and limits."),
     ("lateral shift", "Of the wheelset, positive towards the left rail."),
