@@ -293,49 +293,7 @@ def test_one_patch_shares_as_before():
     assert _serves(made, smaller)
 
 
-# --- patches at different contact angles ------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("case", "forces", "peaks"),
-    [
-        # the gauge corner and the top of the head, 8 and 9 degrees between their normals; the first of them leads
-        (TWO, (-0.0005, 0.0007), (-0.0001, 0.0000)),
-        (Case(lateral_shift_mm=5.0, load_N=50e3), (0.0076, -0.0009), (0.0026, -0.0003)),
-    ],
-)
-def test_what_one_plane_for_all_patches_moves(case, forces, peaks):
-    """A half-space takes all normals for parallel; with each patch in its own plane the others press less along it.
-
-    Their forces on the bodies have this part of the cosine between both normals. What it moves is small, for it is a
-    part of 1 % of what the patches do to each other: without that the small patch has half as much load again.
-    """
-    position = position_of(replace(case, resolution="quick"))
-    rung, true_gap, placement = position.expected.half_space, position.true_gap, position.placement
-    grid = ContactGrid(x_mm=rung.grid.x_mm[::4], s_mm=rung.grid.s_mm[::4], half=True)
-    middle = 0.5 * (position.expected.parts[0].s_high_mm + position.expected.parts[1].s_low_mm)
-    first = np.broadcast_to(grid.s_mm < middle, grid.shape).ravel()
-    _, normals = placement.surface(0.0, np.array([0.5 * (p.s_low_mm + p.s_high_mm) for p in position.expected.parts]))
-    one_plane = regular_half_space(grid, true_gap.contact_modulus_MPa)
-
-    def own_planes(pressure, cosine):
-        of_first, of_second = (one_plane(np.where(own, pressure, 0.0)) for own in (first, ~first))
-        return np.where(first, of_first + cosine * of_second, of_second + cosine * of_first)
-
-    closing = np.tile(placement.surface(0.0, grid.s_mm)[1] @ true_gap.direction, grid.shape[0])
-    area = grid.whole_area_mm2()
-
-    def read(cosine):
-        problem = ContactProblem(
-            compliance=lambda p: own_planes(p, cosine), gap_mm=true_gap.on(grid).ravel(), closing=closing, area_mm2=area
-        )
-        p = solve_contact(problem, case.load_N, tolerance=1e-6).pressure_MPa
-        return np.array([[(area * p)[own].sum(), p[own].max()] for own in (first, ~first)])
-
-    alone, moved = read(1.0), read(float(normals[0] @ normals[1]))
-    # forces by a matrix between all nodes, with the angles of each, are the same to 1e-4
-    np.testing.assert_allclose(moved[:, 0] / alone[:, 0] - 1.0, forces, atol=3e-4)
-    np.testing.assert_allclose(moved[:, 1] / alone[:, 1] - 1.0, peaks, atol=3e-4)
+# --- as one zone ------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.slow

@@ -1324,6 +1324,7 @@ def test_a_solved_load_comes_back_to_the_last_bit(tmp_path, noise, thinned):
         ROUND,
         1.0 / 30.0,
         point_noise=points if noise else None,
+        turned=planted_rung(hertz, 6, 0.03) if thinned else None,
         limits=("not refined: 4.5 GB", "zone"),
         short_of_memory=True,
     )

@@ -94,7 +94,9 @@ class SolvedLoad:
     levels
         One a pair of meshes, the finest first.
     half_space
-        The true gap on a half-space.
+        The true gap on a half-space; separate patches have a plane each.
+    turned
+        The same with each pressure along its own normal; None for a single lobe.
     quadratic
         Hertz's gap on a half-space, with as many nodes a semi-axis.
     point_noise
@@ -110,6 +112,7 @@ class SolvedLoad:
     half_space: Rung
     quadratic: Rung
     point_noise: PointNoise | None
+    turned: Rung | None = None
     limits: tuple[str, ...] = ()
     short_of_memory: bool = False
 
@@ -121,7 +124,8 @@ class SolvedLoad:
                 return level.status
         noise = self.point_noise
         of_points = () if noise is None else [one for one in (noise.own, *noise.others) if one is not None]
-        return _worst_status(self.half_space, self.quadratic, *(rung for _, rung in of_points))
+        turned = () if self.turned is None else (self.turned,)
+        return _worst_status(self.half_space, self.quadratic, *turned, *(rung for _, rung in of_points))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -332,14 +336,19 @@ def _is_off(judged: Sequence[SideJudgement], worst: Verdict, case: Case) -> bool
 
 
 def _bodies_step_uncertainty(solved: SolvedLoad, hertz: HertzContact) -> dict[str, float]:
-    """Uncertainty of the step of each measure from the half-space to the bodies; it has no approach."""
+    """Uncertainty of the step of each measure from the half-space to the bodies; it has no approach.
+
+    The half-space of several lobes is not a single thing where the surface turns from one to the other: what lies
+    between planes for patches and normals that all turn is a part.
+    """
     finest = solved.levels[0]
     on_half_space, otherwise = _on_each([solved.half_space], hertz), _on_each([finest.otherwise], hertz)
+    turned = on_half_space if solved.turned is None else _on_each([solved.turned], hertz)
     found = {}
     for name, values in _on_each([level.fe for level in solved.levels], hertz).items():
         if FLOORS[name] is not None:
-            ratio = values[0] / on_half_space[name][0] if name in MEASURES else 1.0
-            found[name] = abs(ratio) * step_uncertainty(
-                name, values, otherwise=otherwise[name][0], residual=finest.fe.residual
-            )
+            flat = on_half_space[name][0]
+            ratio, size = (values[0] / flat, abs(flat)) if name in MEASURES else (1.0, 1.0)
+            of_meshes = step_uncertainty(name, values, otherwise=otherwise[name][0], residual=finest.fe.residual)
+            found[name] = abs(ratio) * (of_meshes + abs(turned[name][0] - flat) / size)
     return found

@@ -66,6 +66,26 @@ def half_space_compliance(
     return convolution(kernel, nodes_x=nodes_x, nodes_s=nodes_s, half=half)
 
 
+def along_normals(flat: Compliance, angle_rad: Floats) -> Compliance:
+    """Compliance of a half-space below pressures (n,) along normals at these angles (n,), in a plane across.
+
+    A pressure along a normal moves the surfaces of two bodies of one material apart along it alone, for their tangents
+    move alike (Johnson 1985, sec. 3.2). What another normal sees of it is the cosine between both: that of flat
+    surfaces once for each of two directions. It is symmetric and positive definite where that is, and the same where
+    all angles are equal. Circles of one radius in each other answer so but for a term that is the same everywhere,
+    with chords for distances.
+
+    Range of validity: distances are those along the surface, longer than chords by a 24th of the square of the angle,
+    of which the cosine takes a half. For unlike materials it leaves out Dundurs' second constant times the sine.
+    """
+    cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
+
+    def apply(pressure: Floats) -> Floats:
+        return np.asarray(cosine * flat(cosine * pressure) + sine * flat(sine * pressure))
+
+    return apply
+
+
 def convolution(
     kernel: Floats, *, nodes_x: int, nodes_s: int, half: bool, least_spectrum: float = -np.inf
 ) -> Compliance:

@@ -51,6 +51,7 @@ def solved_record(solved: SolvedLoad, arrays: Arrays, prefix: str = "") -> Recor
             for k, level in enumerate(solved.levels)
         ],
         "half_space": _rung_record(solved.half_space, arrays, f"{prefix}half_space"),
+        "turned": solved.turned and _rung_record(solved.turned, arrays, f"{prefix}turned"),
         "quadratic": _rung_record(solved.quadratic, arrays, f"{prefix}quadratic"),
         "point_noise": noise
         and {
@@ -89,6 +90,7 @@ def solved_from_record(record: Mapping[str, Any], arrays: Mapping[str, NDArray[n
             for level in record["levels"]
         ),
         half_space=rung(record["half_space"]),
+        turned=record["turned"] and rung(record["turned"]),
         quadratic=rung(record["quadratic"]),
         point_noise=points and _point_noise(points, noise),
         limits=tuple(record["limits"]),

@@ -15,6 +15,7 @@ from fecontact.errors import ConvergenceError, InputError
 from fecontact.geometry.placement import OPEN_GAP_MM, Placement
 from fecontact.profiles.curve import Profile
 from fecontact.solving.lobe_sizes import lobe_sizes, semi_axes_of_elements_mm
+from fecontact.solving.planes import angle_of_patches
 from fecontact.solving.true_gap import TrueGap
 
 Floats = NDArray[np.float64]
@@ -57,7 +58,8 @@ class ExpectedPatch:
     true_gap
         The gap under the load, with the slide of the bodies on a steep surface.
     half_space
-        It on a half-space, with 32 nodes or more on each semi-axis, of small lobes too.
+        It on a half-space, with 32 nodes or more on each semi-axis, of small lobes too. Separate patches have a plane
+        each; all else here is that of one plane for all.
     parts
         Patches far apart, from the gauge side on; a single one otherwise.
     """
@@ -107,7 +109,11 @@ def expected_patch(
     for _ in range(SLIDES if true_gap.is_steep else 0):
         slid = true_gap.after(expected.half_space.approach_mm)
         expected = _expected(slid, load_N, half=half, nodes=nodes, guess_mm=guess_mm)
-    return expected
+    gap, rung = expected.true_gap, expected.half_space
+    angle = angle_of_patches(gap.placement, rung)
+    if np.ptp(angle) == 0.0:
+        return expected
+    return replace(expected, half_space=_solve(gap, rung.grid, load_N, start=rung.pressure, angle_rad=angle))
 
 
 def _expected(true_gap: TrueGap, load_N: float, *, half: bool, nodes: int, guess_mm: float) -> ExpectedPatch:
@@ -135,10 +141,17 @@ def _coarse_grid(true_gap: TrueGap, reach_mm: float, *, half: bool) -> ContactGr
     return ContactGrid(x_mm=x, s_mm=s, half=half)
 
 
-def _solve(true_gap: TrueGap, grid: ContactGrid, load_N: float, start: Field | None = None) -> Rung:
+def _solve(
+    true_gap: TrueGap,
+    grid: ContactGrid,
+    load_N: float,
+    *,
+    start: Field | None = None,
+    angle_rad: Floats | None = None,
+) -> Rung:
     """Contact on a grid, from a guess; refused where it ends at the end of a line or on a corner, or is not found."""
     gap = true_gap.on(grid)
-    rung = true_gap.solve(grid, load_N, gap_mm=gap, start=start)
+    rung = true_gap.solve(grid, load_N, gap_mm=gap, start=start, angle_rad=angle_rad)
     _check_ends(true_gap.placement, rung, gap)
     if rung.status != "converged":
         raise ConvergenceError(

@@ -17,13 +17,16 @@ from fecontact.comparison.judged_load import (
     judge_sides,
     worst_of,
 )
+from fecontact.comparison.measures import patch_of
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.uncertainty import MESH_RATIO
+from fecontact.contact.rung import Rung
 from fecontact.errors import InputError, NotEnoughMemory
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.geometry.placement import Placement
 from fecontact.solving.coupled_mesh import CoupledMesh
 from fecontact.solving.measured_lines import point_noise
+from fecontact.solving.planes import angle_of_normals
 from fecontact.solving.position import Position
 from fecontact.solving.quadratic_rung import quadratic_rung
 
@@ -83,6 +86,7 @@ class Meshes:
                 case=case,
                 levels=tuple(levels),
                 half_space=position.expected.half_space,
+                turned=_turned(position),
                 quadratic=quadratic_rung(placement.first, hertz, half=case.half, nodes=case.nodes_a_semi_axis),
                 point_noise=noise,
                 limits=(
@@ -137,6 +141,15 @@ class Meshes:
                 self.bodies = SolvedBodies(coupled=mesh.bodies, displacement_mm={"rail": rail, "wheel": wheel})
             mesh.close()
         return level
+
+
+def _turned(position: Position) -> Rung | None:
+    """The half-space of several lobes with each pressure along its own normal; None for a single lobe."""
+    rung = position.expected.half_space
+    if len(patch_of(rung).lobes) == 1:
+        return None
+    angle = angle_of_normals(position.placement, rung.grid.s_mm)
+    return position.true_gap.solve(rung.grid, position.case.load_N, start=rung.pressure, angle_rad=angle)
 
 
 def _stage(coarser: float) -> str:

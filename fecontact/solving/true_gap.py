@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import RectBivariateSpline
 
 from fecontact.contact.grid import ContactGrid, Field
-from fecontact.contact.halfspace import half_space_problem
+from fecontact.contact.halfspace import along_normals, half_space_problem
 from fecontact.contact.rung import Rung
 from fecontact.contact.solver import solve_contact
 from fecontact.geometry.placement import Placement
@@ -81,12 +81,14 @@ class TrueGap:
         gap_mm: Floats | None = None,
         added: Field | None = None,
         start: Field | None = None,
+        angle_rad: Floats | None = None,
     ) -> Rung:
         """Contact on a grid of nodes, on which `gap_mm` is the gap if it is known already.
 
-        `added` is what finite bodies open more than a half-space, on nodes of its own. It is smooth: a cubic spline
-        carries it to the nodes, and beyond its own nodes it stays as it is at their edge. The iterations begin at
-        `start`, a pressure of nearly this contact on nodes of its own.
+        Pressures open a half-space in one plane, or along normals of these angles (ns,). `added` is what finite bodies
+        open more than a half-space, on nodes of its own. It is smooth: a cubic spline carries it to the nodes, and
+        beyond its own nodes it stays as it is at their edge. The iterations begin at `start`, a pressure of nearly
+        this contact on nodes of its own.
         """
         _, normals = self.placement.surface(0.0, grid.s_mm)
         gap = self.on(grid) if gap_mm is None else gap_mm
@@ -98,6 +100,9 @@ class TrueGap:
             closing=np.tile(normals @ self.direction, grid.shape[0]),
             contact_modulus_MPa=self.contact_modulus_MPa,
         )
+        if angle_rad is not None:
+            compliance = along_normals(problem.compliance, np.tile(angle_rad, grid.shape[0]))
+            problem = replace(problem, compliance=compliance)
         first = None if start is None else carried(start, grid.x_mm, grid.s_mm, degree=1).ravel()
         solution = solve_contact(problem, load_N, start_MPa=first, tolerance=_TOLERANCE)
         upright = np.tile(normals @ self.placement.first.normal, grid.shape[0])

@@ -1,0 +1,265 @@
+"""Patches at different contact angles: each presses on a half-space of its own, and on the others along its normal."""
+
+from dataclasses import replace
+from math import atan
+
+import numpy as np
+import pytest
+
+from fecontact.case import Case
+from fecontact.comparison.judged_load import Level, SolvedLoad, judge_load
+from fecontact.comparison.lobes import parts_of
+from fecontact.comparison.measures import measures_of
+from fecontact.contact.grid import ContactGrid
+from fecontact.contact.halfspace import along_normals, half_space_below, love_influence
+from fecontact.contact.solver import ContactProblem, solve_contact
+from fecontact.material import Material, contact_modulus_MPa
+from fecontact.solving.meshes import _turned
+from fecontact.solving.planes import angle_of_normals, angle_of_patches
+from fecontact.solving.position import position_of
+
+STEEL = Material(name="steel", young_MPa=210e3, poisson=0.28)
+ALUMINIUM = Material(name="aluminium", young_MPa=70e3, poisson=0.33)
+# The gauge corner and the top of the head touch, 17 and 8 degrees steep; the first of them leads to the other.
+UIC60 = Case(
+    rail="MBench_UIC60",
+    inclination_rad=atan(1 / 40),
+    lateral_shift_mm=5.0,
+    roll_rad=0.362e-3,
+    load_N=50e3,
+    resolution="quick",
+    refine_degrees_of_freedom=0,
+)
+E1 = replace(UIC60, rail="60E1", roll_rad=0.0)
+
+
+@pytest.fixture(scope="module")
+def positions():
+    return {case.rail: position_of(case) for case in (UIC60, E1)}
+
+
+@pytest.fixture(scope="module")
+def in_one_plane(positions):
+    """The same contacts with all normals parallel."""
+    return {
+        rail: one.true_gap.solve(half_space.grid, one.case.load_N, start=half_space.pressure)
+        for rail, one in positions.items()
+        for half_space in (one.expected.half_space,)
+    }
+
+
+# --- the compliance ---------------------------------------------------------------------------------------------
+
+
+def parting_under_a_force(offset_mm, materials):
+    """What the upper surface moves more than the lower one (3,), under 1 N between both along z, from it to (x, y).
+
+    Boussinesq's displacements of a surface for each body: (1 - nu^2) / (pi E r) along the force, and towards it
+    (1 + nu) (1 - 2 nu) / (2 pi E r) (Johnson 1985, eq. 3.18).
+    """
+    x, y = offset_mm
+    r = np.hypot(x, y)
+    moved = []
+    for material, along in zip(materials, (-1.0, 1.0), strict=True):
+        young, nu = material.young_MPa, material.poisson
+        towards = (1 + nu) * (1 - 2 * nu) / (2 * np.pi * young * r)
+        moved.append(np.array([-towards * x / r, -towards * y / r, along * (1 - nu**2) / (np.pi * young * r)]))
+    return moved[1] - moved[0]
+
+
+@pytest.mark.parametrize("offset_x", [0.0, 7.0])
+@pytest.mark.parametrize("angle", [0.0, 0.16, 1.0])
+def test_a_far_force_opens_as_boussinesq_says(angle, offset_x):
+    """A patch 12 mm away, in a plane at an angle and beside it along x: what its normal sees of both bodies."""
+    step = 0.1
+    grid = ContactGrid(x_mm=step * np.arange(-75, 76), s_mm=step * np.arange(-62, 63), half=False)
+    pressed, seen = (75, 1), (75 + round(offset_x / step), 121)
+    turned = np.tile(np.where(grid.s_mm < 0.0, 0.3, 0.3 + angle), grid.shape[0])
+    pressure = np.zeros(grid.shape)
+    pressure[pressed] = 1.0 / step**2
+
+    def opening(materials):
+        compliance = along_normals(half_space_below(grid, contact_modulus_MPa(*materials)), turned)
+        return compliance(pressure.ravel()).reshape(grid.shape)[seen]
+
+    normal = np.array([0.0, -np.sin(angle), np.cos(angle)])
+    # the cell is 0.1 mm wide, 12 mm away: (h / r)^2 / 12 of it
+    steel = parting_under_a_force((offset_x, 12.0), (STEEL, STEEL))
+    assert opening((STEEL, STEEL)) == pytest.approx(steel @ normal, rel=1e-5)
+    # unlike materials: Dundurs' second constant times the sine, of the direction from one to the other, is left out
+    terms = [((1 - 2 * m.poisson) / m.shear_MPa, (1 - m.poisson) / m.shear_MPa) for m in (STEEL, ALUMINIUM)]
+    beta = (terms[0][0] - terms[1][0]) / (2.0 * (terms[0][1] + terms[1][1]))
+    assert abs(beta) > 0.1
+    unlike = parting_under_a_force((offset_x, 12.0), (STEEL, ALUMINIUM))
+    left_out = beta * np.sin(angle) * 12.0 / np.hypot(offset_x, 12.0) * unlike[2]
+    assert opening((STEEL, ALUMINIUM)) == pytest.approx(unlike @ normal + left_out, rel=1e-5)
+
+
+def test_a_circle_in_a_circle_opens_as_michell_says():
+    """Plane strain, both of one radius and material, pressed on by cos(n t): exact solutions of disc and hole.
+
+    With the chord's logarithm below normals of each place, for all that is neither a rigid motion (n = 1) nor a uniform
+    one (n = 0). Stresses and displacements of Michell's functions: Barber (2010), tables 8.1 and 9.1.
+    """
+    count, nu, shear = 4096, 0.28, 82e3
+    kappa = 3.0 - 4.0 * nu
+    turn = 2.0 * np.pi * np.arange(count) / count
+    # -ln(2 sin(t / 2)) is the sum of cos(k t) / k
+    waves = np.fft.rfftfreq(count, 1.0 / count)
+    of_log = np.divide(np.pi, waves, out=np.zeros_like(waves), where=waves > 0.0)
+
+    def chords(pressure):
+        # of a line load, with 1 / E* of both: 2 / (pi E*) times the logarithm
+        return 2.0 * (1.0 - nu) / (np.pi * shear) * np.fft.irfft(np.fft.rfft(pressure) * of_log, count)
+
+    for n in (2, 3, 7, 40):
+        disc = np.linalg.solve(
+            [[-n * (n - 1), -(n + 1) * (n - 2)], [n * (n - 1), n * (n + 1)]], [-1.0, 0.0]
+        ) @ [-n, kappa - n - 1]  # fmt: skip
+        hole = np.linalg.solve(
+            [[-n * (n + 1), -(n + 2) * (n - 1)], [-n * (n + 1), -n * (n - 1)]], [-1.0, 0.0]
+        ) @ [n, kappa + n - 1]  # fmt: skip
+        exact = (hole - disc) / (2.0 * shear) * np.cos(n * turn)
+        np.testing.assert_allclose(along_normals(chords, turn)(np.cos(n * turn)), exact, atol=1e-12 * exact[0])
+
+
+def test_equal_planes_are_one_plane():
+    grid = ContactGrid(x_mm=0.2 * np.arange(12), s_mm=0.3 * np.arange(-20, 21), half=True)
+    flat, pressure = half_space_below(grid, 115e3), np.random.default_rng(4).uniform(size=12 * 41)
+    for angle in (0.0, 0.3, 1.2):
+        turned = along_normals(flat, np.full(pressure.size, angle))
+        np.testing.assert_allclose(turned(pressure), flat(pressure), rtol=1e-12)
+
+
+def test_it_is_symmetric_and_positive():
+    """Whatever the angles: contacts are found by conjugate gradients."""
+    grid = ContactGrid(x_mm=0.2 * np.arange(-6, 7), s_mm=0.3 * np.arange(-9, 10), half=False)
+    rng = np.random.default_rng(5)
+    compliance = along_normals(half_space_below(grid, 115e3), rng.uniform(-1.5, 1.5, 13 * 19))
+    matrix = np.stack([compliance(unit) for unit in np.eye(13 * 19)])
+    np.testing.assert_allclose(matrix, matrix.T, atol=1e-12 * matrix.max())
+    assert np.linalg.eigvalsh(0.5 * (matrix + matrix.T)).min() > 0.0
+
+
+# --- the rung ---------------------------------------------------------------------------------------------------
+
+
+def test_each_patch_has_the_plane_of_its_force(positions):
+    position = positions[UIC60.rail]
+    rung, placement = position.expected.half_space, position.placement
+    angle = angle_of_patches(placement, rung)
+    corner, head = position.expected.parts
+    for part, degrees in ((corner, 17.1), (head, 7.7)):
+        own = (rung.grid.s_mm >= part.s_low_mm) & (rung.grid.s_mm <= part.s_high_mm)
+        assert np.ptp(angle[own]) == 0.0
+        assert np.degrees(angle[own][0]) == pytest.approx(degrees, abs=0.1)
+        normals = angle_of_normals(placement, rung.grid.s_mm[own])
+        assert normals.min() < angle[own][0] < normals.max()
+    middle = 0.5 * (corner.s_high_mm + head.s_low_mm)
+    assert np.array_equal(angle == angle[0], rung.grid.s_mm < middle)
+
+
+def test_one_patch_has_one_plane(positions):
+    """To the last bit, and no normals of its own to turn where it is a single lobe."""
+    position = position_of(Case(lateral_shift_mm=-4.0, resolution="quick"))
+    rung = position.expected.half_space
+    assert np.ptp(angle_of_patches(position.placement, rung)) == 0.0
+    assert _turned(position) is None
+    again = position.true_gap.solve(rung.grid, position.case.load_N, start=rung.pressure)
+    np.testing.assert_allclose(again.pressure_MPa, rung.pressure_MPa, atol=1e-5 * rung.pressure_MPa.max())
+
+
+def test_meshes_are_made_for_a_contact_in_one_plane(positions, monkeypatch):
+    """So that finite elements are the same as without planes, to the last bit."""
+    expected = positions[UIC60.rail].expected
+    monkeypatch.setattr("fecontact.solving.expected_patch.angle_of_patches", lambda *_: np.zeros(1))
+    plain = position_of(UIC60).expected
+    assert replace(expected, half_space=plain.half_space, true_gap=plain.true_gap) == plain
+    assert np.array_equal(expected.half_space.grid.s_mm, plain.half_space.grid.s_mm)
+    assert not np.array_equal(expected.half_space.pressure_MPa, plain.half_space.pressure_MPa)
+
+
+def by_all_pairs(position, angle_of, *, chords):
+    """Force and peak of both patches by a matrix between all nodes, on a coarse grid: distances and angles of each."""
+    rung, gap, placement = position.expected.half_space, position.true_gap, position.placement
+    grid = ContactGrid(x_mm=rung.grid.x_mm[::4], s_mm=rung.grid.s_mm[::6], half=True)
+    (step_x, step_s), rows = grid.steps_mm, grid.x_mm.size
+    points, normals = placement.surface(0.0, grid.s_mm)
+    away = np.abs(grid.s_mm[:, None] - grid.s_mm)
+    if chords:
+        away = np.linalg.norm(points[:, None] - points, axis=-1)
+    angle = angle_of(grid.s_mm)
+    x = step_x * np.arange(2 * rows - 1)[:, None, None]
+    kernel = love_influence(x, away, step_x, step_s) / (np.pi * gap.contact_modulus_MPa)
+    kernel *= np.cos(angle[:, None] - angle)
+    i = np.arange(rows)
+    # the mirrored pressure acts as well, but for the row on the plane of symmetry
+    matrix = kernel[np.abs(i[:, None] - i)] + np.where((i > 0)[:, None, None], kernel[i[:, None] + i], 0.0)
+    matrix = matrix.transpose(0, 2, 1, 3).reshape(grid.nodal_area_mm2().size, -1)
+    area = grid.whole_area_mm2()
+    problem = ContactProblem(
+        compliance=lambda pressure: matrix @ pressure,
+        gap_mm=gap.on(grid).ravel(),
+        closing=np.tile(normals @ gap.direction, rows),
+        area_mm2=area,
+    )
+    pressure = solve_contact(problem, position.case.load_N, tolerance=1e-6).pressure_MPa.reshape(grid.shape)
+    corner, head = position.expected.parts
+    first = grid.s_mm < 0.5 * (corner.s_high_mm + head.s_low_mm)
+    force = area.reshape(grid.shape) * pressure
+    return np.array([[force[:, own].sum(), pressure[:, own].max()] for own in (first, ~first)])
+
+
+def read_off(rung):
+    return np.array([[part.rung.normal_force_N, part.rung.pressure_MPa.max()] for part in parts_of(rung)])
+
+
+@pytest.mark.parametrize("rail", [UIC60.rail, pytest.param(E1.rail, marks=pytest.mark.slow)])
+def test_planes_and_normals_move_what_a_matrix_between_all_nodes_says(positions, in_one_plane, rail):
+    """From one plane to a plane for each patch, and on to the normals of each node; what chords move of it."""
+    position, rung = positions[rail], positions[rail].expected.half_space
+    corner, head = position.expected.parts
+    middle = 0.5 * (corner.s_high_mm + head.s_low_mm)
+    planes = np.unique(angle_of_patches(position.placement, rung))[::-1]
+
+    def of_patches(s):
+        return np.where(s < middle, *planes)
+
+    def of_nodes(s):
+        return angle_of_normals(position.placement, s)
+
+    flat = by_all_pairs(position, np.zeros_like, chords=False)
+    own, turned = (by_all_pairs(position, angle, chords=False) for angle in (of_patches, of_nodes))
+    np.testing.assert_allclose(read_off(rung) / read_off(in_one_plane[rail]), own / flat, atol=2e-4)
+    np.testing.assert_allclose(read_off(_turned(position)) / read_off(rung), turned / own, atol=3e-4)
+    # measured 0.04 % of the small patch's force and 0.01 % of its peak
+    on_chords = by_all_pairs(position, of_nodes, chords=True)
+    np.testing.assert_allclose(on_chords, turned, rtol=6e-4)
+
+
+@pytest.mark.parametrize(
+    ("rail", "forces", "peaks"),
+    [(UIC60.rail, (-0.0006, 0.0009), (-0.0002, 0.0000)), (E1.rail, (0.0081, -0.0010), (0.0028, -0.0004))],
+)
+def test_what_planes_move(positions, in_one_plane, rail, forces, peaks):
+    """As said in studies/README.md, at the gauge corner and on the head: 9 and 10 degrees between both planes."""
+    moved = read_off(positions[rail].expected.half_space) / read_off(in_one_plane[rail]) - 1.0
+    np.testing.assert_allclose(moved.T, [forces, peaks], atol=1e-4)
+
+
+def test_what_turned_normals_move_is_uncertain(positions):
+    """A part of the step from the half-space to the bodies, and of nothing else."""
+    position = positions[UIC60.rail]
+    rung, turned = position.expected.half_space, _turned(position)
+    level = Level(nodal=rung, fe=rung, otherwise=rung, degrees_of_freedom={}, elements={}, enlarged=0, at_edge=False)
+    plain = SolvedLoad(case=UIC60, levels=(level, level), half_space=rung, quadratic=rung, point_noise=None)
+    alone, judged = (judge_load(one, position.placement) for one in (plain, replace(plain, turned=turned)))
+    assert judged.uncertainty == alone.uncertainty
+    assert judged.ladder == alone.ladder
+    moved = {k: v / measures_of(rung).as_dict()[k] - 1.0 for k, v in measures_of(turned).as_dict().items()}
+    # on the corner, whose normals turn by 7 degrees
+    assert moved["p_max_MPa"] == pytest.approx(-0.0017, abs=2e-4)
+    for name in ("p_max_MPa", "area_mm2", "b_mm"):
+        more = judged.bodies_step_uncertainty[name] - alone.bodies_step_uncertainty[name]
+        assert more == pytest.approx(abs(moved[name]), rel=1e-9)
+    assert replace(plain, turned=replace(turned, status="not converged")).status == "not converged"
