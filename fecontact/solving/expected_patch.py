@@ -227,11 +227,14 @@ def _fitted_grid(rung: Rung, nodes: int) -> ContactGrid:
     s_low = s_low - 3.0 * step_s
     count_x = int(np.ceil((x_high + 3.0 * step_x - x_low) / step_x))
     count_s = int(np.ceil((s_high + 3.0 * step_s - s_low) / step_s))
-    if count_x * count_s > _MOST_NODES * (1 if grid.half else 2):
+    most = _MOST_NODES * (1 if grid.half else 2)
+    if count_x * count_s > most:
+        lobe = nodes * step_s
         raise ConvergenceError(
-            f"a lobe of the contact is {nodes * step_s:.2g} mm from its peak to a valley, in a patch"
-            f" {s_high - s_low:.1f} mm wide: nodes that follow it would be {count_x} by {count_s}; another lateral"
-            " shift (0.1 mm beside it) or load may do"
+            f"a lobe of the contact is {lobe:.2g} mm from its peak to a valley, in a patch"
+            f" {s_high - s_low:.1f} mm wide: nodes that follow it would be {count_x} by {count_s}, and at most {most}"
+            f" are solved, which {lobe * count_x * count_s / most:.2g} mm or more need; give a lateral shift 0.2 mm"
+            " beside it, or another load"
         )
     return ContactGrid(
         x_mm=np.asarray(x_low + step_x * np.arange(count_x + 1)),
