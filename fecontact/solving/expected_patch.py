@@ -14,7 +14,7 @@ from fecontact.contact.rung import Rung
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.geometry.placement import OPEN_GAP_MM, Placement
 from fecontact.profiles.curve import Profile
-from fecontact.solving.lobe_sizes import lobe_sizes, semi_axes_of_elements_mm
+from fecontact.solving.lobe_sizes import lobe_sizes, narrowest_semi_axes_mm, semi_axes_of_elements_mm
 from fecontact.solving.planes import angle_of_patches
 from fecontact.solving.true_gap import TrueGap
 
@@ -55,6 +55,8 @@ class ExpectedPatch:
     semi_axis_x_mm, semi_axis_s_mm
         Half length and smaller half width that elements are made for: of the lobe that carries most, where it is not
         much wider than the narrowest one; small ones are left out.
+    narrowest_s_mm
+        Smaller half width of the narrowest lobe.
     true_gap
         The gap under the load, with the slide of the bodies on a steep surface.
     half_space
@@ -70,6 +72,7 @@ class ExpectedPatch:
     s_high_mm: float
     semi_axis_x_mm: float
     semi_axis_s_mm: float
+    narrowest_s_mm: float
     true_gap: TrueGap
     half_space: Rung
     parts: tuple[ExpectedPart, ...]
@@ -253,6 +256,7 @@ def _patch_of(true_gap: TrueGap, rung: Rung) -> ExpectedPatch:
         s_high_mm=s_high,
         semi_axis_x_mm=semi_axis_x,
         semi_axis_s_mm=semi_axis_s,
+        narrowest_s_mm=narrowest_semi_axes_mm(rung)[1],
         true_gap=true_gap,
         half_space=rung,
         parts=_parts(rung, semi_axis_s),
