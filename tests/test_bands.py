@@ -15,7 +15,6 @@ from fecontact.contact.solver import ContactProblem, solve_contact
 from fecontact.errors import FoldedMesh
 from fecontact.fe.meshing import rail_mesh, wheel_mesh
 from fecontact.fe.section import Grading, Stretch, lines_of
-from fecontact.solving.expected_patch import ExpectedPart
 from fecontact.solving.load_sweep import _made_for, _serves
 from fecontact.solving.meshes import Meshes
 from fecontact.solving.position import MARGIN_ELEMENTS, element_size_mm, element_width_mm, position_of
@@ -229,7 +228,10 @@ def test_bodies_have_the_zone_of_their_bands(two):
 def test_bands_that_meet_are_one_zone(two):
     wide = replace(
         two.expected,
-        parts=tuple(ExpectedPart(s_low_mm=low, s_high_mm=high, larger=1.0) for low, high in ((-0.9, 6.0), (6.5, 13.3))),
+        parts=tuple(
+            replace(part, s_low_mm=low, s_high_mm=high, larger=1.0)
+            for part, low, high in zip(two.expected.parts, (-0.9, 6.5), (6.0, 13.3), strict=True)
+        ),
     )
     assert fine_zone(wide, two.element_size_mm).bands == ()
     zone = fine_zone(two.expected, two.element_size_mm)

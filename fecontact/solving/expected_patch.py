@@ -14,7 +14,7 @@ from fecontact.contact.rung import Rung
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.geometry.placement import OPEN_GAP_MM, Placement
 from fecontact.profiles.curve import Profile
-from fecontact.solving.lobe_sizes import lobe_sizes, narrowest_semi_axes_mm, semi_axes_of_elements_mm
+from fecontact.solving.lobe_sizes import lobe_sizes, semi_axes_of_elements_mm
 from fecontact.solving.planes import angle_of_patches
 from fecontact.solving.true_gap import TrueGap
 
@@ -37,11 +37,15 @@ _CORNER_RAD = 0.02
 
 @dataclass(frozen=True, kw_only=True)
 class ExpectedPart:
-    """A patch far from all others: from where to where across (mm), and how many times larger its elements may be."""
+    """A patch far from all others: from where to where across (mm), and how many times larger its elements may be.
+
+    `semi_axes_mm` are its own half length along x and smaller half width across.
+    """
 
     s_low_mm: float
     s_high_mm: float
     larger: float
+    semi_axes_mm: tuple[float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,8 +59,6 @@ class ExpectedPatch:
     semi_axis_x_mm, semi_axis_s_mm
         Half length and smaller half width that elements are made for: of the lobe that carries most, where it is not
         much wider than the narrowest one; small ones are left out.
-    narrowest_s_mm
-        Smaller half width of the narrowest lobe.
     true_gap
         The gap under the load, with the slide of the bodies on a steep surface.
     half_space
@@ -72,14 +74,19 @@ class ExpectedPatch:
     s_high_mm: float
     semi_axis_x_mm: float
     semi_axis_s_mm: float
-    narrowest_s_mm: float
     true_gap: TrueGap
     half_space: Rung
     parts: tuple[ExpectedPart, ...]
 
     def joined(self) -> ExpectedPatch:
         """The same as if patches were not far apart, with equal elements for all of them."""
-        return replace(self, parts=(ExpectedPart(s_low_mm=self.s_low_mm, s_high_mm=self.s_high_mm, larger=1.0),))
+        whole = ExpectedPart(
+            s_low_mm=self.s_low_mm,
+            s_high_mm=self.s_high_mm,
+            larger=1.0,
+            semi_axes_mm=(self.semi_axis_x_mm, self.semi_axis_s_mm),
+        )
+        return replace(self, parts=(whole,))
 
 
 def approach_direction(placement: Placement, *, normal_force: bool) -> Floats:
@@ -256,7 +263,6 @@ def _patch_of(true_gap: TrueGap, rung: Rung) -> ExpectedPatch:
         s_high_mm=s_high,
         semi_axis_x_mm=semi_axis_x,
         semi_axis_s_mm=semi_axis_s,
-        narrowest_s_mm=narrowest_semi_axes_mm(rung)[1],
         true_gap=true_gap,
         half_space=rung,
         parts=_parts(rung, semi_axis_s),
@@ -280,12 +286,13 @@ def _parts(rung: Rung, semi_axis_s: float) -> tuple[ExpectedPart, ...]:
     for first, last in parts:
         alone = np.zeros_like(rung.pressure_MPa)
         alone[:, first : last + 1] = rung.pressure_MPa[:, first : last + 1]
-        _, own = semi_axes_of_elements_mm(replace(rung, pressure_MPa=alone))
+        own = semi_axes_of_elements_mm(replace(rung, pressure_MPa=alone))
         found.append(
             ExpectedPart(
                 s_low_mm=float(s[first] - 0.5 * step),
                 s_high_mm=float(s[last] + 0.5 * step),
-                larger=max(1.0, own / semi_axis_s),
+                larger=max(1.0, own[1] / semi_axis_s),
+                semi_axes_mm=own,
             )
         )
     return tuple(found)
