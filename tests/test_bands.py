@@ -190,6 +190,23 @@ def test_elements_whose_size_is_given_have_it_everywhere(two):
     assert zone.step_s_mm == 0.2
 
 
+def test_elements_below_patches_far_apart_are_longer(two):
+    """Four times the width that each would have by itself, as long as each has its number of them along x too."""
+    step_x, step_s = two.element_size_mm
+    assert step_x == pytest.approx(4.0 * step_s, rel=1e-12)
+    corner, head = two.expected.parts
+    count = corner.semi_axes_mm[1] / step_s
+    assert min(corner.semi_axes_mm[0], head.semi_axes_mm[0]) / step_x > count
+
+    def sized(**changes):
+        return element_size_mm(TWO, replace(two.expected, parts=(corner, replace(head, **changes))))
+
+    assert sized(semi_axes_mm=(3.0, 2.0)) == (pytest.approx(3.0 / count), step_s)
+    # and never shorter than twice that of the narrowest, or than other patches have them
+    assert sized(semi_axes_mm=(0.5, 2.0)) == (pytest.approx(2.0 * step_s), step_s)
+    assert element_size_mm(TWO, two.expected.joined()) == (pytest.approx(2.0 * step_s), step_s)
+
+
 def test_bands_hold_the_patches_and_their_margins(two):
     zone = fine_zone(two.expected, two.element_size_mm)
     assert len(zone.bands) == 2
