@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation
 
 from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact.rung import Rung
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.geometry.placement import OPEN_GAP_MM, Placement
-from fecontact.profiles.curve import Profile
+from fecontact.geometry.placement import Placement
+from fecontact.solving.line_ends import check_ends
 from fecontact.solving.lobe_sizes import lobe_sizes, semi_axes_of_elements_mm
 from fecontact.solving.planes import angle_of_patches
 from fecontact.solving.true_gap import TrueGap
@@ -31,8 +29,6 @@ _FINEST = 0.25
 _FAR_APART = 1.0
 # Seconds a solution, beyond it minutes; two patches of S1002 on 60E1 take up to 184 thousand.
 _MOST_NODES = 200_000
-# A kink by less than this turns the surface less than a patch's own curvature does (5 mm on R 300: 0.017).
-_CORNER_RAD = 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,46 +158,13 @@ def _solve(
     """Contact on a grid, from a guess; refused where it ends at the end of a line or on a corner, or is not found."""
     gap = true_gap.on(grid)
     rung = true_gap.solve(grid, load_N, gap_mm=gap, start=start, angle_rad=angle_rad)
-    _check_ends(true_gap.placement, rung, gap)
+    check_ends(true_gap.placement, rung, gap)
     if rung.status != "converged":
         raise ConvergenceError(
             f"the contact on a half-space of {grid.shape[0]} by {grid.shape[1]} nodes did not converge (residual"
             f" {rung.residual:.1e} of the approach); another load or lateral shift may go"
         )
     return rung
-
-
-def _check_ends(placement: Placement, rung: Rung, gap_mm: Floats) -> None:
-    """Refuse a contact at the end of the wheel's line or on a corner: its pressure has no finite value there."""
-    grid, in_contact = rung.grid, rung.pressure_MPa > 0.0
-    if np.any(binary_dilation(gap_mm >= OPEN_GAP_MM, structure=np.ones((3, 3))) & in_contact):
-        raise InputError(
-            f"the contact reaches the end of the running surface of wheel {placement.wheel.profile.name};"
-            " reduce the load, change the lateral shift, or give a longer profile line"
-        )
-    below = grid.s_mm[in_contact.any(axis=0)]
-    for profile, y, arc in _corners(placement):
-        # its own cell counts: the pressure ends at a corner that it cannot pass
-        if below[0] - grid.steps_mm[1] <= arc <= below[-1] + grid.steps_mm[1]:
-            raise InputError(
-                f"the contact reaches a corner of {profile.kind} {profile.name} at y = {y:.2f} mm, where its"
-                " pressure has no finite value; change the lateral shift, or round the corner in the profile"
-            )
-
-
-def _corners(placement: Placement) -> list[tuple[Profile, float, float]]:
-    """Convex corners of both profiles: y and arc length from the touch point (mm)."""
-    found = []
-    touch = placement.first
-    for profile, u in ((placement.rail.profile, touch.rail_u), (placement.wheel.profile, touch.wheel_u)):
-        turns = (
-            (junction.y_mm, math.remainder(junction.angle_right_rad - junction.angle_left_rad, math.tau))
-            for junction in profile.junctions
-        )
-        y = np.array([place for place, turn in turns if profile.convex_sign * turn > _CORNER_RAD])
-        arcs = profile.arc_length(profile.locate(y)) - float(profile.arc_length(u))
-        found += [(profile, float(at), float(arc)) for at, arc in zip(y, arcs, strict=True)]
-    return found
 
 
 def _region(true_gap: TrueGap, reach: float, half: bool) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -32,8 +32,9 @@ MARGIN_ELEMENTS = 4
 _MOST_SLENDER = 2.0
 # Patches far apart have equally long elements. They may be longer than that for the widths of the narrowest, up to so
 # many times those that each patch would have by itself, as long as each has its number of them along x too. Measured on
-# S1002 and UIC60 at 5 mm, 50 kN, for six tenths of the time: forces and peaks of both patches are within 0.02 % of those
-# with 2 at `quick`, 0.035 % at `standard`, where the two meshes of a case are 0.1 % apart; with 6 they are 0.1 % off.
+# S1002 and UIC60 at 5 mm, 50 kN, for six tenths of the time: forces and peaks of both patches are within 0.02 % of
+# those with 2 at `quick`, and 0.035 % at `standard`, where both meshes of a case are 0.1 % apart; with 6 they are 0.1 %
+# off.
 _MOST_SLENDER_APART = 4.0
 
 
