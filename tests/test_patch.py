@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 import pytest
 from rungs import rung_with
+from scipy.signal import find_peaks, peak_prominences
 
 from fecontact.case import Case, Criteria
 from fecontact.comparison.compare import compare
@@ -22,7 +23,7 @@ from fecontact.comparison.measures import (
     misfit_of,
     patch_of,
 )
-from fecontact.comparison.patch import measure_patch, signed_square
+from fecontact.comparison.patch import measure_patch, signed_square, standing_peaks
 from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact.halfspace import half_space_problem
 from fecontact.contact.rung import Rung
@@ -237,6 +238,25 @@ def turned(along: float, across: float, angle: float) -> tuple[float, float, flo
     """Second derivatives xx, xy, yy (1/mm) of a gap whose principal curvatures are turned by an angle (rad)."""
     c, s = math.cos(angle), math.sin(angle)
     return along * c * c + across * s * s, (along - across) * c * s, along * s * s + across * c * c
+
+
+def test_standing_peaks_are_those_of_scipy():
+    """Lines between zeros, rough ones and steps of few heights with plateaus and equal peaks."""
+    rng = np.random.default_rng(5)
+    for number in range(400):
+        size = rng.integers(2, 40)
+        middle = rng.integers(0, 2 + number % 6, size).astype(float) if number % 2 else rng.random(size)
+        ridge = np.concatenate(([0.0], middle, [0.0]))
+        if ridge.max() == 0.0:
+            continue
+        peaks, _ = find_peaks(ridge, plateau_size=1)
+        # a little higher from one to the next, so that one of equal peaks is the highest
+        ranked = ridge.copy()
+        ranked[peaks] *= 1.0 + 1e-9 * np.arange(peaks.size)
+        prominences = peak_prominences(ranked, peaks)[0] / ridge.max()
+        found, valley = standing_peaks(ridge, 0.05)
+        assert found.tolist() == peaks[prominences >= 0.05].tolist()
+        assert valley == np.sort(prominences)[:-1].max(initial=0.0)
 
 
 # --- planted lobes --------------------------------------------------------------------------------------------------

@@ -156,18 +156,31 @@ def standing_peaks(ridge: Floats, least: float) -> tuple[NDArray[np.intp], float
     highest = np.flatnonzero(ridge == ridge.max())
     rises, falls = np.diff(ridge[: highest[0] + 1]), np.diff(ridge[highest[0] :])
     if np.all(rises >= 0.0) and np.all(falls <= 0.0):
-        # a single hill needs no search, and the search takes half a second to import
+        # a single hill, or no pressure at all
         return np.array([(highest[0] + highest[-1]) // 2]), 0.0
-    from scipy.signal import find_peaks, peak_prominences
-
-    peaks, _ = find_peaks(ridge, plateau_size=1)
+    # a plateau is one peak, in its middle
+    starts = np.flatnonzero(np.diff(ridge, prepend=np.nan) != 0.0)
+    steps, middles = ridge[starts], (starts + np.append(starts[1:], ridge.size) - 1) // 2
+    peaks = np.flatnonzero((steps[1:-1] > steps[:-2]) & (steps[1:-1] > steps[2:])) + 1
     # of equal peaks one is the higher one: otherwise each would be said to fall to the ends, whatever lies between
-    ranked = ridge.copy()
+    ranked = steps.copy()
     ranked[peaks] *= 1.0 + 1e-9 * np.arange(peaks.size)
-    prominences = peak_prominences(ranked, peaks)[0] / float(ridge.max())
+    prominences = np.array([_prominence(ranked, int(peak)) for peak in peaks]) / float(ridge.max())
     # the highest stands above everything
     others = np.delete(prominences, int(np.argmax(ranked[peaks])))
-    return peaks[prominences >= least], float(others.max(initial=0.0))
+    return middles[peaks[prominences >= least]], float(others.max(initial=0.0))
+
+
+def _prominence(line: Floats, peak: int) -> float:
+    """How far a line falls on either side of a peak before it rises above it, the less of both.
+
+    As scipy.signal.peak_prominences, whose import takes longer than everything else that is done before a mesh.
+    """
+    higher = np.flatnonzero(line > line[peak])
+    after = int(np.searchsorted(higher, peak))
+    start = int(higher[after - 1]) + 1 if after else 0
+    stop = int(higher[after]) if after < higher.size else line.size
+    return float(line[peak] - max(line[start : peak + 1].min(), line[peak:stop].min()))
 
 
 def signed_square(pressure: Floats, *, without_edge: bool = False) -> Floats:

@@ -88,9 +88,9 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
-    _settle(figure)
     # no version and no date in the files: the picture is all that may differ between two runs
-    with rc_context({"svg.hashsalt": "fecontact"}):
+    with rc_context({"svg.hashsalt": "fecontact", "figure.autolayout": False, "figure.constrained_layout.use": False}):
+        _settle(figure)
         write_atomically(
             Path(path).with_suffix(".svg"),
             lambda temporary: FigureCanvasSVG(figure).print_figure(
@@ -111,7 +111,8 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
 def _settle(figure: Figure) -> None:
     """Lay a figure out once and keep it: the layout's last digits differ from run to run, and get into an SVG."""
     figure.draw_without_rendering()
-    figure.set_layout_engine("none")
+    # with an engine that does nothing ("none") every file would be drawn twice
+    figure.set_layout_engine(None)
     for ax in figure.axes:
         x, y, width, height = (round(edge, 6) for edge in ax.get_position(original=True).bounds)
         ax.set_position((x, y, width, height))

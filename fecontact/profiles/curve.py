@@ -154,8 +154,11 @@ class Profile:
 
     def _points(self, k: Integers, v: Floats) -> CurvePoints:
         """Points at the local parameters v of the segments k."""
+        hit = np.flatnonzero(np.bincount(k.ravel(), minlength=len(self.segments)))
+        if hit.size == 1:
+            return self.segments[int(hit[0])].evaluate(v)
         out = np.empty((6, *v.shape))
-        for i in np.flatnonzero(np.bincount(k.ravel(), minlength=len(self.segments))):
+        for i in hit:
             mask = k == i
             p = self.segments[i].evaluate(v[mask])
             out[:, mask] = p.y, p.z, p.dy, p.dz, p.ddy, p.ddz

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from scipy.interpolate import BSpline, CubicSpline
+    from scipy.interpolate import CubicSpline, PPoly
 
 Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.intp]
@@ -173,7 +173,7 @@ class Smoothed:
         How the exact segment was turned about its origin, and then moved (mm), to lie on the points.
     """
 
-    field: BSpline
+    field: PPoly
     s_from: float
     s_to: float
     base: Line | Arc | Polynomial | None = None
@@ -188,20 +188,21 @@ class Smoothed:
         return np.linspace(0.0, 1.0, max(3, math.ceil((self.s_to - self.s_from) / _TABLE_STEP_MM)))
 
     @cached_property
-    def _arc(self) -> CubicSpline:
+    def _arc(self) -> PPoly:
         """Arc length s over the local parameter; a polynomial does not run at one speed."""
-        from scipy.interpolate import CubicSpline
+        from scipy.interpolate import PPoly
 
         if isinstance(self.base, Polynomial):
             return polynomial_arc(self.base, self.v_from, self.v_to, self.s_from)
-        return CubicSpline([0.0, 0.5, 1.0], np.linspace(self.s_from, self.s_to, 3))
+        return PPoly([[self.s_to - self.s_from], [self.s_from]], [0.0, 1.0])
 
     def evaluate(self, v: Floats) -> CurvePoints:
         """Points at the local parameter v in [0, 1]."""
-        s, rate, rate_of_rate = self._arc(v), self._arc(v, 1), self._arc(v, 2)
+        s, rate = self._arc(v), self._arc(v, 1)[..., None]
         p, first, second = self.field(s), self.field(s, 1), self.field(s, 2)
-        d = first * rate[..., None]
-        dd = second * rate[..., None] ** 2 + first * rate_of_rate[..., None]
+        d, dd = first * rate, second * rate**2
+        if isinstance(self.base, Polynomial):
+            dd = dd + first * self._arc(v, 2)[..., None]
         if self.base is None:
             return CurvePoints(y=p[..., 0], z=p[..., 1], dy=d[..., 0], dz=d[..., 1], ddy=dd[..., 0], ddz=dd[..., 1])
         part, c, n = self.v_to - self.v_from, math.cos(self.turn_rad), math.sin(self.turn_rad)

@@ -14,10 +14,11 @@ from fecontact.profiles.curve import Profile
 from fecontact.profiles.measured import Measured
 from fecontact.profiles.registration import Registration, foot_points
 from fecontact.profiles.segments import Arc, Floats, Line, Polynomial, Segment, Smoothed, polynomial_arc
-from fecontact.profiles.smoothing import SEED, smoothed_by
+from fecontact.profiles.smoothing import SEED
+from fecontact.profiles.smoothing_spline import smoothed_by
 
 if TYPE_CHECKING:
-    from scipy.interpolate import BSpline
+    from scipy.interpolate import PPoly
 
 Variant = Literal["half", "double"] | int
 """Another line that the points allow: of half or double the width, or from points with other noise of the same size."""
@@ -56,7 +57,7 @@ def scaled(profile: Profile, part: float) -> Profile:
     for segment in profile.segments:
         assert isinstance(segment, Smoothed)
         field = segment.field
-        segments.append(replace(segment, field=type(field)(field.t, part * field.c, field.k)))
+        segments.append(replace(segment, field=type(field)(part * field.c, field.x)))
     return replace(profile, segments=tuple(segments), name=f"{profile.name} times {part:g}", measured=None)
 
 
@@ -108,7 +109,7 @@ def _unmoved(measured: Measured) -> Floats:
     return _registration(measured).to_reference(measured.points)
 
 
-def _segments(measured: Measured, field: BSpline) -> tuple[Segment, ...]:
+def _segments(measured: Measured, field: PPoly) -> tuple[Segment, ...]:
     """The pieces of a smoothed line: one for each segment of the nominal profile, or a single one."""
     first, last = float(measured.s_mm[0]), float(measured.s_mm[-1])
     if not measured.reference:
@@ -139,7 +140,9 @@ def _segments(measured: Measured, field: BSpline) -> tuple[Segment, ...]:
 def _exact_local(segment: Smoothed, s: Floats) -> Floats:
     v = np.interp(s, (segment.s_from, segment.s_to), (0.0, 1.0))
     for _ in range(20):
-        v = np.clip(v - (segment._arc(v) - s) / segment._arc(v, 1), 0.0, 1.0)
+        before, v = v, np.clip(v - (segment._arc(v) - s) / segment._arc(v, 1), 0.0, 1.0)
+        if np.array_equal(before, v):
+            break
     return v
 
 

@@ -1,4 +1,4 @@
-"""A line with a usable curvature from measured points: smoothing splines along the arc (scipy's, of a stated width).
+"""A line with a usable curvature from measured points: smoothing splines along the arc, of a stated width.
 
 The curvature of a spline through points with an error e every h carries 6 e / h^2, for 0.01 mm every 0.2 mm 500 times
 that of a rail head. A smoothing spline of the wave length w carries 0.3 e sqrt(h) (2 pi / w)^2.5 only, and blurs
@@ -6,16 +6,14 @@ what is shorter than w. The head of a rail has both: radii of 300 mm and junctio
 against the nearest profile of the library, if they support one, and their deviation from it is smoothed, which is what
 wear and tolerances are; otherwise the line itself.
 
-Reinsch (1967), smoothing by spline functions; Kim and Gu (2004) for the score by which the width is chosen: generalised
-cross-validation in which a degree of freedom costs more, as the plain one follows the noise in one case of ten.
+Kim and Gu (2004) for the score by which the width is chosen: generalised cross-validation in which a degree of freedom
+costs more, as the plain one follows the noise in one case of ten.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,9 +22,7 @@ from fecontact.profiles.measured import Measured
 from fecontact.profiles.noise import noise_of
 from fecontact.profiles.registration import Registration, foot_points
 from fecontact.profiles.segments import Floats, Segment
-
-if TYPE_CHECKING:
-    from scipy.interpolate import BSpline
+from fecontact.profiles.smoothing_spline import smoothed_by
 
 NARROWEST_MM, WIDEST_MM = 2.0, 60.0
 """Widths among which one is chosen. No waves longer than a rail's head are told from its shape."""
@@ -47,24 +43,6 @@ class _Fit:
     residual: Floats
     width_mm: float
     score: float
-
-
-def smoothed_by(s_mm: Floats, values: Floats, width_mm: float, relative: Floats | None = None) -> BSpline:
-    """Cubic smoothing spline (scipy) that leaves half of a wave of this length.
-
-    Parameters
-    ----------
-    s_mm (n,), values (n, k)
-        Places along the line, ascending, and what is smoothed there.
-    relative (n,)
-        Width at each place over `width_mm`; the same everywhere if not given.
-    """
-    from scipy.interpolate import make_smoothing_spline
-
-    spacing = (s_mm[-1] - s_mm[0]) / (s_mm.size - 1)
-    # a weight makes the spline stiffer or softer about its point, with the fourth root as the penalty does
-    weights = None if relative is None else relative**-4.0
-    return make_smoothing_spline(s_mm, values, w=weights, lam=(width_mm / (2.0 * math.pi)) ** 4 / spacing)
 
 
 def smoothed_deviation(
