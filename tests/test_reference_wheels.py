@@ -1,0 +1,114 @@
+"""The wheels of EN 15302 and the 1/40 of EN 13715: points of their standards, and what those wheels do on rail A."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fecontact.case import Case, Track
+from fecontact.geometry.contact_functions import harmonic_conicity
+from fecontact.profiles.library import load
+from fecontact.solving.placing import wheelset_of_case
+
+# How far the surface lies below the tape circle (mm) at y (mm): tables I.1 to I.4 of EN 15302:2021.
+TABLES = {
+    "A": {-69: 15.84382, -60: 26.90936, -45: 23.53837, -39: 13.57565, -35: 7.28388, -28: 3.78159, -20: 1.97093,
+          -12: 0.85633, -5: 0.30372, 10: -0.38924, 25: -0.49194, 40: -1.15860, 65: -7.49192},
+    "B": {-69: 15.84386, -60: 26.90871, -45: 23.53771, -38: 11.22110, -35: 7.37735, -28: 3.92061, -20: 2.10665,
+          -12: 0.85625, -5: 0.21039, 10: -0.25000, 25: -0.62500, 40: -1.25000, 65: -7.25000},
+    "C": {-69: 23.12256, -60: 29.98756, -50: 26.65196, -45: 21.18901, -42: 14.30342, -36: 5.87591, -27: 2.99434,
+          -20: 1.78597, -12: 0.91186, -5: 0.32646, 10: -0.42467, 25: -0.54742, 40: -1.64742, 65: -9.54742},
+    "H": {-69: 15.84386, -60: 26.90871, -45: 23.53771, -38: 11.16578, -35: 7.25596, -28: 3.80980, -20: 2.20980,
+          -12: 0.60980, -5: 0.12500, 10: -0.25000, 25: -0.62500, 40: -1.41700, 65: -7.75100},
+}  # fmt: skip
+# Difference of the rolling radii (mm) over the shift (mm) on rail A, gauge 1435 mm, without roll: annex J.
+RADIUS_DIFFERENCES = {
+    "A": {0.5: 0.116, 1.0: 0.259, 2.0: 0.667, 3.0: 1.243, 4.0: 1.913, 5.0: 2.936, 6.0: 4.327, 6.6: 7.590, 6.8: 10.940},
+    "B": {1.0: 0.050, 2.0: 0.100, 2.9: 0.145, 3.1: 2.001, 4.0: 2.515, 5.0: 3.160, 6.0: 3.886, 6.5: 6.132, 6.8: 9.942},
+    "C": {0.5: 0.515, 1.0: 1.024, 2.0: 1.271, 4.0: 1.533, 6.0: 1.801, 7.6: 2.029, 8.0: 2.255, 9.0: 3.035, 9.3: 3.320},
+    "H": {1.0: 0.050, 2.5: 0.125, 2.6: 2.402, 4.0: 2.717, 5.0: 2.942, 6.0: 3.167, 6.7: 3.324},
+}
+# Equivalent conicity by amplitude (mm): annex K.
+CONICITIES = {"A": {1.0: 0.125, 3.0: 0.188, 5.0: 0.254}, "C": {1.0: 0.515, 3.0: 0.271, 5.0: 0.191}}
+# Arcs of rail A, UIC60 1:20 with its origin 750 mm from the track centre: y, z of the centre, and the radius (I.7).
+RAIL_A = ((-19.63949, -15.899044, 13.0), (-1.08250, -80.277908, 80.0), (17.59660, -299.483490, 300.0),
+          (14.29829, -79.508225, 80.0), (26.33535, -13.598369, 13.0))  # fmt: skip
+RAIL_A_ENDS = (-32.6340, -23.2401, -7.8749, 13.0989, 28.6709, 39.2705)
+
+
+@pytest.mark.parametrize("wheel", TABLES)
+def test_the_points_of_the_standard_lie_on_the_line(wheel):
+    y, depth = (np.array(values) for values in (list(TABLES[wheel]), list(TABLES[wheel].values())))
+    # formulas and tables of wheel A differ by 5.6e-5 mm from y = -29 to -11 mm, those of wheel C by 3.2e-5 mm
+    assert -load(f"EN15302_{wheel}").height(y) == pytest.approx(depth, rel=0.0, abs=6e-5)
+
+
+@pytest.mark.parametrize(
+    ("wheel", "corners_mm"),
+    [
+        ("EN15302_A", (30.0, 60.0)),
+        ("EN15302_B", (30.0, 60.0)),
+        ("EN15302_C", (-59.5, 29.0, 59.0)),
+        ("EN15302_H", (-10.2297, 30.0, 60.0)),
+        ("EN13715_1in40", (35.0, 60.0)),
+    ],
+)
+def test_the_sections_are_tangent_but_for_the_corners_of_the_standard(wheel, corners_mm):
+    line = load(wheel)
+    assert tuple(round(joint.y_mm, 4) for joint in line.junctions if joint.is_corner) == corners_mm
+    jumps = [abs(joint.angle_right_rad - joint.angle_left_rad) for joint in line.junctions if not joint.is_corner]
+    # coefficients to four digits
+    assert max(jumps) < 1e-4
+
+
+def test_the_points_of_the_1_in_40_are_those_of_the_standard():
+    """Solved from the radii: heights to the rounding of its points, which end its tangents to 0.004 mm."""
+    line = load("EN13715_1in40")
+    assert line.height([-32.696, -26.0, -15.640, 0.0, 35.0]) == pytest.approx(
+        [-5.180, -2.187, -0.391, 0.0, 0.875], abs=1e-3
+    )
+    assert [segment.evaluate(np.zeros(1)).y[0] for segment in line.segments[5:7]] == pytest.approx(
+        [-32.696, -15.640], abs=4e-3
+    )
+
+
+@pytest.fixture(scope="module")
+def rail_a(tmp_path_factory):
+    path = tmp_path_factory.mktemp("rail") / "rail_a.toml"
+    text = 'kind = "rail"\nunits = "mm"\n'
+    for (y, z, radius), low, high in zip(RAIL_A, RAIL_A_ENDS, RAIL_A_ENDS[1:], strict=False):
+        ends = [f"[{at}, {z + math.sqrt(max(radius**2 - (at - y) ** 2, 0.0))}]" for at in (low, high)]
+        text += f'[[surface]]\ntype = "arc"\nfrom = {ends[0]}\nto = {ends[1]}\ncentre = [{y}, {z}]\nradius = {radius}\n'
+    path.write_text(text, "utf-8")
+    return str(path)
+
+
+def radius_difference(rail: str, wheel: str):
+    """Difference of the rolling radii over the shift of a wheelset that does not roll."""
+    # the gauge is measured 14 mm below the origin of rail A, and that 0.4918 mm below its top
+    track = Track(gauge_depth_mm=14.491775)
+    wheelset = wheelset_of_case(Case(rail=rail, wheel=f"EN15302_{wheel}", inclination_rad=0.0, track=track))
+
+    def at(shift_mm: float) -> float:
+        left, right = wheelset.left.standing(shift_mm, 0.0, 0.0), wheelset.right.standing(-shift_mm, 0.0, 0.0)
+        return left.radius_mm - right.radius_mm
+
+    return at
+
+
+@pytest.mark.parametrize("wheel", RADIUS_DIFFERENCES)
+def test_rolling_radii_are_those_of_the_standard(rail_a, wheel):
+    """Its results have three digits; 0.0025 mm at the junction of wheel A (3 mm), elsewhere 0.001 mm at most."""
+    found = radius_difference(rail_a, wheel)
+    for shift, expected in RADIUS_DIFFERENCES[wheel].items():
+        assert found(shift) == pytest.approx(expected, abs=3e-3), shift
+
+
+@pytest.mark.parametrize("wheel", CONICITIES)
+def test_equivalent_conicity_is_that_of_the_standard(rail_a, wheel):
+    """The standard integrates the motion and allows 0.05; ours is its first harmonic: 0.0035 off at most."""
+    found = radius_difference(rail_a, wheel)
+    for amplitude, expected in CONICITIES[wheel].items():
+        nodes = np.linspace(-amplitude, amplitude, 41)
+        table = dict(zip(nodes, map(found, nodes), strict=True))
+        assert harmonic_conicity(table.__getitem__, amplitude, nodes) == pytest.approx(expected, abs=5e-3), amplitude
