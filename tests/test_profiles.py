@@ -15,6 +15,7 @@ from fecontact.profiles.readers.toml import read_toml
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.segments import Arc, Line, Polynomial, Spline
 from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel
+from fecontact.profiles.writers import profile_text
 
 # S (mm), F (mm), dF/dS, radius of curvature (mm, positive where the wheel is concave); F is the depth below the tape
 # circle. Evaluated from the sections of EN 13715 in extended precision; they agree with the S1002 of the Manchester
@@ -468,6 +469,14 @@ def test_a_byte_order_mark_is_no_part_of_a_toml_file(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(toml_text("60E1"), "utf-8-sig")
     assert read_toml(path).segments == load("60E1").segments
+
+
+def test_segments_without_a_crown_at_the_origin_are_said_to_be(tmp_path):
+    """A file that was cut off after the gauge side: Hertz is three times as high."""
+    path = tmp_path / "mine.toml"
+    whole = profile_text(load("54E1"), ".toml")
+    path.write_text("[[surface]]".join(whole.split("[[surface]]")[:3]), "utf-8")
+    assert "the highest point is (-24.86, -2.065) mm, not the origin" in read_toml(path).notes[0]
 
 
 def test_a_binary_toml_file_is_refused(tmp_path):

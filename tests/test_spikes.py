@@ -3,12 +3,16 @@
 import numpy as np
 import pytest
 
+from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.profiles.library import load, names
 from fecontact.profiles.readers.points import profile_from_points
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.spikes import spikes, unclear
 from fecontact.profiles.writers import points_along
+from fecontact.solving.measured_lines import hertz_uncertainty
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import hertz_of_case
 
 
 def along(name, step_mm, start_mm=0.0):
@@ -102,3 +106,19 @@ def test_a_wrong_point_beside_a_junction_is_told():
         else:
             told += any("off the lines on either side of it" in note for note in made.notes)
     assert told >= 4
+
+
+@pytest.mark.parametrize(("name", "shift_mm", "step_mm", "y_mm", "off_mm"), [
+    ("60E1", 5.75, 1.0, -28.797, -0.08), ("50E6", 3.5, 0.5, -23.362, -0.008),
+])  # fmt: skip
+def test_what_a_wrong_point_beside_a_junction_does_to_hertz_is_stated(name, shift_mm, step_mm, y_mm, off_mm):
+    """Where nothing tells it from the junction: one half of the points is without it, whichever half it is in."""
+    case = Case(rail=name, wheel="S1002", lateral_shift_mm=shift_mm)
+    true = hertz_of_case(case, place_case(case)).p0_MPa
+    points = points_along(load(name), step_mm)
+    k = int(np.argmin(np.abs(points[:, 0] - y_mm)))
+    points[k, 1] += off_mm
+    rail = profile_from_points(*points.T, kind="rail", name="p")
+    placed = place_case(case, rail=rail)
+    found, stated = hertz_of_case(case, placed).p0_MPa, hertz_uncertainty(case, placed)["p_max_MPa"]
+    assert 0.1 < abs(true - found) / found < stated

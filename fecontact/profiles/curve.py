@@ -123,11 +123,17 @@ class Profile:
                     "list its segments from small to large y"
                 )
 
-    def thinned(self) -> Profile | None:
-        """The line through every second of its points, None if it is not made of points: how much they decide."""
+    def thinned(self, first: Literal[0, 1] = 0) -> Profile | None:
+        """The line through every second of its points, None if it is not made of points: how much they decide.
+
+        Those from point 1 on leave out what those from point 0 on have, but for the ends: a wrong point is in one of
+        the two lines only.
+        """
         if not any(isinstance(segment, Spline) for segment in self.segments):
             return None
-        segments = tuple(segment.thinned() if isinstance(segment, Spline) else segment for segment in self.segments)
+        segments = tuple(
+            segment.thinned(first) if isinstance(segment, Spline) else segment for segment in self.segments
+        )
         return replace(self, segments=segments)
 
     @property

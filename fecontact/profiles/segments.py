@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -132,10 +132,10 @@ class Spline:
 
     points: Floats
 
-    def thinned(self) -> Spline:
-        """The spline through every second point and both ends; the same one if that leaves fewer than four."""
-        keep = np.arange(len(self.points)) % 2 == 0
-        keep[-1] = True
+    def thinned(self, first: Literal[0, 1] = 0) -> Spline:
+        """The spline through every second point, from this one on, and both ends; itself if those are too few."""
+        keep = np.arange(len(self.points)) % 2 == first
+        keep[[0, -1]] = True
         return Spline(points=self.points[keep]) if np.count_nonzero(keep) >= _FEWEST_KNOTS else self
 
     @cached_property

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 from fecontact.case import Case
 from fecontact.comparison.point_noise import PointNoise, spread
@@ -58,9 +59,9 @@ def _on_other_lines(
 ) -> tuple[list[Value | None], list[Value | None], list[Value | None]] | None:
     """Something of the case with thinned lines, with other widths, and with other noise; None for exact lines."""
     rail, wheel = placement.rail.profile, placement.wheel.profile
-    thin_rail, thin_wheel = rail.thinned(), wheel.thinned()
     smooth = rail.measured is not None or wheel.measured is not None
-    if thin_rail is None and thin_wheel is None and not smooth:
+    interpolated = rail.thinned() is not None or wheel.thinned() is not None
+    if not interpolated and not smooth:
         return None
 
     def with_lines(rail: Profile, wheel: Profile) -> Value | None:
@@ -69,8 +70,25 @@ def _on_other_lines(
         except (InputError, ConvergenceError):
             return None
 
-    interpolated = thin_rail is not None or thin_wheel is not None
-    thinned = [with_lines(thin_rail or rail, thin_wheel or wheel)] if interpolated else []
+    thinned = [with_lines(*_thinned(case, placement))] if interpolated else []
     widths = [with_lines(variant(rail, which), variant(wheel, which)) for which in _WIDTHS if smooth]
     draws = [with_lines(variant(rail, which), variant(wheel, which)) for which in _DRAWS if smooth]
     return thinned, widths, draws
+
+
+def _thinned(case: Case, placement: Placement) -> tuple[Profile, Profile]:
+    """Rail and wheel through one or the other half of their points, whichever moves Hertz's peak pressure more.
+
+    A wrong point is in one of the halves only: the other one shows what it does.
+    """
+    rail, wheel = placement.rail.profile, placement.wheel.profile
+    own = hertz_of_case(case, placement).p0_MPa
+
+    def moves(lines: tuple[Profile, Profile]) -> float:
+        try:
+            return abs(hertz_of_case(case, place_case(case, rail=lines[0], wheel=lines[1])).p0_MPa - own)
+        except (InputError, ConvergenceError):
+            return math.inf
+
+    firsts: tuple[Literal[0, 1], ...] = (0, 1)
+    return max(((rail.thinned(first) or rail, wheel.thinned(first) or wheel) for first in firsts), key=moves)

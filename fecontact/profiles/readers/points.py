@@ -244,24 +244,27 @@ def _check_spacing(points: Floats, corners: Integers, name: str) -> list[str]:
 
 
 def _assumptions(points: Floats, kind: Kind) -> list[str]:
+    across = "y positive to the field side" + (" and 0 at the tape circle" if kind == "wheel" else "")
+    canted = ", not canted" if kind == "rail" else ""
+    return [f"taken as: mm, {across}, z up{canted}", *origin_notes(points, kind)]
+
+
+def origin_notes(points: Floats, kind: Kind) -> list[str]:
+    """What is to be said of points (n, 2) whose origin is not a rail's crown or a wheel's tape circle."""
     y, z = points.T
     if kind == "rail":
-        notes = ["taken as: mm, y positive to the field side, z up, not canted"]
         top = points[z.argmax()]
         if abs(top[0]) > 1.0 or abs(top[1]) > 0.1:
-            notes.append(
+            return [
                 f"the highest point is {_at(top)}, not the origin: the rail may be canted already, worn, or have "
                 "another origin; it is used as it is"
-            )
-        return notes
-    notes = ["taken as: mm, y positive to the field side and 0 at the tape circle, z up"]
+            ]
+        return []
     if not y.min() <= 0.0 <= y.max():
-        notes.append(f"the tape circle y = 0 lies outside the line, y = {y.min():.4g} to {y.max():.4g} mm")
-    elif abs(at_tape := float(np.interp(0.0, np.maximum.accumulate(y), z))) > 0.1:
-        notes.append(
-            f"the line passes the tape circle y = 0 at z = {at_tape:.4g} mm, not 0: check the origin of the file"
-        )
-    return notes
+        return [f"the tape circle y = 0 lies outside the line, y = {y.min():.4g} to {y.max():.4g} mm"]
+    if abs(at_tape := float(np.interp(0.0, np.maximum.accumulate(y), z))) > 0.1:
+        return [f"the line passes the tape circle y = 0 at z = {at_tape:.4g} mm, not 0: check the origin of the file"]
+    return []
 
 
 def _noise(points: Floats) -> str:

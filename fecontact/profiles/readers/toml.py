@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.readers.points import check_shape
+from fecontact.profiles.readers.points import check_shape, origin_notes
 from fecontact.profiles.readers.table import shown
 from fecontact.profiles.segments import Line, Polynomial, Segment
 from fecontact.profiles.shapes import arc_between, mirrored, tangent_head
@@ -81,11 +82,10 @@ def parse_toml(text: str, *, name: str) -> Profile:
         source=file.source,
         certainty=file.certainty,
         outline=(*surface, *body) if body else (),
-        notes=tuple(file.notes),
     )
-    points = profile.evaluate(np.linspace(0.0, len(surface), 16 * len(surface) + 1))
-    check_shape(points.y, points.z, kind=profile.kind, what=f"profile {name}")
-    return profile
+    line = profile.evaluate(np.linspace(0.0, len(surface), 16 * len(surface) + 1))
+    check_shape(line.y, line.z, kind=profile.kind, what=f"profile {name}")
+    return replace(profile, notes=(*file.notes, *origin_notes(np.column_stack((line.y, line.z)), profile.kind)))
 
 
 def _content(text: str, name: str) -> dict[str, object]:
