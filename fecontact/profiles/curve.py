@@ -126,15 +126,12 @@ class Profile:
     def thinned(self, first: Literal[0, 1] = 0) -> Profile | None:
         """The line through every second of its points, None if it is not made of points: how much they decide.
 
-        Those from point 1 on leave out what those from point 0 on have, but for the ends: a wrong point is in one of
-        the two lines only.
+        A wrong point is in the line from point 0 on or in that from point 1 on, but for the ends.
         """
         if not any(isinstance(segment, Spline) for segment in self.segments):
             return None
-        segments = tuple(
-            segment.thinned(first) if isinstance(segment, Spline) else segment for segment in self.segments
-        )
-        return replace(self, segments=segments)
+        halves = (one.thinned(first) if isinstance(one, Spline) else one for one in self.segments)
+        return replace(self, segments=tuple(halves))
 
     @property
     def convex_sign(self) -> float:
@@ -240,9 +237,8 @@ class Profile:
     @cached_property
     def junctions(self) -> tuple[Junction, ...]:
         """Points where slope or curvature jumps, from small to large y."""
-        ends = np.arange(1, len(self.segments), dtype=float)
+        ends, found = np.arange(1, len(self.segments), dtype=float), []
         left, right = self.evaluate(ends, "left"), self.evaluate(ends, "right")
-        found = []
         for i in range(ends.size):
             junction = Junction(
                 y_mm=float(right.y[i]),

@@ -65,7 +65,7 @@ def read_miniprof(path: str | Path, kind: Kind, reading: Reading) -> Profile:
     header = ",".join({"x": "y", "y": "z"}.get(name, f"_{name}") for name in named)
     table = columns_of(f"{header}\n{rest}", kind=own, what=str(path), reading=reading)
     y, z, moved = _moved(table.y, table.z, keys, path, own, reading)
-    y, z, done = in_mm(y, z, reading.units or _unit(keys, path), reading)
+    y, z, done = in_mm(y, z, reading.units or _unit(keys, path, own), reading)
     y, z, turned = _upwards(y, z, own)
     y, placed = _from_tape_circle(y, z, keys, path, own)
     return profile_from_points(
@@ -134,11 +134,13 @@ def _fields(line: str) -> list[str]:
     return re.split(r"\s*[,;]\s*|\s+", line.strip())
 
 
-def _unit(keys: dict[str, str], path: Path) -> str | None:
+def _unit(keys: dict[str, str], path: Path, kind: Kind) -> str | None:
     unit = keys.get("units", keys.get("unit", "")).lower()
     if unit in MM or unit in ("", "metric"):
         return unit if unit in MM else None
-    raise InputError(f"{path}: the header says Units = {unit[:40]!r}; say which: {', '.join(MM)}, with --rail-units")
+    raise InputError(
+        f"{path}: the header says Units = {unit[:40]!r}; known are {', '.join(MM)}: {remedy(kind, 'units', 'mm')}"
+    )
 
 
 def _moved(
