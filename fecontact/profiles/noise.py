@@ -9,12 +9,35 @@ import numpy as np
 
 from fecontact.profiles.segments import Floats
 
+# So many points know their scatter to a third.
+_FEWEST = 60
+
 
 def noise_of(points: Floats) -> float:
-    """Standard deviation of points (n, 2) across their line, from what four neighbours say of each."""
+    """Standard deviation of points (n, 2) across their line, from what four neighbours say of each, at most."""
     missed, weight = missed_by_neighbours(points)
+    return float(scatter_of(points, missed / weight).max()) if missed.size else 0.0
+
+
+def scatter_of(points: Floats, missed: Floats) -> Floats:
+    """Standard deviation (n - 4,) across the line that the inner ones of points (n, 2) have by their misses (n - 4,).
+
+    An instrument may be wrong in the height alone, or across alone: flat and steep points are looked at by themselves,
+    and what is between them has of both.
+    """
+    along = points[4:] - points[:-4]
+    steep = np.abs(along[:, 1]) > np.abs(along[:, 0])
+    parts = (~steep, steep)
+    if any(np.count_nonzero(part) < _FEWEST for part in parts):
+        return np.full(missed.size, _deviation(missed))
+    flat, side = (_deviation(missed[part]) for part in parts)
+    scatter = np.hypot(flat * along[:, 0], side * along[:, 1])
+    return np.asarray(scatter / np.maximum(np.hypot(*along.T), 1e-12))
+
+
+def _deviation(missed: Floats) -> float:
     # the median keeps corners, junctions and spikes out; 0.6745 turns it into a standard deviation
-    return float(np.median(np.abs(missed) / weight)) / 0.6745 if missed.size else 0.0
+    return float(np.median(np.abs(missed))) / 0.6745
 
 
 def missed_by_neighbours(points: Floats, place: Literal[0, 2, 4] = 2) -> tuple[Floats, Floats]:

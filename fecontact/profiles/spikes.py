@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fecontact.profiles.noise import missed_by_neighbours
+from fecontact.profiles.noise import missed_by_neighbours, scatter_of
 from fecontact.profiles.problems import Problem, turning_angles
 from fecontact.profiles.segments import Floats
 
@@ -70,8 +70,9 @@ def _largest_spike(points: Floats) -> tuple[int, float] | None:
     if missed.size < _FEWEST_LOCAL + 1:
         return None
     rounding = _ROUNDING_STEPS * _resolution_mm(points)
-    limit = _limit(missed, weight, rounding, _least(points))
-    everywhere = max(_SIGMAS / 0.6745 * float(np.median(np.abs(missed) / weight)), rounding) * weight
+    usual = scatter_of(points, missed / weight)
+    limit = _limit(missed, weight, rounding, _least(points), usual)
+    everywhere = np.maximum(_SIGMAS * usual, rounding) * weight
     beyond_junctions = np.maximum(everywhere, _LEAST_MM + _JUNCTION_PER_MM * _step(points) ** 2)
     over = np.abs(missed) / np.minimum(limit, beyond_junctions)
     for k in (int(i) for i in np.argsort(-over)[: np.count_nonzero(over > 1.0)]):
@@ -98,19 +99,19 @@ def _least(points: Floats) -> Floats:
     return np.asarray(_LEAST_BEND_PER_MM / _BEND * _step(points) ** 2)
 
 
-def _limit(missed: Floats, weight: Floats, rounding: float, least: Floats) -> Floats:
+def _limit(missed: Floats, weight: Floats, rounding: float, least: Floats, usual: Floats) -> Floats:
     """What a point may miss by for the scatter and the rounding of the points about it."""
-    return np.asarray(np.maximum(np.maximum(_SIGMAS * _scatter(missed / weight), rounding) * weight, least))
+    return np.asarray(np.maximum(np.maximum(_SIGMAS * _scatter(missed / weight, usual), rounding) * weight, least))
 
 
-def _scatter(missed: Floats) -> Floats:
-    """Standard deviation that points have by their misses (n,), at each: everywhere, or about it where that is more."""
+def _scatter(missed: Floats, usual: Floats) -> Floats:
+    """Standard deviation that points have by their misses (n,), at each: the usual one, or more that is about it."""
     n, reach = missed.size, _LOCAL_REACH
     padded = np.concatenate((np.full(reach, np.nan), np.abs(missed), np.full(reach, np.nan)))
     windows = np.lib.stride_tricks.sliding_window_view(padded, reach - 2)
     # a spike makes its two neighbours on each side miss as well
     sides = [_LOCAL_TRUST * _median(windows[start : start + n]) for start in (0, reach + 3)]
-    return np.asarray(np.fmax.reduce([np.full(n, np.median(np.abs(missed))), *sides]) / 0.6745)
+    return np.asarray(np.fmax.reduce([usual, *(side / 0.6745 for side in sides)]))
 
 
 def _median(windows: Floats) -> Floats:
@@ -143,7 +144,7 @@ def _stands_out(points: Floats, k: int, *, bent: bool = False) -> bool:
 def _from_either_side(points: Floats, rounding: float, least: Floats) -> tuple[Floats, Floats]:
     """How far each inner point lies off the line continued from its left or right, the less of both; and the limit."""
     (right, right_limit), (left, left_limit) = (
-        (missed, _limit(missed, weight, rounding, least))
+        (missed, _limit(missed, weight, rounding, least, scatter_of(points, missed / weight)))
         for missed, weight in (missed_by_neighbours(points, place) for place in (0, 4))
     )
     off, limit = np.zeros(right.size), np.full(right.size, np.inf)
