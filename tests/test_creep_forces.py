@@ -4,6 +4,7 @@ import json
 import math
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,8 +13,10 @@ from rungs import rung_with
 
 from fecontact.case import Case, case_from_record, case_record
 from fecontact.cli import call
+from fecontact.comparison.creep_comparison import creep_of
 from fecontact.comparison.creep_forces import THEORIES, creep_force, ellipse_patch, force_difference, hertz_patch
-from fecontact.comparison.creep_verdict import SMALLEST_CREEPAGE, creep_of, creepage_range
+from fecontact.comparison.creep_theories import THEORIES_BY_COST, TheoryVerdicts, theory_verdicts
+from fecontact.comparison.creep_verdict import PLACE, SHAPE, SMALLEST_CREEPAGE, ForceAt, ForceVerdict, creepage_range
 from fecontact.comparison.creepages import creepages_of, curved_creepages, slip_beside_plane, wheelset_creepages
 from fecontact.comparison.judged_load import JudgedLoad, Level, SolvedLoad, judge_load
 from fecontact.comparison.measures import hertz_on
@@ -195,6 +198,8 @@ def test_hertzs_own_pressure_gives_hertzs_forces():
         assert found.uncertainty_of_muN[theory] == pytest.approx(2e-3)
     assert found.verdict.answer == "HOLDS"
     assert found.verdict.worst.deviation < 4e-3
+    assert found.verdict.limit_used == pytest.approx(found.verdict.worst.deviation / 0.05)
+    assert found.verdict.cause is None
     assert found.limit_N == pytest.approx(0.3 * 100e3, rel=1e-9)
 
 
@@ -218,6 +223,7 @@ def test_a_patch_beside_the_touch_point_feels_the_spin():
     # an ellipse at the touch point has no force along the track, that patch has
     assert found.verdict.answer == "FAILS"
     assert found.verdict.worst.deviation > 0.2
+    assert found.verdict.cause == PLACE
 
 
 def test_separate_patches_are_warned_of_and_have_their_own_creepages():
@@ -229,6 +235,8 @@ def test_separate_patches_are_warned_of_and_have_their_own_creepages():
     # both pull along the track, one forward and one back, and turn the wheel
     assert abs(force.fx_N) < 1e-3 * found.limit_N
     assert force.mz_Nmm < -moved * 0.5 * found.limit_N
+    # their common centre is the touch point, with its creepages
+    assert (found.verdict.answer, found.verdict.cause) == ("FAILS", SHAPE)
 
 
 def test_meshes_that_differ_make_the_forces_uncertain():
@@ -344,3 +352,69 @@ def test_the_command_refuses(arguments, says, capsys):
     )
     assert call(["creep", *(word for pair in given.items() for word in pair)]) == 2
     assert says in capsys.readouterr().err
+
+
+# the cheapest theory
+
+
+def off_by(percent: float, answer: str) -> ForceVerdict:
+    at = ForceAt(creepages=Creepages(xi=1e-3), deviation=percent / 100.0, uncertainty=0.01)
+    return ForceVerdict(answer=answer, decided=(at,), limit=0.05)
+
+
+@pytest.mark.parametrize(
+    ("answers", "first", "cheapest"),
+    [
+        ({"polach": "HOLDS", "fastsim": "FAILS"}, "polach", "polach"),
+        ({"polach": "FAILS", "fastsim": "HOLDS", "exact": "HOLDS"}, "fastsim", "fastsim"),
+        # what is open is not taken to fail
+        ({"polach": "FAILS", "fastsim": "UNRESOLVED", "exact": "HOLDS"}, "fastsim", None),
+        ({"polach": "FAILS", "fastsim": "FAILS", "exact": "FAILS", "strips": "FAILS"}, "real", "real"),
+    ],
+)
+def test_the_cheapest_theory_is_the_first_that_holds(answers, first, cheapest):
+    found = TheoryVerdicts(verdicts={name: off_by(3.0, answer) for name, answer in answers.items()})
+    assert (found.first, found.cheapest) == (first, cheapest)
+
+
+@pytest.fixture
+def few_creepages(monkeypatch):
+    """A range of three sizes in place of eight."""
+    monkeypatch.setattr("fecontact.comparison.creep_verdict._SIZES", 3)
+
+
+def test_theories_are_held_against_the_exact_one_on_the_real_patch(few_creepages):
+    load = judged(replace(ROUND, creep=Creep(friction=0.3, spin_per_mm=1e-4)))
+    found = theory_verdicts(load, placement_of(ROUND), None)
+    assert list(found.verdicts) == [
+        name for name in THEORIES_BY_COST if name in ("polach", "fastsim", "exact", "strips")
+    ]
+    # on Hertz's own pressure there is but one patch
+    strips, fastsim = (found.verdicts[name].worst.deviation for name in ("strips", "fastsim"))
+    assert strips == pytest.approx(fastsim, abs=5e-3)
+    assert found.verdicts["exact"].worst.deviation < 5e-3
+    # what coarse cells said is what fine ones say where each is furthest off
+    ellipse = hertz_patch(load.hertz, friction=0.3, shear_MPa=210e3 / 2.6, poisson=0.3)
+    for name in ("polach", "fastsim"):
+        worst = found.verdicts[name].worst
+        exact, law = (creep_force(one, ellipse, worst.creepages) for one in ("rolling_half_space", name))
+        assert worst.deviation == pytest.approx(force_difference(law, exact, ellipse.ellipse.limit_N), abs=0.01)
+    # measured 6.3 % of mu N with this spin, known to 0.9
+    assert found.verdicts["polach"].answer == "FAILS"
+
+
+def test_ellipses_at_two_touch_points_are_right_on_two_patches(few_creepages):
+    moved = 14.0
+    case = replace(ROUND, creep=Creep(friction=0.3, spin_per_mm=1e-4))
+    load, placement = judged(case, moved_mm=moved, lobes=2), placement_of(ROUND)
+    half = replace(load.hertz, p0_MPa=0.5 * load.hertz.p0_MPa, normal_force_N=0.5 * load.hertz.normal_force_N)
+    shared = SimpleNamespace(
+        ellipses=[SimpleNamespace(hertz=half, x_mm=0.0, s_mm=side * moved) for side in (-1.0, 1.0)]
+    )
+    found = theory_verdicts(load, placement, shared)
+    assert found.verdicts["fastsim"].answer == found.verdicts["exact"].answer == "FAILS"
+    # the same two patches, in strips of the pressure and as ellipses
+    off = {name: found.verdicts[name].worst.deviation for name in ("springs", "strips", "fastsim")}
+    assert off["springs"] == pytest.approx(off["strips"], abs=0.01)
+    # what is left is FASTSIM's own error
+    assert off["springs"] < 0.5 * off["fastsim"]

@@ -253,7 +253,7 @@ def test_judging_says_which_measures_an_older_map_does_not_have(tmp_path, monkey
     position = stored_results._inferred(1.5, [inferred_cell(valley="absent")], Criteria())
     made = ApplicabilityMap(case=Case(), loads_N=(5e4,), positions=(position,))
     (tmp_path / "map.json").write_text("{}")
-    monkeypatch.setattr(judging, "judge_map", lambda folder, criteria, out, creep=None: (made, []))
+    monkeypatch.setattr(judging, "judge_map", lambda folder, criteria, out, **_: (made, []))
     assert call(["judge", str(tmp_path)]) == 0
     out, err = capsys.readouterr()
     assert "1 inferred cell left open: the stored result does not have valley between lobes; solve it again" in err

@@ -40,9 +40,10 @@ from fecontact.map.cells import ApplicabilityMap, Inferred, LoadInterval, LoadLi
 from fecontact.map.inference import infer_loads, predict
 from fecontact.map.load_limit import KnownLoad, known_loads, load_limit, next_load
 from fecontact.map.position import solve_position
-from fecontact.outputs.map import cell_record, limit_record, limit_text, map_record, map_table
+from fecontact.outputs.map import cell_record, limit_record, map_record
 from fecontact.outputs.map_figure import CAUSE_LETTERS, limit_used, map_figure
 from fecontact.outputs.map_report import write_map_report
+from fecontact.outputs.map_table import limit_text, map_table
 from fecontact.outputs.rows import MEASURED_COLUMNS, cell_row, load_row
 from fecontact.outputs.stored import (
     placement_from_record,
@@ -508,7 +509,7 @@ class FakeSweep:
         FakeSweep.open -= 1
 
 
-def no_figure(made, path):
+def no_figure(made, path, **_):
     return Path(path)
 
 
@@ -592,7 +593,8 @@ def cells_of(made):
 
 def plain(made):
     """Everything that a map says, as JSON: what is no number is as equal as numbers are."""
-    return json.loads(json_text({"cells": cells_of(made), "limits": [limit_record(p) for p in made.positions]}))
+    limits = [limit_record(one.lateral_shift_mm, one.limit) for one in made.positions]
+    return json.loads(json_text({"cells": cells_of(made), "limits": limits}))
 
 
 def test_a_position_has_all_loads_its_limit_and_says_what_it_does():

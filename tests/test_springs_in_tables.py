@@ -18,9 +18,10 @@ from fecontact.comparison.multi_hertz import judge_multi_hertz
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.load_limit import load_limit
 from fecontact.map.position import solved_cell
-from fecontact.outputs.map import map_record, map_table
+from fecontact.outputs.map import map_record
 from fecontact.outputs.map_figure import map_figure
 from fecontact.outputs.map_report import write_map_report
+from fecontact.outputs.map_table import map_table
 from fecontact.outputs.multi_hertz import ellipses_of, limit_used, several_ellipses, springs_text
 from fecontact.outputs.rows import load_row
 from fecontact.outputs.tables import print_table, write_csv

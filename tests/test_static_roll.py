@@ -11,8 +11,9 @@ from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.map.cells import ApplicabilityMap, MapCell, MapPosition
 from fecontact.map.load_limit import load_limit
-from fecontact.outputs.map import map_record, map_table
+from fecontact.outputs.map import map_record
 from fecontact.outputs.map_figure import map_figure
+from fecontact.outputs.map_table import map_table
 from fecontact.outputs.roll_words import other_wheel_label, roll_words, roll_words_of_rows, shift_label
 from fecontact.outputs.rows import input_columns
 from fecontact.outputs.series import series

@@ -4,39 +4,55 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 from cyclopts import Parameter
 
 from fecontact.console import count, width
 from fecontact.creep import Creep
 from fecontact.criteria import Criteria
+from fecontact.errors import InputError
 from fecontact.options import CaseOptions, options_of
 
 _OF_VERDICT = options_of("verdict", "creep")
 if TYPE_CHECKING:
+    from fecontact.outputs.map_measures import MapMeasure
+
     VerdictOptions: TypeAlias = CaseOptions
 else:
     VerdictOptions = type(_OF_VERDICT)
 
 
-def judge(folder: Path, options: VerdictOptions = _OF_VERDICT, *, out: Path | None = None) -> int:
+def judge(
+    folder: Path,
+    options: VerdictOptions = _OF_VERDICT,
+    *,
+    measure: Literal["pressure", "force", "theory"] = "pressure",
+    out: Path | None = None,
+) -> int:
     """Judge stored results again by other criteria, or with friction and creepages, without gmsh and finite elements.
 
     Parameters
     ----------
     folder
         Of a study, a map, or a case that fecontact wrote; it stays as it is.
+    measure
+        Of a map, what is printed: where Hertz's pressure holds; with friction his creep force; or the cheapest creep
+        theory that holds.
     out
         Folder for report.html, tables and pictures of the new verdicts (study.csv and study.json, or map.csv, map.json
-        and map.png).
+        and map.png, with friction map_force.png, of theories map_theory.csv and map_theory.png).
     """
     case = options.case()
     case.creep.refuse_unheard()
     # without friction those of each case stay
     criteria, creep = case.criteria, case.creep if case.creep.asked else None
     if (folder / "map.json").is_file():
-        return _judge_map(folder, criteria, out, creep)
+        return _judge_map(folder, criteria, out, creep, measure)
+    if measure != "pressure":
+        raise InputError(
+            f"measure is {measure!r}, but {folder} has no map.json; a study and a case have forces by --friction alone"
+        )
     from fecontact.outputs.creep import force_lines
     from fecontact.outputs.measure_words import criteria_text
     from fecontact.outputs.tables import print_table
@@ -54,13 +70,16 @@ def judge(folder: Path, options: VerdictOptions = _OF_VERDICT, *, out: Path | No
     return 0 if judged.all_judged else 3
 
 
-def _judge_map(folder: Path, criteria: Criteria, out: Path | None, creep: Creep | None) -> int:
-    from fecontact.outputs.map import map_table
+def _judge_map(folder: Path, criteria: Criteria, out: Path | None, creep: Creep | None, measure: MapMeasure) -> int:
+    from fecontact.outputs.map_measures import measure_table
     from fecontact.outputs.measure_words import criteria_text, unknown_text
     from fecontact.runs.judging import judge_map
 
-    made, problems = judge_map(folder, criteria, out, creep=creep)
-    print(map_table(made, width=width()))
+    if creep is not None:
+        each = "forces take some 2 s a cell" + ", theories as much again" * (measure == "theory")
+        print(each, file=sys.stderr)
+    made, problems = judge_map(folder, criteria, out, creep=creep, measure=measure)
+    print(measure_table(made, measure, width=width()))
     for problem in problems:
         print(f"not judged: {problem}", file=sys.stderr)
     unknown = [cell.inferred.verdict.unknown for cell in made.cells if cell.inferred and cell.inferred.verdict.unknown]

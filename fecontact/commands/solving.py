@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias, get_args
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias, get_args
 
 from cyclopts import Parameter
 
@@ -167,6 +167,7 @@ def map_(
     shifts: Annotated[str, Parameter(allow_leading_hyphen=True)],
     loads_kn: Annotated[str, Parameter(name="--loads-kn", allow_leading_hyphen=True)] = "10,20,50,80,100,125,150",
     out: Path,
+    measure: Literal["pressure", "force", "theory"] = "pressure",
     adaptive: Annotated[bool, Parameter(negative="")] = False,
     workers: int | None = None,
     threads: int = 1,
@@ -189,6 +190,9 @@ def map_(
         Folder for map.csv, stiffness.csv, map.json and map.png (with friction also map_force.png, where Hertz holds for
         creep forces), written after each shift, and for each shift a folder
         in positions/ from which a later map with the same inputs and loads takes it.
+    measure
+        What the printed map is about: where Hertz's pressure holds; with --friction his creep force; or the cheapest
+        creep theory that holds, which is also written as map_theory.csv and map_theory.png.
     adaptive
         Solve every second shift, and those between only where the half-space leaves a doubt; marked in all outputs.
     workers
@@ -206,7 +210,7 @@ def map_(
     """
     from fecontact.inputs.texts import parse_numbers
     from fecontact.jobs.engine import RunSettings, parse_part
-    from fecontact.outputs.map import map_table
+    from fecontact.outputs.map_measures import measure_table, refuse_measure
     from fecontact.runs.map_run import run_map
     from fecontact.solving.placing import with_wheelset
 
@@ -216,12 +220,15 @@ def map_(
     positions, case = parse_numbers(shifts, "shifts"), options.case()
     if not (options.given("wheelset") or options.given("roll_rad")):
         case = with_wheelset(case)
+    refuse_measure(case, measure)
     loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
     with logged(out / f"run{settings.part_suffix}.log"):
         with many("positions", quiet=quiet) as progress:
-            outcome = run_map(case, positions, loads_N, out, adaptive=adaptive, settings=settings, progress=progress)
+            outcome = run_map(
+                case, positions, loads_N, out, measure=measure, adaptive=adaptive, settings=settings, progress=progress
+            )
         if not quiet:
-            print(map_table(outcome.made, width=width()))
+            print(measure_table(outcome.made, measure, width=width()))
         _tell_map(outcome, out, settings, quiet)
     return 0 if outcome.made.all_solved else 3
 
@@ -241,7 +248,8 @@ def _tell_map(outcome: MapOutcome, out: Path, settings: RunSettings, quiet: bool
         _tell_part(settings, out, quiet)
         return
     stiffness = "stiffness.csv, " if (out / "stiffness.csv").is_file() else ""
-    say(f"Results in {out}: report.html, map.csv, {stiffness}map.json, map.png", quiet=quiet)
+    drawn = ", ".join(name for name in ("map.png", "map_force.png", "map_theory.png") if (out / name).is_file())
+    say(f"Results in {out}: report.html, map.csv, {stiffness}map.json, {drawn}", quiet=quiet)
     if not stiffness:
         say("No stiffness.csv: a fit over the load needs three loads or more at a shift", quiet=quiet)
 

@@ -1,23 +1,15 @@
-"""Does Hertz hold for forces? A judged load under its case's friction and creepages, and over a range of them."""
+"""Does Hertz hold for forces? A judged load under friction, over a range of creepages."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
-from weakref import WeakKeyDictionary
+from itertools import pairwise
 
 import numpy as np
 
-from fecontact.comparison.creep_forces import (
-    CreepPatch,
-    creep_force,
-    creep_forces,
-    force_difference,
-    hertz_patch,
-    real_patch,
-)
+from fecontact.comparison.creep_forces import CreepPatch, creep_force, force_difference, hertz_patch, real_patch
 from fecontact.comparison.creepages import creepages_of, curved_creepages
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.measures import patch_of
@@ -26,22 +18,15 @@ from fecontact.contact.rung import Rung
 from fecontact.creep import Creep
 from fecontact.errors import FecontactError
 from fecontact.geometry.placement import Placement
-from fecontact.theory.creep.contact import (
-    Creepages,
-    CreepForce,
-    CurvedCreepages,
-    Motion,
-    friction_warnings,
-    pair_constants,
-)
+from fecontact.theory.creep.contact import Creepages, CurvedCreepages, Motion, pair_constants
 from fecontact.theory.creep.strips import mean_creepages
 
 SCREEN, DECIDES = "fastsim", "rolling_half_space"
 """The theory that looks where Hertz is furthest off, which it knows to 1 or 2 % of mu N, and the one that decides."""
+PLACE, SHAPE = "centre of pressure beside the touch point", "shape of the patch"
+"""Causes: the creepages of the real patch are those of another place, which spin makes others; or all else."""
 SMALLEST_CREEPAGE = 1e-4
 _SIZES, _DIRECTIONS = 8, 8
-# of mu N; a fifth of the usual limit
-_CURVED = 0.01
 # how many creepages it decides at
 _DECIDE = 2
 # Hertz's deviation with 32 cells along the patch and with 72: 0.1 to 0.2 % of mu N at four positions
@@ -50,12 +35,11 @@ _OF_READING = 0.002
 _OF_THE_PARTING = 2.0
 # places across at which the curved surfaces are looked at
 _LINES = 401
-_Patches: TypeAlias = tuple[CreepPatch, CreepPatch, tuple[CreepPatch, CreepPatch]]
 
 
 @dataclass(frozen=True, kw_only=True)
 class ForceAt:
-    """By how much of mu N Hertz's force is off at creepages of the first touch point, and how well that is known."""
+    """By how much of mu N a force is off at creepages of the first touch point, and how well that is known."""
 
     creepages: Creepages
     deviation: float
@@ -64,203 +48,160 @@ class ForceAt:
 
 @dataclass(frozen=True, kw_only=True)
 class ForceVerdict:
-    """Whether Hertz's creep force is right over a range of creepages.
+    """Whether a creep force is right over a range of creepages.
 
     Attributes
     ----------
     answer
         The worst over the range.
     decided
-        Creepages at which the exact theory decided, where FASTSIM found Hertz furthest off; the worst one first.
+        Creepages at which the exact theory decided, the worst one first.
     limit
         Of the deviation.
+    cause
+        `PLACE` or `SHAPE`, whichever moves the force more where Hertz is furthest off; None where he is within the
+        limit.
     """
 
     answer: Answer
     decided: tuple[ForceAt, ...]
     limit: float
+    cause: str | None = None
 
     @property
     def worst(self) -> ForceAt:
-        """Where Hertz is furthest off."""
+        """Where the force is furthest off."""
         return self.decided[0]
 
+    @property
+    def limit_used(self) -> float:
+        """The part of the limit that is used; the force is off from 1 on."""
+        return self.worst.deviation / self.limit
 
-@dataclass(frozen=True, kw_only=True)
-class CreepComparison:
-    """Creep forces of a judged load.
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RollingLoad:
+    """A judged load as it rolls.
 
     Attributes
     ----------
-    friction, creepages
-        With which they are evaluated, at the first touch point.
-    centre_creepages
-        The creepages of the real patch's centre of pressure: spin about the touch point moves it along. Over curved
-        surfaces their mean over the load.
-    curved, surface_of_muN
-        Whether the creepages on the real patch follow the curved surfaces (`curved_creepages`), and by how much of mu N
-        at most FASTSIM's force changes by that over the creepages of the verdict.
-    hertz, fe
-        Force of each theory on Hertz's ellipse and on the real patch, or why there is none.
-    deviation_of_muN, uncertainty_of_muN
-        Size of their difference over mu N, and how well it is known from mesh to mesh.
-    verdict
-        Over a range of creepages.
-    warnings
-        What makes the forces doubtful.
+    hertz, real
+        Hertz's patch and the real one.
+    others
+        For the uncertainty that of the next coarser mesh, and of another reading of the finest.
+    creepages
+        At the first touch point.
+    surface
+        Creepages over the curved surfaces.
+    curved
+        Whether they are those of the real patch.
     """
 
-    friction: float
-    limit_N: float
+    hertz: CreepPatch
+    real: CreepPatch
+    others: tuple[CreepPatch, CreepPatch]
     creepages: Creepages
-    centre_creepages: Creepages
+    surface: CurvedCreepages
     curved: bool
-    surface_of_muN: float
-    hertz: Mapping[str, CreepForce | str]
-    fe: Mapping[str, CreepForce | str]
-    deviation_of_muN: Mapping[str, float | None]
-    uncertainty_of_muN: Mapping[str, float | None]
-    verdict: ForceVerdict
-    warnings: tuple[str, ...]
+
+    @property
+    def limit_N(self) -> float:
+        """Coulomb's largest force mu N."""
+        return self.real.ellipse.limit_N
+
+    def motion(self, creepages: Creepages) -> Motion:
+        """What the real patch feels of creepages at the first touch point."""
+        return replace(self.surface, plane=creepages) if self.curved else creepages
 
 
-# a result is told as a row, as a record and as a table, and is evaluated once; kept as long as the load itself
-_EVALUATED: WeakKeyDictionary[JudgedLoad, CreepComparison] = WeakKeyDictionary()
+def rolling_load(load: JudgedLoad, placement: Placement, creep: Creep) -> RollingLoad:
+    """A judged load under a friction and creepages that need not be those of its case."""
+    assert creep.friction is not None
+    shear, poisson = pair_constants(load.case.wheel_material, load.case.rail_material)
+    constants = {"friction": creep.friction, "shear_MPa": shear, "poisson": poisson}
 
+    def patch(rung: Rung) -> CreepPatch:
+        return real_patch(rung, patch_of(rung), **constants)
 
-def creep_of(load: JudgedLoad, placement: Placement) -> CreepComparison | None:
-    """Creep forces of a judged load at its placement; None where no friction is given."""
-    friction = load.case.creep.friction
-    if friction is None:
-        return None
-    if load not in _EVALUATED:
-        _EVALUATED[load] = _evaluated(load, placement, friction)
-    return _EVALUATED[load]
-
-
-def _evaluated(load: JudgedLoad, placement: Placement, friction: float) -> CreepComparison:
-    hertz, real, others = _patches(load, friction)
-    creepages, limit = creepages_of(load.case, placement), real.ellipse.limit_N
-    surface = _surface(placement, creepages, (real, *others), load.case.creep.speed_ratio)
-    over = surface if load.case.creep.curved else None
-    motion = over or creepages
-    on_hertz, on_real = creep_forces(hertz, creepages), creep_forces(real, motion)
-    surface_of_muN = _surface_effect(real, surface, load.case.creep.largest_creepage)
-    deviation: dict[str, float | None] = {}
-    uncertainty: dict[str, float | None] = {}
-    for theory, force in on_hertz.items():
-        other = on_real[theory]
-        if isinstance(force, str) or isinstance(other, str):
-            deviation[theory] = uncertainty[theory] = None
-            continue
-        deviation[theory] = force_difference(force, other, limit)
-        # what meshes leave open of the pressure is felt by the exact theory as by its fast neighbour
-        by = SCREEN if theory == DECIDES else theory
-        uncertainty[theory] = _uncertainty(by, real, others, motion)
-    return CreepComparison(
-        friction=friction,
-        limit_N=limit,
+    real, others = patch(load.fe), (patch(load.solved.levels[1].fe), patch(load.level.otherwise))
+    creepages = creepages_of(replace(load.case, creep=creep), placement)
+    ends = [float(one.cells.y_mm[end]) for one in (real, *others) for end in (0, -1)]
+    s_mm = np.linspace(min(0.0, *ends), max(0.0, *ends), _LINES)
+    return RollingLoad(
+        hertz=hertz_patch(load.hertz, **constants),
+        real=real,
+        others=others,
         creepages=creepages,
-        centre_creepages=mean_creepages(real.pieces, motion),
-        curved=load.case.creep.curved,
-        surface_of_muN=surface_of_muN,
-        hertz=on_hertz,
-        fe=on_real,
-        deviation_of_muN=deviation,
-        uncertainty_of_muN=uncertainty,
-        verdict=_verdict(load, load.case.creep, (hertz, real, others), creepages.spin_per_mm, over),
-        warnings=_warnings(load, friction, 0.0 if over else surface_of_muN),
+        surface=curved_creepages(placement, creepages, s_mm, creep.speed_ratio),
+        curved=creep.curved,
     )
 
 
 def force_verdict(load: JudgedLoad, placement: Placement, creep: Creep) -> ForceVerdict:
     """Verdict of forces alone, under a friction and creepages that need not be those of the case."""
-    assert creep.friction is not None
-    patches, creepages = _patches(load, creep.friction), creepages_of(replace(load.case, creep=creep), placement)
-    surface = _surface(placement, creepages, (patches[1], *patches[2]), creep.speed_ratio)
-    return _verdict(load, creep, patches, creepages.spin_per_mm, surface if creep.curved else None)
+    return verdict_of(load, rolling_load(load, placement, creep), creep)
 
 
-def _patches(load: JudgedLoad, friction: float) -> _Patches:
-    """Hertz's, the real one, and for the uncertainty that of the next coarser mesh and of another reading of it."""
-    shear, poisson = pair_constants(load.case.wheel_material, load.case.rail_material)
-
-    def real(rung: Rung) -> CreepPatch:
-        return real_patch(rung, patch_of(rung), friction=friction, shear_MPa=shear, poisson=poisson)
-
-    coarser, otherwise = load.solved.levels[1].fe, load.level.otherwise
-    hertz = hertz_patch(load.hertz, friction=friction, shear_MPa=shear, poisson=poisson)
-    return hertz, real(load.fe), (real(coarser), real(otherwise))
-
-
-def _surface(
-    placement: Placement, creepages: Creepages, patches: Sequence[CreepPatch], speed_ratio: float
-) -> CurvedCreepages:
-    """Creepages over the curved surfaces below patches."""
-    ends = [float(patch.cells.y_mm[end]) for patch in patches for end in (0, -1)]
-    s_mm = np.linspace(min(0.0, *ends), max(0.0, *ends), _LINES)
-    return curved_creepages(placement, creepages, s_mm, speed_ratio)
-
-
-def _surface_effect(real: CreepPatch, surface: CurvedCreepages, largest: float) -> float:
-    try:
-        return max(
-            force_difference(
-                creep_force(SCREEN, real, one),
-                creep_force(SCREEN, real, replace(surface, plane=one)),
-                real.ellipse.limit_N,
-            )
-            for one in creepage_range(largest, surface.plane.spin_per_mm)
-        )
-    except FecontactError:
-        return math.nan
-
-
-def _uncertainty(
-    theory: str, real: CreepPatch, others: tuple[CreepPatch, CreepPatch], creepages: Motion
-) -> float | None:
-    """Of the force on the real patch over mu N; None of a theory that does not cover all meshes."""
-    limit = real.ellipse.limit_N
-    try:
-        finest, coarser, otherwise = (creep_force(theory, patch, creepages) for patch in (real, *others))
-    except FecontactError:
-        return None
-    change, parting = force_difference(finest, coarser, limit), force_difference(finest, otherwise, limit)
-    return _OF_READING + change + _OF_THE_PARTING * parting
-
-
-def _verdict(
-    load: JudgedLoad, creep: Creep, patches: _Patches, spin_per_mm: float, over: CurvedCreepages | None
-) -> ForceVerdict:
+def verdict_of(load: JudgedLoad, rolling: RollingLoad, creep: Creep) -> ForceVerdict:
     """FASTSIM looks over the whole range, and the rolling half-space decides where it finds Hertz furthest off."""
-    hertz, real, others = patches
-    limit_N = real.ellipse.limit_N
-
-    def on_surface(creepages: Creepages) -> Motion:
-        return replace(over, plane=creepages) if over else creepages
 
     def deviation(theory: str, creepages: Creepages) -> float:
         try:
-            on_hertz, on_real = creep_force(theory, hertz, creepages), creep_force(theory, real, on_surface(creepages))
+            on_hertz = creep_force(theory, rolling.hertz, creepages)
+            on_real = creep_force(theory, rolling.real, rolling.motion(creepages))
         except FecontactError:
             return math.nan
-        return force_difference(on_hertz, on_real, limit_N)
+        return force_difference(on_hertz, on_real, rolling.limit_N)
 
-    found = [(deviation(SCREEN, one), one) for one in creepage_range(creep.largest_creepage, spin_per_mm)]
-    # what FASTSIM does not tell comes first
-    furthest = sorted(found, key=lambda one: -math.inf if math.isnan(one[0]) else -one[0])[:_DECIDE]
-    each = []
-    for _, creepages in furthest:
-        off, known = deviation(DECIDES, creepages), _uncertainty(SCREEN, real, others, on_surface(creepages))
-        at = ForceAt(creepages=creepages, deviation=off, uncertainty=math.nan if known is None else known)
-        each.append((answer_of(off, at.uncertainty, creep.force_limit), at))
+    found = [
+        (deviation(SCREEN, one), one) for one in creepage_range(creep.largest_creepage, rolling.creepages.spin_per_mm)
+    ]
+    decided = []
+    for creepages in furthest(found):
+        known = pressure_uncertainty(SCREEN, rolling, rolling.motion(creepages))
+        off, unsure = deviation(DECIDES, creepages), math.nan if known is None else known
+        decided.append(ForceAt(creepages=creepages, deviation=off, uncertainty=unsure))
+    made = worst_of(decided, creep.force_limit, usable=load.status == "converged")
+    return replace(made, cause=_cause(rolling, made.worst)) if made.limit_used > 1.0 else made
+
+
+def furthest(found: Sequence[tuple[float, Creepages]]) -> list[Creepages]:
+    """The creepages of the largest deviations, first those where none could be told."""
+    by_size = sorted(found, key=lambda one: -math.inf if math.isnan(one[0]) else -one[0])
+    return [creepages for _, creepages in by_size[:_DECIDE]]
+
+
+def worst_of(decided: Sequence[ForceAt], limit: float, *, usable: bool) -> ForceVerdict:
+    """The worst answer of some creepages; a result that must not be used leaves it open."""
+    each = [(answer_of(at.deviation, at.uncertainty, limit), at) for at in decided]
     each.sort(key=lambda one: (FROM_BEST.index(one[0]), one[1].deviation), reverse=True)
-    return ForceVerdict(
-        # a result that must not be used leaves it open
-        answer=each[0][0] if load.status == "converged" else "UNRESOLVED",
-        decided=tuple(at for _, at in each),
-        limit=creep.force_limit,
-    )
+    answer = each[0][0] if usable else "UNRESOLVED"
+    return ForceVerdict(answer=answer, decided=tuple(at for _, at in each), limit=limit)
+
+
+def _cause(rolling: RollingLoad, worst: ForceAt) -> str | None:
+    """What moves FASTSIM's force more: the mean creepages of the real patch, on Hertz's ellipse, or then that patch."""
+    motion = rolling.motion(worst.creepages)
+    try:
+        steps = (
+            creep_force(SCREEN, rolling.hertz, worst.creepages),
+            creep_force(SCREEN, rolling.hertz, mean_creepages(rolling.real.pieces, motion)),
+            creep_force(SCREEN, rolling.real, motion),
+        )
+    except FecontactError:
+        return None
+    by_place, by_shape = (force_difference(one, other, rolling.limit_N) for one, other in pairwise(steps))
+    return PLACE if by_place > by_shape else SHAPE
+
+
+def pressure_uncertainty(theory: str, rolling: RollingLoad, motion: Motion) -> float | None:
+    """Of a theory's force on the real patch over mu N; None of a theory that does not cover all meshes."""
+    try:
+        finest, coarser, otherwise = (creep_force(theory, one, motion) for one in (rolling.real, *rolling.others))
+    except FecontactError:
+        return None
+    change, parting = (force_difference(finest, other, rolling.limit_N) for other in (coarser, otherwise))
+    return _OF_READING + change + _OF_THE_PARTING * parting
 
 
 def creepage_range(largest: float, spin_per_mm: float) -> Sequence[Creepages]:
@@ -277,20 +218,3 @@ def creepage_range(largest: float, spin_per_mm: float) -> Sequence[Creepages]:
         for size in (SMALLEST_CREEPAGE * ratio**power for power in range(_SIZES))
         for angle in angles
     ]
-
-
-def _warnings(load: JudgedLoad, friction: float, left_out: float) -> tuple[str, ...]:
-    separate = ("on separate patches the laws for one ellipse take one of the second moments of all",)
-    curved = (
-        f"the surfaces are curved across the patch: creepages that follow them change forces by up to"
-        f" {1e2 * left_out:.1f} % of mu N; --curved takes them",
-    )
-    wheel, rail = load.case.wheel_material, load.case.rail_material
-    pair = ("wheel and rail have different elastic constants: what the pressure does to the slip is left out",)
-    unlike = (wheel.young_MPa, wheel.poisson) != (rail.young_MPa, rail.poisson)
-    return (
-        *friction_warnings(friction),
-        *(pair if unlike else ()),
-        *(separate if load.geometry.pieces > 1 else ()),
-        *(curved if left_out > _CURVED else ()),
-    )

@@ -9,11 +9,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, takewhile
+from typing import TypeVar
 
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.verdict import Answer
 from fecontact.map.cells import LoadInterval, LoadLimit, MapCell
 
+_Word = TypeVar("_Word", bound=str)
 # The loads on both sides of a limit are brought together to this part of the load; those where an open verdict begins
 # or ends to the second, which follows from the uncertainty and not from the contact.
 LOAD_TOLERANCE = 0.02
@@ -138,19 +140,27 @@ def load_limit(
 
 
 def _intervals(known: Sequence[KnownLoad]) -> tuple[LoadInterval, ...]:
-    """Between two loads with one verdict it is theirs; between others it is open."""
-    found: list[LoadInterval] = []
+    found = stretches([(one.load_N, one.answer) for one in known], "UNRESOLVED")
+    return tuple(LoadInterval(low_N=low_N, high_N=high_N, answer=answer) for low_N, high_N, answer in found)
 
-    def add(low_N: float, high_N: float, answer: Answer) -> None:
-        if found and found[-1].answer == answer:
-            low_N = found.pop().low_N
-        found.append(LoadInterval(low_N=low_N, high_N=high_N, answer=answer))
 
-    for number, one in enumerate(known):
-        if number and known[number - 1].answer != one.answer:
-            add(known[number - 1].load_N, one.load_N, "UNRESOLVED")
-        add(found[-1].high_N if found else one.load_N, one.load_N, one.answer)
-    return tuple(found)
+def stretches(known: Sequence[tuple[float, _Word]], between: _Word) -> list[tuple[float, float, _Word]]:
+    """Stretches of loads with one word each, from known loads by increasing load.
+
+    Between two loads with one word it is theirs; between others it is the word `between`.
+    """
+    found: list[tuple[float, float, _Word]] = []
+
+    def add(low_N: float, high_N: float, word: _Word) -> None:
+        if found and found[-1][2] == word:
+            low_N = found.pop()[0]
+        found.append((low_N, high_N, word))
+
+    for number, (load_N, word) in enumerate(known):
+        if number and known[number - 1][1] != word:
+            add(known[number - 1][0], load_N, between)
+        add(found[-1][1] if found else load_N, load_N, word)
+    return found
 
 
 def _without_any(cells: Sequence[MapCell]) -> str:

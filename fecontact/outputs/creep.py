@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from fecontact.comparison.creep_comparison import CreepComparison, creep_of
 from fecontact.comparison.creep_forces import creep_force, creep_forces, ellipse_patch
-from fecontact.comparison.creep_verdict import CreepComparison, creep_of
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.geometry.placement import Placement
 from fecontact.material import Material
@@ -51,6 +51,7 @@ def _comparison_record(found: CreepComparison) -> Record:
             "deviation_of_muN": verdict.worst.deviation,
             "uncertainty_of_muN": verdict.worst.uncertainty,
             "limit_of_muN": verdict.limit,
+            "cause": verdict.cause,
             "at": asdict(verdict.worst.creepages),
             "decided": [
                 {
@@ -93,6 +94,7 @@ def creep_columns(load: JudgedLoad, placement: Placement) -> Record:
     return row | {
         "force_deviation_percent": None if off is None else 1e2 * off,
         "force_verdict": found.verdict.answer,
+        "force_cause": found.verdict.cause,
         "force_surface_percent": 1e2 * found.surface_of_muN,
         "force_worst_percent": 1e2 * found.verdict.worst.deviation,
         "force_worst_uncertainty_percent": 1e2 * found.verdict.worst.uncertainty,
@@ -104,6 +106,7 @@ def force_lines(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     return [
         f"{row['id']}: for forces Hertz {row['force_verdict']}, off by at most {row['force_worst_percent']:.1f} ±"
         f" {row['force_worst_uncertainty_percent']:.1f} % of mu N"
+        + (f": {row['force_cause']}" if row.get("force_cause") else "")
         for row in rows
         if row.get("force_verdict")
     ]
@@ -169,7 +172,7 @@ def print_creep(record: Record, console: Console) -> None:
     console.print(
         f"for forces Hertz {verdict['verdict']}: off by at most {1e2 * verdict['deviation_of_muN']:.1f} ±"
         f" {1e2 * verdict['uncertainty_of_muN']:.1f} % of mu N (limit {1e2 * verdict['limit_of_muN']:g} %), at"
-        f" {_creepages_text(at)}",
+        f" {_creepages_text(at)}" + (f": {verdict['cause']}" if verdict["cause"] else ""),
         soft_wrap=True,
     )
     for warning in record["warnings"]:

@@ -1,99 +1,103 @@
-"""The picture of the creep forces of a map: where Hertz's are right, over lateral shift and load."""
+"""The picture of the creep forces of a map: at which loads Hertz's are right, over the lateral shift."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from fecontact.comparison.creep_verdict import ForceVerdict, creep_of
+from fecontact.comparison.creep_verdict import PLACE, SHAPE
 from fecontact.map.cells import ApplicabilityMap, MapCell, MapPosition
-from fecontact.outputs.map_figure import draw_other_wheel
-from fecontact.outputs.roll_words import roll_words, shift_label
-from fecontact.outputs.series import short_name
-from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, blank_figure, save_figure
-from fecontact.profiles.identity import profile_identity
+from fecontact.map.forces import force_limit, force_of_cell
+from fecontact.outputs.map_drawing import Column, Sizes, Words, draw_columns, first_marks, mark_handles
+from fecontact.outputs.map_figure import answer_bands, answer_handles, pair_words, part_words, solved_loads_kN
+from fecontact.outputs.map_table import ANSWER_SIGNS, limit_text, load_table
+from fecontact.outputs.roll_words import roll_words
+from fecontact.outputs.style import ANSWERS, save_figure
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-Floats = NDArray[np.float64]
+FORCE_LETTERS = {PLACE: "P", SHAPE: "F"}
+"""Marks of the causes of forces in the picture."""
 
 
 def force_map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
-    """Draw the verdicts of forces over lateral shift and load, with how far Hertz is off at most in % of mu N.
+    """Draw over lateral shift and load where Hertz holds for creep forces, as the picture of pressure is drawn.
 
-    What was not solved has none.
+    Each load of the map has the part of the limit of forces that Hertz uses. Load limits are as sharp as the loads that
+    were solved for those of pressure. What was not solved has no forces.
     """
-    from matplotlib.patches import Patch
-
-    figure = blank_figure(max(9.0, min(16.0, 5.0 + 0.45 * len(made.lateral_shifts_mm))), 6.4)
-    ax = figure.add_subplot()
-    shifts, loads = np.array(made.lateral_shifts_mm), np.array(made.loads_N) / 1e3
-    verdicts = [_force_verdict(cell, position) for position in made.positions for cell in position.cells]
-    found = np.array([verdict.answer if verdict else "failed" for verdict in verdicts], dtype=object)
-    answers = found.reshape(shifts.size, loads.size).T
-    _draw_answers(ax, shifts, loads, answers)
-    for k, verdict in enumerate(verdicts):
-        if verdict is not None:
-            place = (float(shifts[k // loads.size]), float(loads[k % loads.size]))
-            ax.text(*place, f"{1e2 * verdict.worst.deviation:.0f}", ha="center", va="center", fontsize=9)
-    labels = ANSWER_WORDS | {"failed": "not solved"}
-    ax.legend(
-        handles=[Patch(fc=c, ec="0.4", label=labels[v]) for v, c in ANSWERS.items() if v in answers],
-        loc="upper left",
-        bbox_to_anchor=(1.01, 1.0),
-        borderaxespad=0.0,
-        fontsize=9.5,
+    columns = [_column(position) for position in made.positions]
+    figure = draw_columns(
+        made.case,
+        made.loads_N,
+        columns,
+        title=f"{pair_words(made.case)}: where Hertz holds for creep forces,\n{roll_words(made.case)},\nwithin "
+        + force_criterion(made),
+        handles=_handles(made, Sizes(len(columns)).font),
     )
-    creep = made.case.creep
-    rail, wheel = (short_name(profile_identity(spec)) for spec in (made.case.rail, made.case.wheel))
-    ax.set(
-        title=f"rail {rail}, wheel {wheel}, {roll_words(made.case)}:\n"
-        f"where Hertz's creep force is within {1e2 * creep.force_limit:g} % of µN,\n"
-        f"friction {creep.friction:g}, creepage up to {1e2 * creep.largest_creepage:g} %; numbers: off by at most, %",
-        xlabel=shift_label(made.case),
-        ylabel=f"{made.case.load_kind} load in kN",
-    )
-    draw_other_wheel(ax, made.case)
     return save_figure(figure, path)
 
 
-def _force_verdict(cell: MapCell, position: MapPosition) -> ForceVerdict | None:
-    if cell.judged is None or position.placement is None:
-        return None
-    found = creep_of(cell.judged, position.placement)
-    return None if found is None else found.verdict
+def force_table(made: ApplicabilityMap, *, width: int | None = None) -> str:
+    """Verdicts of forces with the part of their limit that Hertz uses, and the load limits of forces."""
+    texts = [[_cell_text(cell, position) for cell in position.cells] for position in made.positions]
+    limits = [limit_text(force_limit(position)) for position in made.positions]
+    causes = ", ".join(f"{letter} {cause}" for cause, letter in FORCE_LETTERS.items())
+    notes = [f"+ holds, x fails, ? unresolved, ! no forces: not solved; part of the limit of {force_criterion(made)}"]
+    return load_table(made, texts, limits, notes=[*notes, f"off by {causes}"], width=width)
 
 
-def _cell_edges(centres: Floats) -> Floats:
-    """Edges of cells half way between their centres; a single one is 1 wide."""
-    if centres.size == 1:
-        return np.array([centres[0] - 0.5, centres[0] + 0.5])
-    middle = 0.5 * (centres[:-1] + centres[1:])
-    return np.concatenate([[2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]])
-
-
-def _draw_answers(ax: Axes, shifts: Floats, loads: Floats, answers: NDArray[Any]) -> None:
-    """Colour the cells by verdicts (loads, shifts)."""
-    from matplotlib.colors import ListedColormap
-
-    names = list(ANSWERS)
-    codes = np.vectorize(names.index, otypes=[float])(answers)
-    y = _cell_edges(loads)
-    # a load below zero does not exist
-    y[0] = max(y[0], 0.0)
-    ax.pcolormesh(
-        _cell_edges(shifts),
-        y,
-        codes,
-        cmap=ListedColormap(list(ANSWERS.values())),
-        vmin=-0.5,
-        vmax=len(names) - 0.5,
-        edgecolors="white",
-        linewidth=0.6,
-        alpha=0.85,
+def force_criterion(made: ApplicabilityMap) -> str:
+    """Limit, friction and creepages in words."""
+    creep = made.case.creep
+    assert creep.friction is not None
+    surfaces = ", which follow the curved surfaces" if creep.curved else ""
+    return (
+        f"{1e2 * creep.force_limit:g} % of µN, friction {creep.friction:g}, creepages up to"
+        f" {1e2 * creep.largest_creepage:g} %{surfaces}"
     )
-    ax.set_yticks(loads)
+
+
+def _cell_text(cell: MapCell, position: MapPosition) -> str:
+    force = force_of_cell(cell, position)
+    if force is None or cell.status != "converged":
+        return "!"
+    letter = FORCE_LETTERS.get(force.cause or "", " ")
+    return f"{ANSWER_SIGNS[force.answer]}{letter}{part_words(force.limit_used):>6}"
+
+
+def _column(position: MapPosition) -> Column:
+    limit = force_limit(position)
+    return Column(
+        shift_mm=position.lateral_shift_mm,
+        bands=answer_bands(limit),
+        solved_kN=solved_loads_kN(position.cells, limit),
+        words=tuple(_words(cell, position) for cell in position.cells),
+    )
+
+
+def _words(cell: MapCell, position: MapPosition) -> Words:
+    force = force_of_cell(cell, position)
+    at = cell.load_N / 1e3
+    if force is None or cell.status != "converged":
+        mark = "i" if cell.inferred else "!"
+        return Words(load_kN=at, text=mark, letter=mark, colour=ANSWERS["failed"], italic=not cell.solved)
+    letter = FORCE_LETTERS.get(force.cause or "", "")
+    return Words(
+        load_kN=at,
+        text=f"{part_words(force.limit_used)} {letter}".strip(),
+        letter=letter,
+        colour=ANSWERS[force.answer],
+        bold=force.answer == "FAILS",
+    )
+
+
+def _handles(made: ApplicabilityMap, font: float) -> list[Any]:
+    limits = [force_limit(position) for position in made.positions]
+    marks = first_marks(font, "part of the limit that\nHertz uses; off from 1 on")
+    if not all(cell.solved for cell in made.cells):
+        marks.append(("$i$", "inferred: no forces"))
+    if any(cell.status not in ("converged", "inferred") for cell in made.cells):
+        marks.append(("$!$", "not to be used"))
+    found = {force.cause for one in made.positions for cell in one.cells if (force := force_of_cell(cell, one))}
+    words = {PLACE: "centre of pressure beside\nthe touch point", SHAPE: SHAPE}
+    marks += [(rf"$\mathbf{{{FORCE_LETTERS[cause]}}}$", words[cause]) for cause in words if cause in found]
+    return answer_handles(limits) + mark_handles(marks)

@@ -12,9 +12,10 @@ from fecontact.comparison.multi_hertz import MultiHertzJudgement
 from fecontact.files import write_text
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap
+from fecontact.map.forces import force_limit
 from fecontact.outputs.html import heading, items, page, paragraph, picture, table, terms
-from fecontact.outputs.map import limit_text
 from fecontact.outputs.map_figure import CAUSE_LETTERS, limit_used
+from fecontact.outputs.map_table import limit_text
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.multi_hertz import limit_used as springs_limit_used
 from fecontact.outputs.multi_hertz import springs_of_cell
@@ -33,8 +34,8 @@ _MOST_PATCHES = 24
 _NUMBERS = ("shift mm", "load kN", "part of a limit", "off by", "±", "unknowns", "their p_max", "their part of a limit")
 
 
-def write_map_report(made: ApplicabilityMap, out: Path) -> Path:
-    """Write `report.html` beside `map.csv`, with the picture of the map that is there."""
+def write_map_report(made: ApplicabilityMap, out: Path, *, theories: bool = False) -> Path:
+    """Write `report.html` beside `map.csv`, with the pictures of the map, with `theories` that of them."""
     case = made.case
     rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
     pair = f"rail {rail}{inclination_words(case.inclination_rad)} and wheel {wheel}"
@@ -49,6 +50,7 @@ def write_map_report(made: ApplicabilityMap, out: Path) -> Path:
             paragraph(_rolled(case)),
             picture(out / "map.svg", "Where Hertz holds over lateral shift and load."),
             picture(out / "map_force.svg", "Where he holds for creep forces.") if case.creep.asked else "",
+            picture(out / "map_theory.svg", "The cheapest theory of creep forces that holds.") if theories else "",
             heading("Load limits"),
             _limits(made),
             heading("The pair"),
@@ -110,8 +112,12 @@ def _pictures(made: ApplicabilityMap, shown: Sequence[tuple[JudgedLoad, Placemen
 
 
 def _limits(made: ApplicabilityMap) -> str:
-    rows = [((f"{position.lateral_shift_mm:+z.2f}", limit_text(position.limit)), False) for position in made.positions]
-    return table("", ("shift mm", "Hertz"), rows, numbers=_NUMBERS)
+    forces = made.case.creep.asked
+    rows = []
+    for position in made.positions:
+        texts = [f"{position.lateral_shift_mm:+z.2f}", limit_text(position.limit)]
+        rows.append((texts + [limit_text(force_limit(position))] * forces, False))
+    return table("", ("shift mm", "Hertz", *("for forces",) * forces), rows, numbers=_NUMBERS)
 
 
 def _cells(made: ApplicabilityMap) -> str:

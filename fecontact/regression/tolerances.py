@@ -117,7 +117,7 @@ _NAMED: Mapping[str, str] = {
     **dict.fromkeys(_TEXTS, TEXT),
     **dict.fromkeys(_EFFORTS, EFFORT),
     **dict.fromkeys(_INPUTS, "input"),
-    "force_verdict": TEXT,
+    **dict.fromkeys(("force_verdict", "force_cause"), TEXT),
     **dict.fromkeys(("multi_hertz_verdict", "multi_hertz_measure", "multi_hertz_overlapping"), TEXT),
     "multi_hertz_ellipses": "count",
     "multi_hertz_limit_used": "fraction of a limit",

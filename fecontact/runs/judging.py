@@ -13,9 +13,11 @@ from fecontact.errors import InputError
 from fecontact.jobs.workers import default_workers, process_crew
 from fecontact.map.cells import ApplicabilityMap
 from fecontact.outputs.map import write_map
+from fecontact.outputs.map_measures import MapMeasure, refuse_measure
 from fecontact.outputs.map_report import write_map_report
 from fecontact.outputs.rows import Row, case_row, read_row
 from fecontact.outputs.study_files import write_tables
+from fecontact.outputs.theory_map import write_theory_map
 from fecontact.runs.case_store import RESULT, ROW, case_folder, read_case
 from fecontact.runs.load import read_map, stored_study, unusable
 from fecontact.runs.reports import report_judged
@@ -102,23 +104,32 @@ def _judged_row(old: Row, folder: Path, criteria: Criteria, creep: Creep | None)
 
 
 def judge_map(
-    folder: str | Path, criteria: Criteria, out: Path | None = None, *, creep: Creep | None = None
+    folder: str | Path,
+    criteria: Criteria,
+    out: Path | None = None,
+    *,
+    creep: Creep | None = None,
+    measure: MapMeasure = "pressure",
 ) -> tuple[ApplicabilityMap, list[str]]:
     """Judge a stored map by given criteria, and with friction and creepages; returns it with what cannot be judged.
 
-    A load limit is as sharp as the loads that were solved. `out` is a folder for the files of the new map.
+    A load limit is as sharp as the loads that were solved. `out` is a folder for the files of the new map,
+    by `theory` with those of the cheapest creep theories.
 
     Raises
     ------
     InputError
-        If the folder holds no map, or `out` is the folder itself.
+        If the folder holds no map or `out` is the folder itself, or for a measure that needs friction without any.
     """
     folder = Path(folder)
     _check_out(folder, out)
     made, problems = read_map(folder, criteria, creep)
+    refuse_measure(made.case, measure)
     if out is not None:
         write_map(made, out)
-        write_map_report(made, out)
+        if measure == "theory":
+            write_theory_map(made, out)
+        write_map_report(made, out, theories=measure == "theory")
     return made, list(problems.values())
 
 

@@ -19,7 +19,9 @@ from fecontact.jobs.workers import Crew
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.position import failed_position, inferred_position
 from fecontact.outputs.map import write_map
+from fecontact.outputs.map_measures import MapMeasure, refuse_measure
 from fecontact.outputs.map_report import write_map_report
+from fecontact.outputs.theory_map import write_theory_map
 from fecontact.runs.case_store import job_of
 from fecontact.runs.identity import input_files, origin_of, position_id, with_absolute_paths
 from fecontact.runs.position_store import PositionWork, has_open_loads, position_folder, read_position
@@ -49,6 +51,7 @@ def run_map(
     loads_N: Sequence[float],
     out: Path,
     *,
+    measure: MapMeasure = "pressure",
     adaptive: bool = False,
     settings: RunSettings | None = None,
     progress: Progress | None = None,
@@ -61,6 +64,8 @@ def run_map(
     ----------
     base_case
         Everything but lateral shift and load.
+    measure
+        By `theory` the cheapest creep theories are judged and written too.
     adaptive
         Solve every second position first, and infer those between them whose verdict is beyond doubt.
     progress
@@ -79,6 +84,7 @@ def run_map(
     if not shifts or not loads:
         raise InputError("map: give at least one lateral shift and one load")
     base_case.creep.refuse_unheard()
+    refuse_measure(base_case, measure)
     if base_case.roll_under_load:
         raise InputError("map: it has one roll for all loads of a position; give a case without roll_under_load")
     # all are made first: a value that no case can have is said before anything is solved
@@ -94,7 +100,9 @@ def run_map(
             raise
         made = run.write()
         if by.settings.part is None and made.positions:
-            write_map_report(made, out)
+            if measure == "theory":
+                write_theory_map(made, out)
+            write_map_report(made, out, theories=measure == "theory")
     return MapOutcome(made=made, reused=tuple(run.finished.reused), recomputed=run.finished.recomputed)
 
 

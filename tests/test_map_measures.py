@@ -1,0 +1,202 @@
+"""Maps by forces and by the cheapest theory, of verdicts that are planted."""
+
+import csv
+import json
+from types import SimpleNamespace
+
+import pytest
+from matplotlib.colors import to_hex
+
+from fecontact.case import Case
+from fecontact.cli import call
+from fecontact.comparison.creep_theories import TheoryVerdicts
+from fecontact.comparison.creep_verdict import PLACE, SHAPE, ForceAt, ForceVerdict
+from fecontact.creep import Creep
+from fecontact.errors import InputError
+from fecontact.map.cells import ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition
+from fecontact.map.forces import force_limit
+from fecontact.outputs.force_map import force_map_figure, force_table
+from fecontact.outputs.map import map_record
+from fecontact.outputs.map_measures import refuse_measure
+from fecontact.outputs.style import ANSWERS
+from fecontact.outputs.theory_map import theory_map_figure, theory_table, write_theory_map
+from fecontact.theory.creep.contact import Creepages
+
+CASE = Case(wheelset=True, creep=Creep(friction=0.3))
+LOADS = (20e3, 50e3, 100e3)
+
+
+class Judged:
+    """A load of which nothing is known but its verdict of forces and of theories."""
+
+    def __init__(self, load_N, percent, answer, cause=None, theories=None):
+        self.load_N, self.status, self.case = load_N, "converged", CASE
+        self.verdict = SimpleNamespace(answer="HOLDS", cause=None)
+        at = ForceAt(creepages=Creepages(xi=1e-3), deviation=percent / 100.0, uncertainty=0.002)
+        self.force = ForceVerdict(answer=answer, decided=(at,), limit=0.05, cause=cause)
+        self.theories = theories or {}
+
+
+def cell(judged, status="converged", shift=0.0):
+    return MapCell(lateral_shift_mm=shift, load_N=judged.load_N, status=status, judged=judged)
+
+
+def position(shift, cells, tried=()):
+    # by pressure Hertz holds at all loads here
+    whole = LoadInterval(low_N=LOADS[0], high_N=LOADS[-1], answer="HOLDS")
+    limit = LoadLimit(intervals=(whole,), tried=tuple((one.load_N, "HOLDS") for one in tried))
+    return MapPosition(lateral_shift_mm=shift, cells=cells, limit=limit, placement=object(), tried=tried)
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """Three positions: he holds up to some load, fails at all, and one that could not be solved."""
+    seen = []
+
+    def looked(judged, placement, creep):
+        seen.append(judged.load_N)
+        return judged.force
+
+    monkeypatch.setattr(
+        "fecontact.map.forces.creep_of", lambda judged, placement: SimpleNamespace(verdict=judged.force)
+    )
+    monkeypatch.setattr("fecontact.map.forces.force_verdict", looked)
+    monkeypatch.setattr("fecontact.outputs.theory_map.ellipses_of", lambda judged, placement: None)
+    monkeypatch.setattr(
+        "fecontact.outputs.theory_map.theory_verdicts",
+        lambda judged, placement, _: TheoryVerdicts(verdicts=judged.theories),
+    )
+
+    def theories(polach, fastsim):
+        return {
+            name: ForceVerdict(
+                answer=answer,
+                decided=(ForceAt(creepages=Creepages(eta=2e-3), deviation=off, uncertainty=0.01),),
+                limit=0.05,
+            )
+            for name, answer, off in (("polach", polach, 0.12), ("fastsim", fastsim, 0.031), ("exact", "HOLDS", 0.01))
+        }
+
+    first = (
+        cell(Judged(20e3, 1.0, "HOLDS", theories=theories("HOLDS", "HOLDS"))),
+        cell(Judged(50e3, 4.0, "HOLDS", theories=theories("FAILS", "HOLDS"))),
+        cell(Judged(100e3, 9.0, "FAILS", PLACE, theories=theories("FAILS", "UNRESOLVED"))),
+    )
+    tried = (Judged(30e3, 3.0, "HOLDS"), Judged(70e3, 6.0, "FAILS", PLACE))
+    fails = {
+        name: ForceVerdict(answer="FAILS", decided=one.decided, limit=0.05)
+        for name, one in theories("FAILS", "FAILS").items()
+    }
+    second = tuple(cell(Judged(load, 20.0, "FAILS", SHAPE, theories=fails), shift=1.0) for load in LOADS)
+    lost = tuple(MapCell(lateral_shift_mm=2.0, load_N=load, status="failed: no memory") for load in LOADS)
+    whole = ApplicabilityMap(
+        case=CASE,
+        loads_N=LOADS,
+        positions=(
+            position(0.0, first, tried),
+            position(1.0, second),
+            MapPosition(lateral_shift_mm=2.0, cells=lost, limit=LoadLimit(reason="failed: no memory")),
+        ),
+    )
+    return whole, seen
+
+
+def test_limits_of_forces_come_from_the_loads_that_were_solved(made):
+    whole, seen = made
+    limits = [force_limit(position) for position in whole.positions]
+    assert [[(one.low_N, one.high_N, one.answer) for one in limit.intervals] for limit in limits] == [
+        [(20e3, 50e3, "HOLDS"), (50e3, 70e3, "UNRESOLVED"), (70e3, 100e3, "FAILS")],
+        [(20e3, 100e3, "FAILS")],
+        [],
+    ]
+    # of the loads of the search those that tell more, and each once
+    assert seen == [70e3]
+    assert limits[0].tried == ((70e3, "FAILS"),)
+    assert limits[0].F_max_N == 50e3
+    assert limits[2].reason == "failed: no memory"
+    force_limit(whole.positions[0])
+    assert seen == [70e3]
+
+
+def bands(ax):
+    return [
+        (to_hex(bar.get_facecolor()), round(bar.get_x(), 3), round(bar.get_y(), 3))
+        for bar in ax.patches
+        if bar.get_fill()
+    ]
+
+
+def test_the_png_of_forces_is_drawn_as_that_of_pressure(made, monkeypatch):
+    kept = []
+    monkeypatch.setattr("fecontact.outputs.force_map.save_figure", lambda figure, path: kept.append(figure))
+    force_map_figure(made[0], "unused.png")
+    (ax,) = kept[0].axes
+    assert [colour for colour, *_ in bands(ax)] == [
+        ANSWERS[answer] for answer in ("HOLDS", "UNRESOLVED", "FAILS", "FAILS", "failed")
+    ]
+    assert [text.get_text() for text in ax.texts] == ["0.20", "0.80", "1.8 P", *["4.0 F"] * 3, *"!!!"]
+    told = " ".join(text.get_text().replace("\n", " ") for text in ax.get_legend().get_texts())
+    for words in ("centre of pressure beside the touch point", "shape of the patch", "off from 1 on", "not to be used"):
+        assert words in told
+    assert "5 % of µN, friction 0.3, creepages up to 2 %" in ax.get_title()
+    # one picture is both wheels
+    assert [one.get_xlabel()[:11] for one in ax.child_axes] == ["right wheel"]
+
+
+def test_tables_of_forces_and_theories(made):
+    lines = force_table(made[0]).splitlines()
+    assert lines[1].split() == [
+        "+0.00",
+        "+",
+        "0.20",
+        "+",
+        "0.80",
+        "xP",
+        "1.8",
+        *["holds", "20", "to", "50,", "open", "50", "to", "70,", "fails", "70", "to", "100", "kN"],
+    ]
+    assert lines[3].split()[:4] == ["+2.00", "!", "!", "!"]
+    assert any("part of the limit of 5 % of µN" in line for line in lines)
+    lines = theory_table(made[0]).splitlines()
+    assert lines[1].split() == ["+0.00", "P", "12.0", "F", "3.1", "F?", "3.1"]
+    assert lines[2].split() == ["+1.00", "R", "R", "R"]
+
+
+def test_the_png_of_theories_has_a_colour_for_each_and_says_what_is_open(made, monkeypatch, tmp_path):
+    from fecontact.outputs.theory_map import _COLOURS
+
+    kept = []
+    monkeypatch.setattr("fecontact.outputs.theory_map.save_figure", lambda figure, path: kept.append(figure))
+    theory_map_figure(made[0], "unused.png")
+    (ax,) = kept[0].axes
+    unresolved = ANSWERS["UNRESOLVED"]
+    # between two loads with different theories it is open, as it is where a cheaper one may hold
+    assert [colour for colour, *_ in bands(ax)] == [
+        *(_COLOURS["polach"], unresolved, _COLOURS["fastsim"], unresolved),
+        *(_COLOURS["real"], ANSWERS["failed"]),
+    ]
+    assert [text.get_text() for text in ax.texts] == ["P 12.0", "F 3.1", "F? 3.1", "R", "R", "R", *"!!!"]
+    write_theory_map(made[0], tmp_path)
+    rows = list(csv.DictReader((tmp_path / "map_theory.csv").read_text("utf-8").splitlines()))
+    assert [row["cheapest_theory"] for row in rows] == ["polach", "fastsim", "UNRESOLVED", *["real"] * 3, *[""] * 3]
+    assert float(rows[1]["fastsim_off_percent_of_muN"]) == pytest.approx(3.1)
+    assert rows[8]["status"] == "failed: no memory"
+
+
+def test_a_measure_of_forces_needs_friction(tmp_path, capsys):
+    for measure in ("force", "theory"):
+        with pytest.raises(InputError, match=r"--friction 0\.3"):
+            refuse_measure(Case(), measure)
+        refuse_measure(CASE, measure)
+    refuse_measure(Case(), "pressure")
+    # before anything is solved
+    assert call(["map", "--shifts", "0", "--measure", "force", "--out", str(tmp_path / "map")]) == 2
+    assert "friction" in capsys.readouterr().err
+    assert not (tmp_path / "map").exists()
+
+
+def test_the_record_of_a_map_with_friction_has_the_limits_of_forces(made, monkeypatch):
+    monkeypatch.setattr("fecontact.outputs.map.cell_record", lambda cell, placement: {})
+    monkeypatch.setattr("fecontact.outputs.map.stiffness_rows", lambda position: [])
+    limits = json.loads(json.dumps(map_record(made[0])["force_limits"]))
+    assert [limit["F_max_N"] for limit in limits] == [50e3, None, None]
