@@ -103,6 +103,12 @@ _UNDER_LOAD = Flag(
     help="Find the roll of the wheelset with both its wheels pressed into their rails by the wheel load",
     alone=True,
 )
+_CLIMB = Flag(
+    group="place",
+    label="flange climb",
+    help="Let the flange climb: take contacts beyond its steepest place too, up to its top",
+    alone=True,
+)
 _SIDE = Choice(
     group="place", label="side", help="Wheel and rail of the wheelset that are solved", names=("left", "right")
 )
@@ -121,6 +127,14 @@ _LOAD_KIND = Choice(
     label="load kind",
     help="Whether the load is vertical or acts along the contact normal at first touch",
     names=get_args(LoadKind),
+)
+_ROLL_LOAD = replace(
+    _LOAD,
+    group="place",
+    label="roll load",
+    help="Wheel load under which the roll of the wheelset is found, if it is another one than the load",
+    key="roll_load_kN",
+    remedy="give the wheel load under which the wheelset rolls, for example 80000 N (80 kN)",
 )
 _ROLLING_RADIUS = Number(
     group="place",
@@ -144,14 +158,23 @@ def _opposite(described: Text | Number, name: str) -> dict[str, Any]:
 
 @dataclass(frozen=True, kw_only=True)
 class Opposite:
-    """Rail, wheel and rolling radius of the other side of a wheelset; None where they are those of the case's side."""
+    """Rail, wheel, rolling radius and load of the other side of a wheelset; None where they are as on the case's side.
+
+    The load counts for the roll under load alone, and implies it.
+    """
 
     rail: str | None = field(default=None, metadata=_opposite(_RAIL, "rail"))
     wheel: str | None = field(default=None, metadata=_opposite(_WHEEL, "wheel"))
     rolling_radius_mm: float | None = field(default=None, metadata=_opposite(_ROLLING_RADIUS, "rolling-radius-mm"))
+    wheel_load_N: float | None = field(default=None, metadata=_opposite(_LOAD, "load-kn"))
 
     def __post_init__(self) -> None:
         check_inputs(self)
+
+    @property
+    def is_mirror_image(self) -> bool:
+        """Whether nothing is given but a load."""
+        return replace(self, wheel_load_N=None) == Opposite()
 
 
 _RESOLUTION = Choice(
@@ -184,7 +207,8 @@ class Case:
 
     Shift, roll and yaw are those of the wheelset in the frame of its left side, whichever `side` is solved: with equal
     profiles the right wheel is the left one with the opposite signs of all three. With `wheelset` the roll is found
-    from both wheels, and none can be given; `roll_under_load` finds that of the loaded wheelset, and implies it.
+    from both wheels, and none can be given; `roll_under_load` finds that of the loaded wheelset, and implies it. Its
+    loads are that of the case, or `roll_load_N`, and on the other side that of `opposite`; both imply it in turn.
     """
 
     rail: str = field(default="60E1", metadata={"input": _RAIL})
@@ -195,6 +219,8 @@ class Case:
     yaw_rad: float = field(default=0.0, metadata={"input": _YAW})
     wheelset: bool = field(default=False, metadata={"input": _WHEELSET})
     roll_under_load: bool = field(default=False, metadata={"input": _UNDER_LOAD})
+    roll_load_N: float | None = field(default=None, metadata={"input": _ROLL_LOAD})
+    flange_climb: bool = field(default=False, metadata={"input": _CLIMB})
     side: TrackSide = field(default="left", metadata={"input": _SIDE})
     opposite: Opposite = field(default_factory=Opposite, metadata={"part": Part(group="place")})
     load_N: float = field(default=100e3, metadata={"input": _LOAD})
@@ -225,18 +251,26 @@ class Case:
             rail, wheel = (one and in_folder(one, self.library) for one in (self.opposite.rail, self.opposite.wheel))
             object.__setattr__(self, "opposite", replace(self.opposite, rail=rail, wheel=wheel))
             object.__setattr__(self, "library", None)
+        if not (self.roll_load_N is None and self.opposite.wheel_load_N is None):
+            object.__setattr__(self, "roll_under_load", True)
         if self.roll_under_load:
             object.__setattr__(self, "wheelset", True)
-            if self.load_kind != "vertical":
+            if self.load_kind != "vertical" and self.roll_load_N is None:
                 raise InputError(
                     f"load kind is {self.load_kind!r}, but the roll under load is that of vertical wheel loads; give"
-                    " load_kind = 'vertical', or leave roll_under_load out"
+                    " load_kind = 'vertical', the wheel load as roll_load_kN, or leave roll_under_load out"
                 )
         if self.wheelset and self.roll_rad != 0.0:
             raise InputError(
                 f"roll is {self.roll_rad!r} rad ({1e3 * self.roll_rad:g} mrad), but that of a wheelset is found"
                 " from both wheels; give a roll or wheelset = true"
             )
+
+    def roll_loads_N(self) -> dict[TrackSide, float]:
+        """Vertical loads of both wheels under which the roll of a loaded wheelset is found."""
+        own = self.load_N if self.roll_load_N is None else self.roll_load_N
+        other = own if self.opposite.wheel_load_N is None else self.opposite.wheel_load_N
+        return {"left": own, "right": other} if self.side == "left" else {"left": other, "right": own}
 
     @property
     def profiles(self) -> dict[str, str]:
@@ -292,8 +326,9 @@ def case_with(values: Mapping[Slot, Any]) -> Case:
     top = given.pop("", {})
     if "roll_rad" in top:
         # a roll that is given fixes it, whatever else says that it is to be found
-        for found in ("wheelset", "roll_under_load"):
+        for found in ("wheelset", "roll_under_load", "roll_load_N"):
             top.pop(found, None)
+        given.get("opposite", {}).pop("wheel_load_N", None)
     return Case(**top, **{table: replace(getattr(Case(), table), **changes) for table, changes in given.items()})
 
 

@@ -158,6 +158,15 @@ ROWS: dict[tuple[str, str], Row] = {
         "roll_under_load", "--roll-under-load", True, True, "perhaps", "perhaps",
         "roll under load is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default no",
     ),
+    ("", "roll_load_N"): Row(
+        "roll_load_kN", "--roll-load-kn", 80, 80e3, -5, -5000.0,
+        "roll load is -5000.0 N (-5 kN); allowed: finite and > 0; give the wheel load under which",
+        ": kN, finite and > 0; default none",
+    ),
+    ("", "flange_climb"): Row(
+        "flange_climb", "--flange-climb", True, True, "perhaps", "perhaps",
+        "flange climb is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default no",
+    ),
     ("", "side"): Row(
         "side", "--side", "right", "right", "rigth", "rigth",
         "side is 'rigth'; allowed: left, right; did you mean right?", ": left, right; default left",
@@ -170,6 +179,11 @@ ROWS: dict[tuple[str, str], Row] = {
     ),
     ("opposite", "rolling_radius_mm"): length(
         "rolling_radius_mm", 459.0, "default none", "--opposite-rolling-radius-mm"
+    ),
+    ("opposite", "wheel_load_N"): Row(
+        "load_kN", "--opposite-load-kn", 60, 60e3, -5, -5000.0,
+        "opposite load is -5000.0 N (-5 kN); allowed: finite and > 0; give the wheel load",
+        ": kN, finite and > 0; default none",
     ),
     ("", "load_N"): Row(
         "load_kN", "--load-kn", 87.654321, 87654.321, -5, -5000.0,
@@ -470,7 +484,7 @@ def test_a_misspelt_key_is_refused_with_the_nearest_and_all_others(slot: Slot, t
         ("[[cases]]", "did you mean case?"),
         ("gauge_mm = 1435", "gauge_mm stands in [track]"),
         ("young_MPa = 1", "young_MPa stands in [rail_material] or [wheel_material]"),
-        ("[track]\nload_kN = 1", "[track]: load_kN: there is no such key; load_kN stands in no table"),
+        ("[track]\nload_kN = 1", "[track]: load_kN: there is no such key; load_kN stands in [opposite] or no table"),
         ("[[case]]\n[case.size]\ngauge_mm = 1435", "gauge_mm stands in [case.track]"),
         ("qqqq = 1", "qqqq: there is no such key; keys: rail, wheel, inclination, lateral_shift_mm"),
         ("load_kN = true", "load_kN: load is True; allowed: a number (kN, finite and > 0)"),

@@ -181,7 +181,7 @@ CASES = [
     ),
     # instead of a roll
     Case(wheelset=True),
-    Case(roll_under_load=True),
+    Case(roll_under_load=True, roll_load_N=80e3, opposite=Opposite(wheel_load_N=60e3), flange_climb=True),
 ]
 
 

@@ -15,7 +15,8 @@ _OF_HERTZ = options_of("place", "files", "load", "material", without=("yield_MPa
 _OF_PLACE = options_of("place", "files", "load", "material", "solution")
 # a table has a list of shifts, finds the roll, and shows both sides
 _OF_TRACK = options_of(
-    "place", "files", without=("lateral_shift_mm", "roll_rad", "wheelset", "roll_under_load", "side")
+    *("place", "files"),
+    without=("lateral_shift_mm", "roll_rad", "wheelset", "roll_under_load", "roll_load_N", "wheel_load_N", "side"),
 )
 if TYPE_CHECKING:
     HertzOptions: TypeAlias = CaseOptions

@@ -17,7 +17,7 @@ _EVERY = options_of(*get_args(Group))
 # a map has lists of these two
 _OF_MAP = options_of(
     *get_args(Group),
-    # and one roll for all its loads
+    # and one roll for all its loads, which --roll-load-kn gives
     without=("lateral_shift_mm", "load_N", "roll_under_load"),
     own_defaults={
         "wheelset": "yes, unless a roll is given or a line by its radii alone, such as circle:300",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 from fecontact.case import Case
@@ -51,6 +52,11 @@ def position_notes(placement: Placement, comparison: Comparison) -> tuple[str, .
         found.append(
             f"rail {placement.rail.profile.name}: only its running surface is known; the body below"
             " it is a block down to the cut"
+        )
+    if placement.climbs:
+        found.append(
+            f"the flange climbs: it touches the rail beyond its steepest place, at"
+            f" {math.degrees(placement.first.contact_angle_rad):.1f} degrees; a lateral force alone holds it there"
         )
     if placement.first.at_junction:
         found.append(

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fecontact.dimensions import Track, TrackSide
 from fecontact.errors import InputError
+from fecontact.geometry.carrying import climbs_at, why_it_cannot_carry
 from fecontact.geometry.poses import RailPose, WheelPose, _root, _sample, place_rail
 from fecontact.geometry.touch_points import TouchPoint, _touch_point
 from fecontact.profiles.curve import Profile
@@ -30,19 +31,21 @@ EVERY_SHIFT = np.arange(-40.0, 40.5, 0.5)
 """Shifts (mm) that are tried for a message that says which are possible."""
 # A step in the height of a line may stand above its touch points by as much as segments may miss each other.
 _STEP_MM = 2e-3
-# Treads rise to the field side by 0.07, chamfers by 0.8.
-_CHAMFER_RAD = 0.35
 SIGN: dict[TrackSide, float] = {"left": 1.0, "right": -1.0}
 """Sign of a wheelset's shift, roll and yaw in the frame of its left side."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Placement:
-    """A wheel resting on a rail: poses, touch points (the first one carries the rigid wheel) and the true gap."""
+    """A wheel resting on a rail: poses, touch points (the first one carries the rigid wheel) and the true gap.
+
+    `climbs` says that it touches beyond the steepest place of its flange: a lateral force alone holds it there.
+    """
 
     rail: RailPose
     wheel: WheelPose
     touch_points: tuple[TouchPoint, ...]
+    climbs: bool = False
 
     @property
     def first(self) -> TouchPoint:
@@ -124,12 +127,16 @@ class Placement:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Pair:
-    """A wheel and the rail below it, in the frame of the left side; the right side is its mirror image."""
+    """A wheel and the rail below it, in the frame of the left side; the right side is its mirror image.
+
+    With `flange_climb` the wheel may stand on its flange beyond the steepest place of that.
+    """
 
     rail: RailPose
     wheel: Profile
     rolling_radius_mm: float
     tape_circle_y_mm: float
+    flange_climb: bool = False
 
     def hung(self, shift_mm: float, roll_rad: float, yaw_rad: float) -> WheelPose:
         """The wheel with the axle's centre at height zero; all three as in `place`, on the left side."""
@@ -145,7 +152,7 @@ class Pair:
         self, shift_mm: float, roll_rad: float, yaw_rad: float, *, reach_mm: float = REACH_MM
     ) -> Placement | str:
         """The wheel lowered on the rail, or why it cannot stand there."""
-        return _touch(self.rail, self.hung(shift_mm, roll_rad, yaw_rad), reach_mm)
+        return _touch(self.rail, self.hung(shift_mm, roll_rad, yaw_rad), reach_mm, flange_climb=self.flange_climb)
 
 
 def pair_of(
@@ -155,6 +162,7 @@ def pair_of(
     inclination_rad: float,
     rolling_radius_mm: float = 460.0,
     track: Track | None = None,
+    flange_climb: bool = False,
 ) -> Pair:
     """Set a rail to gauge, and a wheel on its axle.
 
@@ -169,6 +177,7 @@ def pair_of(
         wheel=wheel_profile,
         rolling_radius_mm=rolling_radius_mm,
         tape_circle_y_mm=track.tape_circle_y_mm,
+        flange_climb=flange_climb,
     )
 
 
@@ -184,6 +193,7 @@ def place(
     track: Track | None = None,
     side: TrackSide = "left",
     reach_mm: float = REACH_MM,
+    flange_climb: bool = False,
 ) -> Placement:
     """Lower a wheel on a rail until the rigid bodies touch.
 
@@ -195,6 +205,8 @@ def place(
         Which wheel; the right one on its rail is the left one of the mirror image, as which it is given.
     reach_mm
         Further minima of the vertical gap up to this height above the first touch are reported.
+    flange_climb
+        Whether the wheel may stand on its flange beyond the steepest place of that.
 
     Raises
     ------
@@ -207,6 +219,7 @@ def place(
         inclination_rad=inclination_rad,
         rolling_radius_mm=rolling_radius_mm,
         track=track,
+        flange_climb=flange_climb,
     )
     sign = SIGN[side]
 
@@ -234,7 +247,7 @@ def _axes(roll: float, yaw: float) -> Floats:
     return np.asarray(turn_z @ turn_x)
 
 
-def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float) -> Placement | str:
+def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: bool) -> Placement | str:
     """All touch points of a wheel that hangs with its axle at height zero, or the reason why there are none."""
     u = _sample(wheel.profile)
     _, _, y, z = wheel.silhouette(u)
@@ -286,24 +299,7 @@ def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float) -> Placement | str
         centre_mm=wheel.centre_mm - np.array([0.0, 0.0, height]),
     )
     points = tuple(_touch_point(rail, down, v, u_r, g - height) for g, v, u_r in found)
-    if reason := _unsafe(down, points[0]):
+    if reason := why_it_cannot_carry(down.profile, points[0], flange_climb=flange_climb):
         return reason
-    return Placement(rail=rail, wheel=down, touch_points=points)
-
-
-def _unsafe(wheel: WheelPose, touch: TouchPoint) -> str:
-    """Why a touch point cannot carry a running wheel, or an empty string."""
-    if any(abs(touch.wheel_y_mm - j.y_mm) < 1e-6 and j.is_corner for j in wheel.profile.junctions):
-        return f"the wheel leaves the rail: the corner of its tread at y = {touch.wheel_y_mm:.2f} mm carries it"
-    # on the chamfer beyond the tread's corner a wheel slides down between the rails
-    beyond = any(0.0 < j.y_mm < touch.wheel_y_mm and j.is_corner for j in wheel.profile.junctions)
-    if beyond and touch.contact_angle_rad > _CHAMFER_RAD:
-        return f"the wheel leaves the rail: its chamfer carries it, at y = {touch.wheel_y_mm:.2f} mm"
-    p = wheel.profile.evaluate(_sample(wheel.profile)[1:-1])
-    # angles, not slopes: a flange may be upright
-    slope = np.where(p.y < 0.0, np.arctan2(p.dz, p.dy), 0.0)
-    steepest = float(np.max(slope))
-    # without a flange there is nothing to climb on
-    if steepest > 0.25 * np.pi and touch.wheel_y_mm < np.min(p.y[slope > steepest - 1e-6]):
-        return f"the wheel derails: the rail touches it at y = {touch.wheel_y_mm:.2f} mm, on the tip of its flange"
-    return ""
+    climbs = climbs_at(down.profile, points[0].wheel_y_mm)
+    return Placement(rail=rail, wheel=down, touch_points=points, climbs=climbs)

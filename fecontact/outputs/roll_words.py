@@ -19,8 +19,11 @@ _TOWARDS = {"left": "positive: towards its rail", "right": "negative: towards it
 
 def roll_words(case: Case) -> str:
     """Whether the roll is that of the wheelset or given, such as "roll fixed at 0 mrad"."""
+    if case.roll_under_load:
+        own, other = (load_N and load_N / 1e3 for load_N in (case.roll_load_N, case.opposite.wheel_load_N))
+        return _under_load(case.side, own, other)
     if case.wheelset:
-        return UNDER_LOAD if case.roll_under_load else OF_WHEELSET
+        return OF_WHEELSET
     fixed = f"roll fixed at {1e3 * case.roll_rad:g} mrad"
     return fixed if makes_a_wheelset(case) else f"{fixed} (lines given by their radii make no wheelset)"
 
@@ -30,11 +33,30 @@ def roll_words_of_rows(rows: Sequence[Row]) -> str:
     found = [row for row in rows if row.get("roll_mrad") not in (None, "")]
     kinds = {str(row.get("wheelset")) == "True" for row in found}
     if kinds == {True}:
-        return UNDER_LOAD if all(str(row.get("roll_under_load")) == "True" for row in found) else OF_WHEELSET
+        loaded = [row for row in found if str(row.get("roll_under_load")) == "True"]
+        if len(loaded) != len(found):
+            return f"{OF_WHEELSET}, loaded or not" if loaded else OF_WHEELSET
+        ways = {(_number(row, "roll_load_kN"), _number(row, "opposite_load_kN")) for row in found}
+        sides = {str(row["side"]) for row in found}
+        return _under_load(sides.pop(), *ways.pop()) if len(ways) == len(sides) == 1 else UNDER_LOAD
     rolls = {float(row["roll_mrad"]) for row in found}
     if kinds == {False}:
         return f"roll fixed at {rolls.pop():g} mrad" if len(rolls) == 1 else "roll fixed case by case"
     return f"{OF_WHEELSET}, or fixed" if kinds else ""
+
+
+def _under_load(side: str, own: float | None, other: float | None) -> str:
+    """The roll of a loaded wheelset; `own` and `other` are loads (kN) where they are not those of the cases."""
+    if other is None:
+        return UNDER_LOAD if own is None else f"roll of the wheelset under {own:g} kN a wheel"
+    others = f"{other:g} kN on its {_OTHER[side]} wheel"
+    if own is None:
+        return f"{UNDER_LOAD}, {others}"
+    return f"roll of the wheelset under {own:g} kN on its {side} wheel, {others}"
+
+
+def _number(row: Row, column: str) -> float | None:
+    return None if row.get(column) in (None, "") else float(row[column])
 
 
 def shift_label(case: Case) -> str:

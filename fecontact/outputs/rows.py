@@ -132,6 +132,9 @@ def input_columns(case: Case, placement: Placement | None = None) -> Row:
     of_wheelset: Row = {"side": case.side, "wheelset": case.wheelset}
     if case.roll_under_load:
         of_wheelset["roll_under_load"] = True
+    for name, load_N in (("roll_load_kN", case.roll_load_N), ("opposite_load_kN", case.opposite.wheel_load_N)):
+        if load_N is not None:
+            of_wheelset[name] = load_N / 1e3
     return row | of_wheelset if case.wheelset or case.side != "left" else row
 
 

@@ -14,7 +14,10 @@ Row = Mapping[str, Any]
 # A series has one of each; of the latter only where its cases would not be told apart by their shift (the roll may
 # follow from it).
 _OWN = ("rail", "wheel", "load_kN")
-_OWN_IF_NEEDED = ("side", "wheelset", "inclination_rad", "yaw_mrad", "resolution", "roll_mrad")
+_OWN_IF_NEEDED = (
+    *("side", "wheelset", "inclination_rad", "yaw_mrad", "resolution"),
+    *("roll_load_kN", "opposite_load_kN", "roll_mrad"),
+)
 # Rows of single left wheels have neither column.
 _ABSENT = {"side": "left", "wheelset": "False"}
 _WORDS = {("wheelset", "True"): "roll of the wheelset", ("wheelset", "False"): "fixed roll"}
@@ -73,6 +76,7 @@ def _words(column: str, value: str) -> str:
     if (column, value) in _WORDS:
         return _WORDS[column, value]
     quantity, _, unit = column.rpartition("_")
+    words = quantity.replace("_", " ")
     if not quantity or not value:
         return value or f"no {column}"
-    return f"{'' if quantity == 'load' else quantity + ' '}{float(value):.4g} {unit}"
+    return f"{'' if quantity == 'load' else words + ' '}{float(value):.4g} {unit}"

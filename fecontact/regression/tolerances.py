@@ -112,7 +112,10 @@ _TEXTS = (
     *("verdict", "verdict_measure", "verdict_failing", "verdict_cause", "verdict_warnings"),
 )
 _EFFORTS = ("iterations", "degrees_of_freedom", "meshes", "load_balance", "seconds", "peak_memory_MB")
-_INPUTS = ("lateral_shift_mm", "load_kN", "inclination_rad", "roll_mrad", "yaw_mrad")
+_INPUTS = (
+    *("lateral_shift_mm", "load_kN", "inclination_rad", "roll_mrad", "yaw_mrad"),
+    *("roll_load_kN", "opposite_load_kN"),
+)
 _NAMED: Mapping[str, str] = {
     **dict.fromkeys(_TEXTS, TEXT),
     **dict.fromkeys(_EFFORTS, EFFORT),

@@ -85,8 +85,11 @@ def run_map(
         raise InputError("map: give at least one lateral shift and one load")
     base_case.creep.refuse_unheard()
     refuse_measure(base_case, measure)
-    if base_case.roll_under_load:
-        raise InputError("map: it has one roll for all loads of a position; give a case without roll_under_load")
+    if base_case.roll_under_load and base_case.roll_load_N is None:
+        raise InputError(
+            "map: it has one roll for all loads of a position; say under which load it is found, roll_load_kN"
+            f" (--roll-load-kn), such as {1e-3 * loads[len(loads) // 2]:g}"
+        )
     # all are made first: a value that no case can have is said before anything is solved
     every = [replace(base_case, lateral_shift_mm=shift, load_N=load) for shift in shifts for load in reversed(loads)]
     cases = {case.lateral_shift_mm: case for case in every[:: len(loads)]}

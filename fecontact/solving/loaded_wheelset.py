@@ -1,4 +1,4 @@
-"""The roll of a wheelset whose wheels are pressed into their rails, each by its vertical load.
+"""The roll of a wheelset whose wheels are pressed into their rails, each by its own vertical load.
 
 Without a load both wheels touch. Under it each approaches its rail, by more where the contact is more curved or more
 inclined, and the rigid axle rolls until both sides have one height again.
@@ -28,11 +28,12 @@ def place_loaded_wheelset(wheelset: Wheelset, case: Case) -> PlacedWheelset:
 
     h_left(roll) - d_left(roll) = h_right(roll) - d_right(roll), with the heights h of the axle's centre at which each
     wheel just touches its rail, and the vertical approaches d of Hertz's springs at all its touch points, which carry
-    the wheel's load together.
+    its wheel's load together.
 
-    Range of validity: each wheel has the load of the case, and no friction; what holds the wheelset sideways and keeps
-    it from rolling over is the vehicle's matter. What the bodies give way farther below is taken to be the same on both
-    sides.
+    Range of validity: loads are vertical, as `Case.roll_loads_N` has them, without friction; what holds the wheelset
+    sideways and keeps it from rolling over is the vehicle's matter. What the bodies and the track give way farther
+    below is taken to be the same on both sides. Under unequal loads it is not: a rail that sinks 1 mm more rolls the
+    wheelset by 0.67 mrad, which is a matter of the track and comes on top.
 
     Returns
     -------
@@ -60,8 +61,8 @@ def place_loaded_wheelset(wheelset: Wheelset, case: Case) -> PlacedWheelset:
         reach *= 2.0
         if reach > _MOST_RAD:
             raise ConvergenceError(
-                f"lateral shift {shift:g} mm of the wheelset: no roll is found at which both wheels carry"
-                f" {case.load_N:g} N at one height of the axle; leave --roll-under-load out"
+                f"lateral shift {shift:g} mm of the wheelset: no roll is found at which the wheels carry"
+                f" {_loads_text(case)} at one height of the axle; leave the roll under load out"
             )
     roll = float(brentq(difference, touching, touching + sign * reach, xtol=_ROLL_RAD))
     return PlacedWheelset(
@@ -77,11 +78,16 @@ def place_loaded_wheelset(wheelset: Wheelset, case: Case) -> PlacedWheelset:
 def _height_mm(wheelset: Wheelset, case: Case, roll_rad: float, side: TrackSide) -> float:
     """Height of the axle's centre over the rail's highest point, the wheel of one side pressed into its rail."""
     placement = _placed(wheelset, case, roll_rad, side)
-    points = hertz_points(placement, case.load_N, direction=_UP, contact_modulus_MPa=case.contact_modulus_MPa)
+    load_N = case.roll_loads_N()[side]
+    points = hertz_points(placement, load_N, direction=_UP, contact_modulus_MPa=case.contact_modulus_MPa)
     if points.shared_approach_mm is None:
         problem = next(point.problem for point in points.points if point.problem)
-        raise InputError(f"{side} side of the wheelset: {problem}; leave --roll-under-load out")
+        raise InputError(f"{side} side of the wheelset: {problem}; leave the roll under load out")
     return float(placement.wheel.centre_mm[2]) - points.shared_approach_mm
+
+
+def _loads_text(case: Case) -> str:
+    return " and ".join(f"{load_N / 1e3:g} kN ({side})" for side, load_N in case.roll_loads_N().items())
 
 
 def _placed(wheelset: Wheelset, case: Case, roll_rad: float, side: TrackSide) -> Placement:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fecontact.case import Case, Opposite
+from fecontact.case import Case
 from fecontact.dimensions import Track
 from fecontact.errors import InputError
 from fecontact.geometry.placement import SIGN, Pair, Placement, pair_of, place
@@ -26,7 +26,7 @@ def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None
     """
     if case.wheelset:
         return place_wheelset_of_case(case, rail=rail, wheel=wheel).side(case.side)
-    if case.opposite != Opposite():
+    if not case.opposite.is_mirror_image:
         raise InputError("what is on the opposite side counts only for the roll of a wheelset; give wheelset = true")
     case_wheel = resolve_wheel(case.wheel, case.wheel_file)
     return place(
@@ -39,6 +39,7 @@ def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None
         rolling_radius_mm=case_wheel.rolling_radius_mm or case.rolling_radius_mm,
         track=_track(case, case.rail),
         side=case.side,
+        flange_climb=case.flange_climb,
     )
 
 
@@ -60,7 +61,7 @@ def wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Profile 
     """Both wheels of a case over both rails; the opposite side is the mirror image where nothing else is given."""
     other = case.opposite
     own = _pair(case, case.rail, case.wheel, case.rolling_radius_mm, rail, wheel)
-    if other == Opposite():
+    if other.is_mirror_image:
         return Wheelset.of(own, own)
     across = _pair(
         case,
@@ -92,6 +93,7 @@ def _pair(
         inclination_rad=case.inclination_rad,
         rolling_radius_mm=radius_mm if radius_counts else resolved.rolling_radius_mm or radius_mm,
         track=_track(case, rail),
+        flange_climb=case.flange_climb,
     )
 
 
