@@ -2,13 +2,17 @@
 
 Reference (other code): Manchester Contact Benchmark, case A-2.2, as solved by CONTACT 25 (Vollebregt; half-space
 boundary elements): one wheelset with S1002 wheels on UIC60 benchmark rails, 10 kN a wheel, G 82 GPa, nu 0.28, shifts of
-0 to 6 mm; beyond, its flange climbs over its steepest place, which is refused here. Expected: peak pressure within
-0.5 %. Area is a count of 0.2 mm cells there, which is half a row of them too large all around. Up to 4 mm the yaw (up
-to 9.6 mrad) is taken as zero here, and the wheelset rolls until both wheels touch.
+0 to 6 mm by finite elements. Expected: peak pressure within 0.5 %. Area is a count of 0.2 mm cells there, which is half
+a row of them too large all around. Up to 4 mm the yaw (up to 9.6 mrad) is taken as zero here, and the wheelset rolls
+until both wheels touch.
 
 From 5 mm on, where the right wheel runs in the root of its flange, roll and yaw are those of the benchmark, and place
 and angle of the contact are compared as well. At 5 mm it stands on two patches: CONTACT has them in one plane, with all
 pressures along its normal, though one is 11 degrees steeper than the other.
+
+From 0 to 10 mm both wheels are compared on the half-space, with the roll of the benchmark. From 6.5 mm on the right one
+climbs its rail: it touches it beyond the steepest place of its flange (70 degrees), at 66 degrees at 6.5 mm and 46 at
+10 mm, 3 to 8 mm above where it runs. That is refused unless it is asked for, as it is here (`flange_climb`).
 
 The right wheel of the benchmark runs towards its flange; both wheels are one pair here, with the shift towards or away
 from the rail.
@@ -23,9 +27,12 @@ import numpy as np
 from scipy.optimize import brentq
 
 from fecontact.case import Case
+from fecontact.comparison.measures import measures_of, patch_of
+from fecontact.dimensions import TrackSide
+from fecontact.geometry.placement import Placement
 from fecontact.material import Material
 from fecontact.regression.checks import Check
-from fecontact.solving.position import place_case
+from fecontact.solving.position import expect_on_half_space, place_case
 
 # The reference has four digits, its yaw is left out here, and bodies are no half-spaces; 0.25 % is reached.
 LIMIT_PERCENT = 0.5
@@ -58,6 +65,39 @@ TWO_PATCHES_MM = 5.0
 ROLLED_PERCENT, TWO_PATCHES_PERCENT = 1.0, 5.0
 # Its reference is not the centre of pressure, which is taken here: 0.025 mm of 2.5 mm, and as much of the angle.
 PLACE_PERCENT, ANGLE_PERCENT = 1.5, 2.0
+# Both wheels on the half-space: shift to the right and roll (mm, mrad, as there); of the right wheel, then of the left
+# one, place and angle as above, normal force (N), peak pressure (MPa) and approach (micrometre; None: not known here).
+BOTH_WHEELS = (
+    (0.0, 0.0, (-8.66, 0.029, 9997.0, 338.3, 15.96), (-8.66, 0.029, 9997.0, 338.3, 15.96)),
+    (0.5, 0.02304, (-16.03, 0.0568, 9870.0, 632.5, 19.48), (-6.3233, 0.0211, 10050.0, 395.3, 18.59)),
+    (1.0, 0.05049, (-18.5418, 0.0696, 9827.0, 741.3, 24.48), (-5.2886, 0.0176, 10050.0, 423.9, 19.46)),
+    (2.0, 0.1128, (-19.6178, 0.0806, 9799.0, 744.8, 24.80), (-4.027, 0.0134, 10040.0, 465.9, 20.54)),
+    (3.0, 0.1803, (-20.5627, 0.0923, 9774.0, 713.2, 24.39), (-3.2967, 0.011, 10030.0, 498.8, 21.28)),
+    (4.0, 0.2557, (-21.7944, 0.1078, 9745.0, 664.4, 23.70), (-2.8681, 0.0096, 10030.0, 527.2, 21.85)),
+    (4.5, 0.2977, (-22.6421, 0.1185, 9726.0, 625.5, 23.10), None),
+    (5.0, 0.3554, (-33.447, 0.2905, 9619.0, 1556.0, 27.19), (-2.6368, 0.0088, 10030.0, 552.8, None)),
+    (5.5, 0.4777, (-34.4157, 0.3363, 9629.0, 1486.0, 29.26), (-2.558, 0.0085, 10030.0, 565.8, None)),
+    (6.0, 0.6272, (-35.3954, 0.4176, 9709.0, 1149.0, 27.28), (-2.5116, 0.0084, 10020.0, 578.5, 22.78)),
+    (6.5, 4.376, (-42.0394, 1.1591, 15440.0, 2603.0, 36.23), (-1.9083, 0.0064, 10010.0, 637.0, 23.69)),
+    (7.0, 6.393, (-41.4881, 1.0634, 14030.0, 2622.0, 35.63), (-1.9234, 0.0064, 10010.0, 666.7, 24.12)),
+    (7.5, 7.642, (-41.0693, 1.0006, 13260.0, 2630.0, 35.24), (-2.0885, 0.007, 10010.0, 685.9, 24.38)),
+    (8.0, 8.606, (-40.701, 0.9501, 12720.0, 2634.0, 34.94), (-2.3103, 0.0077, 10020.0, 701.1, 24.58)),
+    (8.5, 9.408, (-40.3617, 0.9065, 12310.0, 2638.0, 34.69), (-2.5645, 0.0086, 10020.0, 714.0, 24.74)),
+    (9.0, 10.10113, (-40.0422, 0.8676, 11970.0, 2640.0, 34.47), (-2.8403, 0.0095, 10020.0, 725.3, 24.89)),
+    (9.5, 10.71386, (-39.7376, 0.8321, 11680.0, 2641.0, 34.28), (-3.1318, 0.0105, 10020.0, 735.2, 25.01)),
+    (10.0, 11.26431, (-39.4446, 0.7992, 11440.0, 2643.0, 34.11), (-3.4351, 0.0115, 10020.0, 744.0, 25.11)),
+)
+YAW_A_MM = 2.4e-3
+# Over two lobes its reference is no centre of pressure: 0.4 mm apart on patches of 17 mm.
+TWO_LOBES_MM = {"right": (0.0, 0.5, TWO_PATCHES_MM), "left": (0.0,)}
+# The half-width of a patch on the flange is 0.37 mm, and cells there are 0.2 mm: the same pressure on such cells here
+# is 2.2 % too high with a cell upon its peak, 2.8 % too low with the peak between two; 1.8 % is found. Others: 0.55 %.
+CLIMBING_PERCENT = 2.5
+HALF_SPACE_PERCENT, APPROACH_PERCENT = 0.6, 1.0
+# From the middles of its cells, rows 6 to 11 and 54 to 66; half a row at both, and its one plane is a chord: 2.3 %.
+DISTANCE_MM, DISTANCE_PERCENT = 10.3, 4.0
+# Arcs on arcs: place and angle are within 0.02 %.
+ARCS_PERCENT = 0.05
 STEEL = Material.from_shear(name="benchmark steel", shear_MPa=82_000.0, poisson=0.28)
 
 
@@ -138,16 +178,22 @@ def _rolled_lines(rows: list[dict[str, Any]]) -> list[str]:
 def place_of(row: dict[str, Any]) -> tuple[float, float]:
     """Centre of pressure across from the rail's highest point (mm), and the rail's angle there (rad)."""
     case = next(case for case in rolled_cases() if case.lateral_shift_mm == float(row["lateral_shift_mm"]))
-    placement = place_case(case)
+    return _place_and_angle(place_case(case), float(row["centre_y_mm"]))
+
+
+def _place_and_angle(placement: Placement, centre_y_mm: float) -> tuple[float, float]:
     profile = placement.rail.profile
-    arc = placement.first_arc_length_mm + float(row["centre_y_mm"])
+    arc = placement.first_arc_length_mm + centre_y_mm
     y, _, angle = placement.rail.section(profile.at_arc_length(arc))
     every, z, _ = placement.rail.section(profile.at_arc_length(np.arange(0.0, profile.length_mm, 0.01)))
     return float(y - every[np.argmax(z)]), float(angle)
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Peak pressures; areas with room for a count of cells of 0.2 mm; places and angles where there is one patch."""
+    """Peak pressures; areas with room for a count of cells of 0.2 mm; places and angles where there is one patch.
+
+    Both wheels on the half-space, which needs no rows, where the rows are those of the whole study.
+    """
     reference = {entry[0]: entry for entry in REFERENCE}
     made = []
     for row in rows:
@@ -168,6 +214,56 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                     uncertainty_percent=float(row[f"{name}_uncertainty_percent"]),
                 )
             )
+    if {float(row["lateral_shift_mm"]) in reference for row in rows} == {True, False}:
+        made += [check for shift, *_ in BOTH_WHEELS for check in half_space_checks(shift)]
+    return made
+
+
+def both_cases(shift_right_mm: float) -> dict[TrackSide, Case]:
+    """Both wheels as the benchmark has them, each under its normal force, in the frame of the left side."""
+    shift, roll, *both = next(entry for entry in BOTH_WHEELS if entry[0] == shift_right_mm)
+    yaw = YAW_A_MM * shift
+    sides: tuple[TrackSide, TrackSide] = ("right", "left")
+    return {
+        side: _case(-shift, -1e-3 * roll * cos(yaw), yaw_rad=yaw, side=side, load_N=found[2], flange_climb=True)
+        for side, found in zip(sides, both, strict=True)
+        if found is not None
+    }
+
+
+def half_space_checks(shift_right_mm: float) -> list[Check]:
+    """The true gap of both wheels on a half-space: places, angles, peak pressures and approaches."""
+    references = dict(zip(("right", "left"), next(e[2:] for e in BOTH_WHEELS if e[0] == shift_right_mm), strict=True))
+    made = []
+    for side, case in both_cases(shift_right_mm).items():
+        y_ref, angle_ref, _, peak, approach = references[side]
+        placement = place_case(case)
+        half_space = expect_on_half_space(case, placement)[1].half_space
+        y, angle = _place_and_angle(placement, patch_of(half_space).centre_y_mm)
+        flange, two = placement.climbs, side == "right" and shift_right_mm == TWO_PATCHES_MM
+        at_peak = CLIMBING_PERCENT if flange else TWO_PATCHES_PERCENT if two else HALF_SPACE_PERCENT
+        compared = [("p_max, MPa", measures_of(half_space).p_max_MPa, peak, at_peak)]
+        if approach is not None and not two:
+            compared.append(("approach, um", 1e3 * half_space.approach_mm, approach, APPROACH_PERCENT))
+        if two:
+            lobes = [lobe.y_mm for lobe in patch_of(half_space).lobes]
+            compared.append(("patches", float(patch_of(half_space).pieces), 2.0, 0.0))
+            compared.append(("distance of both patches, mm", max(lobes) - min(lobes), DISTANCE_MM, DISTANCE_PERCENT))
+        if shift_right_mm not in TWO_LOBES_MM[side]:
+            compared.append(("place across, mm", y, y_ref, ARCS_PERCENT if flange else PLACE_PERCENT))
+            compared.append(("angle, rad", angle, angle_ref, ARCS_PERCENT if flange else ANGLE_PERCENT))
+        made += [
+            Check(
+                quantity=f"{quantity} (half-space)",
+                case=f"shift {shift_right_mm:g} mm to the right, {side} wheel{', which climbs' if flange else ''}",
+                reference="CONTACT 25, Manchester benchmark A-2.2",
+                kind="other code",
+                value=value,
+                expected=expected,
+                limit_percent=limit,
+            )
+            for quantity, value, expected, limit in compared
+        ]
     return made
 
 

@@ -48,3 +48,29 @@ def test_the_quick_study_is_that_of_before():
     assert [case.lateral_shift_mm for case in study.cases(quick=True)] == [-2.0, 2.0]
     shifts = [case.lateral_shift_mm for case in study.cases()]
     assert len(set(shifts)) == len(shifts) == len(study.REFERENCE) + len(study.ROLLED)
+
+
+QUICK = (3.0, 6.5, 10.0)
+SLOW = [pytest.param(shift, marks=pytest.mark.slow) for shift, *_ in study.BOTH_WHEELS if shift not in QUICK]
+
+
+@pytest.mark.parametrize("shift", [*SLOW, *QUICK])
+def test_both_wheels_on_the_half_space_to_10_mm(shift):
+    checks = study.half_space_checks(shift)
+    # places and angles where there is one lobe, approaches where they are known
+    assert len(checks) >= {3.0: 8, 5.0: 6, 6.5: 8, 10.0: 8}.get(shift, 4)
+    for check in checks:
+        assert check.passed, (check.case, check.quantity, check.value, check.expected)
+    assert any("climbs" in check.case for check in checks) == (shift > 6.0)
+
+
+def test_the_half_space_belongs_to_the_whole_study_alone(monkeypatch):
+    asked = []
+    monkeypatch.setattr(study, "half_space_checks", lambda shift: asked.append(shift) or [])
+    row = dict.fromkeys(("p_max_fe_MPa", "area_fe_mm2", "p_max_uncertainty_percent", "area_uncertainty_percent"), 1.0)
+    near, far = row | {"lateral_shift_mm": -2.0}, row | {"lateral_shift_mm": 5.0, "pieces": 2}
+    for one in ([near], [far]):
+        assert len(study.checks(one)) == 2
+    assert asked == []
+    study.checks([near, far])
+    assert asked == [entry[0] for entry in study.BOTH_WHEELS]
