@@ -12,6 +12,9 @@ from fecontact.profiles.curve import Profile
 _CHAMFER_RAD = 0.35
 # Less is no flange but a tread that is worn.
 _FLANGE_RAD = 0.25 * np.pi
+# A straight flank through points swings by as much: where a flange is as steep as this below its steepest place it is
+# still its flank. On the arc of an S1002 beyond it (R 20) that is 0.2 mm.
+_FLANK_RAD = 0.01
 
 
 def why_it_cannot_carry(wheel: Profile, touch: TouchPoint, *, flange_climb: bool) -> str:
@@ -39,4 +42,4 @@ def climbs_at(wheel: Profile, y_mm: float) -> bool:
     slope = np.where(p.y < 0.0, np.arctan2(p.dz, p.dy), 0.0)
     steepest = float(np.max(slope))
     # without a flange there is nothing to climb on
-    return steepest > _FLANGE_RAD and y_mm < float(np.min(p.y[slope > steepest - 1e-6]))
+    return steepest > _FLANGE_RAD and y_mm < float(np.min(p.y[slope > steepest - _FLANK_RAD]))
