@@ -383,6 +383,7 @@ def test_a_roll_that_is_given_stands_instead_of_that_of_a_wheelset(tmp_path):
     assert by_command("--wheelset", "--roll-mrad", "0.4") == Case(roll_rad=0.4e-3)
     # also one of zero
     assert by_command("--wheelset", "--roll-mrad", "0") == Case()
+    assert by_command("--roll-load-kn", "80", "--opposite-load-kn", "60", "--roll-mrad", "0") == Case()
     text = "wheelset = true\n[[case]]\n[[case]]\nroll_mrad = 0.4\n"
     assert by_file(tmp_path, text) == (Case(wheelset=True), Case(roll_rad=0.4e-3))
     with pytest.raises(InputError, match=r"roll is 0\.0004 rad \(0\.4 mrad\), but that of a wheelset is found"):

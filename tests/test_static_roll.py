@@ -54,6 +54,11 @@ def mapped(monkeypatch, tmp_path):
         (["--rail", "arcs:300/80@2.5"], Case(rail="arcs:300/80@2.5")),
         (["--wheel", "cylinder:460"], Case(wheel="cylinder:460")),
         (["--wheel", "cylinder:460", "--wheelset"], replace(WHEELSET, wheel="cylinder:460")),
+        (["--roll-load-kn", "80"], Case(roll_load_N=80e3)),
+        (
+            ["--roll-load-kn", "80", "--opposite-load-kn", "60"],
+            Case(roll_load_N=80e3, opposite=Opposite(wheel_load_N=60e3)),
+        ),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
@@ -94,6 +99,16 @@ def test_the_first_study_stands_on_both_rails():
         (Case(), "roll fixed at 0 mrad"),
         (Case(roll_rad=4e-4), "roll fixed at 0.4 mrad"),
         (Case(rail="circle:300"), "roll fixed at 0 mrad (lines given by their radii make no wheelset)"),
+        (Case(roll_under_load=True), "roll of the loaded wheelset"),
+        (Case(roll_load_N=80e3), "roll of the wheelset under 80 kN a wheel"),
+        (
+            Case(side="right", opposite=Opposite(wheel_load_N=60e3)),
+            "roll of the loaded wheelset, 60 kN on its left wheel",
+        ),
+        (
+            Case(roll_load_N=80e3, opposite=Opposite(wheel_load_N=60e3)),
+            "roll of the wheelset under 80 kN on its left wheel, 60 kN on its right wheel",
+        ),
     ],
 )
 def test_what_is_said_of_a_roll(case, words):
@@ -114,6 +129,12 @@ def test_what_is_said_of_the_rolls_of_a_table():
     assert roll_words_of_rows(fixed[:2]) == "roll fixed at 0 mrad"
     assert roll_words_of_rows(fixed) == "roll fixed case by case"
     assert roll_words_of_rows([*free, *fixed]) == "roll of the wheelset, or fixed"
+    loaded = Case(roll_load_N=80e3, opposite=Opposite(wheel_load_N=60e3))
+    under = [input_columns(case, place_case(case)) for case in (loaded, Case(roll_under_load=True))]
+    assert roll_words_of_rows(under[:1]) == roll_words(loaded)
+    assert roll_words_of_rows([{name: str(value) for name, value in under[0].items()}]) == roll_words(loaded)
+    assert roll_words_of_rows(under) == "roll of the loaded wheelset"
+    assert roll_words_of_rows([*free, *under]) == "roll of the wheelset, loaded or not"
     # of a wheelset that could not be placed nothing is known
     assert roll_words_of_rows([{"wheelset": True, "roll_mrad": None}, {}]) == ""
 

@@ -5,12 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from fecontact.case import Case, Opposite, Track
 from fecontact.errors import InputError
 from fecontact.geometry.placement import pair_of
 from fecontact.geometry.wheelset import Wheelset
-from fecontact.material import Material
+from fecontact.map.cells import ApplicabilityMap
+from fecontact.map.position import failed_position
+from fecontact.material import Material, contact_modulus_MPa
+from fecontact.outputs.map import map_record
 from fecontact.outputs.record import hertz_record, shown_case_record
 from fecontact.outputs.rows import input_columns
 from fecontact.profiles.library import load
@@ -18,7 +22,8 @@ from fecontact.runs.case_store import copy_profiles, stored_case
 from fecontact.runs.identity import case_id, input_files
 from fecontact.runs.map_run import run_map
 from fecontact.solving.placing import place_case, place_wheelset_of_case, roll_of_case, wheelset_of_case
-from fecontact.theory.hertz import hertz_ellipse
+from fecontact.solving.position import hertz_points_of_case
+from fecontact.theory.hertz import hertz_ellipse, hertz_from_hessian
 
 INCLINATION_40 = math.atan(1.0 / 40.0)
 # Manchester Contact Benchmark: shift to the right (mm) and roll (mrad) of the wheelset in CONTACT's examples, which
@@ -109,6 +114,81 @@ def test_a_loaded_wheelset_sinks_into_the_sharper_rail():
     assert place_wheelset_of_case(replace(case, opposite=Opposite())).roll_rad == pytest.approx(0.0, abs=1e-12)
 
 
+# The same examples where the flange climbs: shift, and normal force (N) of the right wheel and of the left one.
+MANCHESTER_FORCES = (
+    *((6.5, 15_440.0, 10_010.0), (7.0, 14_030.0, 10_010.0), (7.5, 13_260.0, 10_010.0), (8.0, 12_720.0, 10_020.0)),
+    *((9.0, 11_970.0, 10_020.0), (9.5, 11_680.0, 10_020.0), (10.0, 11_440.0, 10_020.0)),
+)
+
+
+@pytest.mark.parametrize(("shift_right", "right_N", "left_N"), MANCHESTER_FORCES)
+def test_roll_of_the_manchester_wheelset_whose_flange_climbs(shift_right, right_N, left_N):
+    # friction carries up to 38 % of the wheel load there, so that the roll is found with its own normal forces
+    case = replace(benchmark(shift_right), flange_climb=True)
+    modulus = contact_modulus_MPa(*[Material.from_shear(name="benchmark", shear_MPa=82e3, poisson=0.28)] * 2)
+    wheelset, yaw = wheelset_of_case(case), 2.4e-3 * shift_right
+    expected = next(-roll for shift, roll, *_ in MANCHESTER_HEIGHTS if shift == shift_right)
+
+    def height_mm(side, roll, force):
+        placed = wheelset.placed(side, -shift_right, roll, yaw)
+        touch = placed.first
+        hertz = hertz_from_hessian(touch.curvature.hessian, normal_force_N=force, contact_modulus_MPa=modulus)
+        return placed.wheel.centre_mm[2] - hertz.approach_mm / math.cos(touch.contact_angle_rad)
+
+    def difference(roll):
+        return height_mm("left", roll, left_N) - height_mm("right", roll, right_N)
+
+    guess = 1e-3 * expected * math.cos(yaw)
+    found = brentq(difference, guess - 5e-5, guess + 5e-5, xtol=1e-12)
+    # 0.0035 at 6.5 mm, where a micrometre of height is 0.0025 mrad; 0.0016 at most beyond
+    assert 1e3 * found / math.cos(yaw) == pytest.approx(expected, abs=4e-3 if shift_right == 6.5 else 2e-3)
+
+
+def test_wheels_under_different_loads_sink_by_their_own():
+    case = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, roll_under_load=True)
+    placed = place_wheelset_of_case(replace(case, opposite=Opposite(wheel_load_N=60e3)))
+    left, right = (
+        hertz_ellipse(
+            0.5 / 460, 0.5 / 300, normal_force_N=load, contact_modulus_MPa=case.contact_modulus_MPa
+        ).approach_mm
+        for load in (100e3, 60e3)
+    )
+    assert placed.roll_rad == pytest.approx((right - left) / 1500.0, rel=1e-4)
+    assert placed.roll_rad < 0.0
+    # the same load said again changes nothing
+    same = replace(case, opposite=Opposite(wheel_load_N=100e3))
+    assert place_wheelset_of_case(same).roll_rad == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("shift", "yaw"), [(5.0, 0.0), (-2.0, 6e-3), (6.0, -4e-3)])
+def test_unequal_loads_are_mirrored_too(shift, yaw):
+    left = Case(
+        lateral_shift_mm=shift, yaw_rad=yaw, load_N=20e3, roll_load_N=80e3, opposite=Opposite(wheel_load_N=50e3)
+    )
+    right = replace(left, lateral_shift_mm=-shift, yaw_rad=-yaw, side="right")
+    one, other = place_case(left), place_case(right)
+    assert_same_placement(one, other)
+    assert roll_of_case(left, one) == pytest.approx(-roll_of_case(right, other), abs=1e-13)
+    equal = place_case(replace(left, opposite=Opposite()))
+    # a roll lifts the left wheel, which sinks more here; 0.017 to 0.019 mrad
+    assert roll_of_case(left, one) < roll_of_case(left, equal) - 1e-5
+    assert left.roll_loads_N() == {"left": 80e3, "right": 50e3}
+    assert right.roll_loads_N() == {"left": 50e3, "right": 80e3}
+    # the wheel that is less loaded has the other roll of the same wheelset
+    across = replace(left, side="right", roll_load_N=50e3, opposite=Opposite(wheel_load_N=80e3))
+    assert roll_of_case(across, place_case(across)) == pytest.approx(roll_of_case(left, one), abs=1e-13)
+
+
+def test_the_roll_is_that_of_the_load_that_is_given_for_it():
+    case = Case(lateral_shift_mm=6.0, load_N=20e3, roll_load_N=100e3)
+    assert case.wheelset
+    assert case.roll_under_load
+    loaded = place_case(Case(lateral_shift_mm=6.0, load_N=100e3, roll_under_load=True))
+    assert_same_placement(place_case(case), loaded, tolerance=0.0)
+    # also for a load along the contact normal, of which no vertical one is known
+    assert_same_placement(place_case(replace(case, load_kind="normal")), loaded, tolerance=0.0)
+
+
 def test_the_loaded_roll_grows_with_the_load_and_begins_at_the_touching_one():
     case = Case(lateral_shift_mm=6.0, wheelset=True)
     touching = place_wheelset_of_case(case).roll_rad
@@ -134,8 +214,34 @@ def test_a_loaded_roll_is_refused_where_there_is_none(make, says):
 
 
 def test_a_map_has_one_roll_for_all_its_loads(tmp_path):
-    with pytest.raises(InputError, match="one roll for all loads"):
-        run_map(Case(roll_under_load=True), [0.0], [1e5], tmp_path)
+    for case in (Case(roll_under_load=True), Case(opposite=Opposite(wheel_load_N=6e4))):
+        with pytest.raises(InputError, match=r"one roll for all loads.*roll_load_kN \(--roll-load-kn\), such as 50"):
+            run_map(case, [0.0], [2e4, 5e4, 1e5], tmp_path)
+
+
+def test_a_map_says_under_which_load_its_wheelset_rolls(tmp_path, monkeypatch):
+    def opened(*_):
+        raise InputError("the run begins")
+
+    monkeypatch.setattr("fecontact.runs.map_run.open_run", opened)
+    case = Case(roll_load_N=8e4, opposite=Opposite(wheel_load_N=6e4))
+    with pytest.raises(InputError, match="the run begins"):
+        run_map(case, [0.0], [2e4, 1e5], tmp_path)
+    made = ApplicabilityMap(case=case, loads_N=(2e4,), positions=(failed_position(0.0, (2e4,), "for a test"),))
+    assert map_record(made)["roll"] == "roll of the wheelset under 80 kN on its left wheel, 60 kN on its right wheel"
+
+
+@pytest.mark.parametrize(("shift", "most"), [(3.0, 2e-4), (5.0, 0.011), (6.0, 0.010)])
+def test_one_roll_for_all_loads_moves_peaks_by_little(shift, most):
+    """What a map leaves open: peaks by springs from 10 to 150 kN with the roll of 50 kN, and with each load's own."""
+    off = []
+    for load in (10e3, 150e3):
+        own, one = (
+            hertz_points_of_case(case, place_case(case)).shared_p_max_MPa
+            for case in (Case(lateral_shift_mm=shift, load_N=load, roll_load_N=roll) for roll in (load, 50e3))
+        )
+        off.append(abs(one / own - 1.0))
+    assert 0.8 * most < max(off) < most
 
 
 @pytest.mark.parametrize("shift", [-5.0, -0.3, 0.0, 2.0, 5.0])
@@ -237,8 +343,13 @@ def test_an_id_is_that_of_before_where_nothing_of_a_wheelset_is_given():
         Case(wheelset=True, opposite=Opposite(rolling_radius_mm=459.0)),
         Case(wheelset=True, opposite=Opposite(wheel="S1002")),
         Case(roll_under_load=True),
+        Case(roll_load_N=8e4),
+        Case(roll_under_load=True, opposite=Opposite(wheel_load_N=8e4)),
+        Case(flange_climb=True),
     )
-    assert len({case_id(one) for one in (case, *others)}) == 6
+    assert len({case_id(one) for one in (case, *others)}) == 9
+    # from before there was a load on the other side
+    assert case_id(others[2]) == "60E1_S1002_+0.00mm_100kN_02d94b46"
 
 
 def test_a_file_on_the_other_side_counts_by_its_content_and_is_kept(tmp_path):

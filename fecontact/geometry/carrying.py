@@ -12,9 +12,9 @@ from fecontact.profiles.curve import Profile
 _CHAMFER_RAD = 0.35
 # Less is no flange but a tread that is worn.
 _FLANGE_RAD = 0.25 * np.pi
-# A straight flank through points swings by as much: where a flange is as steep as this below its steepest place it is
-# still its flank. On the arc of an S1002 beyond it (R 20) that is 0.2 mm.
-_FLANK_RAD = 0.01
+# A straight flank through points swings by as much: where a flange is less steep than at its steepest place by no more
+# than this, that is its flank still. On the arc of an S1002 beyond it (R 20) it is 0.08 mm.
+_FLANK_RAD = 4e-3
 
 
 def why_it_cannot_carry(wheel: Profile, touch: TouchPoint, *, flange_climb: bool) -> str:

@@ -19,8 +19,8 @@ from fecontact.theory.touch_hertz import hertz_points
 # Loads of running wheels move the roll by some hundredths of a mrad; twice as much is looked at, and so on up to this.
 _FIRST_RAD, _MOST_RAD = 2e-5, 1e-2
 _UP = np.array([0.0, 0.0, 1.0])
-# A nanometre in height.
-_ROLL_RAD = 1e-12
+# A picometre in height: touch points on flat gaps move by a thousand times that.
+_ROLL_RAD = 1e-15
 
 
 def place_loaded_wheelset(wheelset: Wheelset, case: Case) -> PlacedWheelset:
