@@ -231,14 +231,14 @@ def test_a_map_says_under_which_load_its_wheelset_rolls(tmp_path, monkeypatch):
     assert map_record(made)["roll"] == "roll of the wheelset under 80 kN on its left wheel, 60 kN on its right wheel"
 
 
-@pytest.mark.parametrize(("shift", "most"), [(3.0, 2e-4), (5.0, 0.011), (6.0, 0.010)])
+@pytest.mark.parametrize(("shift", "most"), [(5.0, 0.011), (6.0, 0.010)])
 def test_one_roll_for_all_loads_moves_peaks_by_little(shift, most):
     """What a map leaves open: peaks by springs from 10 to 150 kN with the roll of 50 kN, and with each load's own."""
     off = []
-    for load in (10e3, 150e3):
+    for load_N in (10e3, 150e3):
         own, one = (
             hertz_points_of_case(case, place_case(case)).shared_p_max_MPa
-            for case in (Case(lateral_shift_mm=shift, load_N=load, roll_load_N=roll) for roll in (load, 50e3))
+            for case in (Case(lateral_shift_mm=shift, load_N=load_N, roll_load_N=roll) for roll in (load_N, 50e3))
         )
         off.append(abs(one / own - 1.0))
     assert 0.8 * most < max(off) < most
