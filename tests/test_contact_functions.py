@@ -154,6 +154,18 @@ def test_the_table_fits_its_width_and_names_what_it_has_no_room_for(standard, wi
     assert all(word in table for word in ("+5.00", "+0.3406", "-26.55", "+299.98"))
 
 
+def test_a_table_goes_on_where_the_flange_climbs_if_that_is_asked_for():
+    case = Case(flange_climb=True)
+    record = functions_record(case, functions_of_case(case, [6.0, 7.0, 8.0]))
+    assert record["case"]["flange_climb"] is True
+    angles = [row["left"]["touch_points"][0]["contact_angle_rad"] for row in record["positions"]]
+    # over 70 degrees and down again
+    assert angles[0] < 0.5
+    assert 1.2 > angles[1] > angles[2] > 0.9
+    lifts = [row["lift_mm"] for row in record["positions"]]
+    assert lifts == sorted(lifts)
+
+
 # --- the command ------------------------------------------------------------------------------------------------------
 
 

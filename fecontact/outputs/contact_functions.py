@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 Record = dict[str, Any]
 
 GEOMETRY_SCHEMA = "fecontact/geometry/1"
-_INPUTS = ("rail", "wheel", "inclination_rad", "yaw_rad", "rolling_radius_mm", "track", "opposite")
+_INPUTS = ("rail", "wheel", "inclination_rad", "yaw_rad", "rolling_radius_mm", "track", "opposite", "flange_climb")
 # where something is said about them
 _READINGS = ("rail_file", "wheel_file")
 # Straight lines come out of sums of large numbers with a curvature of rounding size.
@@ -41,7 +41,9 @@ def functions_of_case(case: Case, shifts_mm: Sequence[float]) -> ContactFunction
     found = contact_functions(wheelset, shifts_mm, case.yaw_rad)
     if all(isinstance(placed, str) for placed in found.positions.values()):
         why = next(iter(found.positions.values()))
-        raise InputError(f"the wheelset can stand at none of the shifts: {why}; {possible_wheelset_shifts(wheelset)}")
+        raise InputError(
+            f"the wheelset can stand at none of the shifts: {why}; {possible_wheelset_shifts(wheelset, case.yaw_rad)}"
+        )
     return found
 
 
