@@ -31,7 +31,7 @@ from fecontact.comparison.uncertainty import MESH_RATIO, uncertainty
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.rung import Rung
 from fecontact.fe.coupling import CoupledBodies
-from fecontact.fe.meshing import FineZone
+from fecontact.fe.fine_zone import FineZone
 from fecontact.geometry.placement import Placement
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.rows import deviation_column

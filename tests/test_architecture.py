@@ -129,6 +129,15 @@ def test_no_arrow_goes_upwards():
     TopologicalSorter({module: imported(module)[0] for module in MODULES}).prepare()
 
 
+def test_no_module_takes_what_another_keeps_for_itself():
+    for module, path in MODULES.items():
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("fecontact"):
+                assert [
+                    alias.name for alias in node.names if alias.name.startswith("_") and alias.name[1] != "_"
+                ] == [], f"{module} from {node.module}"
+
+
 def test_readers_of_profile_files_know_nothing_of_the_library():
     for module in [module for module in MODULES if module.startswith("profiles.readers")]:
         assert not reachable(module) & {"profiles.library", "profiles.resolve"}, module

@@ -13,15 +13,9 @@ import pytest
 
 from fecontact.case import BodySize, Track
 from fecontact.errors import InputError
-from fecontact.fe.meshing import (
-    BodyMesh,
-    FineZone,
-    corner_jacobians,
-    mesh_volume,
-    rail_mesh,
-    surface_normals,
-    wheel_mesh,
-)
+from fecontact.fe.body_mesh import BodyMesh, corner_jacobians, mesh_volume, surface_normals
+from fecontact.fe.fine_zone import FineZone
+from fecontact.fe.meshing import rail_mesh, wheel_mesh
 from fecontact.fe.section import Grading, Stretch, Zone, layer_depths, mesh_section, polygon_area
 from fecontact.geometry.placement import Placement, place
 from fecontact.profiles.library import load

@@ -13,9 +13,11 @@ from fecontact.contact.grid import ContactGrid
 from fecontact.contact.solver import ContactProblem, solve_contact
 from fecontact.errors import InputError
 from fecontact.fe.body import ElasticBody, elastic_body
+from fecontact.fe.body_mesh import BodyMesh
 from fecontact.fe.coupling import CoupledBodies
+from fecontact.fe.fine_zone import FineZone
 from fecontact.fe.linear_solver import choose_solver
-from fecontact.fe.meshing import BodyMesh, FineZone, rail_mesh, wheel_mesh
+from fecontact.fe.meshing import rail_mesh, wheel_mesh
 from fecontact.fe.mortar import _clip, _triangle_rule, mortar_matrix
 from fecontact.fe.stiffness import stiffness
 from fecontact.material import STEEL, Material

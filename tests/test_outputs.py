@@ -25,7 +25,7 @@ from fecontact.contact.grid import Field
 from fecontact.contact.rung import Rung
 from fecontact.creep import Creep
 from fecontact.errors import InputError
-from fecontact.fe.meshing import BodyMesh, mesh_volume
+from fecontact.fe.body_mesh import BodyMesh, mesh_volume
 from fecontact.fe.stress import nodal_stress, von_mises
 from fecontact.files import json_text, write_atomically, write_json, write_text
 from fecontact.material import Material

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fecontact.fe.meshing import BodyMesh
+from fecontact.fe.body_mesh import BodyMesh
 from fecontact.fe.section import layer_depths
 from fecontact.fe.stress_peak import peak_on_line, stress_peak
 from fecontact.solving.solve import CaseResult

@@ -13,7 +13,7 @@ from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.geometry import placement as placement_module
 from fecontact.geometry.placement import REACH_MM, Pair, Placement, pair_of
-from fecontact.geometry.poses import _sample
+from fecontact.geometry.poses import search_parameters
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load
 from fecontact.profiles.segments import Arc, Line, Spline
@@ -180,10 +180,10 @@ def test_touch_points_do_not_depend_on_the_nodes_of_the_search(name, seed, monke
     move = np.random.default_rng(seed).uniform(0.1, 0.9)
 
     def moved(profile: Profile) -> np.ndarray:
-        u = _sample(profile)
+        u = search_parameters(profile)
         return np.concatenate([u[:1], u[:-1] + move * np.diff(u), u[-1:]])
 
-    monkeypatch.setattr(placement_module, "_sample", moved)
+    monkeypatch.setattr(placement_module, "search_parameters", moved)
     for one, shift in zip(here, shifts, strict=True):
         other = pair.placed(shift, 1e-4, 0.0)
         assert len(one.touch_points) == len(other.touch_points)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias, get_args
 
@@ -34,6 +35,56 @@ if TYPE_CHECKING:
 else:
     EveryOption = type(_EVERY)
     MapOptions = type(_OF_MAP)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class RunOptions:
+    """How the cases of a study, or the shifts of a map, are worked through.
+
+    Attributes
+    ----------
+    workers
+        Cases, or shifts of a map, at a time; as many as there are cores and 2 GB of memory for each, if not given.
+    threads
+        Threads that each of them computes on.
+    force
+        Solve what is finished again instead of using it.
+    part
+        Solve only part i of N, given as i/N; the same command without it then puts all parts together.
+    scheduler
+        Address of a Dask scheduler whose workers share the folder of the results.
+    quiet
+        Say only what went wrong; run.log in the folder of the results has all of it in any case.
+    """
+
+    workers: int | None = None
+    threads: int = 1
+    force: Annotated[bool, Parameter(negative="")] = False
+    part: str | None = None
+    scheduler: str | None = None
+    quiet: Annotated[bool, Parameter(negative="", alias="-q")] = False
+
+    def settings(self) -> RunSettings:
+        """What of it the run itself needs.
+
+        Raises
+        ------
+        InputError
+            If a number or the part cannot be.
+        """
+        from fecontact.jobs.engine import RunSettings, parse_part
+
+        return RunSettings(
+            workers=self.workers,
+            threads=self.threads,
+            force=self.force,
+            part=parse_part(self.part) if self.part else None,
+            scheduler=self.scheduler,
+        )
+
+
+_AS_USUAL = RunOptions()
 
 
 def solve(
@@ -82,12 +133,7 @@ def run(
     *,
     out: Path,
     quick: Annotated[bool, Parameter(negative="")] = False,
-    workers: int | None = None,
-    threads: int = 1,
-    force: Annotated[bool, Parameter(negative="")] = False,
-    part: str | None = None,
-    scheduler: str | None = None,
-    quiet: Annotated[bool, Parameter(negative="", alias="-q")] = False,
+    how: RunOptions = _AS_USUAL,
 ) -> int:
     """Run a study and write its tables, figures and ParaView files; finished cases are reused.
 
@@ -99,27 +145,12 @@ def run(
         Folder for the results.
     quick
         The small version of the study.
-    workers
-        Cases at a time; as many as there are cores and 2 GB of memory for each, if not given.
-    threads
-        Threads that each case computes on.
-    force
-        Solve finished cases again instead of using them.
-    part
-        Solve only part i of N, given as i/N; the same command without it then puts all parts together.
-    scheduler
-        Address of a Dask scheduler whose workers share the folder of the results.
-    quiet
-        Say only what went wrong; run.log in the folder of the results has all of it in any case.
     """
-    from fecontact.jobs.engine import RunSettings, parse_part
     from fecontact.outputs.tables import print_table
     from fecontact.runs.casefile import load_study
     from fecontact.runs.study import run_study
 
-    settings = RunSettings(
-        workers=workers, threads=threads, force=force, part=parse_part(part) if part else None, scheduler=scheduler
-    )
+    settings, quiet = how.settings(), how.quiet
     loaded = load_study(study, quick=quick)
     with logged(out / f"run{settings.part_suffix}.log"):
         with many("cases", quiet=quiet) as progress:
@@ -169,12 +200,7 @@ def map_(
     out: Path,
     measure: Literal["pressure", "force", "theory"] = "pressure",
     adaptive: Annotated[bool, Parameter(negative="")] = False,
-    workers: int | None = None,
-    threads: int = 1,
-    force: Annotated[bool, Parameter(negative="")] = False,
-    part: str | None = None,
-    scheduler: str | None = None,
-    quiet: Annotated[bool, Parameter(negative="", alias="-q")] = False,
+    how: RunOptions = _AS_USUAL,
 ) -> int:
     """Map where Hertz holds over lateral shift and load, with the load up to which it holds at each shift.
 
@@ -195,28 +221,13 @@ def map_(
         creep theory that holds, which is also written as map_theory.csv and map_theory.png.
     adaptive
         Solve every second shift, and those between only where the half-space leaves a doubt; marked in all outputs.
-    workers
-        Shifts at a time; as many as there are cores and 2 GB of memory for each, if not given.
-    threads
-        Threads that each shift computes on.
-    force
-        Solve finished shifts again instead of using them.
-    part
-        Solve only part i of N, given as i/N; the same command without it then puts all parts together.
-    scheduler
-        Address of a Dask scheduler whose workers share the folder of the results.
-    quiet
-        Say only what went wrong; run.log in the folder of the results has all of it in any case.
     """
     from fecontact.inputs.texts import parse_numbers
-    from fecontact.jobs.engine import RunSettings, parse_part
     from fecontact.outputs.map_measures import measure_table, refuse_measure
     from fecontact.runs.map_run import run_map
     from fecontact.solving.placing import with_wheelset
 
-    settings = RunSettings(
-        workers=workers, threads=threads, force=force, part=parse_part(part) if part else None, scheduler=scheduler
-    )
+    settings, quiet = how.settings(), how.quiet
     positions, case = parse_numbers(shifts, "shifts"), options.case()
     if not (options.given("wheelset") or options.given("roll_rad")):
         case = with_wheelset(case)

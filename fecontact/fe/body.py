@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from fecontact.errors import InputError
-from fecontact.fe.linear_solver import LinearSolver, SolverName, _amg_solver, _pardiso_solver
-from fecontact.fe.meshing import BodyMesh
+from fecontact.fe.body_mesh import BodyMesh
+from fecontact.fe.linear_solver import LinearSolver, SolverName, amg_solver, pardiso_solver
 from fecontact.fe.stiffness import stiffness
 from fecontact.material import Material
 
@@ -69,5 +69,5 @@ def elastic_body(
     if mesh.half:
         held[np.unique(mesh.surfaces["symmetry"]), 0] = True
     free = np.flatnonzero(~held.ravel())
-    make = _pardiso_solver if solver == "pardiso" else _amg_solver
+    make = pardiso_solver if solver == "pardiso" else amg_solver
     return ElasticBody(mesh=mesh, material=material, solve=make(matrix, free, mesh.points), solver=solver)

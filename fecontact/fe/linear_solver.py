@@ -115,11 +115,12 @@ class _PardisoFactor:
             self.release()
 
 
-def _pardiso_solver(matrix: csr_matrix, free: Integers, points: Floats) -> LinearSolver:
+def pardiso_solver(matrix: csr_matrix, free: Integers, points: Floats) -> LinearSolver:
+    """Factors by MKL's PARDISO of the free degrees of freedom; it needs no points."""
     return _PardisoFactor(matrix, free)
 
 
-def _amg_solver(matrix: csr_matrix, free: Integers, points: Floats) -> LinearSolver:
+def amg_solver(matrix: csr_matrix, free: Integers, points: Floats) -> LinearSolver:
     """Conjugate gradients with smoothed aggregation; held degrees of freedom stay as decoupled rows, so that the
     3 x 3 blocks of the nodes stay whole.
     """

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Literal
 
@@ -11,7 +10,9 @@ from numpy.typing import NDArray
 
 from fecontact.dimensions import BodySize
 from fecontact.errors import FoldedMesh, InputError
-from fecontact.fe.section import Grading, Section, Stretch, Zone, lines_of, mesh_section
+from fecontact.fe.body_mesh import BodyMesh, check_mesh
+from fecontact.fe.fine_zone import FineZone
+from fecontact.fe.section import Grading, Section, Stretch, Zone, mesh_section
 from fecontact.geometry.placement import Placement
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Line, Segment
@@ -24,112 +25,6 @@ _SWEEP_RATIO = 1.7
 _SAME_POINT_MM = 1e-3
 # The wheel's uniform zone reaches this many steps further than the rail's, so that it covers it wholly.
 _COVER_STEPS = 2
-
-
-# A block that is wider than a single patch holds several: it need be as deep as for one. That takes a quarter to two
-# fifths off the cost of a two-lobed contact, and moves its peak pressure by 2e-4 to 5e-4 at `quick`. Depths follow the
-# patch and not the element size alone, or finer meshes would not converge to the same bodies.
-_PART_STEPS = 25
-_PART_SEMI_AXES = 3.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class FineZone:
-    """Uniform zone around the expected patch on the rail's surface, about the first touch point (mm).
-
-    The nodes lie at x = -half_length..half_length in steps of `step_x_mm` and at the arc lengths s from `s_low_mm` to
-    `s_high_mm` in steps of `step_s_mm`, both in an even number of steps. `semi_axis_mm` is that of the narrowest part
-    of the patch, across.
-
-    Patches far apart have `bands` of their own, the first one from `s_low_mm` and the last one to `s_high_mm`; then
-    `step_s_mm` is the finest step, and on the strips between them steps grow as they do around the zone.
-    """
-
-    half_length_mm: float
-    s_low_mm: float
-    s_high_mm: float
-    step_x_mm: float
-    step_s_mm: float
-    semi_axis_mm: float
-    bands: tuple[Stretch, ...] = ()
-
-    @property
-    def block_width_mm(self) -> float:
-        """Width of the patch, or part of it, for which the uniform block below the zone is deep enough."""
-        part = max(_PART_STEPS * self.step_s_mm, _PART_SEMI_AXES * self.semi_axis_mm)
-        return min(self.s_high_mm - self.s_low_mm, 2.0 * self.half_length_mm, part)
-
-    @property
-    def intervals_x(self) -> int:
-        """Steps from the middle to one end."""
-        return max(2, round(self.half_length_mm / self.step_x_mm))
-
-    @property
-    def intervals_s(self) -> int:
-        """Steps across, always even."""
-        return self.s_mm.size - 1
-
-    @property
-    def stretches(self) -> tuple[Stretch, ...]:
-        """Its bands; all of it where there are none."""
-        intervals = max(4, 2 * round(0.5 * (self.s_high_mm - self.s_low_mm) / self.step_s_mm))
-        return self.bands or (Stretch(low_mm=self.s_low_mm, high_mm=self.s_high_mm, intervals=intervals),)
-
-    @property
-    def s_mm(self) -> Floats:
-        """Nodes across, those on the strips between bands included."""
-        return lines_of(self.stretches, Grading())
-
-    @property
-    def columns(self) -> tuple[slice, ...]:
-        """Which of the nodes across belong to each of its stretches."""
-        s = self.s_mm
-        starts = [int(np.argmin(np.abs(s - stretch.low_mm))) for stretch in self.stretches]
-        return tuple(
-            slice(start, start + stretch.intervals + 1) for start, stretch in zip(starts, self.stretches, strict=True)
-        )
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class BodyMesh:
-    """A hexahedral mesh in the track frame (mm).
-
-    Attributes
-    ----------
-    points (n, 3), hexes (m, 8)
-        Cells in VTK order: four nodes of one layer, then the four nodes above them.
-    surfaces
-        Named boundary quadrilaterals (k, 4), their normals outward: `contact` (the uniform zone), `fixed` or `driven`,
-        `symmetry` (half models), `end` (cut planes), `free`.
-    contact_nodes (nx, ns)
-        Nodes of the uniform zone: rows along x, columns from the gauge to the field side.
-    block_nodes (nx, ns, layers)
-        Nodes of the uniform block below each contact node, along the normal into the body; the first one lies on it.
-    half
-        Whether only x >= 0 is meshed.
-    volume_mm3
-        Volume of the swept section in closed form.
-    """
-
-    name: Literal["rail", "wheel"]
-    points: Floats
-    hexes: Integers
-    surfaces: dict[str, Integers] = field(repr=False)
-    contact_nodes: Integers
-    block_nodes: Integers = field(repr=False)
-    half: bool
-    volume_mm3: float
-
-
-# Bytes a node while the mesh is made and the stiffness assembled (8 to 12 kB measured, with small factors).
-_BYTES_A_NODE = 8e3
-
-
-def least_memory_bytes(zone: FineZone) -> float:
-    """A lower bound of the memory that both bodies need, from the nodes of the uniform blocks under the zone."""
-    layers = 0.45 * zone.block_width_mm / min(zone.step_x_mm, zone.step_s_mm)
-    nodes = zone.intervals_x * zone.intervals_s * max(2.0, np.log1p(0.2 * layers) / np.log(1.2))
-    return float(2.0 * nodes * _BYTES_A_NODE)
 
 
 def rail_mesh(
@@ -366,71 +261,5 @@ def _swept(
         half=half,
         volume_mm3=volume,
     )
-    _check(mesh)
+    check_mesh(mesh)
     return mesh
-
-
-# Corner, and its three neighbours in a right-handed order, of a hexahedron in VTK order.
-_CORNERS = np.array(
-    [[0, 1, 3, 4], [1, 2, 0, 5], [2, 3, 1, 6], [3, 0, 2, 7], [4, 7, 5, 0], [5, 4, 6, 1], [6, 5, 7, 2], [7, 6, 4, 3]]
-)
-
-
-def corner_jacobians(mesh: BodyMesh) -> Floats:
-    """Jacobian determinants (m, 8) at the corners of the hexahedra (mm^3)."""
-    p = mesh.points[mesh.hexes[:, _CORNERS]]
-    e = p[:, :, 1:] - p[:, :, :1]
-    return np.asarray(np.einsum("mci,mci->mc", np.cross(e[:, :, 0], e[:, :, 1]), e[:, :, 2]))
-
-
-def mesh_volume(mesh: BodyMesh) -> float:
-    """Volume (mm^3) of the trilinear hexahedra, by quadrature (exact)."""
-    nodes, _ = np.polynomial.legendre.leggauss(2)
-    total = 0.0
-    p = mesh.points[mesh.hexes]
-    for r in nodes:
-        for s in nodes:
-            for t in nodes:
-                d = p.transpose(0, 2, 1) @ _shape_gradients(r, s, t)
-                total += float(np.sum(np.linalg.det(d)))
-    return total
-
-
-def _shape_gradients(r: float, s: float, t: float) -> Floats:
-    signs = np.array(
-        [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]
-    )
-    f = 1.0 + signs * np.array([r, s, t])
-    return np.asarray(
-        0.125
-        * np.column_stack(
-            [signs[:, 0] * f[:, 1] * f[:, 2], signs[:, 1] * f[:, 0] * f[:, 2], signs[:, 2] * f[:, 0] * f[:, 1]]
-        )
-    )
-
-
-def surface_normals(mesh: BodyMesh, name: str) -> Floats:
-    """Unit normals (k, 3) of the quadrilaterals of a named surface."""
-    p = mesh.points[mesh.surfaces[name]]
-    n = np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1])
-    return np.asarray(n / np.linalg.norm(n, axis=1, keepdims=True))
-
-
-def _check(mesh: BodyMesh) -> None:
-    """Guards of the mesh hand-over: a broken mesh would give a wrong pressure without any message."""
-    for name, quads in mesh.surfaces.items():
-        assert len(quads) > 0, f"{mesh.name}: surface {name} is empty"
-    worst = float(corner_jacobians(mesh).min())
-    if worst <= 0.0:
-        raise FoldedMesh(
-            f"{mesh.name}: the mesh folds (smallest Jacobian {worst:.3g} mm^3); use a coarser resolution, another cut,"
-            " or check the profile for sharp corners next to the contact zone"
-        )
-    volume = mesh_volume(mesh)
-    assert abs(volume - mesh.volume_mm3) < 1e-9 * volume, (
-        f"{mesh.name}: volume {volume} instead of {mesh.volume_mm3} mm^3"
-    )
-    up = 1.0 if mesh.name == "rail" else -1.0
-    # in the mean: around a corner some of them may point sideways and further
-    upwards = up * float(surface_normals(mesh, "contact")[:, 2].mean())
-    assert upwards > 0.0, f"{mesh.name}: contact normals point inwards"

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import bsr_matrix, csr_matrix
 
-from fecontact.fe.meshing import BodyMesh
+from fecontact.fe.body_mesh import BodyMesh
 from fecontact.material import Material
 
 # scikit-fem's corner order of a hexahedron, as positions in the VTK order.

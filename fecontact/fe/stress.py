@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.fe.body import ElasticBody
+from fecontact.fe.body_mesh import shape_gradients
 
 Floats = NDArray[np.float64]
 
@@ -20,13 +21,11 @@ def nodal_stress(body: ElasticBody, displacements: Floats) -> Floats:
     signs = np.array(
         [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]
     )
-    from fecontact.fe.meshing import _shape_gradients
-
     p, u = mesh.points[mesh.hexes], displacements[mesh.hexes]
     at_gauss = np.empty((len(mesh.hexes), 8, 6))
     lame, shear = body.material.lame_MPa, body.material.shear_MPa
     for k, (r, s, t) in enumerate(gauss * signs):
-        dn = _shape_gradients(r, s, t)
+        dn = shape_gradients(r, s, t)
         jacobian = p.transpose(0, 2, 1) @ dn
         grad = np.linalg.solve(jacobian.transpose(0, 2, 1), dn.T[None].repeat(len(p), axis=0)) @ u
         trace = lame * np.trace(grad, axis1=1, axis2=2)

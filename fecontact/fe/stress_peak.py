@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CloughTocher2DInterpolator, CubicSpline
 
 from fecontact.fe.body import ElasticBody
-from fecontact.fe.meshing import BodyMesh
+from fecontact.fe.body_mesh import BodyMesh
 from fecontact.fe.stress import nodal_stress, von_mises
 
 Floats = NDArray[np.float64]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fecontact.geometry.poses import _sample
+from fecontact.geometry.poses import search_parameters
 from fecontact.geometry.touch_points import TouchPoint
 from fecontact.profiles.curve import Profile
 
@@ -29,7 +29,7 @@ def why_it_cannot_carry(wheel: Profile, touch: TouchPoint, *, flange_climb: bool
     if not climbs_at(wheel, y_mm):
         return ""
     where = f"the wheel derails: the rail touches it at y = {y_mm:.2f} mm, beyond the"
-    p = wheel.evaluate(_sample(wheel)[1:-1])
+    p = wheel.evaluate(search_parameters(wheel)[1:-1])
     if y_mm <= float(p.y[np.argmin(p.z)]):
         return f"{where} top of its flange"
     return "" if flange_climb else f"{where} steepest place of its flange (--flange-climb takes it nevertheless)"
@@ -37,7 +37,7 @@ def why_it_cannot_carry(wheel: Profile, touch: TouchPoint, *, flange_climb: bool
 
 def climbs_at(wheel: Profile, y_mm: float) -> bool:
     """Whether a place of a wheel's line (mm across) lies beyond the steepest place of its flange."""
-    p = wheel.evaluate(_sample(wheel)[1:-1])
+    p = wheel.evaluate(search_parameters(wheel)[1:-1])
     # angles, not slopes: a flange may be upright
     slope = np.where(p.y < 0.0, np.arctan2(p.dz, p.dy), 0.0)
     steepest = float(np.max(slope))

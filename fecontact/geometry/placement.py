@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 from fecontact.dimensions import Track, TrackSide
 from fecontact.errors import InputError
 from fecontact.geometry.carrying import climbs_at, why_it_cannot_carry
-from fecontact.geometry.poses import RailPose, WheelPose, _root, _sample, place_rail
-from fecontact.geometry.touch_points import TouchPoint, _touch_point
+from fecontact.geometry.poses import RailPose, WheelPose, place_rail, search_parameters, sign_change
+from fecontact.geometry.touch_points import TouchPoint, touch_point_at
 from fecontact.profiles.curve import Profile
 
 Floats = NDArray[np.float64]
@@ -249,7 +249,7 @@ def _axes(roll: float, yaw: float) -> Floats:
 
 def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: bool) -> Placement | str:
     """All touch points of a wheel that hangs with its axle at height zero, or the reason why there are none."""
-    u = _sample(wheel.profile)
+    u = search_parameters(wheel.profile)
     _, _, y, z = wheel.silhouette(u)
     over = np.isfinite(u_rail := rail.parameter_at_y(y))
     gap = np.where(over, z - rail.section(u_rail)[1], np.nan)
@@ -277,7 +277,7 @@ def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: b
         f_low, f_high = slope_difference(low), slope_difference(high)
         # no sign change: a step in the height (rounded data of a profile), not a stationary point
         if f_low < 0.0 < f_high:
-            v = _root(slope_difference, low, high)
+            v = sign_change(slope_difference, low, high)
             u_r = float(rail.parameter_at_y(wheel.silhouette(v)[2]))
             found.append((float(wheel.silhouette(v)[3] - rail.section(u_r)[1]), v, u_r))
     if not found:
@@ -298,7 +298,7 @@ def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: b
         axes=wheel.axes,
         centre_mm=wheel.centre_mm - np.array([0.0, 0.0, height]),
     )
-    points = tuple(_touch_point(rail, down, v, u_r, g - height) for g, v, u_r in found)
+    points = tuple(touch_point_at(rail, down, v, u_r, g - height) for g, v, u_r in found)
     if reason := why_it_cannot_carry(down.profile, points[0], flange_climb=flange_climb):
         return reason
     climbs = climbs_at(down.profile, points[0].wheel_y_mm)

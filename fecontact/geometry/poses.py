@@ -56,12 +56,12 @@ def place_rail(profile: Profile, inclination_rad: float, track: Track) -> RailPo
         If the head does not reach down to the gauge plane and no crown position is given.
     """
     at_origin = RailPose(profile=profile, inclination_rad=inclination_rad, crown_y_mm=0.0, crown_z_mm=0.0)
-    u = _sample(profile)
+    u = search_parameters(profile)
     _, z, _ = at_origin.section(u)
     top = int(np.argmax(z))
     u_top = u[top]
     if 0 < top < u.size - 1:
-        u_top = _root(lambda v: float(np.sin(at_origin.section(v)[2])), u[top - 1], u[top + 1])
+        u_top = sign_change(lambda v: float(np.sin(at_origin.section(v)[2])), u[top - 1], u[top + 1])
     z_top = float(at_origin.section(u_top)[1])
     if track.rail_crown_y_mm is not None:
         crown_y = track.rail_crown_y_mm
@@ -157,14 +157,14 @@ class WheelPose:
 
 # a search for touch points takes half of its time otherwise, and a table of positions has many
 @lru_cache(maxsize=64)
-def _sample(profile: Profile) -> Floats:
+def search_parameters(profile: Profile) -> Floats:
     """Parameters along a profile, `_SEARCH_STEP_MM` apart; those of one line serve every position."""
     u = profile.spread(_SEARCH_STEP_MM)
     u.flags.writeable = False
     return u
 
 
-def _root(f: Callable[[float], float], low: float, high: float) -> float:
+def sign_change(f: Callable[[float], float], low: float, high: float) -> float:
     """Where a function changes its sign between two places; the place where it is nearest to 0 if it does not."""
     ends = f(low), f(high)
     # a kink at the place itself may hide from both ends

@@ -86,7 +86,8 @@ class TouchPoint:
         return np.array([0.0, -np.sin(self.contact_angle_rad), np.cos(self.contact_angle_rad)])
 
 
-def _touch_point(rail: RailPose, wheel: WheelPose, u_wheel: float, u_rail: float, gap: float) -> TouchPoint:
+def touch_point_at(rail: RailPose, wheel: WheelPose, u_wheel: float, u_rail: float, gap: float) -> TouchPoint:
+    """The touch point at parameters of both lines that are a gap (mm) apart, with the curvatures of its sides."""
     theta, x, y, _ = wheel.silhouette(u_wheel)
     _, z_rail, angle = rail.section(u_rail)
     sides: tuple[Side, ...] = ("left", "right")

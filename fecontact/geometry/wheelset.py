@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from fecontact.dimensions import TrackSide
 from fecontact.errors import InputError
 from fecontact.geometry.placement import EVERY_SHIFT, SIGN, Pair, Placement
-from fecontact.geometry.poses import RailPose, _sample
+from fecontact.geometry.poses import RailPose, search_parameters
 from fecontact.profiles.segments import CurvePoints
 
 Floats = NDArray[np.float64]
@@ -66,7 +66,7 @@ class HungPair:
 
     @cached_property
     def _wheel(self) -> CurvePoints:
-        return self.pair.wheel.evaluate(_sample(self.pair.wheel)[1:-1])
+        return self.pair.wheel.evaluate(search_parameters(self.pair.wheel)[1:-1])
 
     @cached_property
     def _some(self) -> CurvePoints:
@@ -123,7 +123,7 @@ def _taken(points: CurvePoints, which: Any) -> CurvePoints:
 
 
 def _seen_from_above(rail: RailPose) -> tuple[Floats, Floats]:
-    u = _sample(rail.profile)
+    u = search_parameters(rail.profile)
     y, z, _ = rail.section(u)
     with np.errstate(invalid="ignore"):
         seen = np.abs(rail.parameter_at_y(y) - u) < 1e-6

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fecontact import __version__
 from fecontact.case import Case
-from fecontact.fe.meshing import BodyMesh
+from fecontact.fe.body_mesh import BodyMesh
 from fecontact.material import Material
 from fecontact.solving.meshed_case import MeshedPair
 

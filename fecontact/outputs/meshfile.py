@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.errors import InputError
-from fecontact.fe.meshing import BodyMesh
+from fecontact.fe.body_mesh import BodyMesh
 from fecontact.files import write_atomically
 from fecontact.outputs.deck import ELEMENT_TYPES, ElementType, write_body, write_deck
 from fecontact.solving.meshed_case import MeshedPair

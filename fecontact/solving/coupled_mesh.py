@@ -18,9 +18,10 @@ from fecontact.contact.solver import Compliance, ContactProblem, ContactSolution
 from fecontact.errors import FoldedMesh, InputError, NotCovered
 from fecontact.fe.body import elastic_body
 from fecontact.fe.coupling import CoupledBodies
+from fecontact.fe.fine_zone import FineZone, least_memory_bytes
 from fecontact.fe.linear_solver import choose_solver
 from fecontact.fe.memory import check_memory
-from fecontact.fe.meshing import FineZone, least_memory_bytes, rail_mesh, wheel_mesh
+from fecontact.fe.meshing import rail_mesh, wheel_mesh
 from fecontact.fe.mortar import mortar_matrix
 from fecontact.fe.stiffness import stiffness
 from fecontact.geometry.placement import Placement

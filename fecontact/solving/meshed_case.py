@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.case import Case
+from fecontact.fe.body_mesh import BodyMesh
+from fecontact.fe.fine_zone import FineZone, least_memory_bytes
 from fecontact.fe.memory import check_memory
-from fecontact.fe.meshing import BodyMesh, FineZone, least_memory_bytes, rail_mesh, wheel_mesh
+from fecontact.fe.meshing import rail_mesh, wheel_mesh
 from fecontact.geometry.placement import Placement
 from fecontact.solving.expected_patch import approach_direction
 from fecontact.solving.placing import place_case

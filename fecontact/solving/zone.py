@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from fecontact.contact.rung import Rung
-from fecontact.fe.meshing import FineZone
+from fecontact.fe.fine_zone import FineZone
 from fecontact.fe.section import Stretch
 from fecontact.solving.expected_patch import ExpectedPatch
 from fecontact.solving.position import MARGIN_ELEMENTS, element_width_mm
