@@ -125,6 +125,7 @@ def test_corrections_are_few(shift, most_calls):
     check_corrections(position.case, position.placement, bodies, most_calls)
 
 
+@pytest.mark.slow
 def test_first_touch_next_to_a_junction():
     # first touch close to the junction R 300 / R 80: Hertz's narrow ellipse is far too high; measured 62 %
     result = solve(Case(lateral_shift_mm=0.25, **FIXED))

@@ -196,8 +196,9 @@ def test_07_crane_rail(quick, tmp_path):
     assert (tmp_path / "crane_rail.png").is_file()
 
 
-def test_08_switch_rail(quick, tmp_path):
-    (full, tongue), said = quick("08_switch_rail", tmp_path)
+@pytest.mark.slow
+def test_08_switch_rail(tmp_path):
+    (full, tongue), said = run_quick("08_switch_rail", tmp_path)
     for row in (full, tongue):
         # the full head is a half-space to 0.02 %; what the narrow one is, quick meshes tell to 1.3 %
         assert abs(row["p_max_deviation_percent"]) < row["p_max_uncertainty_percent"] + 0.3
@@ -258,6 +259,7 @@ def test_10_the_load_of_first_yield_is_johnsons():
     assert study.yield_load_N(study._case(460, "quick")) == pytest.approx(exact, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_13_creep_forces(tmp_path):
     study = module("13_creep_forces")
     outcome = run_study(load_study(STUDIES / "13_creep_forces.py", quick=True), tmp_path, crew=inline_crew())

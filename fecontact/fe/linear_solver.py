@@ -14,7 +14,7 @@ from scipy.sparse import bsr_matrix, csr_matrix, diags, triu
 from scipy.sparse.linalg import cg
 
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.fe.memory import _USABLE_MEMORY, check_memory, factor_bytes
+from fecontact.fe.memory import USABLE_MEMORY, check_memory, factor_bytes
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -57,7 +57,7 @@ def choose_solver(wanted: Literal["auto", "pardiso", "amg"], degrees_of_freedom:
 
     if wanted == "auto":
         needed = sum(factor_bytes(count) for count in degrees_of_freedom)
-        fits = needed <= _USABLE_MEMORY * float(psutil.virtual_memory().available)
+        fits = needed <= USABLE_MEMORY * float(psutil.virtual_memory().available)
         return "pardiso" if pardiso_available() and fits else "amg"
     if wanted == "pardiso" and not pardiso_available():
         raise InputError(

@@ -9,7 +9,7 @@ from fecontact.errors import NotEnoughMemory
 _FACTOR_BYTES = 190.0
 _ANALYSIS_BYTES = 1300.0
 # The matrix itself, its assembly and the other body's work beside it.
-_USABLE_MEMORY = 0.8
+USABLE_MEMORY = 0.8
 
 
 def factor_bytes(degrees_of_freedom: int) -> float:
