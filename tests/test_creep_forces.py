@@ -385,7 +385,7 @@ def few_creepages(monkeypatch):
 
 def test_theories_are_held_against_the_exact_one_on_the_real_patch(few_creepages):
     load = judged(replace(ROUND, creep=Creep(friction=0.3, spin_per_mm=1e-4)))
-    found = theory_verdicts(load, placement_of(ROUND), None)
+    found = theory_verdicts(load, placement_of(ROUND), None, creep_of(load, placement_of(ROUND)).verdict)
     assert list(found.verdicts) == [
         name for name in THEORIES_BY_COST if name in ("polach", "fastsim", "exact", "strips")
     ]
@@ -411,7 +411,7 @@ def test_ellipses_at_two_touch_points_are_right_on_two_patches(few_creepages):
     shared = SimpleNamespace(
         ellipses=[SimpleNamespace(hertz=half, x_mm=0.0, s_mm=side * moved) for side in (-1.0, 1.0)]
     )
-    found = theory_verdicts(load, placement, shared)
+    found = theory_verdicts(load, placement, shared, creep_of(load, placement).verdict)
     assert found.verdicts["fastsim"].answer == found.verdicts["exact"].answer == "FAILS"
     # the same two patches, in strips of the pressure and as ellipses
     off = {name: found.verdicts[name].worst.deviation for name in ("springs", "strips", "fastsim")}

@@ -5,6 +5,7 @@ import json
 from types import SimpleNamespace
 
 import pytest
+from inline import inline_crew
 from matplotlib.colors import to_hex
 
 from fecontact.case import Case
@@ -20,6 +21,7 @@ from fecontact.outputs.map import map_record
 from fecontact.outputs.map_measures import refuse_measure
 from fecontact.outputs.style import ANSWERS
 from fecontact.outputs.theory_map import theory_map_figure, theory_table, write_theory_map
+from fecontact.runs.theories import write_theories
 from fecontact.theory.creep.contact import Creepages
 
 CASE = Case(wheelset=True, creep=Creep(friction=0.3))
@@ -64,7 +66,10 @@ def made(monkeypatch):
     monkeypatch.setattr("fecontact.outputs.theory_map.ellipses_of", lambda judged, placement: None)
     monkeypatch.setattr(
         "fecontact.outputs.theory_map.theory_verdicts",
-        lambda judged, placement, _: TheoryVerdicts(verdicts=judged.theories),
+        lambda judged, placement, springs, exact: TheoryVerdicts(verdicts=judged.theories),
+    )
+    monkeypatch.setattr(
+        "fecontact.outputs.theory_map.creep_of", lambda judged, placement: SimpleNamespace(verdict=judged.force)
     )
 
     def theories(polach, fastsim):
@@ -181,6 +186,22 @@ def test_the_png_of_theories_has_a_colour_for_each_and_says_what_is_open(made, m
     assert [row["cheapest_theory"] for row in rows] == ["polach", "fastsim", "UNRESOLVED", *["real"] * 3, *[""] * 3]
     assert float(rows[1]["fastsim_off_percent_of_muN"]) == pytest.approx(3.1)
     assert rows[8]["status"] == "failed: no memory"
+
+
+def test_many_cells_are_judged_by_processes_with_the_same_files(made, monkeypatch, tmp_path):
+    monkeypatch.setattr("fecontact.outputs.theory_map.save_figure", lambda figure, path: path)
+    opened = []
+    monkeypatch.setattr(
+        "fecontact.runs.theories.process_crew", lambda workers, threads: opened.append(workers) or inline_crew()
+    )
+    for name, workers in (("alone", 1), ("together", 2)):
+        (tmp_path / name).mkdir()
+        monkeypatch.setattr("fecontact.outputs.theory_map._JUDGED", {})
+        write_theories(made[0], tmp_path / name, workers)
+    assert opened == [2]
+    one, other = ((tmp_path / name / "map_theory.csv").read_bytes() for name in ("alone", "together"))
+    assert one == other
+    assert one.count(b"polach") > 0
 
 
 def test_a_measure_of_forces_needs_friction(tmp_path, capsys):

@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
-from fecontact.comparison.creep_comparison import creep_of
 from fecontact.comparison.creep_forces import CreepPatch, creep_force, force_difference, hertz_patch
 from fecontact.comparison.creep_verdict import (
     DECIDES,
@@ -60,22 +59,24 @@ class TheoryVerdicts:
         return first if first == "real" or self.verdicts[first].answer == "HOLDS" else None
 
 
-def theory_verdicts(load: JudgedLoad, placement: Placement, springs: MultiHertz | None) -> TheoryVerdicts:
+def theory_verdicts(
+    load: JudgedLoad, placement: Placement, springs: MultiHertz | None, exact: ForceVerdict
+) -> TheoryVerdicts:
     """Judge each theory by the friction, limit and range of creepages of a load's case.
 
     Parameters
     ----------
     springs
         The ellipses that share the load; None where there is one.
+    exact
+        The verdict of forces itself: that of the exact theory on Hertz's ellipse.
     """
-    compared = creep_of(load, placement)
-    assert compared is not None
     creep = load.case.creep
     rolling = rolling_load(load, placement, creep)
     every = creepage_range(creep.largest_creepage, rolling.creepages.spin_per_mm)
     reference = _Reference(rolling, every)
     found = {name: _verdict(force, load, reference) for name, force in _forces(rolling, springs).items()}
-    verdicts = found | {"exact": compared.verdict}
+    verdicts = found | {"exact": exact}
     return TheoryVerdicts(verdicts={name: verdicts[name] for name in THEORIES_BY_COST if name in verdicts})
 
 

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 from weakref import WeakKeyDictionary
 
+from fecontact.comparison.creep_comparison import creep_of
 from fecontact.comparison.creep_theories import Theory, TheoryVerdicts, theory_verdicts
+from fecontact.comparison.creep_verdict import ForceVerdict
 from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.multi_hertz import MultiHertz
+from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap, MapCell, MapPosition
 from fecontact.map.load_limit import stretches
 from fecontact.outputs.force_map import force_criterion
@@ -47,10 +52,13 @@ _COLOURS: dict[str, str] = {
 _OPEN = "open"
 # a cell takes seconds, and is drawn, written and printed
 _JUDGED: WeakKeyDictionary[JudgedLoad, TheoryVerdicts] = WeakKeyDictionary()
+MapOver: TypeAlias = Callable[..., Iterable[TheoryVerdicts]]
+"""Calls a function with the first of some sequences, their second, and so on, as `map` does, or several at a time."""
 
 
-def write_theory_map(made: ApplicabilityMap, out: Path) -> None:
-    """Write map_theory.csv and map_theory.png into a folder."""
+def write_theory_map(made: ApplicabilityMap, out: Path, *, map_over: MapOver = map) -> None:
+    """Write map_theory.csv and map_theory.png into a folder; cells are judged by `map_over`."""
+    _judge([_inputs(cell, position) for position in made.positions for cell in position.cells], map_over)
     write_csv([row for position in made.positions for row in _rows(position)], out / "map_theory.csv")
     theory_map_figure(made, out / "map_theory.png")
 
@@ -82,13 +90,29 @@ def theory_table(made: ApplicabilityMap, *, width: int | None = None) -> str:
     return load_table(made, texts, notes=notes, width=width)
 
 
-def _theories(cell: MapCell, position: MapPosition) -> TheoryVerdicts | None:
+_Inputs: TypeAlias = tuple[JudgedLoad, Placement, MultiHertz | None, ForceVerdict]
+
+
+def _inputs(cell: MapCell, position: MapPosition) -> _Inputs | None:
     judged, placement = cell.judged, position.placement
     if judged is None or placement is None or cell.status != "converged":
         return None
-    if judged not in _JUDGED:
-        _JUDGED[judged] = theory_verdicts(judged, placement, ellipses_of(judged, placement))
-    return _JUDGED[judged]
+    compared = creep_of(judged, placement)
+    return None if compared is None else (judged, placement, ellipses_of(judged, placement), compared.verdict)
+
+
+def _judge(cells: Sequence[_Inputs | None], map_over: MapOver = map) -> None:
+    new = [one for one in cells if one is not None and one[0] not in _JUDGED]
+    if new:
+        _JUDGED.update(zip((load for load, *_ in new), map_over(theory_verdicts, *zip(*new, strict=True)), strict=True))
+
+
+def _theories(cell: MapCell, position: MapPosition) -> TheoryVerdicts | None:
+    if cell.judged is not None and cell.judged in _JUDGED:
+        return _JUDGED[cell.judged]
+    inputs = _inputs(cell, position)
+    _judge([inputs])
+    return None if inputs is None else _JUDGED[inputs[0]]
 
 
 def _text(cell: MapCell, position: MapPosition) -> str:

@@ -17,10 +17,10 @@ from fecontact.outputs.map_measures import MapMeasure, refuse_measure
 from fecontact.outputs.map_report import write_map_report
 from fecontact.outputs.rows import Row, case_row, read_row
 from fecontact.outputs.study_files import write_tables
-from fecontact.outputs.theory_map import write_theory_map
 from fecontact.runs.case_store import RESULT, ROW, case_folder, read_case
 from fecontact.runs.load import read_map, stored_study, unusable
 from fecontact.runs.reports import report_judged
+from fecontact.runs.theories import write_theories
 
 # A case takes some hundredths of a second, a process seconds to begin.
 _WORTH_PROCESSES = 100
@@ -128,7 +128,7 @@ def judge_map(
     if out is not None:
         write_map(made, out)
         if measure == "theory":
-            write_theory_map(made, out)
+            write_theories(made, out, default_workers())
         write_map_report(made, out, theories=measure == "theory")
     return made, list(problems.values())
 

@@ -21,10 +21,10 @@ from fecontact.map.position import failed_position, inferred_position
 from fecontact.outputs.map import write_map
 from fecontact.outputs.map_measures import MapMeasure, refuse_measure
 from fecontact.outputs.map_report import write_map_report
-from fecontact.outputs.theory_map import write_theory_map
 from fecontact.runs.case_store import job_of
 from fecontact.runs.identity import input_files, origin_of, position_id, with_absolute_paths
 from fecontact.runs.position_store import PositionWork, has_open_loads, position_folder, read_position
+from fecontact.runs.theories import write_theories
 
 MakeWork = Callable[[Case, Sequence[float], str], Work]
 # A picture takes a second or two, from those who solve.
@@ -104,7 +104,7 @@ def run_map(
         made = run.write()
         if by.settings.part is None and made.positions:
             if measure == "theory":
-                write_theory_map(made, out)
+                write_theories(made, out, by.crew.workers)
             write_map_report(made, out, theories=measure == "theory")
     return MapOutcome(made=made, reused=tuple(run.finished.reused), recomputed=run.finished.recomputed)
 
