@@ -76,7 +76,7 @@ regress: setup ## run the quick studies that have a baseline and compare each wi
 	if [ -n "$$different" ]; then echo "regress: not the same as the baseline:$$different" >&2; exit 1; fi; \
 	echo "regress: all the same as their baselines"
 
-validate: setup ## run the studies at full size and write VALIDATION.md; an hour
+validate: setup ## run the studies at full size and write VALIDATION.md; one to two hours
 	$(BIN)/fecontact validate --out out/validate --report VALIDATION.md
 
 # Debian's ParaView draws on a screen only: xvfb-run stands in for one. It must not begin anew when its last client
