@@ -123,7 +123,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
             worst = max((one.error[k] for one in errors if one.shift_mm == shift), key=abs)
             made.append(
                 Check(
-                    quantity=f"Hertz on measured lines, {name.replace('_', ', ')}",
+                    quantity="Hertz on measured lines, {}, {}".format(*name.rsplit("_", 1)),
                     case=f"10 um every 0.2 mm, shift {shift:+g} mm, worst seed",
                     reference="Hertz on the exact lines",
                     kind="analytic",
