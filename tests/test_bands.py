@@ -10,7 +10,7 @@ from fecontact.case import Case
 from fecontact.comparison.lobes import parts_of
 from fecontact.contact.bands import Bands
 from fecontact.contact.grid import ContactGrid, hat_functions
-from fecontact.contact.halfspace import half_space_compliance, half_space_problem
+from fecontact.contact.halfspace import half_space_below, half_space_problem
 from fecontact.contact.solver import ContactProblem, solve_contact
 from fecontact.errors import FoldedMesh
 from fecontact.fe.meshing import rail_mesh, wheel_mesh
@@ -52,18 +52,6 @@ def banded(half: bool) -> tuple[Bands, ContactGrid]:
     return Bands(grid=ContactGrid(x_mm=x, s_mm=s, half=half), columns=columns, contact_modulus_MPa=MODULUS), regular
 
 
-def regular_half_space(grid: ContactGrid, modulus: float = MODULUS):
-    (nodes_x, nodes_s), (step_x, step_s) = grid.shape, grid.steps_mm
-    return half_space_compliance(
-        nodes_x=nodes_x,
-        nodes_s=nodes_s,
-        step_x_mm=step_x,
-        step_s_mm=step_s,
-        contact_modulus_MPa=modulus,
-        half=grid.half,
-    )
-
-
 # --- the half-space of a banded grid ----------------------------------------------------------------------------
 
 
@@ -75,7 +63,7 @@ def test_a_band_presses_on_the_other_one_as_on_regular_nodes(half):
     same = np.zeros(regular.shape)
     same[:, :21] = at_first[:, :21]
     opening = bands.half_space()(at_first.ravel()).reshape(bands.grid.shape)
-    expected = regular_half_space(regular)(same.ravel()).reshape(regular.shape)
+    expected = half_space_below(regular, MODULUS)(same.ravel()).reshape(regular.shape)
     np.testing.assert_allclose(opening[:, :21], expected[:, :21], rtol=1e-12)
     # cells of the other band are as large as 0.4 by 0.25 mm, 6 mm away: (h / r)^2 / 24 of it, in the mean of both cells
     np.testing.assert_allclose(opening[:, bands.columns[1]], expected[:, 50::2], rtol=2e-4)
@@ -136,7 +124,7 @@ def test_one_band_is_a_regular_grid_to_the_last_bit():
     _, regular = banded(True)
     bands = Bands(grid=regular, columns=(slice(0, regular.shape[1]),), contact_modulus_MPa=MODULUS)
     p = np.random.default_rng(3).uniform(size=regular.nodal_area_mm2().size)
-    assert np.array_equal(bands.half_space()(p), regular_half_space(regular)(p))
+    assert np.array_equal(bands.half_space()(p), half_space_below(regular, MODULUS)(p))
 
 
 def test_shape_functions_of_unequal_nodes():

@@ -559,26 +559,25 @@ def run(monkeypatch):
     return fake_run
 
 
-@pytest.fixture(scope="module")
-def kept(tmp_path_factory):
-    """Folder of a whole map, for what only looks at it, and the map."""
-    out = tmp_path_factory.mktemp("map")
+def stored_map(out, shifts=SHIFTS):
+    """Folder of a map, and the map."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(position_store, "solve_position", fake_position)
         patch.setattr("fecontact.outputs.map.map_figure", no_figure)
         patch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
-        return out, fake_run(out).made
+        return out, fake_run(out, shifts).made
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """A whole map, for what only looks at it."""
+    return stored_map(tmp_path_factory.mktemp("map"))
 
 
 @pytest.fixture(scope="module")
 def two(tmp_path_factory):
-    """Folder of a map of two positions, to be copied before it is damaged, and the map."""
-    out = tmp_path_factory.mktemp("two")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(position_store, "solve_position", fake_position)
-        patch.setattr("fecontact.outputs.map.map_figure", no_figure)
-        patch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
-        return out, fake_run(out, [0.0, 1.0]).made
+    """A map of two positions, to be copied before it is damaged."""
+    return stored_map(tmp_path_factory.mktemp("two"), [0.0, 1.0])
 
 
 @pytest.fixture(scope="module")
