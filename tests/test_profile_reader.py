@@ -223,6 +223,18 @@ def test_any_points_end_in_an_input_error_or_a_profile(points, kind, ordered):
     assert profile.notes
 
 
+@pytest.mark.parametrize("tiny_mm", [0.0, 2.2250738585e-313, 1.6077680026589231e-260, 5e-10])
+def test_points_that_lie_on_each_other_are_one(tiny_mm):
+    y, z = rail_points()
+    again = np.insert(y, 100, y[100]), np.insert(z, 100, z[100])
+    again[1][100] += tiny_mm
+    profile = profile_from_points(*again, kind="rail", name="p")
+    assert "1 repeated point dropped" in profile.notes
+    assert profile.length_mm == pytest.approx(profile_from_points(y, z, kind="rail", name="p").length_mm, abs=1e-8)
+    with pytest.raises(InputError, match="different point"):
+        profile_from_points(np.zeros(12), tiny_mm * np.arange(12.0), kind="rail", name="p")
+
+
 @pytest.mark.parametrize("kind", ["rail", "wheel"])
 def test_units_other_than_mm_are_refused(kind):
     y, z = rail_points() if kind == "rail" else wheel_points()

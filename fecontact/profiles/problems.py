@@ -91,7 +91,7 @@ def crossings(points: Floats) -> list[Problem]:
         c, e = a[i + 2 :], d[i + 2 :]
         cross = d[i, 0] * e[:, 1] - d[i, 1] * e[:, 0]
         off = c - a[i]
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
             t = (off[:, 0] * e[:, 1] - off[:, 1] * e[:, 0]) / cross
             u = (off[:, 0] * d[i, 1] - off[:, 1] * d[i, 0]) / cross
         if np.any((t > 0.0) & (t < 1.0) & (u > 0.0) & (u < 1.0)):

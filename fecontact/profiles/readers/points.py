@@ -28,6 +28,8 @@ SPLINE_NOISE = 6.0
 # The largest part of the points that a repair may leave out.
 _MOST_LEFT_OUT = 0.05
 _MOST_POINTS = 10_000
+# Points nearer than this are one: far below any instrument, and far above what arithmetic loses in some 100 mm.
+_SAME_MM = 1e-9
 # A rail's head has no dip, and a wheel's rim no drop at its field side, of this depth.
 _DIP_MM = 8.0
 
@@ -78,7 +80,7 @@ def profile_from_points(
             "remove it, or move the origin to the crown of the rail or the tape circle of the wheel"
         )
 
-    same = np.concatenate(([False], (np.diff(points, axis=0) == 0.0).all(axis=1)))
+    same = np.concatenate(([False], np.hypot(*np.diff(points, axis=0).T) < _SAME_MM))
     if same.any():
         points = points[~same]
         said.append(f"{_count(int(same.sum()), 'repeated point')} dropped")
