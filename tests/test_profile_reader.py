@@ -17,6 +17,7 @@ from fecontact.profiles.readers.toml import parse_toml, read_toml
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.segments import Line
+from fecontact.profiles.writers import points_along
 
 
 def rail_points(step=0.5):
@@ -233,6 +234,14 @@ def test_points_that_lie_on_each_other_are_one(tiny_mm):
     assert profile.length_mm == pytest.approx(profile_from_points(y, z, kind="rail", name="p").length_mm, abs=1e-8)
     with pytest.raises(InputError, match="different point"):
         profile_from_points(np.zeros(12), tiny_mm * np.arange(12.0), kind="rail", name="p")
+
+
+def test_a_wheel_that_lost_its_minus_signs_has_a_kink():
+    """Its tread is reflected at the tape circle, smooth but for one point."""
+    y, z = points_along(load("S1002"), 0.5).T
+    good, bad = (profile_from_points(y, line, kind="wheel", name="p").notes for line in (z, np.where(y > 0.0, -z, z)))
+    assert not any("kink" in note for note in good)
+    assert sum("a kink at (" in note for note in bad) == 1
 
 
 @pytest.mark.parametrize("kind", ["rail", "wheel"])

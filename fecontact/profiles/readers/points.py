@@ -28,6 +28,8 @@ SPLINE_NOISE = 6.0
 # The largest part of the points that a repair may leave out.
 _MOST_LEFT_OUT = 0.05
 _MOST_POINTS = 10_000
+# A kink turns by so much, and by so many times as much as the points beside it.
+_KINK_RAD, _KINK_TIMES = 0.01, 8.0
 # Points nearer than this are one: far below any instrument, and far above what arithmetic loses in some 100 mm.
 _SAME_MM = 1e-9
 # A rail's head has no dip, and a wheel's rim no drop at its field side, of this depth.
@@ -103,10 +105,24 @@ def profile_from_points(
     if corners.size:
         where = ", ".join(f"{points[i, 0]:.2f}" for i in corners[:6]) + (" ..." if corners.size > 6 else "")
         said.append(f"split at {_count(corners.size, 'corner')}: y = {where} mm")
+    said += _kinks(points)
     said.append(_noise(points))
     pieces = np.split(np.arange(len(points)), corners)
     segments = [_piece(points[piece[0] : piece[-1] + 2]) for piece in pieces]
     return Profile(name=name, kind=kind, segments=tuple(segments), source=source, notes=tuple(said), problems=problems)
+
+
+def _kinks(points: Floats) -> list[str]:
+    """Where a line turns, within two points, that does not turn beside them: no junction does so, a lost sign does."""
+    turning = turning_angles(points)
+    if turning.size < 6:
+        return []
+    both = np.abs(turning[2:-3] + turning[3:-2])
+    beside = np.max(np.abs([turning[:-5], turning[1:-4], turning[4:-1], turning[5:]]), axis=0)
+    found = np.flatnonzero((both > _KINK_RAD) & (both < SPLIT_RAD) & (both > _KINK_TIMES * beside)) + 2
+    # the sharper one of both, and each once
+    places = dict.fromkeys(int(i) + int(abs(turning[i + 1]) > abs(turning[i])) for i in found)
+    return [f"a kink at {_at(points[i + 1])}: a corner of the body, or a wrong sign" for i in places]
 
 
 def _checked(points: Floats, kind: Kind, name: str, *, repair: bool) -> tuple[Floats, tuple[Problem, ...], list[str]]:
