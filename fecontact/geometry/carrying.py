@@ -17,8 +17,8 @@ _FLANGE_RAD = 0.25 * np.pi
 _FLANK_RAD = 4e-3
 
 
-def why_it_cannot_carry(wheel: Profile, touch: TouchPoint, *, flange_climb: bool) -> str:
-    """Why a wheel cannot run on a touch point, or an empty string; `flange_climb` lets it climb its flange."""
+def why_it_cannot_carry(wheel: Profile, touch: TouchPoint, *, climbs: bool, flange_climb: bool) -> str:
+    """Why a wheel cannot run on a touch point where it climbs or not; empty if it can. `flange_climb` lets it climb."""
     y_mm = touch.wheel_y_mm
     if any(abs(y_mm - j.y_mm) < 1e-6 and j.is_corner for j in wheel.junctions):
         return f"the wheel leaves the rail: the corner of its tread at y = {y_mm:.2f} mm carries it"
@@ -26,7 +26,7 @@ def why_it_cannot_carry(wheel: Profile, touch: TouchPoint, *, flange_climb: bool
     beyond = any(0.0 < j.y_mm < y_mm and j.is_corner for j in wheel.junctions)
     if beyond and touch.contact_angle_rad > _CHAMFER_RAD:
         return f"the wheel leaves the rail: its chamfer carries it, at y = {y_mm:.2f} mm"
-    if not climbs_at(wheel, y_mm):
+    if not climbs:
         return ""
     where = f"the wheel derails: the rail touches it at y = {y_mm:.2f} mm, beyond the"
     p = wheel.evaluate(search_parameters(wheel)[1:-1])

@@ -299,7 +299,7 @@ def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: b
         centre_mm=wheel.centre_mm - np.array([0.0, 0.0, height]),
     )
     points = tuple(touch_point_at(rail, down, v, u_r, g - height) for g, v, u_r in found)
-    if reason := why_it_cannot_carry(down.profile, points[0], flange_climb=flange_climb):
-        return reason
     climbs = climbs_at(down.profile, points[0].wheel_y_mm)
+    if reason := why_it_cannot_carry(down.profile, points[0], climbs=climbs, flange_climb=flange_climb):
+        return reason
     return Placement(rail=rail, wheel=down, touch_points=points, climbs=climbs)

@@ -15,7 +15,7 @@ from fecontact.errors import InputError
 from fecontact.jobs.engine import Finished, OpenRun, Progress, RunSettings, finish, open_run
 from fecontact.jobs.job import Done, Job, Work
 from fecontact.jobs.store import kept_folder
-from fecontact.jobs.workers import Crew
+from fecontact.jobs.workers import Crew, default_workers
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.position import failed_position, inferred_position
 from fecontact.outputs.map import write_map
@@ -104,7 +104,8 @@ def run_map(
         made = run.write()
         if by.settings.part is None and made.positions:
             if measure == "theory":
-                write_theories(made, out, by.crew.workers)
+                # on this machine, however large a cluster solves
+                write_theories(made, out, min(by.crew.workers, default_workers()))
             write_map_report(made, out, theories=measure == "theory")
     return MapOutcome(made=made, reused=tuple(run.finished.reused), recomputed=run.finished.recomputed)
 
