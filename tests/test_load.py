@@ -19,14 +19,12 @@ from fecontact.comparison.judged_load import judge_load
 from fecontact.creep import Creep
 from fecontact.errors import InputError
 from fecontact.jobs.store import MANIFEST, write_manifest
-from fecontact.map.cells import ApplicabilityMap
 from fecontact.outputs.printed_case import print_case
 from fecontact.outputs.record import result_record
-from fecontact.outputs.rows import case_row, cell_row, read_row
+from fecontact.outputs.rows import case_row, read_row
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.runs import identity, judging
-from fecontact.runs import load as stored_results
 from fecontact.runs.case_store import FIELDS, PROFILES, RESULT, ROW, solve_into_folder, write_case
 from fecontact.runs.casefile import Study, load_study
 from fecontact.runs.identity import case_id, origin_of
@@ -215,50 +213,6 @@ def test_a_folder_that_is_none_is_said(tmp_path):
     with pytest.raises(InputError, match=r"no result\.json, study\.json or map\.json"):
         load(tmp_path)
     assert call(["judge", str(tmp_path / "nowhere")]) == 2
-
-
-# --- what a stored result does not tell ----------------------------------------------------------------------------
-
-
-def inferred_cell(**changes) -> dict:
-    """An inferred cell as `map.json` has it: Hertz is off by a tenth of every limit; a measure may be changed."""
-    deviation = {name: 0.1 * limit for name, limit in Criteria().limits.items()}
-    deviation = {name: value for name, value in (deviation | changes).items() if value != "absent"}
-    doubt = {name: None if value is None else 0.1 * value for name, value in deviation.items()}
-    return {"load_N": 5e4, "inferred": {"deviation": deviation, "uncertainty": doubt, "doubt": doubt}}
-
-
-def inferred(cell: dict, criteria: Criteria):
-    position = stored_results._inferred(1.5, [cell], criteria)
-    return position.cells[0]
-
-
-@pytest.mark.parametrize("value", ["absent", None], ids=["absent", "not a number"])
-def test_a_measure_that_a_stored_map_does_not_tell_leaves_its_cell_open(value):
-    assert inferred(inferred_cell(), Criteria()).verdict == "HOLDS"
-    cell = inferred(inferred_cell(valley=value), Criteria())
-    verdict = cell.inferred.verdict
-    assert (cell.verdict, verdict.measure, verdict.unknown) == ("UNRESOLVED", "valley", ("valley",))
-    row = cell_row(cell, None)
-    assert "does not have valley between lobes" in row["verdict_warnings"]
-    assert "valley_percent" not in row
-    assert row["p_max_deviation_percent"] == pytest.approx(0.5)
-    # it does not matter to who does not ask for it, and what fails fails without it
-    assert inferred(inferred_cell(valley=value), Criteria(judged_by=("patch",))).verdict == "HOLDS"
-    failing = inferred(inferred_cell(valley=value, area_mm2=0.2), Criteria())
-    assert (failing.verdict, cell_row(failing, None)["verdict_failing"]) == ("FAILS", "area_mm2")
-
-
-def test_judging_says_which_measures_an_older_map_does_not_have(tmp_path, monkeypatch, capsys):
-    position = stored_results._inferred(1.5, [inferred_cell(valley="absent")], Criteria())
-    made = ApplicabilityMap(case=Case(), loads_N=(5e4,), positions=(position,))
-    (tmp_path / "map.json").write_text("{}")
-    monkeypatch.setattr(judging, "judge_map", lambda folder, criteria, out, **_: (made, []))
-    assert call(["judge", str(tmp_path)]) == 0
-    out, err = capsys.readouterr()
-    assert "1 inferred cell left open: the stored result does not have valley between lobes; solve it again" in err
-    assert "1 cell judged by p_max ±5 %" in out
-    assert "centre ±0.15 b, valley < 10 %" in out
 
 
 # --- studies of profiles in files ------------------------------------------------------------------------------------

@@ -24,24 +24,23 @@ import fecontact
 from fecontact.case import Case, Criteria, Track
 from fecontact.cli import call
 from fecontact.comparison.judged_load import JudgedLoad, Level, SolvedLoad, judge_load
-from fecontact.comparison.measures import FLOORS, MEASURES, MISFITS, NOISE, Measures, Misfit, hertz_on
+from fecontact.comparison.measures import MEASURES, MISFITS, hertz_on
 from fecontact.comparison.point_noise import PointNoise
-from fecontact.comparison.uncertainty import MESH_RATIO, reading_uncertainty
+from fecontact.comparison.uncertainty import MESH_RATIO
 from fecontact.comparison.verdict import judge
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.rung import Rung
-from fecontact.errors import ConvergenceError, InputError, NotEnoughMemory
+from fecontact.errors import InputError, NotEnoughMemory
 from fecontact.files import json_text
 from fecontact.inputs.texts import parse_numbers
 from fecontact.jobs.engine import RunSettings
 from fecontact.jobs.store import write_manifest
 from fecontact.jobs.workers import Crew
-from fecontact.map.cells import ApplicabilityMap, Inferred, LoadInterval, LoadLimit, MapCell, MapPosition
-from fecontact.map.inference import infer_loads, predict
+from fecontact.map.cells import ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition
 from fecontact.map.load_limit import KnownLoad, known_loads, load_limit, next_load
 from fecontact.map.position import solve_position
 from fecontact.outputs.map import cell_record, limit_record, map_record
-from fecontact.outputs.map_figure import CAUSE_LETTERS, limit_used, map_figure
+from fecontact.outputs.map_figure import CAUSE_LETTERS, map_figure
 from fecontact.outputs.map_report import write_map_report
 from fecontact.outputs.map_table import limit_text, map_table
 from fecontact.outputs.rows import MEASURED_COLUMNS, cell_row, load_row
@@ -539,13 +538,12 @@ def in_process(workers=1):
     return Crew(open=ThreadPoolExecutor, workers=workers, together=workers)
 
 
-def fake_run(out, shifts=SHIFTS, case=ROUND, loads=LOADS, *, crew=None, adaptive=False, progress=None, **settings):
+def fake_run(out, shifts=SHIFTS, case=ROUND, loads=LOADS, *, crew=None, progress=None, **settings):
     return run_map(
         case,
         shifts,
         loads,
         out,
-        adaptive=adaptive,
         settings=RunSettings(**settings),
         progress=progress,
         crew=crew or in_process(),
@@ -601,7 +599,7 @@ def test_a_position_has_all_loads_its_limit_and_says_what_it_does():
     case = replace(ROUND, lateral_shift_mm=0.0)
     position = solve_position(case, LOADS, sweep=FakeSweep, step=heard.append)
     assert [cell.load_N for cell in position.cells] == list(LOADS)
-    assert all(cell.solved and cell.lateral_shift_mm == 0.0 for cell in position.cells)
+    assert all(cell.lateral_shift_mm == 0.0 for cell in position.cells)
     # the largest first, whose meshes serve others; the limits among these before they make room for new ones
     assert [text for text in heard if not text.startswith("limit")] == [
         *("150 kN: mesh", "150 kN: contact", "100 kN: contact", "50 kN: contact"),
@@ -695,7 +693,6 @@ def test_map_has_a_cell_for_every_position_and_load(run, tmp_path):
     assert sorted(path.name for path in (tmp_path / "positions").iterdir()) == sorted(names)
     assert FakeSweep.open == 0
     assert not made.all_solved
-    assert all(cell.solved for cell in made.cells)
 
 
 def test_map_says_what_could_not_be_solved(kept):
@@ -753,9 +750,9 @@ def test_map_files_with_png(run, tmp_path):
     assert rows[-1]["p_max_deviation_percent"] == ""
     assert rows[-1]["p_max_fe_MPa"] == ""
     assert float(rows[9]["p_max_deviation_percent"]) == pytest.approx(2.0, abs=0.05)
-    assert (rows[-1]["lateral_shift_mm"], rows[-1]["load_kN"], rows[-1]["solved"]) == ("4.0", "150.0", "True")
+    assert (rows[-1]["lateral_shift_mm"], rows[-1]["load_kN"]) == ("4.0", "150.0")
     record = json.loads((tmp_path / "map.json").read_text("utf-8"))
-    assert record["schema"] == "fecontact/map/3"
+    assert record["schema"] == "fecontact/map/4"
     assert record["criteria"] == json.loads(json_text(asdict(Criteria())))
     assert len(record["cells"]) == len(rows)
     assert record["limits"][2]["F_max_N"] == made.limits[2].F_max_N
@@ -782,7 +779,7 @@ def test_columns_of_a_map_are_those_of_a_case(kept):
     out, made = kept
     rows = rows_of(out / "map.csv")
     own = load_row(real_load(), placement_of(0.0))
-    assert list(rows[0]) == ["lateral_shift_mm", "load_kN", "status", "verdict", "solved", *(
+    assert list(rows[0]) == ["lateral_shift_mm", "load_kN", "status", "verdict", *(
         name for name in own if name not in ("lateral_shift_mm", "load_kN", "status", "verdict")
     )]  # fmt: skip
     assert not set(MEASURED_COLUMNS) & set(rows[0])
@@ -989,20 +986,6 @@ def test_the_report_of_a_map_says_limits_and_cells_beside_its_png(tmp_path):
     assert f"Hertz holds in {verdicts.count('HOLDS')} of {len(verdicts)} cells" in text
 
 
-def test_the_part_of_a_limit_that_is_used_is_that_of_the_worst_measure():
-    inferred = Inferred(
-        deviation={"p_max_MPa": -0.02, "area_mm2": 0.08, "approach_mm": 0.5},
-        uncertainty={},
-        doubt={},
-        verdict=judge({}, {}, Criteria()),
-    )
-    cell = MapCell(lateral_shift_mm=0.0, load_N=1e4, status="inferred", inferred=inferred)
-    assert limit_used(cell, Criteria()) == pytest.approx(0.8)
-    assert limit_used(cell, Criteria(p_max=0.01)) == pytest.approx(2.0)
-    assert math.isnan(limit_used(MapCell(lateral_shift_mm=0.0, load_N=1e4, status="failed: x"), Criteria()))
-    assert limit_used(TWO_LOADS[1], Criteria()) == TWO_LOADS[1].judged.limit_used
-
-
 def test_causes_have_letters_of_their_own():
     assert CAUSE_LETTERS["second lobe"] == "L"
     assert len(set(CAUSE_LETTERS.values())) == len(CAUSE_LETTERS)
@@ -1139,21 +1122,17 @@ def test_force_solves_all_again(run, tmp_path):
     assert (outcome.reused, outcome.recomputed) == ((), {})
 
 
-@pytest.mark.parametrize("adaptive", [False, True])
-def test_parts_together_are_the_whole_map(run, tmp_path, monkeypatch, adaptive):
-    monkeypatch.setattr("fecontact.map.position.infer_loads", only_at_zero)
+def test_parts_together_are_the_whole_map(run, tmp_path):
     shifts, loads = [-1.0, 0.0, 1.0, 2.0], [50e3, 100e3]
-    whole = run(tmp_path / "whole", shifts, loads=loads, adaptive=adaptive).made
+    whole = run(tmp_path / "whole", shifts, loads=loads).made
     FakeSweep.solved = []
-    parts = [run(tmp_path / "parts", shifts, loads=loads, adaptive=adaptive, part=(k, 2)).made for k in (1, 2)]
-    # of an adaptive map the positions between need all parts
-    own = [(-1.0, 2.0), (1.0,)] if adaptive else [(-1.0, 1.0), (0.0, 2.0)]
-    assert [part.lateral_shifts_mm for part in parts] == own
+    parts = [run(tmp_path / "parts", shifts, loads=loads, part=(k, 2)).made for k in (1, 2)]
+    assert [part.lateral_shifts_mm for part in parts] == [(-1.0, 1.0), (0.0, 2.0)]
     for k in (1, 2):
         assert len(rows_of(tmp_path / "parts" / f"map.part-{k}-of-2.csv")) == 2 * len(parts[k - 1].positions)
     assert not (tmp_path / "parts" / "map.csv").exists()
     solved = list(FakeSweep.solved)
-    together = run(tmp_path / "parts", shifts, loads=loads, adaptive=adaptive).made
+    together = run(tmp_path / "parts", shifts, loads=loads).made
     assert FakeSweep.solved == solved
     assert plain(together) == plain(whole)
     assert rows_of(tmp_path / "parts" / "map.csv") == rows_of(tmp_path / "whole" / "map.csv")
@@ -1535,9 +1514,9 @@ def test_a_position_that_cannot_be_judged_is_named_and_no_verdict_is_made_up(two
 
 def test_a_map_of_another_layout_is_refused(run, tmp_path):
     run(tmp_path, [0.0])
-    edited(tmp_path / "map.json", lambda text: text.replace("fecontact/map/3", "fecontact/map/2"))
+    edited(tmp_path / "map.json", lambda text: text.replace("fecontact/map/4", "fecontact/map/3"))
     for read in (fecontact.load, lambda folder: judge_map(folder, Criteria())):
-        with pytest.raises(InputError, match="its layout is not fecontact/map/3"):
+        with pytest.raises(InputError, match="its layout is not fecontact/map/4; make the map again"):
             read(tmp_path)
 
 
@@ -1568,269 +1547,6 @@ def test_profiles_that_are_files_are_kept_with_a_position(run, tmp_path, monkeyp
     assert map_record(read)["case"] == shown
     assert "head.txt@" in shown["rail"]
     assert str(tmp_path) not in (tmp_path / "map" / "map.json").read_text("utf-8")
-
-
-# --- inferred positions -------------------------------------------------------------------------------------------
-
-INFERRED = tuple(name for name, floor in FLOORS.items() if floor is not None)
-# what the half-space says of Hertz at the position between
-HALF_SPACE = dict.fromkeys((*MEASURES, *MISFITS), 0.0) | {"p_max_MPa": 0.01, "b_mm": -0.01, "centre_over_b": -0.03}
-
-
-def neighbour(load_N, steps, uncertainty=0.001, verdict="HOLDS", noise=None):
-    """A solved load whose bodies change each measure by a given step of the ladder."""
-    like = point(load_N)
-    half_space = like.ladder.half_space.as_dict()
-    nothing = Misfit(**dict.fromkeys(MISFITS, 0.01))
-    ladder = replace(
-        like.ladder,
-        fe=Measures(**{name: value * (1.0 + steps.get(name, 0.0)) for name, value in half_space.items()}),
-        misfits={
-            **dict.fromkeys(("half_space_quadratic", "half_space"), nothing),
-            "fe": Misfit(**{name: value + steps.get(name, 0.0) for name, value in nothing.as_dict().items()}),
-        },
-    )
-    return replace(
-        like,
-        solved=replace(like.solved, point_noise=noise),
-        ladder=ladder,
-        # the least limit is that of separate patches
-        bodies_step_uncertainty=dict.fromkeys(INFERRED, uncertainty) | {"separate_load": 1e-4},
-        verdict=replace(like.verdict, answer=verdict),
-    )
-
-
-@pytest.fixture
-def half_space(monkeypatch):
-    """Plant what the half-space says, for each load if it is given so."""
-    planted = dict(HALF_SPACE)
-    monkeypatch.setattr("fecontact.map.inference.predict", lambda case: planted.get(case.load_N, planted))
-    return planted
-
-
-def test_what_the_bodies_add_is_taken_from_both_neighbours(half_space):
-    left = neighbour(1e5, {"p_max_MPa": -0.005, "area_mm2": 0.02, "centre_over_b": 0.01, "valley": 0.004}, 0.001)
-    right = neighbour(1e5, {"p_max_MPa": -0.01, "area_mm2": 0.02, "centre_over_b": 0.03}, 0.002)
-    one = infer_loads(ROUND, [1e5], [{1e5: left}, {1e5: right}])[1e5]
-    assert set(one.deviation) == set(one.uncertainty) == set(one.doubt) == set(INFERRED)
-    # all but the approach, which is no matter of Hertz
-    assert set(INFERRED) == {*MEASURES, *MISFITS} - {"approach_mm"}
-    # a ratio of Hertz to the finite elements: his to the half-space, over that of the bodies to the half-space
-    means = {"p_max_MPa": -0.0075, "area_mm2": 0.02, "centre_over_b": 0.02, "valley": 0.002}
-    spreads = {"p_max_MPa": 0.005, "area_mm2": 0.0, "centre_over_b": 0.02, "valley": 0.004}
-    for name in INFERRED:
-        mean, added = means.get(name, 0.0), spreads.get(name, 0.0) + reading_uncertainty(name, HALF_SPACE[name])
-        solved = 1e-4 if name == "separate_load" else 0.002
-        relative = name in MEASURES
-        deviation = (1.0 + HALF_SPACE[name]) / (1.0 + mean) - 1.0 if relative else HALF_SPACE[name] + mean
-        factor = 1.0 + deviation if relative else 1.0
-        assert one.deviation[name] == pytest.approx(deviation, rel=1e-9, abs=1e-12)
-        # theirs, how far they are apart, and what no mesh tells
-        assert one.uncertainty[name] == pytest.approx(factor * (solved + added), rel=1e-9)
-        # with the margin under which the verdict stands
-        assert one.doubt[name] == pytest.approx(factor * (solved + 2.0 * added), rel=1e-9)
-    assert one.deviation["p_max_MPa"] == pytest.approx(1.01 / 0.9925 - 1.0)
-    assert one.deviation["centre_over_b"] == pytest.approx(-0.01)
-    # 1.8 % of at most 5, with 1.5 % of doubt
-    assert one.verdict.answer == "HOLDS"
-
-
-@pytest.mark.parametrize("measure", [name for name in INFERRED if not name.startswith("extent")])
-def test_every_measure_can_decide_about_an_inferred_position(half_space, measure):
-    """Each holds, and fails, where the bodies add half of its limit, and three times as much."""
-    limit = Criteria().limits[measure]
-    side = -1.0 if measure in MEASURES else 1.0
-    half_space.update(dict.fromkeys(HALF_SPACE, 0.0))
-    for part, answer in ((0.3, "HOLDS"), (3.0, "FAILS")):
-        like = neighbour(1e5, {measure: side * part * limit}, 1e-5, answer)
-        (one,) = infer_loads(ROUND, [1e5], [{1e5: like}, {1e5: like}]).values()
-        assert one.verdict.answer == answer
-        if answer == "FAILS":
-            assert one.verdict.measure == measure
-    # and both neighbours agree with it
-    assert infer_loads(ROUND, [1e5], [{1e5: like}, {1e5: replace(like, verdict=point(1e5).verdict)}]) is None
-
-
-@pytest.mark.parametrize(
-    ("left", "right", "uncertainty"),
-    [
-        (0.0, -0.15, 0.001),  # one holds, the other fails
-        (-0.005, -0.023, 0.001),  # it holds with certainty, but not with twice what they differ
-        (0.0, 0.0, 0.05),  # neighbours that are not sure themselves
-    ],
-)
-def test_a_doubt_is_worth_solving(half_space, left, right, uncertainty):
-    sides = [{1e5: neighbour(1e5, {"p_max_MPa": step}, uncertainty)} for step in (left, right)]
-    assert infer_loads(ROUND, [1e5], sides) is None
-    sure = {1e5: neighbour(1e5, {})}
-    assert infer_loads(ROUND, [1e5], [sure, sure]) is not None
-
-
-def test_a_position_whose_verdict_changes_over_its_loads_is_worth_solving(half_space):
-    half_space.update({5e4: HALF_SPACE, 1e5: HALF_SPACE | {"p_max_MPa": 0.3}})
-    side = {5e4: neighbour(5e4, {}), 1e5: neighbour(1e5, {}, verdict="FAILS")}
-    assert infer_loads(ROUND, [5e4], [side, side])[5e4].verdict.answer == "HOLDS"
-    assert infer_loads(ROUND, [1e5], [side, side])[1e5].verdict.answer == "FAILS"
-    assert infer_loads(ROUND, [5e4, 1e5], [side, side]) is None
-
-
-def test_a_neighbour_that_failed_is_none(half_space):
-    good = {1e5: neighbour(1e5, {})}
-    level = good[1e5].level
-    lost = replace(level, fe=replace(level.fe, status="not converged"))
-    open_ = replace(good[1e5], solved=replace(good[1e5].solved, levels=(lost, level)))
-    for other in ({1e5: None}, {}, {1e5: open_}):
-        assert infer_loads(ROUND, [1e5], [good, other]) is None
-    assert infer_loads(ROUND, [1e5], [good, good]) is not None
-
-
-def test_what_points_of_a_profile_leave_open_is_in_the_doubt(half_space, monkeypatch):
-    """It is that of the position itself, where the points are others than at its neighbours."""
-    hertz = hertz_of_case(ROUND, placement_of(0.0))
-    noise = PointNoise(own=(hertz, planted_rung(hertz, 7, 0.0)), thinned=(hertz, planted_rung(hertz, 7, 0.01)))
-    monkeypatch.setattr("fecontact.map.inference.point_noise", lambda case, placement: noise)
-    exact, of_points = ({1e5: neighbour(1e5, {}, noise=known)} for known in (None, noise))
-    without, with_noise = (infer_loads(ROUND, [1e5], [side, side])[1e5] for side in (exact, of_points))
-    unsure = noise.uncertainty()
-    assert unsure["p_max_MPa"] == pytest.approx(0.01, rel=0.05)
-    for name in INFERRED:
-        for kind in ("uncertainty", "doubt"):
-            more = getattr(with_noise, kind)[name] - getattr(without, kind)[name]
-            assert more == pytest.approx(unsure[name], abs=1e-12)
-    # points with every second one left out that do not come into contact leave it open
-    noise = replace(noise, thinned=None)
-    assert infer_loads(ROUND, [1e5], [of_points, of_points]) is None
-
-
-def test_the_half_space_under_two_round_bodies_is_hertz():
-    found = predict(ROUND)
-    assert set(found) == {*MEASURES, *MISFITS}
-    for name in INFERRED:
-        # read off 32 nodes, as what it is compared with
-        assert abs(found[name]) < 2.0 * (FLOORS[name] + NOISE.get(name, 0.0)) + 1e-9
-
-
-def test_nothing_is_predicted_where_the_curvature_at_the_touch_point_has_two_values():
-    case = replace(ROUND, rail="arcs:300/80@0")
-    assert predict(case) is None
-    good = {case.load_N: neighbour(case.load_N, {})}
-    assert infer_loads(case, [case.load_N], [good, good]) is None
-
-
-@pytest.mark.parametrize("error", [InputError("off the rail"), ConvergenceError("it grows")])
-@pytest.mark.parametrize("step", ["place_case", "expect_on_half_space"])
-def test_nothing_is_predicted_where_there_is_no_half_space(monkeypatch, step, error):
-    def fails(*given):
-        raise error
-
-    monkeypatch.setattr(f"fecontact.map.inference.{step}", fails)
-    assert predict(ROUND) is None
-
-
-PLANTED = {
-    "deviation": dict.fromkeys(INFERRED, 0.0) | {"p_max_MPa": 0.01},
-    "uncertainty": dict.fromkeys(INFERRED, 0.0001) | {"p_max_MPa": 0.012},
-    "doubt": dict.fromkeys(INFERRED, 0.0002) | {"p_max_MPa": 0.02},
-}
-
-
-def only_at_zero(case, loads_N, neighbours):
-    shift = case.lateral_shift_mm
-    for other, side in zip(neighbours, (shift - 1.0, shift + 1.0), strict=True):
-        assert all((other[load].load_N, other[load].case.lateral_shift_mm) == (load, side) for load in loads_N)
-    one = Inferred(**PLANTED, verdict=judge(PLANTED["deviation"], PLANTED["doubt"], case.criteria))
-    return dict.fromkeys(loads_N, one) if shift == 0.0 else None
-
-
-@pytest.fixture
-def adaptive_map(run, monkeypatch):
-    monkeypatch.setattr("fecontact.map.position.infer_loads", only_at_zero)
-
-    def make(out, *, adaptive=True, **more):
-        return run(out, [-1.0, 0.0, 1.0, 2.0, 3.0], loads=[50e3, 100e3], adaptive=adaptive, **more)
-
-    return make
-
-
-def test_adaptive_map_says_which_cells_were_solved_also_in_its_png(adaptive_map, tmp_path):
-    heard = []
-    made = adaptive_map(tmp_path, progress=lambda *args: heard.append(args)).made
-    # every second one, and the one between them that is in doubt
-    assert set(FakeSweep.solved) == {-1.0, 1.0, 2.0, 3.0}
-    assert (3, 5, "+0.00 mm: half-space") in heard
-    assert [cell.solved for cell in made.cells] == [s != 0.0 for s in made.lateral_shifts_mm for _ in range(2)]
-    assert made.all_solved
-    rows = [row for row in rows_of(tmp_path / "map.csv") if row["lateral_shift_mm"] == "0.0"]
-    assert {(row["solved"], row["status"], row["verdict"]) for row in rows} == {("False", "inferred", "HOLDS")}
-    assert all(float(row["p_max_deviation_percent"]) == pytest.approx(1.0) for row in rows)
-    assert all(float(row["p_max_uncertainty_percent"]) == pytest.approx(1.2) for row in rows)
-    assert all(row["p_max_fe_MPa"] == "" for row in rows)
-    assert "inferred" in map_table(made)
-    record = json.loads((tmp_path / "map.json").read_text("utf-8"))
-    known = [(cell["solved"], cell["load"] is None) for cell in record["cells"][2:5]]
-    assert known == [(False, True), (False, True), (True, False)]
-    assert record["cells"][2]["inferred"]["doubt"] == PLANTED["doubt"]
-    assert (tmp_path / "map.png").stat().st_size > 0
-    # what was inferred is not kept: a run that solves all would take it
-    names = {position_id(replace(ROUND, lateral_shift_mm=s), [50e3, 100e3]): s for s in (-1.0, 1.0, 2.0, 3.0)}
-    assert {path.name for path in (tmp_path / "positions").iterdir()} == set(names)
-    assert record["provenance"]["positions"] == names
-    FakeSweep.solved = []
-    assert all(cell.solved for cell in adaptive_map(tmp_path, adaptive=False).made.cells)
-    assert set(FakeSweep.solved) == {0.0}
-
-
-def test_an_adaptive_map_takes_what_was_solved_before(adaptive_map, tmp_path):
-    whole = adaptive_map(tmp_path, adaptive=False)
-    FakeSweep.solved = []
-    outcome = adaptive_map(tmp_path)
-    assert FakeSweep.solved == []
-    assert len(outcome.reused) == 5
-    assert plain(outcome.made) == plain(whole.made)
-    # by force it is inferred again, and read as it was inferred
-    forced = adaptive_map(tmp_path, force=True).made
-    assert [cell.solved for cell in forced.cells][2:4] == [False, False]
-    assert plain(fecontact.load(tmp_path)) == plain(forced)
-
-
-def test_an_adaptive_map_finished_before_infers_the_same_and_solves_nothing(adaptive_map, tmp_path):
-    first = adaptive_map(tmp_path).made
-    FakeSweep.solved = []
-    again = adaptive_map(tmp_path)
-    assert FakeSweep.solved == []
-    assert len(again.reused) == 4
-    assert plain(again.made) == plain(first)
-    assert plain(fecontact.load(tmp_path)) == plain(first)
-
-
-@pytest.mark.parametrize(("limit", "verdict"), [(0.031, "HOLDS"), (0.025, "UNRESOLVED"), (0.005, "UNRESOLVED")])
-def test_inferred_cells_are_judged_again_by_their_doubt(adaptive_map, tmp_path, limit, verdict):
-    """1 % with an uncertainty of 1.2 % and a doubt of 2 %: within 2.5 % by the uncertainty alone."""
-    made = adaptive_map(tmp_path).made
-    judged, problems = judge_map(tmp_path, Criteria(p_max=limit))
-    assert problems == []
-    cells = [cell for cell in judged.cells if cell.lateral_shift_mm == 0.0]
-    assert {cell.verdict for cell in cells} == {verdict}
-    assert not any(cell.solved for cell in cells)
-    assert [c.inferred.deviation for c in cells] == [c.inferred.deviation for c in made.cells[2:4]]
-    assert judged.limits[1].intervals == (LoadInterval(low_N=50e3, high_N=100e3, answer=verdict),)
-
-
-@pytest.mark.slow
-def test_inferred_verdicts_are_those_of_the_finite_elements():
-    """S1002 on 60E1: tread positions that hold, and two beside the junction that fail; measured within 0.2 %."""
-    base = Case(resolution="quick", refine_degrees_of_freedom=0, criteria=Criteria(area=0.2))
-    shifts, loads = [-5.0, -4.5, -4.0, 0.25, 0.5, 0.75], [50e3, 100e3]
-    points = {}
-    for shift in shifts:
-        position = solve_position(replace(base, lateral_shift_mm=shift), loads)
-        points[shift] = {cell.load_N: cell.judged for cell in position.cells}
-    for left, middle, right in (shifts[:3], shifts[3:]):
-        found = infer_loads(replace(base, lateral_shift_mm=middle), loads, [points[left], points[right]])
-        for load in loads:
-            solved = points[middle][load]
-            assert found[load].verdict.answer == solved.verdict.answer
-            assert abs(found[load].deviation["p_max_MPa"] - solved.deviation["p_max_MPa"]) < 0.01
 
 
 # --- the command ----------------------------------------------------------------------------------------------------

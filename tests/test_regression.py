@@ -13,11 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fecontact.case import Criteria
 from fecontact.cli import call
-from fecontact.comparison.verdict import judge
 from fecontact.errors import InputError
-from fecontact.map.cells import Inferred, MapCell
 from fecontact.map.position import solved_cell
 from fecontact.outputs import rows as outputs_rows
 from fecontact.outputs.comparison_report import case_names
@@ -231,10 +228,10 @@ def test_versions_and_settings_that_differ_are_shown_and_are_no_difference(tmp_p
 
 
 def test_a_map_is_matched_by_shift_and_load(tmp_path, capsys):
-    head = "lateral_shift_mm,load_kN,status,verdict,solved,cause,p_max_fe_MPa,hertz_stiffness_N_per_mm15,meshes\n"
+    head = "lateral_shift_mm,load_kN,status,verdict,cause,p_max_fe_MPa,hertz_stiffness_N_per_mm15,meshes\n"
     lines = [
-        "-0.5,50.0,converged,HOLDS,True,,900.0,3e6,2\n",
-        "0.0,50.0,converged,FAILS,True,second patch,950.0,3e6,2\n",
+        "-0.5,50.0,converged,HOLDS,,900.0,3e6,2\n",
+        "0.0,50.0,converged,FAILS,second patch,950.0,3e6,2\n",
     ]
     (tmp_path / "was").mkdir()
     (tmp_path / "was" / "map.csv").write_text(head + "".join(lines))
@@ -1033,17 +1030,6 @@ def test_every_column_of_a_map_is_known(elliptic_quick):
     columns = list(outputs_rows.cell_row(cell, elliptic_quick.placement))
     assert len(columns) > 60
     assert [name for name in columns if kind_of(name) == "default"] == []
-
-
-def test_every_column_of_an_inferred_cell_is_known():
-    off = {name: 0.5 * limit for name, limit in Criteria().limits.items()}
-    unsure = dict.fromkeys(off, 1e-4)
-    verdict = judge(off, unsure, Criteria())
-    inferred = Inferred(deviation=off, uncertainty=unsure, doubt=unsure, verdict=verdict)
-    cell = MapCell(lateral_shift_mm=1.0, load_N=5e4, status="inferred", inferred=inferred)
-    row = outputs_rows.cell_row(cell, None)
-    assert {"verdict", "verdict_measure", "verdict_failing", "centre_uncertainty_over_b"} <= set(row)
-    assert [name for name in row if kind_of(name) == "default"] == []
 
 
 def test_the_discretisation_is_that_of_hertz_s_own_gap(elliptic_quick):

@@ -72,7 +72,7 @@ def judge(
 
 def _judge_map(folder: Path, criteria: Criteria, out: Path | None, creep: Creep | None, measure: MapMeasure) -> int:
     from fecontact.outputs.map_measures import measure_table
-    from fecontact.outputs.measure_words import criteria_text, unknown_text
+    from fecontact.outputs.measure_words import criteria_text
     from fecontact.runs.judging import judge_map
 
     if creep is not None:
@@ -82,10 +82,6 @@ def _judge_map(folder: Path, criteria: Criteria, out: Path | None, creep: Creep 
     print(measure_table(made, measure, width=width()))
     for problem in problems:
         print(f"not judged: {problem}", file=sys.stderr)
-    unknown = [cell.inferred.verdict.unknown for cell in made.cells if cell.inferred and cell.inferred.verdict.unknown]
-    if unknown:
-        missing = dict.fromkeys(name for names in unknown for name in names)
-        print(f"{count(len(unknown), 'inferred cell')} left open: {unknown_text(missing)}", file=sys.stderr)
     print(f"{count(len(made.cells), 'cell')} judged by {criteria_text(criteria)}")
     return 0 if made.all_solved else 3
 

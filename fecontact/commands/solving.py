@@ -199,7 +199,6 @@ def map_(
     loads_kn: Annotated[str, Parameter(name="--loads-kn", allow_leading_hyphen=True)] = "10,20,50,80,100,125,150",
     out: Path,
     measure: Literal["pressure", "force", "theory"] = "pressure",
-    adaptive: Annotated[bool, Parameter(negative="")] = False,
     how: RunOptions = _AS_USUAL,
 ) -> int:
     """Map where Hertz holds over lateral shift and load, with the load up to which it holds at each shift.
@@ -219,8 +218,6 @@ def map_(
     measure
         What the printed map is about: where Hertz's pressure holds; with --friction his creep force; or the cheapest
         creep theory that holds, which is also written as map_theory.csv and map_theory.png.
-    adaptive
-        Solve every second shift, and those between only where the half-space leaves a doubt; marked in all outputs.
     """
     from fecontact.inputs.texts import parse_numbers
     from fecontact.outputs.map_measures import measure_table, refuse_measure
@@ -235,9 +232,7 @@ def map_(
     loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
     with logged(out / f"run{settings.part_suffix}.log"):
         with many("positions", quiet=quiet) as progress:
-            outcome = run_map(
-                case, positions, loads_N, out, measure=measure, adaptive=adaptive, settings=settings, progress=progress
-            )
+            outcome = run_map(case, positions, loads_N, out, measure=measure, settings=settings, progress=progress)
         if not quiet:
             print(measure_table(outcome.made, measure, width=width()))
         _tell_map(outcome, out, settings, quiet)
@@ -252,7 +247,7 @@ def _tell_map(outcome: MapOutcome, out: Path, settings: RunSettings, quiet: bool
     lost = {
         f"{cell.lateral_shift_mm:+g} mm, {cell.load_N / 1e3:g} kN": str(cell.status)
         for cell in outcome.made.cells
-        if cell.status not in ("converged", "inferred")
+        if cell.status != "converged"
     }
     print_reasons(f"{len(lost)} of {count(len(outcome.made.cells), 'cell')} without a usable result", lost)
     if settings.part is not None:

@@ -36,13 +36,13 @@ def uncertainty(
     float or None
         NaN where a value is none; None where meshes do not tell the measure's uncertainty.
     """
-    reading = reading_uncertainty(measure, values[0])
+    reading = _reading_uncertainty(measure, values[0])
     return (
         None if reading is None else reading + step_uncertainty(measure, values, otherwise=otherwise, residual=residual)
     )
 
 
-def reading_uncertainty(measure: str, value: float) -> float | None:
+def _reading_uncertainty(measure: str, value: float) -> float | None:
     """What reading a value of a measure off its nodes leaves open, relative or absolute; None where it is not known."""
     floor, noise = FLOORS[measure], NOISE.get(measure, 0.0)
     if floor is None:

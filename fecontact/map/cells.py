@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.verdict import Answer, Verdict
+from fecontact.comparison.verdict import Answer
 from fecontact.geometry.placement import Placement
 
 CellVerdict = Literal["HOLDS", "FAILS", "UNRESOLVED", "failed"]
@@ -55,27 +54,9 @@ class LoadLimit:
         return self.intervals[0].high_N
 
 
-@dataclass(frozen=True, kw_only=True)
-class Inferred:
-    """Deviation of Hertz and the verdict of a cell that was not solved.
-
-    Attributes
-    ----------
-    uncertainty
-        Of the deviation.
-    doubt
-        The uncertainty with a margin of safety, under which the verdict must stand.
-    """
-
-    deviation: Mapping[str, float]
-    uncertainty: Mapping[str, float]
-    doubt: Mapping[str, float]
-    verdict: Verdict
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MapCell:
-    """One position and load, solved or inferred; `status` says why there is neither, or why it must not be used.
+    """One position and load; `status` says why it was not solved, or why what was solved must not be used.
 
     `short_of_memory` is set where the machine had too little memory for the load.
     """
@@ -84,31 +65,12 @@ class MapCell:
     load_N: float
     status: str
     judged: JudgedLoad | None = None
-    inferred: Inferred | None = None
     short_of_memory: bool = False
-
-    @property
-    def solved(self) -> bool:
-        """Whether finite elements say so, and not the half-space with the neighbours' finite elements."""
-        return self.inferred is None
 
     @property
     def verdict(self) -> CellVerdict:
         """The verdict, `failed` where there is none."""
-        found = self.judged or self.inferred
-        return "failed" if found is None else found.verdict.answer
-
-    @property
-    def deviation(self) -> Mapping[str, float]:
-        """(Hertz - FE) / FE of the measures that are known."""
-        found = self.judged or self.inferred
-        return {} if found is None else found.deviation
-
-    @property
-    def uncertainty(self) -> Mapping[str, float]:
-        """Uncertainty of the deviations."""
-        found = self.judged or self.inferred
-        return {} if found is None else found.uncertainty
+        return "failed" if self.judged is None else self.judged.verdict.answer
 
     @property
     def cause(self) -> str | None:
@@ -123,7 +85,7 @@ class MapPosition:
     Attributes
     ----------
     placement
-        None where the wheel could not be placed, and where the position was inferred.
+        None where the wheel could not be placed.
     tried
         Loads that the search for its limits solved.
     stopped
@@ -176,4 +138,4 @@ class ApplicabilityMap:
     @property
     def all_solved(self) -> bool:
         """Whether every cell gave a result that may be used."""
-        return all(cell.status in ("converged", "inferred") for cell in self.cells)
+        return all(cell.status == "converged" for cell in self.cells)

@@ -11,7 +11,6 @@ from fecontact.comparison.verdict import Answer
 from fecontact.map.cells import LoadInterval, LoadLimit, MapCell, MapPosition
 from fecontact.map.load_limit import stretches
 
-_INFERRED = "inferred without a pressure of its own, so that it has no forces"
 # a map is told as tables, records and pictures, while it is made again and again
 _LIMITS: WeakKeyDictionary[MapPosition, LoadLimit] = WeakKeyDictionary()
 
@@ -47,7 +46,7 @@ def _force_limit(position: MapPosition) -> LoadLimit:
             LoadInterval(low_N=low_N, high_N=high_N, answer=answer)
             for low_N, high_N, answer in stretches(known, "UNRESOLVED")
         ),
-        reason=None if known else _without_any(position),
+        reason=None if known else position.limit.reason,
         note=position.limit.note,
         tried=tuple(tried.items()),
     )
@@ -63,7 +62,3 @@ def _between(found: dict[float, Answer], position: MapPosition) -> dict[float, A
         and one.status == "converged"
         and any(low < one.load_N < high for low, high in changes)
     }
-
-
-def _without_any(position: MapPosition) -> str | None:
-    return _INFERRED if any(cell.inferred for cell in position.cells) else position.limit.reason

@@ -48,8 +48,6 @@ def known_loads(cells: Sequence[MapCell], tried: Sequence[JudgedLoad] = ()) -> t
     for cell in cells:
         if cell.judged is not None and cell.status == "converged":
             found.append(KnownLoad.of(cell.judged))
-        elif cell.inferred is not None:
-            found.append(KnownLoad(load_N=cell.load_N, answer=cell.inferred.verdict.answer, excess=math.nan))
     return tuple(sorted(found, key=lambda known: known.load_N))
 
 
@@ -124,7 +122,7 @@ def load_limit(
         A further load that could not be solved.
     """
     known = known_loads(cells, tried)
-    lost = [] if not known else [cell for cell in cells if cell.status not in ("converged", "inferred")]
+    lost = [] if not known else [cell for cell in cells if cell.status != "converged"]
     lost += [] if stopped is None else [stopped]
     notes = [f"{cell.load_N / 1e3:.4g} kN: {cell.status}" for cell in lost]
     unusable = [judged for judged in tried if judged.status != "converged"]

@@ -1,8 +1,8 @@
-"""One position of a map: solved under all loads with its factors reused, inferred, or judged again."""
+"""One position of a map, solved under all loads with its factors reused."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from fecontact.case import Case
@@ -10,7 +10,6 @@ from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.errors import FecontactError, NotEnoughMemory
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import LoadLimit, MapCell, MapPosition
-from fecontact.map.inference import infer_loads
 from fecontact.map.load_limit import known_loads, load_limit, next_load
 from fecontact.solving.load_sweep import LoadSweep
 
@@ -134,20 +133,3 @@ def failed_position(shift_mm: float, loads_N: Sequence[float], error: Exception 
     """A position of which nothing is known but why."""
     cells = tuple(_failed_cell(shift_mm, load_N, error) for load_N in loads_N)
     return MapPosition(lateral_shift_mm=shift_mm, cells=cells, limit=LoadLimit(reason=f"failed: {error}"))
-
-
-def inferred_position(
-    case: Case, loads_N: Sequence[float], shifts_mm: Sequence[float], positions: Mapping[float, MapPosition]
-) -> MapPosition | None:
-    """A position between two solved ones, None if it should be solved itself."""
-    number = shifts_mm.index(case.lateral_shift_mm)
-    sides = [positions[shift] for shift in (shifts_mm[number - 1], shifts_mm[number + 1]) if shift in positions]
-    loads = [{cell.load_N: cell.judged for cell in side.cells} for side in sides]
-    found = infer_loads(case, loads_N, loads)
-    if found is None:
-        return None
-    shift = case.lateral_shift_mm
-    cells = tuple(
-        MapCell(lateral_shift_mm=shift, load_N=load, status="inferred", inferred=one) for load, one in found.items()
-    )
-    return MapPosition(lateral_shift_mm=shift, cells=cells, limit=load_limit(cells))

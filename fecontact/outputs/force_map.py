@@ -78,8 +78,7 @@ def _words(cell: MapCell, position: MapPosition) -> Words:
     force = force_of_cell(cell, position)
     at = cell.load_N / 1e3
     if force is None or cell.status != "converged":
-        mark = "i" if cell.inferred else "!"
-        return Words(load_kN=at, text=mark, letter=mark, colour=ANSWERS["failed"], italic=not cell.solved)
+        return Words(load_kN=at, text="!", letter="!", colour=ANSWERS["failed"])
     letter = FORCE_LETTERS.get(force.cause or "", "")
     return Words(
         load_kN=at,
@@ -93,9 +92,7 @@ def _words(cell: MapCell, position: MapPosition) -> Words:
 def _handles(made: ApplicabilityMap, font: float) -> list[Any]:
     limits = [force_limit(position) for position in made.positions]
     marks = first_marks(font, "part of the limit that\nHertz uses; off from 1 on")
-    if not all(cell.solved for cell in made.cells):
-        marks.append(("$i$", "inferred: no forces"))
-    if any(cell.status not in ("converged", "inferred") for cell in made.cells):
+    if not made.all_solved:
         marks.append(("$!$", "not to be used"))
     found = {force.cause for one in made.positions for cell in one.cells if (force := force_of_cell(cell, one))}
     words = {PLACE: "centre of pressure beside\nthe touch point", SHAPE: SHAPE}

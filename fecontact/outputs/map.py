@@ -25,7 +25,7 @@ from fecontact.solving.stiffness_fit import fit_stiffness
 Floats = NDArray[np.float64]
 Record = dict[str, Any]
 
-MAP_SCHEMA = "fecontact/map/3"
+MAP_SCHEMA = "fecontact/map/4"
 _FEWEST_LOADS = 3
 
 
@@ -116,10 +116,8 @@ def cell_record(cell: MapCell, placement: Placement | None = None) -> Record:
         "load_N": cell.load_N,
         "status": cell.status,
         "verdict": cell.verdict,
-        "solved": cell.solved,
         "cause": cell.cause,
         "load": None if cell.judged is None else load_record(cell.judged),
-        "inferred": None if cell.inferred is None else asdict(cell.inferred),
         **({} if springs is None else {"multi_hertz": judged_record(springs)}),
     }
 

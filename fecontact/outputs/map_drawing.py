@@ -41,8 +41,8 @@ class Words:
         With its number, and where there is no room for numbers.
     colour
         Of the answer at this load, on which it is written: a border of colours is not drawn through it.
-    bold, italic
-        For what does not hold, and for what was not solved.
+    bold
+        For what does not hold.
     diamond
         Whether there is a diamond below.
     """
@@ -52,7 +52,6 @@ class Words:
     letter: str
     colour: str
     bold: bool = False
-    italic: bool = False
     diamond: bool = False
 
 
@@ -65,8 +64,7 @@ class Column:
     bands
         Smallest and largest load (kN) and colour, by increasing load; none where nothing is known.
     solved_kN
-        Loads that were solved, which have a tick each where no number is; none of a shift that was inferred, which has
-        no border.
+        Loads that were solved, which have a tick each where no number is; without any there is no border.
     """
 
     shift_mm: float
@@ -193,7 +191,6 @@ def _write(ax: Axes, words: Words, middle: float, font: float) -> None:
         ha="center",
         va="center",
         fontsize=max(font, 6.0),
-        style="italic" if words.italic else "normal",
         weight="bold" if words.bold else "normal",
         bbox={"fc": words.colour, "ec": "none", "pad": 0.6},
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -48,10 +47,10 @@ def map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
     known: a range left open between two verdicts has its own colour. Each load of the map has the largest part of a
     limit that Hertz uses (he is off from 1 on), with a letter for the cause where he does not hold; every other load
     that was solved is a tick at both sides of its column. A diamond says that he holds there at all touch points, if
-    they share the load as springs. Columns that were inferred have no border. Of a symmetric wheelset the axis above is
+    they share the load as springs. Of a symmetric wheelset the axis above is
     that of the other wheel.
     """
-    columns = [_column(position, made.case.criteria) for position in made.positions]
+    columns = [_column(position) for position in made.positions]
     title = f"{pair_words(made.case)}: where Hertz holds,\n{roll_words(made.case)},\nwithin "
     figure = draw_columns(
         made.case,
@@ -85,35 +84,27 @@ def part_words(used: float) -> str:
     return f"{used:.{2 if used < 1.0 else 1 if used < 10.0 else 0}f}"
 
 
-def _column(position: MapPosition, criteria: Criteria) -> Column:
+def _column(position: MapPosition) -> Column:
     return Column(
         shift_mm=position.lateral_shift_mm,
         bands=answer_bands(position.limit),
         solved_kN=solved_loads_kN(position.cells, position.limit),
-        words=tuple(_words(cell, position, criteria) for cell in position.cells),
+        words=tuple(_words(cell, position) for cell in position.cells),
     )
 
 
-def _words(cell: MapCell, position: MapPosition, criteria: Criteria) -> Words:
+def _words(cell: MapCell, position: MapPosition) -> Words:
     letter = "" if cell.cause is None else CAUSE_LETTERS[cell.cause]
-    usable = cell.status in ("converged", "inferred")
+    text = "" if cell.judged is None else f"{part_words(cell.judged.limit_used)} {letter}".strip()
+    usable = cell.status == "converged"
     return Words(
         load_kN=cell.load_N / 1e3,
-        text=f"{part_words(limit_used(cell, criteria))} {letter}".strip() if usable else "!",
+        text=text if usable else "!",
         letter=letter if usable else "!",
         colour=ANSWERS[cell.verdict],
         bold=cell.verdict == "FAILS",
-        italic=not cell.solved,
         diamond=springs_help(cell, position.placement),
     )
-
-
-def limit_used(cell: MapCell, criteria: Criteria) -> float:
-    """By how much the measure that uses most of its limit does so; NaN where there is none."""
-    if cell.judged is not None:
-        return cell.judged.limit_used
-    used = [abs(value) / criteria.limits[name] for name, value in cell.deviation.items() if name in criteria.limits]
-    return max(used, default=math.nan)
 
 
 def _handles(made: ApplicabilityMap, font: float) -> list[Any]:
@@ -123,9 +114,7 @@ def _handles(made: ApplicabilityMap, font: float) -> list[Any]:
     if any(springs_help(cell, position.placement) for position in made.positions for cell in position.cells):
         handles.append(Line2D([], [], ms=6, label="springs at all touch points hold", **DIAMOND))
     words = first_marks(font, "largest part of a limit\nthat Hertz uses; off from 1 on")
-    if not all(cell.solved for cell in made.cells):
-        words.append(("$i$", "italic: inferred"))
-    if any(cell.status not in ("converged", "inferred") for cell in made.cells):
+    if not made.all_solved:
         words.append(("$!$", "not to be used"))
     causes = {cell.cause for cell in made.cells}
     words += [(rf"$\mathbf{{{letter}}}$", cause) for cause, letter in CAUSE_LETTERS.items() if cause in causes]

@@ -14,7 +14,7 @@ from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap
 from fecontact.map.forces import force_limit
 from fecontact.outputs.html import heading, items, page, paragraph, picture, table, terms
-from fecontact.outputs.map_figure import CAUSE_LETTERS, limit_used
+from fecontact.outputs.map_figure import CAUSE_LETTERS
 from fecontact.outputs.map_table import limit_text
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.multi_hertz import limit_used as springs_limit_used
@@ -39,7 +39,7 @@ def write_map_report(made: ApplicabilityMap, out: Path, *, theories: bool = Fals
     case = made.case
     rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
     pair = f"rail {rail}{inclination_words(case.inclination_rad)} and wheel {wheel}"
-    verdicts = [cell.verdict if cell.status in ("converged", "inferred") else "failed" for cell in made.cells]
+    verdicts = [cell.verdict if cell.status == "converged" else "failed" for cell in made.cells]
     shown = _largest_loads(made)
     with TemporaryDirectory() as folder:
         drawn = Path(folder)
@@ -124,21 +124,14 @@ def _cells(made: ApplicabilityMap) -> str:
     cells = [(cell, springs_of_cell(cell, one.placement)) for one in made.positions for cell in one.cells]
     several = any(springs is not None for _, springs in cells)
     more = ("ellipses as springs", "their p_max", "their part of a limit") * several
-    headings = ("shift mm", "load kN", "Hertz", "part of a limit", "decided by", "found by", "unknowns", *more)
+    headings = ("shift mm", "load kN", "Hertz", "part of a limit", "decided by", "unknowns", *more)
     rows = []
     for cell, springs in cells:
-        usable = cell.status in ("converged", "inferred")
-        judged, inferred = cell.judged, cell.inferred
-        reason = cell.status
-        if judged is not None:
-            reason = verdict_reason(judged)
-        elif inferred is not None and (measure := inferred.verdict.measure) in inferred.deviation:
-            words = WORDS[measure]
-            unsure = words.off(inferred.uncertainty.get(measure), size=True)
-            reason = f"{words.name} {words.off(inferred.deviation[measure])} ± {unsure}"
-        texts = [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", cell.verdict if usable else "failed"]
-        texts += [f"{limit_used(cell, judged.case.criteria):.2f}" if judged is not None else "-", reason]
-        texts += ["finite elements" if cell.solved else "inferred from the half-space and both neighbours"]
+        judged = cell.judged
+        texts = [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}"]
+        texts += [cell.verdict if cell.status == "converged" else "failed"]
+        texts += ["-" if judged is None else f"{judged.limit_used:.2f}"]
+        texts += [cell.status if judged is None else verdict_reason(judged)]
         texts += ["-" if judged is None else str(sum(judged.level.degrees_of_freedom.values()))]
         if several:
             texts += [""] * 3 if springs is None or judged is None else _springs(judged, springs)

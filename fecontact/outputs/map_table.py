@@ -42,8 +42,9 @@ def limit_text(limit: LoadLimit) -> str:
 
 
 def _deviation_text(cell: MapCell) -> str:
-    usable = cell.status in ("converged", "inferred")
-    percent = 1e2 * cell.deviation["p_max_MPa"] if usable else math.nan
+    if cell.judged is None or cell.status != "converged":
+        return ""
+    percent = 1e2 * cell.judged.deviation["p_max_MPa"]
     return f"{percent:+z.1f}" if math.isfinite(percent) else ""
 
 
@@ -53,8 +54,6 @@ def map_table(made: ApplicabilityMap, *, width: int | None = None) -> str:
     notes = ["+ holds, x fails, ? unresolved, ! could not be solved; peak pressure, Hertz against FE in %"]
     letters = ", ".join(f"{letter} {WORDS[measure].short}" for measure, letter in _MEASURE_LETTERS.items())
     notes.append(f"decided by {letters}")
-    if not all(cell.solved for cell in made.cells):
-        notes.append("i inferred from the half-space and both neighbours, not solved")
     if any(text.endswith(_SPRINGS_HELP) for row in texts for text in row):
         notes.append(f"{_SPRINGS_HELP} Hertz at all touch points, which share the load as springs, holds")
     return load_table(made, texts, [limit_text(one) for one in made.limits], notes=notes, width=width)
@@ -114,12 +113,12 @@ _SPRINGS_HELP = "*"
 
 
 def _cell_text(cell: MapCell, placement: Placement | None) -> str:
-    mark = _SPRINGS_HELP if springs_help(cell, placement) else "i "[cell.solved]
+    mark = _SPRINGS_HELP if springs_help(cell, placement) else " "
     return ANSWER_SIGNS[cell.verdict] + _decided_by(cell) + _deviation_text(cell).rjust(6) + mark
 
 
 def _decided_by(cell: MapCell) -> str:
-    found = cell.judged or cell.inferred
     # no measure leaves open what did not converge
-    usable = cell.status in ("converged", "inferred")
-    return " " if found is None or not usable or cell.verdict == "HOLDS" else _MEASURE_LETTERS[found.verdict.measure]
+    if cell.judged is None or cell.status != "converged" or cell.verdict == "HOLDS":
+        return " "
+    return _MEASURE_LETTERS[cell.judged.verdict.measure]

@@ -15,7 +15,6 @@ from fecontact.files import read_json, write_json
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap, MapCell
 from fecontact.outputs.creep import creep_columns
-from fecontact.outputs.measure_words import unknown_text
 from fecontact.outputs.multi_hertz import multi_hertz_columns
 from fecontact.outputs.record import STEP_MEASURES, versions
 from fecontact.profiles.identity import profile_identity
@@ -158,20 +157,8 @@ def cell_row(cell: MapCell, placement: Placement | None) -> Row:
         "load_kN": cell.load_N / 1e3,
         "status": cell.status,
         "verdict": cell.verdict,
-        "solved": cell.solved,
     }
-    if cell.judged is not None and placement is not None:
-        return head | load_row(cell.judged, placement)
-    found = deviation_columns(cell.deviation, cell.uncertainty)
-    if cell.inferred is None:
-        return head | found
-    verdict = cell.inferred.verdict
-    return head | {
-        **found,
-        "verdict_measure": verdict.measure,
-        "verdict_failing": " ".join(verdict.failing),
-        "verdict_warnings": unknown_text(verdict.unknown) if verdict.unknown else "",
-    }
+    return head if cell.judged is None or placement is None else head | load_row(cell.judged, placement)
 
 
 def write_row(path: Path, row: Row) -> Path:

@@ -105,7 +105,6 @@ _TEXTS = (
         "at_junction",
         "junction_in_patch",
         "resolution",
-        "solved",
         "cause",
         "warnings",
     ),

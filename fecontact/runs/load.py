@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from fecontact.case import Case
-from fecontact.comparison.verdict import judge
 from fecontact.creep import Creep
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.files import read_json
 from fecontact.jobs.store import whole_manifest
-from fecontact.map.cells import ApplicabilityMap, Inferred, LoadLimit, MapCell, MapPosition
-from fecontact.map.load_limit import load_limit
+from fecontact.map.cells import ApplicabilityMap, MapPosition
+from fecontact.map.position import failed_position
 from fecontact.outputs.map import MAP_SCHEMA
 from fecontact.outputs.rows import Row
 from fecontact.outputs.study_files import STUDY_SCHEMA
@@ -128,25 +126,18 @@ def read_map(
     document = read_json(folder / "map.json")
     if not isinstance(document, Mapping) or document.get("schema") != MAP_SCHEMA:
         raise InputError(f"{folder / 'map.json'}: its layout is not {MAP_SCHEMA}; make the map again")
-    names = {shift: name for name, shift in document["provenance"].get("positions", {}).items()}
     positions: list[MapPosition] = []
     problems: dict[float, str] = {}
     base: Case | None = None
-    for shift in document["lateral_shifts_mm"]:
-        cells = [cell for cell in document["cells"] if cell["lateral_shift_mm"] == shift]
-        if shift in names:
-            own = position_folder(folder, names[shift])
-            try:
-                refuse_unusable(own)
-                positions.append(read_position(own, criteria=criteria, creep=creep))
-                base = base or stored_case(own, read_json(own / POSITION)["case"])
-            except InputError as error:
-                problems[shift] = str(error)
-                positions.append(_as_written(shift, cells, str(error)))
-        elif cells and cells[0]["inferred"] is not None:
-            positions.append(_inferred(shift, cells, criteria or Criteria(**document["criteria"])))
-        else:
-            positions.append(_as_written(shift, cells, None))
+    for name, shift in document["provenance"].get("positions", {}).items():
+        own = position_folder(folder, name)
+        try:
+            refuse_unusable(own)
+            positions.append(read_position(own, criteria=criteria, creep=creep))
+            base = base or stored_case(own, read_json(own / POSITION)["case"])
+        except InputError as error:
+            problems[shift] = str(error)
+            positions.append(failed_position(shift, document["loads_N"], error))
     if base is None:
         why = next(iter(problems.values()), "none is there")
         raise InputError(f"{folder}: no position of the map can be judged ({why})")
@@ -157,36 +148,3 @@ def read_map(
 def _map(base: Case, loads_N: Sequence[float], positions: Sequence[MapPosition]) -> ApplicabilityMap:
     case = replace(base, lateral_shift_mm=0.0)
     return ApplicabilityMap(case=case, loads_N=tuple(loads_N), positions=tuple(positions))
-
-
-def _as_written(shift: float, cells: Sequence[Mapping[str, Any]], problem: str | None) -> MapPosition:
-    """A position of which only its status is known."""
-    made = tuple(
-        MapCell(
-            lateral_shift_mm=shift,
-            load_N=cell["load_N"],
-            status=f"failed: {problem}" if problem else cell["status"],
-        )
-        for cell in cells
-    )
-    return MapPosition(lateral_shift_mm=shift, cells=made, limit=LoadLimit(reason=made[0].status if made else None))
-
-
-def _inferred(shift: float, cells: Sequence[Mapping[str, Any]], criteria: Criteria) -> MapPosition:
-    made = []
-    for cell in cells:
-        # a measure that is not there, or was no number, is one that the map does not tell
-        numbers = {
-            name: {measure: value for measure, value in cell["inferred"][name].items() if value is not None}
-            for name in ("deviation", "uncertainty", "doubt")
-        }
-        verdict = judge(numbers["deviation"], numbers["doubt"], criteria)
-        made.append(
-            MapCell(
-                lateral_shift_mm=shift,
-                load_N=cell["load_N"],
-                status="inferred",
-                inferred=Inferred(**numbers, verdict=verdict),
-            )
-        )
-    return MapPosition(lateral_shift_mm=shift, cells=tuple(made), limit=load_limit(made))

@@ -17,7 +17,7 @@ from fecontact.jobs.job import Done, Job, Work
 from fecontact.jobs.store import kept_folder
 from fecontact.jobs.workers import Crew, default_workers
 from fecontact.map.cells import ApplicabilityMap, MapPosition
-from fecontact.map.position import failed_position, inferred_position
+from fecontact.map.position import failed_position
 from fecontact.outputs.map import write_map
 from fecontact.outputs.map_measures import MapMeasure, refuse_measure
 from fecontact.outputs.map_report import write_map_report
@@ -52,7 +52,6 @@ def run_map(
     out: Path,
     *,
     measure: MapMeasure = "pressure",
-    adaptive: bool = False,
     settings: RunSettings | None = None,
     progress: Progress | None = None,
     crew: Crew | None = None,
@@ -66,8 +65,6 @@ def run_map(
         Everything but lateral shift and load.
     measure
         By `theory` the cheapest creep theories are judged and written too.
-    adaptive
-        Solve every second position first, and infer those between them whose verdict is beyond doubt.
     progress
         Called with the number of finished positions, how many there are, and what is under way.
     crew, work
@@ -96,7 +93,7 @@ def run_map(
     with open_run(out, out / "positions", settings, crew) as by:
         run = _Run(base_case, cases, loads, out, by, progress, work)
         try:
-            run.solve(adaptive=adaptive)
+            run.solve()
         except BaseException:
             with contextlib.suppress(OSError):
                 run.write()
@@ -131,20 +128,18 @@ class _Run:
         self._drawn_at = -math.inf
         self.finished = Finished()
 
-    def solve(self, *, adaptive: bool) -> None:
-        """Solve what is not finished; an adaptive map in two passes."""
-        shifts = list(self._cases)
-        if not adaptive:
-            self._finish(shifts)
-            return
-        first = {*shifts[::2], shifts[-1]}
-        if self._by.settings.part is not None:
-            # what lies between needs the neighbours of all parts
-            self._finish(sorted(first))
-            return
-        self._finish([shift for shift in shifts if shift in first or self._is_kept(shift)])
-        self._infer([shift for shift in shifts if shift not in self._positions])
-        self._finish([shift for shift in shifts if shift not in self._positions])
+    def solve(self) -> None:
+        """Solve what is not finished."""
+        names = self._by.settings.own_part(list(self._shifts))
+        # towards the gauge corner curvatures are large and second patches come: what takes longest is not left for last
+        names = tuple(sorted(names, key=self._shifts.__getitem__, reverse=self._base.side == "left"))
+        again = [name for name in names if has_open_loads(position_folder(self._out, name)) and self._can_be_read(name)]
+        self._do([name for name in names if name not in again], self._by)
+        unreadable = [name for name in names if name in self._unreadable]
+        for name in unreadable:
+            self.finished.reused.remove(name)
+            self.finished.recomputed[name] = self._unreadable[name]
+        self._do([*again, *unreadable], replace(self._by, settings=replace(self._by.settings, force=True)))
 
     def write(self, *, drawn: bool = True) -> ApplicabilityMap:
         """Write the files of the map, or of the part, with the positions that are known."""
@@ -161,32 +156,13 @@ class _Run:
             "made_by": dict(made.solved_by),
             "evaluated_by": dict(made.evaluated_by),
             "input_files": input_files(self._base),
-            "positions": {name: shift for name, shift in self._shifts.items() if self._is_solved(shift)},
+            "positions": {name: shift for name, shift in self._shifts.items() if shift in self._positions},
         }
-
-    def _is_solved(self, shift: float) -> bool:
-        return shift in self._positions and all(cell.solved for cell in self._positions[shift].cells)
-
-    def _is_kept(self, shift: float) -> bool:
-        """Whether a position was solved before, which is better than inferring it."""
-        return not self._by.settings.force and self._can_be_read(position_id(self._cases[shift], self._loads))
 
     def _can_be_read(self, name: str) -> bool:
         job = self._job(name)
         kept = kept_folder(job.folder, job.name, job.origin)
         return kept.found and kept.problem is None
-
-    def _finish(self, shifts: Sequence[float]) -> None:
-        names = self._by.settings.own_part([position_id(self._cases[shift], self._loads) for shift in shifts])
-        # towards the gauge corner curvatures are large and second patches come: what takes longest is not left for last
-        names = tuple(sorted(names, key=self._shifts.__getitem__, reverse=self._base.side == "left"))
-        again = [name for name in names if has_open_loads(position_folder(self._out, name)) and self._can_be_read(name)]
-        self._do([name for name in names if name not in again], self._by)
-        unreadable = [name for name in names if name in self._unreadable]
-        for name in unreadable:
-            self.finished.reused.remove(name)
-            self.finished.recomputed[name] = self._unreadable[name]
-        self._do([*again, *unreadable], replace(self._by, settings=replace(self._by.settings, force=True)))
 
     def _do(self, names: Sequence[str], by: OpenRun) -> None:
         finish(
@@ -229,11 +205,3 @@ class _Run:
         # a full disk now may have room at the end
         with contextlib.suppress(OSError):
             self.write(drawn=time.monotonic() - self._drawn_at > _DRAWN_EVERY_S)
-
-    def _infer(self, shifts: Sequence[float]) -> None:
-        for shift in shifts:
-            if self._progress is not None:
-                self._progress(len(self._positions), len(self._cases), f"{shift:+z.2f} mm: half-space")
-            inferred = inferred_position(self._cases[shift], self._loads, list(self._cases), self._positions)
-            if inferred is not None:
-                self._positions[shift] = inferred
