@@ -1529,6 +1529,9 @@ def test_judge_command_of_a_map(run, tmp_path, capsys):
     assert [row["verdict"] for row in rows_of(tmp_path / "out" / "map.csv")] == ["HOLDS", "HOLDS", "FAILS", "FAILS"]
     assert call(["judge", str(tmp_path / "map"), "--out", str(tmp_path / "map")]) == 2
     assert "stay as they are" in capsys.readouterr().err
+    # what was judged has no positions of its own
+    assert call(["judge", str(tmp_path / "out")]) == 2
+    assert "no position of the map can be judged (none is there)" in capsys.readouterr().err
 
 
 def test_profiles_that_are_files_are_kept_with_a_position(run, tmp_path, monkeypatch):
