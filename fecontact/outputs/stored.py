@@ -24,6 +24,7 @@ from fecontact.geometry.placement import Placement
 from fecontact.geometry.poses import RailPose, WheelPose
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.profiles.curve import Profile
+from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.theory.hertz import HertzContact
 
 Record = dict[str, Any]
@@ -184,3 +185,9 @@ def placement_from_record(record: Mapping[str, Any], rail: Profile, wheel: Profi
             for touch in record["touch_points"]
         ),
     )
+
+
+def stored_placement(case: Case, record: Mapping[str, Any]) -> Placement:
+    """The placement of a stored case, with the profiles that the case names."""
+    rail, wheel = resolve_rail(case.rail, case.rail_file), resolve_wheel(case.wheel, case.wheel_file)
+    return placement_from_record(record, rail, wheel.profile)
