@@ -1358,6 +1358,8 @@ def test_stored_arrays_are_the_same_bytes_each_time(tmp_path):
         # two touch points, and one at a junction, which has two curvatures
         Case(lateral_shift_mm=5.5, yaw_rad=0.01, roll_rad=0.001),
         replace(ROUND, rail="arcs:300/80@0"),
+        # the flange stands on the rail beyond its steepest place
+        Case(lateral_shift_mm=11.0, flange_climb=True),
     ],
 )
 def test_a_placement_comes_back_to_the_last_bit_without_a_search(case, monkeypatch):
@@ -1367,6 +1369,7 @@ def test_a_placement_comes_back_to_the_last_bit_without_a_search(case, monkeypat
     monkeypatch.setattr("fecontact.geometry.placement.place", None)
     read = placement_from_record(record, rail, wheel)
     assert placement_record(read) == placement_record(placement)
+    assert read.climbs is placement.climbs is case.flange_climb
     for body in ("rail", "wheel"):
         own = {k: v for k, v in vars(getattr(placement, body)).items() if k != "profile"}
         assert all(same(getattr(getattr(read, body), k), v) for k, v in own.items())

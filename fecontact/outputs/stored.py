@@ -159,6 +159,7 @@ def placement_record(placement: Placement) -> Record:
             "centre_mm": wheel.centre_mm.tolist(),
         },
         "touch_points": [asdict(touch) for touch in placement.touch_points],
+        "climbs": placement.climbs,
     }
 
 
@@ -184,6 +185,7 @@ def placement_from_record(record: Mapping[str, Any], rail: Profile, wheel: Profi
             )
             for touch in record["touch_points"]
         ),
+        climbs=record["climbs"],
     )
 
 
