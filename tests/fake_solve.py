@@ -40,7 +40,7 @@ def solves(out: Path) -> list[str]:
 
 @dataclass(frozen=True, kw_only=True)
 class FakeWork:
-    """Stands for `CaseWork`."""
+    """Stands for the work of a case."""
 
     case: Case
     name: str
@@ -63,7 +63,7 @@ class FakeWork:
 
 @dataclass(frozen=True, kw_only=True)
 class FakePosition:
-    """Stands for `PositionWork`: no load of the position can be solved, and that is kept."""
+    """Stands for the work of a position: no load of the position can be solved, and that is kept."""
 
     case: Case
     loads_N: tuple[float, ...]

@@ -1337,6 +1337,8 @@ def test_stored_arrays_are_the_same_bytes_each_time(tmp_path):
         # two touch points, and one at a junction, which has two curvatures
         Case(lateral_shift_mm=5.5, yaw_rad=0.01, roll_rad=0.001),
         replace(ROUND, rail="arcs:300/80@0"),
+        # the flange stands on the rail beyond its steepest place
+        Case(lateral_shift_mm=11.0, flange_climb=True),
     ],
 )
 def test_a_placement_comes_back_to_the_last_bit_without_a_search(case, monkeypatch):
@@ -1346,6 +1348,7 @@ def test_a_placement_comes_back_to_the_last_bit_without_a_search(case, monkeypat
     monkeypatch.setattr("fecontact.geometry.placement.place", None)
     read = placement_from_record(record, rail, wheel)
     assert placement_record(read) == placement_record(placement)
+    assert read.climbs is placement.climbs is case.flange_climb
     for body in ("rail", "wheel"):
         own = {k: v for k, v in vars(getattr(placement, body)).items() if k != "profile"}
         assert all(same(getattr(getattr(read, body), k), v) for k, v in own.items())
@@ -1444,11 +1447,11 @@ def test_a_stored_position_is_decided_if_a_new_solution_would_have_no_more_loads
     folder = folder_of(tmp_path, 0.0)
     # what the own criteria leave open no finer mesh is allowed to decide
     case = replace(ROUND, criteria=criteria, refine_degrees_of_freedom=0)
-    work = position_store.PositionWork(case=case, loads_N=LOADS, name=folder.name)
-    assert work._is_decided(folder) is decided
+    work = position_store.position_work(case, LOADS, folder.name)
+    assert (work.judged_again(folder) is not None) is decided
     assert read_position(folder, criteria=criteria).limit.narrowed is decided
     sealed(folder, lambda text: text.replace("map-position/3", "map-position/2"))
-    assert not work._is_decided(folder)
+    assert work.judged_again(folder) is None
 
 
 def test_a_position_whose_search_stopped_is_not_decided(run, tmp_path):
@@ -1458,8 +1461,8 @@ def test_a_position_whose_search_stopped_is_not_decided(run, tmp_path):
     assert read.limit == made.limits[0]
     assert read.stopped.status == "failed: a limit that cannot be solved"
     assert not read.limit.narrowed
-    work = position_store.PositionWork(case=ROUND, loads_N=LOADS, name=folder.name)
-    assert not work._is_decided(folder)
+    work = position_store.position_work(ROUND, LOADS, folder.name)
+    assert work.judged_again(folder) is None
 
 
 def test_an_open_load_that_finer_meshes_may_decide_is_not_decided(run, tmp_path):
@@ -1470,10 +1473,10 @@ def test_an_open_load_that_finer_meshes_may_decide_is_not_decided(run, tmp_path)
         position = read_position(folder, criteria=case.criteria)
         # 6 % at 150 kN, which is the limit itself
         assert position.cells[-1].verdict == "UNRESOLVED"
-        work = position_store.PositionWork(case=case, loads_N=LOADS, name=folder.name)
+        work = position_store.position_work(case, LOADS, folder.name)
         sealed(folder, lambda text, most=most: re.sub(r'"refine_degrees_of_freedom": \d+',
             f'"refine_degrees_of_freedom": {most}', text))  # fmt: skip
-        assert work._is_decided(folder) is (decided and position.limit.narrowed)
+        assert (work.judged_again(folder) is not None) is (decided and position.limit.narrowed)
 
 
 @pytest.mark.parametrize(

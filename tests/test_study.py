@@ -29,11 +29,12 @@ from fecontact.jobs.job import Job, run_job
 from fecontact.jobs.workers import Crew, default_workers, thread_environment
 from fecontact.outputs.rows import MEASURED_COLUMNS
 from fecontact.runs import identity
-from fecontact.runs.case_store import case_folder, job_of
+from fecontact.runs.case_store import case_folder
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id
 from fecontact.runs.map_run import run_map
 from fecontact.runs.study import StudyOutcome, run_study
+from fecontact.runs.work import job_of
 
 LOADS_KN = (50, 60, 70, 80, 90)
 HERE = Path(__file__).parent

@@ -18,9 +18,9 @@ from fecontact.outputs.map import map_record
 from fecontact.outputs.record import hertz_record, shown_case_record
 from fecontact.outputs.rows import input_columns
 from fecontact.profiles.library import load
-from fecontact.runs.case_store import copy_profiles, stored_case
 from fecontact.runs.identity import case_id, input_files
 from fecontact.runs.map_run import run_map
+from fecontact.runs.work import copy_profiles, stored_case
 from fecontact.solving.placing import place_case, place_wheelset_of_case, roll_of_case, wheelset_of_case
 from fecontact.solving.position import hertz_points_of_case
 from fecontact.theory.hertz import hertz_ellipse, hertz_from_hessian

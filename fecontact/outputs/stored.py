@@ -24,6 +24,7 @@ from fecontact.geometry.placement import Placement
 from fecontact.geometry.poses import RailPose, WheelPose
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.profiles.curve import Profile
+from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.theory.hertz import HertzContact
 
 Record = dict[str, Any]
@@ -158,6 +159,7 @@ def placement_record(placement: Placement) -> Record:
             "centre_mm": wheel.centre_mm.tolist(),
         },
         "touch_points": [asdict(touch) for touch in placement.touch_points],
+        "climbs": placement.climbs,
     }
 
 
@@ -183,4 +185,11 @@ def placement_from_record(record: Mapping[str, Any], rail: Profile, wheel: Profi
             )
             for touch in record["touch_points"]
         ),
+        climbs=record["climbs"],
     )
+
+
+def stored_placement(case: Case, record: Mapping[str, Any]) -> Placement:
+    """The placement of a stored case, with the profiles that the case names."""
+    rail, wheel = resolve_rail(case.rail, case.rail_file), resolve_wheel(case.wheel, case.wheel_file)
+    return placement_from_record(record, rail, wheel.profile)

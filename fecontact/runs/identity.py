@@ -29,7 +29,7 @@ EVALUATING = (
     *("creep.py", "criteria.py", "comparison", "theory", "rolling", "map"),
     *("outputs/creep.py", "outputs/measure_words.py", "outputs/multi_hertz.py", "outputs/record.py"),
     *("outputs/rows.py", "outputs/stored.py"),
-    *("runs/case_store.py", "runs/position_store.py"),
+    *("runs/case_store.py", "runs/position_store.py", "runs/work.py"),
 )
 SOLVING_SOURCE = "source of solving"
 # Inputs that are left out of an id where they are the default: it is that of the same case before they were there.

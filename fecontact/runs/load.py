@@ -17,9 +17,10 @@ from fecontact.map.position import failed_position
 from fecontact.outputs.map import MAP_SCHEMA
 from fecontact.outputs.rows import Row
 from fecontact.outputs.study_files import STUDY_SCHEMA
-from fecontact.runs.case_store import RESULT, case_folder, read_case, stored_case
+from fecontact.runs.case_store import RESULT, case_folder, read_case
 from fecontact.runs.identity import SOLVING_SOURCE, origin_of
 from fecontact.runs.position_store import POSITION, position_folder, read_position
+from fecontact.runs.work import stored_case
 from fecontact.solving.solve import CaseResult
 
 _REMEDY = "give the folder of a case, a study or a map that fecontact wrote"

@@ -21,19 +21,14 @@ from fecontact.map.position import failed_position
 from fecontact.outputs.map import write_map
 from fecontact.outputs.map_measures import MapMeasure, refuse_measure
 from fecontact.outputs.map_report import write_map_report
-from fecontact.runs.case_store import job_of
 from fecontact.runs.identity import input_files, origin_of, position_id, with_absolute_paths
-from fecontact.runs.position_store import PositionWork, has_open_loads, position_folder, read_position
+from fecontact.runs.position_store import has_open_loads, position_folder, position_work, read_position
 from fecontact.runs.theories import write_theories
+from fecontact.runs.work import job_of
 
 MakeWork = Callable[[Case, Sequence[float], str], Work]
 # A picture takes a second or two, from those who solve.
 _DRAWN_EVERY_S = 60.0
-
-
-def position_work(case: Case, loads_N: Sequence[float], name: str) -> Work:
-    """What a worker does with a position: solve it under all loads and write its files."""
-    return PositionWork(case=case, loads_N=tuple(loads_N), name=name)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,16 +19,14 @@ from fecontact.map.position import solve_position, solved_cell
 from fecontact.outputs.record import shown_case_record
 from fecontact.outputs.stored import (
     Arrays,
-    placement_from_record,
     placement_record,
     read_arrays,
     solved_from_record,
     solved_record,
+    stored_placement,
     write_arrays,
 )
-from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.runs.case_store import FIELDS, PROFILES, copy_profiles, stored_case, stored_record
-from fecontact.runs.identity import position_id
+from fecontact.runs.work import FIELDS, Store, StoredWork, copy_profiles, read_stored
 from fecontact.solving.load_sweep import unrefined
 from fecontact.solving.meshes import would_be_refined
 
@@ -42,42 +39,9 @@ def position_folder(out: Path, name: str) -> Path:
     return out / "positions" / name
 
 
-@dataclass(frozen=True, kw_only=True)
-class PositionWork:
-    """What a worker does with a position of a map; its loads increase."""
-
-    case: Case
-    loads_N: tuple[float, ...]
-    name: str
-
-    def __call__(self, folder: Path, finished: Path | None) -> bool:
-        """Solve the position and write its files; what is stored is judged again when it is read."""
-        if finished is not None and self._is_decided(finished):
-            shutil.copyfile(finished / FIELDS, folder / FIELDS)
-            # its criteria are those by which it is judged from now on
-            case = {"case": shown_case_record(self.case)}
-            write_json(folder / POSITION, {**read_json(finished / POSITION), **case})
-            if (finished / PROFILES).is_dir():
-                shutil.copytree(finished / PROFILES, folder / PROFILES)
-            return False
-        position = solve_position(self.case, self.loads_N)
-        if position_id(self.case, self.loads_N) != self.name:
-            raise InputError("a profile's file changed while the position was solved; make the map again")
-        write_position(position, self.case, folder, self.name)
-        return position.short_of_memory
-
-    def _is_decided(self, finished: Path) -> bool:
-        """Whether the stored loads are all that a new solution would have, by the criteria and readings of today."""
-        try:
-            position = read_position(finished, criteria=self.case.criteria, creep=self.case.creep)
-        except InputError:
-            # of another layout
-            return False
-        placement = position.placement
-        loads = (*position.tried, *(cell.judged for cell in position.cells if cell.judged is not None))
-        return position.limit.narrowed and not (
-            placement is not None and any(would_be_refined(load, placement) for load in loads)
-        )
+def position_work(case: Case, loads_N: Sequence[float], name: str) -> StoredWork[MapPosition]:
+    """What a worker does with a position: solve it under all loads and write its files."""
+    return StoredWork(store=POSITIONS, case=case, name=name, loads_N=tuple(loads_N))
 
 
 def write_position(position: MapPosition, case: Case, folder: Path, name: str) -> None:
@@ -127,13 +91,10 @@ def read_position(folder: Path, *, criteria: Criteria | None = None, creep: Cree
     InputError
         If the folder holds no finished position, or one of another layout, and what to do.
     """
-    with stored_record(folder / POSITION, SCHEMA, "make the map again") as record:
-        return _position(folder, record, criteria, creep)
+    return read_stored(POSITIONS, folder, criteria, creep)
 
 
-def _position(folder: Path, record: Mapping[str, Any], criteria: Criteria | None, creep: Creep | None) -> MapPosition:
-    case = stored_case(folder, record["case"])
-    case = replace(case, criteria=criteria or case.criteria, creep=creep or case.creep)
+def _read(folder: Path, record: Mapping[str, Any], case: Case) -> MapPosition:
     shift = record["lateral_shift_mm"]
     cells = {cell["load_N"]: MapCell(lateral_shift_mm=shift, **cell) for cell in record["cells"]}
     stopped = record["stopped"] and MapCell(lateral_shift_mm=shift, **record["stopped"])
@@ -141,9 +102,7 @@ def _position(folder: Path, record: Mapping[str, Any], criteria: Criteria | None
         return MapPosition(
             lateral_shift_mm=shift, cells=tuple(cells.values()), limit=LoadLimit(reason=record["reason"])
         )
-    placement = placement_from_record(
-        record["placement"], resolve_rail(case.rail, case.rail_file), resolve_wheel(case.wheel, case.wheel_file).profile
-    )
+    placement = stored_placement(case, record["placement"])
     arrays = read_arrays(folder / FIELDS)
     tried: list[JudgedLoad] = []
     for load in record["loads"]:
@@ -163,3 +122,39 @@ def _position(folder: Path, record: Mapping[str, Any], criteria: Criteria | None
         tried=tuple(tried),
         stopped=stopped,
     )
+
+
+def _decided(position: MapPosition) -> bool:
+    placement = position.placement
+    loads = (*position.tried, *(cell.judged for cell in position.cells if cell.judged is not None))
+    return position.limit.narrowed and not (
+        placement is not None and any(would_be_refined(load, placement) for load in loads)
+    )
+
+
+def _write(position: MapPosition, work: StoredWork[MapPosition], folder: Path, finished: Path | None) -> None:
+    if finished is None:
+        write_position(position, work.case, folder, work.name)
+        return
+    # its criteria are those by which it is judged from now on
+    write_json(folder / POSITION, {**read_json(finished / POSITION), "case": shown_case_record(work.case)})
+
+
+def _solve(work: StoredWork[MapPosition]) -> MapPosition:
+    return solve_position(work.case, work.loads_N)
+
+
+def _short_of_memory(position: MapPosition) -> bool:
+    return position.short_of_memory
+
+
+POSITIONS = Store(
+    record=POSITION,
+    schema=SCHEMA,
+    unchanged=(FIELDS,),
+    solve=_solve,
+    write=_write,
+    read=_read,
+    decided=_decided,
+    short_of_memory=_short_of_memory,
+)

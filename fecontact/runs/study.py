@@ -19,19 +19,15 @@ from fecontact.outputs.rows import Row, input_columns, read_row
 from fecontact.outputs.study_files import study_figures, write_tables
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail
-from fecontact.runs.case_store import ROW, CaseWork, case_folder, job_of
+from fecontact.runs.case_store import ROW, case_folder, case_work
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id, with_absolute_paths
 from fecontact.runs.reports import report_study
+from fecontact.runs.work import job_of
 
 _TABLES_EVERY_S = 2.0
 
 MakeWork = Callable[[Case, str, Mapping[str, Any]], Work]
-
-
-def case_work(case: Case, name: str, settings: Mapping[str, Any]) -> Work:
-    """What a worker does with a case: solve it and write its files."""
-    return CaseWork(case=case, name=name, settings=settings)
 
 
 @dataclass(frozen=True, kw_only=True)
