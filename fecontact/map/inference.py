@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.ladder import BODIES
 from fecontact.comparison.measures import MEASURES, deviations
 from fecontact.comparison.uncertainty import reading_uncertainty
 from fecontact.comparison.verdict import judge
@@ -80,7 +81,7 @@ def _infer(case: Case, points: Sequence[JudgedLoad]) -> Inferred | None:
         reading = reading_uncertainty(name, value)
         if reading is None:
             continue
-        steps = [point.ladder.steps["half_space_to_bodies"][name] for point in points]
+        steps = [point.ladder.steps[BODIES.name][name] for point in points]
         mean = sum(steps) / len(steps)
         solved = max(point.bodies_step_uncertainty[name] for point in points)
         added = max(steps) - min(steps) + reading
