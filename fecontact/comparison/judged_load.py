@@ -49,8 +49,8 @@ class Level:
         Contact between the finite bodies, as the nodes of their elements carry it.
     fe
         Contact of the finite bodies on finer nodes: that of the true gap on a half-space, opened by what the bodies of
-        `nodal` open more than a half-space of the same elements. That is smooth and known well on coarse meshes, so that the fine
-        pressure has neither the elements' softness nor their size.
+        `nodal` open more than a half-space of the same elements. That is smooth and known well on coarse meshes, so
+        that the fine pressure has neither the elements' softness nor their size.
     otherwise
         As `fe`, with another idea of what of the opening is the elements' and what the bodies'.
     degrees_of_freedom, elements
