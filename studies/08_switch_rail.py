@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import BodySize, Case, Track
+from fecontact.comparison.ladder import BODIES
 from fecontact.outputs.style import SERIES, blank_figure, finish, save_figure
 from fecontact.regression.checks import Check, discretisation_check, hertz_check
 
@@ -109,7 +110,7 @@ def _head(row: dict[str, Any], out: Path) -> _Head:
     # of a file its name and a hash of its content
     rail = Path(str(row["rail"]).partition("@")[0]).stem
     result = json.loads((out / "cases" / row["id"] / "result.json").read_text("utf-8"))
-    step = result["steps"]["half_space_to_bodies"]
+    step = result["steps"][BODIES.name]
     return _Head(
         row=row,
         thickness_mm=FULL_HEAD_MM if rail == FULL_HEAD else int(rail.rpartition("_")[2]),

@@ -10,7 +10,7 @@ from scipy.integrate import dblquad
 from scipy.optimize import nnls
 
 from fecontact.contact.grid import ContactGrid, Field
-from fecontact.contact.halfspace import half_space_compliance, half_space_problem, love_influence
+from fecontact.contact.halfspace import half_space_below, half_space_problem, love_influence
 from fecontact.contact.rung import misfit
 from fecontact.contact.solver import ContactProblem, ContactSolution, solve_contact
 from fecontact.material import STEEL, contact_modulus_MPa
@@ -38,9 +38,7 @@ def uniform_problem(x: np.ndarray, s: np.ndarray, gap: np.ndarray, *, half: bool
     if half:
         area[1:] *= 2.0
     return ContactProblem(
-        compliance=half_space_compliance(
-            nodes_x=x.size, nodes_s=s.size, step_x_mm=dx, step_s_mm=ds, contact_modulus_MPa=MODULUS, half=half
-        ),
+        compliance=half_space_below(ContactGrid(x_mm=x, s_mm=s, half=half), MODULUS),
         gap_mm=gap.ravel(),
         closing=np.ones(gap.size),
         area_mm2=area.ravel(),
@@ -107,20 +105,18 @@ def test_compliance_is_the_dense_influence_matrix():
     i, j = (k.ravel() for k in np.meshgrid(np.arange(nx), np.arange(ns), indexing="ij"))
     dense = love_influence((i[:, None] - i) * dx, (j[:, None] - j) * ds, dx, ds) / (np.pi * MODULUS)
     p = np.random.default_rng(1).uniform(-1.0, 1.0, nx * ns)
-    apply = half_space_compliance(
-        nodes_x=nx, nodes_s=ns, step_x_mm=dx, step_s_mm=ds, contact_modulus_MPa=MODULUS, half=False
-    )
+    apply = half_space_below(ContactGrid(x_mm=dx * np.arange(nx), s_mm=ds * np.arange(ns), half=False), MODULUS)
     # FFT rounding
     np.testing.assert_allclose(apply(p), dense @ p, atol=1e-13 * np.abs(dense @ p).max())
 
 
 def test_half_model_mirrors_the_pressure():
     nx, ns, dx, ds = 7, 6, 0.5, 0.3
-    options = {"nodes_s": ns, "step_x_mm": dx, "step_s_mm": ds, "contact_modulus_MPa": MODULUS}
+    x, s = dx * np.arange(1.0 - nx, nx), ds * np.arange(ns)
     p = np.random.default_rng(1).uniform(0.0, 1.0, (nx, ns))
     mirrored = np.concatenate([p[:0:-1], p])
-    full = half_space_compliance(nodes_x=2 * nx - 1, half=False, **options)(mirrored.ravel()).reshape(-1, ns)
-    half = half_space_compliance(nodes_x=nx, half=True, **options)(p.ravel()).reshape(nx, ns)
+    full = half_space_below(ContactGrid(x_mm=x, s_mm=s, half=False), MODULUS)(mirrored.ravel()).reshape(-1, ns)
+    half = half_space_below(ContactGrid(x_mm=x[nx - 1 :], s_mm=s, half=True), MODULUS)(p.ravel()).reshape(nx, ns)
     np.testing.assert_allclose(half, full[nx - 1 :], rtol=1e-12)
 
 

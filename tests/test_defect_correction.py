@@ -70,7 +70,7 @@ def test_convolution_is_the_dense_matrix_of_its_kernel():
     i, j = (k.ravel() for k in np.meshgrid(np.arange(nx), np.arange(ns), indexing="ij"))
     dense = kernel[i[:, None] - i + nx - 1, j[:, None] - j + ns - 1]
     p = rng.uniform(-1.0, 1.0, nx * ns)
-    apply = convolution(kernel[nx - 1 :], nodes_x=nx, nodes_s=ns, half=False)
+    apply = convolution(kernel[nx - 1 :], (nx, ns), half=False)
     # FFT rounding
     np.testing.assert_allclose(apply(p), dense @ p, atol=1e-13 * np.abs(dense @ p).max())
 
@@ -81,7 +81,7 @@ def test_least_spectrum_makes_a_kernel_positive_definite():
     kernel = love_influence(x, s, STEP_X, STEP_S)
     kernel[0, ns - 1] *= 0.2
     matrices = [
-        np.stack([convolution(kernel, nodes_x=nx, nodes_s=ns, half=False, **k)(_unit(nx * ns, n)) for n in range(30)])
+        np.stack([convolution(kernel, (nx, ns), half=False, **k)(_unit(nx * ns, n)) for n in range(30)])
         for k in ({}, {"least_spectrum": 1e-3})
     ]
     lowest = [np.linalg.eigvalsh(0.5 * (m + m.T))[0] for m in matrices]
@@ -155,7 +155,7 @@ def offsets(grid: ContactGrid) -> tuple[np.ndarray, np.ndarray]:
 
 
 def uniform(kernel: np.ndarray, grid: ContactGrid) -> Callable[[np.ndarray], np.ndarray]:
-    return convolution(kernel, nodes_x=grid.shape[0], nodes_s=grid.shape[1], half=grid.half)
+    return convolution(kernel, grid.shape, half=grid.half)
 
 
 def softness(grid: ContactGrid, own: float, reach: float) -> np.ndarray:

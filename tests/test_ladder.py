@@ -8,8 +8,9 @@ import pytest
 from rungs import rung_with
 
 from fecontact.case import Case, Track
+from fecontact.comparison.cause import PatchGeometry, cause_of, patch_geometry
 from fecontact.comparison.judged_load import JudgedLoad, SolvedLoad, judge_load
-from fecontact.comparison.ladder import Ladder, patch_geometry
+from fecontact.comparison.ladder import STEPS, Ladder
 from fecontact.comparison.measures import (
     MEASURES,
     MISFITS,
@@ -22,7 +23,6 @@ from fecontact.comparison.measures import (
     patch_of,
 )
 from fecontact.comparison.point_noise import PointNoise
-from fecontact.comparison.verdict import PatchGeometry, cause_of
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.halfspace import half_space_problem
 from fecontact.contact.rung import Rung
@@ -131,11 +131,10 @@ NOTHING = Misfit(**dict.fromkeys(MISFITS, 0.0))
 
 
 def ladder_of(measures: list[Measures], misfits: list[Misfit] | None = None) -> Ladder:
-    names = ("half_space_quadratic", "half_space", "fe")
+    names = ("hertz", "half_space_quadratic", "half_space", "fe")
     return Ladder(
-        hertz=measures[0],
-        **dict(zip(names, measures[1:], strict=True)),
-        misfits=dict(zip(names, misfits or [NOTHING] * 3, strict=True)),
+        rungs=dict(zip(names, measures, strict=True)),
+        misfits=dict(zip(names[1:], misfits or [NOTHING] * 3, strict=True)),
     )
 
 
@@ -147,8 +146,6 @@ def test_steps_are_the_relative_changes_from_rung_to_rung():
         return Misfit(**{name: value * (k + 1.0) for k, name in enumerate(MISFITS)})
 
     ladder = ladder_of([rung(f) for f in (1.0, 1.01, 1.212, 1.1514)], [beside(v) for v in (0.01, 0.2, 0.15)])
-    assert list(ladder.rungs) == ["hertz", "half_space_quadratic", "half_space", "fe"]
-    assert ladder.rungs["half_space"] is ladder.half_space
     # relative of what Hertz has, absolute of what he has none of: he begins at zero
     expected = {
         "hertz_to_quadratic": (0.01, 0.01),
@@ -177,12 +174,10 @@ def test_steps_of_one_measure_do_not_touch_the_others():
 def test_a_ladder_is_read_from_its_rungs():
     rung, hertz = quadratic_of(HESSIANS["slender"])
     other, _ = quadratic_of(HESSIANS["circle"])
-    ladder = Ladder.of(hertz, quadratic=rung, half_space=other, fe=rung)
-    assert (ladder.hertz, ladder.fe, ladder.half_space) == (
-        hertz_measures(hertz),
-        measures_of(rung),
-        measures_of(other),
-    )
+    ladder = Ladder.of(hertz, [("half_space_quadratic", rung), ("half_space", other), ("fe", rung)])
+    assert list(ladder.rungs.values()) == [hertz_measures(hertz), *(measures_of(one) for one in (rung, other, rung))]
+    # every step is between rungs that there are
+    assert {name for step in STEPS for name in (step.start, step.end)} == set(ladder.rungs)
     assert ladder.misfits["half_space"] == misfit_of(other, hertz)
     assert ladder.steps["half_space_to_bodies"]["misplaced_load"] < -0.3
 
@@ -335,8 +330,8 @@ def test_the_gap_explains_the_centred_position(centred):
     # the whole ladder is the deviation
     whole = math.prod(1.0 + step for step in steps.values())
     assert 1.0 / whole - 1.0 == pytest.approx(centred.comparison.deviation["p_max_MPa"], rel=1e-9)
-    assert centred.load.ladder.hertz == centred.comparison.hertz
-    assert centred.load.ladder.fe == centred.comparison.fe
+    assert centred.load.ladder.rungs["hertz"] == centred.comparison.hertz
+    assert centred.load.ladder.rungs["fe"] == centred.comparison.fe
     # what is beside Hertz is summed up along the same rungs
     for name in MISFITS:
         whole = sum(step[name] for step in centred.load.ladder.steps.values())
@@ -512,5 +507,5 @@ def test_a_conforming_pair_is_called_conforming():
         placement.first.curvature.hessian, normal_force_N=91_840.0, contact_modulus_MPa=CONFORMAL_E
     )
     quadratic = quadratic_rung(placement.first, equal, half=True)
-    ladder = Ladder.of(equal, quadratic=quadratic, half_space=rung, fe=rung)
+    ladder = Ladder.of(equal, [("half_space_quadratic", quadratic), ("half_space", rung), ("fe", rung)])
     assert cause_of(ladder.steps, "p_max_MPa", geometry) == "conformity"

@@ -286,7 +286,7 @@ def test_section_reports_its_areas():
     assert areas.sum() == pytest.approx(section.outline_area_mm2, rel=1e-12)
     assert section.outline_area_mm2 == pytest.approx(section.true_area_mm2, rel=5e-3)
     np.testing.assert_allclose(
-        section.points[section.zone_nodes],
+        section.points[section.block_nodes[0]],
         np.column_stack([(p := profile.evaluate(profile.at_arc_length(section.zone_arc_length_mm))).y, p.z]),
         atol=1e-12,
     )

@@ -1036,7 +1036,7 @@ def test_the_discretisation_is_that_of_hertz_s_own_gap(elliptic_quick):
     """A row has the half-space under the true gap and the step to it, from which Hertz's own gap follows."""
     row = {"id": "one", **outputs_rows.case_row(elliptic_quick)}
     (check,) = discretisation_check([row], 1.0)
-    quadratic = elliptic_quick.load.ladder.half_space_quadratic.p_max_MPa
+    quadratic = elliptic_quick.load.ladder.rungs["half_space_quadratic"].p_max_MPa
     assert check.value == pytest.approx(quadratic, rel=1e-12)
     assert check.expected == elliptic_quick.hertz.p0_MPa
     assert check.passed

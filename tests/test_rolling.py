@@ -9,7 +9,7 @@ from scipy.integrate import dblquad
 
 from fecontact.errors import InputError
 from fecontact.rolling.friction import solve_friction
-from fecontact.rolling.influence import cerruti_influence, rolling_response, shift_response
+from fecontact.rolling.influence import _offsets, _response, cerruti_influence, rolling_response
 from fecontact.rolling.steady import PressureCells, ellipse_cells, pressure_cells, steady_rolling
 from fecontact.theory.creep.contact import Creepages, RollingEllipse
 from fecontact.theory.creep.fastsim import fastsim
@@ -122,7 +122,9 @@ def test_cattaneo():
     n, nu, shear, mu, part = 64, 0.28, 82e3, 0.4, 7.0 / 8.0
     cells = ellipse_cells(5.0, 5.0, 20e3, n)
     shift = 3 * mu * cells.normal_force_N * (2 - nu) / (8 * shear * 5.0) * (1 - (1 - part) ** (2 / 3))
-    response = shift_response(*cells.pressure_MPa.shape, *cells.steps_mm, shear_MPa=shear, poisson=nu)
+    # displacements of the middles of the cells
+    x, y = _offsets(*cells.pressure_MPa.shape, *cells.steps_mm)
+    response = _response(cerruti_influence(x, y, *cells.steps_mm, nu), shear)
     rigid = np.zeros((2, *cells.pressure_MPa.shape))
     rigid[0] = shift
     solution = solve_friction(response, rigid, mu * cells.pressure_MPa)

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Literal
 
 from fecontact.case import Case
+from fecontact.comparison.cause import PatchGeometry, cause_of, patch_geometry
 from fecontact.comparison.compare import Comparison, compare
-from fecontact.comparison.ladder import Ladder, patch_geometry
+from fecontact.comparison.ladder import Ladder
 from fecontact.comparison.measures import (
     FLOORS,
     MEASURES,
@@ -27,7 +28,7 @@ from fecontact.comparison.measures import (
 )
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.uncertainty import step_uncertainty, uncertainty
-from fecontact.comparison.verdict import AT_JUNCTION, FROM_BEST, PROFILE, PatchGeometry, Verdict, cause_of, judge
+from fecontact.comparison.verdict import AT_JUNCTION, FROM_BEST, PROFILE, Verdict, judge
 from fecontact.comparison.warnings import junction_warnings, yield_warnings
 from fecontact.contact.rung import Rung, misfit
 from fecontact.geometry.placement import Placement
@@ -47,11 +48,11 @@ class Level:
     nodal
         Contact between the finite bodies, as the nodes of their elements carry it.
     fe
-        The same contact on finer nodes: that of the true gap on a half-space, opened by what the bodies of `nodal` open
-        more than a half-space of the same elements. That is smooth and known well on coarse meshes, so that the fine
-        pressure has neither the elements' softness nor their size.
+        Contact of the finite bodies on finer nodes: that of the true gap on a half-space, opened by what the bodies of
+        `nodal` open more than a half-space of the same elements. That is smooth and known well on coarse meshes, so
+        that the fine pressure has neither the elements' softness nor their size.
     otherwise
-        The same with another idea of what of the opening is the elements' and what the bodies'.
+        As `fe`, with another idea of what of the opening is the elements' and what the bodies'.
     degrees_of_freedom, elements
         Of rail and wheel.
     enlarged, at_edge
@@ -67,16 +68,23 @@ class Level:
     at_edge: bool
 
     @property
+    def rungs(self) -> dict[str, Rung]:
+        """Its contacts by name."""
+        return {name: getattr(self, name) for name in LEVEL_RUNGS}
+
+    @property
     def status(self) -> Status:
         """Whether the level may be used."""
-        return (
-            "patch at the edge of the fine mesh" if self.at_edge else _worst_status(self.nodal, self.fe, self.otherwise)
-        )
+        return "patch at the edge of the fine mesh" if self.at_edge else _worst_status(*self.rungs.values())
 
     @property
     def misfit(self) -> float:
         """Part of the load that the elements' own nodes carry elsewhere than the finer ones."""
         return misfit(self.nodal, self.fe)
+
+
+LEVEL_RUNGS = tuple(one.name for one in fields(Level) if one.type == "Rung")
+"""Names of the contacts of a level."""
 
 
 def _worst_status(*rungs: Rung) -> Status:
@@ -96,7 +104,7 @@ class SolvedLoad:
     half_space
         The true gap on a half-space; separate patches have a plane each.
     turned
-        The same with each pressure along its own normal; None for a single lobe.
+        The true gap on a half-space with each pressure along its own normal; None for a single lobe.
     quadratic
         Hertz's gap on a half-space, with as many nodes a semi-axis.
     point_noise
@@ -115,6 +123,15 @@ class SolvedLoad:
     turned: Rung | None = None
     limits: tuple[str, ...] = ()
     short_of_memory: bool = False
+
+    @property
+    def rungs(self) -> tuple[tuple[str, Rung], ...]:
+        """The rungs above Hertz by their names, in the order of the ladder."""
+        return (
+            ("half_space_quadratic", self.quadratic),
+            ("half_space", self.half_space),
+            ("fe", self.levels[0].fe),
+        )
 
     @property
     def status(self) -> Status:
@@ -234,7 +251,7 @@ def judge_load(solved: SolvedLoad, placement: Placement) -> JudgedLoad:
     judged = judge_sides(solved.case, solved.levels, touch, solved.point_noise)
     hertz = judged[-1].hertz
     comparison = compare(finest.fe, hertz)
-    ladder = Ladder.of(hertz, quadratic=solved.quadratic, half_space=solved.half_space, fe=finest.fe)
+    ladder = Ladder.of(hertz, solved.rungs)
     geometry = patch_geometry(placement, finest.fe, hertz, comparison.patch)
     worst = worst_of(judged)
     cause: str | None = None

@@ -81,63 +81,9 @@ def answer_of(deviation: float, uncertainty: float, limit: float) -> Answer:
     return "HOLDS" if abs(deviation) + uncertainty < limit else "UNRESOLVED"
 
 
-@dataclass(frozen=True, kw_only=True)
-class PatchGeometry:
-    """What the profiles do below the finite-element patch.
-
-    Attributes
-    ----------
-    junction_distance_mm
-        From the touch point to the next curvature junction of either profile, inf without one.
-    junction_distance_over_b
-        The same over Hertz's semi-axis on that side.
-    junction_in_patch
-        Whether the patch covers a junction.
-    curvature_variation
-        (Largest - smallest) over the value at the touch point of the relative lateral curvature below the patch.
-    normal_turn_rad
-        How far the rail's normal turns below the patch: the measure of conformity.
-    lobes, pieces
-        Lobes of the pressure, and separate patches.
-    """
-
-    junction_distance_mm: float
-    junction_distance_over_b: float
-    junction_in_patch: bool
-    curvature_variation: float
-    normal_turn_rad: float
-    lobes: int
-    pieces: int
-
-
-# Above this turn of the normals below the patch the surfaces are called conforming: a flat half-space is off by about
-# the square of half of it, 2 % here.
-_CONFORMING_RAD = 0.3
-
-
 AT_JUNCTION = "curvature undefined at the touch point"
 """Cause where the touch point lies at a curvature junction, whatever the ladder says."""
 
 
 PROFILE = "profile"
 """Cause where the verdict is open because the measured profile is not known better."""
-
-
-def cause_of(steps: Mapping[str, Mapping[str, float]], measure: str, geometry: PatchGeometry) -> str:
-    """Why Hertz is off in a measure, from the step of the ladder that moved it most and from the geometry."""
-    # the load on a second patch jumps to nothing where the two just touch, on one rung or the other; whether there are
-    # two at all is told by the valley between them
-    told_by = "valley" if measure == "separate_load" else measure
-    gap_step = abs(steps["quadratic_to_true_gap"][told_by])
-    body_step = abs(steps["half_space_to_bodies"][told_by])
-    if body_step > gap_step:
-        return "finite bodies"
-    if geometry.pieces > 1:
-        return "second patch"
-    if geometry.lobes > 1:
-        return "second lobe"
-    if geometry.junction_in_patch:
-        return "curvature change within the patch"
-    if geometry.normal_turn_rad > _CONFORMING_RAD:
-        return "conformity"
-    return "curvature varies over the patch"

@@ -115,11 +115,5 @@ class UnitResponse:
         return np.asarray(0.5 * (difference + difference[::-1, ::-1]))
 
     def _convolution(self, kernel: Floats, least_spectrum: float = -np.inf) -> Compliance:
-        nodes_x, nodes_s = self.grid.shape
-        return convolution(
-            kernel[kernel.shape[0] // 2 :],
-            nodes_x=nodes_x,
-            nodes_s=nodes_s,
-            half=self.grid.half,
-            least_spectrum=least_spectrum,
-        )
+        half = self.grid.half
+        return convolution(kernel[kernel.shape[0] // 2 :], self.grid.shape, half=half, least_spectrum=least_spectrum)

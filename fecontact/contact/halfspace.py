@@ -33,22 +33,7 @@ def half_space_problem(
 
 
 def half_space_below(grid: ContactGrid, contact_modulus_MPa: float) -> Compliance:
-    """Compliance of a pair of half-spaces on the nodes of a grid, as `half_space_compliance`."""
-    (nodes_x, nodes_s), (step_x, step_s) = grid.shape, grid.steps_mm
-    return half_space_compliance(
-        nodes_x=nodes_x,
-        nodes_s=nodes_s,
-        step_x_mm=step_x,
-        step_s_mm=step_s,
-        contact_modulus_MPa=contact_modulus_MPa,
-        half=grid.half,
-    )
-
-
-def half_space_compliance(
-    *, nodes_x: int, nodes_s: int, step_x_mm: float, step_s_mm: float, contact_modulus_MPa: float, half: bool
-) -> Compliance:
-    """Compliance of a pair of half-spaces on nodes (nodes_x, nodes_s), flattened in this order.
+    """Compliance of a pair of half-spaces on the nodes of a uniform grid.
 
     Each node carries its pressure on a rectangle of one step by one step around it (Love 1929; Johnson 1985, eq. 3.25);
     convolution by FFT with zero padding, exact for these rectangles. In a half model row 0 lies on the plane of
@@ -56,14 +41,15 @@ def half_space_compliance(
 
     Range of validity: flat surfaces; over a curved surface it takes arc lengths for distances.
     """
-    rows = 2 * nodes_x - 1 if half else nodes_x
+    (nodes_x, nodes_s), (step_x, step_s) = grid.shape, grid.steps_mm
+    rows = 2 * nodes_x - 1 if grid.half else nodes_x
     kernel = love_influence(
-        np.asarray(np.arange(rows)[:, None] * step_x_mm),
-        np.asarray(np.arange(1 - nodes_s, nodes_s)[None, :] * step_s_mm),
-        step_x_mm,
-        step_s_mm,
+        np.asarray(np.arange(rows)[:, None] * step_x),
+        np.asarray(np.arange(1 - nodes_s, nodes_s)[None, :] * step_s),
+        step_x,
+        step_s,
     ) / (np.pi * contact_modulus_MPa)
-    return convolution(kernel, nodes_x=nodes_x, nodes_s=nodes_s, half=half)
+    return convolution(kernel, grid.shape, half=grid.half)
 
 
 def along_normals(flat: Compliance, angle_rad: Floats) -> Compliance:
@@ -86,10 +72,8 @@ def along_normals(flat: Compliance, angle_rad: Floats) -> Compliance:
     return apply
 
 
-def convolution(
-    kernel: Floats, *, nodes_x: int, nodes_s: int, half: bool, least_spectrum: float = -np.inf
-) -> Compliance:
-    """Compliance of nodes (nodes_x, nodes_s), flattened in this order, that is the same at every node.
+def convolution(kernel: Floats, shape: tuple[int, int], *, half: bool, least_spectrum: float = -np.inf) -> Compliance:
+    """Compliance of nodes of this shape (nodes_x, nodes_s), flattened in this order, that is the same at every node.
 
     Parameters
     ----------
@@ -99,9 +83,10 @@ def convolution(
     least_spectrum
         Lower bound of its spectrum, relative to the largest value; above zero the compliance is positive definite.
     """
+    nodes_x, nodes_s = shape
     rows = 2 * nodes_x - 1 if half else nodes_x
-    shape = (next_fast_len(2 * rows - 1, real=True), next_fast_len(2 * nodes_s - 1, real=True))
-    wrapped = np.zeros(shape)
+    padded = (next_fast_len(2 * rows - 1, real=True), next_fast_len(2 * nodes_s - 1, real=True))
+    wrapped = np.zeros(padded)
     wrapped[:rows, :nodes_s] = kernel[:, nodes_s - 1 :]
     wrapped[:rows, -(nodes_s - 1) :] = kernel[:, : nodes_s - 1]
     # the opposite side: both offsets change sign
@@ -115,7 +100,7 @@ def convolution(
         p = pressure.reshape(nodes_x, nodes_s)
         if half:
             p = np.concatenate([p[:0:-1], p])
-        u = irfft2(rfft2(p, shape) * spectrum, shape)[:rows, :nodes_s]
+        u = irfft2(rfft2(p, padded) * spectrum, padded)[:rows, :nodes_s]
         return np.ascontiguousarray(u[rows - nodes_x :]).ravel()
 
     return apply

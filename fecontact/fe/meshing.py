@@ -23,6 +23,8 @@ Integers = NDArray[np.int64]
 _SWEEP_RATIO = 1.7
 # Points of an outline closer than this are one point: published coordinates are rounded to micrometres.
 _SAME_POINT_MM = 1e-3
+# The surface by which each body is held.
+_BASE = {"rail": "fixed", "wheel": "driven"}
 # The wheel's uniform zone reaches this many steps further than the rail's, so that it covers it wholly.
 _COVER_STEPS = 2
 
@@ -58,7 +60,7 @@ def rail_mesh(
     count = len(y)
     points = np.column_stack([np.repeat(x + placement.first.x_mm, count), np.tile(y, x.size), np.tile(z, x.size)])
     volume = section.outline_area_mm2 * float(x[-1] - x[0])
-    return _swept("rail", section, points, zone_layers, half=half, outward=-1, base="fixed", volume=volume)
+    return _swept("rail", section, points, zone_layers, half=half, volume=volume)
 
 
 def wheel_mesh(
@@ -89,7 +91,7 @@ def wheel_mesh(
     # Pappus, for planes joined by straight lines: sin of the step instead of the step
     moment = _radius_moment(section, pose.rolling_radius_mm)
     volume = moment * float(np.sum(np.sin(np.diff(theta))))
-    return _swept("wheel", section, points, zone_layers, half=half, outward=1, base="driven", volume=volume)
+    return _swept("wheel", section, points, zone_layers, half=half, volume=volume)
 
 
 def _facing(placement: Placement, zone: FineZone) -> list[tuple[float, float, int]]:
@@ -222,8 +224,6 @@ def _swept(
     zone_layers: slice,
     *,
     half: bool,
-    outward: int,
-    base: str,
     volume: float,
 ) -> BodyMesh:
     count = len(section.points)
@@ -233,7 +233,8 @@ def _swept(
 
     def swept_edges(edges: Integers, layer_slice: slice) -> Integers:
         quads = np.column_stack([edges[:, 0], edges[:, 1], edges[:, 1] + count, edges[:, 0] + count])
-        if outward < 0:
+        if name == "rail":
+            # its section is seen against the sweep
             quads = quads[:, ::-1]
         return np.asarray((quads[None] + lift[layer_slice]).reshape(-1, 4))
 
@@ -244,7 +245,7 @@ def _swept(
     first, last = section.quads[:, ::-1], section.quads + (layers - 1) * count
     surfaces = {
         "contact": swept_edges(section.edges["contact"], zone_cells),
-        base: swept_edges(section.edges["base"], every),
+        _BASE[name]: swept_edges(section.edges["base"], every),
         "free": np.vstack([swept_edges(section.edges["free"], every), beyond]),
         "end": last if half else np.vstack([first, last]),
     }

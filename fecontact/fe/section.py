@@ -112,11 +112,6 @@ class Section:
     outline_area_mm2: float
     true_area_mm2: float
 
-    @property
-    def zone_nodes(self) -> Integers:
-        """Nodes of the contact zone."""
-        return np.asarray(self.block_nodes[0])
-
 
 def mesh_section(profile: Profile, closure: Floats, base: tuple[int, int], zone: Zone, grading: Grading) -> Section:
     """Mesh the cross-section between a running surface and the polyline that closes it.

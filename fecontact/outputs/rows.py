@@ -9,6 +9,7 @@ from typing import Any
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.ladder import STEPS
 from fecontact.comparison.measures import MEASURES
 from fecontact.errors import InputError
 from fecontact.files import read_json, write_json
@@ -56,8 +57,8 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
     steps = load.ladder.steps
     for measure in STEP_MEASURES:
         name = measure.rsplit("_", 1)[0]
-        row[f"{name}_step_true_gap_percent"] = 1e2 * steps["quadratic_to_true_gap"][measure]
-        row[f"{name}_step_bodies_percent"] = 1e2 * steps["half_space_to_bodies"][measure]
+        for step in (step for step in STEPS if step.column):
+            row[f"{name}_step_{step.column}_percent"] = 1e2 * steps[step.name][measure]
         if measure in load.bodies_step_uncertainty:
             row[f"{name}_step_bodies_uncertainty_percent"] = 1e2 * load.bodies_step_uncertainty[measure]
     for name in ("junction_distance_mm", "junction_distance_over_b", "curvature_variation", "normal_turn_rad"):
@@ -70,7 +71,7 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
         "verdict_failing": " ".join(load.verdict.failing),
         "verdict_cause": load.verdict.cause,
         "verdict_warnings": "; ".join(load.warnings),
-        "p_max_half_space_MPa": load.ladder.half_space.p_max_MPa,
+        "p_max_half_space_MPa": load.ladder.rungs["half_space"].p_max_MPa,
         "pressure_l2_percent": 1e2 * comparison.pressure_l2,
         "overlap": comparison.overlap,
         "centre_x_mm": comparison.patch.centre_x_mm,

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.case import Case
-from fecontact.comparison.judged_load import Level, SolvedLoad
+from fecontact.comparison.judged_load import LEVEL_RUNGS, Level, SolvedLoad
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.rung import Rung
@@ -41,9 +41,7 @@ def solved_record(solved: SolvedLoad, arrays: Arrays, prefix: str = "") -> Recor
         "load_N": solved.case.load_N,
         "levels": [
             {
-                "nodal": _rung_record(level.nodal, arrays, f"{prefix}level{k}_nodal"),
-                "fe": _rung_record(level.fe, arrays, f"{prefix}level{k}_fe"),
-                "otherwise": _rung_record(level.otherwise, arrays, f"{prefix}level{k}_otherwise"),
+                **{name: _rung_record(rung, arrays, f"{prefix}level{k}_{name}") for name, rung in level.rungs.items()},
                 "degrees_of_freedom": dict(level.degrees_of_freedom),
                 "elements": dict(level.elements),
                 "enlarged": level.enlarged,
@@ -87,8 +85,7 @@ def solved_from_record(record: Mapping[str, Any], arrays: Mapping[str, NDArray[n
     return SolvedLoad(
         case=case,
         levels=tuple(
-            Level(**{**level, **{name: rung(level[name]) for name in ("nodal", "fe", "otherwise")}})
-            for level in record["levels"]
+            Level(**{**level, **{name: rung(level[name]) for name in LEVEL_RUNGS}}) for level in record["levels"]
         ),
         half_space=rung(record["half_space"]),
         turned=record["turned"] and rung(record["turned"]),

@@ -68,14 +68,6 @@ class TangentialResponse:
         return np.asarray(self.kernels[:2, :, ny - 1][:, offsets])
 
 
-def shift_response(
-    nx: int, ny: int, step_x: float, step_y: float, *, shear_MPa: float, poisson: float
-) -> TangentialResponse:
-    """Displacement (mm) of the middle of each cell."""
-    x, y = _offsets(nx, ny, step_x, step_y)
-    return _response(cerruti_influence(x, y, step_x, step_y, poisson), shear_MPa)
-
-
 def rolling_response(
     nx: int, ny: int, step_x: float, step_y: float, *, shear_MPa: float, poisson: float
 ) -> TangentialResponse:

@@ -84,13 +84,13 @@ class CoupledProblem:
     Attributes
     ----------
     bodies
-        Between the finite bodies, on the nodes of their mesh.
+        Contact between the finite bodies, on the nodes of their mesh.
     half_space
-        The same gap on a half-space, where the solution starts.
+        Contact of their gap on a half-space, where the solution starts.
     model
-        The bodies' compliance as if it were the same at every node.
+        Compliance of the bodies as if it were one and the same at every node.
     elements, otherwise
-        A half-space as soft as the elements, and the same with another idea of what is the elements'.
+        Half-spaces as soft as the elements, by two ideas of what of a response is the elements'.
     """
 
     bodies: ContactProblem
@@ -100,7 +100,7 @@ class CoupledProblem:
     otherwise: Compliance
 
     def with_gap(self, gap_mm: Floats) -> CoupledProblem:
-        """The same bodies with another gap (n,)."""
+        """Contact of these bodies with another gap (n,)."""
         return replace(
             self, bodies=replace(self.bodies, gap_mm=gap_mm), half_space=replace(self.half_space, gap_mm=gap_mm)
         )
@@ -111,9 +111,9 @@ class CoupledProblem:
         return solve_by_correction(self.bodies, load_N, self.model, start_MPa=start)
 
     def read(self, solution: ContactSolution, true_gap: TrueGap, bodies: CoupledBodies) -> tuple[Rung, Field, Field]:
-        """A solution on the elements' nodes, and what the bodies open under it more than a half-space of elements.
+        """Rung of a solution on the elements' nodes, and what the bodies open more than a half-space of elements.
 
-        The latter twice, by both ideas of what is the elements'.
+        The opening twice, by both ideas of what is the elements'.
         """
         nodal = Rung.of(
             bodies.grid,
@@ -185,9 +185,9 @@ class CoupledMesh:
             self._room, self._enlarged = more, self._enlarged + 1
 
     def _contact(self, position: Position) -> tuple[TrueGap, Rung, Field, Field]:
-        """Contact on the elements' nodes, and what the bodies open under it beyond a half-space of elements, twice.
+        """Gap with the slide of the bodies on a steep surface, contact on the elements' nodes, and its openings.
 
-        First the gap of both, with the slide of the bodies on a steep surface.
+        What the bodies open beyond a half-space of elements, twice, as in `CoupledProblem.read`.
         """
         problem, true_gap, grid = self._problem, position.true_gap, self.bodies.grid
         if true_gap.slide_mm != self._position.true_gap.slide_mm:
@@ -207,7 +207,7 @@ class CoupledMesh:
         return solution.approach_mm * float(true_gap.direction @ tangent) - gives_way
 
     def _more_room(self, position: Position, nodal: Rung, added: Field) -> Room:
-        """More room where the contact comes near the edge of the zone or goes on beyond it; else the same."""
+        """Room of the zone: more where the contact comes near its edge or goes on beyond it, else what there is."""
         more = more_room(self._room, nodal, position.expected, self.bodies.bands)
         beyond = position.true_gap.overlaps_beyond(nodal, added)
         if beyond is None:

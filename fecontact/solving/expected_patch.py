@@ -58,8 +58,8 @@ class ExpectedPatch:
     true_gap
         The gap under the load, with the slide of the bodies on a steep surface.
     half_space
-        It on a half-space, with 32 nodes or more on each semi-axis, of small lobes too. Separate patches have a plane
-        each; all else here is that of one plane for all.
+        Contact of that gap on a half-space, with 32 nodes or more on each semi-axis, of small lobes too. Separate
+        patches have a plane each; all else here is that of one plane for all.
     parts
         Patches far apart, from the gauge side on; a single one otherwise.
     """
@@ -75,7 +75,7 @@ class ExpectedPatch:
     parts: tuple[ExpectedPart, ...]
 
     def joined(self) -> ExpectedPatch:
-        """The same as if patches were not far apart, with equal elements for all of them."""
+        """Expected patch as if its parts were not far apart, with equal elements for all of them."""
         whole = ExpectedPart(
             s_low_mm=self.s_low_mm,
             s_high_mm=self.s_high_mm,

@@ -79,11 +79,6 @@ class LoadSweep:
             self._open.close()
             self._open = None
 
-    @property
-    def groups_N(self) -> tuple[float, ...]:
-        """The loads that meshes were made for."""
-        return tuple(group.position.case.load_N for group in self._groups)
-
     def _group_of(self, wanted: Position) -> Meshes | None:
         fitting = [group for group in self._groups if _serves(group.position, wanted)]
         return min(fitting, key=lambda group: group.position.case.load_N) if fitting else None
@@ -116,7 +111,7 @@ def _made_for(largest: Position, sharing: Sequence[Position], spare: float) -> P
 
 
 def unrefined(case: Case) -> Case:
-    """The same case, solved on its first two meshes and no others."""
+    """The case without refinement, solved on its first two meshes and no others."""
     return replace(case, refine_degrees_of_freedom=0)
 
 
@@ -148,24 +143,3 @@ def _serves(meshed: Position, wanted: Position) -> bool:
         <= _SAME * wanted.widest_element_mm(part.s_low_mm, part.s_high_mm)
         for part in wanted.expected.parts
     )
-
-
-def solve_loads(case: Case, loads_N: Sequence[float], progress: Progress | None = None) -> tuple[JudgedLoad, ...]:
-    """Solve several loads at the position of a case with the factors reused.
-
-    Returns
-    -------
-    tuple of JudgedLoad
-        In the order of the loads.
-
-    Raises
-    ------
-    InputError
-        As `fecontact.solve` does, for the first load that cannot be solved.
-    """
-    sweep = LoadSweep(case, loads_N, progress=progress)
-    try:
-        solved = {load: sweep.solve(load) for load in sorted(set(loads_N), reverse=True)}
-    finally:
-        sweep.close()
-    return tuple(solved[load] for load in loads_N)

@@ -17,9 +17,9 @@ Floats = NDArray[np.float64]
 
 
 def angle_of_patches(placement: Placement, rung: Rung) -> Floats:
-    """Angle (ns,) in rad of the plane of each separate patch, across to its resultant force; of the nearer one between.
+    """Angle (ns,) in rad of the plane below each node: of its patch, across to the patch's resultant force.
 
-    The same everywhere where there is one patch.
+    Between separate patches the plane is that of the nearer one; a single patch has one plane everywhere.
     """
     line_load, s = rung.pressure_MPa.sum(axis=0), rung.grid.s_mm
     below = np.flatnonzero(line_load)

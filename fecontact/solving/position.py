@@ -135,7 +135,7 @@ class Position:
     clock: Clock
 
     def for_load(self, load_N: float) -> Position:
-        """The same position with meshes for another load."""
+        """The position under another load, with the meshes that it asks for."""
         case = replace(self.case, load_N=load_N)
         with self.clock.step("expect the patch"):
             _, expected = expect_on_half_space(case, self.placement)

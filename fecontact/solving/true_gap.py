@@ -55,7 +55,7 @@ class TrueGap:
         return abs(float(self.direction @ self.placement.first.tangent)) > math.sin(_STEEP_RAD)
 
     def after(self, approach_mm: float) -> TrueGap:
-        """The same with the slide of an approach along the contact normal."""
+        """The gap after the slide that belongs to an approach along the contact normal."""
         along = float(self.direction @ self.placement.first.tangent)
         return replace(self, slide_mm=approach_mm / self.closing * along)
 

@@ -1,0 +1,105 @@
+"""Why Hertz is off where he is: the step of the ladder that moved a measure most, and what the profiles do below it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fecontact.comparison.ladder import GAP, STEPS
+from fecontact.comparison.patch import Patch
+from fecontact.contact.rung import Rung
+from fecontact.geometry.placement import Placement
+from fecontact.theory.hertz import HertzContact
+
+# Above this turn of the normals below the patch the surfaces are called conforming: a flat half-space is off by about
+# the square of half of it, 2 % here.
+_CONFORMING_RAD = 0.3
+
+
+@dataclass(frozen=True, kw_only=True)
+class PatchGeometry:
+    """What the profiles do below the finite-element patch.
+
+    Attributes
+    ----------
+    junction_distance_mm
+        From the touch point to the next curvature junction of either profile, inf without one.
+    junction_distance_over_b
+        That distance over Hertz's semi-axis on that side.
+    junction_in_patch
+        Whether the patch covers a junction.
+    curvature_variation
+        (Largest - smallest) over the value at the touch point of the relative lateral curvature below the patch.
+    normal_turn_rad
+        How far the rail's normal turns below the patch: the measure of conformity.
+    lobes, pieces
+        Lobes of the pressure, and separate patches.
+    """
+
+    junction_distance_mm: float
+    junction_distance_over_b: float
+    junction_in_patch: bool
+    curvature_variation: float
+    normal_turn_rad: float
+    lobes: int
+    pieces: int
+
+
+def cause_of(steps: Mapping[str, Mapping[str, float]], measure: str, geometry: PatchGeometry) -> str:
+    """Why Hertz is off in a measure, from the step of the ladder that moved it most and from the geometry."""
+    # the load on a second patch jumps to nothing where the two just touch, on one rung or the other; whether there are
+    # two at all is told by the valley between them
+    told_by = "valley" if measure == "separate_load" else measure
+    moved_most = max((step for step in STEPS if step.cause), key=lambda step: abs(steps[step.name][told_by]))
+    return _cause_in_gap(geometry) if moved_most is GAP else moved_most.cause
+
+
+def _cause_in_gap(geometry: PatchGeometry) -> str:
+    if geometry.pieces > 1:
+        return "second patch"
+    if geometry.lobes > 1:
+        return "second lobe"
+    if geometry.junction_in_patch:
+        return "curvature change within the patch"
+    if geometry.normal_turn_rad > _CONFORMING_RAD:
+        return "conformity"
+    return "curvature varies over the patch"
+
+
+def patch_geometry(placement: Placement, fe: Rung, hertz: HertzContact, patch: Patch) -> PatchGeometry:
+    """What the two profiles do below the patch of the finite elements."""
+    touch = placement.first
+    below = np.flatnonzero(fe.pressure_MPa.max(axis=0) > 0.0)
+    low, high = fe.grid.s_mm[below[0]], fe.grid.s_mm[below[-1]]
+    places = _junction_places(placement)
+    nearest = min(places, key=abs, default=float("inf"))
+    s = np.linspace(low, high, 201)
+    u = placement.rail.profile.at_arc_length(s + placement.first_arc_length_mm)
+    wheel = placement.wheel.profile
+    w = wheel.at_arc_length(np.clip(s + float(wheel.arc_length(touch.wheel_u)), 0.0, wheel.length_mm))
+    rail_curve = placement.rail.profile.convex_sign * placement.rail.profile.evaluate(u).curvature_per_mm
+    relative = rail_curve + wheel.convex_sign * wheel.evaluate(w).curvature_per_mm
+    angles = placement.rail.section(u)[2]
+    return PatchGeometry(
+        junction_distance_mm=abs(nearest),
+        junction_distance_over_b=abs(nearest) / (0.5 * hertz.extent_y_mm),
+        junction_in_patch=any(low <= place <= high for place in places),
+        curvature_variation=float(np.ptp(relative) / abs(touch.curvature.yy_per_mm)),
+        normal_turn_rad=float(np.ptp(angles)),
+        lobes=len(patch.lobes),
+        pieces=patch.pieces,
+    )
+
+
+def _junction_places(placement: Placement) -> list[float]:
+    """Arc lengths (mm) from the touch point to the junctions of both profiles."""
+    places: list[float] = []
+    for profile, u in (
+        (placement.rail.profile, placement.first.rail_u),
+        (placement.wheel.profile, placement.first.wheel_u),
+    ):
+        at = profile.locate(np.array([junction.y_mm for junction in profile.junctions]))
+        places += (profile.arc_length(at) - float(profile.arc_length(u))).tolist()
+    return [place for place in places if np.isfinite(place)]
