@@ -40,18 +40,11 @@ class Creep:
     )
     xi: float | None = field(
         default=None,
-        metadata=_creepage(
-            "creepage xi",
-            "Longitudinal creepage, > 0 where the wheel slides forward",
-            key="longitudinal_creepage",
-            options=("xi",),
-        ),
+        metadata=_creepage("creepage xi", "Longitudinal creepage, > 0 where the wheel slides forward"),
     )
     eta: float | None = field(
         default=None,
-        metadata=_creepage(
-            "creepage eta", "Lateral creepage, > 0 towards the field side", key="lateral_creepage", options=("eta",)
-        ),
+        metadata=_creepage("creepage eta", "Lateral creepage, > 0 towards the field side"),
     )
     spin_per_mm: float | None = field(
         default=None, metadata=_creepage("spin", "Spin about the normal of the contact", unit="1/mm")

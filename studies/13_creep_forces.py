@@ -25,16 +25,9 @@ import numpy as np
 
 import fecontact
 from fecontact.case import Case
-from fecontact.comparison.creep_forces import (
-    CreepPatch,
-    creep_force,
-    force_difference,
-    hertz_patch,
-    real_patch,
-)
+from fecontact.comparison.creep_patch import creepages_of, real_patch
 from fecontact.comparison.creep_theories import coarse_patch
 from fecontact.comparison.creep_verdict import ForceVerdict, creepage_range, force_verdict
-from fecontact.comparison.creepages import creepages_of
 from fecontact.comparison.measures import patch_of
 from fecontact.creep import Creep
 from fecontact.errors import FecontactError
@@ -42,6 +35,7 @@ from fecontact.outputs.style import FE, HERTZ, blank_figure, finish, legend_besi
 from fecontact.regression.checks import Check
 from fecontact.solving.solve import CaseResult
 from fecontact.theory.creep.contact import Creepages, pair_constants
+from fecontact.theory.creep.forces import CreepPatch, creep_force, force_difference, hertz_patch
 
 SHIFTS_MM = (-6.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.25, 1.0, 3.0, 4.0)
 LOADS_N = (50e3, 100e3)

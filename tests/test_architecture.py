@@ -28,7 +28,8 @@ ROOMS: dict[str, set[str]] = {
     "contact": {"errors"},
     "rolling": {"errors"},
     "geometry": {"errors", "dimensions", "profiles"},
-    "theory": {"errors", "material", "geometry"},
+    # the exact theory of rolling is one creep theory among the others
+    "theory": {"errors", "material", "geometry", "rolling"},
     "fe": {"errors", "material", "dimensions", "profiles", "geometry", "contact"},
     "comparison": {"errors", "case", "creep", "criteria", "geometry", "theory", "contact", "rolling"},
     "solving": {"errors", "case", "dimensions", "profiles", "geometry", "theory", "contact", "fe", "comparison"},

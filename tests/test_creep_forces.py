@@ -14,10 +14,9 @@ from rungs import rung_with
 from fecontact.case import Case, case_from_record, case_record
 from fecontact.cli import call
 from fecontact.comparison.creep_comparison import creep_of
-from fecontact.comparison.creep_forces import THEORIES, creep_force, ellipse_patch, force_difference, hertz_patch
+from fecontact.comparison.creep_patch import creepages_of
 from fecontact.comparison.creep_theories import THEORIES_BY_COST, TheoryVerdicts, theory_verdicts
 from fecontact.comparison.creep_verdict import PLACE, SHAPE, SMALLEST_CREEPAGE, ForceAt, ForceVerdict, creepage_range
-from fecontact.comparison.creepages import creepages_of, curved_creepages, slip_beside_plane, wheelset_creepages
 from fecontact.comparison.judged_load import JudgedLoad, Level, SolvedLoad, judge_load
 from fecontact.comparison.measures import hertz_on
 from fecontact.contact.grid import ContactGrid
@@ -30,6 +29,8 @@ from fecontact.runs.identity import case_id, origin_of
 from fecontact.solving.position import hertz_of_case, place_case
 from fecontact.solving.solve import solve
 from fecontact.theory.creep.contact import Creepages, RollingEllipse
+from fecontact.theory.creep.forces import THEORIES, creep_force, ellipse_patch, force_difference, hertz_patch
+from fecontact.theory.creep.motion import curved_creepages, slip_beside_plane, wheelset_creepages
 from fecontact.theory.hertz import HertzContact
 
 ROUND = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, load_N=100e3)

@@ -36,7 +36,7 @@ LIMITS = (
     ("limit_used", 2.0, 0.01),
     ("fx_fe_N", 2e-12, 30.0),
     ("mz_hertz_Nmm", -5e4, 300.0),
-    ("creepage_xi", 1e-3, 1e-6),
+    ("xi", 1e-3, 1e-6),
     ("spin_per_mm", -2e-4, 3e-9),
     ("p_max_hertz_MPa", 1200.0, 1.2e-3),
     ("von_mises_max_rail_MPa", 800.0, 0.8),

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from weakref import WeakKeyDictionary
 
-from fecontact.comparison.creep_forces import creep_force, creep_forces, force_difference
 from fecontact.comparison.creep_verdict import (
     DECIDES,
     SCREEN,
@@ -22,6 +21,7 @@ from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.errors import FecontactError
 from fecontact.geometry.placement import Placement
 from fecontact.theory.creep.contact import Creepages, CreepForce, friction_warnings
+from fecontact.theory.creep.forces import creep_force, creep_forces, force_difference
 from fecontact.theory.creep.strips import mean_creepages
 
 # of mu N; a fifth of the usual limit

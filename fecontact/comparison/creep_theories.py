@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
-from fecontact.comparison.creep_forces import CreepPatch, creep_force, force_difference, hertz_patch
 from fecontact.comparison.creep_verdict import (
     DECIDES,
     SCREEN,
@@ -30,6 +29,7 @@ from fecontact.errors import FecontactError
 from fecontact.geometry.placement import Placement
 from fecontact.rolling.steady import pressure_cells
 from fecontact.theory.creep.contact import Creepages, CreepForce
+from fecontact.theory.creep.forces import CreepPatch, creep_force, force_difference, hertz_patch
 
 Theory: TypeAlias = Literal["polach", "fastsim", "exact", "springs", "strips", "real"]
 THEORIES_BY_COST: tuple[Theory, ...] = ("polach", "fastsim", "exact", "springs", "strips", "real")

@@ -9,8 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fecontact.comparison.creep_forces import CreepPatch, creep_force, force_difference, hertz_patch, real_patch
-from fecontact.comparison.creepages import creepages_of, curved_creepages
+from fecontact.comparison.creep_patch import creepages_of, real_patch
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.measures import patch_of
 from fecontact.comparison.verdict import FROM_BEST, Answer, answer_of
@@ -19,6 +18,8 @@ from fecontact.creep import Creep
 from fecontact.errors import FecontactError
 from fecontact.geometry.placement import Placement
 from fecontact.theory.creep.contact import Creepages, CurvedCreepages, Motion, pair_constants
+from fecontact.theory.creep.forces import CreepPatch, creep_force, force_difference, hertz_patch
+from fecontact.theory.creep.motion import curved_creepages
 from fecontact.theory.creep.strips import mean_creepages
 
 SCREEN, DECIDES = "fastsim", "rolling_half_space"

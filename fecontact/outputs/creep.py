@@ -7,11 +7,11 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from fecontact.comparison.creep_comparison import CreepComparison, creep_of
-from fecontact.comparison.creep_forces import creep_force, creep_forces, ellipse_patch
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.geometry.placement import Placement
 from fecontact.material import Material
 from fecontact.theory.creep.contact import Creepages, CreepForce, RollingEllipse, friction_warnings
+from fecontact.theory.creep.forces import creep_force, creep_forces, ellipse_patch
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -80,8 +80,8 @@ def creep_columns(load: JudgedLoad, placement: Placement) -> Record:
         return {}
     row: Record = {
         "friction": found.friction,
-        "creepage_xi": found.creepages.xi,
-        "creepage_eta": found.creepages.eta,
+        "xi": found.creepages.xi,
+        "eta": found.creepages.eta,
         "spin_per_mm": found.creepages.spin_per_mm,
     }
     theory = "rolling_half_space"

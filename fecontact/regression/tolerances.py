@@ -126,7 +126,7 @@ _NAMED: Mapping[str, str] = {
     "friction": "input",
     **dict.fromkeys(("fx_hertz_N", "fy_hertz_N", "fx_fe_N", "fy_fe_N"), "creep force"),
     **dict.fromkeys(("mz_hertz_Nmm", "mz_fe_Nmm"), "creep moment"),
-    **dict.fromkeys(("creepage_xi", "creepage_eta"), "creepage"),
+    **dict.fromkeys(("xi", "eta"), "creepage"),
     "spin_per_mm": "spin",
     "touch_rail_y_mm": "position",
     "touch_wheel_y_mm": "position",

@@ -198,12 +198,3 @@ def pair_constants(first: Material, second: Material) -> tuple[float, float]:
     """
     shear = 2.0 / (1.0 / first.shear_MPa + 1.0 / second.shear_MPa)
     return shear, 0.5 * shear * (first.poisson / first.shear_MPa + second.poisson / second.shear_MPa)
-
-
-def wheelset_moment_Nmm(fx_left_N: float, fx_right_N: float, contact_distance_mm: float) -> float:
-    """Moment about the vertical that the longitudinal forces on both wheels of a wheelset have: (Fx_r - Fx_l) D / 2.
-
-    Both forces count along the running direction, the left wheel is at +D/2; the moment turns the wheelset to the left.
-    Otero Yugat (Part I, eq. 7) prints a sum, which is right only if the left force counts backwards.
-    """
-    return 0.5 * contact_distance_mm * (fx_right_N - fx_left_N)

@@ -22,14 +22,6 @@ def saturation(e: float) -> float:
     return 1.0 - (1.0 - min(e, 3.0) / 3.0) ** 3
 
 
-def printed_saturation(e: float) -> float:
-    """The law as it is printed by Yan and Fischer (2000, eq. 12), without the cubic term: not for use.
-
-    It has its maximum of 0.75 at e = 1.5, falls to zero at e = 3, and jumps to 1 there.
-    """
-    return e - e**2 / 3.0 if e <= 3.0 else 1.0
-
-
 @dataclass(frozen=True, kw_only=True)
 class AdhesionEllipse:
     """Area without slip after Vermeulen and Johnson: an ellipse similar to the patch, touching its leading edge.

@@ -1,6 +1,6 @@
-"""Creep forces on Hertz's ellipse and on the real patch by every theory: what Hertz's error does to the forces.
+"""Creep forces by every theory on any contact: Hertz's ellipse, or a pressure that is known otherwise.
 
-Theories that need an ellipse take on the real patch that of its second moments (`theory.creep.strips`) with the
+Theories that need an ellipse take on another patch that of its second moments (`theory.creep.strips`) with the
 creepages of its centre; FASTSIM marches in strips over it; the rolling half-space takes the pressure as it is.
 """
 
@@ -8,20 +8,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from fecontact.comparison.patch import Patch
-from fecontact.contact.rung import Rung
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.rolling.steady import PressureCells, ellipse_cells, pressure_cells, steady_rolling
+from fecontact.rolling.steady import PressureCells, ellipse_cells, steady_rolling
 from fecontact.theory.creep.contact import Creepages, CreepForce, Motion, RollingEllipse
 from fecontact.theory.creep.fastsim import Strips, ellipse_strips, fastsim_strips
 from fecontact.theory.creep.kalker import kalker_linear
 from fecontact.theory.creep.polach import polach
 from fecontact.theory.creep.saturation import shen_hedrick_elkins, vermeulen_johnson
-from fecontact.theory.creep.strips import STRIPS, mean_creepages, one_ellipse, pressure_strips
+from fecontact.theory.creep.strips import STRIPS, mean_creepages
 from fecontact.theory.hertz import HertzContact
 
 _LAWS: dict[str, Callable[[RollingEllipse, Creepages], CreepForce]] = {
@@ -77,22 +75,6 @@ def hertz_patch(hertz: HertzContact, *, friction: float, shear_MPa: float, poiss
             shear_MPa=shear_MPa,
             poisson=poisson,
         )
-    )
-
-
-def real_patch(rung: Rung, patch: Patch, *, friction: float, shear_MPa: float, poisson: float) -> CreepPatch:
-    """The pressure of a solved contact, whose force is that along the contact normal."""
-    field = rung.pressure.whole()
-    cell = field.grid.steps_mm[0] * field.grid.steps_mm[1]
-    pressure = field.values * (rung.normal_force_N / (cell * float(field.values.sum())))
-    x, s = field.grid.x_mm, field.grid.s_mm
-    pieces = pressure_strips(x, s, pressure, friction=friction, shear_MPa=shear_MPa, poisson=poisson)
-    ellipse, centre_x, centre_s = one_ellipse(pieces)
-    return CreepPatch(
-        ellipse=replace(ellipse, normal_force_N=rung.normal_force_N),
-        centre_mm=(centre_x, centre_s),
-        pieces=pieces,
-        cells=pressure_cells(x, s, pressure, area_mm2=patch.area_mm2, lobes=max(1, len(patch.lobes))),
     )
 
 

@@ -1,26 +1,15 @@
-"""Creepages of a case: those that were given, and from the motion of the wheelset those that were not."""
+"""Creepages of a wheelset that runs along the track, at a touch point and over the curved surfaces."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.case import Case
 from fecontact.geometry.placement import Placement
 from fecontact.theory.creep.contact import Creepages, CurvedCreepages
 
 Floats = NDArray[np.float64]
 _ROUNDING = 1e-12
-
-
-def creepages_of(case: Case, placement: Placement) -> Creepages:
-    """Creepages of the wheel against the rail at the first touch point, in the contact frame."""
-    given, motion = case.creep, wheelset_creepages(placement, case.creep.speed_ratio)
-    return Creepages(
-        xi=motion.xi if given.xi is None else given.xi,
-        eta=motion.eta if given.eta is None else given.eta,
-        spin_per_mm=motion.spin_per_mm if given.spin_per_mm is None else given.spin_per_mm,
-    )
 
 
 def wheelset_creepages(placement: Placement, speed_ratio: float = 1.0) -> Creepages:

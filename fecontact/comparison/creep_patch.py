@@ -1,0 +1,41 @@
+"""The pressure of a solved contact as creep theories take it, and the creepages of its case."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from fecontact.case import Case
+from fecontact.comparison.patch import Patch
+from fecontact.contact.rung import Rung
+from fecontact.geometry.placement import Placement
+from fecontact.rolling.steady import pressure_cells
+from fecontact.theory.creep.contact import Creepages
+from fecontact.theory.creep.forces import CreepPatch
+from fecontact.theory.creep.motion import wheelset_creepages
+from fecontact.theory.creep.strips import one_ellipse, pressure_strips
+
+
+def real_patch(rung: Rung, patch: Patch, *, friction: float, shear_MPa: float, poisson: float) -> CreepPatch:
+    """The pressure of a solved contact, whose force is that along the contact normal."""
+    field = rung.pressure.whole()
+    cell = field.grid.steps_mm[0] * field.grid.steps_mm[1]
+    pressure = field.values * (rung.normal_force_N / (cell * float(field.values.sum())))
+    x, s = field.grid.x_mm, field.grid.s_mm
+    pieces = pressure_strips(x, s, pressure, friction=friction, shear_MPa=shear_MPa, poisson=poisson)
+    ellipse, centre_x, centre_s = one_ellipse(pieces)
+    return CreepPatch(
+        ellipse=replace(ellipse, normal_force_N=rung.normal_force_N),
+        centre_mm=(centre_x, centre_s),
+        pieces=pieces,
+        cells=pressure_cells(x, s, pressure, area_mm2=patch.area_mm2, lobes=max(1, len(patch.lobes))),
+    )
+
+
+def creepages_of(case: Case, placement: Placement) -> Creepages:
+    """Creepages of the wheel against the rail at the first touch point, in the contact frame."""
+    given, motion = case.creep, wheelset_creepages(placement, case.creep.speed_ratio)
+    return Creepages(
+        xi=motion.xi if given.xi is None else given.xi,
+        eta=motion.eta if given.eta is None else given.eta,
+        spin_per_mm=motion.spin_per_mm if given.spin_per_mm is None else given.spin_per_mm,
+    )
