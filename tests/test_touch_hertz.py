@@ -11,7 +11,6 @@ from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.material import STEEL, contact_modulus_MPa
 from fecontact.profiles.resolve import resolve_rail
-from fecontact.solving.expected_patch import approach_direction
 from fecontact.solving.position import hertz_points_of_case, place_case
 from fecontact.solving.solve import solve
 from fecontact.theory.hertz import hertz_ellipse
@@ -62,7 +61,7 @@ def test_the_springs_carry_the_load(springs, load):
 def test_two_touch_points_share_the_load():
     case = Case(lateral_shift_mm=0.0)
     placement = place_case(case)
-    direction = approach_direction(placement, normal_force=False)
+    direction = placement.load_direction(normal=False)
     found = hertz_points_of_case(case, placement)
     assert [(p.touch_point, p.side) for p in found.points] == [(0, "both"), (1, "both")]
     shares = [p.shared for p in found.points]

@@ -8,9 +8,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from fecontact.comparison.judged_load import JudgedLoad, uncertainties
 from fecontact.comparison.measures import MEASURES, MISFITS, hertz_measures, measures_of, misfit_of, patch_of
 from fecontact.comparison.patch import area_between, lobe_columns
+from fecontact.comparison.solved_load import SolvedLoad
+from fecontact.comparison.uncertainty import uncertainties
 from fecontact.comparison.verdict import Verdict, judge
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.rung import Rung
@@ -112,14 +113,14 @@ def parts_of(rung: Rung) -> tuple[Part, ...]:
     return tuple(found)
 
 
-def judge_lobes(load: JudgedLoad, placement: Placement) -> tuple[LobeJudgement, ...]:
-    """All lobes of a judged load, in the order of their forces."""
-    half_space = parts_of(load.solved.half_space)
-    judged = (_judge(part, load, placement, half_space) for part in parts_of(load.fe))
+def judge_lobes(solved: SolvedLoad, placement: Placement) -> tuple[LobeJudgement, ...]:
+    """All lobes of a solved load, in the order of their forces."""
+    half_space = parts_of(solved.half_space)
+    judged = (_judge(part, solved, placement, half_space) for part in parts_of(solved.levels[0].fe))
     return tuple(sorted(judged, key=lambda one: -one.normal_force_N))
 
 
-def _judge(part: Part, load: JudgedLoad, placement: Placement, half_space: Sequence[Part]) -> LobeJudgement:
+def _judge(part: Part, solved: SolvedLoad, placement: Placement, half_space: Sequence[Part]) -> LobeJudgement:
     patch = patch_of(part.rung)
     profile = placement.rail.profile
     u = profile.at_arc_length(placement.first_arc_length_mm + patch.centre_y_mm)
@@ -141,10 +142,10 @@ def _judge(part: Part, load: JudgedLoad, placement: Placement, half_space: Seque
         uncertainty={},
         verdict=None,
     )
-    return judgement if number is None else _beside_hertz(judgement, part, load, placement)
+    return judgement if number is None else _beside_hertz(judgement, part, solved, placement)
 
 
-def _beside_hertz(judgement: LobeJudgement, part: Part, load: JudgedLoad, placement: Placement) -> LobeJudgement:
+def _beside_hertz(judgement: LobeJudgement, part: Part, solved: SolvedLoad, placement: Placement) -> LobeJudgement:
     touch = judgement.touch
     assert touch is not None
     hessian = touch.curvature.hessian
@@ -152,7 +153,7 @@ def _beside_hertz(judgement: LobeJudgement, part: Part, load: JudgedLoad, placem
         # the surfaces conform there
         return judgement
     hertz = hertz_from_hessian(
-        hessian, normal_force_N=part.rung.normal_force_N, contact_modulus_MPa=load.case.contact_modulus_MPa
+        hessian, normal_force_N=part.rung.normal_force_N, contact_modulus_MPa=solved.case.contact_modulus_MPa
     )
     at = touch.x_mm - placement.first.x_mm, placement.arc_mm(touch)
 
@@ -162,8 +163,8 @@ def _beside_hertz(judgement: LobeJudgement, part: Part, load: JudgedLoad, placem
 
     values, own = _values(part, hertz, at), hertz_measures(hertz).as_dict()
     deviation = {name: own[name] / values[name] - 1.0 if name in MEASURES else values[name] for name in values}
-    uncertainty = uncertainties(load.solved.levels, read, deviation)
-    verdict = judge(deviation, uncertainty, load.case.criteria).usable(load.status == "converged")
+    uncertainty = uncertainties(solved.levels, read, deviation)
+    verdict = judge(deviation, uncertainty, solved.case.criteria).usable(solved.status == "converged")
     return replace(judgement, hertz=hertz, deviation=deviation, uncertainty=uncertainty, verdict=verdict)
 
 

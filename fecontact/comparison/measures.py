@@ -1,7 +1,7 @@
-"""Measures of one contact: how each is read from a pressure field and from Hertz's ellipse.
+"""Measures of one contact: how each is read from a pressure field and from a theory's patches.
 
-Every measure is one field of `Measures`, or of `Misfit` if Hertz has no value of it: its name with its unit, how it is
-read, and how well. All that judges, tells or draws measures goes through these tables.
+Every measure is one field of `Measures`, or of `Misfit` if a theory has no value of it: its name with its unit, how it
+is read, and how well. All that judges, tells or draws measures goes through these tables.
 """
 
 from __future__ import annotations
@@ -15,25 +15,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scipy.ndimage import label
+
+from fecontact.comparison.approximation import Approximation
 from fecontact.comparison.patch import Patch, measure_patch
-from fecontact.contact.grid import ContactGrid
 from fecontact.contact.rung import Rung
 from fecontact.theory.hertz import HertzContact
 
 Floats = NDArray[np.float64]
 
-# Points a cell and direction at which Hertz's pressure is taken for its mean over the cell.
-_POINTS_A_CELL = 5
-
 
 def _measure(
     of_contact: Callable[[Patch, Rung], float],
-    of_hertz: Callable[[HertzContact], float],
+    of_theory: Callable[[Approximation], float],
     *,
     floor: float | None,
     cut_planes: float,
 ) -> Any:
-    return field(metadata={"of_contact": of_contact, "of_hertz": of_hertz, "floor": floor, "cut_planes": cut_planes})
+    return field(metadata={"of_contact": of_contact, "of_theory": of_theory, "floor": floor, "cut_planes": cut_planes})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,26 +46,32 @@ class Measures:
     """
 
     p_max_MPa: float = _measure(
-        lambda patch, rung: patch.p_max_MPa, lambda hertz: hertz.p0_MPa, floor=0.0006, cut_planes=0.0014
+        lambda patch, rung: patch.p_max_MPa,
+        lambda theory: max(one.p_max_MPa for one in theory.patches),
+        floor=0.0006,
+        cut_planes=0.0014,
     )
     # where the line of zero pressure lies between nodes is a matter of chance; all other measures are sums
     area_mm2: float = _measure(
-        lambda patch, rung: patch.area_mm2, lambda hertz: hertz.area_mm2, floor=0.003, cut_planes=0.0019
+        lambda patch, rung: patch.area_mm2,
+        lambda theory: sum(one.area_mm2 for one in theory.patches),
+        floor=0.003,
+        cut_planes=0.0019,
     )
     a_mm: float = _measure(
-        lambda patch, rung: patch.a_mm, lambda hertz: 0.5 * hertz.extent_x_mm, floor=0.0004, cut_planes=0.0009
+        lambda patch, rung: patch.a_mm, lambda theory: theory.half_widths_mm[0], floor=0.0004, cut_planes=0.0009
     )
     b_mm: float = _measure(
-        lambda patch, rung: patch.b_mm, lambda hertz: 0.5 * hertz.extent_y_mm, floor=0.0005, cut_planes=0.0018
+        lambda patch, rung: patch.b_mm, lambda theory: theory.half_widths_mm[1], floor=0.0005, cut_planes=0.0018
     )
     extent_x_mm: float = _measure(
-        lambda patch, rung: patch.extent_x_mm, lambda hertz: hertz.extent_x_mm, floor=0.01, cut_planes=0.0009
+        lambda patch, rung: patch.extent_x_mm, lambda theory: theory.extents_mm[0], floor=0.01, cut_planes=0.0009
     )
     extent_y_mm: float = _measure(
-        lambda patch, rung: patch.extent_y_mm, lambda hertz: hertz.extent_y_mm, floor=0.01, cut_planes=0.0018
+        lambda patch, rung: patch.extent_y_mm, lambda theory: theory.extents_mm[1], floor=0.01, cut_planes=0.0018
     )
     approach_mm: float = _measure(
-        lambda patch, rung: rung.approach_mm, lambda hertz: hertz.approach_mm, floor=None, cut_planes=math.nan
+        lambda patch, rung: rung.approach_mm, lambda theory: theory.approach_mm, floor=None, cut_planes=math.nan
     )
 
     def as_dict(self) -> dict[str, float]:
@@ -75,39 +80,52 @@ class Measures:
 
 
 def _misfit(
-    of: Callable[[Patch, Rung, HertzContact], float], *, floor: float, cut_planes: float, noise: float = 0.0
+    of: Callable[[Patch, Rung, Approximation], float], *, floor: float, cut_planes: float, noise: float = 0.0
 ) -> Any:
     return field(metadata={"of": of, "floor": floor, "cut_planes": cut_planes, "noise": noise})
 
 
 @dataclass(frozen=True, kw_only=True)
 class Misfit:
-    """What sizes do not see of a contact beside Hertz's ellipse; all are zero for Hertz.
+    """What sizes do not see of a contact beside a theory; all are zero for the theory's own pressure.
 
     Attributes
     ----------
     centre_over_b
-        Centre of pressure from the first touch point, across, over Hertz's half-width b.
+        Centre of pressure beside that of the theory, across, over the theory's half-width b.
     valley
-        By how much the pressure falls between its two most prominent peaks, over the highest.
+        By how much the pressure falls between its two most prominent peaks, over the highest; of a theory that has a
+        valley itself what the contact has more.
     separate_load
-        Part of the force on all separate patches but the one that carries most.
+        Part of the force on all separate patches but the one that carries most; of several patches in the theory, on
+        those that are none of them (`_unknown_load`).
     misplaced_load
-        Part of the force that is elsewhere than Hertz has it, with his ellipse at the centre of pressure: half the
-        integral of the difference over the force.
+        Part of the force that is elsewhere than the theory has it: half the integral of the difference over the force.
+
+    A theory with a single patch is moved to the centre of pressure before the misplaced load is counted, so that a
+    centre that is off counts once. Several patches stay where they are: their common centre follows from how they share
+    the load, and would move each away from its own place (studies/README.md, "Several ellipses in place of one").
 
     `floor` and `cut_planes` in the metadata are uncertainties that no mesh takes away, as in `Measures`; `noise` is
     what is read where there is nothing, and adds in quadrature to what there is.
     """
 
     centre_over_b: float = _misfit(
-        lambda patch, rung, hertz: patch.centre_y_mm / (0.5 * hertz.extent_y_mm), floor=0.0003, cut_planes=0.0015
+        lambda patch, rung, theory: (patch.centre_y_mm - theory.centre_mm[1]) / theory.half_widths_mm[1],
+        floor=0.0003,
+        cut_planes=0.0015,
     )
-    valley: float = _misfit(lambda patch, rung, hertz: patch.valley, floor=0.0005, cut_planes=0.001)
-    separate_load: float = _misfit(lambda patch, rung, hertz: patch.separate_load, floor=0.00005, cut_planes=0.0)
+    valley: float = _misfit(
+        lambda patch, rung, theory: patch.valley - theory.valley_on(rung), floor=0.0005, cut_planes=0.001
+    )
+    separate_load: float = _misfit(
+        lambda patch, rung, theory: patch.separate_load if theory.single else _unknown_load(rung, theory),
+        floor=0.00005,
+        cut_planes=0.0,
+    )
     # cells at the edge of the patch are wholly in contact or not: so much is read for Hertz's own ellipse
     misplaced_load: float = _misfit(
-        lambda patch, rung, hertz: _misplaced_load(rung, hertz, (patch.centre_x_mm, patch.centre_y_mm)),
+        lambda patch, rung, theory: part_elsewhere(*theory.beside(rung, _moved(patch, theory))),
         floor=0.0003,
         cut_planes=0.0008,
         noise=0.0014,
@@ -145,43 +163,76 @@ def measures_of(rung: Rung) -> Measures:
     return Measures(**{name: read["of_contact"](patch, rung) for name, read in _READ.items()})
 
 
+def measures_of_theory(theory: Approximation) -> Measures:
+    """Measures of a theory's patches, from the theory itself."""
+    return Measures(**{name: float(read["of_theory"](theory)) for name, read in _READ.items()})
+
+
 def hertz_measures(hertz: HertzContact) -> Measures:
     """The measures of a Hertz ellipse, a along x and b across also where its axes are turned."""
-    return Measures(**{name: read["of_hertz"](hertz) for name, read in _READ.items()})
+    return measures_of_theory(Approximation.of(hertz))
 
 
 @lru_cache(maxsize=64)
+def misfit_of_theory(rung: Rung, theory: Approximation) -> Misfit:
+    """Measures of a solved contact beside a theory, both about the origin of its grid."""
+    patch = patch_of(rung)
+    return Misfit(**{name: read["of"](patch, rung, theory) for name, read in _READ_BESIDE.items()})
+
+
 def misfit_of(rung: Rung, hertz: HertzContact) -> Misfit:
     """Measures of a solved contact beside Hertz's ellipse at the origin of its grid."""
-    patch = patch_of(rung)
-    return Misfit(**{name: read["of"](patch, rung, hertz) for name, read in _READ_BESIDE.items()})
+    return misfit_of_theory(rung, Approximation.of(hertz))
+
+
+def values_of(rung: Rung, theory: Approximation) -> dict[str, float]:
+    """All measures of a solved contact, and what of it is beside a theory."""
+    return measures_of(rung).as_dict() | misfit_of_theory(rung, theory).as_dict()
+
+
+def deviations_of(rung: Rung, theory: Approximation) -> dict[str, float]:
+    """(Theory - contact) / contact of each of `MEASURES`, and the `MISFITS` as they are."""
+    own, contact = measures_of_theory(theory).as_dict(), values_of(rung, theory)
+    return {name: own[name] / contact[name] - 1.0 if name in MEASURES else contact[name] for name in contact}
 
 
 def deviations(rung: Rung, hertz: HertzContact) -> dict[str, float]:
     """(Hertz - contact) / contact of each of `MEASURES`, and the `MISFITS` as they are."""
-    h, f = hertz_measures(hertz).as_dict(), measures_of(rung).as_dict()
-    return {name: h[name] / f[name] - 1.0 for name in MEASURES} | misfit_of(rung, hertz).as_dict()
+    return deviations_of(rung, Approximation.of(hertz))
 
 
-def hertz_on(grid: ContactGrid, hertz: HertzContact, centre_mm: tuple[float, float] = (0.0, 0.0)) -> Floats:
-    """Hertz's pressure (nx, ns) in MPa, in the mean over a cell of each node, his ellipse at a place of the grid.
+def _moved(patch: Patch, theory: Approximation) -> tuple[float, float]:
+    if theory.single is None:
+        return 0.0, 0.0
+    x, s = theory.centre_mm
+    return patch.centre_x_mm - x, patch.centre_y_mm - s
 
-    A contact on a half-space has its nodal pressures on such cells.
+
+def _unknown_load(rung: Rung, theory: Approximation) -> float:
+    """Part of the force on separate patches that are none of a theory's, and of its patches that the contact has not.
+
+    A patch of a theory has one of the contact at most: of those below it the heaviest that a heavier one has not taken,
+    or, where all are taken, the heaviest, which they then share. Several would fail for every second patch that they
+    rightly have, if they were judged as a single one is: whether they give it the right load is the misplaced load's
+    matter, and the peak's.
     """
-    places = (np.arange(_POINTS_A_CELL) + 0.5) / _POINTS_A_CELL - 0.5
-    x, s = (
-        (line[:, None] - middle + step * places).ravel()
-        for line, middle, step in zip((grid.x_mm, grid.s_mm), centre_mm, grid.steps_mm, strict=True)
-    )
-    pressure = hertz.pressure_MPa(x[:, None], s[None, :])
-    cells = pressure.reshape(grid.x_mm.size, _POINTS_A_CELL, grid.s_mm.size, _POINTS_A_CELL)
-    return np.asarray(cells.mean(axis=(1, 3)))
-
-
-def _misplaced_load(rung: Rung, hertz: HertzContact, centre_mm: tuple[float, float]) -> float:
-    lengths = (hertz.extent_x_mm + 2.0 * abs(centre_mm[0]), hertz.extent_y_mm + 2.0 * abs(centre_mm[1]))
-    contact = rung.pressure.covering(*lengths)
-    return part_elsewhere(contact.values, hertz_on(contact.grid, hertz, centre_mm))
+    whole = rung.pressure.whole()
+    s, step = whole.grid.s_mm, whole.grid.steps_mm[1]
+    pieces, count = label(whole.values > 0.0, structure=np.ones((3, 3)))
+    ends = [s[(pieces == k).any(axis=0)][[0, -1]] for k in range(1, count + 1)]
+    loads = np.array([whole.values[pieces == k].sum() for k in range(1, count + 1)])
+    taken: set[int] = set()
+    missing = 0.0
+    for one in sorted(theory.patches, key=lambda one: -one.normal_force_N):
+        low, high = one.low_mm[1], one.high_mm[1]
+        below = [k for k, (first, last) in enumerate(ends) if first - step <= high and low <= last + step]
+        if not below:
+            missing += one.normal_force_N / theory.normal_force_N
+            continue
+        free = [k for k in below if k not in taken]
+        taken.add(max(free or below, key=lambda k: loads[k]))
+    unknown = sum(load for k, load in enumerate(loads) if k not in taken) / loads.sum()
+    return float(unknown + missing)
 
 
 def part_elsewhere(pressure_MPa: Floats, reference_MPa: Floats) -> float:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from fecontact.comparison.measures import CUT_PLANES, FLOORS, MEASURES, NOISE
+from fecontact.comparison.solved_load import Level
+from fecontact.contact.rung import Rung
 
 # Ratio of the element sizes of neighbouring meshes.
 MESH_RATIO = 1.5
@@ -64,3 +66,19 @@ def step_uncertainty(
     size = abs(values[0]) if measure in MEASURES else 1.0
     change, parting = abs(values[0] - values[1]) / size, abs(values[0] - other) / size
     return _OF_THE_CHANGE * change + _OF_THE_PARTING * parting + CUT_PLANES[measure] + residual
+
+
+def uncertainties(
+    levels: Sequence[Level], read: Callable[[Rung], Mapping[str, float]], deviation: Mapping[str, float]
+) -> dict[str, float]:
+    """Uncertainty of each deviation, where meshes tell it; `read` reads all measures off a rung."""
+    finest = levels[0]
+    measured, otherwise = [read(level.fe) for level in levels], read(finest.otherwise)
+    found = {}
+    for name in deviation:
+        values = [one[name] for one in measured]
+        known = uncertainty(name, values, otherwise=otherwise[name], residual=finest.fe.residual)
+        if known is not None:
+            # of (Hertz - FE) / FE, from that of the finite-element measure
+            found[name] = known * abs(1.0 + deviation[name]) if name in MEASURES else known
+    return found

@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from fecontact.case import Case
 from fecontact.comparison.compare import Comparison
-from fecontact.comparison.verdict import Verdict
+from fecontact.comparison.judgement import Judgement
 from fecontact.geometry.placement import Placement
 from fecontact.theory.axis_stress import first_yield_p0_MPa
 from fecontact.theory.touch_hertz import Side
 
 
-def junction_warnings(sides: Sequence[tuple[Side, Verdict, Mapping[str, float]]]) -> list[str]:
-    """What Hertz says with the curvature of either side of a junction, from its verdicts and deviations."""
+def junction_warnings(sides: Mapping[Side, Judgement]) -> list[str]:
+    """What Hertz says with the curvature of either side of a junction."""
     if len(sides) == 1:
         return []
     said = (
-        f"with that of its {side} side Hertz {verdict.answer} ({deviation['p_max_MPa']:+.1%} in peak"
-        f" pressure, {deviation['area_mm2']:+.1%} in area)"
-        for side, verdict, deviation in sides
+        f"with that of its {side} side Hertz {one.verdict.answer} ({one.deviation['p_max_MPa']:+.1%} in peak"
+        f" pressure, {one.deviation['area_mm2']:+.1%} in area)"
+        for side, one in sides.items()
     )
     return [f"the curvature is undefined at the touch point: {'; '.join(said)}"]
 

@@ -57,6 +57,10 @@ class Placement:
         """Arc length along the rail profile at the first touch point: the origin of the surface coordinate s."""
         return float(self.rail.profile.arc_length(self.first.rail_u))
 
+    def load_direction(self, *, normal: bool) -> Floats:
+        """Unit vector (3,) along which a load acts and the bodies approach: the normal at first touch, or vertical."""
+        return self.first.normal if normal else np.array([0.0, 0.0, 1.0])
+
     def arc_mm(self, touch: TouchPoint) -> float:
         """Surface coordinate s (mm) of a touch point."""
         return float(self.rail.profile.arc_length(touch.rail_u)) - self.first_arc_length_mm

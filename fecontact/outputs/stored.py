@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.case import Case
-from fecontact.comparison.judged_load import LEVEL_RUNGS, Level, SolvedLoad
 from fecontact.comparison.point_noise import PointNoise
+from fecontact.comparison.solved_load import LEVEL_RUNGS, Level, SolvedLoad
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.rung import Rung
 from fecontact.files import write_atomically

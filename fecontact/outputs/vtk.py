@@ -24,7 +24,6 @@ from fecontact.files import write_text
 from fecontact.outputs.rows import load_row
 from fecontact.outputs.verdict_words import case_annotation
 from fecontact.outputs.vtk_contact import contact_surface, ellipse_line
-from fecontact.solving.expected_patch import approach_direction
 from fecontact.solving.solve import CaseResult
 
 Floats = NDArray[np.float64]
@@ -166,7 +165,7 @@ def _xml(kind: str, version: str, lines: list[str]) -> str:
 def _approach_mm(result: CaseResult) -> Floats:
     """Rigid approach (3,) of the wheel to the rail, as a vector that points away from the rail."""
     placement = result.placement
-    direction = approach_direction(placement, normal_force=result.case.load_kind == "normal")
+    direction = placement.load_direction(normal=result.case.load_kind == "normal")
     # that of the elements' own nodes, as the displacements are; it is the part along the contact normal
     approach = result.load.level.nodal.approach_mm
     return np.asarray(approach / float(direction @ placement.first.normal) * direction)

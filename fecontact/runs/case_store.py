@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
-from fecontact.comparison.judged_load import judge_load
+from fecontact.comparison.judging import judge_load
 from fecontact.creep import Creep
 from fecontact.criteria import Criteria
 from fecontact.fe.stress_peak import StressPeak

@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
-from fecontact.comparison.judged_load import JudgedLoad, judge_load
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.judging import judge_load
+from fecontact.comparison.theories import HERTZ, THEORIES
 from fecontact.creep import Creep
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
@@ -108,7 +110,7 @@ def _read(folder: Path, record: Mapping[str, Any], case: Case) -> MapPosition:
     for load in record["loads"]:
         own = replace(case, load_N=load["load_N"])
         solved = solved_from_record(load, arrays, unrefined(own) if load["tried"] else own)
-        judged = judge_load(solved, placement)
+        judged = judge_load(solved, placement, (HERTZ,) if load["tried"] else THEORIES)
         if load["tried"]:
             tried.append(judged)
         else:

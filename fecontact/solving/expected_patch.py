@@ -85,11 +85,6 @@ class ExpectedPatch:
         return replace(self, parts=(whole,))
 
 
-def approach_direction(placement: Placement, *, normal_force: bool) -> Floats:
-    """Unit vector along which the load acts and the bodies approach: vertical, or the contact normal at first touch."""
-    return placement.first.normal if normal_force else np.array([0.0, 0.0, 1.0])
-
-
 def expected_patch(
     true_gap: TrueGap, load_N: float, *, half: bool, nodes: int = 16, guess_mm: float = 0.1
 ) -> ExpectedPatch:

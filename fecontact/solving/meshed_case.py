@@ -14,7 +14,6 @@ from fecontact.fe.fine_zone import FineZone, least_memory_bytes
 from fecontact.fe.memory import check_memory
 from fecontact.fe.meshing import rail_mesh, wheel_mesh
 from fecontact.geometry.placement import Placement
-from fecontact.solving.expected_patch import approach_direction
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import element_size_mm, expect_on_half_space
 from fecontact.solving.zone import fine_zone
@@ -63,7 +62,7 @@ def mesh_pair(case: Case) -> MeshedPair:
     """
     placement = place_case(case)
     zone, approach = _expected(case, placement)
-    direction = approach_direction(placement, normal_force=case.load_kind == "normal")
+    direction = placement.load_direction(normal=case.load_kind == "normal")
     return MeshedPair(
         case=case,
         rail=rail_mesh(placement, zone, half=case.half, size=case.size),

@@ -9,16 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.case import Case
-from fecontact.comparison.judged_load import (
-    JudgedLoad,
-    Level,
-    SolvedLoad,
-    judge_load,
-    judge_sides,
-    worst_of,
-)
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.judging import judge_hertz, worst_of
 from fecontact.comparison.measures import patch_of
 from fecontact.comparison.point_noise import PointNoise
+from fecontact.comparison.solved_load import Level, SolvedLoad
+from fecontact.comparison.theories import HERTZ
 from fecontact.comparison.uncertainty import MESH_RATIO
 from fecontact.contact.rung import Rung
 from fecontact.errors import InputError, NotEnoughMemory
@@ -67,8 +63,8 @@ class Meshes:
         self._meshes: dict[float, CoupledMesh] = {}
         self._not_enlarged: list[InputError] = []
 
-    def solve(self, position: Position) -> JudgedLoad:
-        """Solve a position's load on two meshes and judge it; refine while the verdict is open and the limit allows.
+    def solve(self, position: Position) -> SolvedLoad:
+        """Solve a position's load on two meshes; refine while the verdict is open and the limit allows.
 
         It is the position of the meshes, or the same one under another load.
         """
@@ -81,8 +77,8 @@ class Meshes:
         while stop is None and is_open(case, levels, placement, noise):
             stop = self._refine(position, levels)
         with position.clock.step("ladder"):
-            hertz = judge_sides(case, levels, placement.first, noise)[-1].hertz
-            solved = SolvedLoad(
+            hertz = judge_hertz(case, levels, placement, noise)[HERTZ].hertz
+            return SolvedLoad(
                 case=case,
                 levels=tuple(levels),
                 half_space=position.expected.half_space,
@@ -96,7 +92,6 @@ class Meshes:
                 ),
                 short_of_memory=any(isinstance(error, NotEnoughMemory) for error in (*self._not_enlarged, stop)),
             )
-            return judge_load(solved, placement)
 
     def close(self) -> None:
         """Release all factors; a further load makes its meshes again."""
@@ -179,10 +174,10 @@ def is_open(case: Case, levels: Sequence[Level], placement: Placement, noise: Po
     # what the profiles alone leave open no mesh decides
     if (
         noise is not None
-        and worst_of(judge_sides(case, levels, placement.first, noise, meshes=False)).answer == "UNRESOLVED"
+        and worst_of(judge_hertz(case, levels, placement, noise, meshes=False)).answer == "UNRESOLVED"
     ):
         return False
-    return worst_of(judge_sides(case, levels, placement.first, noise)).answer == "UNRESOLVED"
+    return worst_of(judge_hertz(case, levels, placement, noise)).answer == "UNRESOLVED"
 
 
 def would_be_refined(load: JudgedLoad, placement: Placement) -> bool:

@@ -16,7 +16,7 @@ from fecontact.case import RESOLUTIONS, Case
 from fecontact.errors import InputError
 from fecontact.fe.linear_solver import choose_solver
 from fecontact.geometry.placement import Placement
-from fecontact.solving.expected_patch import ExpectedPart, ExpectedPatch, approach_direction, expected_patch
+from fecontact.solving.expected_patch import ExpectedPart, ExpectedPatch, expected_patch
 from fecontact.solving.placing import place_case
 from fecontact.solving.true_gap import TrueGap
 from fecontact.theory.hertz import HertzContact, hertz_from_hessian
@@ -211,4 +211,4 @@ def true_gap_of_case(case: Case, placement: Placement) -> TrueGap:
 
 def direction_of_case(case: Case, placement: Placement) -> Floats:
     """Unit vector (3,) along which the load of a case acts."""
-    return approach_direction(placement, normal_force=case.load_kind == "normal")
+    return placement.load_direction(normal=case.load_kind == "normal")

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from fecontact.case import Case
 from fecontact.comparison.compare import Comparison
-from fecontact.comparison.judged_load import JudgedLoad, Status
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.judging import judge_load
+from fecontact.comparison.solved_load import Status
 from fecontact.comparison.verdict import Verdict
 from fecontact.comparison.warnings import position_notes
 from fecontact.contact.grid import ContactGrid, Field
@@ -137,7 +139,7 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
     case.creep.refuse_unheard()
     position = position_of(case, progress=progress)
     meshes = Meshes(position)
-    judged = meshes.solve(position)
+    solved = meshes.solve(position)
     bodies = meshes.bodies
     assert bodies is not None
     with position.clock.step("recover"):
@@ -145,6 +147,8 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
             body.mesh.name: stress_peak(body, bodies.displacement_mm[body.mesh.name])
             for body in (bodies.coupled.rail, bodies.coupled.wheel)
         }
+    with position.clock.step("judge"):
+        judged = judge_load(solved, position.placement)
     return CaseResult(
         load=judged,
         placement=position.placement,

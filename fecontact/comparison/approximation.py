@@ -1,0 +1,187 @@
+"""What a cheap theory says of a contact: its patches with their pressures, which are read as those of a contact are."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.comparison.patch import measure_patch
+from fecontact.contact.grid import ContactGrid, Field
+from fecontact.contact.rung import Rung
+from fecontact.geometry.touch_points import TouchPoint
+from fecontact.theory.hertz import HertzContact
+
+Floats = NDArray[np.float64]
+
+# Points a cell and direction at which a pressure is taken for its mean over the cell.
+_POINTS_A_CELL = 5
+
+
+class Shape(Protocol):
+    """A pressure over the places of a patch, as a theory has it."""
+
+    def pressure_MPa(self, x_mm: Floats, y_mm: Floats, /) -> Floats:
+        """Pressure at places along and across from its own origin."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TheoryPatch:
+    """A patch of a theory; places (x, s) in mm from the first touch point.
+
+    Attributes
+    ----------
+    shape, origin_mm
+        Its pressure, and where the origin of that lies.
+    p_max_MPa, area_mm2, a_mm, b_mm
+        Its own peak, area and half-widths.
+    low_mm, high_mm
+        Its ends.
+    touch_point, touch
+        Number of the touch point that it belongs to, and that point; None where the theory knows of none.
+    """
+
+    shape: Shape
+    normal_force_N: float
+    p_max_MPa: float
+    area_mm2: float
+    a_mm: float
+    b_mm: float
+    origin_mm: tuple[float, float]
+    centre_mm: tuple[float, float]
+    low_mm: tuple[float, float]
+    high_mm: tuple[float, float]
+    touch_point: int | None = None
+    touch: TouchPoint | None = None
+
+    @property
+    def hertz(self) -> HertzContact | None:
+        """Its ellipse, None where it is none."""
+        return self.shape if isinstance(self.shape, HertzContact) else None
+
+
+def ellipse(hertz: HertzContact, centre_mm: tuple[float, float] = (0.0, 0.0)) -> TheoryPatch:
+    """Hertz's ellipse as a patch, a along x and b across also where its axes are turned."""
+    (x, s), a, b = centre_mm, 0.5 * hertz.extent_x_mm, 0.5 * hertz.extent_y_mm
+    return TheoryPatch(
+        shape=hertz,
+        normal_force_N=hertz.normal_force_N,
+        p_max_MPa=hertz.p0_MPa,
+        area_mm2=hertz.area_mm2,
+        a_mm=a,
+        b_mm=b,
+        origin_mm=centre_mm,
+        centre_mm=centre_mm,
+        low_mm=(x - a, s - b),
+        high_mm=(x + a, s + b),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Approximation:
+    """A contact as a theory has it: its patches, in the order of their forces.
+
+    Attributes
+    ----------
+    approach_mm
+        Along the contact normal at first touch.
+    overlapping
+        Whether two patches overlap, so that they are none of their own.
+    """
+
+    patches: tuple[TheoryPatch, ...]
+    approach_mm: float
+    overlapping: bool = False
+
+    @classmethod
+    def of(cls, hertz: HertzContact) -> Approximation:
+        """Hertz's ellipse at the first touch point."""
+        return cls(patches=(ellipse(hertz),), approach_mm=hertz.approach_mm)
+
+    @property
+    def single(self) -> TheoryPatch | None:
+        """The only patch, None of several."""
+        return self.patches[0] if len(self.patches) == 1 else None
+
+    @property
+    def normal_force_N(self) -> float:
+        """Sum of the forces."""
+        return sum(one.normal_force_N for one in self.patches)
+
+    @property
+    def centre_mm(self) -> tuple[float, float]:
+        """Centre of pressure (x, s)."""
+        total = self.normal_force_N
+        x, s = (sum(one.normal_force_N / total * one.centre_mm[k] for one in self.patches) for k in (0, 1))
+        return x, s
+
+    @property
+    def half_widths_mm(self) -> tuple[float, float]:
+        """Half-widths (a, b) of one patch, of several from the second moments of all pressures together."""
+        if self.single is not None:
+            return self.single.a_mm, self.single.b_mm
+        total, centre = self.normal_force_N, self.centre_mm
+        # <x^2> of an ellipse is its half-width squared over 5
+        a, b = (
+            math.sqrt(
+                5.0
+                * sum(
+                    one.normal_force_N / total * ((one.centre_mm[k] - centre[k]) ** 2 + half**2 / 5.0)
+                    for one, half in ((one, (one.a_mm, one.b_mm)[k]) for one in self.patches)
+                )
+            )
+            for k in (0, 1)
+        )
+        return a, b
+
+    @property
+    def box_mm(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Smallest and largest (x, s) of all patches."""
+        low, high = ([[getattr(one, end)[k] for one in self.patches] for k in (0, 1)] for end in ("low_mm", "high_mm"))
+        return (min(low[0]), min(low[1])), (max(high[0]), max(high[1]))
+
+    @property
+    def extents_mm(self) -> tuple[float, float]:
+        """Full lengths along x and across, from end to end."""
+        low, high = self.box_mm
+        return high[0] - low[0], high[1] - low[1]
+
+    def on(self, grid: ContactGrid, moved_mm: tuple[float, float] = (0.0, 0.0)) -> Floats:
+        """Pressure (nx, ns) in MPa of all patches, moved together, in the mean over a cell of each node."""
+        (dx, ds) = moved_mm
+        return np.asarray(
+            sum(mean_pressure(grid, one.shape, (one.origin_mm[0] + dx, one.origin_mm[1] + ds)) for one in self.patches)
+        )
+
+    def beside(self, rung: Rung, moved_mm: tuple[float, float] = (0.0, 0.0)) -> tuple[Floats, Floats]:
+        """Pressures of a contact and of these patches on the same nodes, as far as both go."""
+        low, high = self.box_mm
+        lengths = (2.0 * (max(abs(low[k]), abs(high[k])) + abs(moved_mm[k])) for k in (0, 1))
+        covering = rung.pressure.covering(*lengths)
+        return covering.values, self.on(covering.grid, moved_mm)
+
+    def valley_on(self, rung: Rung) -> float:
+        """The valley between its peaks, read on nodes as those of a contact."""
+        if self.single is not None and self.single.hertz is not None:
+            return 0.0
+        low, high = self.box_mm
+        covering = rung.pressure.covering(*(2.0 * max(abs(low[k]), abs(high[k])) for k in (0, 1)))
+        return measure_patch(Field(grid=covering.grid, values=self.on(covering.grid))).valley
+
+
+def mean_pressure(grid: ContactGrid, shape: Shape, origin_mm: tuple[float, float] = (0.0, 0.0)) -> Floats:
+    """A theory's pressure (nx, ns) in MPa, in the mean over a cell of each node, its origin at a place of the grid.
+
+    A contact on a half-space has its nodal pressures on such cells.
+    """
+    places = (np.arange(_POINTS_A_CELL) + 0.5) / _POINTS_A_CELL - 0.5
+    x, s = (
+        (line[:, None] - middle + step * places).ravel()
+        for line, middle, step in zip((grid.x_mm, grid.s_mm), origin_mm, grid.steps_mm, strict=True)
+    )
+    pressure = shape.pressure_MPa(x[:, None], s[None, :])
+    cells = pressure.reshape(grid.x_mm.size, _POINTS_A_CELL, grid.s_mm.size, _POINTS_A_CELL)
+    return np.asarray(cells.mean(axis=(1, 3)))

@@ -1,0 +1,169 @@
+"""From a solved load to what it says: the ladder, the lobes, and each theory judged in the same way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+from fecontact.case import Case
+from fecontact.comparison.approximation import Approximation
+from fecontact.comparison.cause import cause_of, patch_geometry
+from fecontact.comparison.compare import compare
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.judgement import Judgement
+from fecontact.comparison.ladder import Ladder
+from fecontact.comparison.lobes import judge_lobes
+from fecontact.comparison.measures import FLOORS, MEASURES, deviations_of, values_of
+from fecontact.comparison.point_noise import PointNoise
+from fecontact.comparison.solved_load import Level, SolvedLoad
+from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES
+from fecontact.comparison.uncertainty import step_uncertainty, uncertainties
+from fecontact.comparison.verdict import AT_JUNCTION, FROM_BEST, PROFILE, Verdict, judge
+from fecontact.comparison.warnings import junction_warnings, yield_warnings
+from fecontact.geometry.placement import Placement
+
+
+def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str] = THEORIES) -> JudgedLoad:
+    """Read everything from a solved load, by the criteria of its case.
+
+    Parameters
+    ----------
+    theories
+        Those that are asked for. Hertz is always judged; by Hertz alone, lobes are not looked at either.
+    """
+    case, finest, touch = solved.case, solved.levels[0], placement.first
+    judged = judge_hertz(case, solved.levels, placement, solved.point_noise)
+    hertz = judged[HERTZ].hertz
+    others = [name for name in theories if name not in EITHER_SIDE]
+    found, without = _judge_theories(others, solved, placement)
+    comparison = compare(finest.fe, hertz)
+    ladder = Ladder.of(hertz, solved.rungs)
+    geometry = patch_geometry(placement, finest.fe, hertz, comparison.patch)
+    worst = worst_of(judged)
+    cause: str | None = None
+    if _is_off(judged, worst, case):
+        cause = AT_JUNCTION if touch.at_junction else cause_of(ladder.steps, worst.measure, geometry)
+    if worst.answer == "UNRESOLVED" and _profile_decides(judged, worst, solved.point_noise):
+        cause = PROFILE
+    load = JudgedLoad(
+        solved=solved,
+        judgements=judged | found,
+        without=without,
+        comparison=comparison,
+        ladder=ladder,
+        geometry=geometry,
+        bodies_step_uncertainty=_bodies_step_uncertainty(solved, judged[HERTZ].approximation),
+        verdict=replace(worst, cause=cause).usable(solved.status == "converged"),
+        warnings=(),
+        lobes=judge_lobes(solved, placement) if others else (),
+    )
+    return replace(
+        load, warnings=(*junction_warnings(load.sides), *solved.limits, *yield_warnings(case, comparison))
+    )
+
+
+def judge_hertz(
+    case: Case, levels: Sequence[Level], placement: Placement, point_noise: PointNoise | None, *, meshes: bool = True
+) -> dict[str, Judgement]:
+    """Judge Hertz with the curvature of each side of the first touch point, under the finest level's normal force.
+
+    Without `meshes` as if those were exact: by the uncertainty of the profiles alone.
+    """
+    of_points = {} if point_noise is None else point_noise.uncertainty()
+    found = {}
+    for name in EITHER_SIDE:
+        made = THEORIES[name].approximate(placement, case, levels[0].fe.normal_force_N)
+        if isinstance(made, Approximation):
+            found[name] = judge_theory(case, levels, made, of_points, meshes=meshes)
+    return found
+
+
+def _judge_theories(
+    names: Iterable[str], solved: SolvedLoad, placement: Placement
+) -> tuple[dict[str, Judgement], dict[str, str]]:
+    """Each theory judged, and why others have no contact.
+
+    What points of profiles leave open is taken to be that of one ellipse.
+    """
+    of_points = {} if solved.point_noise is None else solved.point_noise.uncertainty()
+    found, without = {}, {}
+    for name in names:
+        made = THEORIES[name].approximate(placement, solved.case, solved.levels[0].fe.normal_force_N)
+        if isinstance(made, str):
+            without[name] = made
+        elif made is not None:
+            one = judge_theory(solved.case, solved.levels, made, of_points)
+            found[name] = replace(one, verdict=one.verdict.usable(solved.status == "converged"))
+    return found, without
+
+
+def judge_theory(
+    case: Case,
+    levels: Sequence[Level],
+    made: Approximation,
+    of_points: Mapping[str, float],
+    *,
+    meshes: bool = True,
+) -> Judgement:
+    """Judge a theory against the finest level, by the criteria of a case.
+
+    Parameters
+    ----------
+    of_points
+        What the profiles leave open of each deviation.
+    meshes
+        Whether the uncertainty has the part of the meshes in it.
+    """
+    deviation = deviations_of(levels[0].fe, made)
+    known = uncertainties(levels, lambda rung: values_of(rung, made), deviation)
+    uncertainty = {name: (value if meshes else 0.0) + of_points.get(name, 0.0) for name, value in known.items()}
+    return Judgement(
+        approximation=made,
+        deviation=deviation,
+        uncertainty=uncertainty,
+        limits=case.criteria.limits,
+        verdict=judge(deviation, uncertainty, case.criteria),
+    )
+
+
+def worst_of(judged: Mapping[str, Judgement]) -> Verdict:
+    """The worst verdict of both sides, that of the field side where both are the same."""
+    return max(
+        (one.verdict for one in reversed([*judged.values()])), key=lambda verdict: FROM_BEST.index(verdict.answer)
+    )
+
+
+def _profile_decides(judged: Mapping[str, Judgement], worst: Verdict, noise: PointNoise | None) -> bool:
+    """Whether most of the uncertainty of the measure that leaves the verdict open is the measured profile's."""
+    if noise is None:
+        return False
+    part = noise.uncertainty().get(worst.measure, 0.0)
+    whole = next(one for one in reversed([*judged.values()]) if one.verdict == worst).uncertainty.get(worst.measure, 0.0)
+    # what is not a number is not known, for want of a contact
+    return not part <= 0.5 * whole
+
+
+def _is_off(judged: Mapping[str, Judgement], worst: Verdict, case: Case) -> bool:
+    """Whether Hertz fails, or would if the numbers were exact: an open verdict by itself needs no cause."""
+    limit = case.criteria.limits[worst.measure]
+    return worst.answer != "HOLDS" and any(abs(one.deviation[worst.measure]) > limit for one in judged.values())
+
+
+def _bodies_step_uncertainty(solved: SolvedLoad, hertz: Approximation) -> dict[str, float]:
+    """Uncertainty of the step of each measure from the half-space to the bodies; it has no approach.
+
+    The half-space of several lobes is not a single thing where the surface turns from one to the other: what lies
+    between planes for patches and normals that all turn is a part.
+    """
+    finest = solved.levels[0]
+    on_half_space, otherwise = values_of(solved.half_space, hertz), values_of(finest.otherwise, hertz)
+    turned = on_half_space if solved.turned is None else values_of(solved.turned, hertz)
+    levels = [values_of(level.fe, hertz) for level in solved.levels]
+    found = {}
+    for name, flat in on_half_space.items():
+        if FLOORS[name] is not None:
+            values = [one[name] for one in levels]
+            ratio, size = (values[0] / flat, abs(flat)) if name in MEASURES else (1.0, 1.0)
+            of_meshes = step_uncertainty(name, values, otherwise=otherwise[name], residual=finest.fe.residual)
+            found[name] = abs(ratio) * (of_meshes + abs(turned[name] - flat) / size)
+    return found
