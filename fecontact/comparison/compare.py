@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import zoom
 
-from fecontact.comparison.measures import Measures, deviations, hertz_measures, hertz_on, measures_of, patch_of
+from fecontact.comparison.approximation import mean_pressure
+from fecontact.comparison.measures import Measures, deviations, hertz_measures, measures_of, patch_of
 from fecontact.comparison.patch import Patch, signed_square
 from fecontact.contact.grid import Field
 from fecontact.contact.rung import Rung
@@ -50,7 +51,7 @@ def compare(fe: Rung, hertz: HertzContact) -> Comparison:
     """Compare a solved contact with Hertz's ellipse at the origin of its grid."""
     measured, analytic = measures_of(fe), hertz_measures(hertz)
     covering = fe.pressure.covering(hertz.extent_x_mm, hertz.extent_y_mm)
-    reference = hertz_on(covering.grid, hertz)
+    reference = mean_pressure(covering.grid, hertz)
     return Comparison(
         patch=patch_of(fe),
         fe=measured,
@@ -58,7 +59,7 @@ def compare(fe: Rung, hertz: HertzContact) -> Comparison:
         deviation=deviations(fe, hertz),
         pressure_l2=float(np.linalg.norm(reference - covering.values) / np.linalg.norm(covering.values)),
         overlap=_overlap(covering, hertz),
-        hertz_pressure_MPa=hertz_on(fe.grid, hertz),
+        hertz_pressure_MPa=mean_pressure(fe.grid, hertz),
     )
 
 

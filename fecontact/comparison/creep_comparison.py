@@ -1,28 +1,29 @@
-"""Creep forces of a judged load on Hertz's ellipse and on the real patch, with their verdict."""
+"""Creep forces of a solved load on Hertz's ellipse and on the real patch, with their verdict."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from weakref import WeakKeyDictionary
 
 from fecontact.comparison.creep_verdict import (
     DECIDES,
     SCREEN,
-    ForceVerdict,
     RollingLoad,
     creepage_range,
+    judge_on_hertz,
     pressure_uncertainty,
     rolling_load,
-    verdict_of,
 )
-from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.judgement import Judgement
+from fecontact.comparison.measures import patch_of
+from fecontact.comparison.solved_load import SolvedLoad
 from fecontact.errors import FecontactError
 from fecontact.geometry.placement import Placement
 from fecontact.theory.creep.contact import Creepages, CreepForce, friction_warnings
 from fecontact.theory.creep.forces import creep_force, creep_forces, force_difference
 from fecontact.theory.creep.strips import mean_creepages
+from fecontact.theory.hertz import HertzContact
 
 # of mu N; a fifth of the usual limit
 _CURVED = 0.01
@@ -30,7 +31,7 @@ _CURVED = 0.01
 
 @dataclass(frozen=True, kw_only=True)
 class CreepComparison:
-    """Creep forces of a judged load.
+    """Creep forces of a solved load.
 
     Attributes
     ----------
@@ -62,26 +63,16 @@ class CreepComparison:
     fe: Mapping[str, CreepForce | str]
     deviation_of_muN: Mapping[str, float | None]
     uncertainty_of_muN: Mapping[str, float | None]
-    verdict: ForceVerdict
+    verdict: Judgement
     warnings: tuple[str, ...]
 
 
-# a result is told as a row, as a record and as a table, and is evaluated once; kept as long as the load itself
-_EVALUATED: WeakKeyDictionary[JudgedLoad, CreepComparison] = WeakKeyDictionary()
-
-
-def creep_of(load: JudgedLoad, placement: Placement) -> CreepComparison | None:
-    """Creep forces of a judged load at its placement; None where no friction is given."""
-    friction = load.case.creep.friction
-    if friction is None:
+def creep_of(solved: SolvedLoad, hertz: HertzContact, placement: Placement) -> CreepComparison | None:
+    """Creep forces of a solved load on its ellipse and on the real patch; None where no friction is given."""
+    creep = solved.case.creep
+    if creep.friction is None:
         return None
-    if load not in _EVALUATED:
-        _EVALUATED[load] = _evaluated(load, placement, friction)
-    return _EVALUATED[load]
-
-
-def _evaluated(load: JudgedLoad, placement: Placement, friction: float) -> CreepComparison:
-    creep, rolling = load.case.creep, rolling_load(load, placement, load.case.creep)
+    rolling = rolling_load(solved, hertz, placement, creep)
     creepages, motion = rolling.creepages, rolling.motion(rolling.creepages)
     on_hertz, on_real = creep_forces(rolling.hertz, creepages), creep_forces(rolling.real, motion)
     surface_of_muN = _surface_effect(rolling, creep.largest_creepage)
@@ -96,7 +87,7 @@ def _evaluated(load: JudgedLoad, placement: Placement, friction: float) -> Creep
         # what meshes leave open of the pressure is felt by the exact theory as by its fast neighbour
         uncertainty[theory] = pressure_uncertainty(SCREEN if theory == DECIDES else theory, rolling, motion)
     return CreepComparison(
-        friction=friction,
+        friction=creep.friction,
         limit_N=rolling.limit_N,
         creepages=creepages,
         centre_creepages=mean_creepages(rolling.real.pieces, motion),
@@ -106,8 +97,8 @@ def _evaluated(load: JudgedLoad, placement: Placement, friction: float) -> Creep
         fe=on_real,
         deviation_of_muN=deviation,
         uncertainty_of_muN=uncertainty,
-        verdict=verdict_of(load, rolling, creep),
-        warnings=_warnings(load, friction, 0.0 if creep.curved else surface_of_muN),
+        verdict=judge_on_hertz(solved, rolling, creep),
+        warnings=_warnings(solved, creep.friction, 0.0 if creep.curved else surface_of_muN),
     )
 
 
@@ -126,18 +117,18 @@ def _surface_effect(rolling: RollingLoad, largest: float) -> float:
         return math.nan
 
 
-def _warnings(load: JudgedLoad, friction: float, left_out: float) -> tuple[str, ...]:
+def _warnings(solved: SolvedLoad, friction: float, left_out: float) -> tuple[str, ...]:
     separate = ("on separate patches the laws for one ellipse take one of the second moments of all",)
     curved = (
         f"the surfaces are curved across the patch: creepages that follow them change forces by up to"
         f" {1e2 * left_out:.1f} % of mu N; --curved takes them",
     )
-    wheel, rail = load.case.wheel_material, load.case.rail_material
+    wheel, rail = solved.case.wheel_material, solved.case.rail_material
     pair = ("wheel and rail have different elastic constants: what the pressure does to the slip is left out",)
     unlike = (wheel.young_MPa, wheel.poisson) != (rail.young_MPa, rail.poisson)
     return (
         *friction_warnings(friction),
         *(pair if unlike else ()),
-        *(separate if load.geometry.pieces > 1 else ()),
+        *(separate if patch_of(solved.levels[0].fe).pieces > 1 else ()),
         *(curved if left_out > _CURVED else ()),
     )

@@ -1,4 +1,4 @@
-"""The cheapest creep theory that is right on a judged load: laws and patches against the exact theory on the real one.
+"""Laws of creep forces on a solved load: laws and patches against the exact theory on the real one.
 
 The exact theory on coarse cells looks over the whole range of creepages; where its answer is open, cells as fine as the
 verdict's decide.
@@ -8,85 +8,74 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from dataclasses import replace
+from typing import TypeAlias
 
+from fecontact.comparison.approximation import TheoryPatch
 from fecontact.comparison.creep_verdict import (
     DECIDES,
     SCREEN,
-    ForceAt,
-    ForceVerdict,
     RollingLoad,
     creepage_range,
     furthest,
     pressure_uncertainty,
     rolling_load,
-    worst_of,
 )
-from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.multi_hertz import MultiHertz
+from fecontact.comparison.judgement import ForceAt, Judgement, judged_force
+from fecontact.comparison.solved_load import SolvedLoad
+from fecontact.comparison.theories import HERTZ, MULTI_HERTZ
 from fecontact.errors import FecontactError
 from fecontact.geometry.placement import Placement
 from fecontact.rolling.steady import pressure_cells
 from fecontact.theory.creep.contact import Creepages, CreepForce
 from fecontact.theory.creep.forces import CreepPatch, creep_force, force_difference, hertz_patch
 
-Theory: TypeAlias = Literal["polach", "fastsim", "exact", "springs", "strips", "real"]
-THEORIES_BY_COST: tuple[Theory, ...] = ("polach", "fastsim", "exact", "springs", "strips", "real")
-"""Polach's law, FASTSIM and the exact theory (which may be a table) on Hertz's ellipse; FASTSIM on the ellipses at all
-touch points that share the load as springs; FASTSIM in strips over the real patch; the exact theory on it."""
+CREEP_LAWS: Mapping[str, str] = {
+    "polach": "Polach's law on Hertz's ellipse",
+    "fastsim": "FASTSIM on Hertz's ellipse",
+    "exact": "the exact theory (which may be a table) on Hertz's ellipse",
+    "multi_hertz": "FASTSIM on the ellipses at all touch points, as springs",
+    "strips": "FASTSIM in strips on the real patch",
+    "real": "the exact theory on the real patch",
+}
+"""Laws of creep forces in words, from the cheapest to that by which all are judged."""
 _COARSE = 24
 # Of mu N, against very fine cells with large spin: the coarse ones (0.6 % against 48), and 48 (`rolling.steady.CELLS`).
 _OF_COARSE, _OF_FINE = 0.015, 0.007
 _Force: TypeAlias = Callable[[Creepages], CreepForce]
 
 
-@dataclass(frozen=True, kw_only=True)
-class TheoryVerdicts:
-    """Verdict of forces of each theory but the last, by cost; `springs` where several ellipses share the load."""
-
-    verdicts: Mapping[Theory, ForceVerdict]
-
-    @property
-    def first(self) -> Theory:
-        """The cheapest theory that does not fail; its answer may be open."""
-        return next((name for name, verdict in self.verdicts.items() if verdict.answer != "FAILS"), "real")
-
-    @property
-    def cheapest(self) -> Theory | None:
-        """The cheapest theory that holds; None where a cheaper one is open."""
-        first = self.first
-        return first if first == "real" or self.verdicts[first].answer == "HOLDS" else None
-
-
-def theory_verdicts(
-    load: JudgedLoad, placement: Placement, springs: MultiHertz | None, exact: ForceVerdict
-) -> TheoryVerdicts:
-    """Judge each theory by the friction, limit and range of creepages of a load's case.
+def judge_creep_laws(
+    solved: SolvedLoad, placement: Placement, pressures: Mapping[str, Judgement], exact: Judgement
+) -> dict[str, Judgement]:
+    """Judge each law by the friction, limit and range of creepages of a load's case.
 
     Parameters
     ----------
-    springs
-        The ellipses that share the load; None where there is one.
+    pressures
+        The judged theories of the pressure, of which the ellipses are taken.
     exact
-        The verdict of forces itself: that of the exact theory on Hertz's ellipse.
+        The judgement of the exact theory on Hertz's ellipse.
     """
-    creep = load.case.creep
-    rolling = rolling_load(load, placement, creep)
+    creep = solved.case.creep
+    rolling = rolling_load(solved, pressures[HERTZ].hertz, placement, creep)
     every = creepage_range(creep.largest_creepage, rolling.creepages.spin_per_mm)
     reference = _Reference(rolling, every)
-    found = {name: _verdict(force, load, reference) for name, force in _forces(rolling, springs).items()}
-    verdicts = found | {"exact": exact}
-    return TheoryVerdicts(verdicts={name: verdicts[name] for name in THEORIES_BY_COST if name in verdicts})
+    several = pressures.get(MULTI_HERTZ)
+    forces = _forces(rolling, () if several is None or several.approximation is None else several.approximation.patches)
+    found = {name: _judged(force, solved, reference) for name, force in forces.items()}
+    real = judged_force([replace(exact.decided[0], deviation=0.0, uncertainty=0.0)], creep.force_limit)
+    judged = found | {"exact": exact, "real": real}
+    return {name: judged[name] for name in CREEP_LAWS if name in judged}
 
 
-def _forces(rolling: RollingLoad, springs: MultiHertz | None) -> dict[Theory, _Force]:
-    forces: dict[Theory, _Force] = {
+def _forces(rolling: RollingLoad, ellipses: Sequence[TheoryPatch]) -> dict[str, _Force]:
+    forces: dict[str, _Force] = {
         "polach": lambda creepages: creep_force("polach", rolling.hertz, creepages),
         "fastsim": lambda creepages: creep_force("fastsim", rolling.hertz, creepages),
         "strips": lambda creepages: creep_force("fastsim", rolling.real, rolling.motion(creepages)),
     }
-    if springs is not None and len(springs.ellipses) > 1:
+    if ellipses:
         constants = rolling.real.ellipse
         shared = [
             (
@@ -96,15 +85,16 @@ def _forces(rolling: RollingLoad, springs: MultiHertz | None) -> dict[Theory, _F
                     shear_MPa=constants.shear_MPa,
                     poisson=constants.poisson,
                 ),
-                (one.x_mm, one.s_mm),
+                one.centre_mm,
             )
-            for one in springs.ellipses
+            for one in ellipses
+            if one.hertz is not None
         ]
-        forces["springs"] = lambda creepages: _of_springs(shared, rolling, creepages)
+        forces[MULTI_HERTZ] = lambda creepages: _on_each(shared, rolling, creepages)
     return forces
 
 
-def _of_springs(
+def _on_each(
     shared: Sequence[tuple[CreepPatch, tuple[float, float]]], rolling: RollingLoad, creepages: Creepages
 ) -> CreepForce:
     """FASTSIM on each ellipse with the creepages of its own touch point; forces across along the arc of the surface."""
@@ -156,12 +146,12 @@ def coarse_patch(real: CreepPatch) -> CreepPatch:
     return replace(real, cells=cells)
 
 
-def _verdict(force: _Force, load: JudgedLoad, reference: _Reference) -> ForceVerdict:
-    rolling, limit = reference.rolling, load.case.creep.force_limit
+def _judged(force: _Force, solved: SolvedLoad, reference: _Reference) -> Judgement:
+    rolling, limit = reference.rolling, solved.case.creep.force_limit
     worst = furthest([(reference.off(force, one, _OF_COARSE), one) for one in reference.every])
     of_pressure = {one: pressure_uncertainty(SCREEN, rolling, rolling.motion(one)) for one in worst}
 
-    def judged(cells: float) -> ForceVerdict:
+    def judged(cells: float) -> Judgement:
         decided = [
             ForceAt(
                 creepages=one,
@@ -170,7 +160,7 @@ def _verdict(force: _Force, load: JudgedLoad, reference: _Reference) -> ForceVer
             )
             for one in worst
         ]
-        return worst_of(decided, limit, usable=load.status == "converged")
+        return judged_force(decided, limit, usable=solved.status == "converged")
 
     coarse = judged(_OF_COARSE)
-    return judged(_OF_FINE) if coarse.answer == "UNRESOLVED" else coarse
+    return judged(_OF_FINE) if coarse.verdict.answer == "UNRESOLVED" else coarse

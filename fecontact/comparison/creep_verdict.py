@@ -10,9 +10,9 @@ from itertools import pairwise
 import numpy as np
 
 from fecontact.comparison.creep_patch import creepages_of, real_patch
-from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.judgement import ForceAt, Judgement, judged_force
 from fecontact.comparison.measures import patch_of
-from fecontact.comparison.verdict import FROM_BEST, Answer, answer_of
+from fecontact.comparison.solved_load import SolvedLoad
 from fecontact.contact.rung import Rung
 from fecontact.creep import Creep
 from fecontact.errors import FecontactError
@@ -21,6 +21,7 @@ from fecontact.theory.creep.contact import Creepages, CurvedCreepages, Motion, p
 from fecontact.theory.creep.forces import CreepPatch, creep_force, force_difference, hertz_patch
 from fecontact.theory.creep.motion import curved_creepages
 from fecontact.theory.creep.strips import mean_creepages
+from fecontact.theory.hertz import HertzContact
 
 SCREEN, DECIDES = "fastsim", "rolling_half_space"
 """The theory that looks where Hertz is furthest off, which it knows to 1 or 2 % of mu N, and the one that decides."""
@@ -38,51 +39,9 @@ _OF_THE_PARTING = 2.0
 _LINES = 401
 
 
-@dataclass(frozen=True, kw_only=True)
-class ForceAt:
-    """By how much of mu N a force is off at creepages of the first touch point, and how well that is known."""
-
-    creepages: Creepages
-    deviation: float
-    uncertainty: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class ForceVerdict:
-    """Whether a creep force is right over a range of creepages.
-
-    Attributes
-    ----------
-    answer
-        The worst over the range.
-    decided
-        Creepages at which the exact theory decided, the worst one first.
-    limit
-        Of the deviation.
-    cause
-        `PLACE` or `SHAPE`, whichever moves the force more where Hertz is furthest off; None where he is within the
-        limit.
-    """
-
-    answer: Answer
-    decided: tuple[ForceAt, ...]
-    limit: float
-    cause: str | None = None
-
-    @property
-    def worst(self) -> ForceAt:
-        """Where the force is furthest off."""
-        return self.decided[0]
-
-    @property
-    def limit_used(self) -> float:
-        """The part of the limit that is used; the force is off from 1 on."""
-        return self.worst.deviation / self.limit
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RollingLoad:
-    """A judged load as it rolls.
+    """A solved load as it rolls.
 
     Attributes
     ----------
@@ -115,21 +74,22 @@ class RollingLoad:
         return replace(self.surface, plane=creepages) if self.curved else creepages
 
 
-def rolling_load(load: JudgedLoad, placement: Placement, creep: Creep) -> RollingLoad:
-    """A judged load under a friction and creepages that need not be those of its case."""
+def rolling_load(solved: SolvedLoad, hertz: HertzContact, placement: Placement, creep: Creep) -> RollingLoad:
+    """A solved load and its ellipse under a friction and creepages that need not be those of its case."""
     assert creep.friction is not None
-    shear, poisson = pair_constants(load.case.wheel_material, load.case.rail_material)
+    case, (finest, coarser, *_) = solved.case, solved.levels
+    shear, poisson = pair_constants(case.wheel_material, case.rail_material)
     constants = {"friction": creep.friction, "shear_MPa": shear, "poisson": poisson}
 
     def patch(rung: Rung) -> CreepPatch:
         return real_patch(rung, patch_of(rung), **constants)
 
-    real, others = patch(load.fe), (patch(load.solved.levels[1].fe), patch(load.level.otherwise))
-    creepages = creepages_of(replace(load.case, creep=creep), placement)
+    real, others = patch(finest.fe), (patch(coarser.fe), patch(finest.otherwise))
+    creepages = creepages_of(replace(case, creep=creep), placement)
     ends = [float(one.cells.y_mm[end]) for one in (real, *others) for end in (0, -1)]
     s_mm = np.linspace(min(0.0, *ends), max(0.0, *ends), _LINES)
     return RollingLoad(
-        hertz=hertz_patch(load.hertz, **constants),
+        hertz=hertz_patch(hertz, **constants),
         real=real,
         others=others,
         creepages=creepages,
@@ -138,12 +98,12 @@ def rolling_load(load: JudgedLoad, placement: Placement, creep: Creep) -> Rollin
     )
 
 
-def force_verdict(load: JudgedLoad, placement: Placement, creep: Creep) -> ForceVerdict:
-    """Verdict of forces alone, under a friction and creepages that need not be those of the case."""
-    return verdict_of(load, rolling_load(load, placement, creep), creep)
+def force_verdict(solved: SolvedLoad, hertz: HertzContact, placement: Placement, creep: Creep) -> Judgement:
+    """Judge Hertz for forces alone, under a friction and creepages that need not be those of the case."""
+    return judge_on_hertz(solved, rolling_load(solved, hertz, placement, creep), creep)
 
 
-def verdict_of(load: JudgedLoad, rolling: RollingLoad, creep: Creep) -> ForceVerdict:
+def judge_on_hertz(solved: SolvedLoad, rolling: RollingLoad, creep: Creep) -> Judgement:
     """FASTSIM looks over the whole range, and the rolling half-space decides where it finds Hertz furthest off."""
 
     def deviation(theory: str, creepages: Creepages) -> float:
@@ -162,22 +122,16 @@ def verdict_of(load: JudgedLoad, rolling: RollingLoad, creep: Creep) -> ForceVer
         known = pressure_uncertainty(SCREEN, rolling, rolling.motion(creepages))
         off, unsure = deviation(DECIDES, creepages), math.nan if known is None else known
         decided.append(ForceAt(creepages=creepages, deviation=off, uncertainty=unsure))
-    made = worst_of(decided, creep.force_limit, usable=load.status == "converged")
-    return replace(made, cause=_cause(rolling, made.worst)) if made.limit_used > 1.0 else made
+    made = judged_force(decided, creep.force_limit, usable=solved.status == "converged")
+    if not made.limit_used > 1.0:
+        return made
+    return replace(made, verdict=replace(made.verdict, cause=_cause(rolling, made.decided[0])))
 
 
 def furthest(found: Sequence[tuple[float, Creepages]]) -> list[Creepages]:
     """The creepages of the largest deviations, first those where none could be told."""
     by_size = sorted(found, key=lambda one: -math.inf if math.isnan(one[0]) else -one[0])
     return [creepages for _, creepages in by_size[:_DECIDE]]
-
-
-def worst_of(decided: Sequence[ForceAt], limit: float, *, usable: bool) -> ForceVerdict:
-    """The worst answer of some creepages; a result that must not be used leaves it open."""
-    each = [(answer_of(at.deviation, at.uncertainty, limit), at) for at in decided]
-    each.sort(key=lambda one: (FROM_BEST.index(one[0]), one[1].deviation), reverse=True)
-    answer = each[0][0] if usable else "UNRESOLVED"
-    return ForceVerdict(answer=answer, decided=tuple(at for _, at in each), limit=limit)
 
 
 def _cause(rolling: RollingLoad, worst: ForceAt) -> str | None:

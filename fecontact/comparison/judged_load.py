@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from fecontact.case import Case
 from fecontact.comparison.cause import PatchGeometry
 from fecontact.comparison.compare import Comparison
+from fecontact.comparison.creep_comparison import CreepComparison
 from fecontact.comparison.judgement import Judgement
 from fecontact.comparison.ladder import Ladder
 from fecontact.comparison.lobes import LobeJudgement
@@ -40,7 +41,11 @@ class JudgedLoad:
     warnings
         What does not change the verdict.
     lobes
-        Every lobe and separate patch by itself, in the order of their forces, where all theories were asked for.
+        Every lobe and separate patch by itself, in the order of their forces; none where Hertz alone was asked for.
+    creep
+        Creep forces, where there is a friction and more than Hertz was asked for.
+    creep_laws
+        Each law of creep forces by its name (`creep_theories.CREEP_LAWS`), where they were asked for.
     """
 
     solved: SolvedLoad
@@ -53,6 +58,8 @@ class JudgedLoad:
     verdict: Verdict
     warnings: tuple[str, ...]
     lobes: tuple[LobeJudgement, ...] = ()
+    creep: CreepComparison | None = None
+    creep_laws: Mapping[str, Judgement] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         case, verdict = self.case, self.verdict

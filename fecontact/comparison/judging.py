@@ -9,6 +9,8 @@ from fecontact.case import Case
 from fecontact.comparison.approximation import Approximation
 from fecontact.comparison.cause import cause_of, patch_geometry
 from fecontact.comparison.compare import compare
+from fecontact.comparison.creep_comparison import creep_of
+from fecontact.comparison.creep_theories import judge_creep_laws
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.judgement import Judgement
 from fecontact.comparison.ladder import Ladder
@@ -23,13 +25,18 @@ from fecontact.comparison.warnings import junction_warnings, yield_warnings
 from fecontact.geometry.placement import Placement
 
 
-def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str] = THEORIES) -> JudgedLoad:
+def judge_load(
+    solved: SolvedLoad, placement: Placement, theories: Iterable[str] = THEORIES, *, creep_laws: bool = False
+) -> JudgedLoad:
     """Read everything from a solved load, by the criteria of its case.
 
     Parameters
     ----------
     theories
-        Those that are asked for. Hertz is always judged; by Hertz alone, lobes are not looked at either.
+        Those of the pressure that are asked for. Hertz is always judged; by Hertz alone neither lobes nor creep forces
+        are looked at.
+    creep_laws
+        Whether those of creep forces are judged too, which takes seconds.
     """
     case, finest, touch = solved.case, solved.levels[0], placement.first
     judged = judge_hertz(case, solved.levels, placement, solved.point_noise)
@@ -45,6 +52,8 @@ def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str]
         cause = AT_JUNCTION if touch.at_junction else cause_of(ladder.steps, worst.measure, geometry)
     if worst.answer == "UNRESOLVED" and _profile_decides(judged, worst, solved.point_noise):
         cause = PROFILE
+    creep = creep_of(solved, hertz, placement) if others else None
+    laws = judge_creep_laws(solved, placement, judged | found, creep.verdict) if creep and creep_laws else {}
     load = JudgedLoad(
         solved=solved,
         judgements=judged | found,
@@ -52,14 +61,14 @@ def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str]
         comparison=comparison,
         ladder=ladder,
         geometry=geometry,
-        bodies_step_uncertainty=_bodies_step_uncertainty(solved, judged[HERTZ].approximation),
+        bodies_step_uncertainty=_bodies_step_uncertainty(solved, Approximation.of(hertz)),
         verdict=replace(worst, cause=cause).usable(solved.status == "converged"),
         warnings=(),
         lobes=judge_lobes(solved, placement) if others else (),
+        creep=creep,
+        creep_laws=laws,
     )
-    return replace(
-        load, warnings=(*junction_warnings(load.sides), *solved.limits, *yield_warnings(case, comparison))
-    )
+    return replace(load, warnings=(*junction_warnings(load.sides), *solved.limits, *yield_warnings(case, comparison)))
 
 
 def judge_hertz(
@@ -138,7 +147,9 @@ def _profile_decides(judged: Mapping[str, Judgement], worst: Verdict, noise: Poi
     if noise is None:
         return False
     part = noise.uncertainty().get(worst.measure, 0.0)
-    whole = next(one for one in reversed([*judged.values()]) if one.verdict == worst).uncertainty.get(worst.measure, 0.0)
+    whole = next(one for one in reversed([*judged.values()]) if one.verdict == worst).uncertainty.get(
+        worst.measure, 0.0
+    )
     # what is not a number is not known, for want of a contact
     return not part <= 0.5 * whole
 

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
 from scipy.ndimage import label
 
 from fecontact.comparison.approximation import Approximation

@@ -57,12 +57,10 @@ def _at_gauge_side(placement: Placement, case: Case, normal_force_N: float) -> A
     return _hertz(first.curvatures[0], case, normal_force_N) if first.at_junction else None
 
 
-def _at_all_touches(placement: Placement, case: Case, _: float) -> Approximation | str:
+def _at_all_touches(placement: Placement, case: Case, _: float) -> Approximation | str | None:
     """The ellipses that share the load; at a curvature junction the curvature is that of the field side."""
     direction = placement.load_direction(normal=case.load_kind == "normal")
-    points = hertz_points(
-        placement, case.load_N, direction=direction, contact_modulus_MPa=case.contact_modulus_MPa
-    )
+    points = hertz_points(placement, case.load_N, direction=direction, contact_modulus_MPa=case.contact_modulus_MPa)
     if points.shared_approach_mm is None:
         return next(point.problem for point in points.points if point.problem)
     patches = []
@@ -72,6 +70,9 @@ def _at_all_touches(placement: Placement, case: Case, _: float) -> Approximation
         touch = placement.touch_points[point.touch_point]
         centre = (touch.x_mm - placement.first.x_mm, placement.arc_mm(touch))
         patches.append(replace(ellipse(point.shared, centre), touch_point=point.touch_point, touch=touch))
+    if len(patches) < 2:
+        # it is Hertz
+        return None
     return Approximation(
         patches=tuple(sorted(patches, key=lambda one: -one.normal_force_N)),
         approach_mm=points.shared_approach_mm * float(placement.first.normal @ direction),

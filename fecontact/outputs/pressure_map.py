@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.comparison.approximation import mean_pressure
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.measures import hertz_on
 from fecontact.comparison.patch import signed_square
 from fecontact.contact.grid import ContactGrid
 from fecontact.outputs.style import ACROSS, DIFFERENCE, PRESSURE, ROLLING, SIDES
@@ -40,7 +40,7 @@ class PressureFields:
         """The fields of a judged load."""
         hertz = load.hertz
         fe = load.fe.pressure.covering(hertz.extent_x_mm, hertz.extent_y_mm)
-        return cls(grid=fe.grid, fe=fe.values, hertz=hertz_on(fe.grid, hertz), ellipse=hertz)
+        return cls(grid=fe.grid, fe=fe.values, hertz=mean_pressure(fe.grid, hertz), ellipse=hertz)
 
     @property
     def peak(self) -> tuple[int, int]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.comparison.measures import hertz_on
+from fecontact.comparison.approximation import mean_pressure
 from fecontact.contact.grid import Field
 from fecontact.outputs.pressure_map import ellipse_outline
 from fecontact.solving.solve import CaseResult
@@ -62,7 +62,7 @@ def _covering(result: CaseResult) -> tuple[dict[str, Floats], Floats, Floats]:
     there = np.isfinite(points[0, :, 1])
     fields = {
         "contact_pressure_MPa": pressure.values,
-        "hertz_pressure_MPa": hertz_on(grid, hertz),
+        "hertz_pressure_MPa": mean_pressure(grid, hertz),
         "gap_mm": np.where(inside, gap, np.nan),
     }
     return {name: values[:, there] for name, values in fields.items()}, points[:, there], normals[:, there]

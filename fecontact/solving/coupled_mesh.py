@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.case import Case
-from fecontact.comparison.judged_load import Level
+from fecontact.comparison.solved_load import Level
 from fecontact.contact.bands import Bands
 from fecontact.contact.correction import solve_by_correction
 from fecontact.contact.grid import ContactGrid, Field

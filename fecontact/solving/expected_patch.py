@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact.rung import Rung
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.geometry.placement import Placement
 from fecontact.solving.line_ends import check_ends
 from fecontact.solving.lobe_sizes import lobe_sizes, semi_axes_of_elements_mm
 from fecontact.solving.planes import angle_of_patches

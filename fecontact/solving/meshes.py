@@ -172,10 +172,7 @@ def is_open(case: Case, levels: Sequence[Level], placement: Placement, noise: Po
     if any(level.status != "converged" for level in levels) or len(levels) == _MOST_MESHES:
         return False
     # what the profiles alone leave open no mesh decides
-    if (
-        noise is not None
-        and worst_of(judge_hertz(case, levels, placement, noise, meshes=False)).answer == "UNRESOLVED"
-    ):
+    if noise is not None and worst_of(judge_hertz(case, levels, placement, noise, meshes=False)).answer == "UNRESOLVED":
         return False
     return worst_of(judge_hertz(case, levels, placement, noise)).answer == "UNRESOLVED"
 
