@@ -80,6 +80,11 @@ def creep_of(load: JudgedLoad, placement: Placement) -> CreepComparison | None:
     return _EVALUATED[load]
 
 
+def know_forces(evaluated: Mapping[JudgedLoad, CreepComparison]) -> None:
+    """Take what another process has evaluated."""
+    _EVALUATED.update(evaluated)
+
+
 def _evaluated(load: JudgedLoad, placement: Placement, friction: float) -> CreepComparison:
     creep, rolling = load.case.creep, rolling_load(load, placement, load.case.creep)
     creepages, motion = rolling.creepages, rolling.motion(rolling.creepages)

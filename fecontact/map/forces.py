@@ -34,6 +34,11 @@ def force_limit(position: MapPosition) -> LoadLimit:
     return _LIMITS[position]
 
 
+def know_force_limit(position: MapPosition, limit: LoadLimit) -> None:
+    """Take what another process has evaluated."""
+    _LIMITS[position] = limit
+
+
 def _force_limit(position: MapPosition) -> LoadLimit:
     found = {
         cell.load_N: force.answer

@@ -44,6 +44,11 @@ def judged_ellipses(load: JudgedLoad, contact: MultiHertz) -> MultiHertzJudgemen
     return _judged[load]
 
 
+def know_ellipses(judged: Mapping[JudgedLoad, MultiHertzJudgement]) -> None:
+    """Take what another process has judged."""
+    _judged.update(judged)
+
+
 def springs_of_cell(cell: MapCell, placement: Placement | None) -> MultiHertzJudgement | None:
     """The same of a cell of a map, none where it was not solved."""
     return None if cell.judged is None or placement is None else several_ellipses(cell.judged, placement)

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
+from fecontact.comparison.creep_comparison import CreepComparison, creep_of, know_forces
 from fecontact.comparison.judged_load import JudgedLoad, judge_load
+from fecontact.comparison.multi_hertz import MultiHertzJudgement
 from fecontact.creep import Creep
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.files import read_json, write_json
 from fecontact.map.cells import LoadLimit, MapCell, MapPosition
+from fecontact.map.forces import force_limit, know_force_limit
 from fecontact.map.load_limit import load_limit
 from fecontact.map.position import solve_position, solved_cell
+from fecontact.outputs.multi_hertz import know_ellipses, several_ellipses
 from fecontact.outputs.record import shown_case_record
 from fecontact.outputs.stored import (
     Arrays,
@@ -92,6 +96,43 @@ def read_position(folder: Path, *, criteria: Criteria | None = None, creep: Cree
         If the folder holds no finished position, or one of another layout, and what to do.
     """
     return read_stored(POSITIONS, folder, criteria, creep)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JudgedPosition:
+    """A position with what tables and pictures say of its loads beside Hertz at the first touch point.
+
+    It is evaluated by the worker that solved the position, which takes seconds a load, and on its threads.
+    """
+
+    position: MapPosition
+    forces: Mapping[JudgedLoad, CreepComparison]
+    ellipses: Mapping[JudgedLoad, MultiHertzJudgement]
+    force_limit: LoadLimit | None
+
+    def known(self) -> MapPosition:
+        """The position; whoever asks for the rest in this process finds it evaluated."""
+        know_forces(self.forces)
+        know_ellipses(self.ellipses)
+        if self.force_limit is not None:
+            know_force_limit(self.position, self.force_limit)
+        return self.position
+
+
+def judged_position(folder: Path, *, criteria: Criteria | None = None, creep: Creep | None = None) -> JudgedPosition:
+    """Read a finished position as `read_position` does, and evaluate all that is told of it."""
+    position = read_position(folder, criteria=criteria, creep=creep)
+    placement = position.placement
+    loads = [] if placement is None else [cell.judged for cell in position.cells if cell.judged is not None]
+    forces = {} if placement is None else {load: creep_of(load, placement) for load in loads}
+    ellipses = {} if placement is None else {load: several_ellipses(load, placement) for load in loads}
+    asked = any(load.case.creep.asked for load in loads)
+    return JudgedPosition(
+        position=position,
+        forces={load: found for load, found in forces.items() if found is not None},
+        ellipses={load: found for load, found in ellipses.items() if found is not None},
+        force_limit=force_limit(position) if asked else None,
+    )
 
 
 def _read(folder: Path, record: Mapping[str, Any], case: Case) -> MapPosition:

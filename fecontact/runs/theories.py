@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fecontact.jobs.workers import process_crew
+from fecontact.jobs.workers import evaluators
 from fecontact.map.cells import ApplicabilityMap
 from fecontact.outputs.theory_map import write_theory_map
 
@@ -14,9 +14,6 @@ _WORTH_PROCESSES = 8
 
 def write_theories(made: ApplicabilityMap, out: Path, workers: int) -> None:
     """Write the files of the cheapest theories of a map, so many cells at a time."""
-    if workers < 2 or len(made.cells) < _WORTH_PROCESSES:
-        write_theory_map(made, out)
-        return
-    crew = process_crew(workers, threads=1)
-    with crew.open(crew.workers) as executor:
-        write_theory_map(made, out, map_over=executor.map)
+    worth_processes = len(made.cells) + 1 if workers < 2 else _WORTH_PROCESSES
+    with evaluators(len(made.cells), worth_processes, workers) as map_over:
+        write_theory_map(made, out, map_over=map_over)
