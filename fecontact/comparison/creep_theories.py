@@ -39,6 +39,8 @@ CREEP_LAWS: Mapping[str, str] = {
     "real": "the exact theory on the real patch",
 }
 """Laws of creep forces in words, from the cheapest to that by which all are judged."""
+REAL = "real"
+"""The last."""
 _COARSE = 24
 # Of mu N, against very fine cells with large spin: the coarse ones (0.6 % against 48), and 48 (`rolling.steady.CELLS`).
 _OF_COARSE, _OF_FINE = 0.015, 0.007
@@ -65,7 +67,7 @@ def judge_creep_laws(
     forces = _forces(rolling, () if several is None or several.approximation is None else several.approximation.patches)
     found = {name: _judged(force, solved, reference) for name, force in forces.items()}
     real = judged_force([replace(exact.decided[0], deviation=0.0, uncertainty=0.0)], creep.force_limit)
-    judged = found | {"exact": exact, "real": real}
+    judged = found | {"exact": exact, REAL: real}
     return {name: judged[name] for name in CREEP_LAWS if name in judged}
 
 

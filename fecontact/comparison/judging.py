@@ -25,9 +25,7 @@ from fecontact.comparison.warnings import junction_warnings, yield_warnings
 from fecontact.geometry.placement import Placement
 
 
-def judge_load(
-    solved: SolvedLoad, placement: Placement, theories: Iterable[str] = THEORIES, *, creep_laws: bool = False
-) -> JudgedLoad:
+def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str] = THEORIES) -> JudgedLoad:
     """Read everything from a solved load, by the criteria of its case.
 
     Parameters
@@ -35,8 +33,6 @@ def judge_load(
     theories
         Those of the pressure that are asked for. Hertz is always judged; by Hertz alone neither lobes nor creep forces
         are looked at.
-    creep_laws
-        Whether those of creep forces are judged too, which takes seconds.
     """
     case, finest, touch = solved.case, solved.levels[0], placement.first
     judged = judge_hertz(case, solved.levels, placement, solved.point_noise)
@@ -53,7 +49,6 @@ def judge_load(
     if worst.answer == "UNRESOLVED" and _profile_decides(judged, worst, solved.point_noise):
         cause = PROFILE
     creep = creep_of(solved, hertz, placement) if others else None
-    laws = judge_creep_laws(solved, placement, judged | found, creep.verdict) if creep and creep_laws else {}
     load = JudgedLoad(
         solved=solved,
         judgements=judged | found,
@@ -66,9 +61,15 @@ def judge_load(
         warnings=(),
         lobes=judge_lobes(solved, placement) if others else (),
         creep=creep,
-        creep_laws=laws,
     )
     return replace(load, warnings=(*junction_warnings(load.sides), *solved.limits, *yield_warnings(case, comparison)))
+
+
+def with_creep_laws(load: JudgedLoad, placement: Placement) -> JudgedLoad:
+    """A judged load with the laws of creep forces judged too, where there is a friction; it takes seconds."""
+    if load.creep is None:
+        return load
+    return replace(load, creep_laws=judge_creep_laws(load.solved, placement, load.judgements, load.creep.verdict))
 
 
 def judge_hertz(

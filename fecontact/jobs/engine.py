@@ -15,7 +15,7 @@ from fecontact.errors import InputError
 from fecontact.jobs.job import Done, Job
 from fecontact.jobs.lock import locked
 from fecontact.jobs.remaining import duration, seconds_left
-from fecontact.jobs.store import kept_folder, remove_leftovers
+from fecontact.jobs.store import Kept, kept_folder, remove_leftovers
 from fecontact.jobs.workers import Crew, default_workers, process_crew, run_jobs
 
 Progress = Callable[[int, int, str], None]
@@ -73,43 +73,6 @@ def parse_part(text: str) -> tuple[int, int]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OpenRun:
-    """A run that holds its folder: who does its jobs, and the run's name, whose own results are taken even by force."""
-
-    crew: Crew
-    settings: RunSettings
-    run: str = field(default_factory=lambda: secrets.token_hex(8))
-
-
-@contextmanager
-def open_run(out: Path, store: Path, settings: RunSettings, crew: Crew | None = None) -> Iterator[OpenRun]:
-    """Hold the folder of a run and open what does its jobs, which are kept below `store`.
-
-    Raises
-    ------
-    InputError
-        If another run has the folder, or the cluster cannot be used.
-    """
-    with locked(out, settings.part) as lock, _crew(settings, lock, crew) as opened:
-        if settings.part is None:
-            remove_leftovers(store)
-        yield OpenRun(crew=opened, settings=settings)
-
-
-@contextmanager
-def _crew(settings: RunSettings, lock: Path, given: Crew | None) -> Iterator[Crew]:
-    if given is not None:
-        yield given
-    elif settings.scheduler is not None:
-        from fecontact.jobs.cluster import dask_crew
-
-        with dask_crew(settings.scheduler, lock, settings.threads) as crew:
-            yield crew
-    else:
-        yield process_crew(settings.workers or default_workers(), settings.threads)
-
-
-@dataclass(frozen=True, kw_only=True)
 class Finished:
     """What became of jobs that had been finished before.
 
@@ -125,36 +88,86 @@ class Finished:
     recomputed: dict[str, str] = field(default_factory=dict)
 
 
+@dataclass(frozen=True, kw_only=True)
+class OpenRun:
+    """A run that holds its folder.
+
+    Attributes
+    ----------
+    crew
+        Who does its jobs.
+    progress
+        Hears how many jobs are done, of how many, and what is under way.
+    run
+        Its name; its own results are taken even by force.
+    finished
+        What is known of earlier jobs, also when the run is interrupted.
+    """
+
+    crew: Crew
+    settings: RunSettings
+    progress: Progress | None = None
+    run: str = field(default_factory=lambda: secrets.token_hex(8))
+    finished: Finished = field(default_factory=Finished)
+
+
+@contextmanager
+def open_run(
+    out: Path, store: Path, settings: RunSettings, crew: Crew | None = None, progress: Progress | None = None
+) -> Iterator[OpenRun]:
+    """Hold the folder of a run and open what does its jobs, which are kept below `store`.
+
+    Raises
+    ------
+    InputError
+        If another run has the folder, or the cluster cannot be used.
+    """
+    with locked(out, settings.part) as lock, _crew(settings, lock, crew) as opened:
+        if settings.part is None:
+            remove_leftovers(store)
+        yield OpenRun(crew=opened, settings=settings, progress=progress)
+
+
+@contextmanager
+def _crew(settings: RunSettings, lock: Path, given: Crew | None) -> Iterator[Crew]:
+    if given is not None:
+        yield given
+    elif settings.scheduler is not None:
+        from fecontact.jobs.cluster import dask_crew
+
+        with dask_crew(settings.scheduler, lock, settings.threads) as crew:
+            yield crew
+    else:
+        yield process_crew(settings.workers or default_workers(), settings.threads)
+
+
 def finish(
     jobs: Sequence[Job],
     by: OpenRun,
-    finished: Finished,
     *,
     total: int | None = None,
     already: int = 0,
-    progress: Progress | None = None,
     on_done: Callable[[Done], None] | None = None,
 ) -> None:
     """Do all jobs that are not finished.
 
     Parameters
     ----------
-    finished
-        What is known of earlier jobs of the run, to which this adds, also when it is interrupted.
     total, already
         For the progress: how many jobs the whole run has, and how many were done before these.
     on_done
         Called after each job, also those that were finished before; when the run is interrupted, with those that
-        workers have finished in the meantime.
+        workers have finished in the meantime and that need not be read.
     """
-    report = _Report(finished, jobs, total or len(jobs), already, by.crew.workers, progress, on_done)
-    report.reuse(by.settings.force)
+    forced = [replace(job, run=by.run, force=job.force or by.settings.force) for job in jobs]
+    report = _Report(forced, by, total or len(jobs), already, on_done)
+    report.reuse()
     try:
-        run_jobs([replace(job, run=by.run, force=by.settings.force) for job in report.open], by.crew, report)
+        run_jobs(report.open, by.crew, report)
     except BaseException:
         # workers may have finished jobs that they could not tell of any more
         with contextlib.suppress(OSError):
-            report.reuse(False)
+            report.take_finished()
         raise
 
 
@@ -162,19 +175,11 @@ class _Report:
     """What is known of the jobs while they run."""
 
     def __init__(
-        self,
-        found: Finished,
-        jobs: Sequence[Job],
-        total: int,
-        already: int,
-        workers: int,
-        progress: Progress | None,
-        on_done: Callable[[Done], None] | None,
+        self, jobs: Sequence[Job], by: OpenRun, total: int, already: int, on_done: Callable[[Done], None] | None
     ) -> None:
-        self._found, self._jobs, self._total, self._already, self._workers = found, jobs, total, already, workers
+        self._jobs, self._by, self._total, self._already, self._on_done = jobs, by, total, already, on_done
         self._begun: dict[str, float] = {}
         self._durations: list[float] = []
-        self._progress, self._on_done = progress, on_done
         self._done: set[str] = set()
         self._labels = {job.name: job.label or job.name for job in jobs}
 
@@ -183,38 +188,50 @@ class _Report:
         """Jobs that have not been done."""
         return [job for job in self._jobs if job.name not in self._done]
 
-    def reuse(self, force: bool) -> None:
-        """Take the jobs that are finished, and say of the others why not."""
-        for job in () if force else self.open:
-            kept = kept_folder(job.folder, job.name, job.origin)
+    def reuse(self) -> None:
+        """Take the jobs that are finished but for reading them, which is a worker's, and say of the others why not."""
+        for job in self.open:
+            kept = Kept() if job.force else kept_folder(job.folder, job.name, job.origin)
             if kept.usable:
-                self._found.reused.append(job.name)
-                self.done(Done(name=job.name))
+                self._by.finished.reused.append(job.name)
+                if job.read is None:
+                    self.done(Done(name=job.name))
             elif kept.found:
-                self._found.recomputed[job.name] = kept.problem or kept.outdated or ""
+                self._by.finished.recomputed[job.name] = kept.problem or kept.outdated or ""
+
+    def take_finished(self) -> None:
+        """Take what workers finished before the run was interrupted."""
+        for job in self.open:
+            if job.read is None and kept_folder(job.folder, job.name, job.origin).usable:
+                self.done(Done(name=job.name))
 
     def under_way(self, names: Sequence[str]) -> None:
         """Tell the progress what is done, and about how long the rest will take."""
         now = time.monotonic()
+        workers = self._by.crew.workers
         # a cluster has been handed all of them, and begins with the first ones
-        self._begun = {name: self._begun.get(name, now) for name in names[: self._workers]}
-        if self._progress is not None:
+        self._begun = {name: self._begun.get(name, now) for name in names[:workers]}
+        if self._by.progress is not None:
             text = (
                 ", ".join(self._labels[name] for name in names) if len(names) <= _MOST_NAMES else f"{len(names)} jobs"
             )
-            self._progress(self._already + len(self._done), self._total, f"solving {text}{self._left(now)}")
-
-    def _left(self, now: float) -> str:
-        waiting = self._total - self._already - len(self._done) - len(self._begun)
-        ages = [now - begun for begun in self._begun.values()]
-        left = seconds_left(self._durations, ages, waiting, self._workers)
-        return "" if left is None else f"; about {duration(left)} left"
+            done = self._already + len(self._done)
+            waiting = self._total - done - len(self._begun)
+            ages = [now - begun for begun in self._begun.values()]
+            left = seconds_left(self._durations, ages, waiting, workers)
+            told = "" if left is None else f"; about {duration(left)} left"
+            self._by.progress(done, self._total, f"solving {text}{told}")
 
     def done(self, done: Done) -> None:
         """Keep what came of a job."""
+        finished = self._by.finished
         self._done.add(done.name)
-        # one that was finished before took no time
-        if (begun := self._begun.pop(done.name, None)) is not None:
+        begun = self._begun.pop(done.name, None)
+        if done.unreadable is not None:
+            finished.reused.remove(done.name)
+            finished.recomputed[done.name] = done.unreadable
+        # what was finished before took next to no time, and says nothing of the others
+        if begun is not None and done.name not in finished.reused:
             self._durations.append(time.monotonic() - begun)
         if self._on_done is not None:
             self._on_done(done)

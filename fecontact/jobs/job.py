@@ -9,7 +9,7 @@ import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from fecontact.errors import FecontactError, InputError, NotEnoughMemory
 from fecontact.files import write_text
@@ -41,6 +41,9 @@ class Job:
         What decides about its numbers where the run was started; a worker must agree with it.
     origin_here
         Finds the same on a worker.
+    read
+        Makes what the run needs to know of the finished folder: on the worker, whose numbers do not depend on who asks.
+        It raises an `InputError` where the folder is of another layout, and the job is done again.
     label
         What it is called while it is under way; its name if not given.
     run
@@ -56,6 +59,7 @@ class Job:
     origin: Origin
     origin_here: Callable[[], Origin]
     work: Work
+    read: Callable[[Path], Any] | None = None
     label: str = ""
     run: str = ""
     force: bool = False
@@ -64,11 +68,25 @@ class Job:
 
 @dataclass(frozen=True, kw_only=True)
 class Done:
-    """What came of a job: why it has no result, None if it has one; `short_of_memory` if alone it may go better."""
+    """What came of a job.
+
+    Attributes
+    ----------
+    failure
+        Why it has no result, None if it has one.
+    short_of_memory
+        Whether alone it may go better.
+    value
+        What `Job.read` made of it.
+    unreadable
+        Why what was finished before had to be done again.
+    """
 
     name: str
     failure: str | None = None
     short_of_memory: bool = False
+    value: Any = None
+    unreadable: str | None = None
 
 
 def run_job(job: Job) -> Done:
@@ -79,8 +97,7 @@ def run_job(job: Job) -> Done:
     with _ONE_AT_A_TIME:
         _reset_peak_memory()
         try:
-            _do(job)
-            return Done(name=job.name)
+            return _do(job)
         except MemoryError:
             return _failed(job, "out of memory", short=True)
         except FecontactError as error:
@@ -106,7 +123,32 @@ def _failed(job: Job, failure: str, *, short: bool = False) -> Done:
     return Done(name=job.name, failure=said, short_of_memory=short and not job.alone)
 
 
-def _do(job: Job) -> None:
+def _do(job: Job) -> Done:
+    _refuse_unlike(job)
+    kept, unreadable = kept_folder(job.folder, job.name, job.origin), None
+    if kept.usable and (not job.force or _of_this_run(kept, job)):
+        # done already: by an earlier run, or by a worker that was lost before it could say so
+        try:
+            return Done(name=job.name, value=_value(job))
+        except InputError as error:
+            unreadable = str(error)
+    judged = kept.found and kept.problem is None and not job.force and unreadable is None
+    with new_folder(job.folder, job.name, job.origin, job.run) as folder:
+        short = job.work(folder, job.folder if judged else None)
+        if short and not job.alone:
+            raise NotEnoughMemory("there was not enough memory to solve it as far as it would have been alone")
+    error_file(job.folder).unlink(missing_ok=True)
+    stored = kept_folder(job.folder, job.name, job.origin)
+    if not stored.usable:
+        raise OSError(f"what was written cannot be read again: {stored.problem or stored.outdated}")
+    return Done(name=job.name, value=_value(job), unreadable=unreadable)
+
+
+def _value(job: Job) -> Any:
+    return None if job.read is None else job.read(job.folder)
+
+
+def _refuse_unlike(job: Job) -> None:
     here = job.origin_here()
     changes = [
         difference(there, own)
@@ -118,19 +160,6 @@ def _do(job: Job) -> None:
     if any(changes):
         said = ", ".join(filter(None, changes))
         raise InputError(f"worker on {socket.gethostname()} is not like the one that started the run: {said}")
-    kept = kept_folder(job.folder, job.name, job.origin)
-    if kept.usable and (not job.force or _of_this_run(kept, job)):
-        # solved already, by a worker that was lost before it could say so
-        return
-    again = job.folder if kept.found and kept.problem is None and not job.force else None
-    with new_folder(job.folder, job.name, job.origin, job.run) as folder:
-        short = job.work(folder, again)
-        if short and not job.alone:
-            raise NotEnoughMemory("there was not enough memory to solve it as far as it would have been alone")
-    error_file(job.folder).unlink(missing_ok=True)
-    stored = kept_folder(job.folder, job.name, job.origin)
-    if not stored.usable:
-        raise OSError(f"what was written cannot be read again: {stored.problem or stored.outdated}")
 
 
 def _of_this_run(kept: Kept, job: Job) -> bool:

@@ -8,11 +8,13 @@ import signal
 import sys
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from multiprocessing import connection, get_context, parent_process
+from pathlib import Path
 from types import ModuleType
 from typing import Any, Protocol
 
@@ -162,6 +164,40 @@ def other_threads(threads: int) -> str | None:
         if os.environ.get(name) != str(threads):
             return f"its {name} is {os.environ.get(name, 'not set')}, not {threads}"
     return None
+
+
+@contextmanager
+def evaluators(count: int, worth_processes: int, workers: int | None = None) -> Iterator[Callable[..., Iterable[Any]]]:
+    """What evaluates so many things as `map` does, on one thread as the workers that solved them.
+
+    That is this process where it has one thread and there are fewer than are worth others, `default_workers` if not
+    told how many.
+
+    Raises
+    ------
+    InputError
+        If one of the processes ends before its time.
+    """
+    if count < worth_processes and began_on_one_thread():
+        yield map
+        return
+    workers = max(1, min(workers or default_workers(), count))
+    try:
+        with _process_pool(workers, 1) as executor:
+            yield partial(executor.map, chunksize=max(1, min(50, count // (4 * workers))))
+    except BrokenExecutor as error:
+        raise InputError(
+            "a process that judges ended before its time (out of memory?); judge fewer at a time"
+        ) from error
+
+
+def began_on_one_thread() -> bool:
+    """Whether the numerical libraries of this process have one thread; they look at the environment when they begin."""
+    try:
+        began = Path("/proc/self/environ").read_bytes().split(b"\0")
+    except OSError:
+        return False
+    return all(f"{name}=1".encode() in began for name in _THREAD_VARIABLES)
 
 
 def run_jobs(jobs: Sequence[Job], crew: Crew, report: Report) -> None:

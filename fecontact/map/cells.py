@@ -7,6 +7,7 @@ from typing import Literal
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.judgement import Judgement
 from fecontact.comparison.verdict import Answer
 from fecontact.geometry.placement import Placement
 
@@ -73,6 +74,12 @@ class MapCell:
         return "failed" if self.judged is None else self.judged.verdict.answer
 
     @property
+    def force(self) -> Judgement | None:
+        """Hertz for creep forces; None without friction, and where the load must not be used."""
+        usable = self.judged is not None and self.status == "converged" and self.judged.creep is not None
+        return self.judged.creep.verdict if usable else None
+
+    @property
     def cause(self) -> str | None:
         """Why Hertz does not hold."""
         return None if self.judged is None else self.judged.verdict.cause
@@ -84,6 +91,8 @@ class MapPosition:
 
     Attributes
     ----------
+    limit, force_limit
+        At which loads Hertz holds, and for creep forces; the latter None without friction.
     placement
         None where the wheel could not be placed.
     tried
@@ -95,6 +104,7 @@ class MapPosition:
     lateral_shift_mm: float
     cells: tuple[MapCell, ...]
     limit: LoadLimit
+    force_limit: LoadLimit | None = None
     placement: Placement | None = None
     tried: tuple[JudgedLoad, ...] = ()
     stopped: MapCell | None = None
@@ -134,6 +144,11 @@ class ApplicabilityMap:
     def limits(self) -> tuple[LoadLimit, ...]:
         """One limit a position."""
         return tuple(position.limit for position in self.positions)
+
+    @property
+    def laws_judged(self) -> bool:
+        """Whether the laws of creep forces were judged."""
+        return any(cell.judged is not None and cell.judged.creep_laws for cell in self.cells)
 
     @property
     def all_solved(self) -> bool:

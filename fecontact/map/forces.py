@@ -2,63 +2,61 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
-from weakref import WeakKeyDictionary
 
-from fecontact.comparison.creep_comparison import creep_of
-from fecontact.comparison.creep_verdict import ForceVerdict, force_verdict
+from fecontact.comparison.creep_verdict import force_verdict
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.judging import with_creep_laws
 from fecontact.comparison.verdict import Answer
+from fecontact.geometry.placement import Placement
 from fecontact.map.cells import LoadInterval, LoadLimit, MapCell, MapPosition
 from fecontact.map.load_limit import stretches
 
-# a map is told as tables, records and pictures, while it is made again and again
-_LIMITS: WeakKeyDictionary[MapPosition, LoadLimit] = WeakKeyDictionary()
 
+def force_limit(
+    cells: Sequence[MapCell], tried: Sequence[JudgedLoad], placement: Placement, limit: LoadLimit
+) -> LoadLimit | None:
+    """At which loads of a position Hertz holds for forces; None without friction.
 
-def force_of_cell(cell: MapCell, position: MapPosition) -> ForceVerdict | None:
-    """Verdict of forces of a cell; None without friction, and of one that was not solved."""
-    if cell.judged is None or position.placement is None:
-        return None
-    found = creep_of(cell.judged, position.placement)
-    return None if found is None else found.verdict
-
-
-def force_limit(position: MapPosition) -> LoadLimit:
-    """At which loads of a position Hertz holds for forces.
-
-    Those that the search for the limits of pressure solved tell more only between loads of the map that differ.
+    Loads that the search for the limits of pressure tried tell more only between loads of the map that differ.
     """
-    if position not in _LIMITS:
-        _LIMITS[position] = _force_limit(position)
-    return _LIMITS[position]
-
-
-def _force_limit(position: MapPosition) -> LoadLimit:
-    found = {
-        cell.load_N: force.answer
-        for cell in position.cells
-        if cell.status == "converged" and (force := force_of_cell(cell, position)) is not None
-    }
-    tried = _between(found, position)
-    known = sorted((found | tried).items())
+    usable = [cell.judged for cell in cells if cell.judged is not None and cell.status == "converged"]
+    found = {load.load_N: load.creep.verdict.verdict.answer for load in usable if load.creep is not None}
+    if not found and not any(cell.judged is not None and cell.judged.creep is not None for cell in cells):
+        return None
+    between = _between(found, tried, placement)
+    known = sorted((found | between).items())
     return LoadLimit(
         intervals=tuple(
             LoadInterval(low_N=low_N, high_N=high_N, answer=answer)
             for low_N, high_N, answer in stretches(known, "UNRESOLVED")
         ),
-        reason=None if known else position.limit.reason,
-        note=position.limit.note,
-        tried=tuple(tried.items()),
+        reason=None if known else limit.reason,
+        note=limit.note,
+        tried=tuple(between.items()),
     )
 
 
-def _between(found: dict[float, Answer], position: MapPosition) -> dict[float, Answer]:
+def _between(found: Mapping[float, Answer], tried: Sequence[JudgedLoad], placement: Placement) -> dict[float, Answer]:
     """Answers at the loads of the search that lie between loads of the map whose answers differ."""
     changes = [(low, high) for low, high in pairwise(found) if found[low] != found[high]]
     return {
-        one.load_N: force_verdict(one, position.placement, one.case.creep).answer
-        for one in position.tried
-        if position.placement is not None
-        and one.status == "converged"
-        and any(low < one.load_N < high for low, high in changes)
+        one.load_N: force_verdict(one.solved, one.hertz, placement, one.case.creep).verdict.answer
+        for one in tried
+        if one.status == "converged" and any(low < one.load_N < high for low, high in changes)
     }
+
+
+def with_laws(position: MapPosition) -> MapPosition:
+    """A position with the laws of creep forces judged at each load that may be used, which takes seconds a load."""
+    if position.placement is None:
+        return position
+    return replace(position, cells=tuple(_with_laws(cell, position.placement) for cell in position.cells))
+
+
+def _with_laws(cell: MapCell, placement: Placement) -> MapCell:
+    if cell.judged is None or cell.status != "converged":
+        return cell
+    return replace(cell, judged=with_creep_laws(cell.judged, placement))

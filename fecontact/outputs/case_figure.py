@@ -203,7 +203,7 @@ def _wheel_junctions(placement: Placement) -> Floats:
 
 
 def _case_text(load: JudgedLoad, placement: Placement) -> str:
-    comparison, first, side = load.comparison, placement.first, load.sides[-1]
+    comparison, first, side = load.comparison, placement.first, [*load.sides.values()][-1]
     lines = [f"{'':<10} {'FE':>6} {'Hertz':>6} {'off by':>9} {'±':>6} {'limit':>7}"]
     fe, hertz, limits = comparison.fe.as_dict(), side.measures.as_dict(), load.case.criteria.limits
     for name, answer in side.verdict.each.items():

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from fecontact.comparison.creep_comparison import CreepComparison, creep_of
+from fecontact.comparison.creep_comparison import CreepComparison
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.geometry.placement import Placement
+from fecontact.comparison.judgement import FORCE
 from fecontact.material import Material
 from fecontact.theory.creep.contact import Creepages, CreepForce, RollingEllipse, friction_warnings
 from fecontact.theory.creep.forces import creep_force, creep_forces, ellipse_patch
@@ -22,14 +22,13 @@ Record = dict[str, Any]
 CREEP_SCHEMA = "fecontact/creep/1"
 
 
-def creep_record(load: JudgedLoad, placement: Placement) -> Record | None:
+def creep_record(load: JudgedLoad) -> Record | None:
     """Creep forces of a judged load; None where no friction is given."""
-    found = creep_of(load, placement)
-    return None if found is None else _comparison_record(found)
+    return None if load.creep is None else _comparison_record(load.creep)
 
 
 def _comparison_record(found: CreepComparison) -> Record:
-    verdict = found.verdict
+    judged, worst = found.verdict, found.verdict.decided[0]
     return {
         "friction": found.friction,
         "limit_N": found.limit_N,
@@ -47,19 +46,19 @@ def _comparison_record(found: CreepComparison) -> Record:
             for theory in found.hertz
         },
         "verdict": {
-            "verdict": verdict.answer,
-            "deviation_of_muN": verdict.worst.deviation,
-            "uncertainty_of_muN": verdict.worst.uncertainty,
-            "limit_of_muN": verdict.limit,
-            "cause": verdict.cause,
-            "at": asdict(verdict.worst.creepages),
+            "verdict": judged.verdict.answer,
+            "deviation_of_muN": worst.deviation,
+            "uncertainty_of_muN": worst.uncertainty,
+            "limit_of_muN": judged.limits[FORCE],
+            "cause": judged.verdict.cause,
+            "at": asdict(worst.creepages),
             "decided": [
                 {
                     "creepages": asdict(at.creepages),
                     "deviation_of_muN": at.deviation,
                     "uncertainty_of_muN": at.uncertainty,
                 }
-                for at in verdict.decided
+                for at in judged.decided
             ],
         },
         "warnings": list(found.warnings),
@@ -73,9 +72,9 @@ def _force_record(force: CreepForce | str) -> Record:
     return {name: value if value is None else value + 0.0 for name, value in asdict(force).items()}
 
 
-def creep_columns(load: JudgedLoad, placement: Placement) -> Record:
+def creep_columns(load: JudgedLoad) -> Record:
     """Columns of a row: forces of the rolling half-space, their difference, the verdict; none without friction."""
-    found = creep_of(load, placement)
+    found = load.creep
     if found is None:
         return {}
     row: Record = {
@@ -93,11 +92,11 @@ def creep_columns(load: JudgedLoad, placement: Placement) -> Record:
     off = found.deviation_of_muN[theory]
     return row | {
         "force_deviation_percent": None if off is None else 1e2 * off,
-        "force_verdict": found.verdict.answer,
-        "force_cause": found.verdict.cause,
+        "force_verdict": found.verdict.verdict.answer,
+        "force_cause": found.verdict.verdict.cause,
         "force_surface_percent": 1e2 * found.surface_of_muN,
-        "force_worst_percent": 1e2 * found.verdict.worst.deviation,
-        "force_worst_uncertainty_percent": 1e2 * found.verdict.worst.uncertainty,
+        "force_worst_percent": 1e2 * found.verdict.deviation[FORCE],
+        "force_worst_uncertainty_percent": 1e2 * found.verdict.uncertainty[FORCE],
     }
 
 

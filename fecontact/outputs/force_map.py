@@ -7,7 +7,6 @@ from typing import Any
 
 from fecontact.comparison.creep_verdict import PLACE, SHAPE
 from fecontact.map.cells import ApplicabilityMap, MapCell, MapPosition
-from fecontact.map.forces import force_limit, force_of_cell
 from fecontact.outputs.map_drawing import Column, Sizes, Words, draw_columns, first_marks, mark_handles
 from fecontact.outputs.map_figure import answer_bands, answer_handles, pair_words, part_words, solved_loads_kN
 from fecontact.outputs.map_table import ANSWER_SIGNS, limit_text, load_table
@@ -38,8 +37,8 @@ def force_map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
 
 def force_table(made: ApplicabilityMap, *, width: int | None = None) -> str:
     """Verdicts of forces with the part of their limit that Hertz uses, and the load limits of forces."""
-    texts = [[_cell_text(cell, position) for cell in position.cells] for position in made.positions]
-    limits = [limit_text(force_limit(position)) for position in made.positions]
+    texts = [[_cell_text(cell) for cell in position.cells] for position in made.positions]
+    limits = [limit_text(position.force_limit or position.limit) for position in made.positions]
     causes = ", ".join(f"{letter} {cause}" for cause, letter in FORCE_LETTERS.items())
     notes = [f"+ holds, x fails, ? unresolved, ! no forces: not solved; part of the limit of {force_criterion(made)}"]
     return load_table(made, texts, limits, notes=[*notes, f"off by {causes}"], width=width)
@@ -56,45 +55,44 @@ def force_criterion(made: ApplicabilityMap) -> str:
     )
 
 
-def _cell_text(cell: MapCell, position: MapPosition) -> str:
-    force = force_of_cell(cell, position)
-    if force is None or cell.status != "converged":
+def _cell_text(cell: MapCell) -> str:
+    force = cell.force
+    if force is None:
         return "!"
-    letter = FORCE_LETTERS.get(force.cause or "", " ")
-    return f"{ANSWER_SIGNS[force.answer]}{letter}{part_words(force.limit_used):>6}"
+    letter = FORCE_LETTERS.get(force.verdict.cause or "", " ")
+    return f"{ANSWER_SIGNS[force.verdict.answer]}{letter}{part_words(force.limit_used):>6}"
 
 
 def _column(position: MapPosition) -> Column:
-    limit = force_limit(position)
+    limit = position.force_limit or position.limit
     return Column(
         shift_mm=position.lateral_shift_mm,
         bands=answer_bands(limit),
         solved_kN=solved_loads_kN(position.cells, limit),
-        words=tuple(_words(cell, position) for cell in position.cells),
+        words=tuple(_words(cell) for cell in position.cells),
     )
 
 
-def _words(cell: MapCell, position: MapPosition) -> Words:
-    force = force_of_cell(cell, position)
-    at = cell.load_N / 1e3
-    if force is None or cell.status != "converged":
+def _words(cell: MapCell) -> Words:
+    force, at = cell.force, cell.load_N / 1e3
+    if force is None:
         return Words(load_kN=at, text="!", letter="!", colour=ANSWERS["failed"])
-    letter = FORCE_LETTERS.get(force.cause or "", "")
+    letter = FORCE_LETTERS.get(force.verdict.cause or "", "")
     return Words(
         load_kN=at,
         text=f"{part_words(force.limit_used)} {letter}".strip(),
         letter=letter,
-        colour=ANSWERS[force.answer],
-        bold=force.answer == "FAILS",
+        colour=ANSWERS[force.verdict.answer],
+        bold=force.verdict.answer == "FAILS",
     )
 
 
 def _handles(made: ApplicabilityMap, font: float) -> list[Any]:
-    limits = [force_limit(position) for position in made.positions]
+    limits = [position.force_limit or position.limit for position in made.positions]
     marks = first_marks(font, "part of the limit that\nHertz uses; off from 1 on")
     if not made.all_solved:
         marks.append(("$!$", "not to be used"))
-    found = {force.cause for one in made.positions for cell in one.cells if (force := force_of_cell(cell, one))}
+    found = {cell.force.verdict.cause for cell in made.cells if cell.force}
     words = {PLACE: "centre of pressure beside\nthe touch point", SHAPE: SHAPE}
     marks += [(rf"$\mathbf{{{FORCE_LETTERS[cause]}}}$", words[cause]) for cause in words if cause in found]
     return answer_handles(limits) + mark_handles(marks)

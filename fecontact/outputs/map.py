@@ -10,16 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.files import write_json
-from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
-from fecontact.map.forces import force_limit
 from fecontact.outputs.force_map import force_map_figure
 from fecontact.outputs.map_figure import map_figure
-from fecontact.outputs.multi_hertz import judged_record, springs_of_cell
 from fecontact.outputs.record import load_record, shown_case_record, versions
 from fecontact.outputs.roll_words import roll_words
 from fecontact.outputs.rows import cell_row
 from fecontact.outputs.tables import write_csv
+from fecontact.outputs.theory_map import write_theory_map
 from fecontact.solving.stiffness_fit import fit_stiffness
 
 Floats = NDArray[np.float64]
@@ -51,6 +49,8 @@ def write_map(
         (out / f"{name}_{old}").unlink(missing_ok=True)
     if made.case.creep.asked:
         force_map_figure(made, out / f"{name}_force.png")
+    if made.laws_judged:
+        write_theory_map(made, out)
 
 
 def stiffness_rows(position: MapPosition) -> list[Record]:
@@ -99,7 +99,7 @@ def map_record(made: ApplicabilityMap, provenance: Record | None = None) -> Reco
         "criteria": asdict(made.case.criteria),
         "lateral_shifts_mm": list(made.lateral_shifts_mm),
         "loads_N": list(made.loads_N),
-        "cells": [cell_record(cell, position.placement) for position in made.positions for cell in position.cells],
+        "cells": [cell_record(cell) for cell in made.cells],
         "limits": [limit_record(position.lateral_shift_mm, position.limit) for position in made.positions],
         **({"force_limits": _force_limits(made)} if made.case.creep.asked else {}),
         "stiffness": [row for position in made.positions for row in stiffness_rows(position)],
@@ -108,9 +108,8 @@ def map_record(made: ApplicabilityMap, provenance: Record | None = None) -> Reco
     }
 
 
-def cell_record(cell: MapCell, placement: Placement | None = None) -> Record:
-    """A cell with all that is known of it; with a placement also the ellipses that share its load, if several do."""
-    springs = springs_of_cell(cell, placement)
+def cell_record(cell: MapCell) -> Record:
+    """A cell with all that is known of it."""
     return {
         "lateral_shift_mm": cell.lateral_shift_mm,
         "load_N": cell.load_N,
@@ -118,12 +117,11 @@ def cell_record(cell: MapCell, placement: Placement | None = None) -> Record:
         "verdict": cell.verdict,
         "cause": cell.cause,
         "load": None if cell.judged is None else load_record(cell.judged),
-        **({} if springs is None else {"multi_hertz": judged_record(springs)}),
     }
 
 
 def _force_limits(made: ApplicabilityMap) -> list[Record]:
-    return [limit_record(position.lateral_shift_mm, force_limit(position)) for position in made.positions]
+    return [limit_record(one.lateral_shift_mm, one.force_limit or one.limit) for one in made.positions]
 
 
 def limit_record(shift_mm: float, limit: LoadLimit) -> Record:

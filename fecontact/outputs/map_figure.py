@@ -21,10 +21,10 @@ from fecontact.outputs.map_drawing import (
     mark_handles,
 )
 from fecontact.outputs.measure_words import WORDS
-from fecontact.outputs.multi_hertz import springs_help
 from fecontact.outputs.roll_words import roll_words
 from fecontact.outputs.series import short_name
 from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, save_figure
+from fecontact.outputs.theories import theories_instead, theory_instead
 from fecontact.outputs.verdict_words import inclination_words
 from fecontact.profiles.identity import profile_identity
 
@@ -103,7 +103,7 @@ def _words(cell: MapCell, position: MapPosition) -> Words:
         letter=letter if usable else "!",
         colour=ANSWERS[cell.verdict],
         bold=cell.verdict == "FAILS",
-        diamond=springs_help(cell, position.placement),
+        diamond=theory_instead(cell.judged) is not None,
     )
 
 
@@ -111,8 +111,8 @@ def _handles(made: ApplicabilityMap, font: float) -> list[Any]:
     from matplotlib.lines import Line2D
 
     handles = answer_handles(made.limits)
-    if any(springs_help(cell, position.placement) for position in made.positions for cell in position.cells):
-        handles.append(Line2D([], [], ms=6, label="springs at all touch points hold", **DIAMOND))
+    if instead := theories_instead(made):
+        handles.append(Line2D([], [], ms=6, label=f"{instead}, holds", **DIAMOND))
     words = first_marks(font, "largest part of a limit\nthat Hertz uses; off from 1 on")
     if not made.all_solved:
         words.append(("$!$", "not to be used"))

@@ -8,17 +8,15 @@ from tempfile import TemporaryDirectory
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.multi_hertz import MultiHertzJudgement
+from fecontact.comparison.judgement import Judgement
+from fecontact.comparison.theories import THEORIES
 from fecontact.files import write_text
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap
-from fecontact.map.forces import force_limit
 from fecontact.outputs.html import heading, items, page, paragraph, picture, table, terms
 from fecontact.outputs.map_figure import CAUSE_LETTERS
 from fecontact.outputs.map_table import limit_text
 from fecontact.outputs.measure_words import WORDS
-from fecontact.outputs.multi_hertz import limit_used as springs_limit_used
-from fecontact.outputs.multi_hertz import springs_of_cell
 from fecontact.outputs.record import versions
 from fecontact.outputs.report_figures import ladder_figure, pair_figure, patches_figure
 from fecontact.outputs.report_words import GLOSSARY, answer_words, lead_style, measure_terms, question
@@ -26,16 +24,17 @@ from fecontact.outputs.roll_words import other_wheel_label, roll_words
 from fecontact.outputs.rows import cell_row
 from fecontact.outputs.series import short_name
 from fecontact.outputs.study_report import REPORT
+from fecontact.outputs.theories import other_theories
 from fecontact.outputs.verdict_words import inclination_words, verdict_reason
 from fecontact.profiles.identity import profile_identity
 
 # More patches in one picture are too small to see.
 _MOST_PATCHES = 24
-_NUMBERS = ("shift mm", "load kN", "part of a limit", "off by", "±", "unknowns", "their p_max", "their part of a limit")
+_NUMBERS = ("shift mm", "load kN", "part of a limit", "off by", "±", "unknowns")
 
 
-def write_map_report(made: ApplicabilityMap, out: Path, *, theories: bool = False) -> Path:
-    """Write `report.html` beside `map.csv`, with the pictures of the map, with `theories` that of them."""
+def write_map_report(made: ApplicabilityMap, out: Path) -> Path:
+    """Write `report.html` beside `map.csv`, with the pictures of the map."""
     case = made.case
     rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
     pair = f"rail {rail}{inclination_words(case.inclination_rad)} and wheel {wheel}"
@@ -50,7 +49,9 @@ def write_map_report(made: ApplicabilityMap, out: Path, *, theories: bool = Fals
             paragraph(_rolled(case)),
             picture(out / "map.svg", "Where Hertz holds over lateral shift and load."),
             picture(out / "map_force.svg", "Where he holds for creep forces.") if case.creep.asked else "",
-            picture(out / "map_theory.svg", "The cheapest theory of creep forces that holds.") if theories else "",
+            picture(out / "map_theory.svg", "The cheapest theory of creep forces that holds.")
+            if made.laws_judged
+            else "",
             heading("Load limits"),
             _limits(made),
             heading("The pair"),
@@ -116,30 +117,36 @@ def _limits(made: ApplicabilityMap) -> str:
     rows = []
     for position in made.positions:
         texts = [f"{position.lateral_shift_mm:+z.2f}", limit_text(position.limit)]
-        rows.append((texts + [limit_text(force_limit(position))] * forces, False))
+        rows.append((texts + [limit_text(position.force_limit or position.limit)] * forces, False))
     return table("", ("shift mm", "Hertz", *("for forces",) * forces), rows, numbers=_NUMBERS)
 
 
 def _cells(made: ApplicabilityMap) -> str:
-    cells = [(cell, springs_of_cell(cell, one.placement)) for one in made.positions for cell in one.cells]
-    several = any(springs is not None for _, springs in cells)
-    more = ("ellipses as springs", "their p_max", "their part of a limit") * several
+    loads = [cell.judged for cell in made.cells if cell.judged is not None]
+    others = [name for name in THEORIES if any(name in other_theories(load) for load in loads)]
+    more = [f"{THEORIES[name].words}{of}" for name in others for of in _OF_THEORY]
     headings = ("shift mm", "load kN", "Hertz", "part of a limit", "decided by", "unknowns", *more)
     rows = []
-    for cell, springs in cells:
+    for cell in made.cells:
         judged = cell.judged
         texts = [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}"]
         texts += [cell.verdict if cell.status == "converged" else "failed"]
         texts += ["-" if judged is None else f"{judged.limit_used:.2f}"]
         texts += [cell.status if judged is None else verdict_reason(judged)]
         texts += ["-" if judged is None else str(sum(judged.level.degrees_of_freedom.values()))]
-        if several:
-            texts += [""] * 3 if springs is None or judged is None else _springs(judged, springs)
+        for name in others:
+            texts += _theory_texts(judged.judgements.get(name) if judged is not None else None)
         rows.append((texts, texts[2] == "FAILS"))
-    return table("", headings, rows, numbers=_NUMBERS, answers=("Hertz", "ellipses as springs"))
+    numbers = (*_NUMBERS, *(text for text in more if text.endswith(_OF_THEORY[1:])))
+    return table("", headings, rows, numbers=numbers, answers=("Hertz", *(THEORIES[name].words for name in others)))
 
 
-def _springs(judged: JudgedLoad, springs: MultiHertzJudgement) -> list[str]:
-    """Verdict of the ellipses at all touch points, how far their peak is off, and the part of a limit that they use."""
-    off = WORDS["p_max_MPa"].off(springs.deviation["p_max_MPa"])
-    return [springs.verdict.answer, off, f"{springs_limit_used(judged, springs):.2f}"]
+_OF_THEORY = ("", ": p_max", ": part of a limit")
+
+
+def _theory_texts(judged: Judgement | None) -> list[str]:
+    """Verdict of a theory, how far its peak is off, and the part of a limit that it uses."""
+    if judged is None:
+        return [""] * len(_OF_THEORY)
+    off = WORDS["p_max_MPa"].off(judged.deviation["p_max_MPa"])
+    return [judged.verdict.answer, off, f"{judged.limit_used:.2f}"]

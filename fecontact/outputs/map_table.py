@@ -7,11 +7,10 @@ from collections.abc import Mapping, Sequence
 from textwrap import wrap
 
 from fecontact.case import Case
-from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell
 from fecontact.outputs.measure_words import WORDS
-from fecontact.outputs.multi_hertz import springs_help
 from fecontact.outputs.roll_words import other_wheel_label, roll_words
+from fecontact.outputs.theories import theories_instead, theory_instead
 
 _MEASURE_LETTERS = {
     "p_max_MPa": "p",
@@ -50,12 +49,12 @@ def _deviation_text(cell: MapCell) -> str:
 
 def map_table(made: ApplicabilityMap, *, width: int | None = None) -> str:
     """Verdicts and peak deviations in percent, and the load limits."""
-    texts = [[_cell_text(cell, position.placement) for cell in position.cells] for position in made.positions]
+    texts = [[_cell_text(cell) for cell in position.cells] for position in made.positions]
     notes = ["+ holds, x fails, ? unresolved, ! could not be solved; peak pressure, Hertz against FE in %"]
     letters = ", ".join(f"{letter} {WORDS[measure].short}" for measure, letter in _MEASURE_LETTERS.items())
     notes.append(f"decided by {letters}")
-    if any(text.endswith(_SPRINGS_HELP) for row in texts for text in row):
-        notes.append(f"{_SPRINGS_HELP} Hertz at all touch points, which share the load as springs, holds")
+    if instead := theories_instead(made):
+        notes.append(f"{_OTHER_HOLDS} {instead} holds")
     return load_table(made, texts, [limit_text(one) for one in made.limits], notes=notes, width=width)
 
 
@@ -109,11 +108,11 @@ def _lines(
     ]
 
 
-_SPRINGS_HELP = "*"
+_OTHER_HOLDS = "*"
 
 
-def _cell_text(cell: MapCell, placement: Placement | None) -> str:
-    mark = _SPRINGS_HELP if springs_help(cell, placement) else " "
+def _cell_text(cell: MapCell) -> str:
+    mark = _OTHER_HOLDS if theory_instead(cell.judged) else " "
     return ANSWER_SIGNS[cell.verdict] + _decided_by(cell) + _deviation_text(cell).rjust(6) + mark
 
 

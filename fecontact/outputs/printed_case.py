@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from fecontact.case import RESOLUTIONS
+from fecontact.comparison.theories import EITHER_SIDE, THEORIES
 from fecontact.outputs.creep import print_creep
 from fecontact.outputs.measure_words import WORDS, names_text, unknown_text
 from fecontact.outputs.printed_hertz import print_touch_points
@@ -24,7 +25,7 @@ def print_case(record: Record, *, console: Console | None = None) -> None:
     for side in record["verdict"]["sides"]:
         _print_measures(record, side, console)
     _print_lobes(record, console)
-    _print_multi_hertz(record["theories"]["multi_hertz"], console)
+    _print_theories(record, console)
     _print_ladder(record, console)
     _print_verdict(record, console)
     say(
@@ -97,20 +98,24 @@ def _print_lobes(record: Record, console: Console) -> None:
     console.print(table)
 
 
-def _print_multi_hertz(theory: Record, console: Console) -> None:
-    """Say what ellipses at several touch points come to; with a single one it is Hertz."""
-    if "problem" in theory:
-        say(console, f"no ellipses that share the load: {theory['problem']}")
-        return
-    if len(theory["patches"]) < 2:
-        return
-    parts = ", ".join(
-        f"{one['normal_force_N'] / 1e3:.1f} kN at y = {one['touch_rail_y_mm']:+z.1f} mm" for one in theory["patches"]
-    )
-    verdict = theory["verdict"]
-    off = ", ".join(f"{WORDS[name].name} {WORDS[name].off(theory['deviation'].get(name))}" for name in verdict["each"])
-    overlap = "; the ellipses overlap" if theory["overlapping"] else ""
-    say(console, f"Hertz at every touch point, as springs side by side ({parts}): {verdict['verdict']}; {off}{overlap}")
+def _print_theories(record: Record, console: Console) -> None:
+    """Say what theories but Hertz at the first touch point come to."""
+    for name, theory in record["theories"].items():
+        if name in EITHER_SIDE:
+            continue
+        words = THEORIES[name].words
+        if "problem" in theory:
+            say(console, f"{words}: {theory['problem']}")
+            continue
+        parts = ", ".join(
+            f"{one['normal_force_N'] / 1e3:.1f} kN at s = {one['centre_mm'][1]:+z.1f} mm" for one in theory["patches"]
+        )
+        verdict = theory["verdict"]
+        off = ", ".join(
+            f"{WORDS[name].name} {WORDS[name].off(theory['deviation'].get(name))}" for name in verdict["each"]
+        )
+        overlap = "; its patches overlap" if theory["overlapping"] else ""
+        say(console, f"{words} ({parts}): {verdict['verdict']}; {off}{overlap}")
 
 
 def _print_verdict(record: Record, console: Console) -> None:

@@ -9,12 +9,13 @@ from typing import Any
 
 from fecontact import __version__
 from fecontact.case import Case, case_record
-from fecontact.comparison.judged_load import JudgedLoad, SideJudgement
-from fecontact.comparison.lobes import LobeJudgement, judge_lobes
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.judgement import Judgement
+from fecontact.comparison.lobes import LobeJudgement
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.outputs.creep import creep_record
-from fecontact.outputs.multi_hertz import ellipse_record, ellipses_of, judged_ellipses, judged_record, verdict_record
+from fecontact.outputs.theories import ellipse_record, theories_record, verdict_record
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.lobe_sizes import narrowest_semi_axes_mm, semi_axes_of_elements_mm
 from fecontact.solving.measured_lines import hertz_uncertainty
@@ -22,12 +23,12 @@ from fecontact.solving.meshes import finer_degrees_of_freedom
 from fecontact.solving.placing import place_case, roll_of_case
 from fecontact.solving.position import hertz_of_case, hertz_points_of_case
 from fecontact.solving.solve import CaseResult
-from fecontact.theory.touch_hertz import HertzPoints, sides
+from fecontact.theory.touch_hertz import HertzPoints, Side, sides
 
 Record = dict[str, Any]
 
 _PACKAGES = ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "pyvista", "vtk", "pypardiso", "pyamg", "matplotlib")
-RESULT_SCHEMA = "fecontact/result/3"
+RESULT_SCHEMA = "fecontact/result/4"
 FOUND_INPUTS = ("roll_mrad",)
 """What a record of a case has beside its inputs: the roll as it stands, found or given."""
 STEP_MEASURES = ("p_max_MPa", "area_mm2", "approach_mm")
@@ -52,11 +53,10 @@ def result_record(result: CaseResult) -> Record:
         "contact_angle_rad": result.placement.first.contact_angle_rad,
         "touch_points": [touch_record(touch) for touch in result.placement.touch_points],
         **load,
-        "patches": [patch_record(one) for one in judge_lobes(result.load, result.placement)],
-        "theories": {"multi_hertz": _multi_hertz_record(result)},
+        "patches": [patch_record(one) for one in result.load.lobes],
         "hertz_points": points_record(result.hertz_points),
         "von_mises": {body: asdict(peak) for body, peak in result.von_mises.items()},
-        "creep": creep_record(result.load, result.placement),
+        "creep": creep_record(result.load),
         "solver": {**asdict(result.effort), **load["solver"]},
         "warnings": list(result.notes),
         "versions": versions(),
@@ -91,9 +91,10 @@ def load_record(load: JudgedLoad) -> Record:
             "limits": load.case.criteria.limits,
             "cause": load.verdict.cause,
             "unknown": list(load.verdict.unknown),
-            "sides": [_side_record(side) for side in load.sides],
+            "sides": [_side_record(side, judged) for side, judged in load.sides.items()],
             "warnings": list(load.warnings),
         },
+        "theories": theories_record(load),
         "solver": _solver_record(load),
     }
 
@@ -117,22 +118,15 @@ def patch_record(one: LobeJudgement) -> Record:
     }
 
 
-def _multi_hertz_record(result: CaseResult) -> Record:
-    contact = ellipses_of(result.load, result.placement)
-    if contact is None:
-        return {"problem": next(point.problem for point in result.hertz_points.points if point.problem)}
-    return judged_record(judged_ellipses(result.load, contact))
-
-
-def _side_record(side: SideJudgement) -> Record:
+def _side_record(side: Side, judged: Judgement) -> Record:
     return {
-        "side": side.side,
-        "verdict": side.verdict.answer,
-        "measure": side.verdict.measure,
-        "each": dict(side.verdict.each),
-        "hertz": side.measures.as_dict(),
-        "deviation": {name: float(value) for name, value in side.deviation.items()},
-        "uncertainty": {name: float(value) for name, value in side.uncertainty.items()},
+        "side": side,
+        "verdict": judged.verdict.answer,
+        "measure": judged.verdict.measure,
+        "each": dict(judged.verdict.each),
+        "hertz": judged.measures.as_dict(),
+        "deviation": {name: float(value) for name, value in judged.deviation.items()},
+        "uncertainty": {name: float(value) for name, value in judged.uncertainty.items()},
     }
 
 

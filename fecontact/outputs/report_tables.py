@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from fecontact.comparison.theories import EITHER_SIDE, THEORIES
 from fecontact.outputs.html import table
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.rows import deviation_column
@@ -19,7 +20,7 @@ _FORCE = "force off by, % of mu N"
 _NUMBERS = (
     *("shift mm", "load kN", "peak FE MPa", "peak Hertz MPa", "part of a limit"),
     *("elements a semi-axis", "unknowns", "residual", "load balance", "seconds", "memory MB"),
-    *("FE", "Hertz", "springs", "off by", "±", "limit", _FORCE),
+    *("FE", "Hertz", "theory", "off by", "±", "limit", _FORCE),
 )
 _SOLVER = (
     *("shift mm", "load kN", "status", "elements a semi-axis", "unknowns", "solver", "residual"),
@@ -85,8 +86,13 @@ def verdict_table(cases: Sequence[ReportedCase]) -> str:
     headings = ("rail and wheel",) * several + (
         *("shift mm", "load kN", "Hertz", "decided by", "because", "peak FE MPa", "peak Hertz MPa", "part of a limit"),
     )
-    springs, forces = (any(case.row.get(name) for case in cases) for name in ("multi_hertz_verdict", "force_verdict"))
-    headings += ("ellipses as springs",) * springs + ("for forces", _FORCE) * forces
+    others = {
+        theory.words: f"{name}_verdict"
+        for name, theory in THEORIES.items()
+        if name not in EITHER_SIDE and any(case.row.get(f"{name}_verdict") for case in cases)
+    }
+    forces = any(case.row.get("force_verdict") for case in cases)
+    headings += (*others, *("for forces", _FORCE) * forces)
     lines = []
     for case in cases:
         row = case.row
@@ -94,10 +100,10 @@ def verdict_table(cases: Sequence[ReportedCase]) -> str:
         cells += [f"{row['lateral_shift_mm']:+z.2f}", f"{row['load_kN']:g}", verdict_of(row)]
         cells += [decided(row, limits_of(case)), str(row.get("verdict_cause") or "")]
         cells += [_number(row.get(key), form) for key, form in _PEAKS]
-        cells += [str(row.get("multi_hertz_verdict") or "")] * springs
+        cells += [str(row.get(key) or "") for key in others.values()]
         cells += _force_cells(row) if forces else ()
         lines.append((cells, verdict_of(row) == "FAILS"))
-    return table("", headings, lines, numbers=_NUMBERS, answers=("Hertz", "ellipses as springs", "for forces"))
+    return table("", headings, lines, numbers=_NUMBERS, answers=("Hertz", *others, "for forces"))
 
 
 def _force_cells(row: Row) -> tuple[str, str]:
@@ -113,15 +119,15 @@ def _number(value: Any, form: str) -> str:
 
 
 def measures_tables(record: Mapping[str, Any]) -> str:
-    """All measures of a case; by each of both curvatures where the touch point lies on a junction, and as springs."""
+    """All measures of a case; by each of both curvatures where the touch point lies on a junction, and by other theories."""
     parts = []
     for side in record.get("verdict", {}).get("sides", ()):
         by = "" if side["side"] == "both" else f"With the curvature of the {side['side']} side"
         parts.append(_measure_table(record, by, "Hertz", side["hertz"], side))
-    theory = record.get("theories", {}).get("multi_hertz", {})
-    if len(theory.get("patches", ())) > 1:
-        by = f"Hertz at {len(theory['patches'])} touch points, which share the load as springs"
-        parts.append(_measure_table(record, by, "springs", theory, {**theory, "each": theory["verdict"]["each"]}))
+    for name, theory in record.get("theories", {}).items():
+        if name not in EITHER_SIDE and "patches" in theory:
+            judged = {**theory, "each": theory["verdict"]["each"]}
+            parts.append(_measure_table(record, THEORIES[name].words, "theory", theory, judged))
     return "".join(parts)
 
 

@@ -16,8 +16,8 @@ from fecontact.files import read_json, write_json
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap, MapCell
 from fecontact.outputs.creep import creep_columns
-from fecontact.outputs.multi_hertz import multi_hertz_columns
 from fecontact.outputs.record import STEP_MEASURES, versions
+from fecontact.outputs.theories import theory_columns
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.placing import roll_of_case
 from fecontact.solving.solve import CaseResult
@@ -87,8 +87,8 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
         "degrees_of_freedom": sum(load.level.degrees_of_freedom.values()),
         "iterations": load.level.nodal.iterations,
         "load_balance": load.fe.load_balance,
-        **creep_columns(load, placement),
-        **multi_hertz_columns(load, placement),
+        **creep_columns(load),
+        **theory_columns(load),
     }
 
 

@@ -14,7 +14,6 @@ from fecontact.files import read_json, write_text
 from fecontact.geometry.placement import Placement
 from fecontact.outputs.html import folded, heading, items, page, paragraph, picture, terms
 from fecontact.outputs.measure_words import unknown_text
-from fecontact.outputs.multi_hertz import springs_text
 from fecontact.outputs.printed_case import what_would_decide
 from fecontact.outputs.record import versions
 from fecontact.outputs.report_figures import ladder_figure, pair_figure
@@ -31,6 +30,7 @@ from fecontact.outputs.report_tables import (
 from fecontact.outputs.report_words import GLOSSARY, answer_words, lead_style, measure_terms, question
 from fecontact.outputs.roll_words import roll_words_of_rows
 from fecontact.outputs.scene import write_scene
+from fecontact.outputs.theories import theory_texts
 
 Row = Mapping[str, Any]
 _Row = TypeVar("_Row", bound=Row)
@@ -196,6 +196,6 @@ def _cases(cases: Sequence[ReportedCase], pictures: str) -> list[str]:
             picture(case.picture, words),
             folded("All measures", measures_tables(case.record)),
         ]
-        said = (_open(case), springs_text(row), *(str(row.get(key) or "") for key in ("verdict_warnings", "warnings")))
+        said = (_open(case), *theory_texts(row), *(str(row.get(key) or "") for key in ("verdict_warnings", "warnings")))
         parts.append(items([one for one in said if one]))
     return parts

@@ -11,6 +11,7 @@ from fecontact.comparison.judgement import Judgement
 from fecontact.comparison.measures import hertz_measures
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES
 from fecontact.comparison.verdict import Verdict
+from fecontact.map.cells import ApplicabilityMap
 from fecontact.outputs.measure_words import WORDS
 from fecontact.theory.hertz import HertzContact
 
@@ -27,6 +28,12 @@ def theory_instead(load: JudgedLoad | None) -> str | None:
     if load is None or load.status != "converged" or load.verdict.answer == "HOLDS":
         return None
     return next((name for name, one in other_theories(load).items() if one.verdict.answer == "HOLDS"), None)
+
+
+def theories_instead(made: ApplicabilityMap) -> str:
+    """The theories that hold in cells of a map where Hertz does not, in words; empty where there are none."""
+    found = {theory_instead(cell.judged) for cell in made.cells}
+    return " or ".join(theory.words for name, theory in THEORIES.items() if name in found)
 
 
 def theories_record(load: JudgedLoad) -> Record:
@@ -54,11 +61,15 @@ def judgement_record(judged: Judgement) -> Record:
 
 def _patch_record(patch: TheoryPatch) -> Record:
     touch = patch.touch
-    where: Record = {} if touch is None else {
-        "touch_point": patch.touch_point,
-        "touch_rail_y_mm": touch.rail_y_mm,
-        "contact_angle_rad": touch.contact_angle_rad,
-    }
+    where: Record = (
+        {}
+        if touch is None
+        else {
+            "touch_point": patch.touch_point,
+            "touch_rail_y_mm": touch.rail_y_mm,
+            "contact_angle_rad": touch.contact_angle_rad,
+        }
+    )
     where["centre_mm"] = list(patch.centre_mm)
     if patch.hertz is not None:
         return where | ellipse_record(patch.hertz)

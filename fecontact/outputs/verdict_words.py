@@ -27,20 +27,20 @@ def verdict_reason(load: JudgedLoad) -> str:
         return f"not to be used: {load.status}"
     verdict = load.verdict
     # the side whose verdict it is, that of the field side where both are the same
-    side = next(
-        side
-        for side in reversed(load.sides)
-        if (side.verdict.each, side.verdict.measure) == (verdict.each, verdict.measure)
+    side, judged = next(
+        (side, judged)
+        for side, judged in reversed([*load.sides.items()])
+        if (judged.verdict.each, judged.verdict.measure) == (verdict.each, verdict.measure)
     )
     measure = verdict.measure
     text = measure_reason(
         measure,
         verdict.each[measure],
-        side.deviation.get(measure),
-        side.uncertainty.get(measure),
+        judged.deviation.get(measure),
+        judged.uncertainty.get(measure),
         load.case.criteria.limits[measure],
     )
-    at = "" if side.side == "both" else f", with the curvature of the {side.side} side"
+    at = "" if side == "both" else f", with the curvature of the {side} side"
     return f"{text}{at}" + (f"; because: {verdict.cause}" if verdict.cause else "")
 
 

@@ -121,7 +121,7 @@ _NAMED: Mapping[str, str] = {
     **dict.fromkeys(_INPUTS, "input"),
     **dict.fromkeys(("force_verdict", "force_cause"), TEXT),
     **dict.fromkeys(("multi_hertz_verdict", "multi_hertz_measure", "multi_hertz_overlapping"), TEXT),
-    "multi_hertz_ellipses": "count",
+    "multi_hertz_patches": "count",
     "multi_hertz_limit_used": "fraction of a limit",
     "friction": "input",
     **dict.fromkeys(("fx_hertz_N", "fy_hertz_N", "fx_fe_N", "fy_fe_N"), "creep force"),

@@ -27,7 +27,7 @@ SOLVING = (
 # What reads and judges what was solved: after a change of it stored fields are evaluated again.
 EVALUATING = (
     *("creep.py", "criteria.py", "comparison", "theory", "rolling", "map"),
-    *("outputs/creep.py", "outputs/measure_words.py", "outputs/multi_hertz.py", "outputs/record.py"),
+    *("outputs/creep.py", "outputs/measure_words.py", "outputs/theories.py", "outputs/record.py"),
     *("outputs/rows.py", "outputs/stored.py"),
     *("runs/case_store.py", "runs/position_store.py", "runs/work.py"),
 )

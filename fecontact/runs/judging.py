@@ -10,19 +10,19 @@ from pathlib import Path
 from fecontact.creep import Creep
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
-from fecontact.jobs.workers import default_workers, process_crew
-from fecontact.map.cells import ApplicabilityMap
+from fecontact.jobs.workers import evaluators
+from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.outputs.map import write_map
 from fecontact.outputs.map_measures import MapMeasure, refuse_measure
 from fecontact.outputs.map_report import write_map_report
 from fecontact.outputs.rows import Row, case_row, read_row
 from fecontact.outputs.study_files import write_tables
 from fecontact.runs.case_store import RESULT, ROW, case_folder, read_case
-from fecontact.runs.load import read_map, stored_study, unusable
+from fecontact.runs.load import read_map, readable, stored_study, unusable
+from fecontact.runs.position_store import read_position
 from fecontact.runs.reports import report_judged
-from fecontact.runs.theories import write_theories
 
-# A case takes some hundredths of a second, a process seconds to begin.
+# A case takes some hundredths of a second, with creep forces seconds, and a process seconds to begin.
 _WORTH_PROCESSES = 100
 
 
@@ -86,21 +86,28 @@ def judge_study(
 
 
 def _judged_rows(before: Sequence[Row], folders: Sequence[Path], criteria: Criteria, creep: Creep | None) -> list[Row]:
-    judge = partial(_judged_row, criteria=criteria, creep=creep)
-    if len(folders) < _WORTH_PROCESSES:
-        return list(map(judge, before, folders))
-    crew = process_crew(default_workers(), threads=1)
-    with crew.open(crew.workers) as executor:
-        return list(executor.map(judge, before, folders, chunksize=_WORTH_PROCESSES // 2))
+    rows = [_unjudged(old, folder) for old, folder in zip(before, folders, strict=True)]
+    usable = [folder for folder, row in zip(folders, rows, strict=True) if row is None]
+    with evaluators(len(usable), _worth_processes(creep)) as map_over:
+        judged = iter(list(map_over(partial(_judged_row, criteria=criteria, creep=creep), usable)))
+    return [{"id": old["id"], **next(judged)} if row is None else row for old, row in zip(before, rows, strict=True)]
 
 
-def _judged_row(old: Row, folder: Path, criteria: Criteria, creep: Creep | None) -> Row:
+def _worth_processes(creep: Creep | None) -> int:
+    return _WORTH_PROCESSES // (20 if creep is not None and creep.asked else 1)
+
+
+def _unjudged(old: Row, folder: Path) -> Row | None:
+    """The row of a case that has no result or cannot be judged any more, None of the others."""
     if str(old["status"]).startswith("failed"):
         return old
-    if problem := unusable(folder):
-        kept = {key: value for key, value in old.items() if key in ("rail", "wheel", "lateral_shift_mm", "load_kN")}
-        return {"id": old["id"], "status": f"failed: {problem}", **kept}
-    return {"id": old["id"], **case_row(read_case(folder, criteria=criteria, creep=creep))}
+    problem = unusable(folder)
+    kept = {key: value for key, value in old.items() if key in ("rail", "wheel", "lateral_shift_mm", "load_kN")}
+    return None if problem is None else {"id": old["id"], "status": f"failed: {problem}", **kept}
+
+
+def _judged_row(folder: Path, criteria: Criteria, creep: Creep | None) -> Row:
+    return case_row(read_case(folder, criteria=criteria, creep=creep))
 
 
 def judge_map(
@@ -123,14 +130,20 @@ def judge_map(
     """
     folder = Path(folder)
     _check_out(folder, out)
-    made, problems = read_map(folder, criteria, creep)
+    made, problems = read_map(folder, criteria, creep, partial(_judged_positions, creep_laws=measure == "theory"))
     refuse_measure(made.case, measure)
     if out is not None:
         write_map(made, out)
-        if measure == "theory":
-            write_theories(made, out, default_workers())
-        write_map_report(made, out, theories=measure == "theory")
+        write_map_report(made, out)
     return made, list(problems.values())
+
+
+def _judged_positions(
+    folders: Sequence[Path], criteria: Criteria | None, creep: Creep | None, *, creep_laws: bool
+) -> list[MapPosition | str]:
+    read = partial(readable, partial(read_position, creep_laws=creep_laws), criteria=criteria, creep=creep)
+    with evaluators(len(folders), _worth_processes(creep)) as map_over:
+        return list(map_over(read, folders))
 
 
 def _check_out(folder: Path, out: Path | None) -> None:

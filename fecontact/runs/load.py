@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 from fecontact.case import Case
 from fecontact.creep import Creep
@@ -22,6 +23,9 @@ from fecontact.runs.identity import SOLVING_SOURCE, origin_of
 from fecontact.runs.position_store import POSITION, position_folder, read_position
 from fecontact.runs.work import stored_case
 from fecontact.solving.solve import CaseResult
+
+Result = TypeVar("Result")
+ReadPositions = Callable[[Sequence[Path], Criteria | None, Creep | None], list[MapPosition | str]]
 
 _REMEDY = "give the folder of a case, a study or a map that fecontact wrote"
 
@@ -112,12 +116,29 @@ def stored_study(folder: Path) -> StoredStudy:
     return StoredStudy(name=str(document.get("study", "")), rows=tuple(rows))
 
 
+def readable(
+    read: Callable[..., Result], folder: Path, *, criteria: Criteria | None, creep: Creep | None
+) -> Result | str:
+    """What is read from the folder of a finished result, or why it cannot be."""
+    try:
+        return read(folder, criteria=criteria, creep=creep)
+    except InputError as error:
+        return str(error)
+
+
+def _read_positions(folders: Sequence[Path], criteria: Criteria | None, creep: Creep | None) -> list[MapPosition | str]:
+    return [readable(read_position, folder, criteria=criteria, creep=creep) for folder in folders]
+
+
 def read_map(
-    folder: Path, criteria: Criteria | None = None, creep: Creep | None = None
+    folder: Path,
+    criteria: Criteria | None = None,
+    creep: Creep | None = None,
+    read: ReadPositions = _read_positions,
 ) -> tuple[ApplicabilityMap, dict[float, str]]:
     """A finished map, and which positions cannot be used.
 
-    Criteria, friction and creepages are those of the map, or others if they are given.
+    Criteria, friction and creepages are those of the map, or others if they are given; `read` reads positions by them.
 
     Raises
     ------
@@ -127,21 +148,22 @@ def read_map(
     document = read_json(folder / "map.json")
     if not isinstance(document, Mapping) or document.get("schema") != MAP_SCHEMA:
         raise InputError(f"{folder / 'map.json'}: its layout is not {MAP_SCHEMA}; make the map again")
-    positions: list[MapPosition] = []
-    problems: dict[float, str] = {}
-    base: Case | None = None
-    for name, shift in document["provenance"].get("positions", {}).items():
-        own = position_folder(folder, name)
-        try:
-            refuse_unusable(own)
-            positions.append(read_position(own, criteria=criteria, creep=creep))
-            base = base or stored_case(own, read_json(own / POSITION)["case"])
-        except InputError as error:
-            problems[shift] = str(error)
-            positions.append(failed_position(shift, document["loads_N"], error))
-    if base is None:
+    names = {shift: name for name, shift in document["provenance"].get("positions", {}).items()}
+    folders = {shift: position_folder(folder, name) for shift, name in names.items()}
+    problems = {shift: problem for shift, own in folders.items() if (problem := unusable(own))}
+    usable = {shift: own for shift, own in folders.items() if shift not in problems}
+    found = dict(zip(usable, read(list(usable.values()), criteria, creep), strict=True))
+    problems |= {shift: one for shift, one in found.items() if isinstance(one, str)}
+    known = {shift: one for shift, one in found.items() if not isinstance(one, str)}
+    positions = [
+        known[shift] if shift in known else failed_position(shift, document["loads_N"], problems[shift])
+        for shift in folders
+    ]
+    if not known:
         why = next(iter(problems.values()), "none is there")
         raise InputError(f"{folder}: no position of the map can be judged ({why})")
+    first = usable[min(known)]
+    base = stored_case(first, read_json(first / POSITION)["case"])
     judged = replace(base, criteria=criteria or base.criteria, creep=creep or base.creep)
     return _map(judged, document["loads_N"], positions), problems
 

@@ -7,15 +7,16 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
 from fecontact.errors import InputError
-from fecontact.jobs.engine import Finished, OpenRun, Progress, RunSettings, finish, open_run
+from fecontact.jobs.engine import OpenRun, Progress, RunSettings, finish, open_run
 from fecontact.jobs.job import Done, Job, Work
 from fecontact.jobs.store import kept_folder
-from fecontact.jobs.workers import Crew, default_workers
+from fecontact.jobs.workers import Crew
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.position import failed_position
 from fecontact.outputs.map import write_map
@@ -23,7 +24,6 @@ from fecontact.outputs.map_measures import MapMeasure, refuse_measure
 from fecontact.outputs.map_report import write_map_report
 from fecontact.runs.identity import input_files, origin_of, position_id, with_absolute_paths
 from fecontact.runs.position_store import has_open_loads, position_folder, position_work, read_position
-from fecontact.runs.theories import write_theories
 from fecontact.runs.work import job_of
 
 MakeWork = Callable[[Case, Sequence[float], str], Work]
@@ -85,8 +85,8 @@ def run_map(
     # all are made first: a value that no case can have is said before anything is solved
     every = [replace(base_case, lateral_shift_mm=shift, load_N=load) for shift in shifts for load in reversed(loads)]
     cases = {case.lateral_shift_mm: case for case in every[:: len(loads)]}
-    with open_run(out, out / "positions", settings, crew) as by:
-        run = _Run(base_case, cases, loads, out, by, progress, work)
+    with open_run(out, out / "positions", settings, crew, progress) as by:
+        run = _Run(base_case, cases, loads, out, by, work, creep_laws=measure == "theory")
         try:
             run.solve()
         except BaseException:
@@ -95,11 +95,8 @@ def run_map(
             raise
         made = run.write()
         if by.settings.part is None and made.positions:
-            if measure == "theory":
-                # on this machine, however large a cluster solves
-                write_theories(made, out, min(by.crew.workers, default_workers()))
-            write_map_report(made, out, theories=measure == "theory")
-    return MapOutcome(made=made, reused=tuple(run.finished.reused), recomputed=run.finished.recomputed)
+            write_map_report(made, out)
+    return MapOutcome(made=made, reused=tuple(by.finished.reused), recomputed=by.finished.recomputed)
 
 
 class _Run:
@@ -112,16 +109,15 @@ class _Run:
         loads_N: tuple[float, ...],
         out: Path,
         by: OpenRun,
-        progress: Progress | None,
         work: MakeWork,
+        *,
+        creep_laws: bool,
     ) -> None:
         self._base, self._cases, self._loads, self._out = base_case, cases, loads_N, out
-        self._by, self._progress, self._work = by, progress, work
+        self._by, self._work, self._creep_laws = by, work, creep_laws
         self._shifts = {position_id(case, loads_N): shift for shift, case in cases.items()}
         self._positions: dict[float, MapPosition] = {}
-        self._unreadable: dict[str, str] = {}
         self._drawn_at = -math.inf
-        self.finished = Finished()
 
     def solve(self) -> None:
         """Solve what is not finished."""
@@ -129,12 +125,9 @@ class _Run:
         # towards the gauge corner curvatures are large and second patches come: what takes longest is not left for last
         names = tuple(sorted(names, key=self._shifts.__getitem__, reverse=self._base.side == "left"))
         again = [name for name in names if has_open_loads(position_folder(self._out, name)) and self._can_be_read(name)]
-        self._do([name for name in names if name not in again], self._by)
-        unreadable = [name for name in names if name in self._unreadable]
-        for name in unreadable:
-            self.finished.reused.remove(name)
-            self.finished.recomputed[name] = self._unreadable[name]
-        self._do([*again, *unreadable], replace(self._by, settings=replace(self._by.settings, force=True)))
+        jobs = [self._job(name) for name in names if name not in again]
+        jobs += [replace(self._job(name), force=True) for name in again]
+        finish(jobs, self._by, total=len(self._cases), already=len(self._positions), on_done=self._done)
 
     def write(self, *, drawn: bool = True) -> ApplicabilityMap:
         """Write the files of the map, or of the part, with the positions that are known."""
@@ -159,42 +152,21 @@ class _Run:
         kept = kept_folder(job.folder, job.name, job.origin)
         return kept.found and kept.problem is None
 
-    def _do(self, names: Sequence[str], by: OpenRun) -> None:
-        finish(
-            [self._job(name) for name in names],
-            by,
-            self.finished,
-            total=len(self._cases),
-            already=len(self._positions),
-            progress=self._progress,
-            on_done=self._done,
-        )
-
     def _job(self, name: str) -> Job:
         case = self._cases[self._shifts[name]]
         if self._by.settings.scheduler:
             case = with_absolute_paths(case)
-        return job_of(
-            case,
-            position_folder(self._out, name),
-            self._work(case, self._loads, name),
-            label=f"{case.lateral_shift_mm:+z.2f} mm",
-        )
+        job = job_of(case, position_folder(self._out, name), self._work(case, self._loads, name))
+        read = partial(read_position, criteria=self._base.criteria, creep=self._base.creep, creep_laws=self._creep_laws)
+        return replace(job, read=read, label=f"{case.lateral_shift_mm:+z.2f} mm")
 
     def _done(self, done: Done) -> None:
         shift = self._shifts[done.name]
         if done.failure is not None:
             self._positions[shift] = failed_position(shift, self._loads, done.failure.removeprefix("failed: "))
         else:
-            folder = position_folder(self._out, done.name)
-            try:
-                self._positions[shift] = read_position(folder, criteria=self._base.criteria, creep=self._base.creep)
-            except InputError as error:
-                if done.name in self._unreadable or done.name not in self.finished.reused:
-                    raise
-                self._unreadable[done.name] = str(error)
-                return
-        if done.name in self.finished.reused:
+            self._positions[shift] = done.value
+        if done.name in self._by.finished.reused:
             # it is drawn with the next one that is solved, or at the end
             return
         # a full disk now may have room at the end

@@ -16,6 +16,7 @@ from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.files import read_json, write_json
 from fecontact.map.cells import LoadLimit, MapCell, MapPosition
+from fecontact.map.forces import force_limit, with_laws
 from fecontact.map.load_limit import load_limit
 from fecontact.map.position import solve_position, solved_cell
 from fecontact.outputs.record import shown_case_record
@@ -85,15 +86,20 @@ def has_open_loads(folder: Path) -> bool:
         return False
 
 
-def read_position(folder: Path, *, criteria: Criteria | None = None, creep: Creep | None = None) -> MapPosition:
+def read_position(
+    folder: Path, *, criteria: Criteria | None = None, creep: Creep | None = None, creep_laws: bool = False
+) -> MapPosition:
     """Read a finished position and judge it, by other criteria, friction and creepages than its own if given.
+
+    With `creep_laws` also the laws of creep forces, which takes seconds a load.
 
     Raises
     ------
     InputError
         If the folder holds no finished position, or one of another layout, and what to do.
     """
-    return read_stored(POSITIONS, folder, criteria, creep)
+    position = read_stored(POSITIONS, folder, criteria, creep)
+    return with_laws(position) if creep_laws else position
 
 
 def _read(folder: Path, record: Mapping[str, Any], case: Case) -> MapPosition:
@@ -116,10 +122,12 @@ def _read(folder: Path, record: Mapping[str, Any], case: Case) -> MapPosition:
         else:
             cells[judged.load_N] = solved_cell(shift, judged)
     found = tuple(cells.values())
+    limit = load_limit(found, tried, stopped=stopped)
     return MapPosition(
         lateral_shift_mm=shift,
         cells=found,
-        limit=load_limit(found, tried, stopped=stopped),
+        limit=limit,
+        force_limit=force_limit(found, tried, placement, limit),
         placement=placement,
         tried=tuple(tried),
         stopped=stopped,

@@ -12,7 +12,7 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
-from fecontact.jobs.engine import Finished, Progress, RunSettings, finish, open_run
+from fecontact.jobs.engine import Progress, RunSettings, finish, open_run
 from fecontact.jobs.job import Done, Work
 from fecontact.jobs.workers import Crew
 from fecontact.outputs.rows import Row, input_columns, read_row
@@ -96,15 +96,14 @@ def run_study(
     cases = _by_name(named)
     own = settings.own_part([name for name, _ in named])
     table = _Table(study.name, [(name, case) for name, case in named if name in set(own)], len(named), out, settings)
-    with open_run(out, out / "cases", settings, crew) as by:
+    with open_run(out, out / "cases", settings, crew, progress) as by:
         solved = {name: with_absolute_paths(cases[name]) if settings.scheduler else cases[name] for name in own}
         jobs = [
             job_of(case, case_folder(out, name), work(case, name, command), label=_label(cases[name], study.cases))
             for name, case in solved.items()
         ]
-        finished = Finished()
         try:
-            finish(jobs, by, finished, progress=progress, on_done=table.done)
+            finish(jobs, by, on_done=table.done)
         finally:
             with contextlib.suppress(OSError):
                 table.write()
@@ -118,8 +117,8 @@ def run_study(
         rows=tuple(rows),
         conclusion=conclusion,
         collections=collections,
-        reused=tuple(finished.reused),
-        recomputed=finished.recomputed,
+        reused=tuple(by.finished.reused),
+        recomputed=by.finished.recomputed,
     )
 
 
