@@ -13,12 +13,14 @@ from rungs import rung_with
 
 from fecontact.case import Case, case_from_record, case_record
 from fecontact.cli import call
+from fecontact.comparison.approximation import mean_pressure
 from fecontact.comparison.creep_comparison import creep_of
 from fecontact.comparison.creep_patch import creepages_of
 from fecontact.comparison.creep_theories import THEORIES_BY_COST, TheoryVerdicts, theory_verdicts
 from fecontact.comparison.creep_verdict import PLACE, SHAPE, SMALLEST_CREEPAGE, ForceAt, ForceVerdict, creepage_range
-from fecontact.comparison.judged_load import JudgedLoad, Level, SolvedLoad, judge_load
-from fecontact.comparison.measures import hertz_on
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.judging import judge_load
+from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.rung import Rung
 from fecontact.creep import Creep
@@ -49,7 +51,7 @@ def planted(hertz: HertzContact, *, nodes: int = 32, moved_mm: float = 0.0, lobe
     s = hertz.b_mm / nodes * np.arange(-int(reach * nodes), int(reach * nodes) + 1)
     grid = ContactGrid(x_mm=x, s_mm=s, half=True)
     sides = (moved_mm,) if lobes == 1 else (-moved_mm, moved_mm)
-    pressure = np.mean([hertz_on(grid, hertz, (0.0, side)) for side in sides], axis=0)
+    pressure = np.mean([mean_pressure(grid, hertz, (0.0, side)) for side in sides], axis=0)
     return rung_with(
         grid,
         pressure,

@@ -9,7 +9,8 @@ from rungs import rung_with
 
 from fecontact.case import Case, Track
 from fecontact.comparison.cause import PatchGeometry, cause_of, patch_geometry
-from fecontact.comparison.judged_load import JudgedLoad, SolvedLoad, judge_load
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.judging import judge_load
 from fecontact.comparison.ladder import STEPS, Ladder
 from fecontact.comparison.measures import (
     MEASURES,
@@ -23,6 +24,7 @@ from fecontact.comparison.measures import (
     patch_of,
 )
 from fecontact.comparison.point_noise import PointNoise
+from fecontact.comparison.solved_load import SolvedLoad
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.halfspace import half_space_problem
 from fecontact.contact.rung import Rung

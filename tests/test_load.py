@@ -15,7 +15,7 @@ from pictures import draw_nothing
 import fecontact
 from fecontact.case import BodySize, Case, Criteria
 from fecontact.cli import call
-from fecontact.comparison.judged_load import judge_load
+from fecontact.comparison.judging import judge_load
 from fecontact.creep import Creep
 from fecontact.errors import InputError
 from fecontact.jobs.store import MANIFEST, write_manifest

@@ -23,9 +23,12 @@ from hypothesis import strategies as st
 import fecontact
 from fecontact.case import Case, Criteria, Track
 from fecontact.cli import call
-from fecontact.comparison.judged_load import JudgedLoad, Level, SolvedLoad, judge_load
-from fecontact.comparison.measures import MEASURES, MISFITS, hertz_on
+from fecontact.comparison.approximation import mean_pressure
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.judging import judge_load
+from fecontact.comparison.measures import MEASURES, MISFITS
 from fecontact.comparison.point_noise import PointNoise
+from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.comparison.uncertainty import MESH_RATIO
 from fecontact.comparison.verdict import judge
 from fecontact.contact.grid import ContactGrid
@@ -90,7 +93,7 @@ def planted_rung(hertz, nodes, deviation, status="converged"):
     x = hertz.a_mm / nodes * np.arange(count + 1)
     s = hertz.b_mm / nodes * np.arange(-count, count + 1)
     grid = ContactGrid(x_mm=x, s_mm=s, half=True)
-    pressure = hertz_on(grid, ellipse)
+    pressure = mean_pressure(grid, ellipse)
     return Rung(
         grid=grid,
         pressure_MPa=pressure,

@@ -8,13 +8,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fecontact.comparison.multi_hertz import MultiHertz, PlacedEllipse, judge_multi_hertz, multi_hertz
 
 from fecontact.case import Case, Track
-from fecontact.comparison.judged_load import Level, SolvedLoad, judge_load
+from fecontact.comparison.approximation import mean_pressure
+from fecontact.comparison.judging import judge_load
 from fecontact.comparison.lobes import judge_lobes, parts_of
-from fecontact.comparison.measures import MEASURES, hertz_on, measures_of, patch_of
-from fecontact.comparison.multi_hertz import MultiHertz, PlacedEllipse, judge_multi_hertz, multi_hertz
+from fecontact.comparison.measures import MEASURES, measures_of, patch_of
 from fecontact.comparison.patch import area_between
+from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.contact.grid import ContactGrid
 from fecontact.geometry.placement import place
 from fecontact.profiles.curve import Profile
@@ -112,7 +114,7 @@ def test_one_ellipse_has_one_patch_however_wide_it_is(two_patches):
 
 def test_each_patch_is_a_contact_of_its_own(two_patches):
     case, placement, load = two_patches
-    found = judge_lobes(load, placement)
+    found = judge_lobes(load.solved, placement)
     assert [one.separate for one in found] == [True, True]
     assert sum(one.normal_force_N for one in found) == pytest.approx(case.load_N, rel=1e-3)
     assert sorted(one.touch_point for one in found) == [0, 1]
@@ -137,7 +139,7 @@ def test_a_single_touch_point_is_one_ellipse_by_both_theories():
     assert multi.deviation == pytest.approx(dict(load.deviation), abs=2e-4)
     assert multi.verdict.answer == load.verdict.answer == "HOLDS"
     assert multi.verdict.each == load.verdict.each
-    (only,) = judge_lobes(load, placement)
+    (only,) = judge_lobes(load.solved, placement)
     assert only.separate
     assert only.touch_point == 0
     for name in ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "centre_over_b", "misplaced_load"):
@@ -165,7 +167,7 @@ def ellipses(two_patches):
         )
         grid = ContactGrid(x_mm=0.05 * np.arange(120), s_mm=-8.0 + 0.05 * np.arange(440), half=True)
         # the larger of both pressures: their sum has a hump of its own where they overlap
-        each = [hertz_on(grid, one.hertz, (one.x_mm, one.s_mm)) for one in contact.ellipses]
+        each = [mean_pressure(grid, one.hertz, (one.x_mm, one.s_mm)) for one in contact.ellipses]
         return contact, replace(load.fe, grid=grid, pressure_MPa=np.maximum(*each))
 
     return made

@@ -20,7 +20,7 @@ from rich.console import Console
 from scipy.interpolate import LinearNDInterpolator
 
 from fecontact.case import BodySize, Case, Criteria, Opposite, Track, case_from_record, case_record
-from fecontact.comparison.judged_load import judge_load
+from fecontact.comparison.judging import judge_load
 from fecontact.contact.grid import Field
 from fecontact.contact.rung import Rung
 from fecontact.creep import Creep

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from fecontact.cli import call
-from fecontact.comparison.judged_load import judge_load
+from fecontact.comparison.judging import judge_load
 from fecontact.errors import InputError
 from fecontact.files import write_json
 from fecontact.outputs.paraview import write_view

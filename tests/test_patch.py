@@ -9,6 +9,7 @@ from rungs import rung_with
 from scipy.signal import find_peaks, peak_prominences
 
 from fecontact.case import Case, Criteria
+from fecontact.comparison.approximation import mean_pressure
 from fecontact.comparison.compare import compare
 from fecontact.comparison.measures import (
     FLOORS,
@@ -18,7 +19,6 @@ from fecontact.comparison.measures import (
     Misfit,
     deviations,
     hertz_measures,
-    hertz_on,
     measures_of,
     misfit_of,
     patch_of,
@@ -464,7 +464,7 @@ def test_hertz_on_cells_carries_his_force_wherever_the_grid_lies():
         grid = ContactGrid(
             x_mm=0.45 * (np.arange(-30, 31) + offset[0]), s_mm=0.33 * (np.arange(-40, 41) + offset[1]), half=False
         )
-        p = hertz_on(grid, hertz, tuple(middle))
+        p = mean_pressure(grid, hertz, tuple(middle))
         force = 0.45 * 0.33 * p.sum()
         # 25 points a cell; at the nodes alone measured 0.2 %
         assert force == pytest.approx(100e3, rel=2e-4)
@@ -522,7 +522,7 @@ def test_comparison_is_made_of_the_same_readings():
     found = compare(rung, hertz)
     assert (found.fe, found.hertz, found.patch) == (measures_of(rung), hertz_measures(hertz), patch_of(rung))
     assert found.deviation == deviations(rung, hertz)
-    np.testing.assert_array_equal(found.hertz_pressure_MPa, hertz_on(rung.grid, hertz))
+    np.testing.assert_array_equal(found.hertz_pressure_MPa, mean_pressure(rung.grid, hertz))
     # 6 nodes a semi-axis: measured 3.5 %
     assert found.pressure_l2 < 0.045
     assert found.overlap > 0.97

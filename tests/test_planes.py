@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from fecontact.case import Case
-from fecontact.comparison.judged_load import Level, SolvedLoad, judge_load
+from fecontact.comparison.judging import judge_load
 from fecontact.comparison.lobes import parts_of
 from fecontact.comparison.measures import measures_of
+from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.halfspace import along_normals, half_space_below, love_influence
 from fecontact.contact.solver import ContactProblem, solve_contact

@@ -13,7 +13,7 @@ from browser import assert_readable, shown
 
 from fecontact.case import Criteria
 from fecontact.cli import call
-from fecontact.comparison.judged_load import judge_load
+from fecontact.comparison.judging import judge_load
 from fecontact.files import write_json
 from fecontact.outputs import html, scene
 from fecontact.outputs.report_figures import ladder_figure, patches_figure

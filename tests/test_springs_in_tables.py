@@ -10,11 +10,13 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 import pytest
+from fecontact.comparison.multi_hertz import judge_multi_hertz
+from fecontact.outputs.multi_hertz import ellipses_of, limit_used, several_ellipses, springs_text
 from rich.console import Console
 
 from fecontact.case import Case
-from fecontact.comparison.judged_load import Level, SolvedLoad, judge_load
-from fecontact.comparison.multi_hertz import judge_multi_hertz
+from fecontact.comparison.judging import judge_load
+from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.load_limit import load_limit
 from fecontact.map.position import solved_cell
@@ -22,7 +24,6 @@ from fecontact.outputs.map import map_record
 from fecontact.outputs.map_figure import map_figure
 from fecontact.outputs.map_report import write_map_report
 from fecontact.outputs.map_table import map_table
-from fecontact.outputs.multi_hertz import ellipses_of, limit_used, several_ellipses, springs_text
 from fecontact.outputs.rows import load_row
 from fecontact.outputs.tables import print_table, write_csv
 from fecontact.regression.compare import compare_tables

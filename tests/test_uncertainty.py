@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fecontact.case import Case, Track
-from fecontact.comparison.judged_load import judge_load
+from fecontact.comparison.judging import judge_load
 from fecontact.comparison.measures import CUT_PLANES, FLOORS, MEASURES, MISFITS
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.uncertainty import step_uncertainty, uncertainty

@@ -76,8 +76,8 @@ class MapCell:
     @property
     def force(self) -> Judgement | None:
         """Hertz for creep forces; None without friction, and where the load must not be used."""
-        usable = self.judged is not None and self.status == "converged" and self.judged.creep is not None
-        return self.judged.creep.verdict if usable else None
+        creep = None if self.judged is None or self.status != "converged" else self.judged.creep
+        return None if creep is None else creep.verdict
 
     @property
     def cause(self) -> str | None:

@@ -119,7 +119,7 @@ def _number(value: Any, form: str) -> str:
 
 
 def measures_tables(record: Mapping[str, Any]) -> str:
-    """All measures of a case; by each of both curvatures where the touch point lies on a junction, and by other theories."""
+    """All measures of a case by each theory; by Hertz with both curvatures where the touch point lies on a junction."""
     parts = []
     for side in record.get("verdict", {}).get("sides", ()):
         by = "" if side["side"] == "both" else f"With the curvature of the {side['side']} side"
