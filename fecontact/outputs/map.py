@@ -9,15 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.comparison.creep_theories import REAL
+from fecontact.comparison.judgement import FORCE, cheapest
 from fecontact.files import write_json
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
-from fecontact.outputs.force_map import force_map_figure
+from fecontact.outputs.cheapest_map import law_view
 from fecontact.outputs.map_figure import map_figure
 from fecontact.outputs.record import load_record, shown_case_record, versions
 from fecontact.outputs.roll_words import roll_words
 from fecontact.outputs.rows import cell_row
 from fecontact.outputs.tables import write_csv
-from fecontact.outputs.theory_map import write_theory_map
+from fecontact.outputs.verdict_map import force_view, verdict_view
 from fecontact.solving.stiffness_fit import fit_stiffness
 
 Floats = NDArray[np.float64]
@@ -43,14 +45,20 @@ def write_map(
     write_json(out / f"{name}.json", map_record(made, provenance))
     if not (drawn and made.positions):
         return
-    map_figure(made, out / f"{name}.png")
+    map_figure(verdict_view(made), out / f"{name}.png")
     # those of another friction, or of theories before, would not belong to this map
     for old in ("force.png", "force.svg", "theory.csv", "theory.png", "theory.svg"):
         (out / f"{name}_{old}").unlink(missing_ok=True)
     if made.case.creep.asked:
-        force_map_figure(made, out / f"{name}_force.png")
+        map_figure(force_view(made), out / f"{name}_force.png")
     if made.laws_judged:
-        write_theory_map(made, out)
+        write_laws(made, out, name)
+
+
+def write_laws(made: ApplicabilityMap, out: Path, name: str = "map") -> None:
+    """Write NAME_theory.csv and NAME_theory.png into a folder: the laws of creep forces, and the cheapest."""
+    write_csv([_law_row(cell) for cell in made.cells], out / f"{name}_theory.csv")
+    map_figure(law_view(made), out / f"{name}_theory.png")
 
 
 def stiffness_rows(position: MapPosition) -> list[Record]:
@@ -134,3 +142,23 @@ def limit_record(shift_mm: float, limit: LoadLimit) -> Record:
         "note": limit.note,
         "tried": [{"load_N": load, "verdict": verdict} for load, verdict in limit.tried],
     }
+
+
+def _law_row(cell: MapCell) -> Record:
+    row: Record = {
+        "lateral_shift_mm": cell.lateral_shift_mm,
+        "load_kN": cell.load_N / 1e3,
+        "status": cell.status,
+    }
+    laws = {} if cell.judged is None else cell.judged.creep_laws
+    if laws:
+        row["cheapest_theory"] = cheapest(laws) or "UNRESOLVED"
+    for name, judged in laws.items():
+        if name == REAL:
+            continue
+        row[f"{name}_verdict"] = judged.verdict.answer
+        row[f"{name}_off_percent_of_muN"] = 1e2 * judged.deviation[FORCE]
+        row[f"{name}_uncertainty_percent_of_muN"] = 1e2 * judged.uncertainty[FORCE]
+        worst = judged.decided[0].creepages
+        row[f"{name}_xi"], row[f"{name}_eta"] = worst.xi, worst.eta
+    return row

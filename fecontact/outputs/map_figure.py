@@ -1,137 +1,172 @@
-"""The picture of an applicability map: at which loads Hertz holds, over the lateral shift."""
+"""The picture of a map: coloured columns over the load, one a lateral shift, with words at the loads."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from fecontact.case import Case
-from fecontact.comparison.verdict import AT_JUNCTION
-from fecontact.criteria import Criteria
-from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
-from fecontact.outputs.map_drawing import (
-    DIAMOND,
-    Column,
-    Sizes,
-    Words,
-    colour_handles,
-    draw_columns,
-    first_marks,
-    mark_handles,
-)
-from fecontact.outputs.measure_words import WORDS
-from fecontact.outputs.roll_words import roll_words
-from fecontact.outputs.series import short_name
-from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, save_figure
-from fecontact.outputs.theories import theories_instead, theory_instead
-from fecontact.outputs.verdict_words import inclination_words
-from fecontact.profiles.identity import profile_identity
+import numpy as np
+from numpy.typing import NDArray
 
-CAUSE_LETTERS = {
-    "finite bodies": "B",
-    "second patch": "S",
-    "second lobe": "L",
-    "curvature change within the patch": "J",
-    "conformity": "C",
-    "curvature varies over the patch": "V",
-    AT_JUNCTION: "U",
-}
-"""Marks of the causes in the picture."""
+from fecontact.outputs.map_view import CellView, ColumnView, MapView
+from fecontact.outputs.roll_words import other_wheel_label, roll_words, shift_label
+from fecontact.outputs.style import ANSWERS, blank_figure, save_figure
+from fecontact.outputs.verdict_words import pair_words
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Floats = NDArray[np.float64]
+
+# Points below which no numbers are written, letters alone.
+_SMALLEST_FONT = 5.0
+# Inches: of the legend, of a column of positions at its widest, between two lines of words at least, of the axes.
+_LEGEND, _COLUMN, _LINE, _TALLEST = 3.6, 0.75, 0.19, 11.0
+# A number of four characters and a letter need this many columns' inches a point of the font.
+_INCHES_A_POINT = 0.055
+# In the colour of what holds.
+_DIAMOND: dict[str, Any] = {"ls": "none", "marker": "D", "mfc": ANSWERS["HOLDS"], "mec": "k", "mew": 0.8}
 
 
-def map_figure(made: ApplicabilityMap, path: str | Path) -> Path:
-    """Draw over lateral shift and load where Hertz holds, as PNG and as SVG.
+@dataclass(frozen=True)
+class Sizes:
+    """Inches of the axes' width, and points of the words, for so many columns."""
 
-    The load axis is linear. The colour of a column changes at the loads at which the verdict does, as far as they are
-    known: a range left open between two verdicts has its own colour. Each load of the map has the largest part of a
-    limit that Hertz uses (he is off from 1 on), with a letter for the cause where he does not hold; every other load
-    that was solved is a tick at both sides of its column. A diamond says that he holds there at all touch points, if
-    they share the load as springs. Of a symmetric wheelset the axis above is
-    that of the other wheel.
+    columns: int
+
+    @property
+    def width(self) -> float:
+        """Of the axes."""
+        return float(np.clip(_COLUMN * self.columns, 4.5, 13.0))
+
+    @property
+    def font(self) -> float:
+        """Of the words in the columns."""
+        return min(9.5, self.width / self.columns / _INCHES_A_POINT)
+
+    @property
+    def has_numbers(self) -> bool:
+        """Whether there is room for numbers beside the letters."""
+        return self.font >= _SMALLEST_FONT
+
+
+def map_figure(view: MapView, path: str | Path) -> Path:
+    """Draw a map over lateral shift and load, as PNG and as SVG.
+
+    The load axis is linear. The colour of a column changes at the loads at which the answer does, as far as they are
+    known. Each load of the map has the words of its cell; every other load that was solved is a tick at both sides of
+    its column. Of a symmetric wheelset the axis above is that of the other wheel.
     """
-    columns = [_column(position) for position in made.positions]
-    title = f"{pair_words(made.case)}: where Hertz holds,\n{roll_words(made.case)},\nwithin "
-    figure = draw_columns(
-        made.case,
-        made.loads_N,
-        columns,
-        title=title + criteria_words(made.case.criteria),
-        handles=_handles(made, Sizes(len(columns)).font),
+    case, sizes, loads = view.case, Sizes(len(view.columns)), np.array(view.loads_N) / 1e3
+    shifts = np.array([column.shift_mm for column in view.columns])
+    figure = blank_figure(sizes.width + _LEGEND, _height(loads))
+    ax = figure.add_subplot()
+    ends = _load_range(loads)
+    for sides, column in zip(pairwise(_edges(shifts)), view.columns, strict=True):
+        # a tick beside a number looks like a minus
+        numbered = {cell.load_kN for cell in column.cells} if sizes.has_numbers else set()
+        _draw_column(ax, column, view.colours, sides, ends)
+        _draw_ticks(ax, [load for load in column.solved_kN if load not in numbered], sides)
+        for cell in column.cells:
+            _write(ax, cell, view.colours[cell.answer], 0.5 * (sides[0] + sides[1]), sizes)
+    ax.set_xlim(*_edges(shifts)[[0, -1]])
+    ax.set(ylim=ends, yticks=loads)
+    ax.legend(
+        handles=_handles(view, sizes), loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, fontsize=9
     )
+    # from the left: a narrow map is shorter than its title, and the legend beside it leaves room
+    title = f"{pair_words(case)}: {view.title},\n{roll_words(case)},\nwithin {view.criterion}"
+    ax.set_title(title, x=0.0, ha="left")
+    ax.set(xlabel=shift_label(case), ylabel=f"{case.load_kind} load in kN")
+    if label := other_wheel_label(case):
+        above = ax.secondary_xaxis("top", functions=(np.negative, np.negative))
+        above.set_xlabel(label)
     return save_figure(figure, path)
 
 
-def pair_words(case: Case) -> str:
-    """Rail and wheel, for the title of a picture."""
-    rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
-    return f"rail {rail}{inclination_words(case.inclination_rad)}, wheel {wheel}"
-
-
-def answer_bands(limit: LoadLimit) -> tuple[tuple[float, float, str], ...]:
-    """Bands of a column in the colours of the verdicts."""
-    return tuple((one.low_N / 1e3, one.high_N / 1e3, ANSWERS[one.answer]) for one in limit.intervals)
-
-
-def solved_loads_kN(cells: Sequence[MapCell], limit: LoadLimit) -> tuple[float, ...]:
-    """The loads of a position that were solved, its own and those that its limits come from."""
-    own = (cell.load_N for cell in cells if cell.judged is not None)
-    return tuple(load / 1e3 for load in (*own, *(load for load, _ in limit.tried)))
-
-
-def part_words(used: float) -> str:
-    """A part of a limit in three characters, whatever it is."""
-    return f"{used:.{2 if used < 1.0 else 1 if used < 10.0 else 0}f}"
-
-
-def _column(position: MapPosition) -> Column:
-    return Column(
-        shift_mm=position.lateral_shift_mm,
-        bands=answer_bands(position.limit),
-        solved_kN=solved_loads_kN(position.cells, position.limit),
-        words=tuple(_words(cell, position) for cell in position.cells),
-    )
-
-
-def _words(cell: MapCell, position: MapPosition) -> Words:
-    letter = "" if cell.cause is None else CAUSE_LETTERS[cell.cause]
-    text = "" if cell.judged is None else f"{part_words(cell.judged.limit_used)} {letter}".strip()
-    usable = cell.status == "converged"
-    return Words(
-        load_kN=cell.load_N / 1e3,
-        text=text if usable else "!",
-        letter=letter if usable else "!",
-        colour=ANSWERS[cell.verdict],
-        bold=cell.verdict == "FAILS",
-        diamond=theory_instead(cell.judged) is not None,
-    )
-
-
-def _handles(made: ApplicabilityMap, font: float) -> list[Any]:
+def _handles(view: MapView, sizes: Sizes) -> list[Any]:
+    """What colours, the diamond, ticks, numbers and letters stand for."""
     from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
 
-    handles = answer_handles(made.limits)
-    if instead := theories_instead(made):
-        handles.append(Line2D([], [], ms=6, label=f"{instead}, holds", **DIAMOND))
-    words = first_marks(font, "largest part of a limit\nthat Hertz uses; off from 1 on")
-    if not made.all_solved:
-        words.append(("$!$", "not to be used"))
-    causes = {cell.cause for cell in made.cells}
-    words += [(rf"$\mathbf{{{letter}}}$", cause) for cause, letter in CAUSE_LETTERS.items() if cause in causes]
-    return handles + mark_handles(words)
-
-
-def answer_handles(limits: Sequence[LoadLimit]) -> list[Any]:
-    """What the colours of the verdicts stand for, of those that are shown."""
-    shown: set[str] = {one.answer for limit in limits for one in limit.intervals}
-    shown |= {"failed" for limit in limits if not limit.intervals}
-    return colour_handles([(ANSWERS[answer], words) for answer, words in ANSWER_WORDS.items() if answer in shown])
+    handles: list[Any] = [Patch(fc=view.colours[answer], ec="0.4", label=words) for answer, words in view.answers]
+    if view.diamond:
+        handles.append(Line2D([], [], ms=6, label=view.diamond, **_DIAMOND))
+    marks = [("$-$", "solved at this load")]
+    if sizes.has_numbers:
+        marks = [("$-$", "further loads that were solved")] * view.ticks + [("$0.5$", view.number)]
+    return handles + [
+        Line2D([], [], ls="none", marker=mark, color="k", ms=16 if any(map(str.isdigit, mark)) else 8, label=label)
+        for mark, label in (*marks, *view.marks)
+    ]
 
 
-def criteria_words(criteria: Criteria) -> str:
-    """Measures that decide by their limits, such as "5 % p_max; 10 % area, a, b; 0.15 b centre"."""
-    groups: dict[str, list[str]] = {}
-    for measure, limit in criteria.limits.items():
-        words = WORDS[measure]
-        groups.setdefault(f"{words.factor * limit:.4g} {words.off_unit}", []).append(words.short)
-    return "; ".join(f"{limit} {', '.join(names)}" for limit, names in groups.items())
+def _height(loads: Floats) -> float:
+    """Inches at which the closest loads leave a line of words each, within reason."""
+    if loads.size < 2:
+        return 4.0
+    bottom, top = _load_range(loads)
+    return float(np.clip(_LINE * (top - bottom) / np.diff(loads).min(), 4.6, _TALLEST)) + 1.6
+
+
+def _load_range(loads: Floats) -> tuple[float, float]:
+    """Range of the load axis: some room beyond the smallest and the largest load for what is written at them."""
+    room = 0.04 * float(np.ptp(loads)) or 0.5
+    return max(0.0, float(loads[0]) - room), float(loads[-1]) + room
+
+
+def _edges(centres: Floats) -> Floats:
+    """Edges of columns half way between their centres, the outermost as near as the closest; a single one is 1 wide."""
+    reach = 0.5 * float(np.diff(centres).min(initial=math.inf)) if centres.size > 1 else 0.5
+    return np.concatenate([[centres[0] - reach], 0.5 * (centres[:-1] + centres[1:]), [centres[-1] + reach]])
+
+
+def _draw_column(
+    ax: Axes,
+    column: ColumnView,
+    colours: Mapping[str, str],
+    sides: tuple[float, float],
+    ends: tuple[float, float],
+) -> None:
+    left, right = sides
+    place: dict[str, Any] = {"x": left, "width": right - left, "align": "edge", "lw": 0.0}
+    if not column.bands:
+        ax.bar(bottom=ends[0], height=ends[1] - ends[0], color=colours["failed"], **place)
+    for number, (low, high, answer) in enumerate(column.bands):
+        # the first and the last go on to the frame: nothing is known beyond them, but it is room for words
+        bottom = ends[0] if number == 0 else low
+        top = ends[1] if number == len(column.bands) - 1 else high
+        ax.bar(bottom=bottom, height=top - bottom, color=colours[answer], **place)
+        if number:
+            ax.plot(sides, [low, low], color="k", lw=0.9, solid_capstyle="butt")
+    if column.solved_kN:
+        ax.bar(bottom=ends[0], height=ends[1] - ends[0], fill=False, ec="white", **place | {"lw": 1.2})
+
+
+def _draw_ticks(ax: Axes, loads_kN: Sequence[float], sides: tuple[float, float]) -> None:
+    left, right = sides
+    tick = 0.09 * (right - left)
+    for load in loads_kN:
+        for start, end in ((left, left + tick), (right - tick, right)):
+            ax.plot([start, end], [load, load], color="k", lw=1.0, solid_capstyle="butt")
+
+
+def _write(ax: Axes, cell: CellView, colour: str, middle: float, sizes: Sizes) -> None:
+    """A cell's words on its colour, so that a border of colours is not drawn through them."""
+    from matplotlib.transforms import ScaledTranslation
+
+    ax.text(
+        *(middle, cell.load_kN, cell.text if sizes.has_numbers else cell.letter),
+        ha="center",
+        va="center",
+        fontsize=max(sizes.font, 6.0),
+        weight="bold" if cell.bold else "normal",
+        bbox={"fc": colour, "ec": "none", "pad": 0.6},
+    )
+    if cell.diamond:
+        below = ScaledTranslation(0.0, -(0.5 * sizes.font + 3.5) / 72.0, ax.figure.dpi_scale_trans)
+        ax.plot(middle, cell.load_kN, transform=ax.transData + below, ms=min(sizes.font, 6.0), **_DIAMOND)

@@ -5,18 +5,22 @@ from __future__ import annotations
 from typing import Literal, TypeAlias
 
 from fecontact.case import Case
+from fecontact.comparison.theories import HERTZ, THEORIES
 from fecontact.errors import InputError
 from fecontact.map.cells import ApplicabilityMap
-from fecontact.outputs.force_map import force_table
+from fecontact.outputs.cheapest_map import law_view, theory_view
 from fecontact.outputs.map_table import map_table
-from fecontact.outputs.theory_map import theory_table
+from fecontact.outputs.map_view import MapView
+from fecontact.outputs.verdict_map import force_view, verdict_view
 
 MapMeasure: TypeAlias = Literal["pressure", "force", "theory"]
 """By the measures of pressure and patch, by Hertz's creep force, or by the cheapest creep theory that holds."""
+CHEAPEST = "cheapest"
+"""In place of a theory's name: at each load the cheapest one that holds."""
 
 
-def refuse_measure(case: Case, measure: MapMeasure) -> None:
-    """Refuse a measure that a map without friction does not have.
+def refuse_measure(case: Case, measure: MapMeasure, theory: str = HERTZ) -> None:
+    """Refuse a measure that a map without friction does not have, and a theory that there is not.
 
     Raises
     ------
@@ -28,9 +32,19 @@ def refuse_measure(case: Case, measure: MapMeasure) -> None:
             f"measure is {measure!r}, but the map has no friction coefficient; give one too, for example --friction 0.3"
             " (fecontact judge FOLDER takes it for a map that was made without, and solves nothing again)"
         )
+    if theory not in (*THEORIES, CHEAPEST):
+        raise InputError(f"theory is {theory!r}; allowed: {', '.join((*THEORIES, CHEAPEST))}")
+    if measure != "pressure" and theory != HERTZ:
+        raise InputError(f"theory is {theory!r}, but the measure is {measure!r}; theories are of the measure pressure")
 
 
-def measure_table(made: ApplicabilityMap, measure: MapMeasure, *, width: int | None = None) -> str:
+def map_view(made: ApplicabilityMap, measure: MapMeasure, theory: str = HERTZ) -> MapView:
+    """A map by a measure; by that of pressure for a theory by its name, or for the cheapest that holds."""
+    if measure == "pressure":
+        return theory_view(made) if theory == CHEAPEST else verdict_view(made, theory)
+    return force_view(made) if measure == "force" else law_view(made)
+
+
+def measure_table(made: ApplicabilityMap, measure: MapMeasure, *, theory: str = HERTZ, width: int | None = None) -> str:
     """A map as text, by a measure."""
-    tables = {"pressure": map_table, "force": force_table, "theory": theory_table}
-    return tables[measure](made, width=width)
+    return map_table(map_view(made, measure, theory), width=width)

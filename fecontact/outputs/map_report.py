@@ -14,19 +14,16 @@ from fecontact.files import write_text
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap
 from fecontact.outputs.html import heading, items, page, paragraph, picture, table, terms
-from fecontact.outputs.map_figure import CAUSE_LETTERS
-from fecontact.outputs.map_table import limit_text
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.record import versions
 from fecontact.outputs.report_figures import ladder_figure, pair_figure, patches_figure
 from fecontact.outputs.report_words import GLOSSARY, answer_words, lead_style, measure_terms, question
 from fecontact.outputs.roll_words import other_wheel_label, roll_words
 from fecontact.outputs.rows import cell_row
-from fecontact.outputs.series import short_name
 from fecontact.outputs.study_report import REPORT
 from fecontact.outputs.theories import other_theories
-from fecontact.outputs.verdict_words import inclination_words, verdict_reason
-from fecontact.profiles.identity import profile_identity
+from fecontact.outputs.verdict_map import CAUSE_LETTERS, limit_text
+from fecontact.outputs.verdict_words import pair_words, verdict_reason
 
 # More patches in one picture are too small to see.
 _MOST_PATCHES = 24
@@ -36,8 +33,7 @@ _NUMBERS = ("shift mm", "load kN", "part of a limit", "off by", "±", "unknowns"
 def write_map_report(made: ApplicabilityMap, out: Path) -> Path:
     """Write `report.html` beside `map.csv`, with the pictures of the map."""
     case = made.case
-    rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
-    pair = f"rail {rail}{inclination_words(case.inclination_rad)} and wheel {wheel}"
+    pair = pair_words(case, " and ")
     verdicts = [cell.verdict if cell.status == "converged" else "failed" for cell in made.cells]
     shown = _largest_loads(made)
     with TemporaryDirectory() as folder:

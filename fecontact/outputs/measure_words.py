@@ -17,6 +17,8 @@ class Words:
     ----------
     short
         Its name in the criteria, or one for a picture.
+    letter
+        Of its own, for the cells of a map.
     name, unit
         Its name, and the unit of its value.
     off_unit
@@ -26,6 +28,7 @@ class Words:
     """
 
     short: str
+    letter: str
     name: str
     unit: str
     off_unit: str = "%"
@@ -59,17 +62,17 @@ class Words:
 
 
 WORDS = {
-    "p_max_MPa": Words(short="p_max", name="peak pressure", unit="MPa"),
-    "area_mm2": Words(short="area", name="area", unit="mm²"),
-    "a_mm": Words(short="a", name="half-width a along x", unit="mm"),
-    "b_mm": Words(short="b", name="half-width b across", unit="mm"),
-    "extent_x_mm": Words(short="extent x", name="full length along x", unit="mm"),
-    "extent_y_mm": Words(short="extent y", name="full width across", unit="mm"),
-    "approach_mm": Words(short="approach", name="approach, down to the cut planes", unit="mm"),
-    "centre_over_b": Words(short="centre", name="centre of pressure across", unit="b", off_unit="b"),
-    "valley": Words(short="valley", name="valley between lobes", unit="% of the peak", signed=False),
-    "separate_load": Words(short="separate", name="load on separate patches", unit="%", signed=False),
-    "misplaced_load": Words(short="misplaced", name="misplaced load", unit="%", signed=False),
+    "p_max_MPa": Words(short="p_max", letter="p", name="peak pressure", unit="MPa"),
+    "area_mm2": Words(short="area", letter="A", name="area", unit="mm²"),
+    "a_mm": Words(short="a", letter="a", name="half-width a along x", unit="mm"),
+    "b_mm": Words(short="b", letter="b", name="half-width b across", unit="mm"),
+    "extent_x_mm": Words(short="extent x", letter="l", name="full length along x", unit="mm"),
+    "extent_y_mm": Words(short="extent y", letter="w", name="full width across", unit="mm"),
+    "approach_mm": Words(short="approach", letter="d", name="approach, down to the cut planes", unit="mm"),
+    "centre_over_b": Words(short="centre", letter="c", name="centre of pressure across", unit="b", off_unit="b"),
+    "valley": Words(short="valley", letter="v", name="valley between lobes", unit="% of the peak", signed=False),
+    "separate_load": Words(short="separate", letter="s", name="load on separate patches", unit="%", signed=False),
+    "misplaced_load": Words(short="misplaced", letter="m", name="misplaced load", unit="%", signed=False),
 }
 """The words of every measure."""
 
@@ -83,6 +86,15 @@ def criteria_text(criteria: Criteria) -> str:
     """The measures that decide, each with its limit."""
     shown = ((WORDS[measure], limit) for measure, limit in criteria.limits.items())
     return ", ".join(f"{words.short} {words.limit(limit)}" for words, limit in shown)
+
+
+def limits_text(criteria: Criteria) -> str:
+    """Measures that decide by their limits, such as "5 % p_max; 10 % area, a, b; 0.15 b centre"."""
+    groups: dict[str, list[str]] = {}
+    for measure, limit in criteria.limits.items():
+        words = WORDS[measure]
+        groups.setdefault(f"{words.factor * limit:.4g} {words.off_unit}", []).append(words.short)
+    return "; ".join(f"{limit} {', '.join(names)}" for limit, names in groups.items())
 
 
 def unknown_text(measures: Iterable[str]) -> str:

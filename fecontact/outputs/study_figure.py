@@ -15,7 +15,7 @@ from fecontact.errors import InputError
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.roll_words import roll_words_of_rows
 from fecontact.outputs.rows import deviation_column
-from fecontact.outputs.series import series, short_name
+from fecontact.outputs.series import series
 from fecontact.outputs.style import (
     ANSWER_MARKS,
     ANSWERS,
@@ -30,7 +30,7 @@ from fecontact.outputs.style import (
     legend_beside,
     save_figure,
 )
-from fecontact.outputs.verdict_words import inclination_words
+from fecontact.outputs.verdict_words import pair_of_row
 from fecontact.profiles.curve import Profile
 
 if TYPE_CHECKING:
@@ -217,7 +217,7 @@ def _draw_without_value(ax: Axes, group: Sequence[Row]) -> None:
 
 
 def _finish_study(peak: Axes, off: Axes, touch: Axes, rows: Sequence[Row], rail: Profile | None) -> None:
-    pairs = sorted({_pair(row) for row in rows})
+    pairs = sorted({pair_of_row(row) for row in rows})
     loads = sorted({float(row["load_kN"]) for row in rows})
     title = "; ".join(pairs[:3]) + ("; ..." if len(pairs) > 3 else "")
     peak.set(ylabel="peak pressure in MPa")
@@ -236,11 +236,6 @@ def _finish_study(peak: Axes, off: Axes, touch: Axes, rows: Sequence[Row], rail:
         if ax is peak or ax.get_legend() is None:
             legend_beside(ax) if handles else None
     finish(peak, off, touch)
-
-
-def _pair(row: Row) -> str:
-    rail, wheel = short_name(str(row["rail"])), short_name(str(row["wheel"]))
-    return f"rail {rail}{inclination_words(float(row.get('inclination_rad') or 0.0))}, wheel {wheel}"
 
 
 def _draw_junction_levels(ax: Axes, rail: Profile) -> None:

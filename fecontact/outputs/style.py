@@ -24,10 +24,11 @@ FE, HERTZ = "#0072b2", "#d55e00"
 RAIL, WHEEL, POINTS = "0.15", "#0072b2", "#d55e00"
 """Colours of the lines of both profiles, and of measured points."""
 RAIL_JUNCTION, WHEEL_JUNCTION = "0.35", "0.65"
+"""Of their curvature junctions."""
 EXPECTED = "#f0e442"
-# Points of a file that were left out or are doubtful.
-PROBLEM = "#cc79a7"
 """Colour of an expected patch."""
+PROBLEM = "#cc79a7"
+"""Colour of points of a file that were left out or are doubtful."""
 ANSWERS = {"HOLDS": "#56b4e9", "UNRESOLVED": "#f0e442", "FAILS": "#d55e00", "failed": "#c8c8c8"}
 """Colours of the verdicts, and of what could not be solved."""
 ANSWER_MARKS = {"HOLDS": "o", "UNRESOLVED": "D", "FAILS": "X", "failed": "s"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from fecontact.comparison.approximation import TheoryPatch
@@ -21,6 +22,22 @@ Record = dict[str, Any]
 def other_theories(load: JudgedLoad) -> dict[str, Judgement]:
     """The judged theories besides Hertz's ellipse at the first touch point."""
     return {name: one for name, one in load.judgements.items() if name not in EITHER_SIDE}
+
+
+def theories_of(load: JudgedLoad) -> dict[str, Judgement]:
+    """Every judged theory; Hertz by the worst of both sides: who takes either curvature must be able to rely on it."""
+    worst = max(load.sides.values(), key=lambda side: side.limit_used)
+    return {HERTZ: replace(worst, verdict=load.verdict)} | other_theories(load)
+
+
+def judged_by(load: JudgedLoad | None, theory: str) -> JudgedLoad | Judgement | None:
+    """A load by a theory, of Hertz the load itself; None where the theory has no contact.
+
+    A theory that says nothing of its own, such as springs at a single touch point, is Hertz.
+    """
+    if load is None or theory in load.without:
+        return None
+    return load if theory == HERTZ else load.judgements.get(theory, load)
 
 
 def theory_instead(load: JudgedLoad | None) -> str | None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
@@ -55,9 +57,23 @@ def measure_reason(
     )
 
 
+def pair_words(case: Case, between: str = ", ") -> str:
+    """Rail and wheel, such as "rail 60E1 1:40, wheel S1002"."""
+    return pair_text(profile_identity(case.rail), profile_identity(case.wheel), case.inclination_rad, between)
+
+
+def pair_of_row(row: Mapping[str, Any], between: str = ", ") -> str:
+    """Rail and wheel of a row, as `pair_words` has them."""
+    return pair_text(str(row["rail"]), str(row["wheel"]), float(row.get("inclination_rad") or 0.0), between)
+
+
+def pair_text(rail: str, wheel: str, inclination_rad: float, between: str) -> str:
+    """Two profiles by their identities, without endings and hashes."""
+    return f"rail {short_name(rail)}{inclination_words(inclination_rad)}{between}wheel {short_name(wheel)}"
+
+
 def case_words(case: Case, placement: Placement) -> str:
     """Pair, position and load of a case, in one line."""
-    rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
     roll = 1e3 * roll_of_case(case, placement)
     turned = f", yaw {1e3 * case.yaw_rad:+.4g} mrad" if case.yaw_rad else ""
     if case.wheelset:
@@ -65,7 +81,7 @@ def case_words(case: Case, placement: Placement) -> str:
     elif roll:
         turned = f", roll {roll:+.4g} mrad{turned}"
     return (
-        f"rail {rail}{inclination_words(case.inclination_rad)}, wheel {wheel};"
+        f"{pair_words(case)};"
         f" shift {case.lateral_shift_mm:+z.2f} mm{turned}; {case.load_kind} load {case.load_N / 1e3:.4g} kN"
     )
 
