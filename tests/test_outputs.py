@@ -29,7 +29,7 @@ from fecontact.fe.body_mesh import BodyMesh, mesh_volume
 from fecontact.fe.stress import nodal_stress, von_mises
 from fecontact.files import json_text, write_atomically, write_json, write_text
 from fecontact.material import Material
-from fecontact.outputs import tables
+from fecontact.outputs import printed_rows, tables
 from fecontact.outputs.case_figure import case_figure, draw_case
 from fecontact.outputs.figures import profile_figure
 from fecontact.outputs.measure_words import WORDS, criteria_text
@@ -784,7 +784,7 @@ def test_csv_has_a_column_for_every_key_in_a_stable_order(record, flat, tmp_path
 
 def table_text(rows: list[dict], width: int) -> list[str]:
     text = io.StringIO()
-    tables.print_table(rows, console=Console(file=text, width=width, no_color=True))
+    printed_rows.print_rows(rows, console=Console(file=text, width=width, no_color=True))
     return text.getvalue().splitlines()
 
 
@@ -1023,7 +1023,7 @@ def test_every_table_fits_a_terminal(record, flat, width):
     """A terminal draws lines and spaces, which a pipe does not get."""
     text = io.StringIO()
     console = Console(file=text, width=width, no_color=True, force_terminal=True)
-    tables.print_table([flat | {"p_max_deviation_percent": -43.21}], console=console)
+    printed_rows.print_rows([flat | {"p_max_deviation_percent": -43.21}], console=console)
     print_case(record, console=console)
     print_hertz(hertz_record(Case(lateral_shift_mm=0.0)), console=console)
     print_profile(load("60E1"), console=console)

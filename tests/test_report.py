@@ -16,8 +16,8 @@ from fecontact.cli import call
 from fecontact.comparison.judging import judge_load
 from fecontact.files import write_json
 from fecontact.outputs import html, scene
+from fecontact.outputs.case_tables import ReportedCase
 from fecontact.outputs.report_figures import ladder_figure, patches_figure
-from fecontact.outputs.report_tables import ReportedCase
 from fecontact.outputs.report_words import answer_words
 from fecontact.outputs.scene import write_scene
 from fecontact.outputs.study_figure import study_figure

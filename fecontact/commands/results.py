@@ -55,11 +55,11 @@ def judge(
         )
     from fecontact.outputs.creep import force_lines
     from fecontact.outputs.measure_words import criteria_text
-    from fecontact.outputs.tables import print_table
+    from fecontact.outputs.printed_rows import print_rows
     from fecontact.runs.judging import judge_study
 
     judged = judge_study(folder, criteria, out, creep=creep)
-    print_table(judged.rows)
+    print_rows(judged.rows)
     for line in force_lines(judged.rows):
         print(line)
     for name, (before, now) in judged.changed.items():

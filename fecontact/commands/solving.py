@@ -104,9 +104,9 @@ def solve(
     """
     from fecontact.files import json_text
     from fecontact.outputs.printed_case import print_case
+    from fecontact.outputs.printed_rows import print_rows
     from fecontact.outputs.record import result_record
     from fecontact.outputs.rows import case_row
-    from fecontact.outputs.tables import print_table
     from fecontact.runs.case_store import solve_into_folder
     from fecontact.runs.reports import report_case
     from fecontact.solving.solve import solve as solve_case
@@ -123,7 +123,7 @@ def solve(
     if json:
         print(json_text(record), flush=True)
     else:
-        print_table([case_row(result)])
+        print_rows([case_row(result)])
         print_case(record)
     return 0 if result.status == "converged" else 3
 
@@ -146,7 +146,7 @@ def run(
     quick
         The small version of the study.
     """
-    from fecontact.outputs.tables import print_table
+    from fecontact.outputs.printed_rows import print_rows
     from fecontact.runs.casefile import load_study
     from fecontact.runs.study import run_study
 
@@ -156,7 +156,7 @@ def run(
         with many("cases", quiet=quiet) as progress:
             outcome = run_study(loaded, out, settings=settings, progress=progress)
         if not quiet:
-            print_table(outcome.rows)
+            print_rows(outcome.rows)
         _tell_study(outcome, out, settings, quiet)
     return 0 if outcome.all_converged else 3
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.geometry.placement import Placement
+from fecontact.outputs.case_words import case_words, radius_mm, radius_text
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.pressure_map import PressureFields, draw_pressure
 from fecontact.outputs.style import (
@@ -25,7 +26,7 @@ from fecontact.outputs.style import (
     blank_figure,
     save_figure,
 )
-from fecontact.outputs.verdict_words import case_words, verdict_reason
+from fecontact.outputs.verdict_words import verdict_reason
 from fecontact.solving.solve import CaseResult
 
 if TYPE_CHECKING:
@@ -181,7 +182,7 @@ def _draw_rail(ax: Axes, placement: Placement, fields: PressureFields) -> None:
         u = profile.at_arc_length(0.5 * (left + right) + placement.first_arc_length_mm)
         curvature = profile.convex_sign * float(profile.evaluate(u).curvature_per_mm)
         if np.isfinite(curvature) and right - left > 0.12 * (high - low):
-            radius = "straight" if abs(curvature) < 1e-9 else f"R {1.0 / curvature:.4g}"
+            radius = radius_text(radius_mm(curvature), "R {:.4g}")
             ax.text(0.5 * (left + right), bottom, radius, ha="center", va="bottom", fontsize=8.5)
     ax.set(xlabel=f"{ACROSS}\n{SIDES}", ylabel="rail", yticks=[], aspect="equal", adjustable="datalim")
     ax.set_xlim(low, high)

@@ -7,9 +7,10 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from fecontact.outputs.case_words import short_name
 from fecontact.outputs.html import folded, heading, items, page, paragraph, table
-from fecontact.outputs.series import short_name
-from fecontact.outputs.terminal import say, standard_console, titled_table
+from fecontact.outputs.table import Column, Table, TableRow, columns_of
+from fecontact.outputs.terminal import print_table, say, standard_console
 from fecontact.regression.compare import ColumnComparison, Difference, TableComparison, counted
 
 if TYPE_CHECKING:
@@ -22,8 +23,15 @@ _CLOSEST = 5
 # Terminals that are narrower show fewer columns.
 _ROOMY_WIDTH = 110
 
-_HEADINGS = ("column", "differ", "worst case", "baseline", "new", "difference", "tolerance", "times")
-_NUMBERS = ("differ", "baseline", "new", "difference", "tolerance", "times")
+_COLUMNS = (
+    Column(heading="column", kind="text"),
+    Column(heading="differ", rank=1, name="how many differ"),
+    Column(heading="worst case", kind="text", wraps=True),
+    *columns_of("baseline", "new", "difference"),
+    Column(heading="tolerance", rank=2, name="tolerance"),
+    Column(heading="times"),
+)
+_CASE = Column(heading="case", kind="text", wraps=True)
 # More values than these are folded away.
 _MOST_OPEN = 40
 
@@ -99,31 +107,30 @@ def print_comparison(comparison: TableComparison, *, console: Console | None = N
     differing = [column for column in comparison.columns if column.differing]
     closest = [column for column in comparison.columns if not column.unchanged][:_CLOSEST]
     if differing:
-        _print_table(console, "Columns that differ", differing, names)
+        print_table(console, _column_table("Columns that differ", differing, names), roomy_width=_ROOMY_WIDTH)
     elif closest:
-        _print_table(console, "Closest to their tolerance", closest, names)
+        print_table(console, _column_table("Closest to their tolerance", closest, names), roomy_width=_ROOMY_WIDTH)
     changed = [column for column in comparison.efforts if column.worst.baseline != column.worst.new]
     if changed:
         say(console, f"not compared: {', '.join(_effort(column) for column in changed)}")
     say(console, comparison.verdict)
 
 
-def _print_table(console: Console, title: str, columns: Sequence[ColumnComparison], names: Mapping[str, str]) -> None:
-    from rich.text import Text
+def _column_table(title: str, columns: Sequence[ColumnComparison], names: Mapping[str, str]) -> Table:
+    """Columns with the case in which both tables are furthest apart."""
+    rows = []
+    for one in columns:
+        head = (one.column, f"{one.differing}/{one.cases}")
+        cells = (*head, *_difference_cells(one.worst, names, unknown=one.kind)[1:])
+        rows.append(TableRow(cells=cells, tone="fails" if one.differing else "plain"))
+    return Table(title=title, columns=_COLUMNS, rows=rows)
 
-    tight = console.is_terminal and console.width < _ROOMY_WIDTH
-    shown = [name for name in _HEADINGS if not (tight and name in ("differ", "tolerance"))]
-    printed = titled_table(console, title=title, roomy_width=_ROOMY_WIDTH)
-    for name in shown:
-        left = name in ("column", "worst case")
-        # a name is not broken where another column can give way
-        whole = tight and name != "worst case"
-        printed.add_column(name, justify="left" if left else "right", overflow="fold", min_width=6, no_wrap=whole)
-    for column in columns:
-        cells = dict(zip(_HEADINGS, _cells(column, names), strict=True))
-        # as text and not as markup: names of profiles may have brackets
-        printed.add_row(*(Text(cells[name]) for name in shown), style="red" if column.differing else "")
-    console.print(printed)
+
+def _value_table(title: str, differences: Sequence[Difference], names: Mapping[str, str]) -> Table:
+    """Single values."""
+    columns = [_COLUMNS[0], _CASE, *_COLUMNS[3:]]
+    rows = [TableRow(cells=_difference_cells(one, names), tone="fails") for one in differences]
+    return Table(title=title, columns=columns, rows=rows)
 
 
 def _head_lines(comparison: TableComparison) -> list[str]:
@@ -148,20 +155,6 @@ def _head_lines(comparison: TableComparison) -> list[str]:
     return lines
 
 
-def _cells(column: ColumnComparison, names: Mapping[str, str]) -> tuple[str, ...]:
-    worst = column.worst
-    return (
-        column.column,
-        f"{column.differing}/{column.cases}",
-        names[worst.case],
-        _value(worst.baseline, worst.difference),
-        _value(worst.new, worst.difference),
-        "-" if worst.difference is None else f"{worst.difference:+.3g}",
-        column.kind if worst.allowed is None else f"{worst.allowed:.3g}",
-        f"{worst.excess:.3g}" if math.isfinite(worst.excess) else "-",
-    )
-
-
 def _value(text: str, difference: float | None) -> str:
     if not text:
         return "(none)"
@@ -176,31 +169,33 @@ def _effort(column: ColumnComparison) -> str:
 def comparison_html(comparison: TableComparison) -> str:
     """The comparison as one HTML page that needs no other file; well-formed XML as well."""
     names = case_names(comparison)
-    columns = [(_cells(column, names), column.differing > 0) for column in comparison.columns if not column.unchanged]
-    unchanged = [(_cells(column, names), False) for column in comparison.columns if column.unchanged]
-    values = [(_difference_cells(difference, names), True) for difference in comparison.differences]
-    efforts = [(_cells(c, names)[:1] + _cells(c, names)[2:6], False) for c in comparison.efforts]
-    headings = ("column", "case", "baseline", "new", "difference", "tolerance", "times")
+    changed = [column for column in comparison.columns if not column.unchanged]
+    unchanged = [column for column in comparison.columns if column.unchanged]
     beyond = "All values beyond their tolerance, the worst first"
-    few = len(values) <= _MOST_OPEN
+    values = table(_value_table(beyond, comparison.differences, names))
+    if len(comparison.differences) > _MOST_OPEN:
+        open_values = _value_table("", comparison.differences, names)
+        values = folded(f"{beyond}: {len(comparison.differences)}", table(open_values))
+    equal = f"{counted(len(unchanged), 'column')} with equal values"
     return page(
         comparison.verdict,
         [
             heading("Comparison of results", 1),
             paragraph(comparison.verdict, "same" if comparison.same else "different"),
             items(_head_lines(comparison)),
-            table("Columns, the worst first", _HEADINGS, columns, numbers=_NUMBERS),
-            table(beyond, headings, values, numbers=_NUMBERS) if few else "",
-            "" if few else folded(f"{beyond}: {len(values)}", table("", headings, values, numbers=_NUMBERS)),
-            folded(
-                f"{counted(len(unchanged), 'column')} with equal values",
-                table("", _HEADINGS, unchanged, numbers=_NUMBERS),
-            ),
-            folded("Not compared; where they are furthest apart", table("", headings[:5], efforts, numbers=_NUMBERS)),
-            folded("Tolerances", _tolerance_table(comparison)),
-            folded("Versions", _version_table(comparison)),
+            table(_column_table("Columns, the worst first", changed, names)),
+            values,
+            folded(equal, table(_column_table("", unchanged, names))),
+            folded("Not compared; where they are furthest apart", table(_effort_table(comparison, names))),
+            folded("Tolerances", table(_tolerance_table(comparison))),
+            folded("Versions", table(_version_table(comparison))),
         ],
     )
+
+
+def _effort_table(comparison: TableComparison, names: Mapping[str, str]) -> Table:
+    rows = [TableRow(cells=_difference_cells(column.worst, names)[:5]) for column in comparison.efforts]
+    return Table(title="", columns=[_COLUMNS[0], _CASE, *_COLUMNS[3:6]], rows=rows)
 
 
 def case_names(comparison: TableComparison) -> dict[str, str]:
@@ -220,29 +215,32 @@ def _case_name(row: Mapping[str, str]) -> str:
     return f"{pair}, {float(shift):+g} mm, {float(load):g} kN"
 
 
-def _difference_cells(difference: Difference, names: Mapping[str, str]) -> tuple[str, ...]:
+def _difference_cells(difference: Difference, names: Mapping[str, str], unknown: str = "-") -> tuple[str, ...]:
+    """Column, case, both values, their difference, what is allowed (`unknown` of texts), and their ratio."""
     return (
         difference.column,
         names[difference.case],
         _value(difference.baseline, difference.difference),
         _value(difference.new, difference.difference),
         "-" if difference.difference is None else f"{difference.difference:+.3g}",
-        "-" if difference.allowed is None else f"{difference.allowed:.3g}",
+        unknown if difference.allowed is None else f"{difference.allowed:.3g}",
         f"{difference.excess:.3g}" if math.isfinite(difference.excess) else "-",
     )
 
 
-def _tolerance_table(comparison: TableComparison) -> str:
-    rows = [
-        ((c.column, c.kind, f"{c.tolerance.relative:g}", f"{c.tolerance.absolute:g}", c.tolerance.reason), False)
-        if c.tolerance
-        else ((c.column, c.kind, "-", "-", "the same text"), False)
-        for c in sorted(comparison.columns, key=lambda c: comparison.baseline.columns.index(c.column))
-    ]
-    return table("", ("column", "kind", "relative", "absolute", "why"), rows, numbers=("relative", "absolute"))
+def _tolerance_table(comparison: TableComparison) -> Table:
+    rows = []
+    for column in sorted(comparison.columns, key=lambda one: comparison.baseline.columns.index(one.column)):
+        told = ("-", "-", "the same text")
+        if (of := column.tolerance) is not None:
+            told = (f"{of.relative:g}", f"{of.absolute:g}", of.reason)
+        rows.append(TableRow(cells=(column.column, column.kind, *told)))
+    headings = ("column", "kind", "relative", "absolute", "why")
+    return Table(title="", columns=columns_of(*headings, texts=("column", "kind", "why")), rows=rows)
 
 
-def _version_table(comparison: TableComparison) -> str:
+def _version_table(comparison: TableComparison) -> Table:
     was, now = comparison.baseline.versions, comparison.new.versions
-    rows = [((name, was.get(name, "-"), now.get(name, "-")), False) for name in dict.fromkeys((*was, *now))]
-    return table("", ("package", "baseline", "new"), rows)
+    headings = ("package", "baseline", "new")
+    rows = [TableRow(cells=(name, was.get(name, "-"), now.get(name, "-"))) for name in dict.fromkeys((*was, *now))]
+    return Table(title="", columns=columns_of(*headings, texts=headings), rows=rows)

@@ -9,7 +9,7 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.geometry.contact_functions import ContactFunctions, rolling_radius_difference_mm
-from fecontact.outputs.series import short_name
+from fecontact.outputs.case_words import inclination_words, short_name
 from fecontact.outputs.style import SERIES, blank_figure, finish, save_figure
 from fecontact.profiles.identity import profile_identity
 
@@ -42,9 +42,8 @@ def functions_figure(case: Case, found: ContactFunctions, path: str | Path) -> P
     axes[0, 1].legend(fontsize=9)
     axes[1, 0].legend(fontsize=9)
     rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
-    inclined = f" 1:{1.0 / np.tan(case.inclination_rad):.3g}" if case.inclination_rad else ""
     figure.suptitle(
-        f"wheelset {wheel} on {rail}{inclined}, gauge {case.track.gauge_mm:g} mm,"
+        f"wheelset {wheel} on {rail}{inclination_words(case.inclination_rad)}, gauge {case.track.gauge_mm:g} mm,"
         f" back to back {case.track.back_to_back_mm:g} mm; dotted: jumps"
     )
     return save_figure(figure, Path(path))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -11,13 +11,14 @@ from fecontact.errors import InputError
 from fecontact.geometry.contact_functions import ContactFunctions, contact_functions, rolling_radius_difference_mm
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.wheelset import PlacedWheelset, possible_wheelset_shifts
-from fecontact.outputs.terminal import print_fitting, print_notes, say, standard_console, titled_table
+from fecontact.outputs.case_words import radius_mm, radius_text
+from fecontact.outputs.table import Column, Table, TableRow
+from fecontact.outputs.terminal import print_notes, print_table, say, standard_console
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.placing import wheelset_of_case
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.table import Table
 
 Record = dict[str, Any]
 
@@ -25,8 +26,6 @@ GEOMETRY_SCHEMA = "fecontact/geometry/1"
 _INPUTS = ("rail", "wheel", "inclination_rad", "yaw_rad", "rolling_radius_mm", "track", "opposite", "flange_climb")
 # where something is said about them
 _READINGS = ("rail_file", "wheel_file")
-# Straight lines come out of sums of large numbers with a curvature of rounding size.
-_STRAIGHT_PER_MM = 1e-9
 
 
 def functions_of_case(case: Case, shifts_mm: Sequence[float]) -> ContactFunctions:
@@ -94,42 +93,40 @@ def _side_record(placement: Placement) -> Record:
                 "vertical_gap_mm": touch.vertical_gap_mm,
                 "rolling_radius_mm": float(placement.wheel.radius(touch.wheel_u)),
                 "at_junction": touch.at_junction,
-                "rail_radius_mm": _radius_mm(touch.curvature.rail_per_mm),
-                "wheel_lateral_radius_mm": _radius_mm(touch.curvature.wheel_lateral_per_mm),
-                "wheel_rolling_radius_mm": _radius_mm(touch.curvature.wheel_rolling_per_mm),
+                "rail_radius_mm": radius_mm(touch.curvature.rail_per_mm),
+                "wheel_lateral_radius_mm": radius_mm(touch.curvature.wheel_lateral_per_mm),
+                "wheel_rolling_radius_mm": radius_mm(touch.curvature.wheel_rolling_per_mm),
             }
             for touch in placement.touch_points
         ],
     }
 
 
-def _radius_mm(curvature_per_mm: float) -> float | None:
-    return 1.0 / curvature_per_mm if abs(curvature_per_mm) > _STRAIGHT_PER_MM else None
-
-
-_HEADINGS = (
-    *("shift\nmm", "roll\nmrad", "lift\nmm", "r left -\nright mm", "y rail\nmm", "y wheel\nmm", "angle\nmrad"),
-    *("radius\nmm", "R rail\nmm", "R wheel\nacross mm", "R wheel\nrolling mm", "touch\npoints"),
+_COLUMNS = (
+    Column(heading="shift\nmm"),
+    Column(heading="roll\nmrad"),
+    Column(heading="lift\nmm", rank=2, name="lift"),
+    Column(heading="r left -\nright mm"),
+    Column(heading="y rail\nmm"),
+    Column(heading="y wheel\nmm", rank=4, name="y wheel"),
+    Column(heading="angle\nmrad"),
+    Column(heading="radius\nmm", rank=3, name="rolling radius"),
+    Column(heading="R rail\nmm"),
+    Column(heading="R wheel\nacross mm", rank=5, name="radius of the wheel across"),
+    Column(heading="R wheel\nrolling mm", rank=1, name="radius of the wheel along the rail"),
+    Column(heading="touch\npoints"),
 )
-# Left out in turn where there is no room, and what they are called then; the file or pipe has them all.
-_WITHOUT = {
-    "R wheel\nrolling mm": "radius of the wheel along the rail",
-    "lift\nmm": "lift",
-    "radius\nmm": "rolling radius",
-    "y wheel\nmm": "y wheel",
-    "R wheel\nacross mm": "radius of the wheel across",
-}
 
 
 def print_functions(record: Mapping[str, Any], *, console: Console | None = None) -> None:
     """Print a geometry record: a table of the left side, and of the right one where it is not its mirror image."""
     console = console or standard_console()
     mirrored = record["symmetric"] and record["case"]["yaw_rad"] == 0.0
-    for side in ("left",) if mirrored else ("left", "right"):
-        _print_side(record, side, console)
+    sides = ("left",) if mirrored else ("left", "right")
+    for side in sides:
+        print_table(console, _side_table(record, side))
     if mirrored:
         say(console, "The right wheel at a shift is the left one at the opposite shift.")
-    sides = ("left",) if mirrored else ("left", "right")
     for jump in (jump for jump in record["jumps"] if jump["side"] in sides):
         say(
             console,
@@ -143,30 +140,16 @@ def print_functions(record: Mapping[str, Any], *, console: Console | None = None
     print_notes(record["warnings"], console)
 
 
-def _print_side(record: Mapping[str, Any], side: str, console: Console) -> None:
+def _side_table(record: Mapping[str, Any], side: str) -> Table:
+    rows = [TableRow(cells=_cells(row, side)) for row in record["positions"] if "problem" not in row]
     title = f"The {side} wheel on its rail; lengths in mm, radii positive where convex"
-    lines = [_line(row, side) for row in record["positions"] if "problem" not in row]
-
-    def tables() -> Iterator[tuple[Table, list[str]]]:
-        for count in range(len(_WITHOUT) + 1):
-            left_out = list(_WITHOUT)[:count]
-            headings = [heading for heading in _HEADINGS if heading not in left_out]
-            table = titled_table(console, title=title)
-            for heading in headings:
-                table.add_column(heading, justify="right", no_wrap=True)
-            for line in lines:
-                table.add_row(*(line[heading] for heading in headings))
-            yield table, [_WITHOUT[heading] for heading in left_out]
-
-    print_fitting(console, tables())
+    return Table(title=title, columns=_COLUMNS, rows=rows)
 
 
-def _line(row: Mapping[str, Any], side: str) -> dict[str, str]:
-    """A line of the table by its headings."""
+def _cells(row: Mapping[str, Any], side: str) -> tuple[str, ...]:
     points = row[side]["touch_points"]
     touch = points[0]
-    radii = (touch[f"{name}_radius_mm"] for name in ("rail", "wheel_lateral", "wheel_rolling"))
-    cells = (
+    return (
         f"{row['lateral_shift_mm']:+z.2f}",
         f"{row['roll_mrad']:+z.4f}",
         f"{row['lift_mm']:+z.3f}",
@@ -175,10 +158,9 @@ def _line(row: Mapping[str, Any], side: str) -> dict[str, str]:
         f"{touch['wheel_y_mm']:+z.2f}",
         f"{1e3 * touch['contact_angle_rad']:+z.2f}",
         f"{touch['rolling_radius_mm']:.3f}",
-        *("straight" if radius is None else f"{radius:.1f}" for radius in radii),
+        *(radius_text(touch[f"{name}_radius_mm"]) for name in ("rail", "wheel_lateral", "wheel_rolling")),
         str(len(points)) + (" junction" if touch["at_junction"] else ""),
     )
-    return dict(zip(_HEADINGS, cells, strict=True))
 
 
 def _print_conicity(conicities: Sequence[Mapping[str, float]], console: Console) -> None:

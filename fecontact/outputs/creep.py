@@ -10,12 +10,13 @@ from fecontact.comparison.creep_comparison import CreepComparison
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.judgement import FORCE
 from fecontact.material import Material
+from fecontact.outputs.table import Table, TableRow, columns_of
+from fecontact.outputs.terminal import print_table, say, standard_console
 from fecontact.theory.creep.contact import Creepages, CreepForce, RollingEllipse, friction_warnings
 from fecontact.theory.creep.forces import creep_force, creep_forces, ellipse_patch
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.table import Table
 
 Record = dict[str, Any]
 
@@ -102,13 +103,12 @@ def creep_columns(load: JudgedLoad) -> Record:
 
 def force_lines(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """One line a row that has a verdict of forces."""
-    return [
-        f"{row['id']}: for forces Hertz {row['force_verdict']}, off by at most {row['force_worst_percent']:.1f} ±"
-        f" {row['force_worst_uncertainty_percent']:.1f} % of mu N"
-        + (f": {row['force_cause']}" if row.get("force_cause") else "")
-        for row in rows
-        if row.get("force_verdict")
-    ]
+    lines = []
+    for row in rows:
+        if row.get("force_verdict"):
+            off, unsure = row["force_worst_percent"], row["force_worst_uncertainty_percent"]
+            lines.append(f"{row['id']}: {_force_verdict(row['force_verdict'], off, unsure, row.get('force_cause'))}")
+    return lines
 
 
 def ellipse_creep(
@@ -157,46 +157,44 @@ def ellipse_creep(
 
 def print_creep(record: Record, console: Console) -> None:
     """Print the forces of a result record."""
-    limit, creepages, at = record["limit_N"], record["creepages"], record["verdict"]["at"]
-    table = _forces_table(f"creep forces at {_creepages_text(creepages)}, mu N {limit / 1e3:.2f} kN")
+    limit, verdict = record["limit_N"], record["verdict"]
+    forces: dict[str, Record] = {}
     for theory, found in record["theories"].items():
-        _add(table, f"{theory}, Hertz", found["hertz"], limit)
-        _add(table, f"{theory}, FE", found["fe"], limit)
-    console.print(table)
+        forces |= {f"{theory}, Hertz": found["hertz"], f"{theory}, FE": found["fe"]}
+    title = f"creep forces at {_creepages_text(record['creepages'])}, mu N {limit / 1e3:.2f} kN"
+    print_table(console, force_table(title, forces, limit))
     _print_problems({theory: found["fe"] for theory, found in record["theories"].items()}, console)
     off = {name: found["deviation_of_muN"] for name, found in record["theories"].items()}
     told = ", ".join(f"{name} {1e2 * value:.1f}" for name, value in off.items() if value is not None)
-    verdict = record["verdict"]
-    console.print(f"Hertz is off in force by, % of mu N: {told}", soft_wrap=True)
-    console.print(
-        f"for forces Hertz {verdict['verdict']}: off by at most {1e2 * verdict['deviation_of_muN']:.1f} ±"
-        f" {1e2 * verdict['uncertainty_of_muN']:.1f} % of mu N (limit {1e2 * verdict['limit_of_muN']:g} %), at"
-        f" {_creepages_text(at)}" + (f": {verdict['cause']}" if verdict["cause"] else ""),
-        soft_wrap=True,
-    )
+    say(console, f"Hertz is off in force by, % of mu N: {told}")
+    off_percent, unsure = 1e2 * verdict["deviation_of_muN"], 1e2 * verdict["uncertainty_of_muN"]
+    limit_percent, at = 1e2 * verdict["limit_of_muN"], _creepages_text(verdict["at"])
+    within = f" (limit {limit_percent:g} %), at {at}"
+    say(console, _force_verdict(verdict["verdict"], off_percent, unsure, verdict["cause"], within))
     for warning in record["warnings"]:
-        console.print(f"warning: {warning}", soft_wrap=True)
+        say(console, f"warning: {warning}")
+
+
+def _force_verdict(answer: str, off: float, unsure: float, cause: str | None, within: str = "") -> str:
+    """What creep forces say of Hertz; numbers in percent of mu N."""
+    because = f": {cause}" if cause else ""
+    return f"for forces Hertz {answer}, off by at most {off:.1f} ± {unsure:.1f} % of mu N{within}{because}"
 
 
 def print_ellipse(record: Record, console: Console | None = None) -> None:
     """Print the forces on an ellipse."""
-    from rich.console import Console
-
-    console = console or Console()
-    limit = record["limit_N"]
-    table = _forces_table(f"forces on the wheel at {_creepages_text(record['creepages'])}, mu N {limit / 1e3:.2f} kN")
-    for theory, force in record["theories"].items():
-        _add(table, theory, force, limit)
-    console.print(table)
+    console, limit = console or standard_console(), record["limit_N"]
+    title = f"forces on the wheel at {_creepages_text(record['creepages'])}, mu N {limit / 1e3:.2f} kN"
+    print_table(console, force_table(title, record["theories"], limit))
     _print_problems(record["theories"], console)
     for warning in record["warnings"]:
-        console.print(f"warning: {warning}", soft_wrap=True)
+        say(console, f"warning: {warning}")
 
 
 def _print_problems(theories: Mapping[str, Record], console: Console) -> None:
     for theory, force in theories.items():
         if "problem" in force:
-            console.print(f"{theory}: {force['problem']}", soft_wrap=True)
+            say(console, f"{theory}: {force['problem']}")
 
 
 def _creepages_text(creepages: Record) -> str:
@@ -204,30 +202,19 @@ def _creepages_text(creepages: Record) -> str:
     return f"xi {xi:.3f} %, eta {eta:.3f} %, spin {spin:.3g}/mm"
 
 
-def _forces_table(title: str) -> Table:
-    from rich.table import Table
-
-    table = Table(title=title, title_justify="left", box=None)
-    table.add_column("theory")
-    for heading in ("Fx\nkN", "Fy\nkN", "Mz\nN m", "|F|\n% of mu N", "adhesion\nmm²", "power/speed\nN"):
-        table.add_column(heading, justify="right")
-    return table
-
-
-def _add(table: Table, name: str, force: Record, limit_N: float) -> None:
-    if "problem" in force:
-        table.add_row(name, *["none"] * 6)
-        return
-    size = float((force["fx_N"] ** 2 + force["fy_N"] ** 2) ** 0.5)
-    table.add_row(
-        name,
-        f"{force['fx_N'] / 1e3:+.3f}",
-        f"{force['fy_N'] / 1e3:+.3f}",
-        _shown(force["mz_Nmm"], 1e-3, "+.2f"),
-        f"{1e2 * size / limit_N:.1f}",
-        _shown(force["adhesion_area_mm2"], 1.0, ".1f"),
-        _shown(force["power_per_speed_N"], 1.0, ".2f"),
-    )
+def force_table(title: str, forces: Mapping[str, Record], limit_N: float) -> Table:
+    """Forces by the names of their theories."""
+    headings = ("Fx\nkN", "Fy\nkN", "Mz\nN m", "|F|\n% of mu N", "adhesion\nmm²", "power/speed\nN")
+    rows = []
+    for name, force in forces.items():
+        cells = ["none"] * len(headings)
+        if "problem" not in force:
+            size = float((force["fx_N"] ** 2 + force["fy_N"] ** 2) ** 0.5)
+            cells = [f"{force['fx_N'] / 1e3:+.3f}", f"{force['fy_N'] / 1e3:+.3f}"]
+            cells += [_shown(force["mz_Nmm"], 1e-3, "+.2f"), f"{1e2 * size / limit_N:.1f}"]
+            cells += [_shown(force["adhesion_area_mm2"], 1.0, ".1f"), _shown(force["power_per_speed_N"], 1.0, ".2f")]
+        rows.append(TableRow(cells=[name, *cells]))
+    return Table(title=title, columns=columns_of("theory", *headings, texts=("theory",)), rows=rows)
 
 
 def _shown(value: float | None, factor: float, form: str) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fecontact.outputs.series import short_name
+from fecontact.outputs.case_words import short_name
 from fecontact.outputs.style import MARKS, PROBLEM, RAIL, RAIL_JUNCTION, SIDES, WHEEL, blank_figure, finish, save_figure
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.problems import Problem

@@ -8,6 +8,8 @@ from html import escape
 from io import BytesIO
 from pathlib import Path
 
+from fecontact.outputs.table import Column, Table
+
 _STYLE = """
 :root { --line: #d5d9de; --soft: #f4f6f8; --text: #1c2126; --holds: #56b4e9; --open: #f0e442; --fails: #d55e00; }
 * { box-sizing: border-box; }
@@ -101,35 +103,24 @@ def items(lines: Sequence[str]) -> str:
     return f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>" if lines else ""
 
 
-def table(
-    caption: str,
-    headings: Sequence[str],
-    rows: Sequence[tuple[Sequence[str], bool]],
-    *,
-    numbers: Sequence[str] = (),
-    answers: Sequence[str] = (),
-) -> str:
-    """A table of (cells, marked) rows, each row a card of its own on a narrow screen; nothing where there are none.
-
-    Parameters
-    ----------
-    numbers, answers
-        Headings of the columns that hold numbers, and verdicts.
-    """
-    if not rows:
+def table(of: Table) -> str:
+    """A table, each row a card of its own on a narrow screen; nothing where it has no rows."""
+    if not of.rows:
         return ""
-    head = "".join(f"<th>{escape(name)}</th>" for name in headings)
+    heads = [column.heading.replace("\n", " ").strip() for column in of.columns]
 
-    def cell(name: str, text: str) -> str:
-        kind = ' class="number"' if name in numbers and name not in answers else ""
-        shown = answer(text) if name in answers else escape(text)
-        return f'<td{kind} data-label="{escape(name)}">{shown}</td>'
+    def cell(column: Column, head: str, text: str) -> str:
+        kind = ' class="number"' if column.kind == "number" else ""
+        shown = answer(text) if column.kind == "answer" else escape(text)
+        return f'<td{kind} data-label="{escape(head)}">{shown}</td>'
 
     lines = []
-    for cells, marked in rows:
-        texts = "".join(cell(name, text) for name, text in zip(headings, cells, strict=True))
-        lines.append(f'<tr class="beyond">{texts}</tr>\n' if marked else f"<tr>{texts}</tr>\n")
-    title = f"<caption>{escape(caption)}</caption>\n" if caption else ""
+    for row in of.rows:
+        texts = "".join(map(cell, of.columns, heads, row.cells))
+        beyond = ' class="beyond"' if row.tone == "fails" else ""
+        lines.append(f"<tr{beyond}>{texts}</tr>\n")
+    title = f"<caption>{escape(of.title)}</caption>\n" if of.title else ""
+    head = "".join(f"<th>{escape(name)}</th>" for name in heads)
     content = f'{title}<tr class="head">{head}</tr>\n{"".join(lines)}'
     return f'<div class="scroll"><table class="cards">\n{content}</table></div>'
 

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.outputs.case_words import pair_words
 from fecontact.outputs.map_view import CellView, ColumnView, MapView
 from fecontact.outputs.roll_words import other_wheel_label, roll_words, shift_label
 from fecontact.outputs.style import ANSWERS, blank_figure, save_figure
-from fecontact.outputs.verdict_words import pair_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -13,6 +14,7 @@ from fecontact.comparison.theories import THEORIES
 from fecontact.files import write_text
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap
+from fecontact.outputs.case_words import pair_words
 from fecontact.outputs.html import heading, items, page, paragraph, picture, table, terms
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.record import versions
@@ -21,13 +23,13 @@ from fecontact.outputs.report_words import GLOSSARY, answer_words, lead_style, m
 from fecontact.outputs.roll_words import other_wheel_label, roll_words
 from fecontact.outputs.rows import cell_row
 from fecontact.outputs.study_report import REPORT
+from fecontact.outputs.table import Table, TableRow, columns_of
 from fecontact.outputs.theories import other_theories
-from fecontact.outputs.verdict_map import CAUSE_LETTERS, limit_text
-from fecontact.outputs.verdict_words import pair_words, verdict_reason
+from fecontact.outputs.verdict_map import CAUSE_LETTERS, force_view, verdict_view
+from fecontact.outputs.verdict_words import verdict_reason
 
 # More patches in one picture are too small to see.
 _MOST_PATCHES = 24
-_NUMBERS = ("shift mm", "load kN", "part of a limit", "off by", "±", "unknowns")
 
 
 def write_map_report(made: ApplicabilityMap, out: Path) -> Path:
@@ -49,13 +51,13 @@ def write_map_report(made: ApplicabilityMap, out: Path) -> Path:
             if made.laws_judged
             else "",
             heading("Load limits"),
-            _limits(made),
+            table(_limits(made)),
             heading("The pair"),
             *_pictures(made, shown, drawn),
         ]
     body += [
         heading("Cells"),
-        _cells(made),
+        table(_cells(made)),
         heading("What made it"),
         items([f"{package} {version}" for package, version in versions().items() if version]),
         heading("Terms"),
@@ -108,41 +110,43 @@ def _pictures(made: ApplicabilityMap, shown: Sequence[tuple[JudgedLoad, Placemen
     return parts
 
 
-def _limits(made: ApplicabilityMap) -> str:
-    forces = made.case.creep.asked
-    rows = []
-    for position in made.positions:
-        texts = [f"{position.lateral_shift_mm:+z.2f}", limit_text(position.limit)]
-        rows.append((texts + [limit_text(position.force_limit or position.limit)] * forces, False))
-    return table("", ("shift mm", "Hertz", *("for forces",) * forces), rows, numbers=_NUMBERS)
+def _limits(made: ApplicabilityMap) -> Table:
+    """At which loads Hertz holds at each position, also for forces."""
+    views = [verdict_view(made), *([force_view(made)] if made.case.creep.asked else [])]
+    lines = zip(*(view.columns for view in views), strict=True)
+    columns = columns_of("shift mm", *("Hertz", "for forces")[: len(views)], texts=("Hertz", "for forces"))
+    rows = [TableRow(cells=[f"{of[0].shift_mm:+z.2f}", *(column.limit for column in of)]) for of in lines]
+    return Table(title="", columns=columns, rows=rows)
 
 
-def _cells(made: ApplicabilityMap) -> str:
+def _cells(made: ApplicabilityMap) -> Table:
+    """The verdict of each theory in each cell."""
     loads = [cell.judged for cell in made.cells if cell.judged is not None]
     others = [name for name in THEORIES if any(name in other_theories(load) for load in loads)]
-    more = [f"{THEORIES[name].words}{of}" for name in others for of in _OF_THEORY]
-    headings = ("shift mm", "load kN", "Hertz", "part of a limit", "decided by", "unknowns", *more)
+    columns = columns_of("shift mm", "load kN", "Hertz", "part of a limit", "decided by", "unknowns")
+    columns[2], columns[4] = replace(columns[2], kind="answer"), replace(columns[4], kind="text")
+    for name in others:
+        words = THEORIES[name].words
+        columns += columns_of(words, f"{words}: p_max", f"{words}: part of a limit", answers=(words,))
     rows = []
     for cell in made.cells:
         judged = cell.judged
-        texts = [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}"]
-        texts += [cell.verdict if cell.status == "converged" else "failed"]
-        texts += ["-" if judged is None else f"{judged.limit_used:.2f}"]
-        texts += [cell.status if judged is None else verdict_reason(judged)]
-        texts += ["-" if judged is None else str(sum(judged.level.degrees_of_freedom.values()))]
+        answer = cell.verdict if cell.status == "converged" else "failed"
+        cells = [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", answer]
+        cells += ["-", cell.status, "-"] if judged is None else _hertz_cells(judged)
         for name in others:
-            texts += _theory_texts(judged.judgements.get(name) if judged is not None else None)
-        rows.append((texts, texts[2] == "FAILS"))
-    numbers = (*_NUMBERS, *(text for text in more if text.endswith(_OF_THEORY[1:])))
-    return table("", headings, rows, numbers=numbers, answers=("Hertz", *(THEORIES[name].words for name in others)))
+            cells += _theory_cells(judged.judgements.get(name) if judged is not None else None)
+        rows.append(TableRow(cells=cells, tone="fails" if answer == "FAILS" else "plain"))
+    return Table(title="", columns=columns, rows=rows)
 
 
-_OF_THEORY = ("", ": p_max", ": part of a limit")
+def _hertz_cells(load: JudgedLoad) -> list[str]:
+    return [f"{load.limit_used:.2f}", verdict_reason(load), str(sum(load.level.degrees_of_freedom.values()))]
 
 
-def _theory_texts(judged: Judgement | None) -> list[str]:
+def _theory_cells(judged: Judgement | None) -> list[str]:
     """Verdict of a theory, how far its peak is off, and the part of a limit that it uses."""
     if judged is None:
-        return [""] * len(_OF_THEORY)
+        return [""] * 3
     off = WORDS["p_max_MPa"].off(judged.deviation["p_max_MPa"])
     return [judged.verdict.answer, off, f"{judged.limit_used:.2f}"]

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fecontact.outputs.case_words import case_words, short_name
 from fecontact.outputs.figures import draw_problems
 from fecontact.outputs.record import shown_case_record, touch_record
-from fecontact.outputs.series import short_name
 from fecontact.outputs.style import (
     EXPECTED,
     HERTZ,
@@ -24,7 +24,6 @@ from fecontact.outputs.style import (
     legend_beside,
     save_figure,
 )
-from fecontact.outputs.verdict_words import case_words
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.recognition import Nearest
 from fecontact.solving.preview import Preview

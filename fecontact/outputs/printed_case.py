@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from fecontact.case import RESOLUTIONS
 from fecontact.comparison.theories import EITHER_SIDE, THEORIES
+from fecontact.outputs.case_tables import effort_table, ladder_table, lobe_table, measure_tables
 from fecontact.outputs.creep import print_creep
 from fecontact.outputs.measure_words import WORDS, names_text, unknown_text
-from fecontact.outputs.printed_hertz import print_touch_points
-from fecontact.outputs.terminal import number_text, print_notes, say, standard_console, titled_table
+from fecontact.outputs.printed_hertz import touch_point_table
+from fecontact.outputs.terminal import print_notes, print_table, say, standard_console
+from fecontact.outputs.verdict_words import reason_of_record, what_would_decide
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -21,12 +22,11 @@ Record = Mapping[str, Any]
 def print_case(record: Record, *, console: Console | None = None) -> None:
     """Print a result record: touch points, all measures of both solutions, warnings."""
     console = console or standard_console()
-    print_touch_points(record, console)
-    for side in record["verdict"]["sides"]:
-        _print_measures(record, side, console)
-    _print_lobes(record, console)
+    print_table(console, touch_point_table(record))
+    for table in (*measure_tables(record), lobe_table(record)):
+        print_table(console, table)
     _print_theories(record, console)
-    _print_ladder(record, console)
+    print_table(console, ladder_table(record))
     _print_verdict(record, console)
     say(
         console,
@@ -54,50 +54,6 @@ def print_case(record: Record, *, console: Console | None = None) -> None:
     print_notes([*record["verdict"]["warnings"], *record["warnings"]], console)
 
 
-def _print_measures(record: Record, side: Record, console: Console) -> None:
-    """Print all measures beside Hertz with the curvature on one side of the touch point, those that decide first."""
-    limits, each = record["verdict"]["limits"], side["each"]
-    by = "" if side["side"] == "both" else f", with the curvature of the {side['side']} side"
-    table = titled_table(console, title=f"Hertz against finite elements{by}")
-    for heading in ("measure", "FE", "Hertz", "deviation", "±", "limit", "answer"):
-        # where there is no room, the names take two lines
-        table.add_column(
-            heading, justify="left" if heading in ("measure", "answer") else "right", no_wrap=heading != "measure"
-        )
-    for name in (*limits, *(name for name in WORDS if name not in limits)):
-        words, deviation = WORDS[name], side["deviation"].get(name)
-        if name in side["hertz"]:
-            values = (number_text(record["fe"][name]), number_text(side["hertz"][name]))
-        else:
-            # there is nothing of it in Hertz's ellipse
-            values = (words.off(deviation).removesuffix(words.off_unit).strip(), "0")
-        table.add_row(
-            words.title,
-            *values,
-            words.off(deviation),
-            words.off(side["uncertainty"].get(name), size=True),
-            words.limit(limits[name]) if name in limits else "",
-            each.get(name, "not judged"),
-            style=_ANSWER_STYLES.get(each.get(name, ""), "dim"),
-        )
-    console.print(table)
-
-
-_ANSWER_STYLES = {"HOLDS": "", "UNRESOLVED": "yellow", "FAILS": "red"}
-
-
-def _print_lobes(record: Record, console: Console) -> None:
-    lobes, pieces = record["lobes"], record["pieces"]
-    counts = f"{len(lobes)} {'lobe' if len(lobes) == 1 else 'lobes'}, {pieces} {'patch' if pieces == 1 else 'patches'}"
-    table = titled_table(console, title=counts)
-    for heading in ("lobe", "place across\nmm", "peak\nMPa", "of the force\n%"):
-        table.add_column(heading, justify="right")
-    for number, lobe in enumerate(lobes, start=1):
-        part = 1e2 * lobe["force_share"]
-        table.add_row(str(number), f"{lobe['y_mm']:+z.1f}", f"{lobe['p_max_MPa']:.0f}", f"{part:.1f}")
-    console.print(table)
-
-
 def _print_theories(record: Record, console: Console) -> None:
     """Say what theories but Hertz at the first touch point come to."""
     for name, theory in record["theories"].items():
@@ -121,20 +77,10 @@ def _print_theories(record: Record, console: Console) -> None:
 def _print_verdict(record: Record, console: Console) -> None:
     """Print the answer, what decided it and why, on which meshes, and what would decide an open one."""
     verdict = record["verdict"]
-    answer, measure, each = verdict["verdict"], verdict["measure"], verdict["each"]
-    side = _deciding_side(verdict)
-    words = WORDS[measure]
-    said = f"{words.off(side['deviation'].get(measure))} ± {words.off(side['uncertainty'].get(measure), size=True)}"
-    at = "" if side["side"] == "both" else f" with the curvature of the {side['side']} side"
-    by = {"HOLDS": "nearest to its limit", "FAILS": "furthest beyond its limit"}.get(each[measure], "open")
-    because = f"; because: {verdict['cause']}" if verdict["cause"] else ""
-    say(
-        console,
-        f"verdict: Hertz {answer}{at}; {by}: {words.name} ({said}, limit {words.limit(verdict['limits'][measure])})"
-        f"{because}",
-    )
+    answer, measure = verdict["verdict"], verdict["measure"]
+    say(console, f"verdict: Hertz {answer}; {reason_of_record(record)}")
     for kind, head in (("FAILS", "he fails by"), ("UNRESOLVED", "open are")):
-        found = [name for name, one in each.items() if one == kind]
+        found = [name for name, one in verdict["each"].items() if one == kind]
         # the measure that is open is named already
         if found and found != [measure] * (kind == "UNRESOLVED"):
             say(console, f"{head}: {names_text(found)}")
@@ -149,45 +95,6 @@ def _print_verdict(record: Record, console: Console) -> None:
         say(console, what_would_decide(record))
 
 
-def _deciding_side(verdict: Record) -> Record:
-    """The side whose verdict it is, that of the field side where both are the same."""
-    decided = (verdict["each"], verdict["measure"])
-    side: Record = next(s for s in reversed(verdict["sides"]) if (s["each"], s["measure"]) == decided)
-    return side
-
-
-def what_would_decide(record: Record) -> str:
-    """What decides an open verdict: finer meshes, or better profiles."""
-    side, measure = _deciding_side(record["verdict"]), record["verdict"]["measure"]
-    if record["status"] != "converged":
-        return f"the result must not be used: {record['status']}"
-    of_points = (record["uncertainty_of_profile"] or {}).get(measure, 0.0)
-    # a NaN is not less
-    if not of_points < 0.5 * side["uncertainty"][measure]:
-        left = WORDS[measure].off(of_points, size=True)
-        return (
-            f"finer meshes would hardly decide it: points of the profiles leave {left} open; give profiles with less"
-            " noise, or closer points"
-        )
-    case, solver, names = record["case"], record["solver"], list(RESOLUTIONS)
-    if case["resolution"] in names[:-1]:
-        finer = f"--resolution {' or '.join(names[names.index(case['resolution']) + 1 :])}"
-    else:
-        finer = f"--resolution with sizes below {','.join(f'{size:.3g}' for size in solver['element_size_mm'])}"
-    more = solver["finer_degrees_of_freedom"]
-    limit = f", or --refine-degrees-of-freedom {more}" if more > case["refine_degrees_of_freedom"] else ""
-    return f"to decide it: {finer}{limit}"
-
-
-def _print_ladder(record: Record, console: Console) -> None:
-    table = titled_table(console, title="Ladder")
-    for heading in ("rung", "p_max\nMPa", "area\nmm²", "approach\nmm"):
-        table.add_column(heading, justify="left" if heading == "rung" else "right")
-    for name, rung in record["rungs"].items():
-        table.add_row(name.replace("_", " "), *(number_text(rung[m]) for m in ("p_max_MPa", "area_mm2", "approach_mm")))
-    console.print(table)
-
-
 def _print_work(solver: Record, console: Console) -> None:
     degrees = ", ".join(f"{name} {count}" for name, count in solver["degrees_of_freedom"].items())
     say(
@@ -196,10 +103,4 @@ def _print_work(solver: Record, console: Console) -> None:
         f" {solver['contact_residual']:.0e}, penetration {solver['penetration_residual']:.0e}, load balance"
         f" {solver['load_balance']:.0e}",
     )
-    table = titled_table(console, title="Time and memory")
-    for heading in ("step", "time\ns", "memory after\nMB"):
-        table.add_column(heading, justify="left" if heading == "step" else "right")
-    for step, seconds in solver["seconds"].items():
-        table.add_row(step, f"{seconds:.2f}", f"{solver['memory_MB'][step]:.0f}")
-    table.add_row("all (memory: peak)", f"{sum(solver['seconds'].values()):.2f}", f"{solver['peak_memory_MB']:.0f}")
-    console.print(table)
+    print_table(console, effort_table(solver))

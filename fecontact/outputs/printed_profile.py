@@ -6,36 +6,34 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fecontact.outputs.terminal import print_notes, say, standard_console, titled_table
+from fecontact.outputs.case_words import radius_mm, radius_text
+from fecontact.outputs.table import Column, Table, TableRow, columns_of
+from fecontact.outputs.terminal import print_notes, print_table, say, standard_console
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Arc, Line, Segment
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.table import Table
 
 
 def print_library(*, folder: Path | None = None, console: Console | None = None) -> None:
     """Print the profiles of the library and files of a folder, and what else may be given in place of a name."""
-    from rich.text import Text
-
     from fecontact.profiles.library import load, names
 
     console = console or standard_console()
-    table = titled_table(console, title="Profile library")
-    for heading in ("name", "kind", "y from\nmm", "y to\nmm", "junctions", "certainty", "source"):
-        table.add_column(heading, justify="left" if heading in ("name", "kind", "certainty", "source") else "right")
+    rows = []
     for name in names():
         profile = load(name)
-        low, high = profile.y_range_mm
-        source = Text(profile.source)  # not as markup: sources may have brackets
-        table.add_row(
-            name, profile.kind, f"{low:.1f}", f"{high:.1f}", str(len(profile.junctions)), profile.certainty, source
-        )
+        ends = (f"{end:.1f}" for end in profile.y_range_mm)
+        cells = (name, profile.kind, *ends, str(len(profile.junctions)), profile.certainty, profile.source)
+        rows.append(TableRow(cells=cells))
     for path in sorted(folder.iterdir()) if folder is not None and folder.is_dir() else ():
         if path.is_file():
-            table.add_row(path.stem, "", "", "", "", "", Text(f"file {path.name} of {folder}"))
-    console.print(table)
+            rows.append(TableRow(cells=(path.stem, "", "", "", "", "", f"file {path.name} of {folder}")))
+    texts = ("name", "kind", "certainty")
+    columns = columns_of("name", "kind", "y from\nmm", "y to\nmm", "junctions", "certainty", texts=texts)
+    columns = [*columns, Column(heading="source", kind="text", wraps=True)]
+    print_table(console, Table(title="Profile library", columns=columns, rows=rows))
     say(console, "Also: circle:R and arcs:R/R@D (rails), cylinder:R (wheel), all in mm, or the path of a profile file.")
 
 
@@ -47,35 +45,37 @@ def print_profile(profile: Profile, *, console: Console | None = None) -> None:
     if profile.source:
         say(console, f"source: {profile.source}")
     print_notes(profile.notes, console)
-    console.print(_segment_table(profile, console))
-    table = titled_table(console, title="Junctions (radii positive where convex)")
-    for heading in ("y mm", "z mm", "R before mm", "R after mm", "kink mrad"):
-        table.add_column(heading, justify="right")
+    print_table(console, segment_table(profile))
+    print_table(console, junction_table(profile))
+
+
+def junction_table(profile: Profile) -> Table:
+    """Where the curvature jumps."""
+    rows = []
     for junction in profile.junctions:
         kink = math.remainder(junction.angle_right_rad - junction.angle_left_rad, math.tau)
-        radii = (_radius(junction.curvature_left_per_mm), _radius(junction.curvature_right_per_mm))
-        table.add_row(f"{junction.y_mm:.4f}", f"{junction.z_mm:.4f}", *radii, f"{1e3 * kink:z.3f}")
-    console.print(table)
+        radii = (radius_mm(one) for one in (junction.curvature_left_per_mm, junction.curvature_right_per_mm))
+        cells = [f"{junction.y_mm:.4f}", f"{junction.z_mm:.4f}", *(radius_text(one, "{:.2f}") for one in radii)]
+        rows.append(TableRow(cells=[*cells, f"{1e3 * kink:z.3f}"]))
+    columns = columns_of("y mm", "z mm", "R before mm", "R after mm", "kink mrad")
+    return Table(title="Junctions (radii positive where convex)", columns=columns, rows=rows)
 
 
-def _segment_table(profile: Profile, console: Console) -> Table:
+def segment_table(profile: Profile) -> Table:
+    """The segments of the running surface."""
     import numpy as np
 
-    table = titled_table(console, title="Running surface, from the gauge side to the field side")
-    for heading in ("segment", "kind", "y from mm", "y to mm", "z from mm", "z to mm", "R mm"):
-        table.add_column(heading, justify="left" if heading == "kind" else "right")
+    rows = []
     for number, segment in enumerate(profile.segments, start=1):
         ends = segment.evaluate(np.array([0.0, 1.0]))
         positions = (f"{float(value):.4f}" for value in (*ends.y, *ends.z))
-        table.add_row(str(number), type(segment).__name__.lower(), *positions, _segment_radius(segment))
-    return table
+        cells = (str(number), type(segment).__name__.lower(), *positions, _segment_radius(segment))
+        rows.append(TableRow(cells=cells))
+    columns = columns_of("segment", "kind", "y from mm", "y to mm", "z from mm", "z to mm", "R mm", texts=("kind",))
+    return Table(title="Running surface, from the gauge side to the field side", columns=columns, rows=rows)
 
 
 def _segment_radius(segment: Segment) -> str:
     if isinstance(segment, Line):
-        return "straight"
-    return f"{segment.radius:.4g}" if isinstance(segment, Arc) else "varies"
-
-
-def _radius(curvature_per_mm: float) -> str:
-    return "straight" if abs(curvature_per_mm) < 1e-9 else f"{1.0 / curvature_per_mm:.2f}"
+        return radius_text(None)
+    return radius_text(segment.radius, "{:.4g}") if isinstance(segment, Arc) else "varies"

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-from fecontact.profiles.identity import file_of_identity
+from fecontact.outputs.case_words import short_name
 
 Row = Mapping[str, Any]
 
@@ -48,12 +47,6 @@ class Series:
 def series(rows: Sequence[Row]) -> tuple[Series, ...]:
     """All series of a study, in the order of their first cases."""
     return tuple(_split(rows, {}, (*_OWN, *_OWN_IF_NEEDED)))
-
-
-def short_name(name: str) -> str:
-    """Profile's name, of a file (`NAME.ext@HASH`) without ending and hash."""
-    file = file_of_identity(name)
-    return Path(file).stem if file else name
 
 
 def _split(rows: Sequence[Row], own: Mapping[str, str], columns: Sequence[str]) -> Iterator[Series]:

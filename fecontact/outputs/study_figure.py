@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
+from fecontact.outputs.case_words import pair_of_row, radius_mm, radius_text
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.roll_words import roll_words_of_rows
 from fecontact.outputs.rows import deviation_column
@@ -30,7 +31,6 @@ from fecontact.outputs.style import (
     legend_beside,
     save_figure,
 )
-from fecontact.outputs.verdict_words import pair_of_row
 from fecontact.profiles.curve import Profile
 
 if TYPE_CHECKING:
@@ -244,9 +244,9 @@ def _draw_junction_levels(ax: Axes, rail: Profile) -> None:
     shown = [junction for junction in rail.junctions if low - room < junction.y_mm < high + room]
     for junction in shown:
         ax.axhline(junction.y_mm, color=RAIL_JUNCTION, lw=1.0, ls="-.", zorder=0)
-        radii = (_radius(junction.curvature_left_per_mm), _radius(junction.curvature_right_per_mm))
+        sides = (junction.curvature_left_per_mm, junction.curvature_right_per_mm)
         ax.annotate(
-            f"{radii[0]} | {radii[1]}",
+            " | ".join(radius_text(radius_mm(one), "R{:.4g}") for one in sides),
             (0.995, junction.y_mm),
             xycoords=("axes fraction", "data"),
             xytext=(0, 2),
@@ -259,7 +259,3 @@ def _draw_junction_levels(ax: Axes, rail: Profile) -> None:
     # room for the words above the highest line
     top = max([high, *(junction.y_mm + 0.5 * room for junction in shown)])
     ax.set_ylim(low - room, top + 0.5 * room)
-
-
-def _radius(curvature_per_mm: float) -> str:
-    return "straight" if abs(curvature_per_mm) < 1e-9 else f"R{1.0 / curvature_per_mm:.4g}"

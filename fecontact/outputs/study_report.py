@@ -12,25 +12,25 @@ from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.files import read_json, write_text
 from fecontact.geometry.placement import Placement
-from fecontact.outputs.html import folded, heading, items, page, paragraph, picture, terms
-from fecontact.outputs.measure_words import unknown_text
-from fecontact.outputs.printed_case import what_would_decide
-from fecontact.outputs.record import versions
-from fecontact.outputs.report_figures import ladder_figure, pair_figure
-from fecontact.outputs.report_tables import (
+from fecontact.outputs.case_tables import (
     ReportedCase,
-    decided,
-    limits_of,
-    measures_tables,
-    pair_words,
+    ladder_table,
+    lobe_table,
+    measure_tables,
     solver_table,
     verdict_of,
     verdict_table,
 )
+from fecontact.outputs.case_words import pair_of_row, position_text
+from fecontact.outputs.html import folded, heading, items, page, paragraph, picture, table, terms
+from fecontact.outputs.measure_words import unknown_text
+from fecontact.outputs.record import versions
+from fecontact.outputs.report_figures import ladder_figure, pair_figure
 from fecontact.outputs.report_words import GLOSSARY, answer_words, lead_style, measure_terms, question
 from fecontact.outputs.roll_words import roll_words_of_rows
 from fecontact.outputs.scene import write_scene
 from fecontact.outputs.theories import theory_texts
+from fecontact.outputs.verdict_words import decided, what_would_decide
 
 Row = Mapping[str, Any]
 _Row = TypeVar("_Row", bound=Row)
@@ -100,7 +100,7 @@ def write_study_report(
     """
     rows = [case.row for case in cases]
     verdicts = [verdict_of(row) for row in rows]
-    pairs = list(dict.fromkeys(pair_words(row) for row in rows))
+    pairs = list(dict.fromkeys(pair_of_row(row, " and ") for row in rows))
     pair = "; ".join(pairs[:4]) + ("; ..." if len(pairs) > 4 else "")
     with TemporaryDirectory() as folder:
         drawn = Path(folder)
@@ -111,7 +111,7 @@ def write_study_report(
             paragraph(conclusion or ""),
             *_pair_drawn(shown, rows, drawn),
             heading("Verdicts"),
-            verdict_table(cases),
+            table(verdict_table(cases)),
             picture(out / "study.svg", "Peak pressure, how far Hertz is off, and the touch point."),
             _ladder(rows, drawn),
         ]
@@ -119,7 +119,7 @@ def write_study_report(
         heading("Cases"),
         *_cases(cases, pictures),
         heading("Meshes and solver"),
-        solver_table(cases),
+        table(solver_table(cases)),
         heading("What made it"),
         items([f"{package} {version}" for package, version in versions().items() if version]),
         heading("Terms"),
@@ -133,7 +133,7 @@ def _answer(cases: Sequence[ReportedCase]) -> str:
         return answer_words([verdict_of(case.row) for case in cases], "cases")
     (row,) = (case.row for case in cases)
     cause = f"; {row['verdict_cause']}" if row.get("verdict_cause") else ""
-    return f"Hertz {verdict_of(row)}: {decided(row, limits_of(cases[0]))}{cause}"
+    return f"Hertz {verdict_of(row)}: {decided(row, cases[0].limits)}{cause}"
 
 
 def _pair_drawn(shown: ShownPair | None, rows: Sequence[Row], folder: Path) -> list[str]:
@@ -151,7 +151,9 @@ def _pair_drawn(shown: ShownPair | None, rows: Sequence[Row], folder: Path) -> l
 
 def _which(row: Row, rows: Sequence[Row]) -> str:
     """Which of the cases is drawn, and why that one."""
-    at = f"at {_position(row)}" + (f" of {pair_words(row)}" if len({pair_words(one) for one in rows}) > 1 else "")
+    at = f"at {position_text(row)}" + (
+        f" of {pair_of_row(row, ' and ')}" if len({pair_of_row(one) for one in rows}) > 1 else ""
+    )
     if sum(one["status"] == "converged" for one in rows) < 2:
         return at
     used = row.get("limit_used")
@@ -165,10 +167,6 @@ def _open(case: ReportedCase) -> str:
         return ""
     unknown = case.record["verdict"]["unknown"]
     return unknown_text(unknown) if unknown else what_would_decide(case.record)
-
-
-def _position(row: Row) -> str:
-    return f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN"
 
 
 def _ladder(rows: Sequence[Row], folder: Path) -> str:
@@ -192,10 +190,16 @@ def _cases(cases: Sequence[ReportedCase], pictures: str) -> list[str]:
             continue
         words = f"{decided(row, {})}. Dashed: Hertz's ellipse; solid: the patch of the finite elements."
         parts += [
-            heading(f"{pair_words(row)}, {_position(row)}: {verdict_of(row)}", 3),
+            heading(f"{pair_of_row(row, ' and ')}, {position_text(row)}: {verdict_of(row)}", 3),
             picture(case.picture, words),
-            folded("All measures", measures_tables(case.record)),
+            folded("All measures", _measures(case.record)),
         ]
         said = (_open(case), *theory_texts(row), *(str(row.get(key) or "") for key in ("verdict_warnings", "warnings")))
         parts.append(items([one for one in said if one]))
     return parts
+
+
+def _measures(record: Mapping[str, Any]) -> str:
+    tables = measure_tables(record)
+    tables += [lobe_table(record), ladder_table(record)] if tables else []
+    return "".join(map(table, tables))

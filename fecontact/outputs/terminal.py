@@ -6,9 +6,11 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
+from fecontact.outputs.table import Table
+
 if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.table import Table
+    from rich.console import Console, JustifyMethod
+    from rich.table import Table as RichTable
 
 # Width of a table that goes to a file or a pipe.
 _PLAIN_WIDTH = 120
@@ -24,14 +26,45 @@ def standard_console() -> Console:
     return console if console.is_terminal else Console(width=_PLAIN_WIDTH, no_color=True, highlight=False)
 
 
-def titled_table(console: Console, *, title: str, roomy_width: int = _ROOMY_WIDTH) -> Table:
-    """An empty table; on a terminal with rules, and with columns closer together if it is narrower than that width."""
+def print_table(console: Console, table: Table, *, roomy_width: int = _ROOMY_WIDTH) -> None:
+    """Print a table, and name the columns that find no room."""
+    print_first_that_fits(console, table.narrower(), roomy_width=roomy_width)
+
+
+def print_first_that_fits(
+    console: Console, tables: Iterable[tuple[Table, Sequence[str]]], *, roomy_width: int = _ROOMY_WIDTH
+) -> None:
+    """Print the first of some tables that finds room, or the last, and name the columns that it leaves out."""
+    from rich.measure import Measurement
+
+    unbounded = console.options.update(max_width=10_000)
+    for table, without in tables:
+        shown, left_out = _rendered(console, table, roomy_width), without
+        if Measurement.get(console, unbounded, shown).maximum - _slack(table) <= console.width:
+            break
+    console.print(shown)
+    if left_out:
+        say(console, f"no room for: {', '.join(left_out)}")
+
+
+def _slack(table: Table) -> int:
+    """Characters by which a table becomes narrower where texts take several lines."""
+    wrapped = [[row.cells[n] for row in table.rows] for n, column in enumerate(table.columns) if column.wraps]
+    return sum(
+        max(map(len, texts)) - max((len(word) for text in texts for word in text.split()), default=0)
+        for texts in wrapped
+        if texts
+    )
+
+
+def _rendered(console: Console, table: Table, roomy_width: int) -> RichTable:
+    """A table on a terminal with rules, and with columns closer together if it is narrower than that width."""
     from rich import box
-    from rich.table import Table
+    from rich.table import Table as RichTable
     from rich.text import Text
 
-    return Table(
-        title=Text(title),
+    made = RichTable(
+        title=Text(table.title) if table.title else None,
         title_justify="left",
         title_style="bold",
         box=box.SIMPLE_HEAD if console.is_terminal else None,
@@ -39,20 +72,16 @@ def titled_table(console: Console, *, title: str, roomy_width: int = _ROOMY_WIDT
         padding=(0, 1) if not console.is_terminal or console.width >= roomy_width else (0, 1, 0, 0),
         pad_edge=False,
     )
+    for column in table.columns:
+        justify: JustifyMethod = "right" if column.kind == "number" else "left"
+        made.add_column(column.heading, justify=justify, no_wrap=not column.wraps, overflow="fold")
+    for row in table.rows:
+        # as text and not as markup: names of profiles may have brackets
+        made.add_row(*map(Text, row.cells), style=_STYLES[row.tone])
+    return made
 
 
-def print_fitting(console: Console, tables: Iterable[tuple[Table, Sequence[str]]]) -> None:
-    """Print the first of some tables that finds room, or the last, and name the columns that it leaves out."""
-    from rich.measure import Measurement
-
-    unbounded = console.options.update(max_width=10_000)
-    for table, without in tables:
-        shown, left_out = table, without
-        if Measurement.get(console, unbounded, table).maximum <= console.width:
-            break
-    console.print(shown)
-    if left_out:
-        say(console, f"no room for: {', '.join(left_out)}")
+_STYLES = {"plain": "", "fails": "red", "open": "yellow", "dim": "dim"}
 
 
 def say(console: Console, text: str) -> None:

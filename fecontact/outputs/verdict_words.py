@@ -1,26 +1,36 @@
-"""Verdicts and positions in words: in pictures and in reports."""
+"""Verdicts in words: on the terminal, in pictures and in reports."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
-from fecontact.case import Case
+from fecontact.case import RESOLUTIONS
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.verdict import Answer
-from fecontact.geometry.placement import Placement
+from fecontact.outputs.case_words import case_words
 from fecontact.outputs.measure_words import WORDS
-from fecontact.outputs.series import short_name
-from fecontact.profiles.identity import profile_identity
-from fecontact.solving.placing import roll_of_case
+from fecontact.outputs.rows import deviation_column
 from fecontact.solving.solve import CaseResult
 
-_NEAREST: dict[Answer, str] = {
-    "HOLDS": "nearest to its limit",
-    "UNRESOLVED": "open",
-    "FAILS": "furthest beyond its limit",
-}
+Record = Mapping[str, Any]
+
+_NEAREST = {"HOLDS": "nearest to its limit", "UNRESOLVED": "open", "FAILS": "furthest beyond its limit"}
+
+
+def off_text(
+    measure: str, deviation: float | None, uncertainty: float | None, limit: float | None, answer: str = ""
+) -> str:
+    """How far a theory is off in a measure beside its uncertainty and its limit, and how near that is."""
+    words = WORDS[measure]
+    within = "" if limit is None else f" (limit {words.limit(limit)})"
+    nearest = f"{_NEAREST[answer]}: " if answer else ""
+    return f"{nearest}{words.name} {words.off(deviation)} ± {words.off(uncertainty, size=True)}{within}"
+
+
+def reason_text(off: str, side: str, cause: str | None) -> str:
+    """What decided a verdict, with which curvature, and why."""
+    at = "" if side == "both" else f", with the curvature of the {side} side"
+    return f"{off}{at}" + (f"; because: {cause}" if cause else "")
 
 
 def verdict_reason(load: JudgedLoad) -> str:
@@ -35,55 +45,65 @@ def verdict_reason(load: JudgedLoad) -> str:
         if (judged.verdict.each, judged.verdict.measure) == (verdict.each, verdict.measure)
     )
     measure = verdict.measure
-    text = measure_reason(
-        measure,
-        verdict.each[measure],
-        judged.deviation.get(measure),
-        judged.uncertainty.get(measure),
-        load.case.criteria.limits[measure],
-    )
-    at = "" if side == "both" else f", with the curvature of the {side} side"
-    return f"{text}{at}" + (f"; because: {verdict.cause}" if verdict.cause else "")
-
-
-def measure_reason(
-    measure: str, answer: Answer, deviation: float | None, uncertainty: float | None, limit: float
-) -> str:
-    """How far Hertz is off in the measure that decided, beside its uncertainty and limit."""
-    words = WORDS[measure]
-    return (
-        f"{_NEAREST[answer]}: {words.name} {words.off(deviation)} ± {words.off(uncertainty, size=True)}"
-        f" (limit {words.limit(limit)})"
+    off, unsure = (of.get(measure) for of in (judged.deviation, judged.uncertainty))
+    return reason_text(
+        off_text(measure, off, unsure, load.case.criteria.limits[measure], verdict.each[measure]), side, verdict.cause
     )
 
 
-def pair_words(case: Case, between: str = ", ") -> str:
-    """Rail and wheel, such as "rail 60E1 1:40, wheel S1002"."""
-    return pair_text(profile_identity(case.rail), profile_identity(case.wheel), case.inclination_rad, between)
-
-
-def pair_of_row(row: Mapping[str, Any], between: str = ", ") -> str:
-    """Rail and wheel of a row, as `pair_words` has them."""
-    return pair_text(str(row["rail"]), str(row["wheel"]), float(row.get("inclination_rad") or 0.0), between)
-
-
-def pair_text(rail: str, wheel: str, inclination_rad: float, between: str) -> str:
-    """Two profiles by their identities, without endings and hashes."""
-    return f"rail {short_name(rail)}{inclination_words(inclination_rad)}{between}wheel {short_name(wheel)}"
-
-
-def case_words(case: Case, placement: Placement) -> str:
-    """Pair, position and load of a case, in one line."""
-    roll = 1e3 * roll_of_case(case, placement)
-    turned = f", yaw {1e3 * case.yaw_rad:+.4g} mrad" if case.yaw_rad else ""
-    if case.wheelset:
-        turned = f" of the wheelset, {case.side} side, roll {roll:+z.4g} mrad{turned}"
-    elif roll:
-        turned = f", roll {roll:+.4g} mrad{turned}"
-    return (
-        f"{pair_words(case)};"
-        f" shift {case.lateral_shift_mm:+z.2f} mm{turned}; {case.load_kind} load {case.load_N / 1e3:.4g} kN"
+def reason_of_record(record: Record) -> str:
+    """The same of a result record, also of what must not be used."""
+    verdict, side = record["verdict"], deciding_side(record)
+    measure = verdict["measure"]
+    off, unsure = (side[of].get(measure) for of in ("deviation", "uncertainty"))
+    return reason_text(
+        off_text(measure, off, unsure, verdict["limits"][measure], verdict["each"][measure]),
+        side["side"],
+        verdict["cause"],
     )
+
+
+def decided(row: Record, limits: Mapping[str, float]) -> str:
+    """The measure that decided about a row, how far Hertz is off in it, and its limit; or why it must not be used."""
+    if row["status"] != "converged":
+        return str(row["status"])
+    measure = row.get("verdict_measure")
+    if measure not in WORDS:
+        return ""
+    *columns, factor = deviation_column(measure)
+    off, unsure = (None if row.get(name) is None else float(row[name]) / factor for name in columns)
+    return off_text(measure, off, unsure, limits.get(measure))
+
+
+def deciding_side(record: Record) -> Record:
+    """The side whose verdict it is, that of the field side where both are the same."""
+    verdict = record["verdict"]
+    decided = (verdict["each"], verdict["measure"])
+    side: Record = next(s for s in reversed(verdict["sides"]) if (s["each"], s["measure"]) == decided)
+    return side
+
+
+def what_would_decide(record: Record) -> str:
+    """What decides an open verdict: finer meshes, or better profiles."""
+    side, measure = deciding_side(record), record["verdict"]["measure"]
+    if record["status"] != "converged":
+        return f"the result must not be used: {record['status']}"
+    of_points = (record["uncertainty_of_profile"] or {}).get(measure, 0.0)
+    # a NaN is not less
+    if not of_points < 0.5 * side["uncertainty"][measure]:
+        left = WORDS[measure].off(of_points, size=True)
+        return (
+            f"finer meshes would hardly decide it: points of the profiles leave {left} open; give profiles with less"
+            " noise, or closer points"
+        )
+    case, solver, names = record["case"], record["solver"], list(RESOLUTIONS)
+    if case["resolution"] in names[:-1]:
+        finer = f"--resolution {' or '.join(names[names.index(case['resolution']) + 1 :])}"
+    else:
+        finer = f"--resolution with sizes below {','.join(f'{size:.3g}' for size in solver['element_size_mm'])}"
+    more = solver["finer_degrees_of_freedom"]
+    limit = f", or --refine-degrees-of-freedom {more}" if more > case["refine_degrees_of_freedom"] else ""
+    return f"to decide it: {finer}{limit}"
 
 
 def case_annotation(result: CaseResult) -> str:
@@ -93,8 +113,3 @@ def case_annotation(result: CaseResult) -> str:
         f"{case_words(result.case, result.placement)}\nHertz {result.verdict.answer}: {verdict_reason(result.load)}\n"
         f"peak pressure: finite elements {fe:.0f} MPa, Hertz {hertz:.0f} MPa"
     )
-
-
-def inclination_words(inclination_rad: float) -> str:
-    """A rail's inclination such as " 1:40", nothing for an upright one."""
-    return f" 1:{1.0 / math.tan(inclination_rad):.3g}" if inclination_rad else ""

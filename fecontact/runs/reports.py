@@ -9,8 +9,9 @@ from tempfile import TemporaryDirectory
 from fecontact.creep import Creep
 from fecontact.criteria import Criteria
 from fecontact.outputs.case_figure import case_figure
+from fecontact.outputs.case_tables import ReportedCase
+from fecontact.outputs.case_words import case_words
 from fecontact.outputs.record import result_record
-from fecontact.outputs.report_tables import ReportedCase
 from fecontact.outputs.rows import Row, read_row
 from fecontact.outputs.study_figure import study_figure
 from fecontact.outputs.study_report import (
@@ -19,7 +20,6 @@ from fecontact.outputs.study_report import (
     shown_pair,
     write_study_report,
 )
-from fecontact.outputs.verdict_words import case_words
 from fecontact.runs.case_store import ROW, case_folder, read_case
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id
