@@ -93,10 +93,10 @@ def _profile_picture(profile: Profile, path: Path) -> Path:
 def _print_measured(profile: Profile) -> None:
     """What the points behind a line say of it."""
     from fecontact.outputs.preview import nearest_text
-    from fecontact.profiles.recognition import nearest, points_of
+    from fecontact.profiles.recognition import nearest
 
-    if (points := points_of(profile)) is not None:
-        print(nearest_text(nearest(points, profile.kind)))
+    if profile.points is not None:
+        print(nearest_text(nearest(profile.points, profile.kind)))
 
 
 def mesh(

@@ -12,6 +12,7 @@ from fecontact.geometry.contact_functions import ContactFunctions, contact_funct
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.wheelset import PlacedWheelset, possible_wheelset_shifts
 from fecontact.outputs.terminal import print_fitting, print_notes, say, standard_console, titled_table
+from fecontact.profiles.curve import radius_text
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.placing import wheelset_of_case
 
@@ -175,7 +176,7 @@ def _line(row: Mapping[str, Any], side: str) -> dict[str, str]:
         f"{touch['wheel_y_mm']:+z.2f}",
         f"{1e3 * touch['contact_angle_rad']:+z.2f}",
         f"{touch['rolling_radius_mm']:.3f}",
-        *("straight" if radius is None else f"{radius:.1f}" for radius in radii),
+        *map(radius_text, radii),
         str(len(points)) + (" junction" if touch["at_junction"] else ""),
     )
     return dict(zip(_HEADINGS, cells, strict=True))

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from fecontact.outputs.terminal import print_notes, say, standard_console, titled_table
+from fecontact.profiles.curve import radius_text
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -76,6 +77,6 @@ def print_touch_points(record: Record, console: Console) -> None:
         )
         for curvature in touch["curvatures"]:
             radii = (curvature[f"{name}_radius_mm"] for name in ("rail", "wheel_lateral", "wheel_rolling"))
-            table.add_row(*position, curvature["side"], *("straight" if r is None else f"{r:.1f}" for r in radii))
+            table.add_row(*position, curvature["side"], *map(radius_text, radii))
             position = ("",) * len(position)
     console.print(table)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fecontact.outputs.terminal import print_notes, say, standard_console, titled_table
-from fecontact.profiles.curve import Profile
+from fecontact.profiles.curve import Profile, radius_mm, radius_text
 from fecontact.profiles.segments import Arc, Line, Segment
 
 if TYPE_CHECKING:
@@ -52,9 +51,9 @@ def print_profile(profile: Profile, *, console: Console | None = None) -> None:
     for heading in ("y mm", "z mm", "R before mm", "R after mm", "kink mrad"):
         table.add_column(heading, justify="right")
     for junction in profile.junctions:
-        kink = math.remainder(junction.angle_right_rad - junction.angle_left_rad, math.tau)
-        radii = (_radius(junction.curvature_left_per_mm), _radius(junction.curvature_right_per_mm))
-        table.add_row(f"{junction.y_mm:.4f}", f"{junction.z_mm:.4f}", *radii, f"{1e3 * kink:z.3f}")
+        curvatures = (junction.curvature_left_per_mm, junction.curvature_right_per_mm)
+        radii = (radius_text(radius_mm(curvature), "{:.2f}") for curvature in curvatures)
+        table.add_row(f"{junction.y_mm:.4f}", f"{junction.z_mm:.4f}", *radii, f"{1e3 * junction.turn_rad:z.3f}")
     console.print(table)
 
 
@@ -72,10 +71,6 @@ def _segment_table(profile: Profile, console: Console) -> Table:
 
 
 def _segment_radius(segment: Segment) -> str:
-    if isinstance(segment, Line):
-        return "straight"
-    return f"{segment.radius:.4g}" if isinstance(segment, Arc) else "varies"
-
-
-def _radius(curvature_per_mm: float) -> str:
-    return "straight" if abs(curvature_per_mm) < 1e-9 else f"{1.0 / curvature_per_mm:.2f}"
+    if isinstance(segment, Line | Arc):
+        return radius_text(segment.radius if isinstance(segment, Arc) else None, "{:.4g}")
+    return "varies"

@@ -16,6 +16,7 @@ from fecontact.geometry.placement import Placement
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.outputs.creep import creep_record
 from fecontact.outputs.theories import ellipse_record, theories_record, verdict_record
+from fecontact.profiles.curve import radius_mm
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.lobe_sizes import narrowest_semi_axes_mm, semi_axes_of_elements_mm
 from fecontact.solving.measured_lines import hertz_uncertainty
@@ -182,15 +183,10 @@ def _curvature_record(side: str, curvature: RelativeCurvature) -> Record:
     return {
         "side": side,
         **asdict(curvature),
-        "rail_radius_mm": _radius_mm(curvature.rail_per_mm),
-        "wheel_lateral_radius_mm": _radius_mm(curvature.wheel_lateral_per_mm),
-        "wheel_rolling_radius_mm": _radius_mm(curvature.wheel_rolling_per_mm),
+        "rail_radius_mm": radius_mm(curvature.rail_per_mm),
+        "wheel_lateral_radius_mm": radius_mm(curvature.wheel_lateral_per_mm),
+        "wheel_rolling_radius_mm": radius_mm(curvature.wheel_rolling_per_mm),
     }
-
-
-def _radius_mm(curvature_per_mm: float) -> float | None:
-    # straight lines come out of sums of large numbers with a curvature of rounding size
-    return 1.0 / curvature_per_mm if abs(curvature_per_mm) > 1e-9 else None
 
 
 def versions() -> dict[str, str | None]:

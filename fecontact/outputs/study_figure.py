@@ -31,7 +31,7 @@ from fecontact.outputs.style import (
     save_figure,
 )
 from fecontact.outputs.verdict_words import inclination_words
-from fecontact.profiles.curve import Profile
+from fecontact.profiles.curve import Profile, radius_mm, radius_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -249,9 +249,9 @@ def _draw_junction_levels(ax: Axes, rail: Profile) -> None:
     shown = [junction for junction in rail.junctions if low - room < junction.y_mm < high + room]
     for junction in shown:
         ax.axhline(junction.y_mm, color=RAIL_JUNCTION, lw=1.0, ls="-.", zorder=0)
-        radii = (_radius(junction.curvature_left_per_mm), _radius(junction.curvature_right_per_mm))
+        curvatures = (junction.curvature_left_per_mm, junction.curvature_right_per_mm)
         ax.annotate(
-            f"{radii[0]} | {radii[1]}",
+            " | ".join(radius_text(radius_mm(curvature), "R{:.4g}") for curvature in curvatures),
             (0.995, junction.y_mm),
             xycoords=("axes fraction", "data"),
             xytext=(0, 2),
@@ -264,7 +264,3 @@ def _draw_junction_levels(ax: Axes, rail: Profile) -> None:
     # room for the words above the highest line
     top = max([high, *(junction.y_mm + 0.5 * room for junction in shown)])
     ax.set_ylim(low - room, top + 0.5 * room)
-
-
-def _radius(curvature_per_mm: float) -> str:
-    return "straight" if abs(curvature_per_mm) < 1e-9 else f"R{1.0 / curvature_per_mm:.4g}"
