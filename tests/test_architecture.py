@@ -44,12 +44,11 @@ ROOMS: dict[str, set[str]] = {
     | {"jobs", "outputs"},
     # how long is left
     "console": {"jobs"},
-    "doctor": {"system_check"},
+    "doctor": set(),
     "commands": {"errors", "files", "inputs", "case", "creep", "criteria", "options", "profiles", "solving"}
     | {"regression", "jobs"}
     | {"outputs", "console", "doctor", "runs"},
     "cli": {"errors", "commands"},
-    "system_check": set(),
     "plot": {"errors", "solving", "outputs"},
     "__init__": {"case", "criteria", "solving", "outputs", "plot", "runs"},
     "__main__": {"cli"},

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from fecontact import __version__, doctor
+from fecontact import __version__
 from fecontact.case import Case
 from fecontact.cli import _system_error, call
 from fecontact.console import log_only, logged, many, print_reasons, say, solving
@@ -22,7 +22,6 @@ from fecontact.runs.demo import SPHERE, demo_study, demo_words, exact_peak_MPa
 from fecontact.runs.study import StudyOutcome
 from fecontact.solving.meshed_case import mesh_pair
 from fecontact.solving.position import hertz_of_case, place_case
-from fecontact.system_check import Outcome, Probe
 
 ROOT = Path(__file__).parents[1]
 # what is on the other side counts for a wheelset alone: these fail at once
@@ -180,49 +179,6 @@ def test_the_demo_ends_with_the_verdict_and_the_files(tmp_path, capsys):
     for line in ("Report:  ", "Picture: ", "ParaView:", "Table:   "):
         (path,) = [text.partition(": ")[2].strip() for text in out.splitlines() if text.startswith(line)]
         assert Path(path).is_file()
-
-
-def examined(**failing: str) -> tuple[int, str]:
-    lines: list[str] = []
-
-    def probe(one: Probe) -> Outcome:
-        return Outcome(ok=one.name not in failing, reason=failing.get(one.name, ""))
-
-    return doctor.examine(probe=probe, say=lines.append), "\n".join(lines)
-
-
-def test_a_machine_that_has_all():
-    code, text = examined()
-    assert code == 0
-    assert "gmsh: works" in text
-    assert "scikit-fem 1" in text
-    assert text.splitlines()[-1].startswith("All that is needed is here")
-
-
-def test_a_machine_without_a_system_library_gets_the_command(monkeypatch):
-    monkeypatch.setattr(doctor, "missing_packages", lambda: ("libglu1-mesa",))
-    code, text = examined(gmsh="libGLU.so.1: cannot open shared object file")
-    assert code == 1
-    assert "apt-get install -y --no-install-recommends libglu1-mesa" in text
-    assert "cannot be solved here yet" in text
-
-
-def test_a_machine_without_pardiso_can_solve():
-    code, text = examined(**{"MKL PARDISO": "No module named 'pypardiso'"})
-    assert code == 0
-    assert "multigrid, 1.5 to 1.7 times as slow" in text
-    assert "pip install pypardiso" in text
-
-
-def test_a_machine_without_a_python_package_gets_the_command(monkeypatch):
-    monkeypatch.setattr(
-        doctor.metadata, "requires", lambda name: ["numpy>=2.0", "no-such-thing>=1; extra == 'x'", "nosuch>=3"]
-    )
-    code, text = examined()
-    assert code == 1
-    assert "missing packages: nosuch>=3" in text
-    assert "-m pip install 'nosuch>=3'" in text
-    assert "no-such-thing" not in text
 
 
 def test_progress_of_a_case_is_a_line_for_each_of_its_meshes_where_nobody_watches(capsys):
