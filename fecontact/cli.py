@@ -9,9 +9,10 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, UnknownOptionError, UnusedCliTokensError
 
 from fecontact import __version__
+from fecontact.case import renamed
 from fecontact.commands import analytic, bodies, results, solving, start
 from fecontact.errors import FecontactError, InputError
 
@@ -59,6 +60,20 @@ def _system_error(error: OSError) -> str:
     return f"{f'{error.filename}: ' if error.filename else ''}{error.strerror or error}; choose another file or folder"
 
 
+def _misunderstood(error: CycloptsError) -> str:
+    """What is wrong with the words of a command."""
+    if isinstance(error, UnknownOptionError):
+        name = error.token.keyword or error.token.value or ""
+        return renamed(name.removeprefix("--").replace("-", "_")) or str(error)
+    if isinstance(error, UnusedCliTokensError):
+        command = " ".join(("fecontact", *(error.command_chain or ())))
+        unused = " ".join(error.unused_tokens or ())
+        return (
+            f"{unused}: {command} does not know what to do with it; values stand behind their options: {command} --help"
+        )
+    return str(error)
+
+
 def call(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code."""
     for stream in (sys.stdout, sys.stderr):
@@ -71,7 +86,7 @@ def call(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
         return int(code or 0)
     except CycloptsError as error:
-        print(f"error: {error}", file=sys.stderr)
+        print(f"error: {_misunderstood(error)}", file=sys.stderr)
         return InputError.exit_code
     except FecontactError as error:
         print(f"error: {error}", file=sys.stderr)

@@ -48,7 +48,7 @@ ROOMS: dict[str, set[str]] = {
     "commands": {"errors", "files", "inputs", "case", "creep", "criteria", "options", "profiles", "solving"}
     | {"regression", "jobs"}
     | {"outputs", "console", "doctor", "runs"},
-    "cli": {"errors", "commands"},
+    "cli": {"errors", "case", "commands"},
     "plot": {"errors", "solving", "outputs"},
     "__init__": {"case", "criteria", "solving", "outputs", "plot", "runs"},
     "__main__": {"cli"},

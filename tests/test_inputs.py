@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from fecontact.case import INPUTS, PARTS, Case, Criteria, Track, case_from_record, case_record
+from fecontact.case import INPUTS, PARTS, Case, Criteria, Opposite, Track, case_from_record, case_record
 from fecontact.cli import app, call
 from fecontact.errors import InputError
 from fecontact.inputs.kinds import Flag
@@ -150,13 +150,10 @@ ROWS: dict[tuple[str, str], Row] = {
     ),
     ("", "roll_rad"): angle("roll_mrad"),
     ("", "yaw_rad"): angle("yaw_mrad"),
-    ("", "wheelset"): Row(
-        "wheelset", "--wheelset", True, True, "perhaps", "perhaps",
-        "wheelset is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default no",
-    ),
-    ("", "roll_under_load"): Row(
-        "roll_under_load", "--roll-under-load", True, True, "perhaps", "perhaps",
-        "roll under load is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default no",
+    ("", "roll"): Row(
+        "roll", "--roll", "touching", "touching", "tuching", "tuching",
+        "roll is 'tuching'; allowed: given, touching, loaded; did you mean touching?",
+        ": given, touching, loaded; default given",
     ),
     ("", "roll_load_N"): Row(
         "roll_load_kN", "--roll-load-kn", 80, 80e3, -5, -5000.0,
@@ -272,7 +269,7 @@ EACH = pytest.mark.parametrize("place", ROWS, ids="/".join)
 def by_python(place: tuple[str, str], value: Any) -> Case:
     table, field = place
     changes = {field: value}
-    return replace(Case(), **({table: replace(getattr(Case(), table), **changes)} if table else changes))
+    return Case(**({table: replace(getattr(Case(), table), **changes)} if table else changes))
 
 
 def by_file(folder: Path, text: str, *, quick: bool = False) -> tuple[Case, ...]:
@@ -358,7 +355,7 @@ def test_each_command_takes_what_it_uses():
 
     every = of_groups("place", "files", "load", "material", "bodies", "solution", "verdict", "creep")
     assert options("solve") & every == every
-    assert options("map") & every == every - {"--shift", "--lateral-shift-mm", "--load-kn", "--roll-under-load"}
+    assert options("map") & every == every - {"--shift", "--lateral-shift-mm", "--load-kn"}
     # no stress is looked at, and a mesh is not solved
     stress = {"--yield-mpa", "--rail-yield-mpa", "--wheel-yield-mpa"}
     names = {"--material-name", "--rail-material-name", "--wheel-material-name"}
@@ -379,15 +376,51 @@ def test_no_option_and_an_empty_file_are_the_default_case(tmp_path):
     assert by_file(tmp_path, "") == (Case(),)
 
 
-def test_a_roll_that_is_given_stands_instead_of_that_of_a_wheelset(tmp_path):
-    assert by_command("--wheelset", "--roll-mrad", "0.4") == Case(roll_rad=0.4e-3)
-    # also one of zero
-    assert by_command("--wheelset", "--roll-mrad", "0") == Case()
-    assert by_command("--roll-load-kn", "80", "--opposite-load-kn", "60", "--roll-mrad", "0") == Case()
-    text = "wheelset = true\n[[case]]\n[[case]]\nroll_mrad = 0.4\n"
-    assert by_file(tmp_path, text) == (Case(wheelset=True), Case(roll_rad=0.4e-3))
-    with pytest.raises(InputError, match=r"roll is 0\.0004 rad \(0\.4 mrad\), but that of a wheelset is found"):
-        Case(wheelset=True, roll_rad=0.4e-3)
+def test_a_roll_is_that_of_its_numbers_where_none_is_said(tmp_path):
+    assert by_command("--roll-mrad", "0.4") == Case(roll_rad=0.4e-3) == Case(roll="given", roll_rad=0.4e-3)
+    loads = {"roll_load_N": 80e3, "opposite": Opposite(wheel_load_N=60e3)}
+    assert (
+        by_command("--roll-load-kn", "80", "--opposite-load-kn", "60") == Case(**loads) == Case(roll="loaded", **loads)
+    )
+    text = 'roll = "touching"\n[[case]]\n[[case]]\nroll = "given"\nroll_mrad = 0.4\n'
+    assert by_file(tmp_path, text) == (Case(roll="touching"), Case(roll_rad=0.4e-3))
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (
+            {"roll": "touching", "roll_mrad": 0.4},
+            "roll angle is 0.4 mrad, but the roll is 'touching'; leave it out, or",
+        ),
+        # also one of zero
+        ({"roll": "loaded", "roll_mrad": 0}, "roll angle is 0 mrad, but the roll is 'loaded'"),
+        ({"roll": "given", "roll_load_kN": 80}, "roll load is 80 kN, but the roll is 'given'; leave it out, or give"),
+        ({"roll": "touching", "opposite": {"load_kN": 60}}, "opposite load is 60 kN, but the roll is 'touching'"),
+        ({"roll_mrad": 0.4, "roll_load_kN": 80}, "roll load is 80 kN, but the roll is 'given'"),
+        (
+            {"wheelset": True},
+            "wheelset: there is no such input any more; the roll at which both wheels touch is roll =",
+        ),
+        ({"wheelset": False}, "a fixed one roll = 'given'"),
+        ({"roll_under_load": True}, "the roll of the loaded wheelset is roll = 'loaded'"),
+    ],
+)
+def test_numbers_of_another_roll_and_its_old_names_are_refused(options, says, tmp_path, capsys):
+    top = [f"{key} = {json.dumps(value)}" for key, value in options.items() if not isinstance(value, dict)]
+    inner = [f"[{key}]\nload_kN = {value['load_kN']}" for key, value in options.items() if isinstance(value, dict)]
+    assert says in refusal(tmp_path, "\n".join((*top, *inner)))
+    words: list[str] = []
+    for key, value in options.items():
+        name = "--" + key.lower().replace("_", "-")
+        words += (
+            ["--opposite-load-kn", "60"] if isinstance(value, dict) else [name] + [str(value)] * (value is not True)
+        )
+    assert call(["solve", *words]) == 2
+    assert says in capsys.readouterr().err
+    if isinstance(next(iter(options.values())), bool):
+        with pytest.raises(InputError, match="there is no such input any more"):
+            case_from_record(case_record(Case()) | options)
 
 
 def test_the_shift_has_two_names_and_element_sizes_are_a_resolution():

@@ -24,7 +24,7 @@ from fecontact.outputs.theory_map import theory_map_figure, theory_table, write_
 from fecontact.runs.theories import write_theories
 from fecontact.theory.creep.contact import Creepages
 
-CASE = Case(wheelset=True, creep=Creep(friction=0.3))
+CASE = Case(roll="touching", creep=Creep(friction=0.3))
 LOADS = (20e3, 50e3, 100e3)
 
 

@@ -48,7 +48,7 @@ def test_a_folder_to_begin_with_can_be_run_as_it_is(tmp_path, capsys):
     given = [
         line
         for line in text.splitlines()
-        if line.startswith(("# roll", "# yaw", "# gauge", "# young", "# refine"))
+        if line.startswith(("# roll_mrad", "# yaw", "# gauge", "# young", "# refine"))
         # the pair of shift and roll at the end
         and "0.4" not in line
     ]
@@ -87,8 +87,8 @@ def test_checking_a_study_says_how_many_cases_and_what_varies(tmp_path, capsys):
         # the third one is none
         ("lateral_shift_mm = [0, 2, 9, 10]\nload_kN = [50, 100]\n", 4, 3, "lateral shift 9 mm: the wheel derails"),
         # both wheels of a wheelset, of which the other one stands on another rail
-        ('wheelset = true\n[opposite]\nrail = "54E1"\n', 1, 1, None),
-        ('lateral_shift_mm = [0, 2]\n[opposite]\nrail = "54E1"\n', 2, 1, "give wheelset = true"),
+        ('roll = "touching"\n[opposite]\nrail = "54E1"\n', 1, 1, None),
+        ('lateral_shift_mm = [0, 2]\n[opposite]\nrail = "54E1"\n', 2, 1, "give roll = 'touching'"),
         # nothing is placed where a profile is missing
         ('rail = "rail.csv"\nlateral_shift_mm = [0, 9]\n', 2, 0, "rail.csv"),
         # more than 40: those at both ends, and some between them
@@ -274,7 +274,7 @@ def test_a_study_says_what_failed_once_more_at_its_end(tmp_path):
     end = done.stderr.splitlines()
     assert "2 of 2 cases without a usable result:" in end
     # one reason, told once of both
-    (reason,) = [line for line in end if "give wheelset = true" in line]
+    (reason,) = [line for line in end if "give roll = 'touching'" in line]
     assert "+1.00mm" in reason
     assert "+1.50mm" in reason
     log = (tmp_path / "out" / "run.log").read_text("utf-8")

@@ -16,7 +16,7 @@ _OF_PLACE = options_of("place", "files", "load", "material", "solution")
 # a table has a list of shifts, finds the roll, and shows both sides
 _OF_TRACK = options_of(
     *("place", "files"),
-    without=("lateral_shift_mm", "roll_rad", "wheelset", "roll_under_load", "roll_load_N", "wheel_load_N", "side"),
+    without=("lateral_shift_mm", "roll", "roll_rad", "roll_load_N", "wheel_load_N", "side"),
 )
 if TYPE_CHECKING:
     HertzOptions: TypeAlias = CaseOptions

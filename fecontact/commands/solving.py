@@ -18,11 +18,9 @@ _EVERY = options_of(*get_args(Group))
 # a map has lists of these two
 _OF_MAP = options_of(
     *get_args(Group),
-    # and one roll for all its loads, which --roll-load-kn gives
-    without=("lateral_shift_mm", "load_N", "roll_under_load"),
+    without=("lateral_shift_mm", "load_N"),
     own_defaults={
-        "wheelset": "yes, unless a roll is given or a line by its radii alone, such as circle:300",
-        "roll_rad": "that of the wheelset; 0 where there is none",
+        "roll": "touching; given with --roll-mrad or a line by its radii alone, such as circle:300",
     },
 )
 if TYPE_CHECKING:
@@ -229,7 +227,7 @@ def map_(
 
     settings, quiet = how.settings(), how.quiet
     positions, case = parse_numbers(shifts, "shifts"), options.case()
-    if not (options.given("wheelset") or options.given("roll_rad")):
+    if case.roll == "given" and not (options.given("roll") or options.given("roll_rad")):
         case = with_wheelset(case)
     refuse_measure(case, measure)
     loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]

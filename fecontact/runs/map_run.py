@@ -85,7 +85,7 @@ def run_map(
         raise InputError("map: give at least one lateral shift and one load")
     base_case.creep.refuse_unheard()
     refuse_measure(base_case, measure)
-    if base_case.roll_under_load and base_case.roll_load_N is None:
+    if base_case.roll == "loaded" and base_case.roll_load_N is None:
         raise InputError(
             "map: it has one roll for all loads of a position; say under which load it is found, roll_load_kN"
             f" (--roll-load-kn), such as {1e-3 * loads[len(loads) // 2]:g}"
