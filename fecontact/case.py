@@ -24,7 +24,7 @@ from fecontact.inputs.texts import INCLINATION_FORMS, inclination_text, parse_in
 from fecontact.material import STEEL, Material, contact_modulus_MPa
 from fecontact.profiles.reading import Reading
 
-Group = Literal["place", "files", "load", "material", "bodies", "solution", "verdict", "creep"]
+Group = Literal["place", "profiles", "load", "material", "bodies", "solution", "verdict", "creep"]
 LoadKind = Literal["vertical", "normal"]
 Roll = Literal["given", "touching", "loaded"]
 SolverChoice = Literal["auto", "pardiso", "amg"]
@@ -48,7 +48,7 @@ _RAIL = Text(
 )
 _WHEEL = replace(_RAIL, label="wheel", help="Wheel", domain="library name, profile file, or cylinder:R (flat); mm")
 _LIBRARY = Text(
-    group="files",
+    group="profiles",
     label="library",
     help="Library of your own, before the built-in one",
     domain="folder whose profile files rail and wheel may name",
@@ -201,7 +201,7 @@ _REFINE = Number(
 class Case:
     """One wheel-rail position under one load.
 
-    What each field is, its unit and its range stand in its description; `fecontact solve --help` prints them all.
+    What each field is, its unit and its range stand in its description; `fecontact solve --help-all` prints them all.
     `resolution` may be the element sizes (along x, across). The bound on the degrees of freedom of a refinement bounds
     time and memory alike, on every machine in the same way.
 
@@ -226,16 +226,16 @@ class Case:
     opposite: Opposite = field(default_factory=Opposite, metadata={"part": Part(group="place")})
     load_N: float = field(default=100e3, metadata={"input": _LOAD})
     load_kind: LoadKind = field(default="vertical", metadata={"input": _LOAD_KIND})
-    rail_material: Material = field(default=STEEL, metadata={"part": Part(group="material", body="rail")})
-    wheel_material: Material = field(default=STEEL, metadata={"part": Part(group="material", body="wheel")})
+    rail_material: Material = field(default=STEEL, metadata={"part": Part(group="material", body="rail", both=True)})
+    wheel_material: Material = field(default=STEEL, metadata={"part": Part(group="material", body="wheel", both=True)})
     rolling_radius_mm: float = field(default=460.0, metadata={"input": _ROLLING_RADIUS})
     track: Track = field(default_factory=Track, metadata={"part": Part(group="place")})
     size: BodySize = field(default_factory=BodySize, metadata={"part": Part(group="bodies")})
     resolution: str | tuple[float, float] = field(default="quick", metadata={"input": _RESOLUTION})
     solver: SolverChoice = field(default="auto", metadata={"input": _SOLVER})
     criteria: Criteria = field(default_factory=Criteria, metadata={"part": Part(group="verdict")})
-    rail_file: Reading = field(default_factory=Reading, metadata={"part": Part(group="files", body="rail")})
-    wheel_file: Reading = field(default_factory=Reading, metadata={"part": Part(group="files", body="wheel")})
+    rail_file: Reading = field(default_factory=Reading, metadata={"part": Part(group="profiles", body="rail")})
+    wheel_file: Reading = field(default_factory=Reading, metadata={"part": Part(group="profiles", body="wheel")})
     creep: Creep = field(default_factory=Creep, metadata={"part": Part(group="creep")})
     refine_degrees_of_freedom: int = field(default=400_000, metadata={"input": _REFINE})
 

@@ -334,7 +334,7 @@ def test_an_input_outside_its_range_is_refused_in_the_same_words(place, tmp_path
 @cache
 def help_lines(command: str) -> tuple[str, ...]:
     """Lines of a command's help, in a process of its own: a console keeps the width that it began with."""
-    code = f"from fecontact.cli import call; call([{command!r}, '--help'])"
+    code = f"from fecontact.cli import call; call([{command!r}, '--help-all'])"
     environment = {**os.environ, "COLUMNS": "300"}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
     return tuple(found.strip("│ ") for found in done.stdout.splitlines() if found.startswith("│"))
@@ -353,15 +353,52 @@ def test_each_command_takes_what_it_uses():
     def of_groups(*groups: str) -> set[str]:
         return {name for slot in INPUTS if slot.group in groups for name in (*slot.names, *slot.common_names)}
 
-    every = of_groups("place", "files", "load", "material", "bodies", "solution", "verdict", "creep")
+    every = of_groups("place", "profiles", "load", "material", "bodies", "solution", "verdict", "creep")
     assert options("solve") & every == every
     assert options("map") & every == every - {"--shift", "--lateral-shift-mm", "--load-kn"}
     # no stress is looked at, and a mesh is not solved
     stress = {"--yield-mpa", "--rail-yield-mpa", "--wheel-yield-mpa"}
     names = {"--material-name", "--rail-material-name", "--wheel-material-name"}
-    assert options("hertz") & every == of_groups("place", "files", "load", "material") - stress
+    assert options("hertz") & every == of_groups("place", "profiles", "load", "material") - stress
     unused = stress | names | {"--solver", "--refine-degrees-of-freedom"}
     assert options("mesh") & every == every - of_groups("verdict", "creep") - unused
+
+
+@pytest.mark.parametrize("command", ["solve", "place", "hertz", "mesh", "map", "geometry"])
+def test_the_first_page_of_help_is_two_screens_with_what_most_runs_need(command, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    assert call([command, "--help"]) == 0
+    out = capsys.readouterr().out
+    assert len(out.splitlines()) <= 48
+    own = {
+        "solve": "--json --out --shift --load-kn --resolution --friction --p-max-percent --judged-by",
+        "map": "--shifts",
+    }
+    for option in ("--rail", "--wheel", "--inclination", *own.get(command, "").split()):
+        assert f" {option} " in out, option
+    assert "--rail-units" not in out
+    assert f"fecontact {command} --help-all" in out
+    # every topic that it names has a page, with inputs of that topic alone
+    topics = out.split("--help ")[-1].split("|")
+    for topic in map(str.strip, topics):
+        assert call([command, "--help", topic]) == 0
+        page = capsys.readouterr().out
+        assert f" {topic.capitalize()} " in page
+        assert page.count("╭") == 1
+    assert call([command, "--help", "materiel"]) == 2
+    assert "topics of" in capsys.readouterr().err
+
+
+def test_commands_stand_in_the_order_in_which_they_are_used(capsys):
+    assert call(["--help"]) == 0
+    out = capsys.readouterr().out
+    panels = ["Start", "Look", "Solve", "After", "Development"]
+    assert [line.split()[1] for line in out.splitlines() if line.startswith("╭")] == [*panels, "Options"]
+
+
+def test_what_is_known_of_a_file_is_said_for_each_body(capsys):
+    assert call(["solve", "--units", "m"]) == 2
+    assert "--units: each body has an option of its own: --rail-units and --wheel-units" in capsys.readouterr().err
 
 
 def test_a_material_for_both_bodies_and_one_of_its_own():

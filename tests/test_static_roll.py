@@ -74,7 +74,7 @@ def test_a_single_case_keeps_the_roll_that_is_given():
 def test_the_help_of_the_map_says_its_own_default(capsys):
     texts = {}
     for command in ("map", "solve"):
-        assert call([command, "--help"]) == 0
+        assert call([command, "--help-all"]) == 0
         texts[command] = " ".join(capsys.readouterr().out.replace("│", " ").split())
     assert "given, touching, loaded; default touching; given with --roll-mrad" in texts["map"]
     assert "given, touching, loaded; default given" in texts["solve"]

@@ -11,11 +11,11 @@ from cyclopts import Parameter
 from fecontact.options import CaseOptions, options_of
 
 # no stress is looked at, and nothing is solved
-_OF_HERTZ = options_of("place", "files", "load", "material", without=("yield_MPa",))
-_OF_PLACE = options_of("place", "files", "load", "material", "solution")
+_OF_HERTZ = options_of("place", "profiles", "load", "material", without=("yield_MPa",))
+_OF_PLACE = options_of("place", "profiles", "load", "material", "solution")
 # a table has a list of shifts, finds the roll, and shows both sides
 _OF_TRACK = options_of(
-    *("place", "files"),
+    *("place", "profiles"),
     without=("lateral_shift_mm", "roll", "roll_rad", "roll_load_N", "wheel_load_N", "side"),
 )
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from fecontact.case import Group
 from fecontact.console import count, log_only, logged, many, print_reasons, say, solving, width
 from fecontact.errors import InputError
-from fecontact.options import CaseOptions, options_of
+from fecontact.options import PANELS, CaseOptions, options_of
 
 _EVERY = options_of(*get_args(Group))
 # a map has lists of these two
@@ -35,7 +35,7 @@ else:
     MapOptions = type(_OF_MAP)
 
 
-@Parameter(name="*")
+@Parameter(name="*", group=PANELS["run"])
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
     """How the cases of a study, or the shifts of a map, are worked through.

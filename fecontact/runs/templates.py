@@ -11,7 +11,7 @@ _TOML = """\
 # A study of fecontact: lists are combined with each other, each [[case]] is a case of its own.
 #   fecontact check cases.toml                  inputs, number of cases, about what time and memory
 #   fecontact run cases.toml --out out          solves them; the same command goes on where it was stopped
-# All keys, with units, ranges and defaults: fecontact solve --help (--load-kn is load_kN here)
+# All keys, with units, ranges and defaults: fecontact solve --help-all (--load-kn is load_kN here)
 
 rail = "60E1"                 # library name (fecontact profiles), circle:R, or a file: CSV, text, TOML
 wheel = "S1002"               # library name, cylinder:R, or a file
