@@ -389,6 +389,22 @@ def test_the_first_page_of_help_is_two_screens_with_what_most_runs_need(command,
     assert "topics of" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["run", "--help"], "--workers"),
+        (["run", "--help-all"], "--workers"),
+        (["baseline", "update", "--help"], "--reason"),
+        (["--help", "solve"], "--shift"),
+        (["solve", "--shift", "3", "-h"], "--help-all"),
+        (["--help-all"], "Development"),
+    ],
+)
+def test_help_is_found_wherever_it_is_asked_for(words, says, capsys):
+    assert call(words) == 0
+    assert says in capsys.readouterr().out
+
+
 def test_commands_stand_in_the_order_in_which_they_are_used(capsys):
     assert call(["--help"]) == 0
     out = capsys.readouterr().out

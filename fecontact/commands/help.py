@@ -63,7 +63,7 @@ class Page:
 
 
 def page_of(app: App, words: Sequence[str]) -> Page | None:
-    """The page of help that the words of a command ask for; None where they ask for none, or the command has but one.
+    """The page of help that the words of a command ask for, if they ask for one.
 
     Raises
     ------
@@ -77,20 +77,21 @@ def page_of(app: App, words: Sequence[str]) -> Page | None:
     command = None if place is None else words[place]
     topics = {} if command is None else _topics(app[command])
     topic = next((word for at, word in enumerate(words) if at > flag and at != place), "")
-    if words[flag] == "--help-all":
+    if words[flag] == "--help-all" or not topics:
         topic = _ALL
-    elif topic not in ("", *topics) and topics:
+    elif topic not in ("", *topics):
         meant = nearest(topic, {name: name for name in topics})
         raise InputError(f"help: there is no topic {topic!r}; topics of {command}: {', '.join(topics)}{meant}")
-    return Page(tokens=(*((command,) if command else ()), "--help"), topic=topic, topics=topics)
+    others = words if not topics else words[: (place or 0) + 1]
+    return Page(tokens=(*(word for word in others if word not in _FLAGS), "--help"), topic=topic, topics=topics)
 
 
 def _topics(command: App) -> dict[str, int]:
-    counts: dict[str, int] = {}
+    """Topics of a command that has a first page of its own, with how many options each has."""
     if command.default_command is None:
-        return counts
-    for argument in command.assemble_argument_collection():
-        panels: Any = argument.parameter.group
-        for topic in (topic for topic in TOPICS if PANELS[topic] in (panels or ())):
-            counts[topic] = counts.get(topic, 0) + 1
-    return {name: counts[name] for name in TOPICS if name in counts}
+        return {}
+    panels: list[Any] = [argument.parameter.group or () for argument in command.assemble_argument_collection()]
+    if not any(PANELS[MOST] in own for own in panels):
+        return {}
+    counts = {topic: sum(PANELS[topic] in own for own in panels) for topic in TOPICS}
+    return {topic: count for topic, count in counts.items() if count}
