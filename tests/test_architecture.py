@@ -50,7 +50,8 @@ ROOMS: dict[str, set[str]] = {
     | {"outputs", "console", "doctor", "runs"},
     "cli": {"errors", "case", "commands"},
     "plot": {"errors", "solving", "outputs"},
-    "__init__": {"case", "criteria", "solving", "outputs", "plot", "runs"},
+    "__init__": {"case", "creep", "criteria", "dimensions", "material", "profiles", "solving", "outputs", "plot"}
+    | {"runs"},
     "__main__": {"cli"},
 }
 FINITE_ELEMENT_PACKAGES = {"skfem", "gmsh", "pypardiso", "pyamg", "meshio", "pyvista", "vtk", "vtkmodules"}
