@@ -53,7 +53,7 @@ LAWS = ("she", "polach", "fastsim")
 def cases(quick: bool = False) -> list[Case]:
     """Ten positions under two loads, or one."""
     return [
-        Case(lateral_shift_mm=shift, load_N=load, wheelset=True, creep=Creep(friction=SHOWN_FRICTION))
+        Case(lateral_shift_mm=shift, load_N=load, roll="touching", creep=Creep(friction=SHOWN_FRICTION))
         for load in (LOADS_N[-1:] if quick else LOADS_N)
         for shift in (QUICK_SHIFTS_MM if quick else SHIFTS_MM)
     ]

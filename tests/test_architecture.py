@@ -45,14 +45,14 @@ ROOMS: dict[str, set[str]] = {
     | {"jobs", "outputs"},
     # how long is left
     "console": {"jobs"},
-    "doctor": {"system_check"},
+    "doctor": set(),
     "commands": {"errors", "files", "inputs", "case", "creep", "criteria", "options", "profiles", "solving"}
     | {"regression", "jobs"}
     | {"outputs", "console", "doctor", "runs"},
-    "cli": {"errors", "commands"},
-    "system_check": set(),
+    "cli": {"errors", "case", "commands"},
     "plot": {"errors", "solving", "outputs"},
-    "__init__": {"case", "criteria", "solving", "outputs", "plot", "runs"},
+    "__init__": {"case", "creep", "criteria", "dimensions", "material", "profiles", "solving", "outputs", "plot"}
+    | {"runs"},
     "__main__": {"cli"},
 }
 FINITE_ELEMENT_PACKAGES = {"skfem", "gmsh", "pypardiso", "pyamg", "meshio", "pyvista", "vtk", "vtkmodules"}

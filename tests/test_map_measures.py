@@ -5,6 +5,7 @@ import json
 from types import SimpleNamespace
 
 import pytest
+from fecontact.runs.theories import write_theories
 from inline import inline_crew
 from matplotlib.colors import to_hex
 
@@ -21,10 +22,9 @@ from fecontact.outputs.map import map_record
 from fecontact.outputs.map_measures import refuse_measure
 from fecontact.outputs.style import ANSWERS
 from fecontact.outputs.theory_map import theory_map_figure, theory_table, write_theory_map
-from fecontact.runs.theories import write_theories
 from fecontact.theory.creep.contact import Creepages
 
-CASE = Case(wheelset=True, creep=Creep(friction=0.3))
+CASE = Case(roll="touching", creep=Creep(friction=0.3))
 LOADS = (20e3, 50e3, 100e3)
 
 

@@ -309,5 +309,7 @@ def test_points_that_are_taken_as_exact_and_are_not_are_named(tmp_path):
     hollow = replace(place_case(case).first.curvature, yy_per_mm=-1.0)
     placed = place_case(case)
     placed = replace(placed, touch_points=(replace(placed.first, curvatures=(hollow,)),))
-    with pytest.raises(InputError, match="the line of noisy goes through its points as they are: give --smoothing-mm"):
+    with pytest.raises(
+        InputError, match="the line of noisy goes through its points as they are: give --rail-smoothing-mm or"
+    ):
         hertz_of_case(case, placed)

@@ -180,8 +180,8 @@ CASES = [
         refine_degrees_of_freedom=0,
     ),
     # instead of a roll
-    Case(wheelset=True),
-    Case(roll_under_load=True, roll_load_N=80e3, opposite=Opposite(wheel_load_N=60e3), flange_climb=True),
+    Case(roll="touching"),
+    Case(roll="loaded", roll_load_N=80e3, opposite=Opposite(wheel_load_N=60e3), flange_climb=True),
 ]
 
 

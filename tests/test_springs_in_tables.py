@@ -37,7 +37,7 @@ LOAD_N = 50e3
 
 def position(shift_mm):
     """One load of a wheelset at a shift, solved on a half-space."""
-    case = Case(lateral_shift_mm=shift_mm, wheelset=True, load_N=LOAD_N)
+    case = Case(lateral_shift_mm=shift_mm, roll="touching", load_N=LOAD_N)
     placement = place_case(case)
     _, expected = expect_on_half_space(case, placement)
     rung = expected.half_space

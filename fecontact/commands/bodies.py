@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 from fecontact.errors import InputError
 from fecontact.options import CaseOptions, options_of
 
-_OF_FILE = options_of("files", without=("library",))
+_OF_FILE = options_of("profiles", without=("library",))
 _OF_MESH = options_of(
-    *("place", "files", "load", "material", "bodies", "solution"),
+    *("place", "profiles", "load", "material", "bodies", "solution"),
     without=("yield_MPa", "name", "solver", "refine_degrees_of_freedom"),
 )
 if TYPE_CHECKING:

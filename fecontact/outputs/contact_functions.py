@@ -33,6 +33,11 @@ _STRAIGHT_PER_MM = 1e-9
 def functions_of_case(case: Case, shifts_mm: Sequence[float]) -> ContactFunctions:
     """The wheelset of a case at many shifts; the case's own shift, roll and side do not count.
 
+    >>> import fecontact
+    >>> found = fecontact.geometry(fecontact.Case(), [0.0, 5.0])
+    >>> round(1e3 * found.positions[5.0].roll_rad, 2)
+    0.34
+
     Raises
     ------
     InputError

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fecontact.comparison.creep_comparison import CreepComparison
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.judgement import FORCE
-from fecontact.material import Material
+from fecontact.material import STEEL, Material
 from fecontact.theory.creep.contact import Creepages, CreepForce, RollingEllipse, friction_warnings
 from fecontact.theory.creep.forces import creep_force, creep_forces, ellipse_patch
 
@@ -117,12 +117,32 @@ def ellipse_creep(
     b_mm: float,
     normal_force_N: float,
     friction: float,
-    creepages: tuple[float, float, float],
-    young_MPa: float,
-    poisson: float,
-    theories: Sequence[str],
+    creepages: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    young_MPa: float = STEEL.young_MPa,
+    poisson: float = STEEL.poisson,
+    theories: Sequence[str] = ("all",),
 ) -> Record:
-    """Creep forces on an ellipse by some theories, or by `all` that cover it.
+    """Creep forces on an ellipse by some theories, or by `all` that cover it; analytic, no mesh.
+
+    >>> import fecontact
+    >>> found = fecontact.creep(
+    ...     a_mm=5.8, b_mm=8.5, normal_force_N=100e3, friction=0.3, creepages=(0.001, 0.0, 0.0), theories=["polach"]
+    ... )
+    >>> -found["limit_N"] < found["theories"]["polach"]["fx_N"] < 0.0
+    True
+
+    Parameters
+    ----------
+    a_mm, b_mm
+        Semi-axes along the rolling direction and across.
+    normal_force_N, friction
+        Normal force, and coefficient of friction.
+    creepages
+        Longitudinal and lateral creepage of the wheel over the rolling speed, and spin in 1/mm.
+    young_MPa, poisson
+        Of both bodies.
+    theories
+        Names of theories, or `all`.
 
     Raises
     ------

@@ -126,16 +126,14 @@ def input_columns(case: Case, placement: Placement | None = None) -> Row:
         "load_kN": case.load_N / 1e3,
         "load_kind": case.load_kind,
         "inclination_rad": case.inclination_rad,
-        "roll_mrad": None if case.wheelset and placement is None else 1e3 * roll,
+        "roll_mrad": None if case.roll != "given" and placement is None else 1e3 * roll,
         "yaw_mrad": 1e3 * case.yaw_rad,
     }
-    of_wheelset: Row = {"side": case.side, "wheelset": case.wheelset}
-    if case.roll_under_load:
-        of_wheelset["roll_under_load"] = True
+    of_wheelset: Row = {"side": case.side, "roll": case.roll}
     for name, load_N in (("roll_load_kN", case.roll_load_N), ("opposite_load_kN", case.opposite.wheel_load_N)):
         if load_N is not None:
             of_wheelset[name] = load_N / 1e3
-    return row | of_wheelset if case.wheelset or case.side != "left" else row
+    return row | of_wheelset if case.roll != "given" or case.side != "left" else row
 
 
 def case_row(result: CaseResult) -> Row:

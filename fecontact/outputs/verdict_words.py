@@ -60,7 +60,7 @@ def case_words(case: Case, placement: Placement) -> str:
     rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
     roll = 1e3 * roll_of_case(case, placement)
     turned = f", yaw {1e3 * case.yaw_rad:+.4g} mrad" if case.yaw_rad else ""
-    if case.wheelset:
+    if case.roll != "given":
         turned = f" of the wheelset, {case.side} side, roll {roll:+z.4g} mrad{turned}"
     elif roll:
         turned = f", roll {roll:+.4g} mrad{turned}"
