@@ -145,7 +145,7 @@ def gap_line(
     """
     check_positive("step of the gap line", step_mm, "mm", "0.02 mm follows every profile")
     count = int(np.ceil(half_width_mm / step_mm))
-    t = step_mm * np.arange(-count, count + 1)
+    t = np.asarray(step_mm * np.arange(-count, count + 1), dtype=np.float64)
     touch, wheel = placement.first, placement.wheel
     slid = replace(placement, wheel=replace(wheel, centre_mm=wheel.centre_mm + slide_mm * touch.tangent))
     f = slid.tangent_plane_gap(0.0, t)
@@ -174,7 +174,7 @@ def regions(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def crossings_mm(line: GapLine, level_mm: float, first: int, last: int) -> tuple[float, float]:
-    """Where the gap rises above a level before and after a run of places below it; at the ends of the line there."""
+    """Where the gap rises above a level before and after a run of places below it; else the end of the line."""
     t, f = line.t_mm, line.f_mm
 
     def between(inner: int, outer: int) -> float:
@@ -184,6 +184,12 @@ def crossings_mm(line: GapLine, level_mm: float, first: int, last: int) -> tuple
         return float(t[inner] + part * (t[outer] - t[inner]))
 
     return between(first, first - 1), between(last, last + 1)
+
+
+def end_notes(line: GapLine, first: int, last: int) -> list[str]:
+    """Why a theory is out of its range whose region is a run of places."""
+    inside = first > 0 and last < line.t_mm.size - 1
+    return [] if inside else ["the region of contact reaches the end of the line; give a longer one"]
 
 
 def gap_at(line: GapLine, t_mm: ArrayLike) -> Floats:

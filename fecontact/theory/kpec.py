@@ -6,7 +6,7 @@ import numpy as np
 
 from fecontact.errors import check_positive
 from fecontact.theory.ellipse_shape import ellipse_shape
-from fecontact.theory.gap_line import LEAST_B_PER_MM, GapLine, crossings_mm, regions
+from fecontact.theory.gap_line import LEAST_B_PER_MM, GapLine, crossings_mm, end_notes, regions
 from fecontact.theory.kik_piotrowski import pressure_factor
 from fecontact.theory.load_search import under_load
 from fecontact.theory.strip_contact import StripContact, strip_contact
@@ -44,7 +44,8 @@ def kpec_at(line: GapLine, approach_mm: float) -> StripContact:
     below = regions(f < level)
     low, high = crossings_mm(line, level, below[0][0], below[-1][1])
     middle, half_width = 0.5 * (low + high), 0.5 * (high - low)
-    B = max(LEAST_B_PER_MM, level / half_width**2)
+    laid = level / half_width**2
+    B = max(LEAST_B_PER_MM, laid)
     shape = ellipse_shape(A, B)
     # A a^2 and B b^2 of the ellipse over the approach are both parts; the coordinate across over b
     part_x, part_t = float(shape.part_x), float(shape.part_t)
@@ -52,7 +53,9 @@ def kpec_at(line: GapLine, approach_mm: float) -> StripContact:
     part = np.clip(part_x - (part_x - part_t) * place_square, 0.0, 1.0)
     a = np.sqrt(np.maximum(part * approach_mm - f, 0.0) / A)
     pressure = pressure_factor(line, a, line.touch, approach_mm) * a
-    out = []
+    out = end_notes(line, below[0][0], below[-1][1])
+    if laid < B:
+        out.append(f"the parabola has {laid:.2g} 1/mm; {B:g} 1/mm stands for it")
     if len(below) > 1:
         out.append(f"{len(below)} separate regions below half the approach, through which one parabola is laid")
     if len(regions(a > 0.0)) > 1:

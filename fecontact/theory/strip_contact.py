@@ -29,7 +29,7 @@ class StripContact:
     approach_mm, normal_force_N
         Of this contact, whatever load was wanted.
     t_mm, width_mm (n,)
-        Centres and width of the strips.
+        Middles and widths of the strips, from the gauge side on.
     half_length_mm, centre_pressure_MPa (n,)
         a(t) and p(0, t), both 0 outside the patch.
     """
@@ -41,7 +41,7 @@ class StripContact:
     approach_mm: float
     normal_force_N: float
     t_mm: Floats
-    width_mm: float
+    width_mm: Floats
     half_length_mm: Floats
     centre_pressure_MPa: Floats
 
@@ -53,7 +53,7 @@ class StripContact:
     @property
     def area_mm2(self) -> float:
         """Area of the patch."""
-        return float(2.0 * self.width_mm * self.half_length_mm.sum())
+        return float(2.0 * (self.width_mm @ self.half_length_mm))
 
     @property
     def centre_t_mm(self) -> float:
@@ -70,7 +70,7 @@ class StripContact:
     def b_mm(self) -> float:
         """Half-width across from the second moment of the pressure about its centre, sqrt(5 <t^2>)."""
         # a strip's own width counts with it
-        return math.sqrt(5.0 * (self._mean((self.t_mm - self.centre_t_mm) ** 2) + self.width_mm**2 / 12.0))
+        return math.sqrt(5.0 * (self._mean((self.t_mm - self.centre_t_mm) ** 2 + self.width_mm**2 / 12.0)))
 
     def pressure_MPa(self, x_mm: ArrayLike, t_mm: ArrayLike) -> Floats:
         """Pressure at any points; shapes broadcast. Squares of lengths and pressures are linear between the strips."""
@@ -81,7 +81,7 @@ class StripContact:
         return np.asarray(np.sqrt(np.where(a_square > 0.0, p_square, 0.0) * np.maximum(inside, 0.0)))
 
     def _mean(self, values: Floats) -> float:
-        weights = self.centre_pressure_MPa * self.half_length_mm
+        weights = self.width_mm * self.centre_pressure_MPa * self.half_length_mm
         total = float(weights.sum())
         return float(weights @ values) / total if total > 0.0 else math.nan
 
@@ -101,7 +101,7 @@ def strip_contact(
         approach_mm=approach_mm,
         normal_force_N=float(0.5 * np.pi * line.step_mm * (half_length_mm @ centre_pressure_MPa)),
         t_mm=line.t_mm,
-        width_mm=line.step_mm,
+        width_mm=np.full_like(line.t_mm, line.step_mm),
         half_length_mm=half_length_mm,
         centre_pressure_MPa=centre_pressure_MPa,
     )
