@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Literal
 
 from fecontact.case import Case
@@ -25,18 +25,24 @@ from fecontact.comparison.measures import (
     hertz_measures,
     measures_of,
     misfit_of,
+    patch_of,
 )
 from fecontact.comparison.point_noise import PointNoise
-from fecontact.comparison.uncertainty import step_uncertainty, uncertainty
-from fecontact.comparison.verdict import AT_JUNCTION, FROM_BEST, PROFILE, Verdict, judge
+from fecontact.comparison.uncertainty import elements_uncertainty, step_uncertainty, uncertainty
+from fecontact.comparison.verdict import AT_JUNCTION, ELEMENTS, FROM_BEST, PROFILE, Verdict, judge
 from fecontact.comparison.warnings import junction_warnings, yield_warnings
+from fecontact.contact.elements import COMPLIANCE_LIMIT
 from fecontact.contact.rung import Rung, misfit
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.touch_points import TouchPoint
 from fecontact.theory.hertz import HertzContact, hertz_from_hessian
 from fecontact.theory.touch_hertz import Side, sides
 
-Status = Literal["converged", "not converged", "patch at the edge of the fine mesh"]
+Status = Literal["converged", "not converged", "patch at the edge of the fine mesh", "elements too soft or too stiff"]
+# The elements' own contact may be so many times as far from that of the finer nodes as both are unsure.
+_APART = 2.0
+ELEMENTS_OFF: Status = "elements too soft or too stiff"
+"""Status of a load whose elements are not those of the bodies' material, or of too poor a shape."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,6 +59,8 @@ class Level:
         that the fine pressure has neither the elements' softness nor their size.
     otherwise
         As `fe`, with another idea of what of the opening is the elements' and what the bodies'.
+    compliance_error
+        By how much the elements are softer than their material, far from a unit pressure; NaN where it is not seen.
     degrees_of_freedom, elements
         Of rail and wheel.
     enlarged, at_edge
@@ -62,6 +70,7 @@ class Level:
     nodal: Rung
     fe: Rung
     otherwise: Rung
+    compliance_error: float
     degrees_of_freedom: Mapping[str, int]
     elements: Mapping[str, int]
     enlarged: int
@@ -76,6 +85,11 @@ class Level:
     def status(self) -> Status:
         """Whether the level may be used."""
         return "patch at the edge of the fine mesh" if self.at_edge else _worst_status(*self.rungs.values())
+
+    @cached_property
+    def on_elements(self) -> Rung:
+        """The contact on the elements' own nodes, as what reads pressures takes it."""
+        return self.nodal.even()
 
     @property
     def misfit(self) -> float:
@@ -130,6 +144,7 @@ class SolvedLoad:
         return (
             ("half_space_quadratic", self.quadratic),
             ("half_space", self.half_space),
+            ("elements", self.levels[0].on_elements),
             ("fe", self.levels[0].fe),
         )
 
@@ -142,7 +157,8 @@ class SolvedLoad:
         noise = self.point_noise
         of_points = () if noise is None else [one for one in (noise.own, *noise.others) if one is not None]
         turned = () if self.turned is None else (self.turned,)
-        return _worst_status(self.half_space, self.quadratic, *turned, *(rung for _, rung in of_points))
+        of_rungs = _worst_status(self.half_space, self.quadratic, *turned, *(rung for _, rung in of_points))
+        return ELEMENTS_OFF if of_rungs == "converged" and _elements_off(self) else of_rungs
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -170,6 +186,8 @@ class JudgedLoad:
         The finest mesh against Hertz on the field side, the rungs between both, and the profiles below the patch.
     bodies_step_uncertainty
         Uncertainty of the relative step of each measure from the half-space to the bodies.
+    elements_uncertainty
+        Relative uncertainty of the measures on the elements' own nodes, where meshes tell it.
     verdict
         The worst of the sides: who takes either curvature must be able to rely on it.
     warnings
@@ -182,6 +200,7 @@ class JudgedLoad:
     ladder: Ladder
     geometry: PatchGeometry
     bodies_step_uncertainty: Mapping[str, float]
+    elements_uncertainty: Mapping[str, float]
     verdict: Verdict
     warnings: tuple[str, ...]
 
@@ -259,6 +278,8 @@ def judge_load(solved: SolvedLoad, placement: Placement) -> JudgedLoad:
         cause = AT_JUNCTION if touch.at_junction else cause_of(ladder.steps, worst.measure, geometry)
     if worst.answer == "UNRESOLVED" and _profile_decides(judged, worst, solved.point_noise):
         cause = PROFILE
+    if solved.status == ELEMENTS_OFF:
+        cause = ELEMENTS
     return JudgedLoad(
         solved=solved,
         sides=judged,
@@ -266,6 +287,7 @@ def judge_load(solved: SolvedLoad, placement: Placement) -> JudgedLoad:
         ladder=ladder,
         geometry=geometry,
         bodies_step_uncertainty=_bodies_step_uncertainty(solved, hertz),
+        elements_uncertainty=_elements_uncertainty(solved),
         verdict=replace(worst, cause=cause).usable(solved.status == "converged"),
         warnings=(
             *junction_warnings([(side.side, side.verdict, side.deviation) for side in judged]),
@@ -314,7 +336,13 @@ def uncertainties(
     found = {}
     for name in deviation:
         values = [one[name] for one in measured]
-        known = uncertainty(name, values, otherwise=otherwise[name], residual=finest.fe.residual)
+        known = uncertainty(
+            name,
+            values,
+            otherwise=otherwise[name],
+            residual=finest.fe.residual,
+            compliance_error=finest.compliance_error,
+        )
         if known is not None:
             # of (Hertz - FE) / FE, from that of the finite-element measure
             found[name] = known * abs(1.0 + deviation[name]) if name in MEASURES else known
@@ -352,6 +380,42 @@ def _is_off(judged: Sequence[SideJudgement], worst: Verdict, case: Case) -> bool
     return worst.answer != "HOLDS" and any(abs(side.deviation[worst.measure]) > limit for side in judged)
 
 
+def _elements_off(solved: SolvedLoad) -> bool:
+    """Whether the elements of the finest meshes are not those of their material.
+
+    Seen by their compliance far from a pressure, or by their own contact: it is the finer nodes' one but for what its
+    meshes leave open. Of 24 contacts with healthy elements it stays within half of that.
+    """
+    finest, coarser = solved.levels[:2]
+    if abs(finest.compliance_error) > COMPLIANCE_LIMIT:
+        return True
+    own, fine, before = (measures_of(rung).as_dict() for rung in (finest.on_elements, finest.fe, coarser.fe))
+    unsure = _elements_uncertainty(solved)
+    return any(
+        abs(own[name] / fine[name] - 1.0) > _APART * (unsure[name] + abs(before[name] / fine[name] - 1.0))
+        for name in ("p_max_MPa", "a_mm", "b_mm")
+    )
+
+
+def _elements_uncertainty(solved: SolvedLoad) -> dict[str, float]:
+    """Uncertainty of each measure on the elements' own nodes, from those of its meshes."""
+    finest, rungs = solved.levels[0], [level.on_elements for level in solved.levels]
+    patch, (step_x, step_s) = patch_of(rungs[0]), rungs[0].grid.steps_mm
+    elements = min(patch.a_mm / step_x, patch.b_mm / step_s / len(patch.lobes))
+    read = [measures_of(rung).as_dict() for rung in rungs]
+    found = {
+        name: elements_uncertainty(
+            name,
+            [values[name] for values in read],
+            elements=elements,
+            compliance_error=finest.compliance_error,
+            residual=finest.nodal.residual,
+        )
+        for name in MEASURES
+    }
+    return {name: value for name, value in found.items() if value is not None}
+
+
 def _bodies_step_uncertainty(solved: SolvedLoad, hertz: HertzContact) -> dict[str, float]:
     """Uncertainty of the step of each measure from the half-space to the bodies; it has no approach.
 
@@ -366,6 +430,12 @@ def _bodies_step_uncertainty(solved: SolvedLoad, hertz: HertzContact) -> dict[st
         if FLOORS[name] is not None:
             flat = on_half_space[name][0]
             ratio, size = (values[0] / flat, abs(flat)) if name in MEASURES else (1.0, 1.0)
-            of_meshes = step_uncertainty(name, values, otherwise=otherwise[name][0], residual=finest.fe.residual)
+            of_meshes = step_uncertainty(
+                name,
+                values,
+                otherwise=otherwise[name][0],
+                residual=finest.fe.residual,
+                compliance_error=finest.compliance_error,
+            )
             found[name] = abs(ratio) * (of_meshes + abs(turned[name][0] - flat) / size)
     return found
