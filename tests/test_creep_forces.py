@@ -69,6 +69,7 @@ def judged(case: Case, coarser: Rung | None = None, **how: float) -> JudgedLoad:
             nodal=rung,
             fe=rung,
             otherwise=fe,
+            compliance_error=0.0,
             degrees_of_freedom={"rail": 1, "wheel": 1},
             elements={"rail": 1, "wheel": 1},
             enlarged=0,

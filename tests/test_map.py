@@ -116,6 +116,7 @@ def planted_solved(case, deviation=0.0, status="converged", **more):
             nodal=planted_rung(hertz, nodes, deviation, status),
             fe=planted_rung(hertz, 16, deviation, status),
             otherwise=planted_rung(hertz, 16, deviation, status),
+            compliance_error=0.0,
             degrees_of_freedom={"rail": 900 * nodes, "wheel": 800 * nodes},
             elements={"rail": 300 * nodes, "wheel": 200 * nodes},
             enlarged=0,

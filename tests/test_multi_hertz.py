@@ -32,7 +32,16 @@ RADIUS, APART = 80.0, 40.0
 
 def judged(case, placement, rung):
     """A load whose finite elements are a half-space, the same on both meshes."""
-    level = Level(nodal=rung, fe=rung, otherwise=rung, degrees_of_freedom={}, elements={}, enlarged=0, at_edge=False)
+    level = Level(
+        nodal=rung,
+        fe=rung,
+        otherwise=rung,
+        compliance_error=0.0,
+        degrees_of_freedom={},
+        elements={},
+        enlarged=0,
+        at_edge=False,
+    )
     solved = SolvedLoad(case=case, levels=(level, level), half_space=rung, quadratic=rung, point_noise=None)
     return judge_load(solved, placement)
 

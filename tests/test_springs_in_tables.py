@@ -43,7 +43,14 @@ def position(shift_mm):
     rung = expected.half_space
     levels = tuple(
         Level(
-            nodal=rung, fe=rung, otherwise=rung, degrees_of_freedom={"both": n}, elements={}, enlarged=0, at_edge=False
+            nodal=rung,
+            fe=rung,
+            otherwise=rung,
+            compliance_error=0.0,
+            degrees_of_freedom={"both": n},
+            elements={},
+            enlarged=0,
+            at_edge=False,
         )
         for n in (200, 100)
     )

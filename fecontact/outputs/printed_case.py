@@ -33,8 +33,12 @@ def print_case(record: Record, *, console: Console | None = None) -> None:
         f"beside the verdict: L2 difference of the pressures {1e2 * record['pressure_l2']:.1f} %, overlap of the"
         f" patches {record['overlap']:.3f}",
     )
-    misfit = record["solver"]["misfit"]
-    say(console, f"the elements' own nodes carry {1e2 * misfit:.1f} % of the load elsewhere: they are coarser")
+    solver, off = record["solver"], record["solver"]["elements_compliance_error"]
+    say(
+        console,
+        f"the elements' own nodes carry {1e2 * solver['misfit']:.1f} % of the load elsewhere: they are coarser; their"
+        f" compliance is {'not seen' if off is None else f'{1e2 * off:+.1f} % off that of a half-space'}",
+    )
     say(
         console,
         f"normal force {record['normal_force_N'] / 1e3:.3f} kN,"
@@ -184,7 +188,15 @@ def _print_ladder(record: Record, console: Console) -> None:
     for heading in ("rung", "p_max\nMPa", "area\nmm²", "approach\nmm"):
         table.add_column(heading, justify="left" if heading == "rung" else "right")
     for name, rung in record["rungs"].items():
-        table.add_row(name.replace("_", " "), *(number_text(rung[m]) for m in ("p_max_MPa", "area_mm2", "approach_mm")))
+        # the other rungs of the same nodes are no better known than what is judged
+        unsure = record["elements_uncertainty"] if name == "elements" else {}
+        table.add_row(
+            name.replace("_", " "),
+            *(
+                number_text(rung[m]) + (f" ± {1e2 * unsure[m]:.1f} %" if m in unsure else "")
+                for m in ("p_max_MPa", "area_mm2", "approach_mm")
+            ),
+        )
     console.print(table)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import platform
 from dataclasses import asdict
 from importlib import metadata
@@ -82,6 +83,8 @@ def load_record(load: JudgedLoad) -> Record:
         "pieces": comparison.patch.pieces,
         "hertz_stiffness_GN_per_m15": load.hertz.stiffness_GN_per_m15,
         "rungs": {name: rung.as_dict() for name, rung in load.ladder.rungs.items()},
+        # relative, of the elements' own contact
+        "elements_uncertainty": {name: float(value) for name, value in load.elements_uncertainty.items()},
         "steps": load.ladder.steps,
         "bodies_step_uncertainty": {name: float(value) for name, value in load.bodies_step_uncertainty.items()},
         "geometry": asdict(load.geometry),
@@ -148,6 +151,8 @@ def _solver_record(load: JudgedLoad) -> Record:
         "penetration_residual": nodal.penetration_residual,
         "load_balance": load.fe.load_balance,
         "misfit": level.misfit,
+        # relative; None where there are too few elements to see it
+        "elements_compliance_error": None if math.isnan(level.compliance_error) else level.compliance_error,
         "degrees_of_freedom": dict(level.degrees_of_freedom),
         "elements": dict(level.elements),
         "element_size_mm": list(nodal.grid.steps_mm),

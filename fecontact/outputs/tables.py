@@ -165,7 +165,11 @@ def _cell(row: Record, column: _Column, failing_width: int) -> str:
     return "-" if missing(value) else column.form.format(value)
 
 
-_SHORT_STATUS = {"patch at the edge of the fine mesh": "at edge", "not converged": "not conv."}
+_SHORT_STATUS = {
+    "elements too soft or too stiff": "elements off",
+    "patch at the edge of the fine mesh": "at edge",
+    "not converged": "not conv.",
+}
 
 
 def _failing(measures: Sequence[str], decided: str | None, width: int) -> str:
