@@ -41,6 +41,11 @@ class GapLine:
     B_per_mm (n,)
         Half the curvature of f. If it is not given (size 0): from central differences over 0.1 mm to each side, which
         on measured points is noise.
+    surface_mm (n,)
+        Where the positions are along the rail's surface, arc length from first touch; as `t_mm` if not given.
+    turned_rad (n,)
+        Angle between the surface there and the tangent plane at first touch; 0 if not given. Only the strip method
+        looks at both; all else is in the plane.
 
     Raises
     ------
@@ -53,17 +58,22 @@ class GapLine:
     A_per_mm: float
     contact_modulus_MPa: float
     B_per_mm: Floats = field(default_factory=lambda: np.empty(0))
+    surface_mm: Floats = field(default_factory=lambda: np.empty(0))
+    turned_rad: Floats = field(default_factory=lambda: np.empty(0))
 
     def __post_init__(self) -> None:
-        t, f, b = (np.asarray(values, dtype=np.float64) for values in (self.t_mm, self.f_mm, self.B_per_mm))
+        t, f, b, s, turned = (
+            np.asarray(values, dtype=np.float64)
+            for values in (self.t_mm, self.f_mm, self.B_per_mm, self.surface_mm, self.turned_rad)
+        )
         check_positive("gap coefficient A", self.A_per_mm, "1/mm", "give cos(contact angle) / (2 rolling radius)")
         check_positive("contact modulus", self.contact_modulus_MPa, "MPa", "take it from contact_modulus_MPa")
-        if t.ndim != 1 or t.size < 5 or f.shape != t.shape or b.shape not in (t.shape, (0,)):
+        if t.ndim != 1 or t.size < 5 or f.shape != t.shape or {b.shape, s.shape, turned.shape} - {t.shape, (0,)}:
             raise InputError(
                 f"gap line has positions {t.shape}, gaps {f.shape} and curvatures {b.shape}; allowed: one line of 5 or"
                 " more of each; give as many gaps as positions"
             )
-        for name, values in (("position", t), ("gap", f), ("curvature", b)):
+        for name, values in (("position", t), ("gap", f), ("curvature", b), ("place", s), ("angle", turned)):
             if not np.all(np.isfinite(values)):
                 raise InputError(f"a {name} of the gap line is not finite; allowed: finite; cut the line where it ends")
         steps = np.diff(t)
@@ -75,6 +85,8 @@ class GapLine:
         f = f - f.min()
         object.__setattr__(self, "t_mm", t)
         object.__setattr__(self, "f_mm", f)
+        object.__setattr__(self, "surface_mm", s if s.size else t)
+        object.__setattr__(self, "turned_rad", turned if turned.size else np.zeros_like(t))
         object.__setattr__(self, "B_per_mm", b if b.size else _curvature(f, float(steps[0])))
 
     @property
@@ -150,9 +162,25 @@ def gap_line(
     slid = replace(placement, wheel=replace(wheel, centre_mm=wheel.centre_mm + slide_mm * touch.tangent))
     f = slid.tangent_plane_gap(0.0, t)
     near = _around(np.isfinite(f) & (np.nan_to_num(f, nan=np.inf) < _WIDEST_GAP_MM), count)
+    surface, turned = _on_surface(placement, t[near])
     return GapLine(
-        t_mm=t[near], f_mm=f[near], A_per_mm=0.5 * touch.curvature.xx_per_mm, contact_modulus_MPa=contact_modulus_MPa
+        t_mm=t[near],
+        f_mm=f[near],
+        A_per_mm=0.5 * touch.curvature.xx_per_mm,
+        contact_modulus_MPa=contact_modulus_MPa,
+        surface_mm=surface,
+        turned_rad=turned,
     )
+
+
+def _on_surface(placement: Placement, t_mm: Floats) -> tuple[Floats, Floats]:
+    """Arc length from first touch and angle against the tangent plane of the rail's points at places in that plane."""
+    rail, touch = placement.rail, placement.first
+    foot = rail.profile.evaluate(touch.rail_u)
+    tilt = touch.contact_angle_rad - rail.inclination_rad
+    u = rail.profile.locate(t_mm, angle_rad=tilt, origin=(float(foot.y), float(foot.z)))
+    surface = rail.profile.arc_length(u) - placement.first_arc_length_mm
+    return surface, rail.section(u)[2] - touch.contact_angle_rad
 
 
 def _around(wanted: NDArray[np.bool_], index: int) -> slice:

@@ -7,7 +7,7 @@ import numpy as np
 from fecontact.errors import InputError, check_positive
 from fecontact.theory.gap_line import GapLine
 from fecontact.theory.strip_contact import StripContact
-from fecontact.theory.strip_method import Strips, solve_strips
+from fecontact.theory.strip_method import solve_strips
 
 STRIPS = 100
 _FEWEST_STRIPS = 20
@@ -16,13 +16,7 @@ _FEWEST_STRIPS = 20
 def strip(line: GapLine, normal_force_N: float, *, strips: int = STRIPS) -> StripContact:
     """The strip method under a normal force; as `strip_at`."""
     check_positive("normal force", normal_force_N, "N", "give the compressive force")
-    _check_strips(strips)
-    return _told(
-        line,
-        solve_strips(
-            line.t_mm, line.f_mm, line.A_per_mm, line.contact_modulus_MPa, force=normal_force_N, strips=strips
-        ),
-    )
+    return _solved(line, strips, normal_force_N, None)
 
 
 def strip_at(line: GapLine, approach_mm: float, *, strips: int = STRIPS) -> StripContact:
@@ -39,21 +33,22 @@ def strip_at(line: GapLine, approach_mm: float, *, strips: int = STRIPS) -> Stri
     approach, so that there is one solution.
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
-    _check_strips(strips)
-    return _told(
-        line,
-        solve_strips(
-            line.t_mm, line.f_mm, line.A_per_mm, line.contact_modulus_MPa, approach=approach_mm, strips=strips
-        ),
-    )
+    return _solved(line, strips, None, approach_mm)
 
 
-def _check_strips(strips: int) -> None:
+def _solved(line: GapLine, strips: int, force: float | None, approach: float | None) -> StripContact:
     if strips < _FEWEST_STRIPS:
         raise InputError(f"number of strips is {strips}; allowed: {_FEWEST_STRIPS} and more; 100 are good to 0.1 %")
-
-
-def _told(line: GapLine, found: Strips) -> StripContact:
+    found = solve_strips(
+        line.surface_mm,
+        line.f_mm,
+        line.A_per_mm,
+        line.contact_modulus_MPa,
+        force=force,
+        approach=approach,
+        closing=np.cos(line.turned_rad),
+        strips=strips,
+    )
     half_length = np.sqrt(found.q)
     notes = []
     if found.at_end:

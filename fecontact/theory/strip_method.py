@@ -31,7 +31,12 @@ J has a logarithm at e = 0, J -> 2 a (ln(4 a / |e|) - 1). The sum over equal str
 strip itself counts as 2 a (ln(8 pi a / h) - 1): the punctured trapezoidal rule for a logarithm, ln(h / 2 pi) at the
 origin. A strip shorter than 0.4 h counts in proportion to q.
 
-Range: half-spaces, no friction, no yaw, one plane for the whole patch; any number of lobes, grown together or apart.
+Where lobes lie in planes of their own, t counts along the surface and f along the approach; a strip whose normal is
+turned by the angle g against it closes by cos(g) (d - f), so that the right sides of (4) and (5) and the force have a
+factor cos(g).
+
+Range: half-spaces, no friction, no yaw; any number of lobes, grown together or apart. What a lobe opens at another in a
+plane of its own counts as in one plane, to the cosine of the angle between them.
 
 The idea of strips with a contact condition on the line x = 0 is Knothe and Le The's (1984); condition (5) in this
 closed form, which lets c vary across, and the sweeps are this module's.
@@ -54,6 +59,7 @@ _SHORT = 0.4
 # A strip that is not in contact keeps so much of its width as half length, squared: nothing is divided by zero.
 _OPEN = 1e-6
 _SWEEPS = 60
+_BOLDNESS = 0.6
 # Strips of a first solution over all that may come into contact, and the fewest on a region.
 _COARSE = 40
 _FEWEST = 8
@@ -104,9 +110,10 @@ def solve_strips(
     *,
     force: float | None = None,
     approach: float | None = None,
+    closing: Floats | None = None,
     strips: int = 100,
     start: Strips | None = None,
-    tolerance: float = 5e-3,
+    tolerance: float = 2e-3,
 ) -> Strips:
     """Contact on a line under a force (N) or at an approach (mm), one of which is given.
 
@@ -114,6 +121,9 @@ def solve_strips(
     ----------
     t, f (n,)
         Places across, increasing (mm), and the gap there at x = 0 (mm), its minimum 0. Between them it is linear.
+    closing (n,)
+        Cosine between the surface's normal and the approach, where it is not one plane; 1 everywhere if not given.
+        Places then count along the surface, the gap and the force along the approach.
     A
         Half the relative curvature along the rail (1/mm), cos(contact angle) / (2 rolling radius).
     E
@@ -125,7 +135,7 @@ def solve_strips(
     tolerance
         Largest change of c and q in the last sweep, weighted by force; the default is good to some 0.1 % of the peak.
     """
-    line = _Line(t=t, f=f, A=A, E=E)
+    line = _Line(t=t, f=f, A=A, E=E, closing=np.ones_like(t) if closing is None else closing)
     load = _Load(force=force, approach=approach)
     found = _first_solution(line, load, tolerance) if start is None else start
     spans = _spans(line, found, load)
@@ -175,9 +185,11 @@ class _Line:
     f: Floats
     A: float
     E: float
+    closing: Floats
 
-    def at(self, t: Floats) -> Floats:
-        return np.asarray(np.interp(t, self.t, self.f))
+    def at(self, t: Floats) -> tuple[Floats, Floats]:
+        """Gap and closing at places."""
+        return np.interp(t, self.t, self.f), np.interp(t, self.t, self.closing)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,32 +203,35 @@ class _Load:
 def _swept(line: _Line, strips: Strips, load: _Load, tolerance: float) -> Strips:
     """Newton's steps for q and d, and c after each of them, until both stay."""
     t, h, c, d = strips.t, strips.h, strips.c, strips.approach if load.approach is None else load.approach
-    f, distance2, opened = line.at(t), (t[:, None] - t) ** 2, _OPEN * h**2
+    f, closing = line.at(t)
+    distance2, opened = (t[:, None] - t) ** 2, _OPEN * h**2
     q, change, sweep = np.maximum(strips.q, opened), np.inf, 0
     while change > tolerance and sweep < _SWEEPS:
         sweep += 1
         J, slope, curving, u2 = influence(q, distance2, h)
         weight = h * c / (np.pi * line.E)
-        gap = J @ weight + f - d
+        gap = J @ weight + closing * (f - d)
         closed = (q > opened) | (gap < 0.0)
-        step, closer = _newton(slope * weight, gap, closed, float(q @ weight), weight, load, line.E)
+        step, closer = _newton(slope * weight, gap, closed, q, weight, closing, load, line.E)
         after = np.maximum(q + np.minimum(step, 0.5 * q.max()), opened)
         step, q, d = after - q, after, d + closer
         # the sum of (5) after the step: its derivative to q is (dJ/dq - J / u^2) / u^2
-        bent = 0.5 * (curving @ weight + ((slope - curving) / u2) @ (weight * step)) / line.A
-        inside = np.flatnonzero(q > opened)
-        ratio = 1.0 / np.clip(bent[inside], 0.5, 2.0)
-        share = (weight * q)[inside] / (weight[inside] @ q[inside])
-        moved = step[inside] / q.max()
-        change = float(np.sqrt(share @ (ratio - 1.0) ** 2) + np.sqrt(share @ moved**2) + abs(closer) / d)
+        bent = 0.5 * (curving @ weight + ((slope - curving) / u2) @ (weight * step)) / (line.A * closing)
+        loaded = q > opened
+        share = weight * np.where(loaded, q, 0.0)
+        share /= share.sum()
+        ratio = np.where(loaded, 1.0 / np.clip(bent, 0.5, 2.0), 1.0)
+        # the mean over what a strip's pressure bends, by force
+        factor = ((share * ratio) @ curving / (share @ curving)) ** _BOLDNESS
+        change = float(np.sqrt(share @ (factor - 1.0) ** 2) + np.sqrt(share @ (step / q.max()) ** 2) + abs(closer) / d)
         if change > tolerance:
-            c = c * np.interp(np.arange(c.size), inside, ratio)
+            c = c * factor
     return replace(
         strips,
         q=np.where(q > opened, q, 0.0),
         c=c,
         approach=float(d),
-        force=float(0.5 * np.pi * (h * c) @ np.where(q > opened, q, 0.0)),
+        force=float(0.5 * np.pi * (h * c * closing) @ np.where(q > opened, q, 0.0)),
         sweeps=sweep,
         change=change,
         converged=change <= tolerance,
@@ -224,7 +239,7 @@ def _swept(line: _Line, strips: Strips, load: _Load, tolerance: float) -> Strips
 
 
 def _newton(
-    slope: Floats, gap: Floats, closed: Bools, loaded: float, weight: Floats, load: _Load, E: float
+    slope: Floats, gap: Floats, closed: Bools, q: Floats, weight: Floats, closing: Floats, load: _Load, E: float
 ) -> tuple[Floats, float]:
     """Steps of q (n,), none of open strips, and of the approach; `slope` (n, n) is that of the gap to q."""
     n, opened = gap.size, np.flatnonzero(~closed)
@@ -232,8 +247,9 @@ def _newton(
     matrix, right = np.empty((size, size)), np.empty(size)
     matrix[:n, :n], right[:n] = slope, -gap
     if load.force is not None:
-        matrix[:n, n], matrix[n, :n], matrix[n, n] = -1.0, weight, 0.0
-        right[n] = 2.0 * load.force / (np.pi**2 * E) - loaded
+        along = weight * closing
+        matrix[:n, n], matrix[n, :n], matrix[n, n] = -closing, along, 0.0
+        right[n] = 2.0 * load.force / (np.pi**2 * E) - along @ q
     matrix[opened] = 0.0
     matrix[opened, opened], right[opened] = 1.0, 0.0
     step = np.linalg.solve(matrix, right)
@@ -254,7 +270,7 @@ def _first_solution(line: _Line, load: _Load, tolerance: float) -> Strips:
             enough = 0.5 * np.pi * c / line.A * (step @ np.maximum(0.5 * d - line.f, 0.0)) > load.force
             low, high = (low, d) if enough else (d, high)
     t, h = _grid(_runs(line, line.f < d), _COARSE)
-    q = np.maximum(0.5 * d - line.at(t), 0.0) / line.A
+    q = np.maximum(0.5 * d - line.at(t)[0], 0.0) / line.A
     first = Strips(t=t, h=h, q=q, c=np.full_like(t, c), approach=d, force=0.0, sweeps=0, change=np.inf, converged=False)
     return _swept(line, first, load, 4.0 * tolerance)
 
@@ -329,7 +345,7 @@ def _overlapping(line: _Line, found: Strips) -> list[Span]:
     before = np.searchsorted(found.t, line.t)
     left, right = np.maximum(before - 1, 0), np.minimum(before, found.t.size - 1)
     beside = (
-        np.minimum(np.abs(line.t - found.t[left]) / reach[left], np.abs(line.t - found.t[right]) / reach[right]) > 1.0
+        np.minimum(np.abs(line.t - found.t[left]) / reach[left], np.abs(line.t - found.t[right]) / reach[right]) > 1.01
     )
     places = np.flatnonzero(near & beside)
     if places.size == 0:
@@ -338,7 +354,7 @@ def _overlapping(line: _Line, found: Strips) -> list[Span]:
     loaded = found.q > 0.0
     _, _, J = _off_strip(found.q[loaded], (line.t[places, None] - found.t[loaded]) ** 2)
     opening = J @ (found.h * found.c)[loaded] / (np.pi * line.E)
-    over = line.f[places] + opening < found.approach * (1.0 - _OVERLAP)
+    over = opening < line.closing[places] * (found.approach * (1.0 - _OVERLAP) - line.f[places])
     if not over.any():
         return []
     wanted = np.zeros(line.t.size, dtype=bool)
