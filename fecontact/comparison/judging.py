@@ -18,7 +18,7 @@ from fecontact.comparison.lobes import judge_lobes
 from fecontact.comparison.measures import FLOORS, MEASURES, deviations_of, values_of
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.solved_load import ELEMENTS_OFF, Level, SolvedLoad, elements_uncertainties, uncertainties
-from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES
+from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES, Loaded
 from fecontact.comparison.uncertainty import step_uncertainty
 from fecontact.comparison.verdict import AT_JUNCTION, ELEMENTS, FROM_BEST, PROFILE, Verdict, judge
 from fecontact.comparison.warnings import junction_warnings, yield_warnings
@@ -85,7 +85,9 @@ def judge_hertz(
     of_points = {} if point_noise is None else point_noise.uncertainty()
     found = {}
     for name in EITHER_SIDE:
-        made = THEORIES[name].approximate(placement, case, levels[0].fe.normal_force_N)
+        made = THEORIES[name].approximate(
+            Loaded(placement=placement, case=case, normal_force_N=levels[0].fe.normal_force_N)
+        )
         if isinstance(made, Approximation):
             found[name] = judge_theory(case, levels, made, of_points, meshes=meshes)
     return found
@@ -99,14 +101,20 @@ def _judge_theories(
     What points of profiles leave open is taken to be that of one ellipse.
     """
     of_points = {} if solved.point_noise is None else solved.point_noise.uncertainty()
+    loaded = Loaded(
+        placement=placement,
+        case=solved.case,
+        normal_force_N=solved.levels[0].fe.normal_force_N,
+        half_space=solved.half_space,
+    )
     found, without = {}, {}
     for name in names:
-        made = THEORIES[name].approximate(placement, solved.case, solved.levels[0].fe.normal_force_N)
+        made = THEORIES[name].approximate(loaded)
         if isinstance(made, str):
             without[name] = made
         elif made is not None:
             one = judge_theory(solved.case, solved.levels, made, of_points)
-            found[name] = replace(one, verdict=one.verdict.usable(solved.status == "converged"))
+            found[name] = replace(one, verdict=one.verdict.usable(solved.status == "converged" and made.definite))
     return found, without
 
 

@@ -51,6 +51,8 @@ def judgement_record(judged: Judgement) -> Record:
         **judged.measures.as_dict(),
         "centre_mm": list(contact.centre_mm),
         "overlapping": contact.overlapping,
+        "status": contact.status,
+        "notes": list(contact.notes),
         "patches": [_patch_record(one) for one in contact.patches],
         "deviation": dict(judged.deviation),
         "uncertainty": dict(judged.uncertainty),
