@@ -175,14 +175,6 @@ class Approximation:
         covering = rung.pressure.covering(*lengths)
         return covering.values, self.on(covering.grid, moved_mm)
 
-    def valley_on(self, rung: Rung) -> float:
-        """The valley between its peaks, read on nodes as those of a contact."""
-        if self.single is not None and self.single.hertz is not None:
-            return 0.0
-        low, high = self.box_mm
-        covering = rung.pressure.covering(*(2.0 * max(abs(low[k]), abs(high[k])) for k in (0, 1)))
-        return measure_patch(Field(grid=covering.grid, values=self.on(covering.grid))).valley
-
 
 def of_strips(contact: StripContact) -> Approximation:
     """A contact in strips, t its arc length from the first touch point; a patch for each of its regions."""
