@@ -514,7 +514,11 @@ def test_a_measure_is_one_entry():
         assert getattr(analytic, entry.name) == analytic.as_dict()[entry.name] == of_hertz(hertz)
         assert found[entry.name] == pytest.approx(of_hertz(hertz) / of_contact(patch, rung) - 1.0, rel=1e-12)
     for entry in fields(Misfit):
-        assert found[entry.name] == getattr(misfit, entry.name) == entry.metadata["of"](patch, rung, Approximation.of(hertz))
+        assert (
+            found[entry.name]
+            == getattr(misfit, entry.name)
+            == entry.metadata["of"](patch, rung, Approximation.of(hertz))
+        )
 
 
 def test_comparison_is_made_of_the_same_readings():

@@ -39,8 +39,9 @@ def hertz(options: HertzOptions = _OF_HERTZ, *, json: Annotated[bool, Parameter(
     from fecontact.files import json_text
     from fecontact.outputs.printed_hertz import print_hertz
     from fecontact.outputs.record import hertz_record
+    from fecontact.solving.hertz_alone import hertz_alone
 
-    record = hertz_record(options.case())
+    record = hertz_record(hertz_alone(options.case()))
     if json:
         print(json_text(record))
     else:
@@ -94,17 +95,20 @@ def creep(
     """
     from fecontact.files import json_text
     from fecontact.outputs.creep import ellipse_creep, print_ellipse
+    from fecontact.theory.creep.contact import Creepages
+    from fecontact.theory.creep.on_ellipse import forces_on_ellipse
 
-    record = ellipse_creep(
+    found = forces_on_ellipse(
         a_mm=a_mm,
         b_mm=b_mm,
         normal_force_N=1e3 * normal_force_kn,
         friction=friction,
-        creepages=(xi, eta, spin_per_mm),
+        creepages=Creepages(xi=xi, eta=eta, spin_per_mm=spin_per_mm),
         young_MPa=young_mpa,
         poisson=poisson,
         theories=theory.split(","),
     )
+    record = ellipse_creep(found)
     if json:
         print(json_text(record))
     else:
