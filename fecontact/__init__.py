@@ -81,9 +81,9 @@ if TYPE_CHECKING:
     from fecontact.dimensions import BodySize, Track
     from fecontact.material import Material
     from fecontact.outputs.dataset import mesh
-    from fecontact.outputs.record import hertz_record as hertz
     from fecontact.outputs.rows import rows
     from fecontact.profiles.reading import Reading
+    from fecontact.runs.analytic import creep, hertz
     from fecontact.runs.judging import judge
     from fecontact.runs.load import load
     from fecontact.runs.run import run
@@ -125,7 +125,7 @@ _HOMES = {
     "Opposite": "case.Opposite",
     "Reading": "profiles.reading.Reading",
     "Track": "dimensions.Track",
-    "hertz": "outputs.record.hertz_record",
+    "hertz": "runs.analytic.hertz",
     "judge": "runs.judging.judge",
     "load": "runs.load.load",
     "mesh": "outputs.dataset.mesh",
@@ -135,7 +135,7 @@ _HOMES = {
     "solve": "solving.solve.solve",
 }
 _HOMES_OF_ROOMS = {
-    "creep": "outputs.creep.ellipse_creep",
+    "creep": "runs.analytic.creep",
     "geometry": "outputs.contact_functions.functions_of_case",
     "map": "runs.map_run.run_map",
 }

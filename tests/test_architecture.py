@@ -46,7 +46,7 @@ ROOMS: dict[str, set[str]] = {
     # how long is left
     "console": {"jobs"},
     "doctor": set(),
-    "commands": {"errors", "files", "inputs", "case", "creep", "criteria", "options", "profiles", "solving"}
+    "commands": {"errors", "files", "inputs", "case", "creep", "criteria", "options", "profiles", "solving", "theory"}
     | {"regression", "jobs"}
     | {"outputs", "console", "doctor", "runs"},
     "cli": {"errors", "case", "commands"},

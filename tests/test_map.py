@@ -29,6 +29,7 @@ from fecontact.comparison.judging import judge_load
 from fecontact.comparison.measures import MEASURES, MISFITS
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.solved_load import Level, SolvedLoad
+from fecontact.comparison.theories import HERTZ
 from fecontact.comparison.uncertainty import MESH_RATIO
 from fecontact.comparison.verdict import judge
 from fecontact.contact.grid import ContactGrid
@@ -159,7 +160,7 @@ def point(load_N: float, deviation: float = 0.0, uncertainty: float = 0.001, sta
             deviation=deviating,
             fe=replace(like.comparison.fe, approach_mm=approach),
         ),
-        sides=(replace(like.sides[0], deviation=deviating, uncertainty=unsure, verdict=verdict),),
+        judgements={HERTZ: replace(like.judgements[HERTZ], deviation=deviating, uncertainty=unsure, verdict=verdict)},
         verdict=replace(verdict, cause=None if verdict.answer == "HOLDS" else "second patch"),
     )
 

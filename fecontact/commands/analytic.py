@@ -39,9 +39,9 @@ def hertz(options: HertzOptions = _OF_HERTZ, *, json: Annotated[bool, Parameter(
     """
     from fecontact.files import json_text
     from fecontact.outputs.printed_hertz import print_hertz
-    from fecontact.outputs.record import hertz_record
+    from fecontact.runs.analytic import hertz as hertz_of
 
-    record = hertz_record(options.case())
+    record = hertz_of(options.case())
     if json:
         print(json_text(record))
     else:
@@ -103,9 +103,10 @@ def creep(
         Print the result as JSON and nothing else.
     """
     from fecontact.files import json_text
-    from fecontact.outputs.creep import ellipse_creep, print_ellipse
+    from fecontact.outputs.creep import print_ellipse
+    from fecontact.runs.analytic import creep as ellipse_forces
 
-    record = ellipse_creep(
+    record = ellipse_forces(
         a_mm=ellipse.a_mm,
         b_mm=ellipse.b_mm,
         normal_force_N=1e3 * ellipse.normal_force_kn,
