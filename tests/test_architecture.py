@@ -41,8 +41,7 @@ ROOMS: dict[str, set[str]] = {
     | {"comparison", "solving"}
     | {"map", "regression", "material"},
     "runs": {"errors", "files", "inputs", "case", "creep", "criteria", "profiles", "fe", "comparison", "solving", "map"}
-    | {"regression"}
-    | {"jobs", "outputs"},
+    | {"regression", "jobs", "outputs", "material", "theory"},
     # how long is left
     "console": {"jobs"},
     "doctor": set(),

@@ -210,3 +210,5 @@ THEORIES: Mapping[str, Theory] = {
 """By name, from the cheapest."""
 EITHER_SIDE = (HERTZ_GAUGE, HERTZ)
 """Hertz's ellipse with the curvature of each side of the first touch point."""
+OF_ELLIPSES = (MULTI_HERTZ, "equivalent_ellipse")
+"""Theories that vehicle codes have where they have Hertz."""

@@ -24,7 +24,7 @@ from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.roll_words import roll_words
 from fecontact.outputs.series import short_name
 from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, save_figure
-from fecontact.outputs.theories import theories_instead, theory_instead
+from fecontact.outputs.theories import all_ellipses_instead, ellipses_instead
 from fecontact.outputs.verdict_words import inclination_words
 from fecontact.profiles.identity import profile_identity
 
@@ -103,7 +103,7 @@ def _words(cell: MapCell, position: MapPosition) -> Words:
         letter=letter if usable else "!",
         colour=ANSWERS[cell.verdict],
         bold=cell.verdict == "FAILS",
-        diamond=theory_instead(cell.judged) is not None,
+        diamond=ellipses_instead(cell.judged) is not None,
     )
 
 
@@ -111,7 +111,7 @@ def _handles(made: ApplicabilityMap, font: float) -> list[Any]:
     from matplotlib.lines import Line2D
 
     handles = answer_handles(made.limits)
-    if instead := theories_instead(made):
+    if instead := all_ellipses_instead(made):
         handles.append(Line2D([], [], ms=6, label=f"{instead}, holds", **DIAMOND))
     words = first_marks(font, "largest part of a limit\nthat Hertz uses; off from 1 on")
     if not made.all_solved:

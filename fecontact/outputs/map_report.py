@@ -8,23 +8,21 @@ from tempfile import TemporaryDirectory
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.judgement import Judgement
-from fecontact.comparison.theories import THEORIES
 from fecontact.files import write_text
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap
 from fecontact.outputs.html import heading, items, page, paragraph, picture, table, terms
 from fecontact.outputs.map_figure import CAUSE_LETTERS
 from fecontact.outputs.map_table import limit_text
-from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.record import versions
 from fecontact.outputs.report_figures import ladder_figure, pair_figure, patches_figure
+from fecontact.outputs.report_tables import cheapest_words
 from fecontact.outputs.report_words import GLOSSARY, answer_words, lead_style, measure_terms, question
 from fecontact.outputs.roll_words import other_wheel_label, roll_words
 from fecontact.outputs.rows import cell_row
 from fecontact.outputs.series import short_name
 from fecontact.outputs.study_report import REPORT
-from fecontact.outputs.theories import other_theories
+from fecontact.outputs.theories import theory_columns
 from fecontact.outputs.verdict_words import inclination_words, verdict_reason
 from fecontact.profiles.identity import profile_identity
 
@@ -122,10 +120,15 @@ def _limits(made: ApplicabilityMap) -> str:
 
 
 def _cells(made: ApplicabilityMap) -> str:
-    loads = [cell.judged for cell in made.cells if cell.judged is not None]
-    others = [name for name in THEORIES if any(name in other_theories(load) for load in loads)]
-    more = [f"{THEORIES[name].words}{of}" for name in others for of in _OF_THEORY]
-    headings = ("shift mm", "load kN", "Hertz", "part of a limit", "decided by", "unknowns", *more)
+    headings = (
+        "shift mm",
+        "load kN",
+        "Hertz",
+        "part of a limit",
+        "decided by",
+        "unknowns",
+        "cheapest theory that holds",
+    )
     rows = []
     for cell in made.cells:
         judged = cell.judged
@@ -134,19 +137,6 @@ def _cells(made: ApplicabilityMap) -> str:
         texts += ["-" if judged is None else f"{judged.limit_used:.2f}"]
         texts += [cell.status if judged is None else verdict_reason(judged)]
         texts += ["-" if judged is None else str(sum(judged.level.degrees_of_freedom.values()))]
-        for name in others:
-            texts += _theory_texts(judged.judgements.get(name) if judged is not None else None)
+        texts += ["" if judged is None else cheapest_words(theory_columns(judged))]
         rows.append((texts, texts[2] == "FAILS"))
-    numbers = (*_NUMBERS, *(text for text in more if text.endswith(_OF_THEORY[1:])))
-    return table("", headings, rows, numbers=numbers, answers=("Hertz", *(THEORIES[name].words for name in others)))
-
-
-_OF_THEORY = ("", ": p_max", ": part of a limit")
-
-
-def _theory_texts(judged: Judgement | None) -> list[str]:
-    """Verdict of a theory, how far its peak is off, and the part of a limit that it uses."""
-    if judged is None:
-        return [""] * len(_OF_THEORY)
-    off = WORDS["p_max_MPa"].off(judged.deviation["p_max_MPa"])
-    return [judged.verdict.answer, off, f"{judged.limit_used:.2f}"]
+    return table("", headings, rows, numbers=_NUMBERS, answers=("Hertz",))

@@ -10,7 +10,7 @@ from fecontact.case import Case
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.roll_words import other_wheel_label, roll_words
-from fecontact.outputs.theories import theories_instead, theory_instead
+from fecontact.outputs.theories import all_ellipses_instead, ellipses_instead
 
 _MEASURE_LETTERS = {
     "p_max_MPa": "p",
@@ -53,7 +53,7 @@ def map_table(made: ApplicabilityMap, *, width: int | None = None) -> str:
     notes = ["+ holds, x fails, ? unresolved, ! could not be solved; peak pressure, Hertz against FE in %"]
     letters = ", ".join(f"{letter} {WORDS[measure].short}" for measure, letter in _MEASURE_LETTERS.items())
     notes.append(f"decided by {letters}")
-    if instead := theories_instead(made):
+    if instead := all_ellipses_instead(made):
         notes.append(f"{_OTHER_HOLDS} {instead} holds")
     return load_table(made, texts, [limit_text(one) for one in made.limits], notes=notes, width=width)
 
@@ -112,7 +112,7 @@ _OTHER_HOLDS = "*"
 
 
 def _cell_text(cell: MapCell) -> str:
-    mark = _OTHER_HOLDS if theory_instead(cell.judged) else " "
+    mark = _OTHER_HOLDS if ellipses_instead(cell.judged) else " "
     return ANSWER_SIGNS[cell.verdict] + _decided_by(cell) + _deviation_text(cell).rjust(6) + mark
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from fecontact.case import RESOLUTIONS
-from fecontact.comparison.theories import EITHER_SIDE, THEORIES
+from fecontact.comparison.theories import THEORIES
 from fecontact.outputs.creep import print_creep
 from fecontact.outputs.measure_words import WORDS, names_text, unknown_text
 from fecontact.outputs.printed_hertz import print_touch_points
@@ -103,23 +103,27 @@ def _print_lobes(record: Record, console: Console) -> None:
 
 
 def _print_theories(record: Record, console: Console) -> None:
-    """Say what theories but Hertz at the first touch point come to."""
+    """Print the verdict on every theory of the pressure, and why one has no contact."""
+    table = titled_table(console, title="Theories of the contact, the cheapest first")
+    for heading in ("theory", "p_max\ndev %", "area\ndev %", "part of\na limit", "decided by", "verdict"):
+        table.add_column(heading, justify="right" if "\n" in heading else "left")
     for name, theory in record["theories"].items():
-        if name in EITHER_SIDE:
-            continue
-        words = THEORIES[name].words
         if "problem" in theory:
-            say(console, f"{words}: {theory['problem']}")
+            table.add_row(THEORIES[name].words, "", "", "", theory["problem"], "none", style="dim")
             continue
-        parts = ", ".join(
-            f"{one['normal_force_N'] / 1e3:.1f} kN at s = {one['centre_mm'][1]:+z.1f} mm" for one in theory["patches"]
+        verdict, off = theory["verdict"], theory["deviation"]
+        table.add_row(
+            THEORIES[name].words,
+            *(f"{1e2 * off[measure]:+z.1f}" for measure in ("p_max_MPa", "area_mm2")),
+            f"{theory['limit_used']:.2f}",
+            WORDS[verdict["measure"]].name,
+            verdict["verdict"],
+            style=_ANSWER_STYLES.get(verdict["verdict"], ""),
         )
-        verdict = theory["verdict"]
-        off = ", ".join(
-            f"{WORDS[name].name} {WORDS[name].off(theory['deviation'].get(name))}" for name in verdict["each"]
-        )
-        overlap = "; its patches overlap" if theory["overlapping"] else ""
-        say(console, f"{words} ({parts}): {verdict['verdict']}; {off}{overlap}")
+    console.print(table)
+    for name, theory in record["theories"].items():
+        if theory.get("notes"):
+            say(console, f"{THEORIES[name].words} is {theory['status']}: {'; '.join(theory['notes'])}")
 
 
 def _print_verdict(record: Record, console: Console) -> None:

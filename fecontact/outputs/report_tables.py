@@ -86,13 +86,9 @@ def verdict_table(cases: Sequence[ReportedCase]) -> str:
     headings = ("rail and wheel",) * several + (
         *("shift mm", "load kN", "Hertz", "decided by", "because", "peak FE MPa", "peak Hertz MPa", "part of a limit"),
     )
-    others = {
-        theory.words: f"{name}_verdict"
-        for name, theory in THEORIES.items()
-        if name not in EITHER_SIDE and any(case.row.get(f"{name}_verdict") for case in cases)
-    }
+    theories = any(case.row.get("theory_cheapest") for case in cases)
     forces = any(case.row.get("force_verdict") for case in cases)
-    headings += (*others, *("for forces", _FORCE) * forces)
+    headings += ("cheapest theory that holds",) * theories + ("for forces", _FORCE) * forces
     lines = []
     for case in cases:
         row = case.row
@@ -100,10 +96,16 @@ def verdict_table(cases: Sequence[ReportedCase]) -> str:
         cells += [f"{row['lateral_shift_mm']:+z.2f}", f"{row['load_kN']:g}", verdict_of(row)]
         cells += [decided(row, limits_of(case)), str(row.get("verdict_cause") or "")]
         cells += [_number(row.get(key), form) for key, form in _PEAKS]
-        cells += [str(row.get(key) or "") for key in others.values()]
+        cells += [cheapest_words(row)] * theories
         cells += _force_cells(row) if forces else ()
         lines.append((cells, verdict_of(row) == "FAILS"))
-    return table("", headings, lines, numbers=_NUMBERS, answers=("Hertz", *others, "for forces"))
+    return table("", headings, lines, numbers=_NUMBERS, answers=("Hertz", "for forces"))
+
+
+def cheapest_words(row: Row) -> str:
+    """The cheapest theory that holds in words."""
+    name = str(row.get("theory_cheapest") or "")
+    return THEORIES[name].words if name in THEORIES else name
 
 
 def _force_cells(row: Row) -> tuple[str, str]:
