@@ -121,7 +121,7 @@ def theory_columns(load: JudgedLoad) -> Record:
 
 def theory_text(row: Mapping[str, Any]) -> str:
     """What a row says of the theory to take where Hertz does not hold; empty where he does, and without one."""
-    name = row.get("theory_cheapest")
+    name = str(row.get("theory_cheapest"))
     if name not in THEORIES or name in EITHER_SIDE:
         return ""
     off = (float(row[f"theory_{name}_{short}_deviation_percent"]) for short in ("p_max", "area"))
