@@ -57,15 +57,11 @@ _COLUMNS = (
     _Column(heading="mispl.\n%", key="misplaced_load_percent", form="{:z.1f}", rank=10, name="misplaced"),
     _Column(heading="verdict", key="verdict", form="{}"),
     _Column(heading="fails by", key="verdict_failing", form="{}"),
-    # where a row has one
-    *(
-        _Column(heading=name.replace("_", " "), key=f"{name}_verdict", form="{}", name=name)
-        for name in THEORIES
-        if name not in EITHER_SIDE
-    ),
     _Column(heading="meshes", key="meshes", form="{}", rank=2, name="meshes"),
     _Column(heading="time\ns", key="seconds", form="{:.0f}", rank=1, name="time"),
 )
+# The verdicts of theories but Hertz stand before the last ones.
+_AFTER_THEORIES = 2
 # Characters for the measures by which a case fails, from the most down to the fewest; those beyond are counted.
 _FAILING_WIDTHS = (50, 34, 30, 26, 22, 18)
 
@@ -111,9 +107,15 @@ _KEY = "dev %: what Hertz is off; valley: between lobes; mispl.: load elsewhere"
 _MOST_TABLES = 6
 
 
+def _theory_columns(rows: Sequence[Record]) -> list[_Column]:
+    """Columns of the theories but Hertz of which any row has a verdict."""
+    found = (name for name in THEORIES if name not in EITHER_SIDE and any(row.get(f"{name}_verdict") for row in rows))
+    return [_Column(heading=name.replace("_", " "), key=f"{name}_verdict", form="{}", name=name) for name in found]
+
+
 def _print_rows(rows: Sequence[Record], title: str, console: Console, *, with_pair: bool = False) -> None:
     """Print a table with the columns that find room, and name those that do not."""
-    every = [c for c in _COLUMNS if not c.key.endswith("_verdict") or any(row.get(c.key) for row in rows)]
+    every = [*_COLUMNS[:-_AFTER_THEORIES], *_theory_columns(rows), *_COLUMNS[-_AFTER_THEORIES:]]
     by_rank = sorted((column for column in every if column.name), key=lambda column: column.rank)
     # the list of measures shrinks first, then columns go
     attempts = [(0, width) for width in _FAILING_WIDTHS]

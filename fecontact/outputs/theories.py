@@ -9,7 +9,7 @@ from fecontact.comparison.approximation import TheoryPatch
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.judgement import Judgement
 from fecontact.comparison.measures import hertz_measures
-from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES
+from fecontact.comparison.theories import EITHER_SIDE, THEORIES
 from fecontact.comparison.verdict import Verdict
 from fecontact.map.cells import ApplicabilityMap
 from fecontact.outputs.measure_words import WORDS
@@ -124,7 +124,7 @@ def theory_columns(load: JudgedLoad) -> Record:
 
 def theory_texts(row: Mapping[str, Any]) -> list[str]:
     """What a row says of each theory but Hertz."""
-    return [_theory_text(row, name) for name in THEORIES if name != HERTZ and row.get(f"{name}_verdict")]
+    return [_theory_text(row, name) for name in THEORIES if name not in EITHER_SIDE and row.get(f"{name}_verdict")]
 
 
 def _theory_text(row: Mapping[str, Any], name: str) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from fecontact.errors import InputError
 from fecontact.regression.matching import match_columns, match_example, matched_by
 from fecontact.regression.tables import ResultTable, number
-from fecontact.regression.tolerances import EFFORT, LATER, TEXT, Tolerance, Tolerances, kind_of
+from fecontact.regression.tolerances import EFFORT, TEXT, Tolerance, Tolerances, kind_of, later_theories
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,8 +160,7 @@ def compare_tables(
         baseline, new = matched_by(baseline, columns_of_match, new), matched_by(new, columns_of_match, baseline)
     common = _common_cases(baseline, new, matched=bool(match))
     extra = _only_compared(new.columns, baseline.columns, tolerances)
-    # a baseline that has one of them knows them all
-    later = () if any(name.startswith(LATER) for name in baseline.columns) else LATER
+    later = later_theories(baseline.columns, new.columns)
     _check_columns(tolerances, baseline, new)
     shared = [name for name in baseline.columns if name in new.columns]
     columns = [_compare_column(name, baseline, new, common, tolerances) for name in shared]

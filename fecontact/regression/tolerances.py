@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -86,9 +86,6 @@ KINDS: Mapping[str, Tolerance] = MappingProxyType(
 TEXT = "text"
 """Kind of a column that is compared letter by letter."""
 
-LATER = ("multi_hertz_",)
-"""Columns that begin like this are no difference where the baseline is older than they are, and are named."""
-
 EFFORT = "effort"
 """Kind of a column that is shown and not compared: it depends on the machine and on the path of the solver."""
 
@@ -120,9 +117,6 @@ _NAMED: Mapping[str, str] = {
     **dict.fromkeys(_EFFORTS, EFFORT),
     **dict.fromkeys(_INPUTS, "input"),
     **dict.fromkeys(("force_verdict", "force_cause"), TEXT),
-    **dict.fromkeys(("multi_hertz_verdict", "multi_hertz_measure", "multi_hertz_overlapping"), TEXT),
-    "multi_hertz_patches": "count",
-    "multi_hertz_limit_used": "fraction of a limit",
     "friction": "input",
     **dict.fromkeys(("fx_hertz_N", "fy_hertz_N", "fx_fe_N", "fy_fe_N"), "creep force"),
     **dict.fromkeys(("mz_hertz_Nmm", "mz_fe_Nmm"), "creep moment"),
@@ -145,6 +139,10 @@ _NAMED: Mapping[str, str] = {
 }
 # The first that fits; what stands before a unit goes before the unit alone.
 _PATTERNS = (
+    # of each judged theory
+    (r"_(verdict|measure|overlapping)$", TEXT),
+    (r"_patches$", "count"),
+    (r"_limit_used$", "fraction of a limit"),
     (r"p_max_(step_bodies_)?uncertainty_percent$", "uncertainty of a pressure"),
     (r"_uncertainty_percent$", "uncertainty"),
     (r"p_max_(deviation|step_true_gap|step_bodies)_percent$", "percent of a pressure"),
@@ -170,6 +168,13 @@ def kind_of(column: str) -> str:
     if column in _NAMED:
         return _NAMED[column]
     return next((kind for pattern, kind in _PATTERNS if re.search(pattern, column)), "default")
+
+
+def later_theories(old: Sequence[str], new: Sequence[str]) -> tuple[str, ...]:
+    """How the columns of theories begin that were judged only after the old columns: they are no difference."""
+    judged = (name.removesuffix("limit_used") for name in new if name.endswith("_limit_used"))
+    # what has one of a theory's columns knows them all
+    return tuple(theory for theory in judged if not any(name.startswith(theory) for name in old))
 
 
 @dataclass(frozen=True, kw_only=True)
