@@ -131,9 +131,10 @@ def _theory_text(row: Mapping[str, Any], name: str) -> str:
     off = (float(row[f"{name}_{short}_deviation_percent"]) for short in ("p_max", "area"))
     measure = WORDS[str(row[f"{name}_measure"])].name
     # a row that was read from a table has texts
+    count = int(row[f"{name}_patches"])
     overlap = "; its patches overlap" if row.get(f"{name}_overlapping") in (True, "True") else ""
     return (
-        f"{THEORIES[name].words} ({row[f'{name}_patches']} patches): {row[f'{name}_verdict']} by {measure}"
+        f"{THEORIES[name].words} ({count} {'patch' if count == 1 else 'patches'}): {row[f'{name}_verdict']} by {measure}"
         f" (p_max {next(off):+z.1f} %, area {next(off):+z.1f} %, part of a limit"
         f" {float(row[f'{name}_limit_used']):.2f}){overlap}"
     )
