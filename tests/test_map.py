@@ -29,7 +29,7 @@ from fecontact.comparison.judging import judge_load
 from fecontact.comparison.measures import MEASURES, MISFITS
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.solved_load import Level, SolvedLoad
-from fecontact.comparison.theories import HERTZ
+from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ
 from fecontact.comparison.uncertainty import MESH_RATIO
 from fecontact.comparison.verdict import judge
 from fecontact.contact.grid import ContactGrid
@@ -64,7 +64,7 @@ from fecontact.runs.load import load as load_results
 from fecontact.runs.map_run import run_map
 from fecontact.runs.position_store import position_folder, read_position, write_position
 from fecontact.solving.load_sweep import LoadSweep
-from fecontact.solving.position import expect_on_half_space, hertz_of_case, place_case
+from fecontact.solving.position import Clock, expect_on_half_space, hertz_of_case, place_case
 from fecontact.solving.stiffness_fit import fit_stiffness
 
 LOADS = (10e3, 50e3, 100e3, 150e3)
@@ -448,8 +448,13 @@ def test_loads_of_the_map_that_cannot_be_used_are_not_known():
 def test_a_known_load_is_as_far_beyond_its_limit_as_its_worst_measure():
     judged = point(1e5, 0.06)
     assert KnownLoad.of(judged).excess == pytest.approx(0.2)
-    side = replace(judged.sides[0], deviation=judged.sides[0].deviation | {"centre_over_b": -0.3})
-    assert KnownLoad.of(replace(judged, sides=(*judged.sides, side))).excess == pytest.approx(1.0)
+    field = judged.judgements[HERTZ]
+    gauge = replace(field, deviation=field.deviation | {"centre_over_b": -0.3})
+    either = replace(judged, judgements={HERTZ_GAUGE: gauge, HERTZ: field})
+    assert KnownLoad.of(either).excess == pytest.approx(1.0)
+    # that of another theory does not count
+    other = replace(judged, judgements={HERTZ: field, MULTI_HERTZ: gauge})
+    assert KnownLoad.of(other).excess == pytest.approx(0.2)
 
 
 # --- positions ------------------------------------------------------------------------------------------------------
@@ -1691,6 +1696,7 @@ class FakeMeshes:
 def meshes(monkeypatch):
     monkeypatch.setattr(FakeMeshes, "made", [])
     monkeypatch.setattr("fecontact.solving.load_sweep.Meshes", FakeMeshes)
+    monkeypatch.setattr("fecontact.solving.load_sweep.judge_load", lambda solved, placement, theories: solved)
     return FakeMeshes.made
 
 
@@ -1802,6 +1808,7 @@ class AnyPosition:
     expected: OnePatch = OnePatch()
 
     placement = None
+    clock = Clock(None)
 
     def for_load(self, load_N):
         size = self.sizes[round(load_N / 10e3) - 1]
