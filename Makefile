@@ -40,14 +40,14 @@ $(CREATED):
 	@touch $@
 
 $(INSTALLED): requirements.lock pyproject.toml $(CREATED)
-	@$(BIN)/python -m fecontact.system_check --before
+	@$(BIN)/python -m fecontact.doctor --before --install
 	@echo "Installing the locked packages (0.6 GB to download) into $(VENV) (several minutes the first time)"
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@touch $@
 
 setup: $(INSTALLED) ## make .venv from requirements.lock and check the system libraries
-	@$(BIN)/python -m fecontact.system_check
+	@$(BIN)/python -m fecontact.doctor --install
 
 demo: setup ## solve one position and an exact sphere; results in out/demo
 	$(BIN)/fecontact demo --out out/demo

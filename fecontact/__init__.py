@@ -61,46 +61,117 @@ The story, step by step:
     >>> fecontact.mesh(result, "rail").n_cells == result.load.level.elements["rail"]
     True
 
-Many cases are solved by `fecontact.run(CASES, FOLDER)`, and `fecontact.load(FOLDER)` reads back what it wrote, and
-what `fecontact solve --out`, `run` and `map` wrote.
+Many cases are solved by `fecontact.run(CASES, FOLDER)`, shifts and loads by `fecontact.map(CASE, SHIFTS, LOADS,
+FOLDER)`; `fecontact.load(FOLDER)` reads back what they and `fecontact solve --out` wrote, and `fecontact.judge(FOLDER)`
+judges it again. What needs no finite elements: `fecontact.hertz`, `place` and `geometry` of a case, `creep` of an
+ellipse. The commands of these names do the same and print it.
 """
 
+from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from fecontact import plot
-    from fecontact.case import Case
+    from fecontact.case import Case, Opposite
+    from fecontact.creep import Creep
     from fecontact.criteria import Criteria
+    from fecontact.dimensions import BodySize, Track
+    from fecontact.material import Material
     from fecontact.outputs.dataset import mesh
     from fecontact.outputs.rows import rows
+    from fecontact.profiles.reading import Reading
+    from fecontact.runs.analytic import creep, hertz
+    from fecontact.runs.judging import judge
     from fecontact.runs.load import load
     from fecontact.runs.run import run
+    from fecontact.solving.preview import preview as place
     from fecontact.solving.solve import CaseResult, solve
 
-__all__ = ["Case", "CaseResult", "Criteria", "__version__", "load", "mesh", "plot", "rows", "run", "solve"]
+__all__ = [
+    "BodySize",
+    "Case",
+    "CaseResult",
+    "Creep",
+    "Criteria",
+    "Material",
+    "Opposite",
+    "Reading",
+    "Track",
+    "__version__",
+    "creep",
+    "geometry",
+    "hertz",
+    "judge",
+    "load",
+    "map",
+    "mesh",
+    "place",
+    "plot",
+    "rows",
+    "run",
+    "solve",
+]
 
 _HOMES = {
-    "Case": "fecontact.case",
-    "Criteria": "fecontact.criteria",
-    "CaseResult": "fecontact.solving.solve",
-    "solve": "fecontact.solving.solve",
-    "load": "fecontact.runs.load",
-    "run": "fecontact.runs.run",
-    "rows": "fecontact.outputs.rows",
-    "mesh": "fecontact.outputs.dataset",
+    "BodySize": "dimensions.BodySize",
+    "Case": "case.Case",
+    "CaseResult": "solving.solve.CaseResult",
+    "Creep": "creep.Creep",
+    "Criteria": "criteria.Criteria",
+    "Material": "material.Material",
+    "Opposite": "case.Opposite",
+    "Reading": "profiles.reading.Reading",
+    "Track": "dimensions.Track",
+    "hertz": "runs.analytic.hertz",
+    "judge": "runs.judging.judge",
+    "load": "runs.load.load",
+    "mesh": "outputs.dataset.mesh",
+    "place": "solving.preview.preview",
+    "rows": "outputs.rows.rows",
+    "run": "runs.run.run",
+    "solve": "solving.solve.solve",
 }
+_HOMES_OF_ROOMS = {
+    "creep": "runs.analytic.creep",
+    "geometry": "outputs.contact_functions.functions_of_case",
+    "map": "runs.map_run.run_map",
+}
+
+
+def _at(home: str) -> Any:
+    module, _, name = home.rpartition(".")
+    return getattr(import_module(f"fecontact.{module}"), name)
+
+
+class _Room(ModuleType):
+    """A module of the package that is called as the function of its name, whose signature and help it shows."""
+
+    def __call__(self, *args: Any, **options: Any) -> Any:
+        return self.__wrapped__(*args, **options)
+
+    @property
+    def __wrapped__(self) -> Any:
+        return _at(_HOMES_OF_ROOMS[self.__name__.rpartition(".")[2]])
+
+    @property
+    def __doc__(self) -> str | None:  # type: ignore[override]
+        text: str | None = self.__wrapped__.__doc__
+        return text
+
+
+for _name in _HOMES_OF_ROOMS:
+    import_module(f"fecontact.{_name}").__class__ = _Room
 
 
 def __getattr__(name: str) -> Any:
     # the command line must answer --help at once: nothing heavy is imported before it is used
-    from importlib import import_module
-
     if name == "plot":
         return import_module("fecontact.plot")
     if name in _HOMES:
-        return getattr(import_module(_HOMES[name]), name)
+        return _at(_HOMES[name])
     raise AttributeError(f"module 'fecontact' has no attribute {name!r}")
 
 

@@ -24,8 +24,9 @@ from fecontact.inputs.texts import INCLINATION_FORMS, inclination_text, parse_in
 from fecontact.material import STEEL, Material, contact_modulus_MPa
 from fecontact.profiles.reading import Reading
 
-Group = Literal["place", "files", "load", "material", "bodies", "solution", "verdict", "creep"]
+Group = Literal["place", "profiles", "load", "material", "bodies", "solution", "verdict", "creep"]
 LoadKind = Literal["vertical", "normal"]
+Roll = Literal["given", "touching", "loaded"]
 SolverChoice = Literal["auto", "pardiso", "amg"]
 
 RESOLUTIONS = {"quick": 6.0, "standard": 9.0, "fine": 13.5}
@@ -47,7 +48,7 @@ _RAIL = Text(
 )
 _WHEEL = replace(_RAIL, label="wheel", help="Wheel", domain="library name, profile file, or cylinder:R (flat); mm")
 _LIBRARY = Text(
-    group="files",
+    group="profiles",
     label="library",
     help="Library of your own, before the built-in one",
     domain="folder whose profile files rail and wheel may name",
@@ -76,10 +77,17 @@ _SHIFT = Number(
     low=-60.0,
     high=60.0,
 )
-_ROLL = Number(
+_ROLL = Choice(
     group="place",
     label="roll",
-    help="Roll of the wheelset about x, positive lifts the left wheel; instead of that of --wheelset",
+    help="Roll of the wheelset: a given one, that at which both wheels touch their rails, or that with both pressed"
+    " into them by the wheel loads",
+    names=get_args(Roll),
+)
+_ROLL_ANGLE = Number(
+    group="place",
+    label="roll angle",
+    help="Roll of the wheelset about x where it is given, positive lifts the left wheel",
     key="roll_mrad",
     unit="rad",
     shown_unit="mrad",
@@ -89,19 +97,11 @@ _ROLL = Number(
     remedy="wheelsets roll by some mrad",
 )
 _YAW = replace(
-    _ROLL, label="yaw", help="Yaw of the wheelset about z", key="yaw_mrad", remedy="wheelsets yaw by some mrad, or tens"
-)
-_WHEELSET = Flag(
-    group="place",
-    label="wheelset",
-    help="Find the roll at which both wheels of the wheelset touch their rails",
-    alone=True,
-)
-_UNDER_LOAD = Flag(
-    group="place",
-    label="roll under load",
-    help="Find the roll of the wheelset with both its wheels pressed into their rails by the wheel load",
-    alone=True,
+    _ROLL_ANGLE,
+    label="yaw",
+    help="Yaw of the wheelset about z",
+    key="yaw_mrad",
+    remedy="wheelsets yaw by some mrad, or tens",
 )
 _CLIMB = Flag(
     group="place",
@@ -132,7 +132,7 @@ _ROLL_LOAD = replace(
     _LOAD,
     group="place",
     label="roll load",
-    help="Wheel load under which the roll of the wheelset is found, if it is another one than the load",
+    help="Wheel load under which the roll of the loaded wheelset is found, if it is another one than the load",
     key="roll_load_kN",
     remedy="give the wheel load under which the wheelset rolls, for example 80000 N (80 kN)",
 )
@@ -160,7 +160,7 @@ def _opposite(described: Text | Number, name: str) -> dict[str, Any]:
 class Opposite:
     """Rail, wheel, rolling radius and load of the other side of a wheelset; None where they are as on the case's side.
 
-    The load counts for the roll under load alone, and implies it.
+    The load counts for the roll of the loaded wheelset alone.
     """
 
     rail: str | None = field(default=None, metadata=_opposite(_RAIL, "rail"))
@@ -201,40 +201,41 @@ _REFINE = Number(
 class Case:
     """One wheel-rail position under one load.
 
-    What each field is, its unit and its range stand in its description; `fecontact solve --help` prints them all.
+    What each field is, its unit and its range stand in its description; `fecontact solve --help-all` prints them all.
     `resolution` may be the element sizes (along x, across). The bound on the degrees of freedom of a refinement bounds
     time and memory alike, on every machine in the same way.
 
     Shift, roll and yaw are those of the wheelset in the frame of its left side, whichever `side` is solved: with equal
-    profiles the right wheel is the left one with the opposite signs of all three. With `wheelset` the roll is found
-    from both wheels, and none can be given; `roll_under_load` finds that of the loaded wheelset, and implies it. Its
-    loads are that of the case, or `roll_load_N`, and on the other side that of `opposite`; both imply it in turn.
+    profiles the right wheel is the left one with the opposite signs of all three.
+
+    `roll` is one of three: "given" as `roll_rad`, "touching" for that at which both wheels touch their rails, "loaded"
+    for that with both pressed into them, by the load of the case or `roll_load_N`, and on the other side that of
+    `opposite`. Where it is not said (None), it is that to which the numbers belong, and "given" without any.
     """
 
     rail: str = field(default="60E1", metadata={"input": _RAIL})
     wheel: str = field(default="S1002", metadata={"input": _WHEEL})
     inclination_rad: float = field(default=INCLINATION_1_40, metadata={"input": _INCLINATION})
     lateral_shift_mm: float = field(default=0.0, metadata={"input": _SHIFT})
-    roll_rad: float = field(default=0.0, metadata={"input": _ROLL})
+    roll: Roll | None = field(default=None, metadata={"input": _ROLL})
+    roll_rad: float = field(default=0.0, metadata={"input": _ROLL_ANGLE})
     yaw_rad: float = field(default=0.0, metadata={"input": _YAW})
-    wheelset: bool = field(default=False, metadata={"input": _WHEELSET})
-    roll_under_load: bool = field(default=False, metadata={"input": _UNDER_LOAD})
     roll_load_N: float | None = field(default=None, metadata={"input": _ROLL_LOAD})
     flange_climb: bool = field(default=False, metadata={"input": _CLIMB})
     side: TrackSide = field(default="left", metadata={"input": _SIDE})
     opposite: Opposite = field(default_factory=Opposite, metadata={"part": Part(group="place")})
     load_N: float = field(default=100e3, metadata={"input": _LOAD})
     load_kind: LoadKind = field(default="vertical", metadata={"input": _LOAD_KIND})
-    rail_material: Material = field(default=STEEL, metadata={"part": Part(group="material", body="rail")})
-    wheel_material: Material = field(default=STEEL, metadata={"part": Part(group="material", body="wheel")})
+    rail_material: Material = field(default=STEEL, metadata={"part": Part(group="material", body="rail", both=True)})
+    wheel_material: Material = field(default=STEEL, metadata={"part": Part(group="material", body="wheel", both=True)})
     rolling_radius_mm: float = field(default=460.0, metadata={"input": _ROLLING_RADIUS})
     track: Track = field(default_factory=Track, metadata={"part": Part(group="place")})
     size: BodySize = field(default_factory=BodySize, metadata={"part": Part(group="bodies")})
     resolution: str | tuple[float, float] = field(default="quick", metadata={"input": _RESOLUTION})
     solver: SolverChoice = field(default="auto", metadata={"input": _SOLVER})
     criteria: Criteria = field(default_factory=Criteria, metadata={"part": Part(group="verdict")})
-    rail_file: Reading = field(default_factory=Reading, metadata={"part": Part(group="files", body="rail")})
-    wheel_file: Reading = field(default_factory=Reading, metadata={"part": Part(group="files", body="wheel")})
+    rail_file: Reading = field(default_factory=Reading, metadata={"part": Part(group="profiles", body="rail")})
+    wheel_file: Reading = field(default_factory=Reading, metadata={"part": Part(group="profiles", body="wheel")})
     creep: Creep = field(default_factory=Creep, metadata={"part": Part(group="creep")})
     refine_degrees_of_freedom: int = field(default=400_000, metadata={"input": _REFINE})
 
@@ -251,20 +252,25 @@ class Case:
             rail, wheel = (one and in_folder(one, self.library) for one in (self.opposite.rail, self.opposite.wheel))
             object.__setattr__(self, "opposite", replace(self.opposite, rail=rail, wheel=wheel))
             object.__setattr__(self, "library", None)
-        if not (self.roll_load_N is None and self.opposite.wheel_load_N is None):
-            object.__setattr__(self, "roll_under_load", True)
-        if self.roll_under_load:
-            object.__setattr__(self, "wheelset", True)
-            if self.load_kind != "vertical" and self.roll_load_N is None:
-                raise InputError(
-                    f"load kind is {self.load_kind!r}, but the roll under load is that of vertical wheel loads; give"
-                    " load_kind = 'vertical', the wheel load as roll_load_kN, or leave roll_under_load out"
-                )
-        if self.wheelset and self.roll_rad != 0.0:
+        self._choose_roll()
+        if self.roll == "loaded" and self.load_kind != "vertical" and self.roll_load_N is None:
             raise InputError(
-                f"roll is {self.roll_rad!r} rad ({1e3 * self.roll_rad:g} mrad), but that of a wheelset is found"
-                " from both wheels; give a roll or wheelset = true"
+                f"load kind is {self.load_kind!r}, but the roll of the loaded wheelset is that of vertical wheel loads;"
+                " give load_kind = 'vertical', the wheel load as roll_load_kN, or another roll"
             )
+
+    def _choose_roll(self) -> None:
+        """Take the roll to which the numbers belong where none is said, and refuse numbers of another one."""
+        loads = {"roll load": self.roll_load_N, "opposite load": self.opposite.wheel_load_N}
+        numbers: dict[str, tuple[Roll, str]] = {
+            name: ("loaded", f"{load_N / 1e3:g} kN") for name, load_N in loads.items() if load_N is not None
+        }
+        if self.roll_rad != 0.0:
+            numbers["roll angle"] = ("given", _angle_text(self.roll_rad))
+        if self.roll is None:
+            object.__setattr__(self, "roll", next((kind for kind, _ in numbers.values()), "given"))
+        for name, (kind, value) in numbers.items():
+            _refuse_other_roll(name, value, kind, self.roll)
 
     def roll_loads_N(self) -> dict[TrackSide, float]:
         """Vertical loads of both wheels under which the roll of a loaded wheelset is found."""
@@ -303,6 +309,15 @@ class Case:
         return self.yaw_rad == 0.0
 
 
+def _angle_text(roll_rad: float) -> str:
+    return f"{1e3 * roll_rad:g} mrad"
+
+
+def _refuse_other_roll(name: str, value: str, kind: Roll, roll: Roll | None) -> None:
+    if kind != roll:
+        raise InputError(f"{name} is {value}, but the roll is {roll!r}; leave it out, or give roll = {kind!r}")
+
+
 _FILES = ("rail_file", "wheel_file")
 INPUTS = slots(Case())
 """Every input of a case and of its parts."""
@@ -313,7 +328,7 @@ PARTS = {part.name: type(getattr(Case(), part.name)) for part in fields(Case) if
 def case_with(values: Mapping[Slot, Any]) -> Case:
     """The case with these values, in the units inside, and defaults for all other inputs.
 
-    A roll among them stands instead of that of a wheelset.
+    A roll angle among them, also of zero, is one that is given.
 
     Raises
     ------
@@ -325,11 +340,19 @@ def case_with(values: Mapping[Slot, Any]) -> Case:
         given.setdefault(slot.table, {})[slot.field] = value
     top = given.pop("", {})
     if "roll_rad" in top:
-        # a roll that is given fixes it, whatever else says that it is to be found
-        for found in ("wheelset", "roll_under_load", "roll_load_N"):
-            top.pop(found, None)
-        given.get("opposite", {}).pop("wheel_load_N", None)
+        _refuse_other_roll("roll angle", _angle_text(top["roll_rad"]), "given", top.setdefault("roll", "given"))
     return Case(**top, **{table: replace(getattr(Case(), table), **changes) for table, changes in given.items()})
+
+
+def renamed(name: str) -> str:
+    """What stands for an input that was another one once, in words; nothing for any other name."""
+    return f"{name}: there is no such input any more; {_RENAMED[name]}" if name in _RENAMED else ""
+
+
+_RENAMED = {
+    "wheelset": "the roll at which both wheels touch is roll = 'touching', a fixed one roll = 'given'",
+    "roll_under_load": "the roll of the loaded wheelset is roll = 'loaded'",
+}
 
 
 def case_record(case: Case) -> dict[str, Any]:
@@ -356,6 +379,8 @@ def case_from_record(record: Mapping[str, Any]) -> Case:
     InputError
         If there is a key or a value that a case cannot have.
     """
+    if old := next(filter(None, map(renamed, record)), ""):
+        raise InputError(f"case record: {old}; solve the case again")
     inputs = dict(record)
     sizes = inputs.pop("element_size_mm", None)
     if inputs.get("resolution") is None:

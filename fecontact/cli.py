@@ -9,10 +9,12 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, Group, UnknownOptionError, UnusedCliTokensError
 
 from fecontact import __version__
+from fecontact.case import renamed
 from fecontact.commands import analytic, bodies, results, solving, start
+from fecontact.commands.help import page_of
 from fecontact.errors import FecontactError, InputError
 
 app = App(
@@ -20,20 +22,24 @@ app = App(
     # it is said below what an interrupted command leaves
     suppress_keyboard_interrupt=False,
     version=__version__,
+    group_commands=Group("Options", sort_key=9),
     help="Where does Hertz's ellipse hold for a railway wheel on a rail?",
     help_epilogue="Exit codes: 0 solved, or the same; 1 results differ (compare); 2 bad input;"
     " 3 a case did not converge or could not be solved.",
 )
-for command in (
-    *(start.demo, start.check, start.init, start.doctor),
-    *(solving.solve, solving.run, solving.validate),
-    *(results.judge, results.view, results.compare),
-    *(analytic.hertz, analytic.creep, analytic.place, analytic.geometry),
-    *(bodies.profiles, bodies.mesh),
-):
-    app.command(command)
-app.command(solving.map_, name="map")
-baseline_app = App(name="baseline", help="Baselines: the results that later ones are held against.")
+_START, _LOOK, _SOLVE, _AFTER, _DEVELOPMENT = (
+    Group(name, sort_key=place) for place, name in enumerate(("Start", "Look", "Solve", "After", "Development"))
+)
+for group, commands in {
+    _START: (start.demo, start.doctor, start.init, start.check),
+    _LOOK: (bodies.profiles, analytic.place, analytic.hertz, analytic.geometry, analytic.creep),
+    _SOLVE: (solving.solve, solving.run, solving.map_),
+    _AFTER: (results.judge, results.compare, results.view, bodies.mesh),
+    _DEVELOPMENT: (solving.validate,),
+}.items():
+    for place, command in enumerate(commands):
+        app.command(command, name=command.__name__.rstrip("_"), group=group, sort_key=place)
+baseline_app = App(name="baseline", help="Baselines: the results that later ones are held against.", group=_DEVELOPMENT)
 baseline_app.command(results.baseline_update, name="update")
 app.command(baseline_app)
 app.register_install_completion_command(help="Install completion for this shell, and say where.")
@@ -59,6 +65,24 @@ def _system_error(error: OSError) -> str:
     return f"{f'{error.filename}: ' if error.filename else ''}{error.strerror or error}; choose another file or folder"
 
 
+def _misunderstood(error: CycloptsError) -> str:
+    """What is wrong with the words of a command."""
+    if isinstance(error, UnknownOptionError):
+        name = (error.token.keyword or error.token.value or "").removeprefix("--")
+        known = {known for argument in error.argument_collection for known in argument.names}
+        of_each = [f"--{body}-{name}" for body in ("rail", "wheel") if f"--{body}-{name}" in known]
+        if of_each:
+            return f"--{name}: each body has an option of its own: {' and '.join(of_each)}"
+        return renamed(name.replace("-", "_")) or str(error)
+    if isinstance(error, UnusedCliTokensError):
+        command = " ".join(("fecontact", *(error.command_chain or ())))
+        unused = " ".join(error.unused_tokens or ())
+        return (
+            f"{unused}: {command} does not know what to do with it; values stand behind their options: {command} --help"
+        )
+    return str(error)
+
+
 def call(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code."""
     for stream in (sys.stdout, sys.stderr):
@@ -66,12 +90,22 @@ def call(arguments: Sequence[str] | None = None) -> int:
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")
     try:
-        code: Any = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+        words: Sequence[str] = sys.argv[1:] if arguments is None else arguments
+        page = page_of(app, words)
+        app.help_formatter = page
+        code: Any = app(
+            words if page is None else page.tokens,
+            exit_on_error=False,
+            print_error=False,
+            result_action="return_value",
+        )
+        if page and page.pointer:
+            print(page.pointer)
         # here a reader that is gone is noticed, and not at the interpreter's end
         sys.stdout.flush()
         return int(code or 0)
     except CycloptsError as error:
-        print(f"error: {error}", file=sys.stderr)
+        print(f"error: {_misunderstood(error)}", file=sys.stderr)
         return InputError.exit_code
     except FecontactError as error:
         print(f"error: {error}", file=sys.stderr)

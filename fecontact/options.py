@@ -13,8 +13,27 @@ from fecontact.case import INPUTS, Case, Group, case_with
 from fecontact.inputs.kinds import Flag, Number
 from fecontact.inputs.slots import Slot
 
-_PANELS = {
-    group: Panel(group.capitalize(), sort_key=position) for position, group in enumerate(get_args(Group), start=1)
+MOST = "Inputs that most runs need"
+"""Title of the panel that the first page of help begins with."""
+TOPICS = (*get_args(Group), "run")
+"""Topics of help: the groups of a case's inputs, and how many cases are worked through."""
+PANELS = {
+    MOST: Panel(MOST, sort_key=0),
+    **{topic: Panel(topic.capitalize(), sort_key=position) for position, topic in enumerate(TOPICS, start=1)},
+}
+"""Panels of help, by topic."""
+# what the first page says of them, in a line each
+_BRIEF = {
+    ("", "rail"): "Rail: library name, file, or circle:R in mm",
+    ("", "wheel"): "Wheel: library name, file, or cylinder:R in mm",
+    ("", "lateral_shift_mm"): "Shift of the wheelset in mm, > 0 to the left",
+    ("", "load_N"): "Wheel load in kN",
+    ("", "inclination_rad"): "Of the rail: 1:40, or none if canted already",
+    ("", "roll"): "given (--roll-mrad), touching or loaded",
+    ("", "resolution"): "quick, standard, fine, or sizes in mm: 0.5,0.4",
+    ("creep", "friction"): "Coefficient of friction, for creep forces",
+    ("criteria", "p_max"): "Largest error of Hertz's peak pressure in %",
+    ("criteria", "judged_by"): "What decides: strength, patch, all, or measures",
 }
 
 
@@ -68,6 +87,16 @@ class CaseOption:
         return self.slots[0].input.read(text if self.type is Any else _number(text))
 
 
+def brief(option: str) -> str:
+    """What the first page of help says of an option; empty where it says nothing."""
+    found = (
+        _BRIEF[slot.place] + f" [{slot.shown_default}]" * (slot.field != "roll")
+        for slot in INPUTS
+        if slot.place in _BRIEF and option in slot.names
+    )
+    return next(found, "")
+
+
 def _number(text: str) -> float | str:
     try:
         return float(text)
@@ -100,7 +129,8 @@ def _help(slot: Slot, body: str, defaults: Mapping[str, str]) -> str:
         return f"{described.help}: {described.domain}; {default}."
     if not body:
         return f"{described.help} (both bodies): {described.domain}; {default}."
-    return f"{described.help} ({body}): {described.domain}; {default}, or that of both bodies."
+    both = ", or that of both bodies" if slot.both else ""
+    return f"{described.help} ({body}): {described.domain}; {default}{both}."
 
 
 def options_of(
@@ -142,19 +172,21 @@ def options_of(
 
 
 def _annotation(option: CaseOption) -> Any:
+    slot = option.slots[0]
+    first = (PANELS[MOST],) if slot.place in _BRIEF else ()
+    panels = (*first, PANELS[slot.group])
     if option.type is bool:
         # without a value behind it
-        panel = _PANELS[option.slots[0].group]
         return Annotated[
             bool | None,
-            Parameter(name=option.names, help=option.help, group=panel, show_default=False, negative=""),
+            Parameter(name=option.names, help=option.help, group=panels, show_default=False, negative=""),
         ]
     return Annotated[
         option.type | None,
         Parameter(
             name=option.names,
             help=option.help,
-            group=_PANELS[option.slots[0].group],
+            group=panels,
             show_default=False,
             n_tokens=1,
             converter=lambda _, tokens: option.read(tokens[0].value),

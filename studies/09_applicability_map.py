@@ -30,7 +30,7 @@ def cases(quick: bool = False) -> list[Case]:
     from fecontact.inputs.texts import parse_numbers
 
     shifts = (-4.0, 0.0, 4.0) if quick else parse_numbers(SHIFTS, "shifts")
-    made = [Case(lateral_shift_mm=shift, wheelset=True) for shift in shifts]
+    made = [Case(lateral_shift_mm=shift, roll="touching") for shift in shifts]
     return [replace(case, refine_degrees_of_freedom=0) for case in made] if quick else made
 
 

@@ -27,7 +27,8 @@ import fecontact
 from fecontact.case import Case
 from fecontact.comparison.creep_patch import creepages_of, real_patch
 from fecontact.comparison.creep_theories import coarse_patch
-from fecontact.comparison.creep_verdict import ForceVerdict, creepage_range, force_verdict
+from fecontact.comparison.creep_verdict import creepage_range, force_verdict
+from fecontact.comparison.judgement import FORCE, Judgement
 from fecontact.comparison.measures import patch_of
 from fecontact.creep import Creep
 from fecontact.errors import FecontactError
@@ -53,7 +54,7 @@ LAWS = ("she", "polach", "fastsim")
 def cases(quick: bool = False) -> list[Case]:
     """Ten positions under two loads, or one."""
     return [
-        Case(lateral_shift_mm=shift, load_N=load, wheelset=True, creep=Creep(friction=SHOWN_FRICTION))
+        Case(lateral_shift_mm=shift, load_N=load, roll="touching", creep=Creep(friction=SHOWN_FRICTION))
         for load in (LOADS_N[-1:] if quick else LOADS_N)
         for shift in (QUICK_SHIFTS_MM if quick else SHIFTS_MM)
     ]
@@ -73,8 +74,8 @@ class Errors:
     friction: float
     of_laws: dict[str, float]
     fastsim_itself: float
-    plane: ForceVerdict
-    curved: ForceVerdict | None
+    plane: Judgement
+    curved: Judgement | None
 
 
 def patches(result: CaseResult, friction: float) -> tuple[CreepPatch, CreepPatch]:
@@ -85,10 +86,10 @@ def patches(result: CaseResult, friction: float) -> tuple[CreepPatch, CreepPatch
     return hertz_patch(result.load.hertz, **given), real_patch(fe, patch_of(fe), **given)
 
 
-def verdict(result: CaseResult, friction: float, curved: bool) -> ForceVerdict:
+def verdict(result: CaseResult, friction: float, curved: bool) -> Judgement:
     """Verdict of forces under a friction."""
     creep = replace(result.case.creep, friction=friction, curved=curved)
-    return force_verdict(result.load, result.placement, creep)
+    return force_verdict(result.load.solved, result.load.hertz, result.placement, creep)
 
 
 def errors(result: CaseResult, friction: float) -> Errors:
@@ -133,10 +134,10 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
             f"{1e2 * each.deviation:.1f} ({1e2 * each.creepages.xi:.2g}, {1e2 * each.creepages.eta:.2g})"
             for each in one.plane.decided
         )
-        curved = f"{one.curved.answer} {1e2 * one.curved.worst.deviation:.1f}" if one.curved else ""
+        curved = f"{one.curved.verdict.answer} {1e2 * one.curved.deviation[FORCE]:.1f}" if one.curved else ""
         lines.append(
             f"{one.shift_mm:8g} {one.load_kN:8g}  {one.friction:<4g}  {by_pressure[one.shift_mm, one.load_kN]:<10}"
-            f"  {one.plane.answer:<10} ± {1e2 * one.plane.worst.uncertainty:.1f}: {at:<36}  {curved:<15}"
+            f"  {one.plane.verdict.answer:<10} ± {1e2 * one.plane.uncertainty[FORCE]:.1f}: {at:<36}  {curved:<15}"
             f"  {', '.join(f'{law} {off:.1f}' for law, off in one.of_laws.items())}; {one.fastsim_itself:.1f}"
         )
     return "\n".join(lines)
@@ -179,7 +180,7 @@ def _write(held: Sequence[Errors], path: Path) -> None:
 _AT = [f"{name}_{number}" for number in (1, 2) for name in ("percent", "uncertainty_percent", "xi", "eta")]
 
 
-def _verdict_texts(one: ForceVerdict | None) -> list[str]:
+def _verdict_texts(one: Judgement | None) -> list[str]:
     if one is None:
         return [""] * (1 + len(_AT))
     numbers = [
@@ -187,7 +188,7 @@ def _verdict_texts(one: ForceVerdict | None) -> list[str]:
         for at in one.decided
         for number in (1e2 * at.deviation, 1e2 * at.uncertainty, at.creepages.xi, at.creepages.eta)
     ]
-    return [one.answer, *(f"{number:.6g}" for number in numbers)]
+    return [one.verdict.answer, *(f"{number:.6g}" for number in numbers)]
 
 
 def curve(result: CaseResult, friction: float, axis: str) -> dict[str, np.ndarray]:

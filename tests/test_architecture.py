@@ -41,18 +41,17 @@ ROOMS: dict[str, set[str]] = {
     | {"comparison", "solving"}
     | {"map", "regression", "material"},
     "runs": {"errors", "files", "inputs", "case", "creep", "criteria", "profiles", "fe", "comparison", "solving", "map"}
-    | {"regression"}
-    | {"jobs", "outputs"},
+    | {"regression", "jobs", "outputs", "material", "theory"},
     # how long is left
     "console": {"jobs"},
-    "doctor": {"system_check"},
-    "commands": {"errors", "files", "inputs", "case", "creep", "criteria", "options", "profiles", "solving"}
+    "doctor": set(),
+    "commands": {"errors", "files", "inputs", "case", "creep", "criteria", "options", "profiles", "solving", "theory"}
     | {"regression", "jobs"}
     | {"outputs", "console", "doctor", "runs"},
-    "cli": {"errors", "commands"},
-    "system_check": set(),
+    "cli": {"errors", "case", "commands"},
     "plot": {"errors", "solving", "outputs"},
-    "__init__": {"case", "criteria", "solving", "outputs", "plot", "runs"},
+    "__init__": {"case", "creep", "criteria", "dimensions", "material", "profiles", "solving", "outputs", "plot"}
+    | {"runs"},
     "__main__": {"cli"},
 }
 FINITE_ELEMENT_PACKAGES = {"skfem", "gmsh", "pypardiso", "pyamg", "meshio", "pyvista", "vtk", "vtkmodules"}
@@ -137,6 +136,36 @@ def test_no_module_takes_what_another_keeps_for_itself():
                 assert [
                     alias.name for alias in node.names if alias.name.startswith("_") and alias.name[1] != "_"
                 ] == [], f"{module} from {node.module}"
+
+
+# What evaluates a contact, beside all that is called judge_*.
+EVALUATES = {
+    *("worst_of", "judged_force", "with_creep_laws", "with_laws", "creep_of", "force_verdict", "force_limit"),
+    *("rolling_load", "creep_force", "creep_forces", "forces_on_ellipse", "fit_stiffness", "stiffness_of"),
+    *("place_case", "hertz_alone", "hertz_of_case", "hertz_points", "hertz_points_of_case", "hertz_uncertainty"),
+    *("load_limit", "uncertainty", "uncertainties", "deviations", "deviations_of", "misfit_of", "misfit_of_theory"),
+    *("measures_of", "values_of", "patch_of", "measure_patch", "compare", "expect_on_half_space", "preview", "solve"),
+}
+
+
+def evaluating_names(source: str) -> set[str]:
+    """Names that a source takes from the package and that evaluate something."""
+    return {
+        alias.name
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("fecontact.")
+        for alias in node.names
+        if alias.name in EVALUATES or alias.name.startswith("judge_")
+    }
+
+
+def test_outputs_evaluate_nothing():
+    # they receive values: what is judged, placed or fitted is so before, once, where results are read
+    for module in [module for module in MODULES if room(module) == "outputs"]:
+        assert evaluating_names(MODULES[module].read_text("utf-8")) == set(), module
+    # the net has no such holes
+    assert evaluating_names(MODULES["runs.position_store"].read_text("utf-8")) >= {"judge_load", "force_limit"}
+    assert evaluating_names("def f():\n    from fecontact.comparison.judging import judge_theory") == {"judge_theory"}
 
 
 def test_readers_of_profile_files_know_nothing_of_the_library():

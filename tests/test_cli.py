@@ -119,7 +119,7 @@ def test_solving_by_other_measures_says_so(capsys):
 
 @pytest.mark.parametrize("command", ["solve", "judge", "map"])
 def test_the_help_names_every_limit_and_every_set(command, capsys):
-    assert call([command, "--help"]) == 0
+    assert call([command, "--help-all"]) == 0
     out = " ".join(capsys.readouterr().out.replace("│", " ").split())
     for option in ("p-max-percent", "area-percent", "a-percent", "b-percent", "centre-over-b", "valley-percent"):
         assert f"--{option}" in out

@@ -73,7 +73,7 @@ def test_jumps_are_where_two_points_touch(standard):
     left = [jump for jump in standard.jumps if jump.side == "left"]
     assert len(left) == 2
     for jump in left:
-        placed = place_case(Case(lateral_shift_mm=jump.shift_mm, wheelset=True))
+        placed = place_case(Case(lateral_shift_mm=jump.shift_mm, roll="touching"))
         first, second = placed.touch_points[:2]
         # the shift is known to 1e-4 mm, over which the gaps change by some tenths of that
         assert second.vertical_gap_mm < 5e-5
@@ -86,7 +86,7 @@ def test_jumps_are_where_two_points_touch(standard):
 def test_first_touch_points_lie_to_one_side_of_a_jump(standard):
     for jump in (jump for jump in standard.jumps if jump.side == "left"):
         before, after = (
-            place_case(Case(lateral_shift_mm=jump.shift_mm + step, wheelset=True)).first.rail_y_mm
+            place_case(Case(lateral_shift_mm=jump.shift_mm + step, roll="touching")).first.rail_y_mm
             for step in (-2e-3, 2e-3)
         )
         assert before == pytest.approx(jump.from_rail_y_mm, abs=0.1)
@@ -99,7 +99,7 @@ def test_first_touch_points_lie_to_one_side_of_a_jump(standard):
 def test_positions_are_those_of_the_wheelset(standard):
     assert list(standard.positions) == TABLE
     for shift in (-3.0, 0.5, 5.0):
-        placed, alone = standard.positions[shift], place_case(Case(lateral_shift_mm=shift, wheelset=True))
+        placed, alone = standard.positions[shift], place_case(Case(lateral_shift_mm=shift, roll="touching"))
         # the roll is found from another guess
         assert placed.left.first.rail_y_mm == pytest.approx(alone.first.rail_y_mm, abs=1e-6)
         assert placed.left.wheel.centre_mm == pytest.approx(alone.wheel.centre_mm, abs=1e-9)
@@ -127,7 +127,7 @@ def test_a_record_says_units_and_what_cannot_be(standard):
     assert "derails" in bad["problem"]
     assert good["lift_mm"] > 0.0
     touch = good["left"]["touch_points"][0]
-    alone = place_case(Case(lateral_shift_mm=2.0, wheelset=True)).first
+    alone = place_case(Case(lateral_shift_mm=2.0, roll="touching")).first
     assert touch["contact_angle_rad"] == pytest.approx(alone.contact_angle_rad, abs=1e-9)
     assert touch["rail_radius_mm"] == pytest.approx(80.0, rel=1e-9)
     # without a yaw the touch point lies below the axle

@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from fecontact.case import INPUTS, PARTS, Case, Criteria, Track, case_from_record, case_record
+from fecontact.case import INPUTS, PARTS, Case, Criteria, Opposite, Track, case_from_record, case_record
 from fecontact.cli import app, call
 from fecontact.errors import InputError
 from fecontact.inputs.kinds import Flag
@@ -150,13 +150,10 @@ ROWS: dict[tuple[str, str], Row] = {
     ),
     ("", "roll_rad"): angle("roll_mrad"),
     ("", "yaw_rad"): angle("yaw_mrad"),
-    ("", "wheelset"): Row(
-        "wheelset", "--wheelset", True, True, "perhaps", "perhaps",
-        "wheelset is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default no",
-    ),
-    ("", "roll_under_load"): Row(
-        "roll_under_load", "--roll-under-load", True, True, "perhaps", "perhaps",
-        "roll under load is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default no",
+    ("", "roll"): Row(
+        "roll", "--roll", "touching", "touching", "tuching", "tuching",
+        "roll is 'tuching'; allowed: given, touching, loaded; did you mean touching?",
+        ": given, touching, loaded; default given",
     ),
     ("", "roll_load_N"): Row(
         "roll_load_kN", "--roll-load-kn", 80, 80e3, -5, -5000.0,
@@ -272,7 +269,7 @@ EACH = pytest.mark.parametrize("place", ROWS, ids="/".join)
 def by_python(place: tuple[str, str], value: Any) -> Case:
     table, field = place
     changes = {field: value}
-    return replace(Case(), **({table: replace(getattr(Case(), table), **changes)} if table else changes))
+    return Case(**({table: replace(getattr(Case(), table), **changes)} if table else changes))
 
 
 def by_file(folder: Path, text: str, *, quick: bool = False) -> tuple[Case, ...]:
@@ -337,7 +334,7 @@ def test_an_input_outside_its_range_is_refused_in_the_same_words(place, tmp_path
 @cache
 def help_lines(command: str) -> tuple[str, ...]:
     """Lines of a command's help, in a process of its own: a console keeps the width that it began with."""
-    code = f"from fecontact.cli import call; call([{command!r}, '--help'])"
+    code = f"from fecontact.cli import call; call([{command!r}, '--help-all'])"
     environment = {**os.environ, "COLUMNS": "300"}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
     return tuple(found.strip("│ ") for found in done.stdout.splitlines() if found.startswith("│"))
@@ -356,15 +353,68 @@ def test_each_command_takes_what_it_uses():
     def of_groups(*groups: str) -> set[str]:
         return {name for slot in INPUTS if slot.group in groups for name in (*slot.names, *slot.common_names)}
 
-    every = of_groups("place", "files", "load", "material", "bodies", "solution", "verdict", "creep")
+    every = of_groups("place", "profiles", "load", "material", "bodies", "solution", "verdict", "creep")
     assert options("solve") & every == every
-    assert options("map") & every == every - {"--shift", "--lateral-shift-mm", "--load-kn", "--roll-under-load"}
+    assert options("map") & every == every - {"--shift", "--lateral-shift-mm", "--load-kn"}
     # no stress is looked at, and a mesh is not solved
     stress = {"--yield-mpa", "--rail-yield-mpa", "--wheel-yield-mpa"}
     names = {"--material-name", "--rail-material-name", "--wheel-material-name"}
-    assert options("hertz") & every == of_groups("place", "files", "load", "material") - stress
+    assert options("hertz") & every == of_groups("place", "profiles", "load", "material") - stress
     unused = stress | names | {"--solver", "--refine-degrees-of-freedom"}
     assert options("mesh") & every == every - of_groups("verdict", "creep") - unused
+
+
+@pytest.mark.parametrize("command", ["solve", "place", "hertz", "mesh", "map", "geometry"])
+def test_the_first_page_of_help_is_two_screens_with_what_most_runs_need(command, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    assert call([command, "--help"]) == 0
+    out = capsys.readouterr().out
+    assert len(out.splitlines()) <= 48
+    own = {
+        "solve": "--json --out --shift --load-kn --resolution --friction --p-max-percent --judged-by",
+        "map": "--shifts",
+    }
+    for option in ("--rail", "--wheel", "--inclination", *own.get(command, "").split()):
+        assert f" {option} " in out, option
+    assert "--rail-units" not in out
+    assert f"fecontact {command} --help-all" in out
+    # every topic that it names has a page, with inputs of that topic alone
+    topics = out.split("--help ")[-1].split("|")
+    for topic in map(str.strip, topics):
+        assert call([command, "--help", topic]) == 0
+        page = capsys.readouterr().out
+        assert f" {topic.capitalize()} " in page
+        assert page.count("╭") == 1
+    assert call([command, "--help", "materiel"]) == 2
+    assert "topics of" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["run", "--help"], "--workers"),
+        (["run", "--help-all"], "--workers"),
+        (["baseline", "update", "--help"], "--reason"),
+        (["--help", "solve"], "--shift"),
+        (["solve", "--shift", "3", "-h"], "--help-all"),
+        (["--help-all"], "Development"),
+    ],
+)
+def test_help_is_found_wherever_it_is_asked_for(words, says, capsys):
+    assert call(words) == 0
+    assert says in capsys.readouterr().out
+
+
+def test_commands_stand_in_the_order_in_which_they_are_used(capsys):
+    assert call(["--help"]) == 0
+    out = capsys.readouterr().out
+    panels = ["Start", "Look", "Solve", "After", "Development"]
+    assert [line.split()[1] for line in out.splitlines() if line.startswith("╭")] == [*panels, "Options"]
+
+
+def test_what_is_known_of_a_file_is_said_for_each_body(capsys):
+    assert call(["solve", "--units", "m"]) == 2
+    assert "--units: each body has an option of its own: --rail-units and --wheel-units" in capsys.readouterr().err
 
 
 def test_a_material_for_both_bodies_and_one_of_its_own():
@@ -379,15 +429,51 @@ def test_no_option_and_an_empty_file_are_the_default_case(tmp_path):
     assert by_file(tmp_path, "") == (Case(),)
 
 
-def test_a_roll_that_is_given_stands_instead_of_that_of_a_wheelset(tmp_path):
-    assert by_command("--wheelset", "--roll-mrad", "0.4") == Case(roll_rad=0.4e-3)
-    # also one of zero
-    assert by_command("--wheelset", "--roll-mrad", "0") == Case()
-    assert by_command("--roll-load-kn", "80", "--opposite-load-kn", "60", "--roll-mrad", "0") == Case()
-    text = "wheelset = true\n[[case]]\n[[case]]\nroll_mrad = 0.4\n"
-    assert by_file(tmp_path, text) == (Case(wheelset=True), Case(roll_rad=0.4e-3))
-    with pytest.raises(InputError, match=r"roll is 0\.0004 rad \(0\.4 mrad\), but that of a wheelset is found"):
-        Case(wheelset=True, roll_rad=0.4e-3)
+def test_a_roll_is_that_of_its_numbers_where_none_is_said(tmp_path):
+    assert by_command("--roll-mrad", "0.4") == Case(roll_rad=0.4e-3) == Case(roll="given", roll_rad=0.4e-3)
+    loads = {"roll_load_N": 80e3, "opposite": Opposite(wheel_load_N=60e3)}
+    assert (
+        by_command("--roll-load-kn", "80", "--opposite-load-kn", "60") == Case(**loads) == Case(roll="loaded", **loads)
+    )
+    text = 'roll = "touching"\n[[case]]\n[[case]]\nroll = "given"\nroll_mrad = 0.4\n'
+    assert by_file(tmp_path, text) == (Case(roll="touching"), Case(roll_rad=0.4e-3))
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (
+            {"roll": "touching", "roll_mrad": 0.4},
+            "roll angle is 0.4 mrad, but the roll is 'touching'; leave it out, or",
+        ),
+        # also one of zero
+        ({"roll": "loaded", "roll_mrad": 0}, "roll angle is 0 mrad, but the roll is 'loaded'"),
+        ({"roll": "given", "roll_load_kN": 80}, "roll load is 80 kN, but the roll is 'given'; leave it out, or give"),
+        ({"roll": "touching", "opposite": {"load_kN": 60}}, "opposite load is 60 kN, but the roll is 'touching'"),
+        ({"roll_mrad": 0.4, "roll_load_kN": 80}, "roll load is 80 kN, but the roll is 'given'"),
+        (
+            {"wheelset": True},
+            "wheelset: there is no such input any more; the roll at which both wheels touch is roll =",
+        ),
+        ({"wheelset": False}, "a fixed one roll = 'given'"),
+        ({"roll_under_load": True}, "the roll of the loaded wheelset is roll = 'loaded'"),
+    ],
+)
+def test_numbers_of_another_roll_and_its_old_names_are_refused(options, says, tmp_path, capsys):
+    top = [f"{key} = {json.dumps(value)}" for key, value in options.items() if not isinstance(value, dict)]
+    inner = [f"[{key}]\nload_kN = {value['load_kN']}" for key, value in options.items() if isinstance(value, dict)]
+    assert says in refusal(tmp_path, "\n".join((*top, *inner)))
+    words: list[str] = []
+    for key, value in options.items():
+        name = "--" + key.lower().replace("_", "-")
+        words += (
+            ["--opposite-load-kn", "60"] if isinstance(value, dict) else [name] + [str(value)] * (value is not True)
+        )
+    assert call(["solve", *words]) == 2
+    assert says in capsys.readouterr().err
+    if isinstance(next(iter(options.values())), bool):
+        with pytest.raises(InputError, match="there is no such input any more"):
+            case_from_record(case_record(Case()) | options)
 
 
 def test_the_shift_has_two_names_and_element_sizes_are_a_resolution():

@@ -29,6 +29,7 @@ from fecontact.comparison.judging import judge_load
 from fecontact.comparison.measures import MEASURES, MISFITS
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.solved_load import Level, SolvedLoad
+from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ
 from fecontact.comparison.uncertainty import MESH_RATIO
 from fecontact.comparison.verdict import judge
 from fecontact.contact.grid import ContactGrid
@@ -43,9 +44,9 @@ from fecontact.map.cells import ApplicabilityMap, LoadInterval, LoadLimit, MapCe
 from fecontact.map.load_limit import KnownLoad, known_loads, load_limit, next_load
 from fecontact.map.position import solve_position
 from fecontact.outputs.map import cell_record, limit_record, map_record
-from fecontact.outputs.map_figure import CAUSE_LETTERS, map_figure
+from fecontact.outputs.map_figure import map_figure
 from fecontact.outputs.map_report import write_map_report
-from fecontact.outputs.map_table import limit_text, map_table
+from fecontact.outputs.map_table import map_table
 from fecontact.outputs.rows import MEASURED_COLUMNS, cell_row, load_row
 from fecontact.outputs.stored import (
     placement_from_record,
@@ -55,6 +56,7 @@ from fecontact.outputs.stored import (
     solved_record,
     write_arrays,
 )
+from fecontact.outputs.verdict_map import CAUSE_LETTERS, limit_text, verdict_view
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.runs import position_store
 from fecontact.runs.identity import origin_of, position_id
@@ -63,7 +65,7 @@ from fecontact.runs.load import load as load_results
 from fecontact.runs.map_run import run_map
 from fecontact.runs.position_store import position_folder, read_position, write_position
 from fecontact.solving.load_sweep import LoadSweep
-from fecontact.solving.position import expect_on_half_space, hertz_of_case, place_case
+from fecontact.solving.position import Clock, expect_on_half_space, hertz_of_case, place_case
 from fecontact.solving.stiffness_fit import fit_stiffness
 
 LOADS = (10e3, 50e3, 100e3, 150e3)
@@ -116,6 +118,7 @@ def planted_solved(case, deviation=0.0, status="converged", **more):
             nodal=planted_rung(hertz, nodes, deviation, status),
             fe=planted_rung(hertz, 16, deviation, status),
             otherwise=planted_rung(hertz, 16, deviation, status),
+            compliance_error=0.0,
             degrees_of_freedom={"rail": 900 * nodes, "wheel": 800 * nodes},
             elements={"rail": 300 * nodes, "wheel": 200 * nodes},
             enlarged=0,
@@ -158,7 +161,7 @@ def point(load_N: float, deviation: float = 0.0, uncertainty: float = 0.001, sta
             deviation=deviating,
             fe=replace(like.comparison.fe, approach_mm=approach),
         ),
-        sides=(replace(like.sides[0], deviation=deviating, uncertainty=unsure, verdict=verdict),),
+        judgements={HERTZ: replace(like.judgements[HERTZ], deviation=deviating, uncertainty=unsure, verdict=verdict)},
         verdict=replace(verdict, cause=None if verdict.answer == "HOLDS" else "second patch"),
     )
 
@@ -446,8 +449,13 @@ def test_loads_of_the_map_that_cannot_be_used_are_not_known():
 def test_a_known_load_is_as_far_beyond_its_limit_as_its_worst_measure():
     judged = point(1e5, 0.06)
     assert KnownLoad.of(judged).excess == pytest.approx(0.2)
-    side = replace(judged.sides[0], deviation=judged.sides[0].deviation | {"centre_over_b": -0.3})
-    assert KnownLoad.of(replace(judged, sides=(*judged.sides, side))).excess == pytest.approx(1.0)
+    field = judged.judgements[HERTZ]
+    gauge = replace(field, deviation=field.deviation | {"centre_over_b": -0.3})
+    either = replace(judged, judgements={HERTZ_GAUGE: gauge, HERTZ: field})
+    assert KnownLoad.of(either).excess == pytest.approx(1.0)
+    # that of another theory does not count
+    other = replace(judged, judgements={HERTZ: field, MULTI_HERTZ: gauge})
+    assert KnownLoad.of(other).excess == pytest.approx(0.2)
 
 
 # --- positions ------------------------------------------------------------------------------------------------------
@@ -821,7 +829,7 @@ def test_stiffness_of_each_position_over_its_loads(kept):
 
 def test_map_of_one_cell_is_drawn_as_png(tmp_path):
     made = fresh_map([0.0], [100e3])
-    assert map_figure(made, tmp_path / "one.png").stat().st_size > 0
+    assert map_figure(verdict_view(made), tmp_path / "one.png").stat().st_size > 0
     (limit,) = map_record(made)["limits"]
     assert limit["intervals"] == [{"low_N": 100e3, "high_N": 100e3, "answer": "HOLDS"}]
     assert (limit["F_max_N"], limit["reason"]) == (None, None)
@@ -831,7 +839,7 @@ def test_map_of_one_cell_is_drawn_as_png(tmp_path):
 
 
 def test_map_table_has_a_line_for_each_position(fresh):
-    lines = map_table(fresh).splitlines()
+    lines = map_table(verdict_view(fresh)).splitlines()
     assert len(lines) == 11
     assert lines[2].endswith("+   +3.0   holds 10 to 150 kN")
     assert lines[3].endswith("xp  +6.0   holds 10 to 118.4, open 118.4 to 129.8, fails 129.8 to 150 kN")
@@ -846,8 +854,8 @@ def test_map_table_has_a_line_for_each_position(fresh):
 
 @pytest.mark.parametrize("width", [120, 80, 60])
 def test_map_table_fits_a_terminal(fresh, width):
-    wide = map_table(fresh)
-    lines = map_table(fresh, width=width).splitlines()
+    wide = map_table(verdict_view(fresh))
+    lines = map_table(verdict_view(fresh), width=width).splitlines()
     assert max(map(len, lines)) <= width
     # every cell and every limit is still there, once
     cells = [part for line in wide.splitlines()[1:8] for part in line.split("  ") if part.strip()[:1] in "+x?!"]
@@ -869,7 +877,9 @@ def test_the_table_shows_the_measure_that_decided(measure, letter, answer, mark)
     like = point(100e3)
     cell = cell_of(replace(like, verdict=replace(like.verdict, answer=answer, measure=measure)))
     position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=load_limit([cell]))
-    line = map_table(ApplicabilityMap(case=ROUND, loads_N=(100e3,), positions=(position,))).splitlines()[1]
+    line = map_table(verdict_view(ApplicabilityMap(case=ROUND, loads_N=(100e3,), positions=(position,)))).splitlines()[
+        1
+    ]
     word = "fails" if answer == "FAILS" else "open"
     assert line == f"   +0.00  {mark}{letter}  +0.0   {word} 100 kN"
 
@@ -905,7 +915,7 @@ def test_the_title_of_the_picture_says_by_what_hertz_is_judged_in_its_png(tmp_pa
     monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", look)
     made = fresh_map([0.0], [100e3])
     for criteria in (Criteria(), Criteria(p_max=0.03, area=0.2, judged_by=("strength", "area"))):
-        map_figure(replace(made, case=replace(made.case, criteria=criteria)), tmp_path)
+        map_figure(verdict_view(replace(made, case=replace(made.case, criteria=criteria))), tmp_path)
     head = "rail circle:300, wheel cylinder:460: where Hertz holds,\n"
     head += "roll fixed at 0 mrad (lines given by their radii make no wheelset),\n"
     assert titles == [
@@ -927,7 +937,7 @@ def test_every_cause_has_its_letter_in_the_png(cause, letter, tmp_path, monkeypa
     like = point(100e3, 0.2)
     cell = cell_of(replace(like, verdict=replace(like.verdict, cause=cause)))
     position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=load_limit([cell]))
-    map_figure(ApplicabilityMap(case=ROUND, loads_N=(100e3,), positions=(position,)), tmp_path)
+    map_figure(verdict_view(ApplicabilityMap(case=ROUND, loads_N=(100e3,), positions=(position,))), tmp_path)
     assert [text for text in drawn if text.endswith(f" {letter}")]
     assert cause in drawn
 
@@ -945,7 +955,7 @@ def test_the_png_changes_its_colour_where_the_verdict_does(monkeypatch):
         MapPosition(lateral_shift_mm=0.0, cells=tuple(TWO_LOADS), limit=limit),
         MapPosition(lateral_shift_mm=1.0, cells=(lost,), limit=load_limit([lost])),
     )
-    map_figure(ApplicabilityMap(case=ROUND, loads_N=(1e4, 9e4), positions=positions), "unused.png")
+    map_figure(verdict_view(ApplicabilityMap(case=ROUND, loads_N=(1e4, 9e4), positions=positions)), "unused.png")
     (ax,) = kept[0].axes
     filled = [
         (to_hex(bar.get_facecolor()), bar.get_x(), bar.get_y(), bar.get_y() + bar.get_height())
@@ -970,7 +980,7 @@ def test_the_report_of_a_map_says_limits_and_cells_beside_its_png(tmp_path):
     from xml.etree import ElementTree
 
     made = fresh_map([0.0, 1.0], LOADS)
-    map_figure(made, tmp_path / "map.png")
+    map_figure(verdict_view(made), tmp_path / "map.png")
     text = write_map_report(made, tmp_path).read_text("utf-8")
     page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
     limits, cells = list(page.iter("table"))
@@ -1689,6 +1699,7 @@ class FakeMeshes:
 def meshes(monkeypatch):
     monkeypatch.setattr(FakeMeshes, "made", [])
     monkeypatch.setattr("fecontact.solving.load_sweep.Meshes", FakeMeshes)
+    monkeypatch.setattr("fecontact.solving.load_sweep.judge_load", lambda solved, placement, theories: solved)
     return FakeMeshes.made
 
 
@@ -1800,6 +1811,7 @@ class AnyPosition:
     expected: OnePatch = OnePatch()
 
     placement = None
+    clock = Clock(None)
 
     def for_load(self, load_N):
         size = self.sizes[round(load_N / 10e3) - 1]

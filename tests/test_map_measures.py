@@ -2,41 +2,59 @@
 
 import csv
 import json
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 
 import pytest
-from inline import inline_crew
 from matplotlib.colors import to_hex
 
 from fecontact.case import Case
 from fecontact.cli import call
-from fecontact.comparison.creep_theories import TheoryVerdicts
-from fecontact.comparison.creep_verdict import PLACE, SHAPE, ForceAt, ForceVerdict
+from fecontact.comparison.creep_theories import REAL
+from fecontact.comparison.creep_verdict import PLACE, SHAPE
+from fecontact.comparison.judgement import ForceAt, judged_force
 from fecontact.creep import Creep
 from fecontact.errors import InputError
 from fecontact.map.cells import ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition
-from fecontact.map.forces import force_limit
-from fecontact.outputs.force_map import force_map_figure, force_table
-from fecontact.outputs.map import map_record
+from fecontact.map.forces import force_limit, with_laws
+from fecontact.outputs.cheapest_map import law_view
+from fecontact.outputs.map import map_record, write_laws
+from fecontact.outputs.map_figure import map_figure
 from fecontact.outputs.map_measures import refuse_measure
+from fecontact.outputs.map_table import map_table
 from fecontact.outputs.style import ANSWERS
-from fecontact.outputs.theory_map import theory_map_figure, theory_table, write_theory_map
-from fecontact.runs.theories import write_theories
+from fecontact.outputs.verdict_map import force_view
 from fecontact.theory.creep.contact import Creepages
 
-CASE = Case(wheelset=True, creep=Creep(friction=0.3))
+CASE = Case(roll="touching", creep=Creep(friction=0.3))
 LOADS = (20e3, 50e3, 100e3)
 
 
-class Judged:
-    """A load of which nothing is known but its verdict of forces and of theories."""
+def judged_as(answer, percent, cause=None, at=None, unsure=0.002):
+    """A judgement of forces with a verdict that is given."""
+    creepages = Creepages(xi=1e-3) if at is None else at
+    made = judged_force([ForceAt(creepages=creepages, deviation=percent / 100.0, uncertainty=unsure)], 0.05)
+    return replace(made, verdict=replace(made.verdict, answer=answer, cause=cause))
 
-    def __init__(self, load_N, percent, answer, cause=None, theories=None):
-        self.load_N, self.status, self.case = load_N, "converged", CASE
-        self.verdict = SimpleNamespace(answer="HOLDS", cause=None)
-        at = ForceAt(creepages=Creepages(xi=1e-3), deviation=percent / 100.0, uncertainty=0.002)
-        self.force = ForceVerdict(answer=answer, decided=(at,), limit=0.05, cause=cause)
-        self.theories = theories or {}
+
+@dataclass(frozen=True, kw_only=True)
+class Judged:
+    """A load of which nothing is known but its verdict of forces and of their laws."""
+
+    load_N: float
+    creep: SimpleNamespace
+    creep_laws: dict = field(default_factory=dict)
+    status: str = "converged"
+    case: Case = CASE
+    verdict: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(answer="HOLDS", cause=None))
+    # whose forces are asked for again is told by these two
+    solved: float = 0.0
+    hertz: str = "its ellipse"
+
+
+def judged_load(load_N, percent, answer, cause=None, laws=None):
+    creep = SimpleNamespace(verdict=judged_as(answer, percent, cause))
+    return Judged(load_N=load_N, solved=load_N, creep=creep, creep_laws=laws or {})
 
 
 def cell(judged, status="converged", shift=0.0):
@@ -47,52 +65,45 @@ def position(shift, cells, tried=()):
     # by pressure Hertz holds at all loads here
     whole = LoadInterval(low_N=LOADS[0], high_N=LOADS[-1], answer="HOLDS")
     limit = LoadLimit(intervals=(whole,), tried=tuple((one.load_N, "HOLDS") for one in tried))
-    return MapPosition(lateral_shift_mm=shift, cells=cells, limit=limit, placement=object(), tried=tried)
+    placement = object()
+    return MapPosition(
+        lateral_shift_mm=shift,
+        cells=cells,
+        limit=limit,
+        force_limit=force_limit(cells, tried, placement, limit),
+        placement=placement,
+        tried=tried,
+    )
+
+
+def laws_of(polach, fastsim, exact="HOLDS"):
+    found = {
+        name: judged_as(answer, off, at=Creepages(eta=2e-3), unsure=0.01)
+        for name, answer, off in (("polach", polach, 12.0), ("fastsim", fastsim, 3.1), ("exact", exact, 1.0))
+    }
+    return found | {REAL: judged_as("HOLDS", 0.0, unsure=0.0)}
 
 
 @pytest.fixture
 def made(monkeypatch):
     """Three positions: he holds up to some load, fails at all, and one that could not be solved."""
+    tried = (judged_load(30e3, 3.0, "HOLDS"), judged_load(70e3, 6.0, "FAILS", PLACE))
+    found = {one.solved: one.creep.verdict for one in tried}
     seen = []
 
-    def looked(judged, placement, creep):
-        seen.append(judged.load_N)
-        return judged.force
+    def looked(solved, hertz, placement, creep):
+        assert (hertz, creep) == ("its ellipse", CASE.creep)
+        seen.append(solved)
+        return found[solved]
 
-    monkeypatch.setattr(
-        "fecontact.map.forces.creep_of", lambda judged, placement: SimpleNamespace(verdict=judged.force)
-    )
     monkeypatch.setattr("fecontact.map.forces.force_verdict", looked)
-    monkeypatch.setattr("fecontact.outputs.theory_map.ellipses_of", lambda judged, placement: None)
-    monkeypatch.setattr(
-        "fecontact.outputs.theory_map.theory_verdicts",
-        lambda judged, placement, springs, exact: TheoryVerdicts(verdicts=judged.theories),
-    )
-    monkeypatch.setattr(
-        "fecontact.outputs.theory_map.creep_of", lambda judged, placement: SimpleNamespace(verdict=judged.force)
-    )
-
-    def theories(polach, fastsim):
-        return {
-            name: ForceVerdict(
-                answer=answer,
-                decided=(ForceAt(creepages=Creepages(eta=2e-3), deviation=off, uncertainty=0.01),),
-                limit=0.05,
-            )
-            for name, answer, off in (("polach", polach, 0.12), ("fastsim", fastsim, 0.031), ("exact", "HOLDS", 0.01))
-        }
-
     first = (
-        cell(Judged(20e3, 1.0, "HOLDS", theories=theories("HOLDS", "HOLDS"))),
-        cell(Judged(50e3, 4.0, "HOLDS", theories=theories("FAILS", "HOLDS"))),
-        cell(Judged(100e3, 9.0, "FAILS", PLACE, theories=theories("FAILS", "UNRESOLVED"))),
+        cell(judged_load(20e3, 1.0, "HOLDS", laws=laws_of("HOLDS", "HOLDS"))),
+        cell(judged_load(50e3, 4.0, "HOLDS", laws=laws_of("FAILS", "HOLDS"))),
+        cell(judged_load(100e3, 9.0, "FAILS", PLACE, laws=laws_of("FAILS", "UNRESOLVED"))),
     )
-    tried = (Judged(30e3, 3.0, "HOLDS"), Judged(70e3, 6.0, "FAILS", PLACE))
-    fails = {
-        name: ForceVerdict(answer="FAILS", decided=one.decided, limit=0.05)
-        for name, one in theories("FAILS", "FAILS").items()
-    }
-    second = tuple(cell(Judged(load, 20.0, "FAILS", SHAPE, theories=fails), shift=1.0) for load in LOADS)
+    fails = laws_of("FAILS", "FAILS", "FAILS")
+    second = tuple(cell(judged_load(load, 20.0, "FAILS", SHAPE, laws=fails), shift=1.0) for load in LOADS)
     lost = tuple(MapCell(lateral_shift_mm=2.0, load_N=load, status="failed: no memory") for load in LOADS)
     whole = ApplicabilityMap(
         case=CASE,
@@ -108,19 +119,46 @@ def made(monkeypatch):
 
 def test_limits_of_forces_come_from_the_loads_that_were_solved(made):
     whole, seen = made
-    limits = [force_limit(position) for position in whole.positions]
-    assert [[(one.low_N, one.high_N, one.answer) for one in limit.intervals] for limit in limits] == [
+    limits = [position.force_limit for position in whole.positions]
+    assert [[(one.low_N, one.high_N, one.answer) for one in limit.intervals] for limit in limits[:2]] == [
         [(20e3, 50e3, "HOLDS"), (50e3, 70e3, "UNRESOLVED"), (70e3, 100e3, "FAILS")],
         [(20e3, 100e3, "FAILS")],
-        [],
     ]
-    # of the loads of the search those that tell more, and each once
+    # of the loads of the search those that tell more
     assert seen == [70e3]
     assert limits[0].tried == ((70e3, "FAILS"),)
     assert limits[0].F_max_N == 50e3
-    assert limits[2].reason == "failed: no memory"
-    force_limit(whole.positions[0])
-    assert seen == [70e3]
+    # of what was not solved nothing is known, and the limit of pressure says why
+    assert limits[2] is None
+
+
+def test_limits_of_forces_with_no_friction_and_of_loads_that_must_not_be_used():
+    limit = LoadLimit(reason="no load could be solved", note="20 kN: not converged")
+    without = Judged(load_N=20e3, creep=None)
+    assert force_limit((cell(without),), (), object(), limit) is None
+    # forces were judged, but of a contact that did not converge
+    lost = replace(judged_load(20e3, 1.0, "UNRESOLVED"), status="not converged")
+    found = force_limit((cell(lost, status="not converged"),), (), object(), limit)
+    assert (found.intervals, found.reason, found.note) == ((), limit.reason, limit.note)
+    assert cell(lost, status="not converged").force is None
+
+
+def test_laws_of_forces_are_judged_at_loads_that_may_be_used(monkeypatch):
+    seen = []
+
+    def judged_by(load, placement):
+        seen.append((load.load_N, placement))
+        return replace(load, creep_laws=laws_of("HOLDS", "HOLDS"))
+
+    monkeypatch.setattr("fecontact.map.forces.with_creep_laws", judged_by)
+    usable, lost = judged_load(20e3, 1.0, "HOLDS"), judged_load(50e3, 1.0, "HOLDS")
+    nothing = MapCell(lateral_shift_mm=0.0, load_N=100e3, status="failed: no memory")
+    before = position(0.0, (cell(usable), cell(lost, status="not converged"), nothing))
+    after = with_laws(before)
+    assert seen == [(20e3, before.placement)]
+    assert list(after.cells[0].judged.creep_laws) == ["polach", "fastsim", "exact", REAL]
+    assert after.cells[1:] == before.cells[1:]
+    assert (after.limit, after.force_limit) == (before.limit, before.force_limit)
 
 
 def bands(ax):
@@ -133,8 +171,8 @@ def bands(ax):
 
 def test_the_png_of_forces_is_drawn_as_that_of_pressure(made, monkeypatch):
     kept = []
-    monkeypatch.setattr("fecontact.outputs.force_map.save_figure", lambda figure, path: kept.append(figure))
-    force_map_figure(made[0], "unused.png")
+    monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", lambda figure, path: kept.append(figure))
+    map_figure(force_view(made[0]), "unused.png")
     (ax,) = kept[0].axes
     assert [colour for colour, *_ in bands(ax)] == [
         ANSWERS[answer] for answer in ("HOLDS", "UNRESOLVED", "FAILS", "FAILS", "failed")
@@ -149,7 +187,7 @@ def test_the_png_of_forces_is_drawn_as_that_of_pressure(made, monkeypatch):
 
 
 def test_tables_of_forces_and_theories(made):
-    lines = force_table(made[0]).splitlines()
+    lines = map_table(force_view(made[0])).splitlines()
     assert lines[1].split() == [
         "+0.00",
         "+",
@@ -162,7 +200,7 @@ def test_tables_of_forces_and_theories(made):
     ]
     assert lines[3].split()[:4] == ["+2.00", "!", "!", "!"]
     assert any("part of the limit of 5 % of µN" in line for line in lines)
-    lines = theory_table(made[0]).splitlines()
+    lines = map_table(law_view(made[0])).splitlines()
     assert lines[1].split() == ["+0.00", "P", "12.0", "F", "3.1", "F?", "3.1"]
     assert lines[2].split() == ["+1.00", "R", "R", "R"]
 
@@ -171,8 +209,8 @@ def test_the_png_of_theories_has_a_colour_for_each_and_says_what_is_open(made, m
     from fecontact.outputs.theory_map import _COLOURS
 
     kept = []
-    monkeypatch.setattr("fecontact.outputs.theory_map.save_figure", lambda figure, path: kept.append(figure))
-    theory_map_figure(made[0], "unused.png")
+    monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", lambda figure, path: kept.append(figure))
+    map_figure(law_view(made[0]), "unused.png")
     (ax,) = kept[0].axes
     unresolved = ANSWERS["UNRESOLVED"]
     # between two loads with different theories it is open, as it is where a cheaper one may hold
@@ -181,27 +219,11 @@ def test_the_png_of_theories_has_a_colour_for_each_and_says_what_is_open(made, m
         *(_COLOURS["real"], ANSWERS["failed"]),
     ]
     assert [text.get_text() for text in ax.texts] == ["P 12.0", "F 3.1", "F? 3.1", "R", "R", "R", *"!!!"]
-    write_theory_map(made[0], tmp_path)
+    write_laws(made[0], tmp_path)
     rows = list(csv.DictReader((tmp_path / "map_theory.csv").read_text("utf-8").splitlines()))
     assert [row["cheapest_theory"] for row in rows] == ["polach", "fastsim", "UNRESOLVED", *["real"] * 3, *[""] * 3]
     assert float(rows[1]["fastsim_off_percent_of_muN"]) == pytest.approx(3.1)
     assert rows[8]["status"] == "failed: no memory"
-
-
-def test_many_cells_are_judged_by_processes_with_the_same_files(made, monkeypatch, tmp_path):
-    monkeypatch.setattr("fecontact.outputs.theory_map.save_figure", lambda figure, path: path)
-    opened = []
-    monkeypatch.setattr(
-        "fecontact.runs.theories.process_crew", lambda workers, threads: opened.append(workers) or inline_crew()
-    )
-    for name, workers in (("alone", 1), ("together", 2)):
-        (tmp_path / name).mkdir()
-        monkeypatch.setattr("fecontact.outputs.theory_map._JUDGED", {})
-        write_theories(made[0], tmp_path / name, workers)
-    assert opened == [2]
-    one, other = ((tmp_path / name / "map_theory.csv").read_bytes() for name in ("alone", "together"))
-    assert one == other
-    assert one.count(b"polach") > 0
 
 
 def test_a_measure_of_forces_needs_friction(tmp_path, capsys):
@@ -217,7 +239,7 @@ def test_a_measure_of_forces_needs_friction(tmp_path, capsys):
 
 
 def test_the_record_of_a_map_with_friction_has_the_limits_of_forces(made, monkeypatch):
-    monkeypatch.setattr("fecontact.outputs.map.cell_record", lambda cell, placement: {})
+    monkeypatch.setattr("fecontact.outputs.map.cell_record", lambda cell: {})
     monkeypatch.setattr("fecontact.outputs.map.stiffness_rows", lambda position: [])
     limits = json.loads(json.dumps(map_record(made[0])["force_limits"]))
     assert [limit["F_max_N"] for limit in limits] == [50e3, None, None]

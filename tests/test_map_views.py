@@ -119,7 +119,7 @@ def test_one_picture_draws_them_in_a_png(made, monkeypatch):
     monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", lambda figure, path: kept.append(figure))
     views = [verdict_view(made), verdict_view(made, MULTI_HERTZ), theory_view(made), theory_view(failing(made))]
     for view in views:
-        map_figure(view, "unused.png")
+        map_figure(verdict_view(view), "unused.png")
     for view, figure in zip(views, kept, strict=True):
         (ax,) = figure.axes
         assert [to_hex(bar.get_facecolor()) for bar in ax.patches if bar.get_fill()] == [

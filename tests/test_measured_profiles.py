@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from points import profile_from_points
 from scipy.interpolate import make_smoothing_spline
 
 from fecontact.case import Case, Track
@@ -16,9 +17,8 @@ from fecontact.outputs.preview import measured_figure, nearest_text, preview_fig
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load
 from fecontact.profiles.noise import noise_of
-from fecontact.profiles.readers.points import profile_from_points
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.recognition import nearest, points_of, smoothed
+from fecontact.profiles.recognition import nearest
 from fecontact.profiles.registration import Registration, foot_points, register
 from fecontact.profiles.smoothed_lines import scaled, variant
 from fecontact.profiles.smoothing_spline import smoothed_by
@@ -39,8 +39,7 @@ def sampled(name, noise_mm=0.0, step_mm=0.2, seed=0, *, wear=None, moved=None):
 
 
 def read(points, kind="rail", **reading):
-    known = Reading(**reading)
-    return smoothed(profile_from_points(*points.T, kind=kind, name="p", reading=known), known)
+    return profile_from_points(*points.T, kind=kind, name="p", reading=Reading(**reading))
 
 
 def corner_wear(y):
@@ -100,7 +99,7 @@ def test_a_worn_rail_is_its_rail_and_its_wear():
     assert "nearest library profile: 60E1" in nearest_text(nearest(points, "rail"))
     # the wear that was planted, to some of the noise, where both lines are registered by the sides of the head
     line = read(points, nominal="60E1")
-    feet = foot_points(replace(load("60E1"), outline=()), points_of(line))
+    feet = foot_points(replace(load("60E1"), outline=()), line.points)
     assert feet.off_mm.min() == pytest.approx(-0.6, abs=0.05)
 
 
@@ -214,8 +213,7 @@ def test_the_deviation_from_the_nominal_scales():
     assert whole == pytest.approx(line.height(y), abs=1e-12)
     # a displacement across the line: its height is linear in it to the square of 0.6 mm over the radii of 80 mm
     assert half == pytest.approx(0.5 * (none + whole), abs=1e-3)
-    made = line.measured
-    moved = Registration(turn_rad=made.turn_rad, shift=made.shift)
+    moved = line.measured.held.registration
     assert foot_points(load("60E1"), moved.to_reference(np.column_stack((y, none)))).off_mm == pytest.approx(
         0.0, abs=1e-9
     )
@@ -311,5 +309,7 @@ def test_points_that_are_taken_as_exact_and_are_not_are_named(tmp_path):
     hollow = replace(place_case(case).first.curvature, yy_per_mm=-1.0)
     placed = place_case(case)
     placed = replace(placed, touch_points=(replace(placed.first, curvatures=(hollow,)),))
-    with pytest.raises(InputError, match="the line of noisy goes through its points as they are: give --smoothing-mm"):
+    with pytest.raises(
+        InputError, match="the line of noisy goes through its points as they are: give --rail-smoothing-mm or"
+    ):
         hertz_of_case(case, placed)

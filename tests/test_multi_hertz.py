@@ -8,15 +8,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fecontact.comparison.multi_hertz import MultiHertz, PlacedEllipse, judge_multi_hertz, multi_hertz
 
 from fecontact.case import Case, Track
-from fecontact.comparison.approximation import mean_pressure
-from fecontact.comparison.judging import judge_load
+from fecontact.comparison.approximation import Approximation, ellipse
+from fecontact.comparison.judging import judge_load, judge_theory
 from fecontact.comparison.lobes import judge_lobes, parts_of
-from fecontact.comparison.measures import MEASURES, measures_of, patch_of
+from fecontact.comparison.measures import MEASURES, measures_of, measures_of_theory, patch_of
 from fecontact.comparison.patch import area_between
 from fecontact.comparison.solved_load import Level, SolvedLoad
+from fecontact.comparison.theories import MULTI_HERTZ, THEORIES
 from fecontact.contact.grid import ContactGrid
 from fecontact.geometry.placement import place
 from fecontact.profiles.curve import Profile
@@ -24,7 +24,7 @@ from fecontact.profiles.segments import Arc
 from fecontact.profiles.shapes import cylinder_wheel
 from fecontact.solving.expected_patch import expected_patch
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import direction_of_case, expect_on_half_space, hertz_points_of_case, true_gap_of_case
+from fecontact.solving.position import expect_on_half_space, hertz_points_of_case, true_gap_of_case
 from fecontact.theory.hertz import hertz_ellipse
 
 RADIUS, APART = 80.0, 40.0
@@ -32,14 +32,22 @@ RADIUS, APART = 80.0, 40.0
 
 def judged(case, placement, rung):
     """A load whose finite elements are a half-space, the same on both meshes."""
-    level = Level(nodal=rung, fe=rung, otherwise=rung, degrees_of_freedom={}, elements={}, enlarged=0, at_edge=False)
+    level = Level(
+        nodal=rung,
+        fe=rung,
+        otherwise=rung,
+        compliance_error=0.0,
+        degrees_of_freedom={},
+        elements={},
+        enlarged=0,
+        at_edge=False,
+    )
     solved = SolvedLoad(case=case, levels=(level, level), half_space=rung, quadratic=rung, point_noise=None)
     return judge_load(solved, placement)
 
 
-def contact_of(case, placement):
-    points = hertz_points_of_case(case, placement)
-    return multi_hertz(placement, points, direction_of_case(case, placement))
+def judgement_of(load, contact):
+    return judge_theory(load.case, load.solved.levels, contact, {})
 
 
 def two_heads() -> Profile:
@@ -62,14 +70,18 @@ def two_patches():
 
 
 def test_two_equal_patches_far_apart_are_two_ellipses(two_patches):
-    case, placement, load = two_patches
-    contact = contact_of(case, placement)
+    case, _, load = two_patches
+    multi = load.judgements[MULTI_HERTZ]
+    contact = multi.approximation
     exact = hertz_ellipse(
         0.5 / 460, 0.5 / RADIUS, normal_force_N=0.5 * case.load_N, contact_modulus_MPa=case.contact_modulus_MPa
     )
-    assert [one.hertz.p0_MPa for one in contact.ellipses] == pytest.approx([exact.p0_MPa] * 2, rel=1e-6)
+    assert [one.p_max_MPa for one in contact.patches] == pytest.approx([exact.p0_MPa] * 2, rel=1e-6)
+    # along the arcs, between the tops
+    arc = 2.0 * RADIUS * math.asin(0.5 * APART / RADIUS)
+    assert sorted(one.centre_mm[1] for one in contact.patches) == pytest.approx([0.0, arc], abs=1e-6)
+    assert sorted(one.touch_point for one in contact.patches) == [0, 1]
     assert not contact.overlapping
-    multi = judge_multi_hertz(load, contact)
     # patches of 5 mm by 1.6 mm, 40 mm apart: each lies on the slope that the other one presses into the half-space,
     # which moves it, and bends it by some 1e-3 of its own curvature
     assert multi.deviation["p_max_MPa"] == pytest.approx(0.0, abs=0.002)
@@ -87,28 +99,28 @@ def test_two_equal_patches_far_apart_are_two_ellipses(two_patches):
 
 
 def test_a_patch_that_no_ellipse_knows_is_separate_load(two_patches):
-    case, placement, load = two_patches
-    contact = contact_of(case, placement)
-    one = replace(contact, ellipses=contact.ellipses[:1])
-    assert judge_multi_hertz(load, one).deviation["separate_load"] == pytest.approx(0.5, abs=2e-3)
-    assert judge_multi_hertz(load, one).verdict.answer == "FAILS"
+    _, _, load = two_patches
+    contact = load.judgements[MULTI_HERTZ].approximation
+    one = replace(contact, patches=contact.patches[:1])
+    assert judgement_of(load, one).deviation["separate_load"] == pytest.approx(0.5, abs=2e-3)
+    assert judgement_of(load, one).verdict.answer == "FAILS"
     # and an ellipse where there is none
-    away = replace(contact.ellipses[1], s_mm=contact.ellipses[1].s_mm - 60.0)
-    third = replace(contact, ellipses=(*contact.ellipses, away))
-    assert judge_multi_hertz(load, third).deviation["separate_load"] == pytest.approx(1.0 / 3.0, abs=1e-3)
+    x, s = contact.patches[1].centre_mm
+    third = replace(contact, patches=(*contact.patches, ellipse(contact.patches[1].hertz, (x, s - 60.0))))
+    assert judgement_of(load, third).deviation["separate_load"] == pytest.approx(1.0 / 3.0, abs=1e-3)
 
 
 def test_one_ellipse_has_one_patch_however_wide_it_is(two_patches):
-    case, placement, load = two_patches
-    contact = contact_of(case, placement)
+    case, _, load = two_patches
+    contact = load.judgements[MULTI_HERTZ].approximation
     flat = hertz_ellipse(0.5 / 460, 0.5 / 1e6, normal_force_N=case.load_N, contact_modulus_MPa=case.contact_modulus_MPa)
     assert flat.extent_y_mm > 4.0 * APART
-    wide = replace(contact.ellipses[0], hertz=flat)
-    alone = judge_multi_hertz(load, replace(contact, ellipses=(wide,)))
+    wide = ellipse(flat, contact.patches[0].centre_mm)
+    alone = judgement_of(load, replace(contact, patches=(wide,)))
     # as Hertz is judged, who has one ellipse too
     assert alone.deviation["separate_load"] == pytest.approx(load.deviation["separate_load"], abs=1e-12)
     # two of them have both patches
-    both = judge_multi_hertz(load, replace(contact, ellipses=(wide, wide)))
+    both = judgement_of(load, replace(contact, patches=(wide, wide)))
     assert both.deviation["separate_load"] == 0.0
 
 
@@ -134,7 +146,11 @@ def test_a_single_touch_point_is_one_ellipse_by_both_theories():
     placement = place_case(case)
     _, expected = expect_on_half_space(case, placement)
     load = judged(case, placement, expected.half_space)
-    multi = judge_multi_hertz(load, contact_of(case, placement))
+    # what the springs would say is Hertz, and is not told twice
+    assert MULTI_HERTZ not in load.judgements
+    assert THEORIES[MULTI_HERTZ].approximate(placement, case, load.normal_force_N) is None
+    (point,) = hertz_points_of_case(case, placement).points
+    multi = judgement_of(load, Approximation.of(point.shared))
     # the normal force of one is that of the pressures, of the other one that of the load: curved bodies, 1e-5 apart
     assert multi.deviation == pytest.approx(dict(load.deviation), abs=2e-4)
     assert multi.verdict.answer == load.verdict.answer == "HOLDS"
@@ -150,24 +166,21 @@ def test_a_single_touch_point_is_one_ellipse_by_both_theories():
 @pytest.fixture(scope="module")
 def ellipses(two_patches):
     """Two ellipses of different sizes that overlap or not, and a contact that is made of them."""
-    _, placement, load = two_patches
+    _, _, load = two_patches
     small, large = (
         hertz_ellipse(0.5 / 460, 0.5 / radius, normal_force_N=force, contact_modulus_MPa=115e3)
         for radius, force in ((80.0, 8e3), (300.0, 30e3))
     )
 
     def made(apart):
-        contact = MultiHertz(
-            ellipses=tuple(
-                PlacedEllipse(touch_point=k, touch=placement.first, hertz=hertz, x_mm=0.0, s_mm=s)
-                for k, (hertz, s) in enumerate(((large, 0.0), (small, apart)))
-            ),
+        contact = Approximation(
+            patches=(ellipse(large), ellipse(small, (0.0, apart))),
             approach_mm=0.1,
             overlapping=apart < 0.5 * (large.extent_y_mm + small.extent_y_mm),
         )
         grid = ContactGrid(x_mm=0.05 * np.arange(120), s_mm=-8.0 + 0.05 * np.arange(440), half=True)
         # the larger of both pressures: their sum has a hump of its own where they overlap
-        each = [mean_pressure(grid, one.hertz, (one.x_mm, one.s_mm)) for one in contact.ellipses]
+        each = [replace(contact, patches=(one,)).on(grid) for one in contact.patches]
         return contact, replace(load.fe, grid=grid, pressure_MPa=np.maximum(*each))
 
     return made
@@ -175,7 +188,7 @@ def ellipses(two_patches):
 
 def test_measures_of_ellipses_are_what_is_read_off_their_pressures(ellipses):
     contact, rung = ellipses(9.0)
-    read, own = measures_of(rung).as_dict(), contact.measures.as_dict()
+    read, own = measures_of(rung).as_dict(), measures_of_theory(contact).as_dict()
     for name in MEASURES:
         if name != "approach_mm":
             # readings of exact pressures with 24 nodes on the narrow semi-axis
@@ -198,10 +211,10 @@ def test_lobes_add_up_to_the_whole(ellipses, apart):
 
 def test_an_area_is_cut_where_it_is_said(ellipses):
     contact, rung = ellipses(9.0)
-    large = contact.ellipses[0].hertz
+    large, small = (one.hertz for one in contact.patches)
     half = area_between(rung.pressure, -np.inf, 0.0)
     assert half == pytest.approx(0.5 * large.area_mm2, rel=0.005)
     # nothing lies there
-    gap = 0.5 * large.extent_y_mm + 0.5, 9.0 - 0.5 * contact.ellipses[1].hertz.extent_y_mm - 0.5
+    gap = 0.5 * large.extent_y_mm + 0.5, 9.0 - 0.5 * small.extent_y_mm - 0.5
     assert gap[0] < gap[1]
     assert area_between(rung.pressure, *gap) == 0.0

@@ -55,6 +55,7 @@ from fecontact.outputs.vtk import contact_surface, write_case_vtk, write_contact
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.solving.hertz_alone import hertz_alone
 from fecontact.solving.placing import place_case
 from fecontact.solving.solve import CaseResult
 
@@ -180,8 +181,8 @@ CASES = [
         refine_degrees_of_freedom=0,
     ),
     # instead of a roll
-    Case(wheelset=True),
-    Case(roll_under_load=True, roll_load_N=80e3, opposite=Opposite(wheel_load_N=60e3), flange_climb=True),
+    Case(roll="touching"),
+    Case(roll="loaded", roll_load_N=80e3, opposite=Opposite(wheel_load_N=60e3), flange_climb=True),
 ]
 
 
@@ -396,7 +397,7 @@ def test_a_row_is_flat_and_in_the_units_of_its_keys(record, flat):
 
 def test_hertz_alone_names_every_touch_point_of_a_position():
     """60E1 and S1002 at 0 mm touch at 0.2 mm, and 8.5 um higher beyond the R80 junction."""
-    record = hertz_record(Case(lateral_shift_mm=0.0))
+    record = hertz_record(hertz_alone(Case(lateral_shift_mm=0.0)))
     assert json.loads(json_text(record))["schema"] == "fecontact/hertz/1"
     assert [e["touch_point"] for e in record["ellipses"]] == [0, 1]
     for e, touch in zip(record["ellipses"], record["touch_points"], strict=True):
@@ -1025,7 +1026,7 @@ def test_every_table_fits_a_terminal(record, flat, width):
     console = Console(file=text, width=width, no_color=True, force_terminal=True)
     printed_rows.print_rows([flat | {"p_max_deviation_percent": -43.21}], console=console)
     print_case(record, console=console)
-    print_hertz(hertz_record(Case(lateral_shift_mm=0.0)), console=console)
+    print_hertz(hertz_record(hertz_alone(Case(lateral_shift_mm=0.0))), console=console)
     print_profile(load("60E1"), console=console)
     plain = re.sub(r"\x1b\[[0-9;]*m", "", text.getvalue())
     assert "…" not in plain
@@ -1036,7 +1037,7 @@ def test_every_table_fits_a_terminal(record, flat, width):
 
 def test_details_hertz_and_profiles_print_their_numbers(record, capsys):
     print_case(record)
-    print_hertz(hertz_record(Case(lateral_shift_mm=0.0)))
+    print_hertz(hertz_record(hertz_alone(Case(lateral_shift_mm=0.0))))
     print_library()
     print_profile(load("60E1"))
     text = capsys.readouterr().out

@@ -1,12 +1,14 @@
 """What an installation holds beside the modules."""
 
+import ast
 import json
 import os
 import re
 import subprocess
 import sys
 import tarfile
-from importlib import resources
+import tomllib
+from importlib import metadata, resources
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -72,6 +74,26 @@ def test_an_installed_archive_answers_from_another_folder(tmp_path, monkeypatch,
     assert Path(where).is_relative_to(site)
     # as here, where the profiles come from the repository
     assert json.loads(record)["hertz"]["p_max_MPa"] == pytest.approx(1585.37, abs=0.01)
+
+
+def test_every_package_that_is_imported_is_declared_and_locked():
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    needed = [*declared["dependencies"], *declared["optional-dependencies"]["cluster"]]
+    names = {re.match(r"[\w.-]+", one)[0].lower() for one in needed}
+    imported = {
+        (node.module if isinstance(node, ast.ImportFrom) else alias.name).partition(".")[0]
+        for path in (ROOT / "fecontact").rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for alias in node.names
+    }
+    homes = metadata.packages_distributions()
+    # type checkers alone have this one, and VTK comes with pyvista, which says of which version it can be
+    foreign = imported - sys.stdlib_module_names - {"fecontact", "_typeshed", "vtk", "vtkmodules"}
+    assert {module for module in foreign if not {home.lower() for home in homes[module]} & names} == set()
+    locked = (ROOT / "requirements.lock").read_text("utf-8")
+    assert names <= set(re.findall(r"^([\w.-]+)==", locked, re.MULTILINE))
+    assert "://" not in locked
 
 
 def test_what_cites_and_tells_of_changes_is_of_this_version():

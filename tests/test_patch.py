@@ -9,7 +9,7 @@ from rungs import rung_with
 from scipy.signal import find_peaks, peak_prominences
 
 from fecontact.case import Case, Criteria
-from fecontact.comparison.approximation import mean_pressure
+from fecontact.comparison.approximation import Approximation, mean_pressure
 from fecontact.comparison.compare import compare
 from fecontact.comparison.measures import (
     FLOORS,
@@ -500,7 +500,7 @@ def test_a_measure_is_one_entry():
     assert tuple(READINGS) == MEASURES == names
     assert beside == MISFITS == ("centre_over_b", "valley", "separate_load", "misplaced_load")
     # each entry says itself how it is read: nothing else needs to know its name
-    assert all(set(entry.metadata) == {"of_contact", "of_hertz", "floor", "cut_planes"} for entry in fields(Measures))
+    assert all(set(entry.metadata) == {"of_contact", "of_theory", "floor", "cut_planes"} for entry in fields(Measures))
     assert all(set(entry.metadata) == {"of", "floor", "cut_planes", "noise"} for entry in fields(Misfit))
     assert {entry.name: entry.metadata["floor"] for entry in (*fields(Measures), *fields(Misfit))} == FLOORS
     fe, analytic, misfit = measures_of(rung), hertz_measures(hertz), misfit_of(rung, hertz)
@@ -514,7 +514,11 @@ def test_a_measure_is_one_entry():
         assert getattr(analytic, entry.name) == analytic.as_dict()[entry.name] == of_hertz(hertz)
         assert found[entry.name] == pytest.approx(of_hertz(hertz) / of_contact(patch, rung) - 1.0, rel=1e-12)
     for entry in fields(Misfit):
-        assert found[entry.name] == getattr(misfit, entry.name) == entry.metadata["of"](patch, rung, hertz)
+        assert (
+            found[entry.name]
+            == getattr(misfit, entry.name)
+            == entry.metadata["of"](patch, rung, Approximation.of(hertz))
+        )
 
 
 def test_comparison_is_made_of_the_same_readings():

@@ -254,7 +254,16 @@ def test_what_turned_normals_move_is_uncertain():
     """A part of the step from the half-space to the bodies, and of nothing else."""
     position = at(UIC60.rail)
     rung, turned = position.expected.half_space, _turned(position)
-    level = Level(nodal=rung, fe=rung, otherwise=rung, degrees_of_freedom={}, elements={}, enlarged=0, at_edge=False)
+    level = Level(
+        nodal=rung,
+        fe=rung,
+        otherwise=rung,
+        compliance_error=0.0,
+        degrees_of_freedom={},
+        elements={},
+        enlarged=0,
+        at_edge=False,
+    )
     plain = SolvedLoad(case=UIC60, levels=(level, level), half_space=rung, quadratic=rung, point_noise=None)
     alone, judged = (judge_load(one, position.placement) for one in (plain, replace(plain, turned=turned)))
     assert judged.uncertainty == alone.uncertainty

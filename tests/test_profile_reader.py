@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from points import profile_from_points, read_points
 
 from fecontact.errors import InputError
 from fecontact.profiles.library import load
+from fecontact.profiles.points import SPLINE_NOISE
 from fecontact.profiles.readers import formats
-from fecontact.profiles.readers.points import SPLINE_NOISE, profile_from_points, read_points
-from fecontact.profiles.readers.table import columns_of
+from fecontact.profiles.readers.table import Source, columns_of
 from fecontact.profiles.readers.toml import parse_toml, read_toml
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
@@ -199,7 +200,7 @@ def test_any_bytes_end_in_an_input_error_or_a_profile(data):
     except UnicodeDecodeError:
         text = data.decode("latin-1")
     with pytest.raises(InputError):  # noqa: PT012
-        table = columns_of(text, kind="rail", what="file", reading=Reading())
+        table = columns_of(text, Source(what="file", kind="rail", reading=Reading()))
         profile_from_points(table.y, table.z, kind="rail", name="file")
 
 

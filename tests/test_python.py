@@ -1,6 +1,8 @@
 """The package as a library: what is public, results as arrays, rows and pictures, and the examples as they stand."""
 
 import doctest
+import importlib
+import inspect
 import pickle
 import pydoc
 import re
@@ -12,9 +14,11 @@ import pytest
 from matplotlib.figure import Figure
 
 import fecontact
-from fecontact.case import Case
+from fecontact.case import PARTS, Case
+from fecontact.cli import app
 from fecontact.errors import InputError
 from fecontact.outputs.vtk import write_case_vtk
+from fecontact.runs.case_store import solve_into_folder
 from fecontact.solving.solve import CaseResult
 
 README = Path(__file__).parents[1] / "README.md"
@@ -26,6 +30,45 @@ def test_what_is_public_is_seen_by_tab_completion_and_help():
     shown = pydoc.render_doc(fecontact, renderer=pydoc.plaintext)
     for name in ("class Case(", "class CaseResult(", "solve(", "load(", "run(", "rows(", "mesh("):
         assert re.search(rf"^    {re.escape(name)}", shown, re.MULTILINE), name
+
+
+def test_the_door_has_what_the_commands_do_and_all_parts_of_a_case():
+    commands = {name for name in app if not name.startswith("-")}
+    # what they print of a machine, of files and of two sets of results is no function of a case
+    others = {"demo", "doctor", "init", "check", "profiles", "compare", "view", "validate", "baseline"}
+    assert commands - others <= set(fecontact.__all__)
+    parts = {type(getattr(Case(), part)).__name__ for part in PARTS}
+    assert parts <= set(fecontact.__all__)
+    for name in fecontact.__all__:
+        assert inspect.getdoc(getattr(fecontact, name)), name
+
+
+def test_rooms_that_have_the_name_of_a_function_are_called_as_it():
+    assert fecontact.map.position is importlib.import_module("fecontact.map.position")
+    assert "lateral_shifts_mm" in inspect.signature(fecontact.map).parameters
+    assert inspect.getdoc(fecontact.geometry).startswith("The wheelset of a case at many shifts")
+    with pytest.raises(InputError, match="at least one lateral shift"):
+        fecontact.map(Case(), [], [], "unused")
+
+
+@pytest.mark.parametrize("module", ["outputs.creep", "outputs.record", "outputs.contact_functions", "solving.preview"])
+def test_the_examples_of_functions_have_these_numbers(module):
+    done = doctest.testmod(importlib.import_module(f"fecontact.{module}"))
+    assert done.attempted >= 2
+    assert done.failed == 0
+
+
+def test_a_door_to_stored_results_judges_cases_and_refuses_what_needs_friction(elliptic_quick, tmp_path, monkeypatch):
+    monkeypatch.setattr("fecontact.runs.case_store.solve", lambda case, progress: elliptic_quick)
+    solve_into_folder(elliptic_quick.case, tmp_path / "one")
+    judged = fecontact.judge(tmp_path / "one", fecontact.Criteria(p_max=1e-9, judged_by=("p_max",)))
+    (row,) = judged.rows
+    assert (row["verdict_measure"], row["verdict"]) == ("p_max_MPa", "UNRESOLVED")
+    assert list(judged.changed.values()) == [("HOLDS", "UNRESOLVED")]
+    with pytest.raises(InputError, match="no friction coefficient is given"):
+        fecontact.judge(tmp_path / "one", creep=fecontact.Creep(xi=1e-3))
+    with pytest.raises(InputError, match=r"no map\.json"):
+        fecontact.judge(tmp_path / "one", measure="force")
 
 
 def test_the_story_of_the_package_has_these_numbers(solved, monkeypatch):

@@ -10,13 +10,12 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 import pytest
-from fecontact.comparison.multi_hertz import judge_multi_hertz
-from fecontact.outputs.multi_hertz import ellipses_of, limit_used, several_ellipses, springs_text
 from rich.console import Console
 
 from fecontact.case import Case
 from fecontact.comparison.judging import judge_load
 from fecontact.comparison.solved_load import Level, SolvedLoad
+from fecontact.comparison.theories import MULTI_HERTZ
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.load_limit import load_limit
 from fecontact.map.position import solved_cell
@@ -24,8 +23,11 @@ from fecontact.outputs.map import map_record
 from fecontact.outputs.map_figure import map_figure
 from fecontact.outputs.map_report import write_map_report
 from fecontact.outputs.map_table import map_table
+from fecontact.outputs.printed_rows import print_rows
 from fecontact.outputs.rows import load_row
-from fecontact.outputs.tables import print_table, write_csv
+from fecontact.outputs.tables import write_csv
+from fecontact.outputs.theories import other_theories, theory_texts
+from fecontact.outputs.verdict_map import verdict_view
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.regression.tolerances import KINDS, TEXT, kind_of
@@ -37,13 +39,20 @@ LOAD_N = 50e3
 
 def position(shift_mm):
     """One load of a wheelset at a shift, solved on a half-space."""
-    case = Case(lateral_shift_mm=shift_mm, wheelset=True, load_N=LOAD_N)
+    case = Case(lateral_shift_mm=shift_mm, roll="touching", load_N=LOAD_N)
     placement = place_case(case)
     _, expected = expect_on_half_space(case, placement)
     rung = expected.half_space
     levels = tuple(
         Level(
-            nodal=rung, fe=rung, otherwise=rung, degrees_of_freedom={"both": n}, elements={}, enlarged=0, at_edge=False
+            nodal=rung,
+            fe=rung,
+            otherwise=rung,
+            compliance_error=0.0,
+            degrees_of_freedom={"both": n},
+            elements={},
+            enlarged=0,
+            at_edge=False,
         )
         for n in (200, 100)
     )
@@ -76,23 +85,23 @@ def made(two, single):
 
 def test_a_row_says_how_several_ellipses_do(two):
     load, placement = two
-    row, judged = load_row(load, placement), judge_multi_hertz(load, ellipses_of(load, placement))
+    row, judged = load_row(load, placement), load.judgements[MULTI_HERTZ]
     assert row["verdict"] == "FAILS"
-    assert row["touch_points"] == row["multi_hertz_ellipses"] == 2
+    assert row["touch_points"] == row["multi_hertz_patches"] == 2
     assert (row["multi_hertz_verdict"], row["multi_hertz_overlapping"]) == ("HOLDS", False)
     assert row["multi_hertz_verdict"] == judged.verdict.answer
     # within the limit of 5 %, where a third of the load on another patch leaves one ellipse far off
     assert row["multi_hertz_p_max_deviation_percent"] == 1e2 * judged.deviation["p_max_MPa"]
     assert abs(row["multi_hertz_p_max_deviation_percent"]) < 5.0 < 30.0 < row["p_max_deviation_percent"]
     worst = max(abs(judged.deviation[name]) / limit for name, limit in load.case.criteria.limits.items())
-    assert row["multi_hertz_limit_used"] == limit_used(load, judged) == worst < 1.0
+    assert row["multi_hertz_limit_used"] == judged.limit_used == worst < 1.0
 
 
 def test_a_single_ellipse_has_no_columns_of_its_own(single):
     row = load_row(*single)
-    assert several_ellipses(*single) is None
+    assert other_theories(single[0]) == {}
     assert not [name for name in row if name.startswith("multi_hertz")]
-    assert springs_text(row) == ""
+    assert theory_texts(row) == []
 
 
 def test_every_column_has_a_known_kind(two):
@@ -103,50 +112,56 @@ def test_every_column_has_a_known_kind(two):
 
 def printed(rows, width=200):
     text = io.StringIO()
-    print_table(rows, console=Console(file=text, width=width))
+    print_rows(rows, console=Console(file=text, width=width))
     return text.getvalue()
 
 
 def test_the_table_shows_them_where_there_are_any(two, single):
     rows = [load_row(*single), load_row(*two)]
     text = printed(rows)
-    assert "springs" in text.splitlines()[1] + text.splitlines()[2]
+    assert "multi hertz" in text.splitlines()[1] + text.splitlines()[2]
     assert "; roll of the wheelset" in text.splitlines()[0]
-    assert "+5.00 mm, 50 kN: Hertz at 2 touch points, as springs: HOLDS by peak pressure (p_max +3.5 %, area" in text
+    assert (
+        "+5.00 mm, 50 kN: Hertz at all touch points, as springs (2 patches): HOLDS by peak pressure (p_max +3.5 %, area"
+        in text
+    )
+    assert "multi hertz" not in printed(rows[:1])
     assert "springs" not in printed(rows[:1])
     # where there is no room the line below says it
     narrow = printed(rows, width=80)
-    assert "springs: HOLDS" in narrow.replace("\n", " ")
+    assert "as springs (2 patches): HOLDS" in narrow.replace("\n", " ")
 
 
 def test_rows_of_a_csv_say_the_same(two, tmp_path):
     row = load_row(*two)
     (read,) = csv.DictReader(write_csv([row], tmp_path / "one.csv").read_text("utf-8").splitlines())
-    assert springs_text(read) == springs_text(row)
+    assert theory_texts(read) == theory_texts(row) != []
 
 
 def test_a_map_marks_where_springs_hold_and_one_ellipse_does_not(made, monkeypatch, tmp_path):
-    lines = map_table(made).splitlines()
+    lines = map_table(verdict_view(made)).splitlines()
     assert lines[1].split()[1] == "+"
     assert "*" in lines[2]
     assert "*" not in lines[1]
     assert any(line.startswith("* Hertz at all touch points") for line in lines)
     kept = []
     monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", lambda figure, path: kept.append(figure))
-    map_figure(made, "unused.png")
+    map_figure(verdict_view(made), "unused.png")
     (ax,) = kept[0].axes
     marks = [line for line in ax.get_lines() if line.get_marker() == "D"]
     assert [line.get_xdata()[0] for line in marks] == [pytest.approx(5.0, abs=0.6)]
-    assert "springs at all touch points hold" in [text.get_text() for text in ax.get_legend().get_texts()]
+    assert "Hertz at all touch points, as springs, holds" in [text.get_text() for text in ax.get_legend().get_texts()]
     record = map_record(made)["cells"]
-    assert ["multi_hertz" in cell for cell in record] == [False, True]
-    assert record[1]["multi_hertz"]["verdict"]["verdict"] == "HOLDS"
-    forces = [one["normal_force_N"] * math.cos(one["contact_angle_rad"]) for one in record[1]["multi_hertz"]["patches"]]
+    assert [[*cell["load"]["theories"]] for cell in record] == [["hertz"], ["hertz", MULTI_HERTZ]]
+    theory = record[1]["load"]["theories"][MULTI_HERTZ]
+    assert theory["verdict"]["verdict"] == "HOLDS"
+    forces = [one["normal_force_N"] * math.cos(one["contact_angle_rad"]) for one in theory["patches"]]
     assert sum(forces) == pytest.approx(LOAD_N, rel=1e-9)
     text = write_map_report(made, tmp_path).read_text("utf-8")
     page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
     rows = [["".join(cell.itertext()) for cell in line] for line in list(page.iter("table"))[1].iter("tr")]
-    assert rows[0][-3:] == ["ellipses as springs", "their p_max", "their part of a limit"]
+    words = "Hertz at all touch points, as springs"
+    assert rows[0][-3:] == [words, f"{words}: p_max", f"{words}: part of a limit"]
     assert rows[1][-3:] == ["", "", ""]
     assert rows[2][-3] == "HOLDS"
     assert rows[2][-1] == f"{load_row(made.cells[1].judged, made.positions[1].placement)['multi_hertz_limit_used']:.2f}"

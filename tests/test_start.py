@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from fecontact import __version__, doctor
+from fecontact import __version__
 from fecontact.case import Case
 from fecontact.cli import _system_error, call
 from fecontact.console import log_only, logged, many, print_reasons, say, solving
@@ -22,7 +22,6 @@ from fecontact.runs.demo import SPHERE, demo_study, demo_words, exact_peak_MPa
 from fecontact.runs.study import StudyOutcome
 from fecontact.solving.meshed_case import mesh_pair
 from fecontact.solving.position import hertz_of_case, place_case
-from fecontact.system_check import Outcome, Probe
 
 ROOT = Path(__file__).parents[1]
 # what is on the other side counts for a wheelset alone: these fail at once
@@ -49,7 +48,7 @@ def test_a_folder_to_begin_with_can_be_run_as_it_is(tmp_path, capsys):
     given = [
         line
         for line in text.splitlines()
-        if line.startswith(("# roll", "# yaw", "# gauge", "# young", "# refine"))
+        if line.startswith(("# roll_mrad", "# yaw", "# gauge", "# young", "# refine"))
         # the pair of shift and roll at the end
         and "0.4" not in line
     ]
@@ -88,8 +87,8 @@ def test_checking_a_study_says_how_many_cases_and_what_varies(tmp_path, capsys):
         # the third one is none
         ("lateral_shift_mm = [0, 2, 9, 10]\nload_kN = [50, 100]\n", 4, 3, "lateral shift 9 mm: the wheel derails"),
         # both wheels of a wheelset, of which the other one stands on another rail
-        ('wheelset = true\n[opposite]\nrail = "54E1"\n', 1, 1, None),
-        ('lateral_shift_mm = [0, 2]\n[opposite]\nrail = "54E1"\n', 2, 1, "give wheelset = true"),
+        ('roll = "touching"\n[opposite]\nrail = "54E1"\n', 1, 1, None),
+        ('lateral_shift_mm = [0, 2]\n[opposite]\nrail = "54E1"\n', 2, 1, "give roll = 'touching'"),
         # nothing is placed where a profile is missing
         ('rail = "rail.csv"\nlateral_shift_mm = [0, 9]\n', 2, 0, "rail.csv"),
         # more than 40: those at both ends, and some between them
@@ -180,49 +179,6 @@ def test_the_demo_ends_with_the_verdict_and_the_files(tmp_path, capsys):
     for line in ("Report:  ", "Picture: ", "ParaView:", "Table:   "):
         (path,) = [text.partition(": ")[2].strip() for text in out.splitlines() if text.startswith(line)]
         assert Path(path).is_file()
-
-
-def examined(**failing: str) -> tuple[int, str]:
-    lines: list[str] = []
-
-    def probe(one: Probe) -> Outcome:
-        return Outcome(ok=one.name not in failing, reason=failing.get(one.name, ""))
-
-    return doctor.examine(probe=probe, say=lines.append), "\n".join(lines)
-
-
-def test_a_machine_that_has_all():
-    code, text = examined()
-    assert code == 0
-    assert "gmsh: works" in text
-    assert "scikit-fem 1" in text
-    assert text.splitlines()[-1].startswith("All that is needed is here")
-
-
-def test_a_machine_without_a_system_library_gets_the_command(monkeypatch):
-    monkeypatch.setattr(doctor, "missing_packages", lambda: ("libglu1-mesa",))
-    code, text = examined(gmsh="libGLU.so.1: cannot open shared object file")
-    assert code == 1
-    assert "apt-get install -y --no-install-recommends libglu1-mesa" in text
-    assert "cannot be solved here yet" in text
-
-
-def test_a_machine_without_pardiso_can_solve():
-    code, text = examined(**{"MKL PARDISO": "No module named 'pypardiso'"})
-    assert code == 0
-    assert "multigrid, 1.5 to 1.7 times as slow" in text
-    assert "pip install pypardiso" in text
-
-
-def test_a_machine_without_a_python_package_gets_the_command(monkeypatch):
-    monkeypatch.setattr(
-        doctor.metadata, "requires", lambda name: ["numpy>=2.0", "no-such-thing>=1; extra == 'x'", "nosuch>=3"]
-    )
-    code, text = examined()
-    assert code == 1
-    assert "missing packages: nosuch>=3" in text
-    assert "-m pip install 'nosuch>=3'" in text
-    assert "no-such-thing" not in text
 
 
 def test_progress_of_a_case_is_a_line_for_each_of_its_meshes_where_nobody_watches(capsys):
@@ -318,7 +274,7 @@ def test_a_study_says_what_failed_once_more_at_its_end(tmp_path):
     end = done.stderr.splitlines()
     assert "2 of 2 cases without a usable result:" in end
     # one reason, told once of both
-    (reason,) = [line for line in end if "give wheelset = true" in line]
+    (reason,) = [line for line in end if "give roll = 'touching'" in line]
     assert "+1.00mm" in reason
     assert "+1.50mm" in reason
     log = (tmp_path / "out" / "run.log").read_text("utf-8")

@@ -21,7 +21,7 @@ from fecontact.outputs.verdict_map import verdict_view
 from fecontact.solving.placing import place_case, with_wheelset
 
 FIRST_LIGHT = Path(__file__).parents[1] / "studies" / "first_light.py"
-WHEELSET = Case(wheelset=True)
+WHEELSET = Case(roll="touching")
 
 
 @pytest.fixture
@@ -48,13 +48,13 @@ def mapped(monkeypatch, tmp_path):
         ([], WHEELSET),
         (["--side", "right"], replace(WHEELSET, side="right")),
         (["--opposite-wheel", "cylinder:459"], replace(WHEELSET, opposite=Opposite(wheel="cylinder:459"))),
-        (["--wheelset"], WHEELSET),
+        (["--roll", "touching"], WHEELSET),
         (["--roll-mrad", "0"], Case()),
         (["--roll-mrad", "-0.4"], Case(roll_rad=-0.4e-3)),
         (["--rail", "circle:300"], Case(rail="circle:300")),
         (["--rail", "arcs:300/80@2.5"], Case(rail="arcs:300/80@2.5")),
         (["--wheel", "cylinder:460"], Case(wheel="cylinder:460")),
-        (["--wheel", "cylinder:460", "--wheelset"], replace(WHEELSET, wheel="cylinder:460")),
+        (["--wheel", "cylinder:460", "--roll", "touching"], replace(WHEELSET, wheel="cylinder:460")),
         (["--roll-load-kn", "80"], Case(roll_load_N=80e3)),
         (
             ["--roll-load-kn", "80", "--opposite-load-kn", "60"],
@@ -68,18 +68,17 @@ def test_a_map_rolls_its_wheelset_unless_a_roll_is_given_or_there_is_none(mapped
 
 
 def test_a_single_case_keeps_the_roll_that_is_given():
-    assert not Case().wheelset
+    assert Case().roll == "given"
     assert with_wheelset(Case()) == WHEELSET
 
 
 def test_the_help_of_the_map_says_its_own_default(capsys):
     texts = {}
     for command in ("map", "solve"):
-        assert call([command, "--help"]) == 0
+        assert call([command, "--help-all"]) == 0
         texts[command] = " ".join(capsys.readouterr().out.replace("│", " ").split())
-    assert "default yes, unless a roll is given" in texts["map"]
-    assert "yes or no; default no" in texts["solve"]
-    assert "default yes, unless a roll is given" not in texts["solve"]
+    assert "given, touching, loaded; default touching; given with --roll-mrad" in texts["map"]
+    assert "given, touching, loaded; default given" in texts["solve"]
 
 
 def test_the_first_study_stands_on_both_rails():
@@ -88,7 +87,7 @@ def test_the_first_study_stands_on_both_rails():
     spec.loader.exec_module(study)
     for quick in (False, True):
         for case in study.cases(quick=quick):
-            assert case.wheelset
+            assert case.roll == "touching"
             # it does not ask for positions at which a wheelset cannot stand
             place_case(case)
 
@@ -100,7 +99,7 @@ def test_the_first_study_stands_on_both_rails():
         (Case(), "roll fixed at 0 mrad"),
         (Case(roll_rad=4e-4), "roll fixed at 0.4 mrad"),
         (Case(rail="circle:300"), "roll fixed at 0 mrad (lines given by their radii make no wheelset)"),
-        (Case(roll_under_load=True), "roll of the loaded wheelset"),
+        (Case(roll="loaded"), "roll of the loaded wheelset"),
         (Case(roll_load_N=80e3), "roll of the wheelset under 80 kN a wheel"),
         (
             Case(side="right", opposite=Opposite(wheel_load_N=60e3)),
@@ -131,13 +130,13 @@ def test_what_is_said_of_the_rolls_of_a_table():
     assert roll_words_of_rows(fixed) == "roll fixed case by case"
     assert roll_words_of_rows([*free, *fixed]) == "roll of the wheelset, or fixed"
     loaded = Case(roll_load_N=80e3, opposite=Opposite(wheel_load_N=60e3))
-    under = [input_columns(case, place_case(case)) for case in (loaded, Case(roll_under_load=True))]
+    under = [input_columns(case, place_case(case)) for case in (loaded, Case(roll="loaded"))]
     assert roll_words_of_rows(under[:1]) == roll_words(loaded)
     assert roll_words_of_rows([{name: str(value) for name, value in under[0].items()}]) == roll_words(loaded)
     assert roll_words_of_rows(under) == "roll of the loaded wheelset"
     assert roll_words_of_rows([*free, *under]) == "roll of the wheelset, loaded or not"
     # of a wheelset that could not be placed nothing is known
-    assert roll_words_of_rows([{"wheelset": True, "roll_mrad": None}, {}]) == ""
+    assert roll_words_of_rows([{"roll": "touching", "roll_mrad": None}, {}]) == ""
 
 
 def test_both_sides_of_a_wheelset_are_two_series_whatever_their_rolls():

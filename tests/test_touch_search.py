@@ -200,9 +200,9 @@ def test_touch_points_do_not_depend_on_the_nodes_of_the_search(name, seed, monke
     "case",
     [
         Case(lateral_shift_mm=15.0),
-        Case(lateral_shift_mm=6.5, wheelset=True),
-        Case(lateral_shift_mm=-60.0, wheelset=True, yaw_rad=5e-3),
-        pytest.param(Case(lateral_shift_mm=-60.0, wheelset=True, flange_climb=True), marks=pytest.mark.slow),
+        Case(lateral_shift_mm=6.5, roll="touching"),
+        Case(lateral_shift_mm=-60.0, roll="touching", yaw_rad=5e-3),
+        pytest.param(Case(lateral_shift_mm=-60.0, roll="touching", flange_climb=True), marks=pytest.mark.slow),
     ],
     ids=["alone", "wheelset", "yawed", "climbing"],
 )
@@ -215,7 +215,7 @@ def test_a_refused_shift_names_the_range_that_works(case):
     for share in (0.0, 0.3, 0.7, 1.0):
         shift = float(low) + share * (float(high) - float(low))
         place_case(replace(case, lateral_shift_mm=round(2.0 * shift) / 2.0))
-    if case.wheelset:
+    if case.roll != "given":
         wheelset = wheelset_of_case(case)
         for beyond in (float(low) - 0.5, float(high) + 0.5):
             assert isinstance(wheelset.at(beyond, case.yaw_rad), str)

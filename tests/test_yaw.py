@@ -68,10 +68,10 @@ def test_the_true_gap_of_a_yawed_wheel_on_a_half_space_is_hertz(rail_mm, yaw):
     assert abs(turn) > 0.01
 
 
-@pytest.mark.parametrize("wheelset", [False, True])
+@pytest.mark.parametrize("roll", ["given", "touching"])
 @pytest.mark.parametrize("shift", [-3.0, 2.0, 5.5])
-def test_opposite_yaw_mirrors_hertz_and_the_patch_along_the_rail(shift, wheelset):
-    one, other = (Case(lateral_shift_mm=shift, yaw_rad=yaw, wheelset=wheelset, load_N=20e3) for yaw in (8e-3, -8e-3))
+def test_opposite_yaw_mirrors_hertz_and_the_patch_along_the_rail(shift, roll):
+    one, other = (Case(lateral_shift_mm=shift, yaw_rad=yaw, roll=roll, load_N=20e3) for yaw in (8e-3, -8e-3))
     a, b = place_case(one), place_case(other)
     assert a.first.x_mm == pytest.approx(-b.first.x_mm, abs=1e-9)
     for name in ("y_mm", "z_mm", "rail_y_mm", "wheel_y_mm", "contact_angle_rad"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
@@ -11,12 +12,12 @@ from cyclopts import Parameter
 from fecontact.options import CaseOptions, options_of
 
 # no stress is looked at, and nothing is solved
-_OF_HERTZ = options_of("place", "files", "load", "material", without=("yield_MPa",))
-_OF_PLACE = options_of("place", "files", "load", "material", "solution")
+_OF_HERTZ = options_of("place", "profiles", "load", "material", without=("yield_MPa",))
+_OF_PLACE = options_of("place", "profiles", "load", "material", "solution")
 # a table has a list of shifts, finds the roll, and shows both sides
 _OF_TRACK = options_of(
-    *("place", "files"),
-    without=("lateral_shift_mm", "roll_rad", "wheelset", "roll_under_load", "roll_load_N", "wheel_load_N", "side"),
+    *("place", "profiles"),
+    without=("lateral_shift_mm", "roll", "roll_rad", "roll_load_N", "wheel_load_N", "side"),
 )
 if TYPE_CHECKING:
     HertzOptions: TypeAlias = CaseOptions
@@ -38,9 +39,9 @@ def hertz(options: HertzOptions = _OF_HERTZ, *, json: Annotated[bool, Parameter(
     """
     from fecontact.files import json_text
     from fecontact.outputs.printed_hertz import print_hertz
-    from fecontact.outputs.record import hertz_record
+    from fecontact.runs.analytic import hertz as hertz_of
 
-    record = hertz_record(options.case())
+    record = hertz_of(options.case())
     if json:
         print(json_text(record))
     else:
@@ -48,26 +49,12 @@ def hertz(options: HertzOptions = _OF_HERTZ, *, json: Annotated[bool, Parameter(
     return 0
 
 
-def creep(
-    *,
-    a_mm: float,
-    b_mm: float,
-    normal_force_kn: Annotated[float, Parameter(name="--normal-force-kn")],
-    friction: float,
-    xi: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0,
-    eta: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0,
-    spin_per_mm: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0,
-    theory: str = "all",
-    young_mpa: float = 210_000.0,
-    poisson: float = 0.3,
-    json: Annotated[bool, Parameter(negative="")] = False,
-) -> int:
-    """Creep forces on an elliptic contact by every theory; analytic, no mesh, no gmsh.
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class EllipseOptions:
+    """An ellipse that rolls.
 
-    Forces are those on the wheel: x in the running direction, y to the field side, z up for the left wheel. Creepages
-    are those of the wheel against the rail: positive xi gives negative Fx.
-
-    Parameters
+    Attributes
     ----------
     a_mm
         Semi-axis along the rolling direction in mm.
@@ -83,26 +70,50 @@ def creep(
         Lateral creepage.
     spin_per_mm
         Spin in 1/mm.
-    theory
-        kalker, vermeulen_johnson, she, polach, fastsim, rolling_half_space, several with commas between, or all.
     young_mpa
         Young's modulus of both bodies in MPa.
     poisson
         Poisson's ratio of both bodies.
+    """
+
+    a_mm: float
+    b_mm: float
+    normal_force_kn: Annotated[float, Parameter(name="--normal-force-kn")]
+    friction: float
+    xi: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0
+    eta: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0
+    spin_per_mm: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0
+    young_mpa: float = 210_000.0
+    poisson: float = 0.3
+
+
+def creep(
+    ellipse: EllipseOptions, *, theory: str = "all", json: Annotated[bool, Parameter(negative="")] = False
+) -> int:
+    """Creep forces on an elliptic contact by every theory; analytic, no mesh, no gmsh.
+
+    Forces are those on the wheel: x in the running direction, y to the field side, z up for the left wheel. Creepages
+    are those of the wheel against the rail: positive xi gives negative Fx.
+
+    Parameters
+    ----------
+    theory
+        kalker, vermeulen_johnson, she, polach, fastsim, rolling_half_space, several with commas between, or all.
     json
         Print the result as JSON and nothing else.
     """
     from fecontact.files import json_text
-    from fecontact.outputs.creep import ellipse_creep, print_ellipse
+    from fecontact.outputs.creep import print_ellipse
+    from fecontact.runs.analytic import creep as ellipse_forces
 
-    record = ellipse_creep(
-        a_mm=a_mm,
-        b_mm=b_mm,
-        normal_force_N=1e3 * normal_force_kn,
-        friction=friction,
-        creepages=(xi, eta, spin_per_mm),
-        young_MPa=young_mpa,
-        poisson=poisson,
+    record = ellipse_forces(
+        a_mm=ellipse.a_mm,
+        b_mm=ellipse.b_mm,
+        normal_force_N=1e3 * ellipse.normal_force_kn,
+        friction=ellipse.friction,
+        creepages=(ellipse.xi, ellipse.eta, ellipse.spin_per_mm),
+        young_MPa=ellipse.young_mpa,
+        poisson=ellipse.poisson,
         theories=theory.split(","),
     )
     if json:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 from fecontact.errors import InputError
 from fecontact.options import CaseOptions, options_of
 
-_OF_FILE = options_of("files", without=("library",))
+_OF_FILE = options_of("profiles", without=("library",))
 _OF_MESH = options_of(
-    *("place", "files", "load", "material", "bodies", "solution"),
+    *("place", "profiles", "load", "material", "bodies", "solution"),
     without=("yield_MPa", "name", "solver", "refine_degrees_of_freedom"),
 )
 if TYPE_CHECKING:
@@ -93,10 +93,10 @@ def _profile_picture(profile: Profile, path: Path) -> Path:
 def _print_measured(profile: Profile) -> None:
     """What the points behind a line say of it."""
     from fecontact.outputs.preview import nearest_text
-    from fecontact.profiles.recognition import nearest, points_of
+    from fecontact.profiles.recognition import nearest
 
-    if (points := points_of(profile)) is not None:
-        print(nearest_text(nearest(points, profile.kind)))
+    if profile.points is not None:
+        print(nearest_text(nearest(profile.points, profile.kind)))
 
 
 def mesh(

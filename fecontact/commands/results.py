@@ -9,14 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 from cyclopts import Parameter
 
 from fecontact.console import count, width
-from fecontact.creep import Creep
-from fecontact.criteria import Criteria
-from fecontact.errors import InputError
 from fecontact.options import CaseOptions, options_of
 
 _OF_VERDICT = options_of("verdict", "creep")
 if TYPE_CHECKING:
     from fecontact.outputs.map_measures import MapMeasure
+    from fecontact.runs.judging import JudgedMap, JudgedStudy
 
     VerdictOptions: TypeAlias = CaseOptions
 else:
@@ -43,22 +41,24 @@ def judge(
         Folder for report.html, tables and pictures of the new verdicts (study.csv and study.json, or map.csv, map.json
         and map.png, with friction map_force.png, of theories map_theory.csv and map_theory.png).
     """
-    case = options.case()
-    case.creep.refuse_unheard()
-    # without friction those of each case stay
-    criteria, creep = case.criteria, case.creep if case.creep.asked else None
-    if (folder / "map.json").is_file():
-        return _judge_map(folder, criteria, out, creep, measure)
-    if measure != "pressure":
-        raise InputError(
-            f"measure is {measure!r}, but {folder} has no map.json; a study and a case have forces by --friction alone"
-        )
-    from fecontact.outputs.creep import force_lines
     from fecontact.outputs.measure_words import criteria_text
-    from fecontact.outputs.printed_rows import print_rows
-    from fecontact.runs.judging import judge_study
+    from fecontact.runs.judging import JudgedMap
+    from fecontact.runs.judging import judge as judge_stored
 
-    judged = judge_study(folder, criteria, out, creep=creep)
+    case = options.case()
+    if case.creep.asked and (folder / "map.json").is_file():
+        print("forces take some 2 s a cell" + ", theories as much again" * (measure == "theory"), file=sys.stderr)
+    judged = judge_stored(folder, case.criteria, creep=case.creep, measure=measure, out=out)
+    words = _print_judged_map(judged, measure) if isinstance(judged, JudgedMap) else _print_judged(judged)
+    print(words.format(criteria=criteria_text(case.criteria)))
+    return 0 if judged.all_judged else 3
+
+
+def _print_judged(judged: JudgedStudy) -> str:
+    """Print the rows and what has changed; a line with the criteria is left to say."""
+    from fecontact.outputs.creep import force_lines
+    from fecontact.outputs.printed_rows import print_rows
+
     print_rows(judged.rows)
     for line in force_lines(judged.rows):
         print(line)
@@ -66,24 +66,18 @@ def judge(
         print(f"{name}: {before} -> {now}")
     cases, changed = count(len(judged.rows), "case"), count(len(judged.changed), "verdict")
     lost = sum("verdict" not in row for row in judged.rows)
-    print(f"{cases} judged by {criteria_text(criteria)}: {changed} changed" + (f", {lost} not judged" if lost else ""))
-    return 0 if judged.all_judged else 3
+    return f"{cases} judged by {{criteria}}: {changed} changed" + (f", {lost} not judged" if lost else "")
 
 
-def _judge_map(folder: Path, criteria: Criteria, out: Path | None, creep: Creep | None, measure: MapMeasure) -> int:
+def _print_judged_map(judged: JudgedMap, measure: MapMeasure) -> str:
+    """Print the map and what cannot be judged; a line with the criteria is left to say."""
     from fecontact.outputs.map_measures import measure_table
-    from fecontact.outputs.measure_words import criteria_text
-    from fecontact.runs.judging import judge_map
 
-    if creep is not None:
-        each = "forces take some 2 s a cell" + ", theories as much again" * (measure == "theory")
-        print(each, file=sys.stderr)
-    made, problems = judge_map(folder, criteria, out, creep=creep, measure=measure)
+    made = judged.map
     print(measure_table(made, measure, width=width()))
-    for problem in problems:
+    for problem in judged.problems:
         print(f"not judged: {problem}", file=sys.stderr)
-    print(f"{count(len(made.cells), 'cell')} judged by {criteria_text(criteria)}")
-    return 0 if made.all_solved else 3
+    return f"{count(len(made.cells), 'cell')} judged by {{criteria}}"
 
 
 def view(out: Path) -> int:

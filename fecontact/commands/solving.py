@@ -3,26 +3,25 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
 
 from cyclopts import Parameter
 
 from fecontact.case import Group
 from fecontact.console import count, log_only, logged, many, print_reasons, say, solving, width
-from fecontact.errors import InputError
-from fecontact.options import CaseOptions, options_of
+from fecontact.options import PANELS, CaseOptions, options_of
 
 _EVERY = options_of(*get_args(Group))
 # a map has lists of these two
 _OF_MAP = options_of(
     *get_args(Group),
-    # and one roll for all its loads, which --roll-load-kn gives
-    without=("lateral_shift_mm", "load_N", "roll_under_load"),
+    without=("lateral_shift_mm", "load_N"),
     own_defaults={
-        "wheelset": "yes, unless a roll is given or a line by its radii alone, such as circle:300",
-        "roll_rad": "that of the wheelset; 0 where there is none",
+        "roll": "touching; given with --roll-mrad or a line by its radii alone, such as circle:300",
     },
 )
 if TYPE_CHECKING:
@@ -37,7 +36,7 @@ else:
     MapOptions = type(_OF_MAP)
 
 
-@Parameter(name="*")
+@Parameter(name="*", group=PANELS["run"])
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
     """How the cases of a study, or the shifts of a map, are worked through.
@@ -150,46 +149,49 @@ def run(
     from fecontact.runs.casefile import load_study
     from fecontact.runs.study import run_study
 
-    settings, quiet = how.settings(), how.quiet
-    loaded = load_study(study, quick=quick)
+    settings, loaded = how.settings(), load_study(study, quick=quick)
     with logged(out / f"run{settings.part_suffix}.log"):
-        with many("cases", quiet=quiet) as progress:
+        with many("cases", quiet=how.quiet) as progress:
             outcome = run_study(loaded, out, settings=settings, progress=progress)
-        if not quiet:
+        if not how.quiet:
             print_rows(outcome.rows)
-        _tell_study(outcome, out, settings, quiet)
+        _log_rows(outcome.rows)
+        _tell_reused(outcome, "cases", how)
+        if outcome.conclusion:
+            say(outcome.conclusion, quiet=how.quiet)
+        lost = {str(row["id"]): str(row["status"]) for row in outcome.rows if row["status"] != "converged"}
+        print_reasons(f"{len(lost)} of {count(len(outcome.rows), 'case')} without a usable result", lost)
+        shown = outcome.collections[:3] + (("...",) if len(outcome.collections) > 3 else ())
+        paraview = f"; for ParaView: {', '.join((*shown, 'cases/*/case.vtm'))}, or fecontact view {out}"
+        files = ("report.html", "study.csv", "study.png", "cases")
+        _tell_files(out, files, paraview if len(lost) < len(outcome.rows) else "", how)
     return 0 if outcome.all_converged else 3
 
 
-def _tell_study(outcome: StudyOutcome, out: Path, settings: RunSettings, quiet: bool) -> None:
-    """Say what came of a study, but for its table."""
-    print_reasons("done again", outcome.recomputed)
-    for row in outcome.rows:
+def _log_rows(rows: Sequence[Mapping[str, Any]]) -> None:
+    """Keep for the log what the table shows of each case."""
+    for row in rows:
         log_only(f"{row['id']}: {row.get('verdict') or row['status']}")
         for name in ("verdict_warnings", "warnings"):
             if row.get(name):
                 log_only(f"{row['id']}: {row[name]}", warning=True)
+
+
+def _tell_reused(outcome: StudyOutcome | MapOutcome, what: str, how: RunOptions) -> None:
+    """Say what was finished before, and why some of it was done again."""
+    print_reasons("done again", outcome.recomputed)
     if outcome.reused:
-        say(f"{len(outcome.reused)} finished cases were reused; --force solves them again", quiet=quiet)
-    if outcome.conclusion:
-        say(outcome.conclusion, quiet=quiet)
-    lost = {str(row["id"]): str(row["status"]) for row in outcome.rows if row["status"] != "converged"}
-    print_reasons(f"{len(lost)} of {count(len(outcome.rows), 'case')} without a usable result", lost)
-    if settings.part is None:
-        shown = outcome.collections[:3] + (("...",) if len(outcome.collections) > 3 else ())
-        words = (
-            f"Results in {out}: report.html, study.csv, study.png, cases/;"
-            f" for ParaView: {', '.join((*shown, 'cases/*/case.vtm'))}, or fecontact view {out}"
-        )
-        say(words, quiet=quiet)
+        say(f"{len(outcome.reused)} finished {what} were reused; --force solves them again", quiet=how.quiet)
+
+
+def _tell_files(out: Path, files: Sequence[str], more: str, how: RunOptions) -> None:
+    """Say which files there are, and what to do where it is a part alone."""
+    if how.part is None:
+        there = ", ".join(f"{name}/" if (out / name).is_dir() else name for name in files if (out / name).exists())
+        say(f"Results in {out}: {there}{more}", quiet=how.quiet)
     else:
-        _tell_part(settings, out, quiet)
-
-
-def _tell_part(settings: RunSettings, out: Path, quiet: bool) -> None:
-    part = "/".join(str(number) for number in settings.part or ())
-    words = f"Part {part} is in {out}; when all parts are, the same command without --part puts them together"
-    say(words, quiet=quiet)
+        words = f"Part {how.part} is in {out}; when all parts are, the same command without --part puts them together"
+        say(words, quiet=how.quiet)
 
 
 def map_(
@@ -224,40 +226,28 @@ def map_(
     from fecontact.runs.map_run import run_map
     from fecontact.solving.placing import with_wheelset
 
-    settings, quiet = how.settings(), how.quiet
-    positions, case = parse_numbers(shifts, "shifts"), options.case()
-    if not (options.given("wheelset") or options.given("roll_rad")):
+    settings, positions, case = how.settings(), parse_numbers(shifts, "shifts"), options.case()
+    if case.roll == "given" and not (options.given("roll") or options.given("roll_rad")):
         case = with_wheelset(case)
     refuse_measure(case, measure)
     loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
     with logged(out / f"run{settings.part_suffix}.log"):
-        with many("positions", quiet=quiet) as progress:
+        with many("positions", quiet=how.quiet) as progress:
             outcome = run_map(case, positions, loads_N, out, measure=measure, settings=settings, progress=progress)
-        if not quiet:
+        if not how.quiet:
             print(measure_table(outcome.made, measure, width=width()))
-        _tell_map(outcome, out, settings, quiet)
+        _tell_reused(outcome, "positions", how)
+        lost = {
+            f"{cell.lateral_shift_mm:+g} mm, {cell.load_N / 1e3:g} kN": str(cell.status)
+            for cell in outcome.made.cells
+            if cell.status != "converged"
+        }
+        print_reasons(f"{len(lost)} of {count(len(outcome.made.cells), 'cell')} without a usable result", lost)
+        pictures = ("map.png", "map_force.png", "map_theory.png")
+        _tell_files(out, ("report.html", "map.csv", "stiffness.csv", "map.json", *pictures), "", how)
+        if how.part is None and not (out / "stiffness.csv").is_file():
+            say("No stiffness.csv: a fit over the load needs three loads or more at a shift", quiet=how.quiet)
     return 0 if outcome.made.all_solved else 3
-
-
-def _tell_map(outcome: MapOutcome, out: Path, settings: RunSettings, quiet: bool) -> None:
-    """Say what came of a map, but for its table."""
-    print_reasons("done again", outcome.recomputed)
-    if outcome.reused:
-        say(f"{len(outcome.reused)} finished positions were reused; --force solves them again", quiet=quiet)
-    lost = {
-        f"{cell.lateral_shift_mm:+g} mm, {cell.load_N / 1e3:g} kN": str(cell.status)
-        for cell in outcome.made.cells
-        if cell.status != "converged"
-    }
-    print_reasons(f"{len(lost)} of {count(len(outcome.made.cells), 'cell')} without a usable result", lost)
-    if settings.part is not None:
-        _tell_part(settings, out, quiet)
-        return
-    stiffness = "stiffness.csv, " if (out / "stiffness.csv").is_file() else ""
-    drawn = ", ".join(name for name in ("map.png", "map_force.png", "map_theory.png") if (out / name).is_file())
-    say(f"Results in {out}: report.html, map.csv, {stiffness}map.json, {drawn}", quiet=quiet)
-    if not stiffness:
-        say("No stiffness.csv: a fit over the load needs three loads or more at a shift", quiet=quiet)
 
 
 def validate(
@@ -282,36 +272,23 @@ def validate(
     workers
         Cases at a time, as for `run`.
     """
-    from fecontact.files import write_text
-    from fecontact.jobs.engine import RunSettings
-    from fecontact.outputs.record import versions
-    from fecontact.regression.checks import Check
-    from fecontact.regression.checks import report as validation_report
-    from fecontact.runs.casefile import load_study
-    from fecontact.runs.study import run_study
+    from fecontact.runs.validation import checked_studies
+    from fecontact.runs.validation import validate as run_and_check
 
-    loaded = [load_study(path, quick=quick) for path in studies or sorted(Path("studies").glob("[0-9]*.py"))]
-    checked = [study for study in loaded if study.checks is not None]
-    if not checked:
-        raise InputError("validate: none of the studies has a function checks(rows); give scripts of studies/ that do")
-    found: dict[str, list[Check]] = {}
-    unusable = []
-    for study in checked:
-        print(study.name, file=sys.stderr)
+    @contextmanager
+    def watched(name: str) -> Iterator[Callable[[int, int, str], None]]:
+        print(name, file=sys.stderr)
         with many("cases") as progress:
-            outcome = run_study(study, out / study.name, settings=RunSettings(workers=workers), progress=progress)
-        bad = [str(row["id"]) for row in outcome.rows if row["status"] != "converged"]
-        if bad:
-            unusable.append(f"{study.name}: {', '.join(bad)}")
-        usable = [row for row in outcome.rows if row["status"] == "converged"]
-        assert study.checks is not None
-        found[study.name] = study.checks(usable)
-    path = write_text(report or out / "VALIDATION.md", validation_report(found, versions(), unusable))
-    every = [check for own in found.values() for check in own]
-    failed = [check for check in every if not check.passed]
-    for check in failed:
+            yield progress
+
+    chosen = checked_studies(studies or sorted(Path("studies").glob("[0-9]*.py")), quick=quick)
+    found = run_and_check(chosen, out, table=report, workers=workers, watched=watched)
+    for check in found.failed:
         print(
             f"FAIL {check.quantity}, {check.case}: {check.deviation_percent:+.2f} % (limit {check.limit_percent:g} %)"
         )
-    print(f"{len(every)} checks, {len(failed)} failed, {len(unusable)} studies with unusable cases: {path}")
-    return 3 if unusable else int(bool(failed))
+    print(
+        f"{len(found.checks)} checks, {len(found.failed)} failed, {len(found.unusable)} studies with unusable cases:"
+        f" {found.path}"
+    )
+    return 3 if found.unusable else int(bool(found.failed))

@@ -80,6 +80,6 @@ def init(folder: Path) -> int:
 
 def doctor() -> int:
     """Say what this machine has for fecontact: packages, system libraries, solvers, memory, and what to do."""
-    from fecontact.doctor import examine
+    from fecontact.doctor import doctor as examine_machine
 
-    return examine()
+    return examine_machine()

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import label
 
 from fecontact.comparison.patch import measure_patch
 from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact.rung import Rung
 from fecontact.geometry.touch_points import TouchPoint
+from fecontact.theory.gap_line import regions
 from fecontact.theory.hertz import HertzContact
+from fecontact.theory.strip_contact import StripContact, TheoryStatus
 
 Floats = NDArray[np.float64]
 
@@ -90,11 +93,20 @@ class Approximation:
         Along the contact normal at first touch.
     overlapping
         Whether two patches overlap, so that they are none of their own.
+    status, notes
+        What the theory says of its own answer, in a word and in words.
     """
 
     patches: tuple[TheoryPatch, ...]
     approach_mm: float
     overlapping: bool = False
+    status: TheoryStatus = "solved"
+    notes: tuple[str, ...] = ()
+
+    @property
+    def definite(self) -> bool:
+        """Whether it is the theory's answer: not one of several, nor of iterations that did not end."""
+        return self.status in ("solved", "out of range")
 
     @classmethod
     def of(cls, hertz: HertzContact) -> Approximation:
@@ -163,13 +175,94 @@ class Approximation:
         covering = rung.pressure.covering(*lengths)
         return covering.values, self.on(covering.grid, moved_mm)
 
-    def valley_on(self, rung: Rung) -> float:
-        """The valley between its peaks, read on nodes as those of a contact."""
-        if self.single is not None and self.single.hertz is not None:
-            return 0.0
-        low, high = self.box_mm
-        covering = rung.pressure.covering(*(2.0 * max(abs(low[k]), abs(high[k])) for k in (0, 1)))
-        return measure_patch(Field(grid=covering.grid, values=self.on(covering.grid))).valley
+
+def of_strips(contact: StripContact) -> Approximation:
+    """A contact in strips, t its arc length from the first touch point; a patch for each of its regions."""
+    parts = []
+    for first, last in regions(contact.half_length_mm > 0.0):
+        inside = np.zeros(contact.t_mm.size, bool)
+        inside[first : last + 1] = True
+        own = replace(
+            contact,
+            half_length_mm=np.where(inside, contact.half_length_mm, 0.0),
+            centre_pressure_MPa=np.where(inside, contact.centre_pressure_MPa, 0.0),
+        )
+        force = float(0.5 * np.pi * (own.width_mm * own.half_length_mm) @ own.centre_pressure_MPa)
+        a, ends = float(own.half_length_mm.max()), (first, last)
+        low, high = (
+            float(own.t_mm[end] + side * 0.5 * own.width_mm[end]) for end, side in zip(ends, (-1.0, 1.0), strict=True)
+        )
+        parts.append(
+            TheoryPatch(
+                shape=own,
+                normal_force_N=force,
+                p_max_MPa=own.p_max_MPa,
+                area_mm2=own.area_mm2,
+                a_mm=own.a_mm,
+                b_mm=own.b_mm,
+                origin_mm=(0.0, 0.0),
+                centre_mm=(0.0, own.centre_t_mm),
+                low_mm=(-a, low),
+                high_mm=(a, high),
+            )
+        )
+    return Approximation(
+        patches=tuple(sorted(parts, key=lambda one: -one.normal_force_N)),
+        approach_mm=contact.approach_mm,
+        status=contact.status,
+        notes=contact.notes,
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CellPressure:
+    """A pressure that is constant on the cells around the nodes of a grid in equal steps."""
+
+    field: Field
+
+    def pressure_MPa(self, x_mm: Floats, y_mm: Floats, /) -> Floats:
+        """Pressure of the nearest node, zero beyond the grid."""
+        grid = self.field.grid
+        (i, in_x), (j, in_s) = (_nearest(*pair) for pair in ((grid.x_mm, x_mm), (grid.s_mm, y_mm)))
+        return np.where(in_x & in_s, self.field.values[i, j], 0.0)
+
+
+def _nearest(line: Floats, places: Floats) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Number of the node in whose cell each place lies, and whether there is one."""
+    number = np.rint((places - line[0]) / (line[1] - line[0])).astype(np.int64)
+    return np.clip(number, 0, line.size - 1), (number >= 0) & (number < line.size)
+
+
+def of_rung(rung: Rung) -> Approximation:
+    """A solved contact as a theory has it; a patch for each separate one."""
+    whole = rung.pressure.whole()
+    pieces, count = label(whole.values > 0.0, structure=np.ones((3, 3)))
+    fields = [Field(grid=whole.grid, values=np.where(pieces == k, whole.values, 0.0)) for k in range(1, count + 1)]
+    cell = whole.grid.steps_mm[0] * whole.grid.steps_mm[1]
+    parts = [_of_field(field, float(field.values.sum()) * cell) for field in fields]
+    return Approximation(
+        patches=tuple(sorted(parts, key=lambda one: -one.normal_force_N)), approach_mm=rung.approach_mm
+    )
+
+
+def _of_field(field: Field, force_N: float) -> TheoryPatch:
+    patch = measure_patch(field)
+    x, s = (np.flatnonzero(field.values.any(axis=axis)) for axis in (1, 0))
+    ends = ((field.grid.x_mm[x[end]], field.grid.s_mm[s[end]]) for end in (0, -1))
+    (low_x, low_s), (high_x, high_s) = ((float(x), float(s)) for x, s in ends)
+    more = 0.5 * (patch.extent_x_mm - (high_x - low_x)), 0.5 * (patch.extent_y_mm - (high_s - low_s))
+    return TheoryPatch(
+        shape=CellPressure(field=field),
+        normal_force_N=force_N,
+        p_max_MPa=patch.p_max_MPa,
+        area_mm2=patch.area_mm2,
+        a_mm=patch.a_mm,
+        b_mm=patch.b_mm,
+        origin_mm=(0.0, 0.0),
+        centre_mm=(patch.centre_x_mm, patch.centre_y_mm),
+        low_mm=(low_x - more[0], low_s - more[1]),
+        high_mm=(high_x + more[0], high_s + more[1]),
+    )
 
 
 def mean_pressure(grid: ContactGrid, shape: Shape, origin_mm: tuple[float, float] = (0.0, 0.0)) -> Floats:

@@ -73,7 +73,7 @@ def patch_geometry(placement: Placement, fe: Rung, hertz: HertzContact, patch: P
     touch = placement.first
     below = np.flatnonzero(fe.pressure_MPa.max(axis=0) > 0.0)
     low, high = fe.grid.s_mm[below[0]], fe.grid.s_mm[below[-1]]
-    places = _junction_places(placement)
+    places = [junction.s_mm for junction in placement.junctions]
     nearest = min(places, key=abs, default=float("inf"))
     s = np.linspace(low, high, 201)
     u = placement.rail.profile.at_arc_length(s + placement.first_arc_length_mm)
@@ -91,15 +91,3 @@ def patch_geometry(placement: Placement, fe: Rung, hertz: HertzContact, patch: P
         lobes=len(patch.lobes),
         pieces=patch.pieces,
     )
-
-
-def _junction_places(placement: Placement) -> list[float]:
-    """Arc lengths (mm) from the touch point to the junctions of both profiles."""
-    places: list[float] = []
-    for profile, u in (
-        (placement.rail.profile, placement.first.rail_u),
-        (placement.wheel.profile, placement.first.wheel_u),
-    ):
-        at = profile.locate(np.array([junction.y_mm for junction in profile.junctions]))
-        places += (profile.arc_length(at) - float(profile.arc_length(u))).tolist()
-    return [place for place in places if np.isfinite(place)]

@@ -36,6 +36,8 @@ class JudgedLoad:
         The finest mesh against Hertz on the field side, the rungs between both, and the profiles below the patch.
     bodies_step_uncertainty
         Uncertainty of the relative step of each measure from the half-space to the bodies.
+    elements_uncertainty
+        Relative uncertainty of the measures on the elements' own nodes, where meshes tell it.
     verdict
         Of Hertz, the worst of both sides: who takes either curvature must be able to rely on it.
     warnings
@@ -55,6 +57,7 @@ class JudgedLoad:
     ladder: Ladder
     geometry: PatchGeometry
     bodies_step_uncertainty: Mapping[str, float]
+    elements_uncertainty: Mapping[str, float]
     verdict: Verdict
     warnings: tuple[str, ...]
     lobes: tuple[LobeJudgement, ...] = ()

@@ -17,10 +17,10 @@ from fecontact.comparison.ladder import Ladder
 from fecontact.comparison.lobes import judge_lobes
 from fecontact.comparison.measures import FLOORS, MEASURES, deviations_of, values_of
 from fecontact.comparison.point_noise import PointNoise
-from fecontact.comparison.solved_load import Level, SolvedLoad
-from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES
-from fecontact.comparison.uncertainty import step_uncertainty, uncertainties
-from fecontact.comparison.verdict import AT_JUNCTION, FROM_BEST, PROFILE, Verdict, judge
+from fecontact.comparison.solved_load import ELEMENTS_OFF, Level, SolvedLoad, elements_uncertainties, uncertainties
+from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES, Loaded
+from fecontact.comparison.uncertainty import step_uncertainty
+from fecontact.comparison.verdict import AT_JUNCTION, ELEMENTS, FROM_BEST, PROFILE, Verdict, judge
 from fecontact.comparison.warnings import junction_warnings, yield_warnings
 from fecontact.geometry.placement import Placement
 
@@ -48,6 +48,8 @@ def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str]
         cause = AT_JUNCTION if touch.at_junction else cause_of(ladder.steps, worst.measure, geometry)
     if worst.answer == "UNRESOLVED" and _profile_decides(judged, worst, solved.point_noise):
         cause = PROFILE
+    if solved.status == ELEMENTS_OFF:
+        cause = ELEMENTS
     creep = creep_of(solved, hertz, placement) if others else None
     load = JudgedLoad(
         solved=solved,
@@ -57,6 +59,7 @@ def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str]
         ladder=ladder,
         geometry=geometry,
         bodies_step_uncertainty=_bodies_step_uncertainty(solved, Approximation.of(hertz)),
+        elements_uncertainty=elements_uncertainties(solved),
         verdict=replace(worst, cause=cause).usable(solved.status == "converged"),
         warnings=(),
         lobes=judge_lobes(solved, placement) if others else (),
@@ -82,7 +85,9 @@ def judge_hertz(
     of_points = {} if point_noise is None else point_noise.uncertainty()
     found = {}
     for name in EITHER_SIDE:
-        made = THEORIES[name].approximate(placement, case, levels[0].fe.normal_force_N)
+        made = THEORIES[name].approximate(
+            Loaded(placement=placement, case=case, normal_force_N=levels[0].fe.normal_force_N)
+        )
         if isinstance(made, Approximation):
             found[name] = judge_theory(case, levels, made, of_points, meshes=meshes)
     return found
@@ -96,14 +101,20 @@ def _judge_theories(
     What points of profiles leave open is taken to be that of one ellipse.
     """
     of_points = {} if solved.point_noise is None else solved.point_noise.uncertainty()
+    loaded = Loaded(
+        placement=placement,
+        case=solved.case,
+        normal_force_N=solved.levels[0].fe.normal_force_N,
+        half_space=solved.half_space,
+    )
     found, without = {}, {}
     for name in names:
-        made = THEORIES[name].approximate(placement, solved.case, solved.levels[0].fe.normal_force_N)
+        made = THEORIES[name].approximate(loaded)
         if isinstance(made, str):
             without[name] = made
         elif made is not None:
             one = judge_theory(solved.case, solved.levels, made, of_points)
-            found[name] = replace(one, verdict=one.verdict.usable(solved.status == "converged"))
+            found[name] = replace(one, verdict=one.verdict.usable(solved.status == "converged" and made.definite))
     return found, without
 
 
@@ -176,6 +187,12 @@ def _bodies_step_uncertainty(solved: SolvedLoad, hertz: Approximation) -> dict[s
         if FLOORS[name] is not None:
             values = [one[name] for one in levels]
             ratio, size = (values[0] / flat, abs(flat)) if name in MEASURES else (1.0, 1.0)
-            of_meshes = step_uncertainty(name, values, otherwise=otherwise[name], residual=finest.fe.residual)
+            of_meshes = step_uncertainty(
+                name,
+                values,
+                otherwise=otherwise[name],
+                residual=finest.fe.residual,
+                compliance_error=finest.compliance_error,
+            )
             found[name] = abs(ratio) * (of_meshes + abs(turned[name] - flat) / size)
     return found

@@ -37,7 +37,12 @@ GAP = Step(
     cause="shape of the gap",
 )
 BODIES = Step(name="half_space_to_bodies", start="half_space", end="fe", column="bodies", cause="finite bodies")
-STEPS = (Step(name="hertz_to_quadratic", start="hertz", end="half_space_quadratic"), GAP, BODIES)
+STEPS = (
+    Step(name="hertz_to_quadratic", start="hertz", end="half_space_quadratic"),
+    GAP,
+    BODIES,
+    Step(name="elements_to_fe", start="elements", end="fe"),
+)
 """All steps, in their order."""
 
 
@@ -46,8 +51,9 @@ class Ladder:
     """Measures on each rung by its name, and what of each is beside Hertz; all carry the same normal force.
 
     `hertz`: closed form. `half_space_quadratic`: Hertz's gap on a discrete half-space, which checks the discretisation.
-    `half_space`: the true gap on it. `fe`: the true gap between the finite bodies. The last three have the same number
-    of nodes a semi-axis, the last two the same nodes: what lies between them is no matter of discretisation.
+    `half_space`: the true gap on it. `elements`: the true gap between the finite bodies, on their elements' own nodes.
+    `fe`: on finer nodes, with a half-space of the bodies' material in place of what the elements answer near by.
+    `half_space` and `fe` have the same nodes: what lies between them is no matter of discretisation.
     """
 
     rungs: Mapping[str, Measures]

@@ -10,8 +10,7 @@ import numpy as np
 
 from fecontact.comparison.measures import MEASURES, MISFITS, hertz_measures, measures_of, misfit_of, patch_of
 from fecontact.comparison.patch import area_between, lobe_columns
-from fecontact.comparison.solved_load import SolvedLoad
-from fecontact.comparison.uncertainty import uncertainties
+from fecontact.comparison.solved_load import SolvedLoad, uncertainties
 from fecontact.comparison.verdict import Verdict, judge
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.rung import Rung

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import label
 
 from fecontact.comparison.approximation import Approximation
-from fecontact.comparison.patch import Patch, measure_patch
+from fecontact.comparison.patch import Patch, measure_patch, valley_of
 from fecontact.contact.rung import Rung
 from fecontact.theory.hertz import HertzContact
 
@@ -115,7 +115,7 @@ class Misfit:
         cut_planes=0.0015,
     )
     valley: float = _misfit(
-        lambda patch, rung, theory: patch.valley - theory.valley_on(rung), floor=0.0005, cut_planes=0.001
+        lambda patch, rung, theory: patch.valley - _own_valley(rung, theory), floor=0.0005, cut_planes=0.001
     )
     separate_load: float = _misfit(
         lambda patch, rung, theory: patch.separate_load if theory.single else _unknown_load(rung, theory),
@@ -124,7 +124,7 @@ class Misfit:
     )
     # cells at the edge of the patch are wholly in contact or not: so much is read for Hertz's own ellipse
     misplaced_load: float = _misfit(
-        lambda patch, rung, theory: part_elsewhere(*theory.beside(rung, _moved(patch, theory))),
+        lambda patch, rung, theory: _misplaced_load(rung, theory),
         floor=0.0003,
         cut_planes=0.0008,
         noise=0.0014,
@@ -200,11 +200,24 @@ def deviations(rung: Rung, hertz: HertzContact) -> dict[str, float]:
     return deviations_of(rung, Approximation.of(hertz))
 
 
-def _moved(patch: Patch, theory: Approximation) -> tuple[float, float]:
+# read for the valley and for the misplaced load
+@lru_cache(maxsize=4)
+def _beside(rung: Rung, theory: Approximation) -> tuple[Floats, Floats]:
+    """Pressures of a contact and of a theory on the same nodes; a single patch at the contact's centre of pressure."""
     if theory.single is None:
-        return 0.0, 0.0
-    x, s = theory.centre_mm
-    return patch.centre_x_mm - x, patch.centre_y_mm - s
+        return theory.beside(rung)
+    patch, (x, s) = patch_of(rung), theory.centre_mm
+    return theory.beside(rung, (patch.centre_x_mm - x, patch.centre_y_mm - s))
+
+
+def _misplaced_load(rung: Rung, theory: Approximation) -> float:
+    return part_elsewhere(*_beside(rung, theory))
+
+
+def _own_valley(rung: Rung, theory: Approximation) -> float:
+    """The valley of a theory's own pressure, read on the nodes of a contact; an ellipse has none."""
+    is_ellipse = theory.single is not None and theory.single.hertz is not None
+    return 0.0 if is_ellipse else valley_of(_beside(rung, theory)[1])
 
 
 def _unknown_load(rung: Rung, theory: Approximation) -> float:

@@ -134,6 +134,11 @@ def _lobes(p: Floats, s: Floats) -> tuple[tuple[Lobe, ...], float]:
     return tuple(sorted(lobes, key=lambda lobe: -lobe.p_max_MPa)), valley
 
 
+def valley_of(p: Floats) -> float:
+    """The valley of a pressure (nx, ns), as in `Patch`."""
+    return _windows(p)[3]
+
+
 def lobe_columns(p: Floats) -> tuple[slice, ...]:
     """Columns of each lobe of a pressure (nx, ns), from the gauge side on: from valley to valley."""
     _, _, ends, _ = _windows(p)

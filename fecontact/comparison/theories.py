@@ -6,14 +6,40 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+import numpy as np
+
 from fecontact.case import Case
-from fecontact.comparison.approximation import Approximation, ellipse
+from fecontact.comparison.approximation import Approximation, ellipse, of_rung, of_strips
+from fecontact.contact.rung import Rung
+from fecontact.errors import InputError
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.touch_points import RelativeCurvature
+from fecontact.theory.analyn import analyn
+from fecontact.theory.equivalent_ellipse import equivalent_ellipse
+from fecontact.theory.gap_line import GapLine, gap_line
 from fecontact.theory.hertz import hertz_from_hessian
+from fecontact.theory.kik_piotrowski import kik_piotrowski
+from fecontact.theory.kpec import kpec
+from fecontact.theory.strip import strip
+from fecontact.theory.strip_contact import StripContact
+from fecontact.theory.stripes import stripes
 from fecontact.theory.touch_hertz import hertz_points
 
-Approximate: TypeAlias = Callable[[Placement, Case, float], Approximation | str | None]
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Loaded:
+    """A placed case under the normal force (N) that the finite elements carry, as theories take it.
+
+    `half_space` is the contact of the true gap on a half-space, None where it is not at hand.
+    """
+
+    placement: Placement
+    case: Case
+    normal_force_N: float
+    half_space: Rung | None = None
+
+
+Approximate: TypeAlias = Callable[[Loaded], Approximation | str | None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,8 +55,7 @@ class Theory:
     source, range
         Where it is from, and what it takes for granted.
     approximate
-        From a placement, its case and the normal force (N) to the contact; why the theory has none; or None where it
-        says nothing of its own.
+        From a loaded placement to the contact; why the theory has none; or None where it says nothing of its own.
     """
 
     words: str
@@ -40,25 +65,25 @@ class Theory:
     approximate: Approximate
 
 
-def _hertz(curvature: RelativeCurvature, case: Case, normal_force_N: float) -> Approximation:
+def _hertz(loaded: Loaded, curvature: RelativeCurvature) -> Approximation:
+    modulus = loaded.case.contact_modulus_MPa
     return Approximation.of(
-        hertz_from_hessian(
-            curvature.hessian, normal_force_N=normal_force_N, contact_modulus_MPa=case.contact_modulus_MPa
-        )
+        hertz_from_hessian(curvature.hessian, normal_force_N=loaded.normal_force_N, contact_modulus_MPa=modulus)
     )
 
 
-def _at_first_touch(placement: Placement, case: Case, normal_force_N: float) -> Approximation:
-    return _hertz(placement.first.curvatures[-1], case, normal_force_N)
+def _at_first_touch(loaded: Loaded) -> Approximation:
+    return _hertz(loaded, loaded.placement.first.curvatures[-1])
 
 
-def _at_gauge_side(placement: Placement, case: Case, normal_force_N: float) -> Approximation | None:
-    first = placement.first
-    return _hertz(first.curvatures[0], case, normal_force_N) if first.at_junction else None
+def _at_gauge_side(loaded: Loaded) -> Approximation | None:
+    first = loaded.placement.first
+    return _hertz(loaded, first.curvatures[0]) if first.at_junction else None
 
 
-def _at_all_touches(placement: Placement, case: Case, _: float) -> Approximation | str | None:
+def _at_all_touches(loaded: Loaded) -> Approximation | str | None:
     """The ellipses that share the load; at a curvature junction the curvature is that of the field side."""
+    case, placement = loaded.case, loaded.placement
     direction = placement.load_direction(normal=case.load_kind == "normal")
     points = hertz_points(placement, case.load_N, direction=direction, contact_modulus_MPa=case.contact_modulus_MPa)
     if points.shared_approach_mm is None:
@@ -80,7 +105,35 @@ def _at_all_touches(placement: Placement, case: Case, _: float) -> Approximation
     )
 
 
+def _in_strips(theory: Callable[[GapLine, float], StripContact], *, in_plane: bool = True) -> Approximate:
+    """A theory of strips across, from the gap on the line through the first touch point.
+
+    What is `in_plane` has its strips on the tangent plane; they are laid on the surface above them.
+    """
+
+    def approximate(loaded: Loaded) -> Approximation | str:
+        try:
+            line = gap_line(loaded.placement, contact_modulus_MPa=loaded.case.contact_modulus_MPa)
+            found = theory(line, loaded.normal_force_N)
+        except InputError as error:
+            return str(error)
+        if not (found.half_length_mm > 0.0).any():
+            return "; ".join(found.notes) or "no strip is in contact"
+        return of_strips(_on_surface(found, line) if in_plane else found)
+
+    return approximate
+
+
+def _on_surface(contact: StripContact, line: GapLine) -> StripContact:
+    return replace(contact, t_mm=np.interp(contact.t_mm, line.t_mm, line.surface_mm))
+
+
+def _on_half_space(loaded: Loaded) -> Approximation | None:
+    return None if loaded.half_space is None else of_rung(loaded.half_space)
+
+
 HERTZ, HERTZ_GAUGE, MULTI_HERTZ = "hertz", "hertz_gauge", "multi_hertz"
+_STRIPS = "sums over strips"
 
 THEORIES: Mapping[str, Theory] = {
     HERTZ: Theory(
@@ -104,7 +157,58 @@ THEORIES: Mapping[str, Theory] = {
         range="patches small against the distance between them; they know nothing of each other",
         approximate=_at_all_touches,
     ),
+    "equivalent_ellipse": Theory(
+        words="Equivalent ellipse",
+        cost="closed form an approach",
+        source="width of the overlap, as in SIMPACK; self-consistent level",
+        range="one region of overlap",
+        approximate=_in_strips(equivalent_ellipse),
+    ),
+    "kik_piotrowski": Theory(
+        words="Kik-Piotrowski",
+        cost=_STRIPS,
+        source="Kik and Piotrowski (1996); Piotrowski and Kik (2008)",
+        range="ellipses of a/b near 1; its own area is 6 to 12 % too large on any ellipse",
+        approximate=_in_strips(kik_piotrowski),
+    ),
+    "stripes": Theory(
+        words="STRIPES",
+        cost=_STRIPS,
+        source="Ayasse and Chollet (2005)",
+        range="convex across all over the patch",
+        approximate=_in_strips(stripes),
+    ),
+    "analyn": Theory(
+        words="ANALYN",
+        cost=_STRIPS,
+        source="Sichani, Enblom and Berg (2014), normal part, as in CONTACT",
+        range="convex across all over the patch",
+        approximate=_in_strips(analyn),
+    ),
+    "kpec": Theory(
+        words="KPEC",
+        cost=_STRIPS,
+        source="Vollebregt, CONTACT option B = 5",
+        range="one region below half the approach",
+        approximate=_in_strips(kpec),
+    ),
+    "strip": Theory(
+        words="Strip method",
+        cost="a system of as many equations as strips",
+        source="Knothe and Le The (1984); equations in theory/strip_method.py",
+        range="one plane for the whole patch, no yaw",
+        approximate=_in_strips(strip, in_plane=False),
+    ),
+    "half_space": Theory(
+        words="Half-space",
+        cost="a solver by FFT",
+        source="Boussinesq; Polonsky and Keer (1999)",
+        range="bodies large beside the patch",
+        approximate=_on_half_space,
+    ),
 }
 """By name, from the cheapest."""
 EITHER_SIDE = (HERTZ_GAUGE, HERTZ)
 """Hertz's ellipse with the curvature of each side of the first touch point."""
+OF_ELLIPSES = (MULTI_HERTZ, "equivalent_ellipse")
+"""Theories that vehicle codes have where they have Hertz."""

@@ -87,3 +87,7 @@ AT_JUNCTION = "curvature undefined at the touch point"
 
 PROFILE = "profile"
 """Cause where the verdict is open because the measured profile is not known better."""
+
+
+ELEMENTS = "elements"
+"""Cause where the verdict is open because the finite elements do not answer as their material does."""

@@ -100,6 +100,16 @@ class Field:
         whole = ContactGrid(x_mm=x, s_mm=grid.s_mm, half=False)
         return Field(grid=whole, values=np.concatenate([self.values[:0:-1], self.values]))
 
+    def even(self) -> Field:
+        """The field on equal steps across, the smallest of its grid, linear between its nodes."""
+        grid = self.grid
+        if np.ptp(_even(np.diff(grid.s_mm))) == 0.0:
+            return self
+        step = grid.steps_mm[1]
+        s = grid.s_mm[0] + step * np.arange(np.floor(np.ptp(grid.s_mm) / step) + 1)
+        even = ContactGrid(x_mm=grid.x_mm, s_mm=np.asarray(s), half=grid.half)
+        return Field(grid=even, values=self.values @ hat_functions(grid.s_mm, s))
+
     def covering(self, length_x_mm: float, length_s_mm: float) -> Field:
         """Both halves, continued by zeros in the grid's own steps past a box of these lengths around the origin."""
         field = self.whole()

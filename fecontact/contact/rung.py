@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,6 +71,16 @@ class Rung:
     def pressure(self) -> Field:
         """The pressure as a field."""
         return Field(grid=self.grid, values=self.pressure_MPa)
+
+    def even(self) -> Rung:
+        """The contact on equal steps across, as what reads pressures takes it; itself where they are equal."""
+        pressure = self.pressure.even()
+        gap = Field(grid=self.grid, values=self.gap_mm).even()
+        return (
+            self
+            if pressure.grid is self.grid
+            else replace(self, grid=pressure.grid, pressure_MPa=pressure.values, gap_mm=gap.values)
+        )
 
     @property
     def residual(self) -> float:

@@ -23,6 +23,8 @@ Integers = NDArray[np.int64]
 _SWEEP_RATIO = 1.7
 # Points of an outline closer than this are one point: published coordinates are rounded to micrometres.
 _SAME_POINT_MM = 1e-3
+# Nodes are put on the line; on a steep one heights are known a hundred times worse than places.
+_ON_PROFILE_MM = 1e-6
 # The surface by which each body is held.
 _BASE = {"rail": "fixed", "wheel": "driven"}
 # The wheel's uniform zone reaches this many steps further than the rail's, so that it covers it wholly.
@@ -92,6 +94,23 @@ def wheel_mesh(
     moment = _radius_moment(section, pose.rolling_radius_mm)
     volume = moment * float(np.sum(np.sin(np.diff(theta))))
     return _swept("wheel", section, points, zone_layers, half=half, volume=volume)
+
+
+def check_on_profiles(placement: Placement, rail: BodyMesh, wheel: BodyMesh) -> None:
+    """Guard of the hand-over: contact surfaces lie where both bodies stand, or their gap would be another one."""
+    on_rail, on_wheel = (mesh.points[mesh.contact_nodes.ravel()] for mesh in (rail, wheel))
+    pose = placement.rail
+    c, s = np.cos(pose.inclination_rad), np.sin(pose.inclination_rad)
+    from_crown = on_rail[:, 1:] - [pose.crown_y_mm, pose.crown_z_mm]
+    around = placement.wheel
+    from_axle = (on_wheel - around.centre_mm) @ around.axes
+    radius = np.hypot(from_axle[:, 0], from_axle[:, 2])
+    for profile, y, z in (
+        (pose.profile, from_crown @ [c, s], from_crown @ [-s, c]),
+        (around.profile, from_axle[:, 1] - around.tape_circle_y_mm, around.rolling_radius_mm - radius),
+    ):
+        off = float(np.abs(profile.evaluate(profile.locate(y)).z - z).max())
+        assert off < _ON_PROFILE_MM, f"{profile.kind} {profile.name}: its mesh is {off:.2g} mm beside its surface"
 
 
 def _facing(placement: Placement, zone: FineZone) -> list[tuple[float, float, int]]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import bsr_matrix, csr_matrix
 
 from fecontact.fe.body_mesh import BodyMesh
+from fecontact.fe.hooke import elasticity_MPa
 from fecontact.material import Material
 
 # scikit-fem's corner order of a hexahedron, as positions in the VTK order.
@@ -32,20 +32,15 @@ def stiffness(mesh: BodyMesh, material: Material) -> csr_matrix:
     pairs, place = np.unique(nodes[:, :, None] * count + nodes[:, None, :], return_inverse=True)
     place = place.ravel()
     # row and column of the matrix belong to v and u
-    parts: dict[tuple[int, int], NDArray[Any]] = {}
+    parts = np.empty((pairs.size, 3, 3))
     for i in range(3):
         for j in range(i, 3):
             integrals = (gradients[i] * weights) @ gradients[j].transpose(0, 2, 1)
-            parts[i, j] = np.bincount(place, integrals.ravel())
+            parts[:, i, j] = np.bincount(place, integrals.ravel())
             if i != j:
-                parts[j, i] = np.bincount(place, integrals.transpose(0, 2, 1).ravel())
-    lame, shear = material.lame_MPa, material.shear_MPa
-    blocks = np.empty((pairs.size, 3, 3))
-    laplace = parts[0, 0] + parts[1, 1] + parts[2, 2]
-    for i in range(3):
-        for j in range(3):
-            blocks[:, i, j] = lame * parts[i, j] + shear * parts[j, i]
-        blocks[:, i, i] += shear * laplace
+                parts[:, j, i] = np.bincount(place, integrals.transpose(0, 2, 1).ravel())
+    # d_k v_i C_ikjl d_l u_j
+    blocks = np.tensordot(parts, elasticity_MPa(material), axes=((1, 2), (1, 3)))
     rows, columns = np.divmod(pairs, count)
     starts = np.searchsorted(rows, np.arange(count + 1))
     return bsr_matrix((blocks, columns, starts), shape=(3 * count, 3 * count)).tocsr()

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from fecontact.fe.body import ElasticBody
 from fecontact.fe.body_mesh import shape_gradients
+from fecontact.fe.hooke import elasticity_MPa
 
 Floats = NDArray[np.float64]
 
@@ -23,14 +24,13 @@ def nodal_stress(body: ElasticBody, displacements: Floats) -> Floats:
     )
     p, u = mesh.points[mesh.hexes], displacements[mesh.hexes]
     at_gauss = np.empty((len(mesh.hexes), 8, 6))
-    lame, shear = body.material.lame_MPa, body.material.shear_MPa
+    law = np.stack([elasticity_MPa(body.material)[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))])
     for k, (r, s, t) in enumerate(gauss * signs):
         dn = shape_gradients(r, s, t)
         jacobian = p.transpose(0, 2, 1) @ dn
         grad = np.linalg.solve(jacobian.transpose(0, 2, 1), dn.T[None].repeat(len(p), axis=0)) @ u
-        trace = lame * np.trace(grad, axis1=1, axis2=2)
-        for m, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))):
-            at_gauss[:, k, m] = shear * (grad[:, i, j] + grad[:, j, i]) + (trace if i == j else 0.0)
+        # row l and column k of it: the derivative of u_k by x_l
+        at_gauss[:, k] = np.tensordot(grad, law, axes=((2, 1), (1, 2)))
     # value at corner c = sum over Gauss points of their trilinear functions at the scaled corner position
     weights = np.prod(1.0 + signs[:, None, :] * signs[None, :, :] * np.sqrt(3.0), axis=2) / 8.0
     corners = np.einsum("cg,mgs->mcs", weights, at_gauss)

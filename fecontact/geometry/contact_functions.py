@@ -111,7 +111,7 @@ def _positions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: float) -
     # from the middle outwards on either side, each from the roll before it
     for shift in sorted(shifts_mm, key=lambda shift: (shift < 0.0, abs(shift))):
         mirrored = positions.get(-shift)
-        if mirrored is not None and wheelset.symmetric and yaw_rad == 0.0:
+        if isinstance(mirrored, PlacedWheelset) and wheelset.symmetric and yaw_rad == 0.0:
             positions[shift] = _mirrored(mirrored)
             continue
         placed = wheelset.at(shift, yaw_rad, guess_rad=guess)
@@ -120,11 +120,8 @@ def _positions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: float) -
     return {shift: positions[shift] for shift in sorted(positions)}
 
 
-def _mirrored(placed: PlacedWheelset | str) -> PlacedWheelset | str:
+def _mirrored(placed: PlacedWheelset) -> PlacedWheelset:
     """The mirror image of a symmetric wheelset that is not yawed."""
-    if isinstance(placed, str):
-        here, there = ("left", "right") if placed.startswith("left") else ("right", "left")
-        return placed.replace(here, there, 1)
     return PlacedWheelset(
         shift_mm=-placed.shift_mm,
         yaw_rad=placed.yaw_rad,

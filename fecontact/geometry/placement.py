@@ -20,7 +20,7 @@ from fecontact.errors import InputError
 from fecontact.geometry.carrying import climbs_at, why_it_cannot_carry
 from fecontact.geometry.poses import RailPose, WheelPose, place_rail, search_parameters, sign_change
 from fecontact.geometry.touch_points import TouchPoint, touch_point_at
-from fecontact.profiles.curve import Profile
+from fecontact.profiles.curve import Junction, Profile
 
 Floats = NDArray[np.float64]
 # Gap given to rail points whose normal does not meet the wheel's running surface: far beyond any elastic approach.
@@ -33,6 +33,15 @@ EVERY_SHIFT = np.arange(-40.0, 40.5, 0.5)
 _STEP_MM = 2e-3
 SIGN: dict[TrackSide, float] = {"left": 1.0, "right": -1.0}
 """Sign of a wheelset's shift, roll and yaw in the frame of its left side."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlacedJunction:
+    """A junction of one of both profiles, its distance `s_mm` along that line from the first touch point."""
+
+    profile: Profile
+    junction: Junction
+    s_mm: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -64,6 +73,17 @@ class Placement:
     def arc_mm(self, touch: TouchPoint) -> float:
         """Surface coordinate s (mm) of a touch point."""
         return float(self.rail.profile.arc_length(touch.rail_u)) - self.first_arc_length_mm
+
+    @cached_property
+    def junctions(self) -> tuple[PlacedJunction, ...]:
+        """Junctions of the rail and then of the wheel, each from small to large y."""
+        found = []
+        for profile, u in ((self.rail.profile, self.first.rail_u), (self.wheel.profile, self.first.wheel_u)):
+            arcs = profile.arc_length(profile.locate([j.y_mm for j in profile.junctions]))
+            for junction, arc in zip(profile.junctions, arcs - float(profile.arc_length(u)), strict=True):
+                if np.isfinite(arc):
+                    found.append(PlacedJunction(profile=profile, junction=junction, s_mm=float(arc)))
+        return tuple(found)
 
     def surface(self, x: ArrayLike, s: ArrayLike) -> tuple[Floats, Floats]:
         """Points (..., 3) on the rail and their outward unit normals at x and the arc length s (mm) from first touch.

@@ -21,11 +21,14 @@ class Part:
         Group of its inputs.
     body
         The body that it belongs to, if another part has the same inputs for the other body; on the command line it
-        stands before their names, and without it they are given for both.
+        stands before their names.
+    both
+        Whether the names without the body give them for both at once.
     """
 
     group: str
     body: str = ""
+    both: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +41,7 @@ class Slot:
         Name of its field, and of the part that the field belongs to (empty at the top level).
     input, default
         What it is, and its value if none is given.
-    group, body
+    group, body, both
         As those of `Part`.
     """
 
@@ -48,6 +51,12 @@ class Slot:
     default: Any
     group: str
     body: str = ""
+    both: bool = False
+
+    @property
+    def place(self) -> tuple[str, str]:
+        """Its part and its field."""
+        return self.table, self.field
 
     @property
     def key(self) -> str:
@@ -61,8 +70,8 @@ class Slot:
 
     @property
     def common_names(self) -> tuple[str, ...]:
-        """The names that give it for both bodies; none if it belongs to no body."""
-        return tuple(f"--{name}" for name in self._stems) if self.body else ()
+        """The names that give it for both bodies; none if nothing does."""
+        return tuple(f"--{name}" for name in self._stems) if self.both else ()
 
     @property
     def _stems(self) -> tuple[str, ...]:
@@ -80,16 +89,23 @@ def slots(whole: DataclassInstance) -> tuple[Slot, ...]:
     for field in fields(whole):
         value = getattr(whole, field.name)
         if (part := field.metadata.get("part")) is None:
-            found.append(_slot(field, value, "", field.metadata["input"].group, ""))
+            found.append(_slot(field, value, "", Part(group=field.metadata["input"].group)))
         else:
-            found += [
-                _slot(inner, getattr(value, inner.name), field.name, part.group, part.body) for inner in fields(value)
-            ]
+            found += [_slot(inner, getattr(value, inner.name), field.name, part) for inner in fields(value)]
     return tuple(found)
 
 
-def _slot(field: Field[Any], default: Any, table: str, group: str, body: str) -> Slot:
-    return Slot(field=field.name, table=table, input=field.metadata["input"], default=default, group=group, body=body)
+def _slot(field: Field[Any], default: Any, table: str, part: Part) -> Slot:
+    described = field.metadata["input"]
+    return Slot(
+        field=field.name,
+        table=table,
+        input=described,
+        default=default,
+        group=part.group,
+        body=part.body,
+        both=part.both,
+    )
 
 
 def check_inputs(instance: DataclassInstance) -> None:

@@ -10,6 +10,7 @@ from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.judgement import Judgement
 from fecontact.comparison.verdict import Answer
 from fecontact.geometry.placement import Placement
+from fecontact.solving.stiffness_fit import Stiffness
 
 CellVerdict = Literal["HOLDS", "FAILS", "UNRESOLVED", "failed"]
 
@@ -95,6 +96,8 @@ class MapPosition:
         At which loads Hertz holds, and for creep forces; the latter None without friction.
     placement
         None where the wheel could not be placed.
+    stiffness
+        Of the contact over its loads; None for fewer than three.
     tried
         Loads that the search for its limits solved.
     stopped
@@ -106,6 +109,7 @@ class MapPosition:
     limit: LoadLimit
     force_limit: LoadLimit | None = None
     placement: Placement | None = None
+    stiffness: Stiffness | None = None
     tried: tuple[JudgedLoad, ...] = ()
     stopped: MapCell | None = None
 

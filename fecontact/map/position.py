@@ -11,6 +11,7 @@ from fecontact.errors import FecontactError, NotEnoughMemory
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import LoadLimit, MapCell, MapPosition
 from fecontact.map.load_limit import known_loads, load_limit, next_load
+from fecontact.map.stiffness import stiffness_of
 from fecontact.solving.load_sweep import LoadSweep
 
 StepProgress = Callable[[str], None]
@@ -89,6 +90,7 @@ class _Loads:
             cells=cells,
             limit=load_limit(cells, self._tried, stopped=self._stopped),
             placement=self._solver.placement,
+            stiffness=stiffness_of(cells),
             tried=tuple(self._tried),
             stopped=self._stopped,
         )

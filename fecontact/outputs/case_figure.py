@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.geometry.placement import Placement
-from fecontact.outputs.case_words import case_words, radius_mm, radius_text
+from fecontact.outputs.case_words import case_words
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.pressure_map import PressureFields, draw_pressure
 from fecontact.outputs.style import (
@@ -27,6 +27,7 @@ from fecontact.outputs.style import (
     save_figure,
 )
 from fecontact.outputs.verdict_words import verdict_reason
+from fecontact.profiles.curve import Kind, radius_mm, radius_text
 from fecontact.solving.solve import CaseResult
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
     for number, kind in enumerate(("finite elements", "Hertz", "finite elements minus Hertz")):
         ax = figure.add_subplot(maps[0, number])
         draw_pressure(ax, load, kind, fields)
-        for place in _rail_junctions(placement):
+        for place in _junctions(placement, "rail"):
             # on the dark ground of a pressure and on the light one of a difference
             ax.axvline(float(place), color="0.6", ls=":", lw=1.2, label="_rail junction")
         ax.set_xlim(fields.limits_mm(across=True))
@@ -132,8 +133,8 @@ def draw_lateral_cut(
     _draw_cut(ax, (grid.s_mm, fields.fe[i]), (s, fields.ellipse.pressure_MPa(grid.x_mm[i], s)))
     low, high = fields.limits_mm(across=True)
     for junctions, colour, style, name in (
-        (_rail_junctions(placement), RAIL_JUNCTION, "-", "rail junction"),
-        (_wheel_junctions(placement), WHEEL_JUNCTION, ":", "wheel junction"),
+        (_junctions(placement, "rail"), RAIL_JUNCTION, "-", "rail junction"),
+        (_junctions(placement, "wheel"), WHEEL_JUNCTION, ":", "wheel junction"),
     ):
         shown = junctions[(junctions > low) & (junctions < high)]
         for number, position in enumerate(shown):
@@ -174,7 +175,7 @@ def _draw_rail(ax: Axes, placement: Placement, fields: PressureFields) -> None:
     bottom = float(np.nanmin(height)) - 0.06 * (high - low)
     ax.fill_between(s[there], height[there], bottom, color="0.85", lw=0.0)
     ax.plot(s, height, color="0.2", lw=1.4)
-    ends = [low, *(float(k) for k in sorted(_rail_junctions(placement)) if low < k < high), high]
+    ends = [low, *(float(k) for k in sorted(_junctions(placement, "rail")) if low < k < high), high]
     for place in ends[1:-1]:
         ax.axvline(place, color=RAIL_JUNCTION, lw=1.3, zorder=0)
     profile = placement.rail.profile
@@ -188,19 +189,9 @@ def _draw_rail(ax: Axes, placement: Placement, fields: PressureFields) -> None:
     ax.set_xlim(low, high)
 
 
-def _rail_junctions(placement: Placement) -> Floats:
-    """Positions s (mm) of the rail's junctions."""
-    profile = placement.rail.profile
-    y = np.array([junction.y_mm for junction in profile.junctions])
-    return profile.arc_length(profile.snap(profile.locate(y))) - placement.first_arc_length_mm
-
-
-def _wheel_junctions(placement: Placement) -> Floats:
-    """Positions (mm) of the wheel's junctions along its own line, which lies on the rail's near the touch point."""
-    profile = placement.wheel.profile
-    y = np.array([junction.y_mm for junction in profile.junctions])
-    at_touch = float(profile.arc_length(placement.first.wheel_u))
-    return profile.arc_length(profile.snap(profile.locate(y))) - at_touch
+def _junctions(placement: Placement, kind: Kind) -> Floats:
+    """Positions (mm) of one profile's junctions; the wheel's line lies on the rail's near the touch point."""
+    return np.array([place.s_mm for place in placement.junctions if place.profile.kind == kind])
 
 
 def _case_text(load: JudgedLoad, placement: Placement) -> str:

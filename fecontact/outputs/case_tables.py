@@ -12,14 +12,13 @@ from fecontact.outputs.case_words import pair_of_row
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.table import Column, Table, TableRow, Tone, columns_of
 from fecontact.outputs.terminal import missing, number_text
+from fecontact.outputs.theories import cheapest_words
 from fecontact.outputs.verdict_words import decided
 
 Row = Mapping[str, Any]
 Record = Mapping[str, Any]
 
 _TONES: Mapping[str, Tone] = {"HOLDS": "plain", "UNRESOLVED": "open", "FAILS": "fails"}
-# Where a row has one.
-_OTHERS = [name for name in THEORIES if name not in EITHER_SIDE]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,22 +93,26 @@ _PEAKS = (
     _number("peak Hertz MPa", "p_max_hertz_MPa", "{:.0f}"),
     _number("part of a limit", "limit_used", "{:.2f}"),
 )
-_SHORT_STATUS = {"patch at the edge of the fine mesh": "at edge", "not converged": "not conv."}
+_SHORT_STATUS = {
+    "elements too soft or too stiff": "elements off",
+    "patch at the edge of the fine mesh": "at edge",
+    "not converged": "not conv.",
+}
 
 
 def deviation_table(rows: Sequence[Row], title: str, failing_width: int, *, with_pair: bool = False) -> Table:
     """How far Hertz is off in each case, and by what he fails, in so many characters."""
-    others = [name for name in _OTHERS if any(row.get(f"{name}_verdict") for row in rows)]
+    theories = any(row.get("theory_cheapest") for row in rows)
     columns = [Column(heading="rail, wheel", kind="text")] * with_pair + [one.column for one in _NUMBERS]
     columns += columns_of("verdict", "fails by", texts=("verdict", "fails by"))
-    columns += [Column(heading=one.replace("_", " "), kind="text", name=one) for one in others]
+    columns += [Column(heading="cheapest\ntheory", kind="text", name="cheapest theory")] * theories
     lines = []
     for row in rows:
         usable = row["status"] == "converged"
         cells = [pair_of_row(row)] * with_pair + [one.text(row) for one in _NUMBERS]
         # what must not be used has no verdict
         cells += [str(row.get("verdict", "-")) if usable else _short_status(str(row["status"]))]
-        cells += [_failing(row, failing_width), *(str(row.get(f"{name}_verdict") or "-") for name in others)]
+        cells += [_failing(row, failing_width), *[str(row.get("theory_cheapest") or "-")] * theories]
         tone: Tone = "plain" if usable else "fails"
         lines.append(TableRow(cells=[*cells, *(one.text(row) for one in _EFFORT)], tone=tone))
     return Table(title=title, columns=[*columns, *(one.column for one in _EFFORT)], rows=lines)
@@ -134,19 +137,19 @@ def _failing(row: Row, width: int) -> str:
 def verdict_table(cases: Sequence[ReportedCase]) -> Table:
     """All cases with their verdicts and what decided; with those of forces where there are any."""
     several = len({pair_of_row(case.row) for case in cases}) > 1
-    others = [name for name in _OTHERS if any(case.row.get(f"{name}_verdict") for case in cases)]
+    theories = any(case.row.get("theory_cheapest") for case in cases)
     forces = any(case.row.get("force_verdict") for case in cases)
     columns = columns_of("rail and wheel", texts=("rail and wheel",)) * several + [one.column for one in _PLACE]
     columns += columns_of("Hertz", "decided by", "because", texts=("decided by", "because"), answers=("Hertz",))
     columns += [one.column for one in _PEAKS]
-    columns += [Column(heading=THEORIES[name].words, kind="answer") for name in others]
+    columns += [Column(heading="cheapest theory that holds", kind="text")] * theories
     columns += columns_of("for forces", "force off by, % of mu N", answers=("for forces",)) * forces
     lines = []
     for case in cases:
         row, answer = case.row, verdict_of(case.row)
         cells = [pair_of_row(row, " and ")] * several + [one.text(row) for one in _PLACE]
         cells += [answer, decided(row, case.limits), str(row.get("verdict_cause") or "")]
-        cells += [one.text(row) for one in _PEAKS] + [str(row.get(f"{name}_verdict") or "") for name in others]
+        cells += [one.text(row) for one in _PEAKS] + [cheapest_words(row)] * theories
         cells += _force_cells(row) if forces else ()
         lines.append(TableRow(cells=cells, tone="fails" if answer == "FAILS" else "plain"))
     return Table(title="", columns=columns, rows=lines)
@@ -160,12 +163,18 @@ def _force_cells(row: Row) -> tuple[str, str]:
     return str(row["force_verdict"]), f"{off:.1f} ± {unsure:.1f}"
 
 
-def measure_tables(record: Record) -> list[Table]:
-    """All measures of a case by each theory; by Hertz with both curvatures where the touch point is at a junction."""
+def hertz_tables(record: Record) -> list[Table]:
+    """All measures of a case by Hertz, with both curvatures where the touch point lies at a junction."""
     tables = []
     for side in record.get("verdict", {}).get("sides", ()):
         by = "" if side["side"] == "both" else f", with the curvature of the {side['side']} side"
         tables.append(_measure_table(record, f"Hertz against finite elements{by}", "Hertz", side["hertz"], side))
+    return tables
+
+
+def measure_tables(record: Record) -> list[Table]:
+    """All measures of a case by each theory."""
+    tables = hertz_tables(record)
     for name, theory in record.get("theories", {}).items():
         if name not in EITHER_SIDE and "patches" in theory:
             judged = {**theory, "each": theory["verdict"]["each"]}
@@ -191,6 +200,23 @@ def _measure_table(record: Record, title: str, name: str, sizes: Record, judged:
     return Table(title=title, columns=[Column(heading="measure", kind="text", wraps=True), *columns], rows=lines)
 
 
+def theories_table(record: Record) -> Table:
+    """The verdict on every theory of the pressure, and why one has no contact."""
+    columns = columns_of("theory", "p_max\ndev %", "area\ndev %", "part of\na limit", texts=("theory",))
+    columns += [Column(heading="decided by", kind="text", wraps=True), Column(heading="verdict", kind="text")]
+    lines = []
+    for name, theory in record["theories"].items():
+        words = THEORIES[name].words
+        if "problem" in theory:
+            lines.append(TableRow(cells=(words, "", "", "", theory["problem"], "none"), tone="dim"))
+            continue
+        verdict, off = theory["verdict"], theory["deviation"]
+        cells = [words, *(f"{1e2 * off[measure]:+z.1f}" for measure in ("p_max_MPa", "area_mm2"))]
+        cells += [f"{theory['limit_used']:.2f}", WORDS[verdict["measure"]].name, verdict["verdict"]]
+        lines.append(TableRow(cells=cells, tone=_TONES[verdict["verdict"]]))
+    return Table(title="Theories of the contact, the cheapest first", columns=columns, rows=lines)
+
+
 def lobe_table(record: Record) -> Table:
     """The lobes of a contact, from the gauge side on."""
     lobes, pieces = record["lobes"], record["pieces"]
@@ -206,10 +232,15 @@ def lobe_table(record: Record) -> Table:
 def ladder_table(record: Record) -> Table:
     """The rungs from Hertz to the finite elements."""
     columns = columns_of("rung", "p_max\nMPa", "area\nmm²", "approach\nmm", texts=("rung",))
-    lines = [
-        (name.replace("_", " "), *(number_text(rung[m]) for m in ("p_max_MPa", "area_mm2", "approach_mm")))
-        for name, rung in record["rungs"].items()
-    ]
+    lines = []
+    for name, rung in record["rungs"].items():
+        # the other rungs of the same nodes are no better known than what is judged
+        unsure = record["elements_uncertainty"] if name == "elements" else {}
+        cells = (
+            number_text(rung[m]) + (f" ± {1e2 * unsure[m]:.1f} %" if m in unsure else "")
+            for m in ("p_max_MPa", "area_mm2", "approach_mm")
+        )
+        lines.append((name.replace("_", " "), *cells))
     return Table(title="Ladder", columns=columns, rows=[TableRow(cells=cells) for cells in lines])
 
 

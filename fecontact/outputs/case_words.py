@@ -1,4 +1,4 @@
-"""Rails, wheels, positions and radii in words: on the terminal, in pictures and in reports."""
+"""Rails, wheels and positions in words: on the terminal, in pictures and in reports."""
 
 from __future__ import annotations
 
@@ -13,9 +13,6 @@ from fecontact.profiles.identity import file_of_identity, profile_identity
 from fecontact.solving.placing import roll_of_case
 
 Row = Mapping[str, Any]
-
-# Straight lines come out of sums of large numbers with a curvature of rounding size.
-_STRAIGHT_PER_MM = 1e-9
 
 
 def short_name(name: str) -> str:
@@ -48,7 +45,7 @@ def case_words(case: Case, placement: Placement) -> str:
     """Pair, position and load of a case, in one line."""
     roll = 1e3 * roll_of_case(case, placement)
     turned = f", yaw {1e3 * case.yaw_rad:+.4g} mrad" if case.yaw_rad else ""
-    if case.wheelset:
+    if case.roll != "given":
         turned = f" of the wheelset, {case.side} side, roll {roll:+z.4g} mrad{turned}"
     elif roll:
         turned = f", roll {roll:+.4g} mrad{turned}"
@@ -61,13 +58,3 @@ def case_words(case: Case, placement: Placement) -> str:
 def position_text(row: Row) -> str:
     """Shift and load of a row."""
     return f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN"
-
-
-def radius_mm(curvature_per_mm: float) -> float | None:
-    """Radius of a curvature, None where it is straight."""
-    return 1.0 / curvature_per_mm if abs(curvature_per_mm) > _STRAIGHT_PER_MM else None
-
-
-def radius_text(radius: float | None, form: str = "{:.1f}") -> str:
-    """A radius in mm, or that there is none."""
-    return "straight" if radius is None else form.format(radius)

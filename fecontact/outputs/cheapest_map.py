@@ -25,8 +25,12 @@ _LAWS = {
     "strips": ("T", "#f5b878"),
     "real": ("R", "#d55e00"),
 }
-# Of theories of the pressure, from the cheapest.
-_PRESSURE_COLOURS = ("#d3ebf8", "#8fcbed", "#56a5d8", "#2f7fb8", "#66c2a5", "#2a9d78", "#f5b878", "#e69f00")
+# Of theories of the pressure, from the cheapest; a further one has the last.
+_PRESSURE_COLOURS = (
+    *("#d3ebf8", "#8fcbed", "#56a5d8"),
+    *("#d5efd0", "#a5dba2", "#66c2a5", "#2a9d78"),
+    *("#f5d2a8", "#f5b878"),
+)
 _OPEN, _NONE, _LOST = "UNRESOLVED", "FAILS", "failed"
 
 
@@ -65,7 +69,7 @@ def theory_view(made: ApplicabilityMap) -> MapView:
     theories = _Theories(
         of=_of_pressure,
         letters={name: chr(ord("A") + number) for number, name in enumerate(names)},
-        colours=dict(zip(names, _PRESSURE_COLOURS, strict=False)),
+        colours={name: _PRESSURE_COLOURS[min(number, len(_PRESSURE_COLOURS) - 1)] for number, name in enumerate(names)},
         words={name: THEORIES[name].words for name in names},
         number=lambda _, judged: part_words(judged.limit_used),
         lost="could not be solved",

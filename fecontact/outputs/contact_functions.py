@@ -11,9 +11,9 @@ from fecontact.errors import InputError
 from fecontact.geometry.contact_functions import ContactFunctions, contact_functions, rolling_radius_difference_mm
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.wheelset import PlacedWheelset, possible_wheelset_shifts
-from fecontact.outputs.case_words import radius_mm, radius_text
 from fecontact.outputs.table import Column, Table, TableRow
 from fecontact.outputs.terminal import print_notes, print_table, say, standard_console
+from fecontact.profiles.curve import radius_mm, radius_text
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.placing import wheelset_of_case
 
@@ -30,6 +30,11 @@ _READINGS = ("rail_file", "wheel_file")
 
 def functions_of_case(case: Case, shifts_mm: Sequence[float]) -> ContactFunctions:
     """The wheelset of a case at many shifts; the case's own shift, roll and side do not count.
+
+    >>> import fecontact
+    >>> found = fecontact.geometry(fecontact.Case(), [0.0, 5.0])
+    >>> round(1e3 * found.positions[5.0].roll_rad, 2)
+    0.34
 
     Raises
     ------

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 from fecontact.comparison.creep_comparison import CreepComparison
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.judgement import FORCE
-from fecontact.material import Material
 from fecontact.outputs.table import Table, TableRow, columns_of
 from fecontact.outputs.terminal import print_table, say, standard_console
-from fecontact.theory.creep.contact import Creepages, CreepForce, RollingEllipse, friction_warnings
-from fecontact.theory.creep.forces import creep_force, creep_forces, ellipse_patch
+from fecontact.theory.creep.contact import CreepForce
+from fecontact.theory.creep.on_ellipse import EllipseForces
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -111,47 +110,15 @@ def force_lines(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     return lines
 
 
-def ellipse_creep(
-    *,
-    a_mm: float,
-    b_mm: float,
-    normal_force_N: float,
-    friction: float,
-    creepages: tuple[float, float, float],
-    young_MPa: float,
-    poisson: float,
-    theories: Sequence[str],
-) -> Record:
-    """Creep forces on an ellipse by some theories, or by `all` that cover it.
-
-    Raises
-    ------
-    InputError
-        For values out of range, and if a theory that was named does not cover the ellipse or the creepages.
-    """
-    material = Material(name="both", young_MPa=young_MPa, poisson=poisson)
-    contact = RollingEllipse(
-        a_mm=a_mm,
-        b_mm=b_mm,
-        normal_force_N=normal_force_N,
-        friction=friction,
-        shear_MPa=material.shear_MPa,
-        poisson=poisson,
-    )
-    xi, eta, spin = creepages
-    motion, patch = Creepages(xi=xi, eta=eta, spin_per_mm=spin), ellipse_patch(contact)
-    forces: Mapping[str, CreepForce | str] = (
-        creep_forces(patch, motion)
-        if list(theories) == ["all"]
-        else {theory: creep_force(theory, patch, motion) for theory in theories}
-    )
+def ellipse_creep(found: EllipseForces) -> Record:
+    """Creep forces on an ellipse that is given by numbers."""
     return {
         "schema": CREEP_SCHEMA,
-        "contact": asdict(contact),
-        "creepages": asdict(motion),
-        "limit_N": contact.limit_N,
-        "theories": {theory: _force_record(force) for theory, force in forces.items()},
-        "warnings": list(friction_warnings(friction)),
+        "contact": asdict(found.contact),
+        "creepages": asdict(found.creepages),
+        "limit_N": found.contact.limit_N,
+        "theories": {theory: _force_record(force) for theory, force in found.forces.items()},
+        "warnings": list(found.warnings),
     }
 
 

@@ -20,13 +20,11 @@ from fecontact.outputs.roll_words import roll_words
 from fecontact.outputs.rows import cell_row
 from fecontact.outputs.tables import write_csv
 from fecontact.outputs.verdict_map import force_view, verdict_view
-from fecontact.solving.stiffness_fit import fit_stiffness
 
 Floats = NDArray[np.float64]
 Record = dict[str, Any]
 
 MAP_SCHEMA = "fecontact/map/4"
-_FEWEST_LOADS = 3
 
 
 def write_map(
@@ -62,16 +60,12 @@ def write_laws(made: ApplicabilityMap, out: Path, name: str = "map") -> None:
 
 
 def stiffness_rows(position: MapPosition) -> list[Record]:
-    """Contact stiffness of a position at each of its loads, from a fit over all of them; none for fewer than three.
-
-    Two loads would be met exactly, which says nothing about the fit's error.
-    """
-    points = [c.judged for c in position.cells if c.judged is not None and c.status == "converged"]
-    if len(points) < _FEWEST_LOADS:
+    """Contact stiffness of a position at each of its loads, from the fit over all of them; none without it."""
+    fit = position.stiffness
+    if fit is None:
         return []
-    fit = fit_stiffness(points)
     rows = []
-    for point in points:
+    for point in (c.judged for c in position.cells if c.judged is not None and c.status == "converged"):
         tangent = fit.tangent(point.normal_force_N)
         rows.append(
             {

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.judgement import Judgement
-from fecontact.comparison.theories import THEORIES
 from fecontact.files import write_text
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap
 from fecontact.outputs.case_words import pair_words
 from fecontact.outputs.html import heading, items, page, paragraph, picture, table, terms
-from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.record import versions
 from fecontact.outputs.report_figures import ladder_figure, pair_figure, patches_figure
 from fecontact.outputs.report_words import GLOSSARY, answer_words, lead_style, measure_terms, question
@@ -24,7 +20,7 @@ from fecontact.outputs.roll_words import other_wheel_label, roll_words
 from fecontact.outputs.rows import cell_row
 from fecontact.outputs.study_report import REPORT
 from fecontact.outputs.table import Table, TableRow, columns_of
-from fecontact.outputs.theories import other_theories
+from fecontact.outputs.theories import cheapest_words, theory_columns
 from fecontact.outputs.verdict_map import CAUSE_LETTERS, force_view, verdict_view
 from fecontact.outputs.verdict_words import verdict_reason
 
@@ -120,33 +116,19 @@ def _limits(made: ApplicabilityMap) -> Table:
 
 
 def _cells(made: ApplicabilityMap) -> Table:
-    """The verdict of each theory in each cell."""
-    loads = [cell.judged for cell in made.cells if cell.judged is not None]
-    others = [name for name in THEORIES if any(name in other_theories(load) for load in loads)]
-    columns = columns_of("shift mm", "load kN", "Hertz", "part of a limit", "decided by", "unknowns")
-    columns[2], columns[4] = replace(columns[2], kind="answer"), replace(columns[4], kind="text")
-    for name in others:
-        words = THEORIES[name].words
-        columns += columns_of(words, f"{words}: p_max", f"{words}: part of a limit", answers=(words,))
+    """The verdict of each cell, and the cheapest theory that holds there."""
+    words = ("decided by", "cheapest theory that holds")
+    headings = ("shift mm", "load kN", "Hertz", "part of a limit", words[0], "unknowns", words[1])
     rows = []
     for cell in made.cells:
         judged = cell.judged
         answer = cell.verdict if cell.status == "converged" else "failed"
         cells = [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", answer]
-        cells += ["-", cell.status, "-"] if judged is None else _hertz_cells(judged)
-        for name in others:
-            cells += _theory_cells(judged.judgements.get(name) if judged is not None else None)
+        cells += ["-", cell.status, "-", ""] if judged is None else _cells_of(judged)
         rows.append(TableRow(cells=cells, tone="fails" if answer == "FAILS" else "plain"))
-    return Table(title="", columns=columns, rows=rows)
+    return Table(title="", columns=columns_of(*headings, texts=words, answers=("Hertz",)), rows=rows)
 
 
-def _hertz_cells(load: JudgedLoad) -> list[str]:
-    return [f"{load.limit_used:.2f}", verdict_reason(load), str(sum(load.level.degrees_of_freedom.values()))]
-
-
-def _theory_cells(judged: Judgement | None) -> list[str]:
-    """Verdict of a theory, how far its peak is off, and the part of a limit that it uses."""
-    if judged is None:
-        return [""] * 3
-    off = WORDS["p_max_MPa"].off(judged.deviation["p_max_MPa"])
-    return [judged.verdict.answer, off, f"{judged.limit_used:.2f}"]
+def _cells_of(load: JudgedLoad) -> list[str]:
+    unknowns = str(sum(load.level.degrees_of_freedom.values()))
+    return [f"{load.limit_used:.2f}", verdict_reason(load), unknowns, cheapest_words(theory_columns(load))]

@@ -56,17 +56,10 @@ def preview_record(seen: Preview) -> dict[str, Any]:
 
 def _junctions(seen: Preview) -> list[dict[str, Any]]:
     """Curvature junctions of both profiles by their distance from the first touch point along the line."""
-    touch = seen.placement.first
-    found = []
-    for profile, u in (
-        (seen.placement.rail.profile, touch.rail_u),
-        (seen.placement.wheel.profile, touch.wheel_u),
-    ):
-        here = float(profile.arc_length(u))
-        for junction in profile.junctions:
-            at = float(profile.arc_length(profile.locate(junction.y_mm)))
-            if np.isfinite(at):
-                found.append({"profile": profile.kind, "y_mm": junction.y_mm, "distance_mm": at - here})
+    found = [
+        {"profile": place.profile.kind, "y_mm": place.junction.y_mm, "distance_mm": place.s_mm}
+        for place in seen.placement.junctions
+    ]
     return sorted(found, key=lambda one: abs(one["distance_mm"]))
 
 

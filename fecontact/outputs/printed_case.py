@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from fecontact.comparison.theories import EITHER_SIDE, THEORIES
-from fecontact.outputs.case_tables import effort_table, ladder_table, lobe_table, measure_tables
+from fecontact.comparison.theories import THEORIES
+from fecontact.outputs.case_tables import effort_table, hertz_tables, ladder_table, lobe_table, theories_table
 from fecontact.outputs.creep import print_creep
-from fecontact.outputs.measure_words import WORDS, names_text, unknown_text
+from fecontact.outputs.measure_words import names_text, unknown_text
 from fecontact.outputs.printed_hertz import touch_point_table
 from fecontact.outputs.terminal import print_notes, print_table, say, standard_console
 from fecontact.outputs.verdict_words import reason_of_record, what_would_decide
@@ -23,7 +23,7 @@ def print_case(record: Record, *, console: Console | None = None) -> None:
     """Print a result record: touch points, all measures of both solutions, warnings."""
     console = console or standard_console()
     print_table(console, touch_point_table(record))
-    for table in (*measure_tables(record), lobe_table(record)):
+    for table in (*hertz_tables(record), lobe_table(record)):
         print_table(console, table)
     _print_theories(record, console)
     print_table(console, ladder_table(record))
@@ -33,8 +33,12 @@ def print_case(record: Record, *, console: Console | None = None) -> None:
         f"beside the verdict: L2 difference of the pressures {1e2 * record['pressure_l2']:.1f} %, overlap of the"
         f" patches {record['overlap']:.3f}",
     )
-    misfit = record["solver"]["misfit"]
-    say(console, f"the elements' own nodes carry {1e2 * misfit:.1f} % of the load elsewhere: they are coarser")
+    solver, off = record["solver"], record["solver"]["elements_compliance_error"]
+    say(
+        console,
+        f"the elements' own nodes carry {1e2 * solver['misfit']:.1f} % of the load elsewhere: they are coarser; their"
+        f" compliance is {'not seen' if off is None else f'{1e2 * off:+.1f} % off that of a half-space'}",
+    )
     say(
         console,
         f"normal force {record['normal_force_N'] / 1e3:.3f} kN,"
@@ -55,23 +59,11 @@ def print_case(record: Record, *, console: Console | None = None) -> None:
 
 
 def _print_theories(record: Record, console: Console) -> None:
-    """Say what theories but Hertz at the first touch point come to."""
+    """Print the verdict on every theory of the pressure, and what is to be known of some."""
+    print_table(console, theories_table(record))
     for name, theory in record["theories"].items():
-        if name in EITHER_SIDE:
-            continue
-        words = THEORIES[name].words
-        if "problem" in theory:
-            say(console, f"{words}: {theory['problem']}")
-            continue
-        parts = ", ".join(
-            f"{one['normal_force_N'] / 1e3:.1f} kN at s = {one['centre_mm'][1]:+z.1f} mm" for one in theory["patches"]
-        )
-        verdict = theory["verdict"]
-        off = ", ".join(
-            f"{WORDS[name].name} {WORDS[name].off(theory['deviation'].get(name))}" for name in verdict["each"]
-        )
-        overlap = "; its patches overlap" if theory["overlapping"] else ""
-        say(console, f"{words} ({parts}): {verdict['verdict']}; {off}{overlap}")
+        if theory.get("notes"):
+            say(console, f"{THEORIES[name].words} is {theory['status']}: {'; '.join(theory['notes'])}")
 
 
 def _print_verdict(record: Record, console: Console) -> None:

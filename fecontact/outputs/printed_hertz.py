@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from fecontact.outputs.case_words import radius_text
 from fecontact.outputs.table import Table, TableRow, columns_of
 from fecontact.outputs.terminal import print_notes, print_table, say, standard_console
+from fecontact.profiles.curve import radius_text
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fecontact.outputs.case_words import radius_mm, radius_text
 from fecontact.outputs.table import Column, Table, TableRow, columns_of
 from fecontact.outputs.terminal import print_notes, print_table, say, standard_console
-from fecontact.profiles.curve import Profile
+from fecontact.profiles.curve import Profile, radius_mm, radius_text
 from fecontact.profiles.segments import Arc, Line, Segment
 
 if TYPE_CHECKING:
@@ -53,10 +51,9 @@ def junction_table(profile: Profile) -> Table:
     """Where the curvature jumps."""
     rows = []
     for junction in profile.junctions:
-        kink = math.remainder(junction.angle_right_rad - junction.angle_left_rad, math.tau)
         radii = (radius_mm(one) for one in (junction.curvature_left_per_mm, junction.curvature_right_per_mm))
         cells = [f"{junction.y_mm:.4f}", f"{junction.z_mm:.4f}", *(radius_text(one, "{:.2f}") for one in radii)]
-        rows.append(TableRow(cells=[*cells, f"{1e3 * kink:z.3f}"]))
+        rows.append(TableRow(cells=[*cells, f"{1e3 * junction.turn_rad:z.3f}"]))
     columns = columns_of("y mm", "z mm", "R before mm", "R after mm", "kink mrad")
     return Table(title="Junctions (radii positive where convex)", columns=columns, rows=rows)
 
@@ -76,6 +73,6 @@ def segment_table(profile: Profile) -> Table:
 
 
 def _segment_radius(segment: Segment) -> str:
-    if isinstance(segment, Line):
-        return radius_text(None)
-    return radius_text(segment.radius, "{:.4g}") if isinstance(segment, Arc) else "varies"
+    if isinstance(segment, Line | Arc):
+        return radius_text(segment.radius if isinstance(segment, Arc) else None, "{:.4g}")
+    return "varies"

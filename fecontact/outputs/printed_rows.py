@@ -10,7 +10,7 @@ from fecontact.outputs.case_words import pair_of_row, position_text
 from fecontact.outputs.roll_words import roll_words_of_rows
 from fecontact.outputs.table import Table
 from fecontact.outputs.terminal import print_first_that_fits, say, standard_console
-from fecontact.outputs.theories import theory_texts
+from fecontact.outputs.theories import theory_text
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -45,7 +45,7 @@ def print_rows(rows: Sequence[Record], *, console: Console | None = None) -> Non
             continue
         if row.get("verdict_cause"):
             say(console, f"{where}: {row['verdict']}: {row['verdict_cause']}")
-        for text in theory_texts(row):
+        if text := theory_text(row):
             say(console, f"{where}: {text}")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import platform
 from dataclasses import asdict
 from importlib import metadata
@@ -14,15 +15,14 @@ from fecontact.comparison.judgement import Judgement
 from fecontact.comparison.lobes import LobeJudgement
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
-from fecontact.outputs.case_words import radius_mm
 from fecontact.outputs.creep import creep_record
 from fecontact.outputs.theories import ellipse_record, theories_record, verdict_record
+from fecontact.profiles.curve import radius_mm
 from fecontact.profiles.identity import profile_identity
+from fecontact.solving.hertz_alone import HertzAlone
 from fecontact.solving.lobe_sizes import narrowest_semi_axes_mm, semi_axes_of_elements_mm
-from fecontact.solving.measured_lines import hertz_uncertainty
 from fecontact.solving.meshes import finer_degrees_of_freedom
-from fecontact.solving.placing import place_case, roll_of_case
-from fecontact.solving.position import hertz_of_case, hertz_points_of_case
+from fecontact.solving.placing import roll_of_case
 from fecontact.solving.solve import CaseResult
 from fecontact.theory.touch_hertz import HertzPoints, Side, sides
 
@@ -82,6 +82,8 @@ def load_record(load: JudgedLoad) -> Record:
         "pieces": comparison.patch.pieces,
         "hertz_stiffness_GN_per_m15": load.hertz.stiffness_GN_per_m15,
         "rungs": {name: rung.as_dict() for name, rung in load.ladder.rungs.items()},
+        # relative, of the elements' own contact
+        "elements_uncertainty": {name: float(value) for name, value in load.elements_uncertainty.items()},
         "steps": load.ladder.steps,
         "bodies_step_uncertainty": {name: float(value) for name, value in load.bodies_step_uncertainty.items()},
         "geometry": asdict(load.geometry),
@@ -148,6 +150,8 @@ def _solver_record(load: JudgedLoad) -> Record:
         "penetration_residual": nodal.penetration_residual,
         "load_balance": load.fe.load_balance,
         "misfit": level.misfit,
+        # relative; None where there are too few elements to see it
+        "elements_compliance_error": None if math.isnan(level.compliance_error) else level.compliance_error,
         "degrees_of_freedom": dict(level.degrees_of_freedom),
         "elements": dict(level.elements),
         "element_size_mm": list(nodal.grid.steps_mm),
@@ -204,28 +208,27 @@ def versions() -> dict[str, str | None]:
     return found
 
 
-def hertz_record(case: Case) -> Record:
+def hertz_record(found: HertzAlone) -> Record:
     """Hertz's theory alone at a case's position: `hertz` is what a result is compared with.
+
+    >>> import fecontact
+    >>> record = fecontact.hertz(fecontact.Case(lateral_shift_mm=4.0))
+    >>> round(record["hertz"]["p_max_MPa"], -1)
+    1500.0
 
     `ellipses` has every touch point, and both sides of a junction, as if each carried the whole load; where the
     surfaces conform there is no ellipse, and `problem` says so.
-
-    Raises
-    ------
-    InputError
-        As `place_case` and `hertz_of_case` do.
     """
-    placement = place_case(case)
-    hertz = hertz_of_case(case, placement)
+    placement = found.placement
     return {
         "schema": "fecontact/hertz/1",
-        "case": shown_case_record(case, placement),
-        "normal_force_N": hertz.normal_force_N,
+        "case": shown_case_record(found.case, placement),
+        "normal_force_N": found.hertz.normal_force_N,
         "contact_angle_rad": placement.first.contact_angle_rad,
         "touch_points": [touch_record(touch) for touch in placement.touch_points],
-        "hertz": ellipse_record(hertz),
-        **points_record(hertz_points_of_case(case, placement)),
-        "uncertainty_of_profile": hertz_uncertainty(case, placement),
+        "hertz": ellipse_record(found.hertz),
+        **points_record(found.points),
+        "uncertainty_of_profile": found.uncertainty_of_profile,
         "warnings": [*placement.rail.profile.notes, *placement.wheel.profile.notes],
         "versions": versions(),
     }

@@ -19,10 +19,10 @@ _TOWARDS = {"left": "positive: towards its rail", "right": "negative: towards it
 
 def roll_words(case: Case) -> str:
     """Whether the roll is that of the wheelset or given, such as "roll fixed at 0 mrad"."""
-    if case.roll_under_load:
+    if case.roll == "loaded":
         own, other = (load_N and load_N / 1e3 for load_N in (case.roll_load_N, case.opposite.wheel_load_N))
         return _under_load(case.side, own, other)
-    if case.wheelset:
+    if case.roll == "touching":
         return OF_WHEELSET
     fixed = f"roll fixed at {1e3 * case.roll_rad:g} mrad"
     return fixed if makes_a_wheelset(case) else f"{fixed} (lines given by their radii make no wheelset)"
@@ -31,16 +31,17 @@ def roll_words(case: Case) -> str:
 def roll_words_of_rows(rows: Sequence[Row]) -> str:
     """The same of rows of tables, whose values may be texts."""
     found = [row for row in rows if row.get("roll_mrad") not in (None, "")]
-    kinds = {str(row.get("wheelset")) == "True" for row in found}
-    if kinds == {True}:
-        loaded = [row for row in found if str(row.get("roll_under_load")) == "True"]
-        if len(loaded) != len(found):
-            return f"{OF_WHEELSET}, loaded or not" if loaded else OF_WHEELSET
+    kinds = {row.get("roll") or "given" for row in found}
+    if kinds == {"touching"}:
+        return OF_WHEELSET
+    if kinds == {"touching", "loaded"}:
+        return f"{OF_WHEELSET}, loaded or not"
+    if kinds == {"loaded"}:
         ways = {(_number(row, "roll_load_kN"), _number(row, "opposite_load_kN")) for row in found}
         sides = {str(row["side"]) for row in found}
         return _under_load(sides.pop(), *ways.pop()) if len(ways) == len(sides) == 1 else UNDER_LOAD
     rolls = {float(row["roll_mrad"]) for row in found}
-    if kinds == {False}:
+    if kinds == {"given"}:
         return f"roll fixed at {rolls.pop():g} mrad" if len(rolls) == 1 else "roll fixed case by case"
     return f"{OF_WHEELSET}, or fixed" if kinds else ""
 
@@ -61,7 +62,7 @@ def _number(row: Row, column: str) -> float | None:
 
 def shift_label(case: Case) -> str:
     """Label of an axis over the lateral shift, of a wheelset with the wheel whose it is."""
-    if not case.wheelset and case.side == "left":
+    if case.roll == "given" and case.side == "left":
         return SHIFT
     return f"{case.side} wheel: lateral shift of the wheelset in mm  ({_TOWARDS[case.side]})"
 
@@ -71,7 +72,7 @@ def other_wheel_label(case: Case) -> str | None:
 
     None where it is not: the other side has other profiles or another diameter, or the roll is given.
     """
-    if not case.wheelset or case.opposite != Opposite():
+    if case.roll == "given" or case.opposite != Opposite():
         return None
     other = _OTHER[case.side]
     yawed = " at the opposite yaw" if case.yaw_rad else ""

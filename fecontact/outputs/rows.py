@@ -83,6 +83,8 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
         "element_size_x_mm": load.level.nodal.grid.steps_mm[0],
         "element_size_y_mm": load.level.nodal.grid.steps_mm[1],
         "elements_misfit_percent": 1e2 * load.level.misfit,
+        "elements_compliance_error_percent": 1e2 * load.level.compliance_error,
+        **_elements_columns(load),
         "meshes": len(load.solved.levels),
         "degrees_of_freedom": sum(load.level.degrees_of_freedom.values()),
         "iterations": load.level.nodal.iterations,
@@ -90,6 +92,16 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
         **creep_columns(load),
         **theory_columns(load),
     }
+
+
+def _elements_columns(load: JudgedLoad) -> Row:
+    """The elements' own contact: its measures, and their uncertainties in percent."""
+    row: Row = {}
+    measures = load.ladder.rungs["elements"].as_dict()
+    for measure, unsure in load.elements_uncertainty.items():
+        row[f"elements_{measure}"] = measures[measure]
+        row[f"elements_{measure.rsplit('_', 1)[0]}_uncertainty_percent"] = 1e2 * unsure
+    return row
 
 
 def deviation_columns(deviation: Mapping[str, float], uncertainty: Mapping[str, float]) -> Row:
@@ -126,16 +138,14 @@ def input_columns(case: Case, placement: Placement | None = None) -> Row:
         "load_kN": case.load_N / 1e3,
         "load_kind": case.load_kind,
         "inclination_rad": case.inclination_rad,
-        "roll_mrad": None if case.wheelset and placement is None else 1e3 * roll,
+        "roll_mrad": None if case.roll != "given" and placement is None else 1e3 * roll,
         "yaw_mrad": 1e3 * case.yaw_rad,
     }
-    of_wheelset: Row = {"side": case.side, "wheelset": case.wheelset}
-    if case.roll_under_load:
-        of_wheelset["roll_under_load"] = True
+    of_wheelset: Row = {"side": case.side, "roll": case.roll}
     for name, load_N in (("roll_load_kN", case.roll_load_N), ("opposite_load_kN", case.opposite.wheel_load_N)):
         if load_N is not None:
             of_wheelset[name] = load_N / 1e3
-    return row | of_wheelset if case.wheelset or case.side != "left" else row
+    return row | of_wheelset if case.roll != "given" or case.side != "left" else row
 
 
 def case_row(result: CaseResult) -> Row:

@@ -14,12 +14,16 @@ Row = Mapping[str, Any]
 # follow from it).
 _OWN = ("rail", "wheel", "load_kN")
 _OWN_IF_NEEDED = (
-    *("side", "wheelset", "inclination_rad", "yaw_mrad", "resolution"),
+    *("side", "roll", "inclination_rad", "yaw_mrad", "resolution"),
     *("roll_load_kN", "opposite_load_kN", "roll_mrad"),
 )
 # Rows of single left wheels have neither column.
-_ABSENT = {"side": "left", "wheelset": "False"}
-_WORDS = {("wheelset", "True"): "roll of the wheelset", ("wheelset", "False"): "fixed roll"}
+_ABSENT = {"side": "left", "roll": "given"}
+_WORDS = {
+    ("roll", "touching"): "roll of the wheelset",
+    ("roll", "loaded"): "roll of the loaded wheelset",
+    ("roll", "given"): "fixed roll",
+}
 
 
 @dataclass(frozen=True, kw_only=True)

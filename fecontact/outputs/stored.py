@@ -42,6 +42,7 @@ def solved_record(solved: SolvedLoad, arrays: Arrays, prefix: str = "") -> Recor
         "levels": [
             {
                 **{name: _rung_record(rung, arrays, f"{prefix}level{k}_{name}") for name, rung in level.rungs.items()},
+                "compliance_error": level.compliance_error,
                 "degrees_of_freedom": dict(level.degrees_of_freedom),
                 "elements": dict(level.elements),
                 "enlarged": level.enlarged,

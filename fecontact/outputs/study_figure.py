@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
-from fecontact.outputs.case_words import pair_of_row, radius_mm, radius_text
+from fecontact.outputs.case_words import pair_of_row
 from fecontact.outputs.measure_words import WORDS
 from fecontact.outputs.roll_words import roll_words_of_rows
 from fecontact.outputs.rows import deviation_column
@@ -31,7 +31,7 @@ from fecontact.outputs.style import (
     legend_beside,
     save_figure,
 )
-from fecontact.profiles.curve import Profile
+from fecontact.profiles.curve import Profile, radius_mm, radius_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -29,7 +29,7 @@ from fecontact.outputs.report_figures import ladder_figure, pair_figure
 from fecontact.outputs.report_words import GLOSSARY, answer_words, lead_style, measure_terms, question
 from fecontact.outputs.roll_words import roll_words_of_rows
 from fecontact.outputs.scene import write_scene
-from fecontact.outputs.theories import theory_texts
+from fecontact.outputs.theories import theory_text
 from fecontact.outputs.verdict_words import decided, what_would_decide
 
 Row = Mapping[str, Any]
@@ -194,7 +194,7 @@ def _cases(cases: Sequence[ReportedCase], pictures: str) -> list[str]:
             picture(case.picture, words),
             folded("All measures", _measures(case.record)),
         ]
-        said = (_open(case), *theory_texts(row), *(str(row.get(key) or "") for key in ("verdict_warnings", "warnings")))
+        said = (_open(case), theory_text(row), *(str(row.get(key) or "") for key in ("verdict_warnings", "warnings")))
         parts.append(items([one for one in said if one]))
     return parts
 

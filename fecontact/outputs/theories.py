@@ -8,12 +8,11 @@ from typing import Any
 
 from fecontact.comparison.approximation import TheoryPatch
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.judgement import Judgement
+from fecontact.comparison.judgement import Judgement, cheapest, first_standing
 from fecontact.comparison.measures import hertz_measures
-from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES
+from fecontact.comparison.theories import EITHER_SIDE, HERTZ, OF_ELLIPSES, THEORIES
 from fecontact.comparison.verdict import Verdict
 from fecontact.map.cells import ApplicabilityMap
-from fecontact.outputs.measure_words import WORDS
 from fecontact.theory.hertz import HertzContact
 
 Record = dict[str, Any]
@@ -40,16 +39,17 @@ def judged_by(load: JudgedLoad | None, theory: str) -> JudgedLoad | Judgement | 
     return load if theory == HERTZ else load.judgements.get(theory, load)
 
 
-def theory_instead(load: JudgedLoad | None) -> str | None:
-    """The cheapest theory that holds where Hertz does not; None where he does, or none holds."""
+def ellipses_instead(load: JudgedLoad | None) -> str | None:
+    """The theory of ellipses that holds where the single one of Hertz does not; None where he does, or none holds."""
     if load is None or load.status != "converged" or load.verdict.answer == "HOLDS":
         return None
-    return next((name for name, one in other_theories(load).items() if one.verdict.answer == "HOLDS"), None)
+    others = other_theories(load).items()
+    return next((name for name, one in others if name in OF_ELLIPSES and one.verdict.answer == "HOLDS"), None)
 
 
-def theories_instead(made: ApplicabilityMap) -> str:
-    """The theories that hold in cells of a map where Hertz does not, in words; empty where there are none."""
-    found = {theory_instead(cell.judged) for cell in made.cells}
+def all_ellipses_instead(made: ApplicabilityMap) -> str:
+    """The theories of ellipses that hold in cells of a map where Hertz does not, in words; empty without one."""
+    found = {ellipses_instead(cell.judged) for cell in made.cells}
     return " or ".join(theory.words for name, theory in THEORIES.items() if name in found)
 
 
@@ -68,6 +68,8 @@ def judgement_record(judged: Judgement) -> Record:
         **judged.measures.as_dict(),
         "centre_mm": list(contact.centre_mm),
         "overlapping": contact.overlapping,
+        "status": contact.status,
+        "notes": list(contact.notes),
         "patches": [_patch_record(one) for one in contact.patches],
         "deviation": dict(judged.deviation),
         "uncertainty": dict(judged.uncertainty),
@@ -122,35 +124,32 @@ def ellipse_record(hertz: HertzContact) -> Record:
 
 
 def theory_columns(load: JudgedLoad) -> Record:
-    """Columns of a row for each theory but Hertz; none of one that says nothing of its own."""
-    columns: Record = {}
+    """Columns of a row: the cheapest theory that holds, and each theory but Hertz that says something of its own."""
+    theories = theories_of(load)
+    known = cheapest(theories)
+    columns: Record = {"theory_cheapest": known or ("UNRESOLVED" if first_standing(theories) else "none")}
     for name, judged in other_theories(load).items():
-        assert judged.approximation is not None
-        columns |= {
-            f"{name}_patches": len(judged.approximation.patches),
-            f"{name}_overlapping": judged.approximation.overlapping,
-            f"{name}_verdict": judged.verdict.answer,
-            f"{name}_measure": judged.verdict.measure,
-            f"{name}_limit_used": judged.limit_used,
-        }
+        columns[f"theory_{name}_verdict"] = judged.verdict.answer
+        columns[f"theory_{name}_measure"] = judged.verdict.measure
+        columns[f"theory_{name}_limit_used"] = judged.limit_used
         for measure, short in (("p_max_MPa", "p_max"), ("area_mm2", "area")):
-            columns[f"{name}_{short}_deviation_percent"] = 1e2 * judged.deviation[measure]
-            columns[f"{name}_{short}_uncertainty_percent"] = 1e2 * judged.uncertainty[measure]
+            columns[f"theory_{name}_{short}_deviation_percent"] = 1e2 * judged.deviation[measure]
     return columns
 
 
-def theory_texts(row: Mapping[str, Any]) -> list[str]:
-    """What a row says of each theory but Hertz."""
-    return [_theory_text(row, name) for name in THEORIES if name != HERTZ and row.get(f"{name}_verdict")]
-
-
-def _theory_text(row: Mapping[str, Any], name: str) -> str:
-    off = (float(row[f"{name}_{short}_deviation_percent"]) for short in ("p_max", "area"))
-    measure = WORDS[str(row[f"{name}_measure"])].name
-    # a row that was read from a table has texts
-    overlap = "; its patches overlap" if row.get(f"{name}_overlapping") in (True, "True") else ""
+def theory_text(row: Mapping[str, Any]) -> str:
+    """What a row says of the theory to take where Hertz does not hold; empty where he does, and without one."""
+    name = str(row.get("theory_cheapest"))
+    if name not in THEORIES or name in EITHER_SIDE:
+        return ""
+    off = (float(row[f"theory_{name}_{short}_deviation_percent"]) for short in ("p_max", "area"))
     return (
-        f"{THEORIES[name].words} ({row[f'{name}_patches']} patches): {row[f'{name}_verdict']} by {measure}"
-        f" (p_max {next(off):+z.1f} %, area {next(off):+z.1f} %, part of a limit"
-        f" {float(row[f'{name}_limit_used']):.2f}){overlap}"
+        f"the cheapest theory that holds: {THEORIES[name].words} (p_max {next(off):+z.1f} %, area {next(off):+z.1f} %,"
+        f" part of a limit {float(row[f'theory_{name}_limit_used']):.2f})"
     )
+
+
+def cheapest_words(row: Mapping[str, Any]) -> str:
+    """The cheapest theory that holds in words."""
+    name = str(row.get("theory_cheapest") or "")
+    return THEORIES[name].words if name in THEORIES else name

@@ -13,7 +13,7 @@ from fecontact.map.load_limit import stretches
 from fecontact.outputs.map_view import CellView, ColumnView, MapView, part_words
 from fecontact.outputs.measure_words import WORDS, limits_text
 from fecontact.outputs.style import ANSWER_WORDS, ANSWERS
-from fecontact.outputs.theories import judged_by, theories_instead, theory_instead
+from fecontact.outputs.theories import all_ellipses_instead, ellipses_instead, judged_by
 
 CAUSE_LETTERS: Mapping[str, str] = {
     "finite bodies": "B",
@@ -58,7 +58,7 @@ def verdict_view(made: ApplicabilityMap, theory: str = HERTZ) -> MapView:
     ]
     if not of_hertz:
         notes.append("where it says nothing of its own it is Hertz")
-    instead = theories_instead(made) if of_hertz else ""
+    instead = all_ellipses_instead(made) if of_hertz else ""
     return MapView(
         case=made.case,
         loads_N=made.loads_N,
@@ -157,7 +157,7 @@ def _verdict_cell(cell: MapCell, theory: str) -> CellView:
     judged, usable = judged_by(cell.judged, theory), cell.status == "converged"
     answer = "failed" if judged is None else judged.verdict.answer
     letter = "" if theory != HERTZ or cell.cause is None else CAUSE_LETTERS[cell.cause]
-    instead = theory == HERTZ and theory_instead(cell.judged) is not None
+    instead = theory == HERTZ and ellipses_instead(cell.judged) is not None
     # no measure leaves open what did not converge
     decided = judged is not None and usable and answer != "HOLDS"
     by = WORDS[judged.verdict.measure].letter if judged is not None and decided else " "

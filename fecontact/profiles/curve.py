@@ -46,6 +46,20 @@ JOINT_GAP_MM = 1e-3
 _FORWARD_SINE = 1e-9
 
 
+# Straight lines come out of sums of large numbers with a curvature of rounding size.
+_STRAIGHT_PER_MM = 1e-9
+
+
+def radius_mm(curvature_per_mm: float) -> float | None:
+    """Radius of a curvature, with its sign; None of a straight line."""
+    return 1.0 / curvature_per_mm if abs(curvature_per_mm) > _STRAIGHT_PER_MM else None
+
+
+def radius_text(radius_mm: float | None, form: str = "{:.1f}") -> str:
+    """A radius in words, None for a straight line."""
+    return "straight" if radius_mm is None else form.format(radius_mm)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Junction:
     """A point between two segments where slope or curvature changes (mm, rad, 1/mm; curvature positive if convex)."""
@@ -58,9 +72,14 @@ class Junction:
     curvature_right_per_mm: float
 
     @property
+    def turn_rad(self) -> float:
+        """How much the line turns there, to the left."""
+        return math.remainder(self.angle_right_rad - self.angle_left_rad, math.tau)
+
+    @property
     def is_corner(self) -> bool:
         """Whether the slope itself jumps."""
-        return abs(math.remainder(self.angle_right_rad - self.angle_left_rad, math.tau)) > CORNER_RAD
+        return abs(self.turn_rad) > CORNER_RAD
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -83,7 +102,9 @@ class Profile:
     notes
         What a reader assumed; shown to the user.
     measured
-        The points behind a smoothed line; None where the line is exact, or taken as exact.
+        How a line was smoothed from points; None where the line is exact, or taken as exact.
+    points (n, 2)
+        In mm, of which a line was made, exact or smoothed; None where it was not made of points.
     problems
         Points of a file that were left out on request, and those that are doubtful and were not.
 
@@ -101,6 +122,7 @@ class Profile:
     outline: tuple[Segment, ...] = ()
     notes: tuple[str, ...] = ()
     measured: Measured | None = None
+    points: Floats | None = None
     problems: tuple[Problem, ...] = ()
 
     def __post_init__(self) -> None:
@@ -128,7 +150,7 @@ class Profile:
 
         A wrong point is in the line from point 0 on or in that from point 1 on, but for the ends.
         """
-        if not any(isinstance(segment, Spline) for segment in self.segments):
+        if self.points is None or self.measured is not None:
             return None
         halves = (one.thinned(first) if isinstance(one, Spline) else one for one in self.segments)
         return replace(self, segments=tuple(halves))

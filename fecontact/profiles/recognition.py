@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -11,12 +12,12 @@ from fecontact.profiles.curve import Kind, Profile
 from fecontact.profiles.library import find, load, names
 from fecontact.profiles.measured import Measured
 from fecontact.profiles.noise import noise_of
-from fecontact.profiles.readers.points import SPLINE_NOISE
+from fecontact.profiles.points import SPLINE_NOISE, Points, checked, profile_of, spline_through
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.registration import Registration, first_shift, foot_points, register
-from fecontact.profiles.segments import Floats, Line, Spline
-from fecontact.profiles.smoothed_lines import profile_of
-from fecontact.profiles.smoothing import choose, smoothed_deviation, smoothed_line
+from fecontact.profiles.registration import first_shift, foot_points, register
+from fecontact.profiles.segments import Floats, Registration
+from fecontact.profiles.smoothed_lines import segments_of
+from fecontact.profiles.smoothing import against, alone, choose, smoothed
 
 # A spline through points with less noise in its curvature than this is as good as the points (1/mm): 1 % of R 300.
 _CURVATURE_NOISE_PER_MM = 3e-5
@@ -45,23 +46,6 @@ class Nearest:
     usual_mm: float
     farthest_mm: float
     at_y_mm: float
-
-
-def points_of(profile: Profile) -> Floats | None:
-    """The points (n, 2) behind a line, None where it is exact."""
-    if profile.measured is not None:
-        return profile.measured.points
-    if not any(isinstance(segment, Spline) for segment in profile.segments):
-        return None
-    parts = []
-    for segment in profile.segments:
-        if isinstance(segment, Spline):
-            parts.append(segment.points)
-        elif isinstance(segment, Line):
-            parts.append(np.array([segment.start, segment.end]))
-    points = np.concatenate(parts)
-    keep = np.concatenate(([True], np.hypot(*np.diff(points, axis=0).T) > 0.0))
-    return np.asarray(points[keep])
 
 
 def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) -> list[Nearest]:
@@ -102,43 +86,44 @@ def _roughly_off(line: Profile, points: Floats) -> float:
     return float(np.median(np.abs(off)))
 
 
-def smoothed(profile: Profile, reading: Reading) -> Profile:
-    """A profile given by points as the line that is smoothed from them; any other, and points without noise, as it is.
+def line_through(given: Points, reading: Reading) -> Profile:
+    """The line through points that are checked here: smoothed, or splines where they have no noise or are to be exact.
 
     Raises
     ------
     InputError
-        The nominal profile that is asked for is not in the library, or the points do not lie over it.
+        The points do not look like a running surface; or the nominal profile that is asked for is not in the library,
+        or they do not lie over it.
     """
-    points = points_of(profile)
-    if points is None or reading.smoothing_mm == 0.0 or len(points) < 20:
-        return profile
-    points = _spread(points)
+    given = checked(given, repair=reading.repair)
+    if reading.smoothing_mm == 0.0 or len(given.points) < 20:
+        return spline_through(given)
+    points = _spread(given.points)
     spacing = float(np.median(np.hypot(*np.diff(points, axis=0).T)))
     asked = reading.smoothing_mm is not None or reading.noise_mm is not None or reading.nominal not in ("auto", "none")
     if not asked and SPLINE_NOISE * noise_of(points) / spacing**2 < _CURVATURE_NOISE_PER_MM:
-        return profile
-    return _noted(profile_of(_measured(points, profile, reading), profile), reading)
+        return spline_through(given)
+    measured = _smoothed(replace(given, points=points), reading)
+    return profile_of(given, segments_of(measured), [_note(measured, reading)], measured)
 
 
-def _measured(points: Floats, profile: Profile, reading: Reading) -> Measured:
-    width, noise, nominal = reading.smoothing_mm, reading.noise_mm, reading.nominal
-    if nominal == "none":
-        return smoothed_line(points, width_mm=width, noise_mm=noise)[0]
-    among = None if nominal == "auto" else (find(nominal, profile.kind),)
-    candidates = []
-    for one in nearest(points, profile.kind, among)[:2]:
-        found = smoothed_deviation(points, load(one.name), one.registration, width_mm=width, noise_mm=noise)
-        if found is not None:
-            candidates.append(found)
-    if among is not None:
-        if not candidates:
-            raise InputError(
-                f"{profile.name}: the points do not lie over {among[0]} within {_FARTHEST_MM:g} mm, or reach beyond its"
-                " ends; give another nominal profile, or none"
-            )
-        return candidates[0][0]
-    return choose([*candidates, smoothed_line(points, width_mm=width, noise_mm=noise)])
+def _smoothed(given: Points, reading: Reading) -> Measured:
+    """Points as a smoothed deviation from the nearest profiles of the library, or by themselves, whichever is best."""
+    smooth = partial(smoothed, width_mm=reading.smoothing_mm, noise_mm=reading.noise_mm)
+    if reading.nominal == "none":
+        return smooth(alone(given.points))[0]
+    among = None if reading.nominal == "auto" else (find(reading.nominal, given.kind),)
+    close = nearest(given.points, given.kind, among)[:2]
+    held = [against(load(one.name), one.registration, given.points) for one in close]
+    candidates = [smooth(one) for one in held if one is not None]
+    if among is None:
+        return choose([*candidates, smooth(alone(given.points))])
+    if not candidates:
+        raise InputError(
+            f"{given.name}: the points do not lie over {among[0]} within {_FARTHEST_MM:g} mm, or reach beyond its"
+            " ends; give another nominal profile, or none"
+        )
+    return candidates[0][0]
 
 
 def _spread(points: Floats) -> Floats:
@@ -154,24 +139,12 @@ def _spread(points: Floats) -> Floats:
     return points[kept]
 
 
-def _noted(profile: Profile, reading: Reading) -> Profile:
-    made = profile.measured
-    assert made is not None
-    of = (
-        f"its deviation from {made.nominal} (at most {_largest_deviation(made):.2g} mm)" if made.nominal else "the line"
-    )
+def _note(made: Measured, reading: Reading) -> str:
+    largest = float(np.hypot(*made.held.values.T).max())
+    of = f"its deviation from {made.nominal} (at most {largest:.2g} mm)" if made.nominal else "the line"
     how = "as given" if reading.smoothing_mm is not None else "from the noise of the points"
     middle = float(np.median(made.curvature_noise_per_mm))
-    note = (
+    return (
         f"smoothed from {len(made.points)} points with {1e3 * made.noise_mm:.2g} um of noise: {of}, over waves of"
         f" {made.width_mm:.3g} mm ({how}); curvature uncertain by {middle:.1g} /mm from the noise"
     )
-    # what a spline through the points would carry is no longer true of this line
-    kept = [one for one in profile.notes if "curvature uncertain by about" not in one and "split at" not in one]
-    return replace(profile, notes=(*kept, note))
-
-
-def _largest_deviation(made: Measured) -> float:
-    line = Profile(name=made.nominal, kind="rail", segments=made.reference)
-    moved = Registration(turn_rad=made.turn_rad, shift=made.shift).to_reference(made.points)
-    return float(np.abs(foot_points(line, moved).off_mm).max())

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.segments import Floats
+from fecontact.profiles.segments import Floats, Registration
 
 # Gauss-Newton steps; from 5 mm and 50 mrad off they end after eight.
 _MOST_STEPS = 20
@@ -18,27 +18,6 @@ _HUBER = 2.0
 # No rail is inclined by more.
 _LARGEST_TURN_RAD = 0.2
 _FOOT_STEPS = 8
-
-
-@dataclass(frozen=True, kw_only=True)
-class Registration:
-    """How a reference line is turned about its origin (rad), and then moved (mm), to lie on points."""
-
-    turn_rad: float = 0.0
-    shift: tuple[float, float] = (0.0, 0.0)
-
-    def turned(self, vectors: Floats) -> Floats:
-        """Directions (n, 2) of the reference, as they lie on the points."""
-        c, s = math.cos(self.turn_rad), math.sin(self.turn_rad)
-        return np.column_stack((vectors[:, 0] * c - vectors[:, 1] * s, vectors[:, 0] * s + vectors[:, 1] * c))
-
-    def from_reference(self, points: Floats) -> Floats:
-        """Points (n, 2) of the reference, as they lie on the points."""
-        return np.asarray(self.turned(points) + np.array(self.shift))
-
-    def to_reference(self, points: Floats) -> Floats:
-        """The way back."""
-        return Registration(turn_rad=-self.turn_rad).turned(points - np.array(self.shift))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

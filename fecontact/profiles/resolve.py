@@ -12,9 +12,10 @@ from pathlib import Path
 from fecontact.errors import InputError, check_positive
 from fecontact.profiles.curve import Kind, Profile
 from fecontact.profiles.library import find, is_known, load, names
+from fecontact.profiles.points import Points
 from fecontact.profiles.readers.formats import DEFAULT, reader_of
 from fecontact.profiles.reading import PLAIN, Reading
-from fecontact.profiles.recognition import smoothed
+from fecontact.profiles.recognition import line_through
 from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel, two_arc_rail_head
 
 _CIRCLE, _ARCS, _CYLINDER = "circle:", "arcs:", "cylinder:"
@@ -101,36 +102,37 @@ def _number(spec: str, example: str) -> float:
         raise InputError(f"{spec!r} has no number after the colon; give a radius in mm, as in {example}") from None
 
 
-def _read(path: Path, kind: Kind, reading: Reading) -> Profile:
+def _read(spec: str, kind: Kind, reading: Reading) -> Profile:
     """A file, read once as long as its content stays the same: the smoothing of a measurement takes half a second."""
     try:
-        content = hashlib.sha256(path.read_bytes()).hexdigest()
+        content = hashlib.sha256(Path(spec).read_bytes()).hexdigest()
     except (OSError, ValueError):
         # its reader says what is wrong
-        return reader_of(path)(path, kind, reading)
-    return _read_once(path, kind, reading, content)
+        content = ""
+    return _read_once(spec, kind, reading, content)
 
 
 @lru_cache(maxsize=16)
-def _read_once(path: Path, kind: Kind, reading: Reading, content: str) -> Profile:
-    profile = reader_of(path)(path, kind, reading)
-    return smoothed(profile, reading) if profile.kind == kind else profile
+def _read_once(spec: str, kind: Kind, reading: Reading, content: str) -> Profile:
+    path = Path(spec)
+    read = reader_of(path)(path, kind, reading)
+    _check_kind(read, spec, kind)
+    return read if isinstance(read, Profile) else line_through(read, reading)
+
+
+def _check_kind(read: Profile | Points, spec: str, kind: Kind) -> None:
+    if read.kind != kind:
+        raise InputError(f"{spec!r} is a {read.kind} but a {kind} is wanted; the library has {', '.join(names(kind))}")
 
 
 def _resolve(spec: str, kind: Kind, reading: Reading) -> Profile:
     path = Path(spec)
-    read = reader_of(path)
     if is_known(spec):
-        profile = load(find(spec))
+        _check_kind(load(find(spec)), spec, kind)
+        return load(find(spec))
     # With an ending that has a reader of its own it is meant as a file, and the reader says what is wrong with it.
-    elif read is not DEFAULT or os.path.exists(spec):  # unlike Path.exists, never raises
-        profile = _read(path, kind, reading)
-    elif path.suffix or len(path.parts) > 1:
+    if reader_of(path) is not DEFAULT or os.path.exists(spec):  # unlike Path.exists, never raises
+        return _read(spec, kind, reading)
+    if path.suffix or len(path.parts) > 1:
         raise InputError(f"there is no file {spec!r}; check the path, or give one of {', '.join(names(kind))}")
-    else:
-        return load(find(spec, kind))
-    if profile.kind != kind:
-        raise InputError(
-            f"{spec!r} is a {profile.kind} but a {kind} is wanted; the library has {', '.join(names(kind))}"
-        )
-    return profile
+    return load(find(spec, kind))

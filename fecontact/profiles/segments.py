@@ -156,6 +156,36 @@ class Spline:
         return CurvePoints(y=p[..., 0], z=p[..., 1], dy=d[..., 0], dz=d[..., 1], ddy=dd[..., 0], ddz=dd[..., 1])
 
 
+@dataclass(frozen=True, kw_only=True)
+class Registration:
+    """How a reference line is turned about its origin (rad), and then moved (mm), to lie on points."""
+
+    turn_rad: float = 0.0
+    shift: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def cosine_and_sine(self) -> tuple[float, float]:
+        """Of the turn."""
+        return math.cos(self.turn_rad), math.sin(self.turn_rad)
+
+    def turned(self, vectors: Floats) -> Floats:
+        """Directions (n, 2) of the reference, as they lie on the points."""
+        c, s = self.cosine_and_sine
+        return np.column_stack((vectors[:, 0] * c - vectors[:, 1] * s, vectors[:, 0] * s + vectors[:, 1] * c))
+
+    def from_reference(self, points: Floats) -> Floats:
+        """Points (n, 2) of the reference, as they lie on the points."""
+        return np.asarray(self.turned(points) + np.array(self.shift))
+
+    def to_reference(self, points: Floats) -> Floats:
+        """The way back."""
+        return Registration(turn_rad=-self.turn_rad).turned(points - np.array(self.shift))
+
+
+IN_PLACE = Registration()
+"""Neither turned nor moved."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Smoothed:
     """A piece of a line that was smoothed from measured points: a part of an exact segment, moved by a smooth field.
@@ -169,8 +199,8 @@ class Smoothed:
         Its part of s (mm).
     base, v_from, v_to
         Exact segment below it and the part of its parameter.
-    turn_rad, shift
-        How the exact segment was turned about its origin, and then moved (mm), to lie on the points.
+    registration
+        How the exact segment was turned and moved to lie on the points.
     """
 
     field: PPoly
@@ -179,8 +209,7 @@ class Smoothed:
     base: Line | Arc | Polynomial | None = None
     v_from: float = 0.0
     v_to: float = 1.0
-    turn_rad: float = 0.0
-    shift: tuple[float, float] = (0.0, 0.0)
+    registration: Registration = IN_PLACE
 
     @cached_property
     def knots(self) -> Floats:
@@ -205,11 +234,11 @@ class Smoothed:
             dd = dd + first * self._arc(v, 2)[..., None]
         if self.base is None:
             return CurvePoints(y=p[..., 0], z=p[..., 1], dy=d[..., 0], dz=d[..., 1], ddy=dd[..., 0], ddz=dd[..., 1])
-        part, c, n = self.v_to - self.v_from, math.cos(self.turn_rad), math.sin(self.turn_rad)
+        part, (c, n) = self.v_to - self.v_from, self.registration.cosine_and_sine
         b = self.base.evaluate(self.v_from + part * v)
         return CurvePoints(
-            y=b.y * c - b.z * n + self.shift[0] + p[..., 0],
-            z=b.y * n + b.z * c + self.shift[1] + p[..., 1],
+            y=b.y * c - b.z * n + self.registration.shift[0] + p[..., 0],
+            z=b.y * n + b.z * c + self.registration.shift[1] + p[..., 1],
             dy=part * (b.dy * c - b.dz * n) + d[..., 0],
             dz=part * (b.dy * n + b.dz * c) + d[..., 1],
             ddy=part**2 * (b.ddy * c - b.ddz * n) + dd[..., 0],

@@ -3,35 +3,44 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.measured import Measured
-from fecontact.profiles.registration import Registration, foot_points
+from fecontact.profiles.measured import Held, Measured
+from fecontact.profiles.registration import foot_points
 from fecontact.profiles.segments import Arc, Floats, Line, Polynomial, Segment, Smoothed, polynomial_arc
 from fecontact.profiles.smoothing import SEED
 from fecontact.profiles.smoothing_spline import smoothed_by
-
-if TYPE_CHECKING:
-    from scipy.interpolate import PPoly
 
 Variant = Literal["half", "double"] | int
 """Another line that the points allow: of half or double the width, or from points with other noise of the same size."""
 
 
-def profile_of(measured: Measured, like: Profile) -> Profile:
-    """The smoothed line, with name, kind and notes of another profile."""
-    values = measured.points
-    if measured.reference:
-        feet = foot_points(_line_of(measured.reference), _unmoved(measured))
-        values = measured.points - _registration(measured).from_reference(feet.points)
-    field = smoothed_by(measured.s_mm, values, measured.width_mm, measured.relative_width)
-    return replace(like, segments=_segments(measured, field), outline=(), measured=measured)
+def segments_of(measured: Measured) -> tuple[Segment, ...]:
+    """The pieces of a smoothed line: one for each segment of the nominal profile, or a single one."""
+    held = measured.held
+    field = smoothed_by(held.s_mm, held.values, measured.width_mm, held.relative_width)
+    first, last = float(held.s_mm[0]), float(held.s_mm[-1])
+    if not held.reference:
+        return (Smoothed(field=field, s_from=first, s_to=last),)
+    made: list[Segment] = []
+    start = 0.0
+    for base in held.reference:
+        assert isinstance(base, Line | Arc | Polynomial)
+        whole = Smoothed(
+            field=field, s_from=start, s_to=start + _length(base), base=base, registration=held.registration
+        )
+        low, high = max(first, whole.s_from), min(last, whole.s_to)
+        start = whole.s_to
+        if high - low > 1e-6:
+            v_from, v_to = (float(v) for v in _exact_local(whole, np.array([low, high])))
+            made.append(replace(whole, s_from=low, s_to=high, v_from=v_from, v_to=v_to))
+    return tuple(made)
 
 
 @lru_cache(maxsize=8)
@@ -68,23 +77,28 @@ def variant(profile: Profile, which: Variant) -> Profile:
     if measured is None:
         return profile
     if which == "half":
-        return profile_of(replace(measured, width_mm=0.5 * measured.width_mm), profile)
-    if which == "double":
-        return profile_of(replace(measured, width_mm=2.0 * measured.width_mm), profile)
-    rng = np.random.default_rng([SEED, int(which), 0 if profile.kind == "rail" else 1])
-    line = _at(profile, measured.s_mm)
-    drawn = line.points + (measured.noise_mm * rng.normal(size=measured.s_mm.size))[:, None] * line.normals
-    return profile_of(replace(measured, points=drawn), profile)
+        changed = replace(measured, width_mm=0.5 * measured.width_mm)
+    elif which == "double":
+        changed = replace(measured, width_mm=2.0 * measured.width_mm)
+    else:
+        rng = np.random.default_rng([SEED, int(which), 0 if profile.kind == "rail" else 1])
+        points, normals = _at(profile, measured.s_mm)
+        drawn = points + (measured.noise_mm * rng.normal(size=measured.s_mm.size))[:, None] * normals
+        changed = replace(measured, held=_moved_to(drawn, measured.held))
+    return replace(profile, segments=segments_of(changed), measured=changed)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _OnLine:
-    points: Floats
-    normals: Floats
+def _moved_to(points: Floats, held: Held) -> Held:
+    """Other points (n, 2) at the same places, held against the same line."""
+    values = points
+    if held.reference:
+        feet = foot_points(_line_of(held.reference), held.registration.to_reference(points))
+        values = points - held.registration.from_reference(feet.points)
+    return replace(held, points=points, values=values)
 
 
-def _at(profile: Profile, s: Floats) -> _OnLine:
-    """Points and normals of a smoothed line at places s of what it was smoothed over."""
+def _at(profile: Profile, s: Floats) -> tuple[Floats, Floats]:
+    """Points and normals (n, 2) of a smoothed line at places s of what it was smoothed over."""
     points, normals = np.empty((s.size, 2)), np.empty((s.size, 2))
     for segment in profile.segments:
         assert isinstance(segment, Smoothed)
@@ -93,48 +107,12 @@ def _at(profile: Profile, s: Floats) -> _OnLine:
         p = segment.evaluate(v)
         points[here] = np.column_stack((p.y, p.z))
         normals[here] = np.column_stack((-p.dz, p.dy)) / np.hypot(p.dy, p.dz)[:, None]
-    return _OnLine(points=points, normals=normals)
+    return points, normals
 
 
 def _local(segment: Smoothed, s: Floats) -> Floats:
     grid = np.linspace(0.0, 1.0, 257)
     return np.interp(s, segment._arc(grid), grid)
-
-
-def _registration(measured: Measured) -> Registration:
-    return Registration(turn_rad=measured.turn_rad, shift=measured.shift)
-
-
-def _unmoved(measured: Measured) -> Floats:
-    return _registration(measured).to_reference(measured.points)
-
-
-def _segments(measured: Measured, field: PPoly) -> tuple[Segment, ...]:
-    """The pieces of a smoothed line: one for each segment of the nominal profile, or a single one."""
-    first, last = float(measured.s_mm[0]), float(measured.s_mm[-1])
-    if not measured.reference:
-        return (Smoothed(field=field, s_from=first, s_to=last),)
-    made: list[Segment] = []
-    start = 0.0
-    for base in measured.reference:
-        assert isinstance(base, Line | Arc | Polynomial)
-        whole = Smoothed(field=field, s_from=start, s_to=start + _length(base), base=base)
-        low, high = max(first, whole.s_from), min(last, whole.s_to)
-        start = whole.s_to
-        if high - low > 1e-6:
-            v_from, v_to = (float(v) for v in _exact_local(whole, np.array([low, high])))
-            made.append(
-                replace(
-                    whole,
-                    s_from=low,
-                    s_to=high,
-                    v_from=v_from,
-                    v_to=v_to,
-                    turn_rad=measured.turn_rad,
-                    shift=measured.shift,
-                )
-            )
-    return tuple(made)
 
 
 def _exact_local(segment: Smoothed, s: Floats) -> Floats:

@@ -18,10 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.measured import Measured
+from fecontact.profiles.measured import Held, Measured
 from fecontact.profiles.noise import noise_of
-from fecontact.profiles.registration import Registration, foot_points
-from fecontact.profiles.segments import Floats, Segment
+from fecontact.profiles.registration import foot_points
+from fecontact.profiles.segments import Floats, Registration
 from fecontact.profiles.smoothing_spline import smoothed_by
 
 NARROWEST_MM, WIDEST_MM = 2.0, 60.0
@@ -45,36 +45,25 @@ class _Fit:
     score: float
 
 
-def smoothed_deviation(
-    points: Floats, reference: Profile, registration: Registration, *, width_mm: float | None, noise_mm: float | None
-) -> tuple[Measured, float] | None:
-    """The deviation of points (n, 2) from a registered reference, smoothed; with the score of its width, least is best.
-
-    None where too few of the points lie over the reference.
-    """
+def against(reference: Profile, registration: Registration, points: Floats) -> Held | None:
+    """Points (n, 2) over a registered reference; None where too few of them lie over it."""
     feet = foot_points(reference, registration.to_reference(points))
     over = feet.inside & np.concatenate(([True], np.diff(np.maximum.accumulate(feet.s_mm)) > 1e-9))
     if np.count_nonzero(over) < 0.8 * len(points):
         return None
-    s, points = feet.s_mm[over], points[over]
-    offset = points - registration.from_reference(feet.points[over])
-    normals = registration.turned(feet.normals[over])
-    return _measured(
-        points,
-        s,
-        offset,
-        normals,
-        width_mm,
-        noise_mm,
+    return Held(
+        points=points[over],
+        s_mm=feet.s_mm[over],
+        values=points[over] - registration.from_reference(feet.points[over]),
+        normals=registration.turned(feet.normals[over]),
         nominal=reference.name,
-        turn_rad=registration.turn_rad,
-        shift=registration.shift,
+        registration=registration,
         reference=reference.segments,
     )
 
 
-def smoothed_line(points: Floats, *, width_mm: float | None, noise_mm: float | None) -> tuple[Measured, float]:
-    """Points (n, 2) themselves, smoothed over the length of the chords between them.
+def alone(points: Floats) -> Held:
+    """Points (n, 2) over the length of the chords between them.
 
     The width follows the curvature, with the root of its radius: a head has radii of 13 and of 300 mm, and what would
     blur a corner leaves the noise in the top.
@@ -89,39 +78,23 @@ def smoothed_line(points: Floats, *, width_mm: float | None, noise_mm: float | N
     from scipy.ndimage import gaussian_filter1d
 
     spread = np.maximum(gaussian_filter1d(bend, _PILOT_MM * s.size / s[-1], mode="nearest"), _FLAT_PER_MM)
-    return _measured(points, s, points, normals, width_mm, noise_mm, relative=np.sqrt(_FLAT_PER_MM / spread))
+    return Held(points=points, s_mm=s, values=points, normals=normals, relative_width=np.sqrt(_FLAT_PER_MM / spread))
 
 
-def _measured(
-    points: Floats,
-    s: Floats,
-    values: Floats,
-    normals: Floats,
-    width: float | None,
-    noise: float | None,
-    *,
-    nominal: str = "",
-    turn_rad: float = 0.0,
-    shift: tuple[float, float] = (0.0, 0.0),
-    reference: tuple[Segment, ...] = (),
-    relative: Floats | None = None,
-) -> tuple[Measured, float]:
-    widths = _widths(s) if width is None else [width]
-    fits = [_fit(s, values, normals, one, noise, relative) for one in widths]
-    best = min(fits, key=lambda fit: fit.score)
-    scatter = noise_of(points) if noise is None else noise
+def smoothed(held: Held, *, width_mm: float | None, noise_mm: float | None) -> tuple[Measured, float]:
+    """What points are off the line that they are held against, smoothed; with the score of its width, least is best.
+
+    Width and noise (mm) are found from the points where they are None.
+    """
+    widths = _widths(held.s_mm) if width_mm is None else [width_mm]
+    best = min((_fit(held, width, noise_mm) for width in widths), key=lambda fit: fit.score)
+    scatter = noise_of(held.points) if noise_mm is None else noise_mm
     made = Measured(
-        points=points,
-        s_mm=s,
+        held=held,
         residual_mm=best.residual,
         noise_mm=scatter,
         width_mm=best.width_mm,
-        curvature_noise_per_mm=_curvature_noise(s, best.width_mm, scatter, relative),
-        nominal=nominal,
-        turn_rad=turn_rad,
-        shift=shift,
-        reference=reference,
-        relative_width=relative,
+        curvature_noise_per_mm=_curvature_noise(held, best.width_mm, scatter),
     )
     return made, best.score
 
@@ -132,16 +105,14 @@ def _widths(s: Floats) -> list[float]:
     return [low * (max(WIDEST_MM, low) / low) ** (k / (_STEPS - 1)) for k in range(_STEPS)]
 
 
-def _fit(
-    s: Floats, values: Floats, normals: Floats, width: float, noise: float | None, relative: Floats | None
-) -> _Fit:
+def _fit(held: Held, width: float, noise: float | None) -> _Fit:
     """One width and its score: cross-validation, or with a known noise Mallows' estimate of the error."""
+    s, values = held.s_mm, held.values
     probes = np.random.default_rng(SEED).choice([-1.0, 1.0], size=(s.size, _PROBES))
-    field = smoothed_by(s, np.column_stack((values, probes)), width, relative)
-    fitted = field(s)
+    fitted = smoothed_by(s, np.column_stack((values, probes)), width, held.relative_width)(s)
     # the trace of the smoother (Hutchinson), which is its degrees of freedom
     freedom = float(np.mean((probes * fitted[:, 2:]).sum(axis=0)))
-    residual = np.asarray(((values - fitted[:, :2]) * normals).sum(axis=1))
+    residual = np.asarray(((values - fitted[:, :2]) * held.normals).sum(axis=1))
     off = float((residual**2).mean())
     if noise is None:
         score = off / max(1.0 - _COST * freedom / s.size, 1e-3) ** 2
@@ -150,9 +121,10 @@ def _fit(
     return _Fit(residual=residual, width_mm=width, score=score)
 
 
-def _curvature_noise(s: Floats, width: float, noise: float, relative: Floats | None) -> Floats:
+def _curvature_noise(held: Held, width: float, noise: float) -> Floats:
+    s = held.s_mm
     draws = noise * np.random.default_rng(SEED).normal(size=(s.size, _DRAWS))
-    return np.asarray(np.sqrt((smoothed_by(s, draws, width, relative)(s, 2) ** 2).mean(axis=1)))
+    return np.asarray(np.sqrt((smoothed_by(s, draws, width, held.relative_width)(s, 2) ** 2).mean(axis=1)))
 
 
 def choose(candidates: Sequence[tuple[Measured, float]]) -> Measured:

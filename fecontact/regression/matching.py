@@ -49,7 +49,8 @@ def match_columns(names: Sequence[str], baseline: ResultTable, new: ResultTable)
     found = []
     for given in names:
         name = given.strip()
-        column = name if name in shared else SHORT_FORMS.get(name, name)
+        # before the name itself: the choice of the roll is a column too, which nobody means who matches by roll
+        column = next((one for one in (SHORT_FORMS.get(name), name) if one in shared), SHORT_FORMS.get(name, name))
         if column not in shared:
             lacking = [str(table.path) for table in (baseline, new) if column not in table.all_columns]
             where = " and in ".join(lacking)

@@ -86,7 +86,7 @@ KINDS: Mapping[str, Tolerance] = MappingProxyType(
 TEXT = "text"
 """Kind of a column that is compared letter by letter."""
 
-LATER = ("multi_hertz_",)
+LATER = ("theory_", "elements_")
 """Columns that begin like this are no difference where the baseline is older than they are, and are named."""
 
 EFFORT = "effort"
@@ -100,8 +100,7 @@ _TEXTS = (
         "wheel",
         "load_kind",
         "side",
-        "wheelset",
-        "roll_under_load",
+        "roll",
         "at_junction",
         "junction_in_patch",
         "resolution",
@@ -120,9 +119,6 @@ _NAMED: Mapping[str, str] = {
     **dict.fromkeys(_EFFORTS, EFFORT),
     **dict.fromkeys(_INPUTS, "input"),
     **dict.fromkeys(("force_verdict", "force_cause"), TEXT),
-    **dict.fromkeys(("multi_hertz_verdict", "multi_hertz_measure", "multi_hertz_overlapping"), TEXT),
-    "multi_hertz_patches": "count",
-    "multi_hertz_limit_used": "fraction of a limit",
     "friction": "input",
     **dict.fromkeys(("fx_hertz_N", "fy_hertz_N", "fx_fe_N", "fy_fe_N"), "creep force"),
     **dict.fromkeys(("mz_hertz_Nmm", "mz_fe_Nmm"), "creep moment"),
@@ -145,6 +141,10 @@ _NAMED: Mapping[str, str] = {
 }
 # The first that fits; what stands before a unit goes before the unit alone.
 _PATTERNS = (
+    (r"^theory_(.*_verdict|.*_measure|cheapest)$", TEXT),
+    (r"^theory_.*_limit_used$", "fraction of a limit"),
+    # of coarse nodes: what is read moves with the places of single ones
+    (r"^elements_.*_uncertainty_percent$", "uncertainty"),
     (r"p_max_(step_bodies_)?uncertainty_percent$", "uncertainty of a pressure"),
     (r"_uncertainty_percent$", "uncertainty"),
     (r"p_max_(deviation|step_true_gap|step_bodies)_percent$", "percent of a pressure"),

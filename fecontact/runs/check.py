@@ -140,7 +140,7 @@ def _profile_problems(cases: tuple[Case, ...]) -> Iterable[str]:
 
 def _positions(cases: tuple[Case, ...]) -> list[Case]:
     """A case for each position of a wheel on a rail, whatever the load is."""
-    where = [slot for slot in INPUTS if slot.group in ("place", "files")]
+    where = [slot for slot in INPUTS if slot.group in ("place", "profiles")]
     return list({tuple(_value(case, slot) for slot in where): case for case in cases}.values())
 
 

@@ -55,6 +55,6 @@ def demo_words(out: Path, outcome: StudyOutcome) -> str:
             f"Picture:  {where / 'case.png'}",
             f"ParaView: {where / 'case.vtm'}",
             f"Table:    {out / 'study.csv'}",
-            "Next: fecontact init FOLDER for a study of your own, fecontact solve --help for all inputs",
+            "Next: fecontact init FOLDER for a study of your own, fecontact solve --help-all for all inputs",
         )
     )

@@ -33,7 +33,7 @@ EVALUATING = (
 )
 SOLVING_SOURCE = "source of solving"
 # Inputs that are left out of an id where they are the default: it is that of the same case before they were there.
-_NOT_ALWAYS = ("wheelset", "roll_under_load", "roll_load_N", "flange_climb", "side", "opposite")
+_NOT_ALWAYS = ("roll", "roll_load_N", "flange_climb", "side", "opposite")
 _COMMON = ("numpy", "scipy", "scikit-fem", "gmsh")
 _SOLVERS = {"pardiso": ("pypardiso", "mkl"), "amg": ("pyamg",)}
 
@@ -50,8 +50,6 @@ def case_id(case: Case) -> str:
         for name, value in case_record(case).items()
         if name not in ("criteria", "creep") and not (name in _NOT_ALWAYS and value == default[name])
     }
-    if case.opposite.wheel_load_N is None and "opposite" in record:
-        del record["opposite"]["wheel_load_N"]
     files = input_files(case)
     for body, file in files.items():
         # the ending decides how the content is read

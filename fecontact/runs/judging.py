@@ -47,6 +47,61 @@ class JudgedStudy:
         return all(row["status"] == "converged" for row in self.rows)
 
 
+@dataclass(frozen=True, kw_only=True)
+class JudgedMap:
+    """A map by other criteria, and what of it cannot be judged, in words."""
+
+    map: ApplicabilityMap
+    problems: tuple[str, ...]
+
+    @property
+    def all_judged(self) -> bool:
+        """Whether every cell was judged and may be used."""
+        return self.map.all_solved
+
+
+def judge(
+    folder: str | Path,
+    criteria: Criteria | None = None,
+    *,
+    creep: Creep | None = None,
+    measure: MapMeasure = "pressure",
+    out: str | Path | None = None,
+) -> JudgedStudy | JudgedMap:
+    """Judge a stored study, map or case again, by other criteria or with friction; nothing is solved.
+
+    Parameters
+    ----------
+    folder
+        That fecontact wrote; it stays as it is.
+    criteria
+        The usual ones if not given.
+    creep
+        Friction and creepages; without friction those of each case.
+    measure
+        Of a map, what it is about; by `theory` the cheapest creep theories are judged too.
+    out
+        Folder for tables, pictures and report of the new verdicts.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no results or is `out`, for creepages without friction, and for a measure without it.
+    """
+    folder, out = Path(folder), None if out is None else Path(out)
+    criteria, creep = criteria or Criteria(), creep or Creep()
+    creep.refuse_unheard()
+    asked = creep if creep.asked else None
+    if (folder / "map.json").is_file():
+        made, problems = judge_map(folder, criteria, out, creep=asked, measure=measure)
+        return JudgedMap(map=made, problems=tuple(problems))
+    if measure != "pressure":
+        raise InputError(
+            f"measure is {measure!r}, but {folder} has no map.json; a study and a case have forces by --friction alone"
+        )
+    return judge_study(folder, criteria, out, creep=asked)
+
+
 def judge_study(
     folder: str | Path, criteria: Criteria, out: Path | None = None, *, creep: Creep | None = None
 ) -> JudgedStudy:

@@ -44,7 +44,7 @@ def run_map(
     base_case: Case,
     lateral_shifts_mm: Sequence[float],
     loads_N: Sequence[float],
-    out: Path,
+    out: str | Path,
     *,
     measure: MapMeasure = "pressure",
     settings: RunSettings | None = None,
@@ -71,13 +71,13 @@ def run_map(
         If there are no shifts or loads, or values that no case can have; if another run has the folder, or the cluster
         cannot be used. A position that cannot be solved is not an error but cells whose status says why.
     """
-    settings = settings or RunSettings()
+    settings, out = settings or RunSettings(), Path(out)
     shifts, loads = tuple(sorted(set(lateral_shifts_mm))), tuple(sorted(set(loads_N)))
     if not shifts or not loads:
         raise InputError("map: give at least one lateral shift and one load")
     base_case.creep.refuse_unheard()
     refuse_measure(base_case, measure)
-    if base_case.roll_under_load and base_case.roll_load_N is None:
+    if base_case.roll == "loaded" and base_case.roll_load_N is None:
         raise InputError(
             "map: it has one roll for all loads of a position; say under which load it is found, roll_load_kN"
             f" (--roll-load-kn), such as {1e-3 * loads[len(loads) // 2]:g}"

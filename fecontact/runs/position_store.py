@@ -19,6 +19,7 @@ from fecontact.map.cells import LoadLimit, MapCell, MapPosition
 from fecontact.map.forces import force_limit, with_laws
 from fecontact.map.load_limit import load_limit
 from fecontact.map.position import solve_position, solved_cell
+from fecontact.map.stiffness import stiffness_of
 from fecontact.outputs.record import shown_case_record
 from fecontact.outputs.stored import (
     Arrays,
@@ -129,6 +130,7 @@ def _read(folder: Path, record: Mapping[str, Any], case: Case) -> MapPosition:
         limit=limit,
         force_limit=force_limit(found, tried, placement, limit),
         placement=placement,
+        stiffness=stiffness_of(found),
         tried=tuple(tried),
         stopped=stopped,
     )

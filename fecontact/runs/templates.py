@@ -11,13 +11,14 @@ _TOML = """\
 # A study of fecontact: lists are combined with each other, each [[case]] is a case of its own.
 #   fecontact check cases.toml                  inputs, number of cases, about what time and memory
 #   fecontact run cases.toml --out out          solves them; the same command goes on where it was stopped
-# All keys, with units, ranges and defaults: fecontact solve --help (--load-kn is load_kN here)
+# All keys, with units, ranges and defaults: fecontact solve --help-all (--load-kn is load_kN here)
 
 rail = "60E1"                 # library name (fecontact profiles), circle:R, or a file: CSV, text, TOML
 wheel = "S1002"               # library name, cylinder:R, or a file
 inclination = "1:40"          # of the rail; "none" if its profile is canted already
 load_kN = [50.0, 100.0]       # wheel load; a list, or a range such as "20:100:20"
 lateral_shift_mm = [-4.0, 4.0]  # of the wheelset, positive towards this rail
+# roll = "touching"           # the roll at which both wheels touch; without it that of roll_mrad
 # roll_mrad = 0.0
 # yaw_mrad = 0.0
 resolution = "quick"          # quick, standard, fine; or element sizes along x and across such as [0.5, 0.4] in mm

@@ -10,7 +10,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from fecontact.case import INPUTS, PARTS, Case, case_with
+from fecontact.case import INPUTS, PARTS, Case, case_with, renamed
 from fecontact.errors import InputError
 from fecontact.inputs.kinds import Choice, Names, Number
 from fecontact.inputs.slots import Slot
@@ -93,6 +93,8 @@ def _slot(key: str, table: str, prefix: str) -> Slot:
     own = {slot.key: slot for slot in INPUTS if slot.table == table}
     if key in own:
         return own[key]
+    if old := renamed(key):
+        raise InputError(old)
     elsewhere = [f"[{prefix}{slot.table}]" if slot.table else "no table" for slot in INPUTS if slot.key == key]
     beside = () if table else tuple(PARTS) if prefix else (*PARTS, "case")
     known = {name: name for name in (*own, *beside)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +22,7 @@ from fecontact.fe.coupling import CoupledBodies
 from fecontact.fe.fine_zone import FineZone, least_memory_bytes
 from fecontact.fe.linear_solver import choose_solver
 from fecontact.fe.memory import check_memory
-from fecontact.fe.meshing import rail_mesh, wheel_mesh
+from fecontact.fe.meshing import check_on_profiles, rail_mesh, wheel_mesh
 from fecontact.fe.mortar import mortar_matrix
 from fecontact.fe.stiffness import stiffness
 from fecontact.geometry.placement import Placement
@@ -46,6 +47,7 @@ def couple(case: Case, placement: Placement, zone: FineZone, clock: Clock) -> Co
     with clock.step("mesh"):
         rail = rail_mesh(placement, zone, half=case.half, size=case.size)
         wheel = wheel_mesh(placement, zone, half=case.half, size=case.size)
+        check_on_profiles(placement, rail, wheel)
     # before the factors, which take longest: surfaces that do not face each other need none
     with clock.step("couple"):
         x = np.linspace(0.0 if case.half else -zone.half_length_mm, zone.half_length_mm, rail.contact_nodes.shape[0])
@@ -91,6 +93,8 @@ class CoupledProblem:
         Compliance of the bodies as if it were one and the same at every node.
     elements, otherwise
         Half-spaces as soft as the elements, by two ideas of what of a response is the elements'.
+    compliance_error
+        By how much the elements are softer than their material, the worst of all bands.
     """
 
     bodies: ContactProblem
@@ -98,6 +102,7 @@ class CoupledProblem:
     model: Compliance
     elements: Compliance
     otherwise: Compliance
+    compliance_error: float
 
     def with_gap(self, gap_mm: Floats) -> CoupledProblem:
         """Contact of these bodies with another gap (n,)."""
@@ -148,7 +153,13 @@ def coupled_problem(true_gap: TrueGap, bodies: CoupledBodies) -> CoupledProblem:
         model=bands.together([one.model() for one in responses]),
         elements=bands.together([one.half_space_of_elements() for one in responses]),
         otherwise=bands.together([one.half_space_of_elements(quartic=True) for one in others]),
+        compliance_error=_worst([one.compliance_error() for one in responses]),
     )
+
+
+def _worst(errors: Sequence[float]) -> float:
+    """The error of the largest size; NaN where none is known."""
+    return max((error for error in errors if not math.isnan(error)), key=abs, default=math.nan)
 
 
 class CoupledMesh:
@@ -270,6 +281,7 @@ class CoupledMesh:
             nodal=nodal,
             fe=fe,
             otherwise=otherwise,
+            compliance_error=self._problem.compliance_error,
             degrees_of_freedom={mesh.name: 3 * len(mesh.points) for mesh in meshes},
             elements={mesh.name: len(mesh.hexes) for mesh in meshes},
             enlarged=self._enlarged,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
@@ -11,7 +9,6 @@ from scipy.ndimage import binary_dilation
 from fecontact.contact.rung import Rung
 from fecontact.errors import InputError
 from fecontact.geometry.placement import OPEN_GAP_MM, Placement
-from fecontact.profiles.curve import Profile
 
 Floats = NDArray[np.float64]
 
@@ -28,25 +25,12 @@ def check_ends(placement: Placement, rung: Rung, gap_mm: Floats) -> None:
             " reduce the load, change the lateral shift, or give a longer profile line"
         )
     below = grid.s_mm[in_contact.any(axis=0)]
-    for profile, y, arc in _corners(placement):
+    for place in placement.junctions:
+        profile, junction = place.profile, place.junction
+        convex_corner = profile.convex_sign * junction.turn_rad > _CORNER_RAD
         # its own cell counts: the pressure ends at a corner that it cannot pass
-        if below[0] - grid.steps_mm[1] <= arc <= below[-1] + grid.steps_mm[1]:
+        if convex_corner and below[0] - grid.steps_mm[1] <= place.s_mm <= below[-1] + grid.steps_mm[1]:
             raise InputError(
-                f"the contact reaches a corner of {profile.kind} {profile.name} at y = {y:.2f} mm, where its"
-                " pressure has no finite value; change the lateral shift, or round the corner in the profile"
+                f"the contact reaches a corner of {profile.kind} {profile.name} at y = {junction.y_mm:.2f} mm, where"
+                " its pressure has no finite value; change the lateral shift, or round the corner in the profile"
             )
-
-
-def _corners(placement: Placement) -> list[tuple[Profile, float, float]]:
-    """Convex corners of both profiles: y and arc length from the touch point (mm)."""
-    found = []
-    touch = placement.first
-    for profile, u in ((placement.rail.profile, touch.rail_u), (placement.wheel.profile, touch.wheel_u)):
-        turns = (
-            (junction.y_mm, math.remainder(junction.angle_right_rad - junction.angle_left_rad, math.tau))
-            for junction in profile.junctions
-        )
-        y = np.array([place for place, turn in turns if profile.convex_sign * turn > _CORNER_RAD])
-        arcs = profile.arc_length(profile.locate(y)) - float(profile.arc_length(u))
-        found += [(profile, float(at), float(arc)) for at, arc in zip(y, arcs, strict=True)]
-    return found

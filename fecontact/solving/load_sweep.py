@@ -13,7 +13,7 @@ from dataclasses import replace
 from fecontact.case import NODES_A_SEMI_AXIS, Case
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.judging import judge_load
-from fecontact.comparison.theories import HERTZ, THEORIES
+from fecontact.comparison.theories import HERTZ
 from fecontact.errors import ConvergenceError, InputError, check_positive
 from fecontact.solving.meshes import Meshes
 from fecontact.solving.position import Position, Progress, position_of
@@ -55,7 +55,8 @@ class LoadSweep:
     def solve(self, load_N: float, *, refine: bool = True) -> JudgedLoad:
         """Solve one load; with `refine` on finer meshes too while its verdict is open, as the case allows.
 
-        Without it the load is one of many beside a limit, and judged by Hertz alone.
+        It is judged by Hertz alone, which decides about refinement and the next load: what is stored is judged by all
+        theories when it is read.
 
         Raises
         ------
@@ -72,7 +73,7 @@ class LoadSweep:
             self._open = meshes
         solved = meshes.solve(wanted)
         with wanted.clock.step("judge"):
-            return judge_load(solved, self.placement, THEORIES if refine else (HERTZ,))
+            return judge_load(solved, self.placement, (HERTZ,))
 
     def is_ready_for(self, load_N: float) -> bool:
         """Whether a planned load goes to the meshes whose factors are in memory."""

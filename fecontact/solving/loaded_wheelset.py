@@ -62,7 +62,7 @@ def place_loaded_wheelset(wheelset: Wheelset, case: Case) -> PlacedWheelset:
         if reach > _MOST_RAD:
             raise ConvergenceError(
                 f"lateral shift {shift:g} mm of the wheelset: no roll is found at which the wheels carry"
-                f" {_loads_text(case)} at one height of the axle; leave the roll under load out"
+                f" {_loads_text(case)} at one height of the axle; take another roll"
             )
     roll = float(brentq(difference, touching, touching + sign * reach, xtol=_ROLL_RAD))
     return PlacedWheelset(
@@ -82,7 +82,7 @@ def _height_mm(wheelset: Wheelset, case: Case, roll_rad: float, side: TrackSide)
     points = hertz_points(placement, load_N, direction=_UP, contact_modulus_MPa=case.contact_modulus_MPa)
     if points.shared_approach_mm is None:
         problem = next(point.problem for point in points.points if point.problem)
-        raise InputError(f"{side} side of the wheelset: {problem}; leave the roll under load out")
+        raise InputError(f"{side} side of the wheelset: {problem}; take another roll")
     return float(placement.wheel.centre_mm[2]) - points.shared_approach_mm
 
 

@@ -24,10 +24,10 @@ def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None
     InputError
         For profiles that cannot be read and positions in which the wheel does not run on the rail.
     """
-    if case.wheelset:
+    if case.roll != "given":
         return place_wheelset_of_case(case, rail=rail, wheel=wheel).side(case.side)
     if not case.opposite.is_mirror_image:
-        raise InputError("what is on the opposite side counts only for the roll of a wheelset; give wheelset = true")
+        raise InputError("what is on the opposite side counts only for the roll of a wheelset; give roll = 'touching'")
     case_wheel = resolve_wheel(case.wheel, case.wheel_file)
     return place(
         rail or resolve_rail(case.rail, case.rail_file),
@@ -52,7 +52,7 @@ def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Pr
         As `place_case`, for both sides, and as `place_loaded_wheelset` where the roll is that under the load.
     """
     wheelset = wheelset_of_case(case, rail=rail, wheel=wheel)
-    if case.roll_under_load:
+    if case.roll == "loaded":
         return place_loaded_wheelset(wheelset, case)
     return place_wheelset(wheelset, case.lateral_shift_mm, case.yaw_rad)
 
@@ -115,12 +115,12 @@ def makes_a_wheelset(case: Case) -> bool:
 
 def with_wheelset(case: Case) -> Case:
     """The case with the roll at which both wheels touch their rails, or as it is where its lines make no wheelset."""
-    return replace(case, wheelset=True) if makes_a_wheelset(case) else case
+    return replace(case, roll="touching") if makes_a_wheelset(case) else case
 
 
 def roll_of_case(case: Case, placement: Placement) -> float:
     """Roll (rad) of the wheelset as it stands, positive where it lifts the left wheel: found, or that of the case."""
-    if not case.wheelset:
+    if case.roll == "given":
         return case.roll_rad
     _, sine, cosine = placement.wheel.axes[2]
     return SIGN[case.side] * float(np.arctan2(sine, cosine))

@@ -81,8 +81,8 @@ def hertz_of_case(case: Case, placement: Placement) -> HertzContact:
         if not of_points:
             raise
         raise InputError(
-            f"{error}; the line of {' and '.join(of_points)} goes through its points as they are: give --smoothing-mm a"
-            " width, or look for a wrong point with `fecontact profiles`"
+            f"{error}; the line of {' and '.join(of_points)} goes through its points as they are: give"
+            " --rail-smoothing-mm or --wheel-smoothing-mm a width, or look for a wrong point with `fecontact profiles`"
         ) from None
 
 

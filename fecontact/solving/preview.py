@@ -56,6 +56,11 @@ class Preview:
 def preview(case: Case) -> Preview:
     """Place a case and expect its patch and the cost of its solution.
 
+    >>> import fecontact
+    >>> seen = fecontact.place(fecontact.Case(lateral_shift_mm=4.0))
+    >>> round(seen.placement.first.rail_y_mm, 1), seen.elements[1] > seen.elements[0]
+    (-13.6, True)
+
     Raises
     ------
     InputError, ConvergenceError

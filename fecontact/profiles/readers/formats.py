@@ -8,23 +8,24 @@ from typing import TypeAlias
 
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Kind, Profile
+from fecontact.profiles.points import Points
 from fecontact.profiles.readers.miniprof import read_miniprof
-from fecontact.profiles.readers.points import read_points
 from fecontact.profiles.readers.simpack import is_simpack, read_simpack
+from fecontact.profiles.readers.table import read_columns
 from fecontact.profiles.readers.toml import read_toml
 from fecontact.profiles.reading import Reading
 
 # The kind is the one that is wanted. A file that says its own kind is read as that; whoever resolves it compares.
-Reader: TypeAlias = Callable[[Path, Kind, Reading], Profile]
+Reader: TypeAlias = Callable[[Path, Kind, Reading], Profile | Points]
 
 
 def _segments(path: Path, kind: Kind, reading: Reading) -> Profile:
     return read_toml(path)
 
 
-def _columns(path: Path, kind: Kind, reading: Reading) -> Profile:
+def _columns(path: Path, kind: Kind, reading: Reading) -> Points:
     """Columns of numbers, unless the content says that it is something else under another ending."""
-    return read_simpack(path, reading) if is_simpack(path) else read_points(path, kind=kind, reading=reading)
+    return read_simpack(path, reading) if is_simpack(path) else read_columns(path, kind, reading)
 
 
 def _slices(path: Path, kind: Kind, reading: Reading) -> Profile:

@@ -22,10 +22,10 @@ from pathlib import Path
 import numpy as np
 
 from fecontact.errors import InputError
-from fecontact.profiles.curve import Kind, Profile
-from fecontact.profiles.readers.points import profile_from_points, read_points
-from fecontact.profiles.readers.table import columns_of, in_mm, read_text
-from fecontact.profiles.reading import MM, Reading, remedy
+from fecontact.profiles.curve import Kind
+from fecontact.profiles.points import Points
+from fecontact.profiles.readers.table import Source, columns_of, in_mm, read_columns, read_text
+from fecontact.profiles.reading import MM, Reading
 from fecontact.profiles.segments import Floats
 
 _KEY = re.compile(r"([A-Za-z][A-Za-z0-9_. ]*?)\s*=\s*(.*)")
@@ -40,20 +40,18 @@ _TIP_OVER_BACK_MM = (5.0, 30.0)
 _TAPE_CIRCLE_MM = (40.0, 100.0)
 
 
-def read_miniprof(path: str | Path, kind: Kind, reading: Reading) -> Profile:
-    """Profile from a MiniProf file, as a spline through its points; a file without its keys is read as columns.
+def read_miniprof(path: Path, kind: Kind, reading: Reading) -> Points:
+    """Points of a MiniProf file; a file without its keys is read as columns.
 
     Raises
     ------
     InputError
         The file cannot be read, or its offsets leave open where the points lie; with the option that settles it.
     """
-    path = Path(path)
-    text = read_text(path)
-    keys, rest = _split(text)
+    keys, rest = _split(read_text(path))
     own = _KINDS.get(path.suffix.lower(), kind)
     if not keys:
-        return read_points(path, kind=own, reading=reading)
+        return read_columns(path, own, reading)
     columns = keys.get("columndef", "X,Y,*")
     names = [name.strip().lower() for name in columns.split(",")]
     if "x" not in names or "y" not in names or len(set(names)) != len(names):
@@ -63,50 +61,48 @@ def read_miniprof(path: str | Path, kind: Kind, reading: Reading) -> Profile:
     named = [name for name in names if name != "*"]
     named += [f"column{k}" for k in range(len(named), count if "*" in names else 0)]
     header = ",".join({"x": "y", "y": "z"}.get(name, f"_{name}") for name in named)
-    table = columns_of(f"{header}\n{rest}", kind=own, what=str(path), reading=reading)
-    y, z, moved = _moved(table.y, table.z, keys, path, own, reading)
-    y, z, done = in_mm(y, z, reading.units or _unit(keys, path, own), reading)
-    y, z, turned = _upwards(y, z, own)
-    y, placed = _from_tape_circle(y, z, keys, path, own)
-    return profile_from_points(
-        y,
-        z,
-        kind=own,
-        name=path.stem,
-        source=str(path),
-        reading=reading,
-        notes=("MiniProf file: X taken as y, positive to the field side", *moved, *done, *turned, *placed),
-    )
+    source = Source(what=str(path), kind=own, reading=reading)
+    table = columns_of(f"{header}\n{rest}", source)
+    y, z, moved = _moved(table.y, table.z, keys, source)
+    points, done = in_mm(y, z, reading.units or _unit(keys, source), reading)
+    points, turned = _upwards(points, own)
+    points, placed = _from_tape_circle(points, keys, source)
+    said = ("MiniProf file: X taken as y, positive to the field side", *moved, *done, *turned, *placed)
+    return Points(points=points, kind=own, name=path.stem, source=str(path), notes=said)
 
 
-def _upwards(y: Floats, z: Floats, kind: Kind) -> tuple[Floats, Floats, list[str]]:
+def _upwards(points: Floats, kind: Kind) -> tuple[Floats, list[str]]:
     """z upwards, by the shape of the line: a head lies above its ends, the tip of a flange below the tread."""
-    if len(y) < 3:
-        return y, z, []
+    if len(points) < 3:
+        return points, []
+    y, z = points.T
     if kind == "rail":
         middle = np.abs(y - 0.5 * (y.min() + y.max())) <= 0.2 * np.ptp(y)
         down = bool(middle.any()) and float(np.median(z[middle])) < 0.5 * (float(z[0]) + float(z[-1]))
     else:
         tread = float(np.median(z))
         down = float(z.max()) - tread > max(10.0, tread - float(z.min()))
-    return (y, -z, ["its Y grows into the body: z is -Y"]) if down else (y, z, ["its Y grows upwards: z is Y"])
+    if down:
+        return points * (1.0, -1.0), ["its Y grows into the body: z is -Y"]
+    return points, ["its Y grows upwards: z is Y"]
 
 
-def _from_tape_circle(y: Floats, z: Floats, keys: dict[str, str], path: Path, kind: Kind) -> tuple[Floats, list[str]]:
-    """y of a wheel from its tape circle, where the file has it from the back of the flange."""
-    tip = float(y[int(np.argmin(z))]) if y.size else 0.0
+def _from_tape_circle(points: Floats, keys: dict[str, str], source: Source) -> tuple[Floats, list[str]]:
+    """Points with y of a wheel from its tape circle, where the file has it from the back of the flange."""
+    tip = float(points[np.argmin(points[:, 1]), 0]) if points.size else 0.0
     low, high = _TIP_OVER_BACK_MM
-    if kind == "rail" or not low <= tip <= high:
-        return y, []
-    at = _value(keys.get(_TAPERLINE, ""), "WheelDiameterTaperline", path)
+    if source.kind == "rail" or not low <= tip <= high:
+        return points, []
+    at = _value(keys.get(_TAPERLINE, ""), "WheelDiameterTaperline", source)
     if not _TAPE_CIRCLE_MM[0] <= at <= _TAPE_CIRCLE_MM[1]:
         raise InputError(
-            f"{path}: the tip of the flange lies at X = {tip:.1f} mm, so X begins at the back of the flange, and the"
-            f" header has WheelDiameterTaperline = {keys.get(_TAPERLINE, '')[:40]!r}; write where the tape circle is,"
-            f" {_TAPE_CIRCLE_MM[0]:g} to {_TAPE_CIRCLE_MM[1]:g} mm from there: the line WheelDiameterTaperline=70 at"
-            " the top of the file for the usual 70 mm"
+            f"{source.what}: the tip of the flange lies at X = {tip:.1f} mm, so X begins at the back of the flange, and"
+            f" the header has WheelDiameterTaperline = {keys.get(_TAPERLINE, '')[:40]!r}; write where the tape circle"
+            f" is, {_TAPE_CIRCLE_MM[0]:g} to {_TAPE_CIRCLE_MM[1]:g} mm from there: the line WheelDiameterTaperline=70"
+            " at the top of the file for the usual 70 mm"
         )
-    return y - at, [f"X from the back of the flange: the tape circle at WheelDiameterTaperline = {at:g} mm is y = 0"]
+    said = f"X from the back of the flange: the tape circle at WheelDiameterTaperline = {at:g} mm is y = 0"
+    return points - (at, 0.0), [said]
 
 
 def _split(text: str) -> tuple[dict[str, str], str]:
@@ -134,35 +130,34 @@ def _fields(line: str) -> list[str]:
     return re.split(r"\s*[,;]\s*|\s+", line.strip())
 
 
-def _unit(keys: dict[str, str], path: Path, kind: Kind) -> str | None:
+def _unit(keys: dict[str, str], source: Source) -> str | None:
     unit = keys.get("units", keys.get("unit", "")).lower()
     if unit in MM or unit in ("", "metric"):
         return unit if unit in MM else None
     raise InputError(
-        f"{path}: the header says Units = {unit[:40]!r}; known are {', '.join(MM)}: {remedy(kind, 'units', 'mm')}"
+        f"{source.what}: the header says Units = {unit[:40]!r}; known are {', '.join(MM)}:"
+        f" {source.remedy('units', 'mm')}"
     )
 
 
-def _moved(
-    y: Floats, z: Floats, keys: dict[str, str], path: Path, kind: Kind, reading: Reading
-) -> tuple[Floats, Floats, list[str]]:
+def _moved(y: Floats, z: Floats, keys: dict[str, str], source: Source) -> tuple[Floats, Floats, list[str]]:
     """The points with the offsets of the header, where it has some and they are to be added."""
-    values = {key: _value(keys[key], key, path) for key in (*_OFFSETS, *_ALIGNMENT) if key in keys}
+    values = {key: _value(keys[key], key, source) for key in (*_OFFSETS, *_ALIGNMENT) if key in keys}
     given = {key: value for key, value in values.items() if value != 0.0}
     if not given:
         return y, z, []
     said = ", ".join(f"{key.upper()} = {value:g}" for key, value in given.items())
-    if reading.offsets is None:
+    if source.reading.offsets is None:
         raise InputError(
-            f"{path}: the header has {said}, and does not say whether the points have it already;"
-            f" {remedy(kind, 'offsets', 'ignore')} or {remedy(kind, 'offsets', 'add')}"
+            f"{source.what}: the header has {said}, and does not say whether the points have it already;"
+            f" {source.remedy('offsets', 'ignore')} or {source.remedy('offsets', 'add')}"
         )
-    if reading.offsets == "ignore":
+    if source.reading.offsets == "ignore":
         return y, z, [f"{said} of the header not applied"]
     if given.get("alignda"):
         raise InputError(
-            f"{path}: the header has {said}; a rotation about a point of its own cannot be added here: let MiniProf"
-            f" write the aligned points, or {remedy(kind, 'offsets', 'ignore')}"
+            f"{source.what}: the header has {said}; a rotation about a point of its own cannot be added here: let"
+            f" MiniProf write the aligned points, or {source.remedy('offsets', 'ignore')}"
         )
     along, up = (
         sum(value for key, value in given.items() if key.startswith((f"{axis}off", f"alignd{axis}"))) for axis in "xy"
@@ -170,7 +165,7 @@ def _moved(
     return y + along, z + up, [f"{said} of the header added"]
 
 
-def _value(text: str, key: str, path: Path) -> float:
+def _value(text: str, key: str, source: Source) -> float:
     if not text:
         # a key of a form that was not filled in
         return 0.0
@@ -179,5 +174,7 @@ def _value(text: str, key: str, path: Path) -> float:
     except ValueError:
         value = float("nan")
     if not abs(value) <= 1e6:
-        raise InputError(f"{path}: {key.upper()} = {text[:40]!r} in the header; allowed: a number from -1e6 to 1e6")
+        raise InputError(
+            f"{source.what}: {key.upper()} = {text[:40]!r} in the header; allowed: a number from -1e6 to 1e6"
+        )
     return value

@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from fecontact.errors import InputError
-from fecontact.profiles.curve import Kind, Profile
-from fecontact.profiles.readers.points import profile_from_points
+from fecontact.profiles.curve import Kind
+from fecontact.profiles.points import Points
 from fecontact.profiles.readers.table import in_mm, read_text
-from fecontact.profiles.reading import PLAIN, Reading
+from fecontact.profiles.reading import Reading
 from fecontact.profiles.segments import Floats
 
 _BLOCK = re.compile(r"^\s*(header|spline)\.begin\s*(?:!.*)?$", re.MULTILINE)
@@ -69,15 +69,14 @@ def is_simpack(path: Path) -> bool:
         return False
 
 
-def read_simpack(path: str | Path, reading: Reading = PLAIN) -> Profile:
-    """Profile from a SIMPACK file, as a spline through its points.
+def read_simpack(path: Path, reading: Reading) -> Points:
+    """Points of a SIMPACK file.
 
     Raises
     ------
     InputError
         The file cannot be read, or is not what the format allows; the message names line and key.
     """
-    path = Path(path)
     what = str(path)
     keys, points, lines = _parsed(read_text(path), what)
     kind: Kind = "wheel" if keys.flag("type@header") else "rail"
@@ -93,16 +92,9 @@ def read_simpack(path: str | Path, reading: Reading = PLAIN) -> Profile:
     if reading.units is None:
         table = table * (1000.0 / factor) if factor != 1000.0 else table
         notes += [] if factor == 1000.0 else [f"turned into mm: the file has {factor:g} units in a metre"]
-    y, z, done = in_mm(table[:, 0], -table[:, 1], reading.units, reading)
-    return profile_from_points(
-        y,
-        z,
-        kind=kind,
-        name=path.stem,
-        source=what,
-        reading=reading,
-        notes=("SIMPACK file: z turned up", *notes, *done),
-    )
+    line, done = in_mm(table[:, 0], -table[:, 1], reading.units, reading)
+    said = ("SIMPACK file: z turned up", *notes, *done)
+    return Points(points=line, kind=kind, name=path.stem, source=what, notes=said)
 
 
 def _parsed(text: str, what: str) -> tuple[_Keys, list[list[str]], list[int]]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from fecontact.errors import InputError
 from fecontact.profiles.curve import FARTHEST_MM, Kind
+from fecontact.profiles.points import FEWEST_POINTS, Points, counted
 from fecontact.profiles.reading import MM, Reading, remedy
 from fecontact.profiles.segments import Floats
 
@@ -21,7 +22,6 @@ _UNIT_IN_HEADER = re.compile(r"[\[(_ ](mm|m|cm|um|µm|in|inch|inches)[\])]?$", r
 _MOST_BYTES = 20_000_000
 _MOST_HEADER_LINES = 40
 _SHOWN = 60
-FEWEST_POINTS = 10
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -32,6 +32,36 @@ class Table:
     z: Floats
     unit: str | None = None
     notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """Where columns come from: its name in messages, the profile that is wanted, and what is known beside it."""
+
+    what: str
+    kind: Kind
+    reading: Reading
+
+    def remedy(self, key: str, value: str) -> str:
+        """The exact option that settles a question about it."""
+        return remedy(self.kind, key, value)
+
+
+def read_columns(path: Path, kind: Kind, reading: Reading) -> Points:
+    """Points from a text file of columns, y and z.
+
+    Columns may be separated by blanks, tabs, commas or semicolons; what follows # ! % or // is a comment, and the first
+    lines may be a header. The axes are those of the library: y positive to the field side, z up; a rail has its crown
+    and a wheel its tape circle at (0, 0). `reading` says what is otherwise.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or is not two columns of numbers.
+    """
+    table = columns_of(read_text(path), Source(what=str(path), kind=kind, reading=reading))
+    points, notes = in_mm(table.y, table.z, table.unit, reading)
+    return Points(points=points, kind=kind, name=path.stem, source=str(path), notes=(*table.notes, *notes))
 
 
 def read_text(path: Path) -> str:
@@ -63,7 +93,7 @@ def shown(text: object) -> str:
     return whole if len(whole) <= 200 else f"{whole[:120]}... ({len(whole)} characters)"
 
 
-def columns_of(text: str, *, kind: Kind, what: str, reading: Reading) -> Table:
+def columns_of(text: str, source: Source) -> Table:
     """Columns y and z of a text.
 
     Raises
@@ -72,8 +102,8 @@ def columns_of(text: str, *, kind: Kind, what: str, reading: Reading) -> Table:
         The text is not two columns of numbers, or may be read in several ways; with the option that settles it.
     """
     lines = _numbered(text)
-    comma = _has_decimal_commas([line for _, line in lines], reading)
-    table = _rows(lines, comma=comma, kind=kind, what=what, reading=reading)
+    comma = _has_decimal_commas([line for _, line in lines], source.reading)
+    table = _rows(lines, source, comma=comma)
     return replace(table, notes=(*(("decimal commas",) if comma else ()), *table.notes))
 
 
@@ -109,7 +139,7 @@ def _number(field: str, *, comma: bool) -> float | None:
         return None
 
 
-def _rows(lines: list[tuple[int, str]], *, comma: bool, kind: Kind, what: str, reading: Reading) -> Table:
+def _rows(lines: list[tuple[int, str]], source: Source, *, comma: bool) -> Table:
     header, rest = _header(lines, comma=comma)
     notes = [] if len(header) < 2 else [f"{len(header)} lines of header left out"]
     names = header[-1] if header else ""
@@ -117,14 +147,23 @@ def _rows(lines: list[tuple[int, str]], *, comma: bool, kind: Kind, what: str, r
         rest = rest[1:]
         notes.append(f"the first line, {count}, is the number of points")
     if not rest:
-        raise InputError(f"{what}: no numbers; the file needs at least {FEWEST_POINTS} lines of y and z in mm")
-    chosen = _chosen(rest[0], names, comma=comma, kind=kind, what=what, reading=reading)
-    if len(first := _split(rest[0][1], comma=comma)) > 2 and reading.columns is None:
+        raise InputError(f"{source.what}: no numbers; the file needs at least {FEWEST_POINTS} lines of y and z in mm")
+    chosen = _chosen(rest[0], names, source, comma=comma)
+    if len(first := _split(rest[0][1], comma=comma)) > 2 and source.reading.columns is None:
         notes.append(f"of {len(first)} columns those named {_title(names, chosen[0])} and {_title(names, chosen[1])}")
-    rows = [_pair(number, line, len(first), chosen, comma=comma, kind=kind, what=what) for number, line in rest]
+    known = source.reading.units
+    rows = []
+    for number, line in rest:
+        fields, where = _split(line, comma=comma), f"{source.what}, line {number}"
+        if len(fields) != len(first):
+            raise InputError(
+                f"{where}: {counted(len(fields), 'column')} instead of {len(first)} in {line[:_SHOWN]!r}; make all"
+                " lines alike, and start comments with #"
+            )
+        rows.append(_pair([fields[column] for column in chosen], where, line, comma=comma))
     values = np.array(rows)
-    unit = reading.units or _unit_of(names, chosen)
-    if unit is not None and reading.units is None and unit != "mm":
+    unit = known or _unit_of(names, chosen)
+    if unit is not None and known is None and unit != "mm":
         notes.append(f"unit {unit} from the header")
     return Table(y=values[:, 0], z=values[:, 1], unit=unit, notes=tuple(notes))
 
@@ -163,11 +202,9 @@ def _stem(title: str) -> str:
     return _UNIT_IN_HEADER.sub("", title.strip("\"'")).strip("_ ").lower()
 
 
-def _chosen(
-    first: tuple[int, str], names: str, *, comma: bool, kind: Kind, what: str, reading: Reading
-) -> tuple[int, int]:
+def _chosen(first: tuple[int, str], names: str, source: Source, *, comma: bool) -> tuple[int, int]:
     """Which two columns are y and z."""
-    count = len(_split(first[1], comma=comma))
+    reading, count = source.reading, len(_split(first[1], comma=comma))
     stems = [_stem(title) for title in _titles(names)]
     if reading.columns is not None:
         wanted = [part.strip().lower() for part in reading.columns.split(",")]
@@ -177,9 +214,9 @@ def _chosen(
         ]
         if len(found) != 2 or found[0] == found[1] or not all(0 <= column < count for column in found):
             raise InputError(
-                f"{what}: columns {shown(reading.columns)!r} are not two of the {_count(count, 'column')}"
+                f"{source.what}: columns {shown(reading.columns)!r} are not two of the {counted(count, 'column')}"
                 f"{' ' + ', '.join(stems[:12]) if stems else ''}; give two numbers from 1 to {count}, such as"
-                f" --{kind}-columns 1,2"
+                f" --{source.kind}-columns 1,2"
             )
         return found[0], found[1]
     if count == 2:
@@ -189,30 +226,22 @@ def _chosen(
     number, line = first
     if "," in line and not comma and count in (3, 4) and reading.decimal is None and "." not in line:
         raise InputError(
-            f"{what}, line {number}: {line[:_SHOWN]!r} may have decimal commas, or {count} columns;"
-            f" {remedy(kind, 'decimal', 'comma')}, or {remedy(kind, 'columns', '1,2')}"
+            f"{source.what}, line {number}: {line[:_SHOWN]!r} may have decimal commas, or {count} columns;"
+            f" {source.remedy('decimal', 'comma')}, or {source.remedy('columns', '1,2')}"
         )
     raise InputError(
-        f"{what}, line {number}: {_count(count, 'column')} instead of 2 in {line[:_SHOWN]!r}; say which are y and z:"
-        f" {remedy(kind, 'columns', '2,3')}"
+        f"{source.what}, line {number}: {counted(count, 'column')} instead of 2 in {line[:_SHOWN]!r}; say which are y"
+        f" and z: {source.remedy('columns', '2,3')}"
     )
 
 
-def _pair(
-    number: int, line: str, count: int, chosen: tuple[int, int], *, comma: bool, kind: Kind, what: str
-) -> tuple[float, float]:
-    fields = _split(line, comma=comma)
-    if len(fields) != count:
-        raise InputError(
-            f"{what}, line {number}: {_count(len(fields), 'column')} instead of {count} in {line[:_SHOWN]!r}; make all"
-            " lines alike, and start comments with #"
-        )
-    pair = tuple(_number(fields[column], comma=comma) for column in chosen)
-    if pair[0] is None or pair[1] is None:
-        raise InputError(f"{what}, line {number}: {line[:_SHOWN]!r} is not two numbers; start comments with #")
-    if not np.isfinite(pair[0] + pair[1]):
-        raise InputError(f"{what}, line {number}: {line[:_SHOWN]!r} is not finite; remove the line")
-    return pair[0], pair[1]
+def _pair(fields: list[str], where: str, line: str, *, comma: bool) -> list[float]:
+    pair = [value for field in fields if (value := _number(field, comma=comma)) is not None]
+    if len(pair) < 2:
+        raise InputError(f"{where}: {line[:_SHOWN]!r} is not two numbers; start comments with #")
+    if not np.isfinite(sum(pair)):
+        raise InputError(f"{where}: {line[:_SHOWN]!r} is not finite; remove the line")
+    return pair
 
 
 def _unit_of(names: str, chosen: tuple[int, int]) -> str | None:
@@ -226,8 +255,8 @@ def _unit_of(names: str, chosen: tuple[int, int]) -> str | None:
     return {"µm": "um", "inch": "in", "inches": "in"}.get(unit, unit)
 
 
-def in_mm(y: Floats, z: Floats, unit: str | None, reading: Reading) -> tuple[Floats, Floats, list[str]]:
-    """Coordinates in mm with the signs that are asked for, and what was done."""
+def in_mm(y: Floats, z: Floats, unit: str | None, reading: Reading) -> tuple[Floats, list[str]]:
+    """Points (n, 2) in mm with the signs that are asked for, and what was done."""
     factor = MM[unit or "mm"]
     notes = [] if factor == 1.0 else [f"turned from {unit} into mm"]
     if reading.mirror:
@@ -236,9 +265,5 @@ def in_mm(y: Floats, z: Floats, unit: str | None, reading: Reading) -> tuple[Flo
         notes.append("the sign of z is turned")
     # far beyond what is allowed for mm, but finite when it is multiplied
     wide = 1e12 * FARTHEST_MM
-    y, z = (np.clip(values, -wide, wide) * factor for values in (y, z))
-    return (-y if reading.mirror else y), (-z if reading.flip_z else z), notes
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" + ("" if number == 1 else "s")
+    points = np.clip(np.column_stack((y, z)), -wide, wide) * factor
+    return points * (-1.0 if reading.mirror else 1.0, -1.0 if reading.flip_z else 1.0), notes

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fecontact.errors import InputError
+from fecontact.profiles.axes import check_shape, origin_notes
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.readers.points import check_shape, origin_notes
 from fecontact.profiles.readers.table import shown
 from fecontact.profiles.segments import Line, Polynomial, Segment
 from fecontact.profiles.shapes import arc_between, mirrored, tangent_head

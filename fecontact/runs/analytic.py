@@ -1,0 +1,88 @@
+"""What needs no finite elements, as plain dictionaries with units in their keys: what `--json` prints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from fecontact.case import Case
+from fecontact.material import STEEL
+from fecontact.outputs.creep import ellipse_creep
+from fecontact.outputs.record import hertz_record
+from fecontact.solving.hertz_alone import hertz_alone
+from fecontact.theory.creep.contact import Creepages
+from fecontact.theory.creep.on_ellipse import forces_on_ellipse
+
+Record = dict[str, Any]
+
+
+def hertz(case: Case) -> Record:
+    """Hertz's theory alone at a case's position: `hertz` is what a result is compared with.
+
+    >>> import fecontact
+    >>> record = fecontact.hertz(fecontact.Case(lateral_shift_mm=4.0))
+    >>> round(record["hertz"]["p_max_MPa"], -1)
+    1500.0
+
+    `ellipses` has every touch point, and both sides of a junction, as if each carried the whole load; where the
+    surfaces conform there is no ellipse, and `problem` says so.
+
+    Raises
+    ------
+    InputError
+        As `place_case` and `hertz_of_case` do.
+    """
+    return hertz_record(hertz_alone(case))
+
+
+def creep(
+    *,
+    a_mm: float,
+    b_mm: float,
+    normal_force_N: float,
+    friction: float,
+    creepages: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    young_MPa: float = STEEL.young_MPa,
+    poisson: float = STEEL.poisson,
+    theories: Sequence[str] = ("all",),
+) -> Record:
+    """Creep forces on an ellipse by some theories, or by `all` that cover it; analytic, no mesh.
+
+    >>> import fecontact
+    >>> found = fecontact.creep(
+    ...     a_mm=5.8, b_mm=8.5, normal_force_N=100e3, friction=0.3, creepages=(0.001, 0.0, 0.0), theories=["polach"]
+    ... )
+    >>> -found["limit_N"] < found["theories"]["polach"]["fx_N"] < 0.0
+    True
+
+    Parameters
+    ----------
+    a_mm, b_mm
+        Semi-axes along the rolling direction and across.
+    normal_force_N, friction
+        Normal force, and coefficient of friction.
+    creepages
+        Longitudinal and lateral creepage of the wheel over the rolling speed, and spin in 1/mm.
+    young_MPa, poisson
+        Of both bodies.
+    theories
+        Names of theories, or `all`.
+
+    Raises
+    ------
+    InputError
+        For values out of range, and if a theory that was named does not cover the ellipse or the creepages.
+    """
+    xi, eta, spin = creepages
+    return ellipse_creep(
+        forces_on_ellipse(
+            a_mm=a_mm,
+            b_mm=b_mm,
+            normal_force_N=normal_force_N,
+            friction=friction,
+            creepages=Creepages(xi=xi, eta=eta, spin_per_mm=spin),
+            young_MPa=young_MPa,
+            poisson=poisson,
+            theories=theories,
+        )
+    )

@@ -1,0 +1,79 @@
+"""Studies run and their numbers checked against references, all of them in one table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+
+from fecontact.errors import InputError
+from fecontact.files import write_text
+from fecontact.jobs.engine import Progress, RunSettings
+from fecontact.outputs.record import versions
+from fecontact.regression.checks import Check, report
+from fecontact.runs.casefile import Study, load_study
+from fecontact.runs.study import run_study
+
+
+@dataclass(frozen=True, kw_only=True)
+class Validation:
+    """Checks of all studies, studies with cases without a usable result, and the file of the table."""
+
+    checks: tuple[Check, ...]
+    unusable: tuple[str, ...]
+    path: Path
+
+    @property
+    def failed(self) -> tuple[Check, ...]:
+        """Checks outside their limits."""
+        return tuple(check for check in self.checks if not check.passed)
+
+
+def validate(
+    studies: Sequence[Study],
+    out: Path,
+    *,
+    table: Path | None = None,
+    workers: int | None = None,
+    watched: Callable[[str], AbstractContextManager[Progress]],
+) -> Validation:
+    """Run studies that have checks, and write the table of all of them.
+
+    Parameters
+    ----------
+    out
+        Folder for the results, one folder a study.
+    table
+        Markdown file for the table; VALIDATION.md in `out`, if not given.
+    watched
+        Who hears of the progress of a study, by its name.
+    """
+    found: dict[str, list[Check]] = {}
+    unusable = []
+    for study in studies:
+        with watched(study.name) as progress:
+            outcome = run_study(study, out / study.name, settings=RunSettings(workers=workers), progress=progress)
+        bad = [str(row["id"]) for row in outcome.rows if row["status"] != "converged"]
+        if bad:
+            unusable.append(f"{study.name}: {', '.join(bad)}")
+        assert study.checks is not None
+        found[study.name] = study.checks([row for row in outcome.rows if row["status"] == "converged"])
+    path = write_text(table or out / "VALIDATION.md", report(found, versions(), unusable))
+    checks = tuple(check for own in found.values() for check in own)
+    return Validation(checks=checks, unusable=tuple(unusable), path=path)
+
+
+def checked_studies(paths: Sequence[Path], *, quick: bool = False) -> tuple[Study, ...]:
+    """Those of some study files that have checks.
+
+    Raises
+    ------
+    InputError
+        If none has, or a file is no study.
+    """
+    loaded = [load_study(path, quick=quick) for path in paths]
+    found = tuple(study for study in loaded if study.checks is not None)
+    if not found:
+        raise InputError("validate: none of the studies has a function checks(rows); give scripts of studies/ that do")
+    return found

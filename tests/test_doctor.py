@@ -1,0 +1,199 @@
+"""What is said of a machine: with fake probes what works, what is installed, the remedy and the exit code."""
+
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from fecontact import doctor
+from fecontact.doctor import PACKAGES, PROBES, Probe, examine, failure, install_command
+
+# What a missing libGL does: the process ends by a signal, without an exception. No core file is left behind.
+CRASH = (
+    "import os, resource, signal;resource.setrlimit(resource.RLIMIT_CORE, (0, 0));os.kill(os.getpid(), signal.SIGSEGV)"
+)
+
+
+def probe(code: str, name: str = "probe", **others) -> Probe:
+    return Probe(name=name, code=code, **{"consequence": "nothing goes", **others})
+
+
+GOOD = probe("pass")
+CRASHING = probe(CRASH)
+MISSING_LIBRARY = probe("raise OSError('libGLU.so.1: cannot open shared object file')")
+
+
+@pytest.fixture(autouse=True)
+def bare_debian(monkeypatch):
+    """No package is there until a test says so."""
+    missing = list(PACKAGES)
+    monkeypatch.setattr(doctor, "missing_packages", lambda: tuple(missing))
+    return missing
+
+
+def examined(*probes: Probe, **options) -> tuple[int, list[str]]:
+    lines: list[str] = []
+    return examine(probes, say=lines.append, **options), lines
+
+
+def test_what_works_is_a_line_each_and_nothing_is_installed():
+    assert examined(GOOD, replace(GOOD, name="other"), install=pytest.fail) == (0, ["probe: works", "other: works"])
+
+
+@pytest.mark.parametrize(("failing", "says"), [(CRASHING, "SIGSEGV"), (MISSING_LIBRARY, "libGLU.so.1")])
+def test_what_is_needed_and_does_not_work_is_named_with_its_consequence_and_the_packages(failing, says):
+    code, (first, remedy) = examined(failing)
+    assert code == 1
+    assert first.startswith("probe: does not work: ")
+    assert says in first
+    assert first.endswith("; nothing goes")
+    assert remedy.startswith(f"remedy: {install_command(PACKAGES)}")
+
+
+def test_what_is_not_needed_says_what_goes_without_it():
+    code, lines = examined(
+        GOOD, replace(CRASHING, needed=False), replace(CRASHING, needed=False, remedy="pip install it")
+    )
+    assert code == 0
+    assert [line for line in lines if line.startswith("remedy")][1:] == ["remedy: pip install it"]
+
+
+def test_the_probes_of_a_machine_say_what_goes_without_each():
+    gmsh, rendering, pardiso = PROBES
+    code, lines = examined(*PROBES, attempt=lambda one: "" if one is gmsh else "gone")
+    assert code == 0
+    assert lines[0] == "gmsh: works"
+    assert "pictures" in lines[1]
+    assert "multigrid solves, 1.5 to 1.7 times as slow" in lines[2]
+    assert "pip install pypardiso" in lines[4]
+    assert examined(*PROBES, attempt=lambda one: "gone" if one is gmsh else "")[0] == 1
+    assert [one.needed for one in (gmsh, rendering, pardiso)] == [True, False, False]
+
+
+def test_installing_repairs_a_crash(tmp_path: Path, bare_debian):
+    library = tmp_path / "library"
+    gmsh = probe(f"import pathlib\nif not pathlib.Path({str(library)!r}).exists(): {CRASH}")
+    bare_debian[:] = ["libgl1"]
+
+    def install(packages: Sequence[str]) -> str:
+        library.write_text(" ".join(packages))
+        return ""
+
+    code, lines = examined(gmsh, GOOD, install=install)
+    assert code == 0
+    assert library.read_text() == "libgl1"
+    assert lines[1:] == ["probe: works", "probe: works"]
+
+
+def test_an_installation_that_failed_is_said_with_the_command():
+    asked = []
+    code, lines = examined(CRASHING, install=lambda packages: asked.append(packages) or "E: no network")
+    assert code == 1
+    assert asked == [PACKAGES]
+    assert "apt-get failed: E: no network" in lines
+    assert install_command(PACKAGES) in lines[-1]
+
+
+@pytest.mark.parametrize(
+    ("failing", "missing", "says"),
+    [(CRASHING, [], "the cause is another one"), (probe("import no_such_module_here"), PACKAGES, "make setup")],
+    ids=["all packages present", "Python package missing"],
+)
+def test_apt_is_left_alone_where_it_cannot_help(failing, missing, says, bare_debian):
+    bare_debian[:] = missing
+    code, lines = examined(failing, install=pytest.fail)
+    assert code == 1
+    assert says in lines[-1]
+    assert not any("apt-get" in line for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("user", "apt", "installs"), [(0, "/x/apt-get", True), (1000, "/x/apt-get", False), (0, None, False)]
+)
+def test_only_root_with_apt_installs(monkeypatch: pytest.MonkeyPatch, user: int, apt: str | None, installs: bool):
+    monkeypatch.setattr(doctor.os, "geteuid", lambda: user)
+    monkeypatch.setattr(doctor.shutil, "which", lambda name: apt)
+    given = []
+    monkeypatch.setattr(doctor, "examine", lambda *probes, install, say: given.append(install) or 0)
+    doctor.main(["--install"])
+    doctor.main([])
+    assert [one is not None for one in given] == [installs, False]
+
+
+def test_a_second_environment_is_the_fallback():
+    code = "import os; assert os.environ.get('FECONTACT_TEST_WINDOW') == 'egl'"
+    assert failure(probe(code))
+    assert failure(probe(code, environments=({}, {"FECONTACT_TEST_WINDOW": "egl"}))) == ""
+
+
+def test_a_reason_is_the_last_line_without_colour_codes():
+    code = "import sys; sys.exit('first\\n\\x1b[33mbad X server connection\\x1b[0m\\n\\n')"
+    assert failure(probe(code)) == "bad X server connection"
+
+
+def test_a_probe_that_hangs_fails():
+    assert failure(probe("import time; time.sleep(60)"), seconds=0.2) == "no answer within 0.2 s"
+
+
+def test_a_machine_that_has_all(monkeypatch):
+    monkeypatch.setattr(doctor, "failure", lambda one: "")
+    lines: list[str] = []
+    assert doctor.doctor(say=lines.append) == 0
+    assert "gmsh: works" in lines
+    assert any("scikit-fem 1" in line for line in lines)
+    assert lines[-1].startswith("All that is needed is here")
+
+
+def test_a_machine_without_a_system_library_cannot_solve(monkeypatch):
+    monkeypatch.setattr(doctor, "failure", lambda one: "no libGLU.so.1" if one.name == "gmsh" else "")
+    lines: list[str] = []
+    assert doctor.doctor(say=lines.append) == 1
+    assert "cannot be solved here yet" in lines[-1]
+
+
+def test_a_machine_without_a_python_package_gets_the_command(monkeypatch):
+    required = ["numpy>=2.0", "no-such-thing>=1; extra == 'x'", "nosuch>=3"]
+    monkeypatch.setattr(doctor.metadata, "requires", lambda name: required)
+    monkeypatch.setattr(doctor, "failure", lambda one: "")
+    lines: list[str] = []
+    assert doctor.doctor(say=lines.append) == 1
+    text = "\n".join(lines)
+    assert "missing packages: nosuch>=3" in text
+    assert "-m pip install 'nosuch>=3'" in text
+    assert "no-such-thing" not in text
+
+
+def test_importing_the_doctor_loads_nothing_that_is_probed():
+    code = "import sys, fecontact.doctor; print(sorted({'gmsh', 'pyvista', 'vtk', 'vtkmodules'} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(("sudo", "begins"), [("/usr/bin/sudo", "sudo apt-get"), (None, "as root: apt-get")])
+def test_the_remedy_asks_for_sudo_only_where_it_is(monkeypatch: pytest.MonkeyPatch, sudo: str | None, begins: str):
+    monkeypatch.setattr(doctor.shutil, "which", lambda name: sudo)
+    assert install_command(("libgl1",)).startswith(begins)
+
+
+def test_libraries_are_missed_before_anything_is_downloaded(monkeypatch, capsys):
+    monkeypatch.setattr(doctor, "failure", lambda one: "libGL.so.1: cannot open shared object file")
+    assert doctor.main(["--before"]) == 1
+    first, remedy = capsys.readouterr().out.splitlines()
+    assert "libGL.so.1" in first
+    assert first.endswith("nothing was downloaded")
+    assert install_command(PACKAGES) in remedy
+    monkeypatch.setattr(doctor, "failure", lambda one: "")
+    assert doctor.main(["--before"]) == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_the_check_before_needs_no_package():
+    # -S: no site-packages; -I would not find the package itself
+    root = Path(__file__).parents[1]
+    code = "import sys; from fecontact.doctor import main; sys.exit(main(['--before']))"
+    done = subprocess.run([sys.executable, "-S", "-c", code], capture_output=True, text=True, cwd=root)
+    assert done.returncode in (0, 1)
+    assert done.stderr == ""

@@ -1,0 +1,211 @@
+"""Are the finite elements noticed where they alone are wrong?
+
+Each fault is planted in the elements and nowhere else: the half-space, the true gap and Hertz stay as they are, and the
+fine pressure with them. What sees it is said beside it.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+
+from fecontact.case import Case
+from fecontact.comparison.judged_load import ELEMENTS_OFF, judge_load
+from fecontact.comparison.measures import measures_of
+from fecontact.contact.elements import COMPLIANCE_LIMIT
+from fecontact.fe.body_mesh import BodyMesh
+from fecontact.fe.coupling import CoupledBodies
+from fecontact.material import STEEL
+from fecontact.solving import coupled_mesh
+from fecontact.solving.coupled_mesh import couple, coupled_problem
+from fecontact.solving.meshes import Meshes
+from fecontact.solving.position import Position, position_of
+from fecontact.solving.zone import fine_zone
+
+ROUND = Case(
+    rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resolution="quick", refine_degrees_of_freedom=0
+)
+# Of healthy elements here: -0.01 to 0.1 %.
+HEALTHY = 0.003
+
+
+@pytest.fixture(scope="module")
+def position() -> Position:
+    return position_of(ROUND)
+
+
+def compliance_error(position: Position) -> float:
+    """What a solve sees of its elements, on its first mesh."""
+    zone = fine_zone(position.expected, position.element_size_mm)
+    bodies = couple(position.case, position.placement, zone, position.clock)
+    try:
+        return coupled_problem(position.true_gap, bodies).compliance_error
+    finally:
+        bodies.close()
+
+
+# --- faults -----------------------------------------------------------------------------------------------------------
+
+
+def of_material(monkeypatch, **changes: Callable[[float], float]) -> None:
+    """Both bodies are assembled with other constants than those of the case."""
+    plain = coupled_mesh.stiffness
+
+    def assembled(mesh, material):
+        return plain(mesh, replace(material, **{name: of(getattr(material, name)) for name, of in changes.items()}))
+
+    monkeypatch.setattr(coupled_mesh, "stiffness", assembled)
+
+
+def modulus(factor: float) -> Callable[..., None]:
+    return partial(of_material, young_MPa=lambda young: young / factor)
+
+
+def poisson(value: float) -> Callable[..., None]:
+    return partial(of_material, poisson=lambda _: value)
+
+
+def mortar(factor: float) -> Callable[..., None]:
+    """The wheel gets so many times the force, and its motion counts as many times."""
+
+    def plant(monkeypatch) -> None:
+        plain = coupled_mesh.mortar_matrix
+        monkeypatch.setattr(coupled_mesh, "mortar_matrix", lambda *given: factor * plain(*given))
+
+    return plant
+
+
+def on_rail(change: Callable[[BodyMesh], BodyMesh]) -> Callable[..., None]:
+    def plant(monkeypatch) -> None:
+        plain = coupled_mesh.rail_mesh
+        monkeypatch.setattr(coupled_mesh, "rail_mesh", lambda *given, **named: change(plain(*given, **named)))
+
+    return plant
+
+
+def without_a_layer(mesh: BodyMesh) -> BodyMesh:
+    """The lowest layer of elements of the uniform block is left out."""
+    above, below = (np.isin(mesh.hexes, mesh.block_nodes[:, :, k]).sum(axis=1) == 4 for k in (-2, -1))
+    kept = ~(above & below)
+    assert 0 < np.count_nonzero(~kept) < 0.1 * kept.size
+    return replace(mesh, hexes=mesh.hexes[kept])
+
+
+def turned(mesh: BodyMesh) -> BodyMesh:
+    """Turned by 1 mrad about the middle of its contact surface."""
+    middle = mesh.points[mesh.contact_nodes.ravel()].mean(axis=0)
+    c, s = np.cos(1e-3), np.sin(1e-3)
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
+    return replace(mesh, points=middle + (mesh.points - middle) @ turn)
+
+
+# --- what sees them ---------------------------------------------------------------------------------------------------
+
+
+def test_healthy_elements_are_those_of_their_material(position):
+    assert abs(compliance_error(position)) < HEALTHY
+
+
+@pytest.mark.parametrize(
+    ("plant", "expected"),
+    [
+        pytest.param(modulus(1.03), 0.03, id="3 % too soft"),
+        pytest.param(modulus(1.05), 0.05, id="5 % too soft"),
+        pytest.param(modulus(1.2), 0.2, id="20 % too soft"),
+        pytest.param(modulus(1.0 / 1.03), -0.03 / 1.03, id="3 % too stiff"),
+        # 1 - nu^2 of the half-space below a pressure
+        pytest.param(poisson(0.25), (1.0 - 0.25**2) / (1.0 - 0.3**2) - 1.0, id="Poisson 0.25 for 0.3"),
+        # of one of two equal bodies, in its force and in its motion
+        pytest.param(mortar(1.03), 0.5 * (1.03**2 - 1.0), id="mortar weights 3 %"),
+    ],
+)
+def test_the_far_field_says_how_soft_the_elements_are(position, monkeypatch, plant, expected):
+    plant(monkeypatch)
+    error = compliance_error(position)
+    assert error == pytest.approx(expected, abs=HEALTHY)
+    assert abs(error) > COMPLIANCE_LIMIT
+
+
+def test_a_layer_left_out_is_seen(position, monkeypatch):
+    on_rail(without_a_layer)(monkeypatch)
+    assert compliance_error(position) > 0.5
+
+
+def test_elements_that_lock_are_seen_by_their_own_contact(position, monkeypatch):
+    """Poisson 0.49 for 0.3: a stiffer material and what locking does to the far field cancel there by chance."""
+    poisson(0.49)(monkeypatch)
+    judged = Meshes(position).solve(position)
+    assert abs(judged.level.compliance_error) < COMPLIANCE_LIMIT
+    own, fine = (judged.ladder.rungs[name].p_max_MPa for name in ("elements", "fe"))
+    assert own / fine > 1.1
+    assert (judged.status, judged.verdict.cause) == (ELEMENTS_OFF, "elements")
+
+
+def test_elements_that_lock_are_seen_though_their_material_is_right():
+    """Nearly incompressible bodies: the fine pressure is right within 0.1 %, that of the elements 2.6 % too high."""
+    rubber = replace(STEEL, poisson=0.49)
+    assert abs(compliance_error(position_of(replace(ROUND, rail_material=rubber, wheel_material=rubber)))) > 0.05
+
+
+def test_a_body_that_does_not_stand_where_it_was_placed_is_refused(position, monkeypatch):
+    on_rail(turned)(monkeypatch)
+    with pytest.raises(AssertionError, match="beside its surface"):
+        compliance_error(position)
+
+
+def test_a_gap_of_the_wrong_sign_on_one_side_leaves_the_verdict_open(position, monkeypatch):
+    plain = coupled_mesh.coupled_problem
+
+    def planted(true_gap, bodies):
+        problem = plain(true_gap, bodies)
+        s = np.tile(bodies.grid.s_mm, bodies.grid.shape[0])
+        return problem.with_gap(np.where(s < 0.0, -1.0, 1.0) * problem.bodies.gap_mm)
+
+    monkeypatch.setattr(coupled_mesh, "coupled_problem", planted)
+    judged = Meshes(position).solve(position)
+    # the patch runs to the edge, and what the elements carry is elsewhere altogether
+    assert judged.status != "converged"
+    assert judged.verdict.answer == "UNRESOLVED"
+    assert judged.level.misfit > 0.5
+
+
+# --- status, verdict and uncertainty ----------------------------------------------------------------------------------
+
+
+def test_elements_within_the_limit_are_part_of_the_uncertainty(elliptic_quick):
+    solved = elliptic_quick.load.solved
+    own = elliptic_quick.load
+    for error in (0.5 * COMPLIANCE_LIMIT, -0.99 * COMPLIANCE_LIMIT):
+        levels = (replace(solved.levels[0], compliance_error=error), *solved.levels[1:])
+        judged = judge_load(replace(solved, levels=levels), elliptic_quick.placement)
+        assert judged.status == "converged"
+        for name, unsure in judged.elements_uncertainty.items():
+            assert unsure > own.elements_uncertainty[name] + 0.4 * abs(error)
+        for name in ("p_max_MPa", "area_mm2", "a_mm", "b_mm"):
+            assert judged.uncertainty[name] > own.uncertainty[name] + 0.01 * abs(error)
+            assert judged.bodies_step_uncertainty[name] > own.bodies_step_uncertainty[name]
+
+
+@pytest.mark.parametrize("error", [-1.01 * COMPLIANCE_LIMIT, 0.03, 0.2])
+def test_elements_beyond_the_limit_leave_the_verdict_open(elliptic_quick, error):
+    solved = elliptic_quick.load.solved
+    levels = (replace(solved.levels[0], compliance_error=error), *solved.levels[1:])
+    judged = judge_load(replace(solved, levels=levels), elliptic_quick.placement)
+    assert judged.status == ELEMENTS_OFF
+    assert (judged.verdict.answer, judged.verdict.cause) == ("UNRESOLVED", "elements")
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.015, 1.03, 1.2])
+def test_status_or_uncertainty_covers_what_soft_elements_do(position, elliptic_quick, monkeypatch, factor):
+    """Elements too soft by a factor: the fine pressure and their own, against those of healthy ones."""
+    plain = CoupledBodies.parting
+    monkeypatch.setattr(CoupledBodies, "parting", lambda self, pressure: factor * plain(self, pressure))
+    judged = Meshes(position).solve(position)
+    assert (judged.status == ELEMENTS_OFF) == (factor >= 1.03)
+    healthy = measures_of(elliptic_quick.load.fe).as_dict()
+    fine, own = (judged.ladder.rungs[name].as_dict() for name in ("fe", "elements"))
+    for name, unsure in judged.elements_uncertainty.items():
+        assert abs(fine[name] / healthy[name] - 1.0) < judged.uncertainty[name]
+        assert abs(own[name] / healthy[name] - 1.0) < unsure

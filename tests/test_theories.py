@@ -1,0 +1,316 @@
+"""A judged theory is a value: how it is read, what is asked for, and that a further one is one more entry."""
+
+import io
+import json
+import math
+import pickle
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from fecontact.case import Case, Criteria
+from fecontact.comparison.approximation import Approximation, TheoryPatch, ellipse
+from fecontact.comparison.judgement import cheapest, first_standing
+from fecontact.comparison.judging import judge_load, judge_theory
+from fecontact.comparison.measures import MEASURES, MISFITS, deviations_of
+from fecontact.comparison.solved_load import Level, SolvedLoad
+from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES, Theory
+from fecontact.contact.grid import ContactGrid
+from fecontact.creep import Creep
+from fecontact.map.cells import ApplicabilityMap, MapPosition
+from fecontact.map.load_limit import load_limit
+from fecontact.map.position import solved_cell
+from fecontact.outputs.map import map_record
+from fecontact.outputs.map_report import write_map_report
+from fecontact.outputs.printed_case import print_case
+from fecontact.outputs.record import load_record, result_record
+from fecontact.outputs.rows import load_row
+from fecontact.outputs.study_report import reported_case, write_study_report
+from fecontact.regression.tolerances import KINDS, TEXT, kind_of, later_theories
+from fecontact.runs.case_store import write_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import expect_on_half_space, hertz_of_case
+from fecontact.theory.hertz import HertzContact
+
+ROUND = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
+TWO_POINTS = Case(lateral_shift_mm=5.0, wheelset=True, load_N=50e3)
+
+
+def solved_on_half_space(case):
+    """A load whose finite elements are a half-space, and its placement."""
+    placement = place_case(case)
+    _, expected = expect_on_half_space(case, placement)
+    rung = expected.half_space
+    level = Level(
+        nodal=rung, fe=rung, otherwise=rung, degrees_of_freedom={"both": 9}, elements={}, enlarged=0, at_edge=False
+    )
+    solved = SolvedLoad(case=case, levels=(level, level), half_space=rung, quadratic=rung, point_noise=None)
+    return solved, placement
+
+
+@pytest.fixture(scope="module")
+def two():
+    """A wheel on the top of the head and on the gauge corner, with friction."""
+    return solved_on_half_space(replace(TWO_POINTS, creep=Creep(friction=0.3)))
+
+
+@pytest.fixture(scope="module")
+def judged_two(two):
+    return judge_load(*two)
+
+
+# how a theory is read
+
+
+@dataclass(frozen=True)
+class Pressure:
+    """A pressure of which nothing else is known."""
+
+    of: HertzContact
+
+    def pressure_MPa(self, x_mm, y_mm):
+        return self.of.pressure_MPa(x_mm, y_mm)
+
+
+def test_a_theory_with_a_single_ellipse_reads_as_hertz():
+    solved, placement = solved_on_half_space(ROUND)
+    load = judge_load(solved, placement)
+    hertz = load.judgements[HERTZ]
+    same = judge_theory(ROUND, solved.levels, Approximation(patches=(ellipse(load.hertz),), approach_mm=0.1), {})
+    # all but the approach, which is the theory's own word
+    for name in (*MEASURES, *MISFITS):
+        if name != "approach_mm":
+            assert same.deviation[name] == hertz.deviation[name], name
+            assert same.uncertainty[name] == hertz.uncertainty[name], name
+    assert same.deviation["approach_mm"] == 0.1 / solved.levels[0].fe.approach_mm - 1.0
+    assert (same.verdict, same.limits, same.limit_used) == (hertz.verdict, hertz.limits, hertz.limit_used)
+    assert same.hertz == load.hertz
+    # a pressure that is not known to be an ellipse is read off nodes, as the contact itself
+    (patch,) = same.approximation.patches
+    unknown = replace(same.approximation, patches=(replace(patch, shape=Pressure(of=load.hertz)),))
+    read = judge_theory(ROUND, solved.levels, unknown, {})
+    assert unknown.single.hertz is None
+    assert read.deviation == pytest.approx(same.deviation, abs=1e-12)
+
+
+@pytest.mark.parametrize("at", [(0.0, 3.7), (1.1, -2.0)])
+def test_a_theory_is_read_where_it_lies(at):
+    """Contact and ellipse moved together, on all nodes of a whole contact, change nothing."""
+    solved, placement = solved_on_half_space(replace(ROUND, yaw_rad=0.01))
+    rung, hertz = solved.half_space, judge_load(solved, placement).hertz
+    assert not rung.grid.half
+    there = ContactGrid(x_mm=rung.grid.x_mm + at[0], s_mm=rung.grid.s_mm + at[1], half=False)
+    here = deviations_of(rung, Approximation.of(hertz))
+    moved = Approximation(patches=(ellipse(hertz, at),), approach_mm=hertz.approach_mm)
+    assert deviations_of(replace(rung, grid=there), moved) == pytest.approx(here, abs=1e-9)
+    # left behind it is beside the contact by so many half-widths
+    left = deviations_of(replace(rung, grid=there), Approximation.of(hertz))
+    assert left["centre_over_b"] - here["centre_over_b"] == pytest.approx(2.0 * at[1] / hertz.extent_y_mm, abs=1e-9)
+
+
+def test_the_cheapest_theory_of_the_pressure(two, judged_two):
+    load = judged_two
+    assert list(load.judgements) == [HERTZ, MULTI_HERTZ]
+    answers = [one.verdict.answer for one in load.judgements.values()]
+    assert answers == ["FAILS", "HOLDS"]
+    assert first_standing(load.judgements) == cheapest(load.judgements) == MULTI_HERTZ
+    # its own criteria decide, however the load is read
+    strict = replace(two[0], case=replace(TWO_POINTS, criteria=Criteria(p_max=0.01)))
+    assert cheapest(judge_load(strict, two[1]).judgements) is None
+
+
+# what is asked for
+
+
+def test_by_hertz_alone_nothing_else_is_looked_at(two, judged_two, monkeypatch):
+    whole = judged_two
+    assert whole.lobes
+    assert whole.creep is not None
+
+    def refuse(*_):
+        raise AssertionError("it was not asked for")
+
+    for name in THEORIES:
+        if name not in (HERTZ, HERTZ_GAUGE):
+            monkeypatch.setitem(THEORIES, name, replace(THEORIES[name], approximate=refuse))
+    monkeypatch.setattr("fecontact.comparison.judging.judge_lobes", refuse)
+    monkeypatch.setattr("fecontact.comparison.judging.creep_of", refuse)
+    alone = judge_load(*two, theories=(HERTZ,))
+    assert list(alone.judgements) == [HERTZ]
+    assert (alone.without, alone.lobes, alone.creep, alone.creep_laws) == ({}, (), None, {})
+    # and what it says of Hertz is the same
+    told, of_all = load_record(alone), load_record(whole)
+    assert told["theories"] == {HERTZ: of_all["theories"][HERTZ]}
+    assert {**told, "theories": None} == {**of_all, "theories": None}
+
+
+def same_values(one, other):
+    """Whether two values are made of the same ones, down to the last bit."""
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, np.ndarray):
+        return one.dtype == other.dtype and np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
+    if is_dataclass(one):
+        return all(same_values(getattr(one, part.name), getattr(other, part.name)) for part in fields(one))
+    if isinstance(one, Mapping):
+        return list(one) == list(other) and all(same_values(one[name], other[name]) for name in one)
+    if isinstance(one, tuple | list):
+        return len(one) == len(other) and all(map(same_values, one, other))
+    return one == other or (isinstance(one, float) and math.isnan(one) and math.isnan(other))
+
+
+def test_a_judged_load_goes_to_another_process_and_comes_back(two, judged_two):
+    load = judged_two
+    back = pickle.loads(pickle.dumps(load))
+    assert back is not load
+    assert same_values(back, load)
+    assert json.dumps(load_record(back)) == json.dumps(load_record(load))
+    assert load_row(back, two[1]) == load_row(load, two[1])
+    # the comparison sees what differs
+    other = load.judgements[MULTI_HERTZ]
+    planted = replace(other, deviation={**other.deviation, "valley": math.nextafter(other.deviation["valley"], 1.0)})
+    assert not same_values(replace(load, judgements={**load.judgements, MULTI_HERTZ: planted}), load)
+
+
+@pytest.mark.parametrize("case", [ROUND, replace(TWO_POINTS, load_N=50.0)])
+def test_ellipses_that_share_a_load_are_told_only_where_several_carry_it(case):
+    placement = place_case(case)
+    # two touch points, of which a small load closes one
+    assert len(placement.touch_points) == (1 if case is ROUND else 2)
+    force = hertz_of_case(case, placement).normal_force_N
+    assert THEORIES[MULTI_HERTZ].approximate(placement, case, force) is None
+    if case is ROUND:
+        load = judge_load(solved_on_half_space(case)[0], placement)
+        assert list(load.judgements) == [HERTZ]
+        assert load.without == {}
+
+
+# a further theory
+
+
+@dataclass(frozen=True)
+class Block:
+    """A uniform pressure on an ellipse."""
+
+    a_mm: float
+    b_mm: float
+    p_MPa: float
+
+    def pressure_MPa(self, x_mm, y_mm):
+        return np.where((x_mm / self.a_mm) ** 2 + (y_mm / self.b_mm) ** 2 < 1.0, self.p_MPa, 0.0)
+
+
+def block(placement, case, force_N):
+    """Hertz's ellipse with its mean pressure."""
+    hertz = hertz_of_case(case, placement)
+    a, b = hertz.a_mm, hertz.b_mm
+    patch = TheoryPatch(
+        shape=Block(a, b, force_N / (math.pi * a * b)),
+        normal_force_N=force_N,
+        p_max_MPa=force_N / (math.pi * a * b),
+        area_mm2=math.pi * a * b,
+        a_mm=a,
+        b_mm=b,
+        origin_mm=(0.0, 0.0),
+        centre_mm=(0.0, 0.0),
+        low_mm=(-a, -b),
+        high_mm=(a, b),
+    )
+    return Approximation(patches=(patch,), approach_mm=hertz.approach_mm)
+
+
+WORDS = "a block on Hertz's ellipse"
+
+
+@pytest.fixture
+def another(monkeypatch):
+    """One more entry."""
+    entry = Theory(words=WORDS, cost="closed form", source="this test", range="none", approximate=block)
+    monkeypatch.setitem(THEORIES, "block", entry)
+    return entry
+
+
+def printed(show, *given):
+    text = io.StringIO()
+    show(*given, console=Console(file=text, width=250))
+    return text.getvalue()
+
+
+@pytest.fixture
+def judged(another, elliptic_quick):
+    """A result that finite elements gave, judged by it too."""
+    return replace(elliptic_quick, load=judge_load(elliptic_quick.load.solved, elliptic_quick.placement))
+
+
+def test_a_further_theory_is_judged_by_the_same_measures(judged):
+    load = judged.load
+    found, hertz = load.judgements["block"], load.judgements[HERTZ]
+    # a block has two thirds of the peak of Hertz's ellipse
+    assert 1.0 + found.deviation["p_max_MPa"] == pytest.approx(2.0 / 3.0 * (1.0 + hertz.deviation["p_max_MPa"]))
+    assert found.deviation["area_mm2"] == pytest.approx(hertz.deviation["area_mm2"], abs=1e-9)
+    # and 4/27 of its load elsewhere: 1.5 sqrt(1 - u) against 1 over u from 0 to 1
+    assert found.deviation["misplaced_load"] == pytest.approx(4.0 / 27.0, abs=0.002)
+    assert found.deviation["valley"] == pytest.approx(0.0, abs=1e-3)
+    assert (found.verdict.answer, found.verdict.measure) == ("FAILS", "p_max_MPa")
+    assert found.verdict.each["area_mm2"] == hertz.verdict.each["area_mm2"]
+    # it says nothing about Hertz
+    assert load.verdict.answer == "HOLDS"
+    assert cheapest(load.judgements) == HERTZ
+
+
+def test_a_further_theory_is_in_all_that_tells_of_a_case(judged, tmp_path):
+    record = json.loads(json.dumps(result_record(judged)))
+    told, found = record["theories"]["block"], judged.load.judgements["block"]
+    assert list(record["theories"]) == [HERTZ, "block"]
+    assert told["deviation"] == dict(found.deviation)
+    assert told["verdict"]["verdict"] == "FAILS"
+    assert told["patches"][0]["p_max_MPa"] == found.approximation.patches[0].p_max_MPa
+    assert f"{WORDS} (" in printed(print_case, record)
+    row = write_case(judged, tmp_path / "cases" / "one", "one")
+    assert (row["block_verdict"], row["block_measure"], row["block_patches"]) == ("FAILS", "p_max_MPa", 1)
+    assert row["block_p_max_deviation_percent"] == 1e2 * found.deviation["p_max_MPa"]
+    assert row["block_limit_used"] == found.limit_used > 1.0
+    text = printed(print_table, [row])
+    assert " block " in "".join(text.splitlines()[1:3])
+    assert f"{WORDS} (1 patch): FAILS by peak pressure" in text
+    write_study_report("one", [reported_case(row, tmp_path / "cases" / "one")], tmp_path)
+    report = (tmp_path / "report.html").read_text("utf-8").replace("&#x27;", "'")
+    # a column of the table of verdicts, and a table of its measures
+    assert f">{WORDS}</th>" in report
+    assert report.count(WORDS) >= 2
+
+
+def test_a_further_theory_is_in_maps(judged, tmp_path):
+    load, case = judged.load, judged.case
+    cells = (solved_cell(0.0, load),)
+    position = MapPosition(lateral_shift_mm=0.0, cells=cells, limit=load_limit(cells), placement=judged.placement)
+    made = ApplicabilityMap(case=case, loads_N=(case.load_N,), positions=(position,))
+    (cell,) = json.loads(json.dumps(map_record(made)))["cells"]
+    assert list(cell["load"]["theories"]) == [HERTZ, "block"]
+    report = write_map_report(made, tmp_path).read_text("utf-8").replace("&#x27;", "'")
+    for heading in (WORDS, f"{WORDS}: p_max", f"{WORDS}: part of a limit"):
+        assert f">{heading}</th>" in report, heading
+
+
+def test_the_columns_of_a_further_theory_are_compared(judged):
+    row = load_row(judged.load, judged.placement)
+    own = [name for name in row if name.startswith("block_")]
+    assert len(own) == 9
+    assert not [name for name in own if kind_of(name) not in {*KINDS, TEXT} - {"default"}]
+    before = [name for name in row if name not in own]
+    # new beside what was made before it, and not once the baseline has it
+    assert later_theories(before, list(row)) == ("block_",)
+    assert later_theories(list(row), list(row)) == later_theories([*before, own[0]], list(row)) == ()
+
+
+def test_a_theory_that_has_no_contact_says_why(judged, another, monkeypatch):
+    monkeypatch.setitem(THEORIES, "block", replace(another, approximate=lambda *_: "no block fits"))
+    load = judge_load(judged.load.solved, judged.placement)
+    assert (list(load.judgements), load.without) == ([HERTZ], {"block": "no block fits"})
+    record = result_record(replace(judged, load=load))
+    assert record["theories"]["block"] == {"problem": "no block fits"}
+    assert f"{WORDS}: no block fits" in printed(print_case, record)
+    assert not [name for name in load_row(load, judged.placement) if name.startswith("block_")]
