@@ -206,7 +206,7 @@ def test_tables_of_forces_and_theories(made):
 
 
 def test_the_png_of_theories_has_a_colour_for_each_and_says_what_is_open(made, monkeypatch, tmp_path):
-    from fecontact.outputs.theory_map import _COLOURS
+    colours = law_view(made[0]).colours
 
     kept = []
     monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", lambda figure, path: kept.append(figure))
@@ -215,8 +215,8 @@ def test_the_png_of_theories_has_a_colour_for_each_and_says_what_is_open(made, m
     unresolved = ANSWERS["UNRESOLVED"]
     # between two loads with different theories it is open, as it is where a cheaper one may hold
     assert [colour for colour, *_ in bands(ax)] == [
-        *(_COLOURS["polach"], unresolved, _COLOURS["fastsim"], unresolved),
-        *(_COLOURS["real"], ANSWERS["failed"]),
+        *(colours["polach"], unresolved, colours["fastsim"], unresolved),
+        *(colours["real"], ANSWERS["failed"]),
     ]
     assert [text.get_text() for text in ax.texts] == ["P 12.0", "F 3.1", "F? 3.1", "R", "R", "R", *"!!!"]
     write_laws(made[0], tmp_path)

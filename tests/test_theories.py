@@ -273,7 +273,7 @@ def test_a_further_theory_is_in_all_that_tells_of_a_case(judged, tmp_path):
     assert (row["block_verdict"], row["block_measure"], row["block_patches"]) == ("FAILS", "p_max_MPa", 1)
     assert row["block_p_max_deviation_percent"] == 1e2 * found.deviation["p_max_MPa"]
     assert row["block_limit_used"] == found.limit_used > 1.0
-    text = printed(print_table, [row])
+    text = printed(print_rows, [row])
     assert " block " in "".join(text.splitlines()[1:3])
     assert f"{WORDS} (1 patch): FAILS by peak pressure" in text
     write_study_report("one", [reported_case(row, tmp_path / "cases" / "one")], tmp_path)

@@ -10,8 +10,7 @@ from typing import Any
 from fecontact.comparison.theories import EITHER_SIDE, THEORIES
 from fecontact.outputs.case_words import pair_of_row
 from fecontact.outputs.measure_words import WORDS
-from fecontact.outputs.table import Column, Table, TableRow, Tone, columns_of
-from fecontact.outputs.terminal import missing, number_text
+from fecontact.outputs.table import Column, Table, TableRow, Tone, columns_of, missing, number_text
 from fecontact.outputs.theories import cheapest_words
 from fecontact.outputs.verdict_words import decided
 

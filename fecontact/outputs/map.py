@@ -1,9 +1,8 @@
-"""An applicability map as CSV, JSON and text."""
+"""An applicability map as records and rows."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,52 +10,17 @@ from numpy.typing import NDArray
 
 from fecontact.comparison.creep_theories import REAL
 from fecontact.comparison.judgement import FORCE, cheapest
-from fecontact.files import write_json
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
-from fecontact.outputs.cheapest_map import law_view
-from fecontact.outputs.map_figure import map_figure
 from fecontact.outputs.record import load_record, shown_case_record, versions
 from fecontact.outputs.roll_words import roll_words
-from fecontact.outputs.rows import cell_row
-from fecontact.outputs.tables import write_csv
-from fecontact.outputs.verdict_map import force_view, verdict_view
 
 Floats = NDArray[np.float64]
+
+
 Record = dict[str, Any]
 
+
 MAP_SCHEMA = "fecontact/map/4"
-
-
-def write_map(
-    made: ApplicabilityMap, out: Path, name: str = "map", *, provenance: Record | None = None, drawn: bool = True
-) -> None:
-    """Write NAME.csv, NAME.json and NAME.png, into a folder; for the whole map stiffness.csv, if it has any."""
-    rows = [cell_row(cell, position.placement) for position in made.positions for cell in position.cells]
-    write_csv(rows, out / f"{name}.csv")
-    if name == "map":
-        stiffness = [row for position in made.positions for row in stiffness_rows(position)]
-        if stiffness:
-            write_csv(stiffness, out / "stiffness.csv")
-        else:
-            # one of other loads would not belong to this map
-            (out / "stiffness.csv").unlink(missing_ok=True)
-    write_json(out / f"{name}.json", map_record(made, provenance))
-    if not (drawn and made.positions):
-        return
-    map_figure(verdict_view(made), out / f"{name}.png")
-    # those of another friction, or of theories before, would not belong to this map
-    for old in ("force.png", "force.svg", "theory.csv", "theory.png", "theory.svg"):
-        (out / f"{name}_{old}").unlink(missing_ok=True)
-    if made.case.creep.asked:
-        map_figure(force_view(made), out / f"{name}_force.png")
-    if made.laws_judged:
-        write_laws(made, out, name)
-
-
-def write_laws(made: ApplicabilityMap, out: Path, name: str = "map") -> None:
-    """Write NAME_theory.csv and NAME_theory.png into a folder: the laws of creep forces, and the cheapest."""
-    write_csv([_law_row(cell) for cell in made.cells], out / f"{name}_theory.csv")
-    map_figure(law_view(made), out / f"{name}_theory.png")
 
 
 def stiffness_rows(position: MapPosition) -> list[Record]:
@@ -138,7 +102,8 @@ def limit_record(shift_mm: float, limit: LoadLimit) -> Record:
     }
 
 
-def _law_row(cell: MapCell) -> Record:
+def law_row(cell: MapCell) -> Record:
+    """A cell with the cheapest law of creep forces that holds, and how far each is off."""
     row: Record = {
         "lateral_shift_mm": cell.lateral_shift_mm,
         "load_kN": cell.load_N / 1e3,

@@ -1,16 +1,15 @@
-"""A case before it is solved, and a profile with the points behind it: as text, as a record, and as pictures."""
+"""Pictures of a case before it is solved, and of a profile with the points behind it."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fecontact.outputs.case_words import case_words, short_name
 from fecontact.outputs.figures import draw_problems
-from fecontact.outputs.record import shown_case_record, touch_record
+from fecontact.outputs.preview_record import junctions_of
 from fecontact.outputs.style import (
     EXPECTED,
     HERTZ,
@@ -25,80 +24,10 @@ from fecontact.outputs.style import (
     save_figure,
 )
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.recognition import Nearest
 from fecontact.solving.preview import Preview
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-
-def preview_record(seen: Preview) -> dict[str, Any]:
-    """Everything that a preview says, with units in the keys."""
-    patch = seen.expected
-    sizes = ("x_low_mm", "x_high_mm", "s_low_mm", "s_high_mm", "semi_axis_x_mm", "semi_axis_s_mm")
-    expected = {name: getattr(patch, name) for name in sizes} | {"parts": [asdict(part) for part in patch.parts]}
-    return {
-        "schema": "fecontact/place/1",
-        "case": shown_case_record(seen.case, seen.placement),
-        "touch_points": [touch_record(touch) for touch in seen.placement.touch_points],
-        "hertz": {"p_max_MPa": seen.hertz.p0_MPa, "a_mm": seen.hertz.a_mm, "b_mm": seen.hertz.b_mm},
-        "uncertainty_of_profile": seen.hertz_uncertainty,
-        "expected_patch": expected,
-        "element_size_mm": list(seen.element_size_mm),
-        "elements": list(seen.elements),
-        "degrees_of_freedom": seen.degrees_of_freedom,
-        "cpu_seconds": seen.cpu_seconds,
-        "memory_GB": seen.memory_GB,
-        "junctions": _junctions(seen),
-        "notes": [*seen.placement.rail.profile.notes, *seen.placement.wheel.profile.notes],
-    }
-
-
-def _junctions(seen: Preview) -> list[dict[str, Any]]:
-    """Curvature junctions of both profiles by their distance from the first touch point along the line."""
-    found = [
-        {"profile": place.profile.kind, "y_mm": place.junction.y_mm, "distance_mm": place.s_mm}
-        for place in seen.placement.junctions
-    ]
-    return sorted(found, key=lambda one: abs(one["distance_mm"]))
-
-
-def preview_text(seen: Preview) -> str:
-    """A preview in lines."""
-    patch, (dx, ds) = seen.expected, seen.element_size_mm
-    lines = [
-        f"touch point {k}: rail y {touch.rail_y_mm:+.2f} mm, wheel y {touch.wheel_y_mm:+.2f} mm, contact angle"
-        f" {1e3 * touch.contact_angle_rad:+.1f} mrad, gap {1e3 * touch.vertical_gap_mm:.1f} um"
-        for k, touch in enumerate(seen.placement.touch_points, start=1)
-    ]
-    hertz = f"Hertz: p0 {seen.hertz.p0_MPa:.1f} MPa, a {seen.hertz.a_mm:.3f} mm, b {seen.hertz.b_mm:.3f} mm"
-    if seen.hertz_uncertainty is not None:
-        hertz += f"; {uncertainty_text(seen.hertz_uncertainty)}"
-    lines.append(hertz)
-    lines.append(
-        f"expected patch: {patch.x_high_mm - patch.x_low_mm:.2f} mm along x, {patch.s_high_mm - patch.s_low_mm:.2f} mm"
-        f" across, from {patch.s_low_mm:+.2f} to {patch.s_high_mm:+.2f} mm of the touch point"
-    )
-    reached = [one for one in _junctions(seen) if patch.s_low_mm <= one["distance_mm"] <= patch.s_high_mm]
-    lines.append(
-        "curvature junctions below it: "
-        + (", ".join(f"{one['profile']} at {one['distance_mm']:+.2f} mm" for one in reached) or "none")
-    )
-    lines.append(
-        f"elements {dx:.3g} by {ds:.3g} mm, {seen.elements[0]} by {seen.elements[1]} in the fine zone: about"
-        f" {round(seen.degrees_of_freedom, -3)} unknowns, {seen.cpu_seconds:.0f} CPU s and {seen.memory_GB:.1f} GB;"
-        f" more where the verdict is open, up to {seen.case.refine_degrees_of_freedom} unknowns"
-    )
-    notes = (*seen.placement.rail.profile.notes, *seen.placement.wheel.profile.notes)
-    return "\n".join((*lines, *(f"note: {note}" for note in notes)))
-
-
-def uncertainty_text(part: dict[str, float]) -> str:
-    """What measured profiles leave open of Hertz, in words."""
-    if any(np.isnan(value) for value in part.values()):
-        return "another line that the measured points allow does not come into contact here: Hertz is not known"
-    p, a, b = (100.0 * part[name] for name in ("p_max_MPa", "a_mm", "b_mm"))
-    return f"the measured profiles leave ±{p:.2g} % of p0, ±{a:.2g} % of a and ±{b:.2g} % of b open"
 
 
 def preview_figure(seen: Preview, path: str | Path) -> Path:
@@ -160,7 +89,7 @@ def _draw_curvatures(ax: Axes, seen: Preview, reach: float) -> None:
     ax.axvspan(patch.s_low_mm, patch.s_high_mm, color=EXPECTED, alpha=0.3, lw=0)
     ax.axvline(0.0, color="k", lw=0.8)
     ax.axhline(0.0, color="0.5", lw=0.8)
-    for one in _junctions(seen):
+    for one in junctions_of(seen):
         if s[0] <= one["distance_mm"] <= s[-1]:
             ax.axvline(one["distance_mm"], color=RAIL if one["profile"] == "rail" else WHEEL, ls=":", lw=1.0)
     ax.set(
@@ -213,17 +142,3 @@ def measured_figure(profile: Profile, path: str | Path) -> Path:
     bent.set(ylabel="curvature in 1/mm, convex positive\n(band: twice its noise)", xlabel=f"y in mm\n{SIDES}")
     finish(line, off, bent)
     return save_figure(figure, path)
-
-
-def nearest_text(found: list[Nearest]) -> str:
-    """Which profile of the library measured points are, in words."""
-    if not found:
-        return "nearest library profile: none within 2 mm"
-    best, turn = found[0], 1e3 * found[0].registration.turn_rad
-    dy, dz = found[0].registration.shift
-    rest = "".join(f"; then {one.name} ({one.usual_mm:.2g} mm)" for one in found[1:2])
-    return (
-        f"nearest library profile: {best.name}, turned by {turn:+.2f} mrad and moved by ({dy:+.3f}, {dz:+.3f}) mm; the"
-        f" points are usually {best.usual_mm:.2g} mm off it, at most {best.farthest_mm:.2g} mm at y ="
-        f" {best.at_y_mm:.1f} mm{rest}"
-    )

@@ -12,12 +12,12 @@ from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.geometry.placement import Placement
 from fecontact.outputs.case_figure import draw_lateral_cut
 from fecontact.outputs.pressure_map import PressureFields, draw_pressure
+from fecontact.outputs.roll_words import SHIFT
 from fecontact.outputs.series import series
 from fecontact.outputs.style import (
     HERTZ,
     RAIL,
     SERIES,
-    SHIFT,
     WHEEL,
     blank_figure,
     finish,

@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from fecontact.case import Case, Opposite
-from fecontact.outputs.style import SHIFT
 from fecontact.solving.placing import makes_a_wheelset
 
 Row = Mapping[str, Any]
 
+SHIFT = "lateral shift of the wheelset in mm  (positive: towards this rail)"
+"""Label of an axis over the shift."""
 OF_WHEELSET = "roll of the wheelset"
 UNDER_LOAD = "roll of the loaded wheelset"
 _OTHER = {"left": "right", "right": "left"}

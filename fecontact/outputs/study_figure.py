@@ -14,7 +14,7 @@ from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.outputs.case_words import pair_of_row
 from fecontact.outputs.measure_words import WORDS
-from fecontact.outputs.roll_words import roll_words_of_rows
+from fecontact.outputs.roll_words import SHIFT, roll_words_of_rows
 from fecontact.outputs.rows import deviation_column
 from fecontact.outputs.series import series
 from fecontact.outputs.style import (
@@ -25,7 +25,6 @@ from fecontact.outputs.style import (
     MARKS,
     RAIL_JUNCTION,
     SERIES,
-    SHIFT,
     blank_figure,
     finish,
     legend_beside,

@@ -45,7 +45,6 @@ PRESSURE, DIFFERENCE = "viridis", "RdBu_r"
 """Colour maps of pressures (lighter where higher) and of signed differences."""
 ACROSS, ROLLING = "s across in mm", "x (rolling) in mm"
 SIDES = "gauge side ←            → field side"
-SHIFT = "lateral shift of the wheelset in mm  (positive: towards this rail)"
 
 
 def blank_figure(width: float, height: float) -> Figure:

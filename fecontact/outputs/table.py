@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
@@ -71,3 +72,13 @@ def columns_of(*headings: str, texts: Sequence[str] = (), answers: Sequence[str]
         Column(heading=one, kind="text" if one in texts else "answer" if one in answers else "number")
         for one in headings
     ]
+
+
+def missing(value: object) -> bool:
+    """Whether a value of a row is none, or no finite number."""
+    return value is None or (isinstance(value, float) and not math.isfinite(value))
+
+
+def number_text(value: float | None, form: str = "{:.5g}") -> str:
+    """A number, or a dash where there is none."""
+    return "-" if value is None or missing(value) else form.format(value)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.files import write_text
-from fecontact.outputs.terminal import missing
+from fecontact.outputs.table import missing
 
 Record = Mapping[str, Any]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
@@ -94,13 +93,3 @@ def print_notes(notes: Iterable[str], console: Console) -> None:
     """Print what is to be known beside the numbers."""
     for note in notes:
         say(console, f"note: {note}")
-
-
-def missing(value: object) -> bool:
-    """Whether a value of a row is none, or no finite number."""
-    return value is None or (isinstance(value, float) and not math.isfinite(value))
-
-
-def number_text(value: float | None, form: str = "{:.5g}") -> str:
-    """A number, or a dash where there is none."""
-    return "-" if value is None or missing(value) else form.format(value)
