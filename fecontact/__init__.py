@@ -80,8 +80,8 @@ if TYPE_CHECKING:
     from fecontact.criteria import Criteria
     from fecontact.dimensions import BodySize, Track
     from fecontact.material import Material
-    from fecontact.outputs.dataset import mesh
-    from fecontact.outputs.rows import rows
+    from fecontact.outputs.meshes.dataset import mesh
+    from fecontact.outputs.records.rows import rows
     from fecontact.profiles.reading import Reading
     from fecontact.runs.analytic import creep, hertz
     from fecontact.runs.judging import judge

@@ -43,12 +43,12 @@ from fecontact.jobs.workers import Crew
 from fecontact.map.cells import ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition
 from fecontact.map.load_limit import KnownLoad, known_loads, load_limit, next_load
 from fecontact.map.position import solve_position
-from fecontact.outputs.map import cell_record, limit_record, map_record
-from fecontact.outputs.map_figure import map_figure
-from fecontact.outputs.map_report import write_map_report
-from fecontact.outputs.map_table import map_table
-from fecontact.outputs.rows import MEASURED_COLUMNS, cell_row, load_row
-from fecontact.outputs.stored import (
+from fecontact.outputs.maps.figure import map_figure
+from fecontact.outputs.maps.table import map_table
+from fecontact.outputs.maps.verdicts import CAUSE_LETTERS, limit_text, verdict_view
+from fecontact.outputs.records.map import cell_record, limit_record, map_record
+from fecontact.outputs.records.rows import MEASURED_COLUMNS, cell_row, load_row
+from fecontact.outputs.records.stored import (
     placement_from_record,
     placement_record,
     read_arrays,
@@ -56,7 +56,7 @@ from fecontact.outputs.stored import (
     solved_record,
     write_arrays,
 )
-from fecontact.outputs.verdict_map import CAUSE_LETTERS, limit_text, verdict_view
+from fecontact.outputs.reports.map import write_map_report
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.runs import position_store
 from fecontact.runs.identity import origin_of, position_id
@@ -530,7 +530,7 @@ def _as_new(request, monkeypatch):
     monkeypatch.setattr(FakeSweep, "short_of_memory", set())
     monkeypatch.setattr(FakeSweep, "open", 0)
     if "png" not in request.node.name:
-        monkeypatch.setattr("fecontact.outputs.map.map_figure", no_figure)
+        monkeypatch.setattr("fecontact.outputs.maps.files.map_figure", no_figure)
     monkeypatch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
     monkeypatch.setattr("fecontact.runs.judging.write_map_report", no_figure)
 
@@ -572,7 +572,7 @@ def stored_map(out, shifts=SHIFTS):
     """Folder of a map, and the map."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(position_store, "solve_position", fake_position)
-        patch.setattr("fecontact.outputs.map.map_figure", no_figure)
+        patch.setattr("fecontact.outputs.maps.files.map_figure", no_figure)
         patch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
         return out, fake_run(out, shifts).made
 
@@ -912,7 +912,7 @@ def test_the_title_of_the_picture_says_by_what_hertz_is_judged_in_its_png(tmp_pa
         titles.append(figure.axes[0].get_title())
         return path
 
-    monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", look)
+    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", look)
     made = fresh_map([0.0], [100e3])
     for criteria in (Criteria(), Criteria(p_max=0.03, area=0.2, judged_by=("strength", "area"))):
         map_figure(verdict_view(replace(made, case=replace(made.case, criteria=criteria))), tmp_path)
@@ -933,7 +933,7 @@ def test_every_cause_has_its_letter_in_the_png(cause, letter, tmp_path, monkeypa
         drawn.extend(text.get_text() for text in figure.axes[0].get_legend().get_texts())
         return path
 
-    monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", look)
+    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", look)
     like = point(100e3, 0.2)
     cell = cell_of(replace(like, verdict=replace(like.verdict, cause=cause)))
     position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=load_limit([cell]))
@@ -945,10 +945,10 @@ def test_every_cause_has_its_letter_in_the_png(cause, letter, tmp_path, monkeypa
 def test_the_png_changes_its_colour_where_the_verdict_does(monkeypatch):
     from matplotlib.colors import to_hex
 
-    from fecontact.outputs.style import ANSWERS
+    from fecontact.outputs.figures.style import ANSWERS
 
     kept = []
-    monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
     limit = replace(load_limit(TWO_LOADS), tried=((3e4, "UNRESOLVED"),))
     lost = MapCell(lateral_shift_mm=1.0, load_N=1e4, status="failed: no memory")
     positions = (

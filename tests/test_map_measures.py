@@ -17,13 +17,14 @@ from fecontact.creep import Creep
 from fecontact.errors import InputError
 from fecontact.map.cells import ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition
 from fecontact.map.forces import force_limit, with_laws
-from fecontact.outputs.cheapest_map import law_view
-from fecontact.outputs.map import map_record, write_laws
-from fecontact.outputs.map_figure import map_figure
-from fecontact.outputs.map_measures import refuse_measure
-from fecontact.outputs.map_table import map_table
-from fecontact.outputs.style import ANSWERS
-from fecontact.outputs.verdict_map import force_view
+from fecontact.outputs.figures.style import ANSWERS
+from fecontact.outputs.maps.cheapest import law_view
+from fecontact.outputs.maps.figure import map_figure
+from fecontact.outputs.maps.files import write_laws
+from fecontact.outputs.maps.measures import refuse_measure
+from fecontact.outputs.maps.table import map_table
+from fecontact.outputs.maps.verdicts import force_view
+from fecontact.outputs.records.map import map_record
 from fecontact.theory.creep.contact import Creepages
 
 CASE = Case(roll="touching", creep=Creep(friction=0.3))
@@ -171,7 +172,7 @@ def bands(ax):
 
 def test_the_png_of_forces_is_drawn_as_that_of_pressure(made, monkeypatch):
     kept = []
-    monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
     map_figure(force_view(made[0]), "unused.png")
     (ax,) = kept[0].axes
     assert [colour for colour, *_ in bands(ax)] == [
@@ -209,7 +210,7 @@ def test_the_png_of_theories_has_a_colour_for_each_and_says_what_is_open(made, m
     colours = law_view(made[0]).colours
 
     kept = []
-    monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
     map_figure(law_view(made[0]), "unused.png")
     (ax,) = kept[0].axes
     unresolved = ANSWERS["UNRESOLVED"]
@@ -239,7 +240,7 @@ def test_a_measure_of_forces_needs_friction(tmp_path, capsys):
 
 
 def test_the_record_of_a_map_with_friction_has_the_limits_of_forces(made, monkeypatch):
-    monkeypatch.setattr("fecontact.outputs.map.cell_record", lambda cell: {})
-    monkeypatch.setattr("fecontact.outputs.map.stiffness_rows", lambda position: [])
+    monkeypatch.setattr("fecontact.outputs.records.map.cell_record", lambda cell: {})
+    monkeypatch.setattr("fecontact.outputs.records.map.stiffness_rows", lambda position: [])
     limits = json.loads(json.dumps(map_record(made[0])["force_limits"]))
     assert [limit["F_max_N"] for limit in limits] == [50e3, None, None]

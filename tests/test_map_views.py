@@ -16,13 +16,13 @@ from fecontact.errors import InputError
 from fecontact.map.cells import ApplicabilityMap, MapCell, MapPosition
 from fecontact.map.load_limit import load_limit
 from fecontact.map.position import solved_cell
-from fecontact.outputs.cheapest_map import theory_view
-from fecontact.outputs.map_figure import map_figure
-from fecontact.outputs.map_measures import CHEAPEST, map_view, measure_table, refuse_measure
-from fecontact.outputs.map_view import CellView
-from fecontact.outputs.measure_words import WORDS
-from fecontact.outputs.style import ANSWERS
-from fecontact.outputs.verdict_map import verdict_view
+from fecontact.outputs.figures.style import ANSWERS
+from fecontact.outputs.maps.cheapest import theory_view
+from fecontact.outputs.maps.figure import map_figure
+from fecontact.outputs.maps.measures import CHEAPEST, map_view, measure_table, refuse_measure
+from fecontact.outputs.maps.verdicts import verdict_view
+from fecontact.outputs.maps.view import CellView
+from fecontact.outputs.words.measures import WORDS
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
@@ -31,7 +31,7 @@ LOAD_N = 50e3
 
 def position(shift_mm):
     """One load of a wheelset at a shift, solved on a half-space."""
-    case = Case(lateral_shift_mm=shift_mm, wheelset=True, load_N=LOAD_N)
+    case = Case(lateral_shift_mm=shift_mm, roll="touching", load_N=LOAD_N)
     placement = place_case(case)
     rung = expect_on_half_space(case, placement)[1].half_space
     levels = tuple(
@@ -53,7 +53,7 @@ def made():
         *(position(shift) for shift in (-4.0, 5.0)),
         MapPosition(lateral_shift_mm=6.0, cells=(lost,), limit=load_limit([lost])),
     )
-    return ApplicabilityMap(case=Case(wheelset=True), loads_N=(LOAD_N,), positions=positions)
+    return ApplicabilityMap(case=Case(roll="touching"), loads_N=(LOAD_N,), positions=positions)
 
 
 def failing(made):
@@ -116,7 +116,7 @@ def test_one_picture_draws_them_in_a_png(made, monkeypatch):
     from matplotlib.colors import to_hex
 
     kept = []
-    monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
     views = [verdict_view(made), verdict_view(made, MULTI_HERTZ), theory_view(made), theory_view(failing(made))]
     for view in views:
         map_figure(verdict_view(view), "unused.png")

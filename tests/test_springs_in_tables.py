@@ -19,15 +19,15 @@ from fecontact.comparison.theories import MULTI_HERTZ
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.load_limit import load_limit
 from fecontact.map.position import solved_cell
-from fecontact.outputs.map import map_record
-from fecontact.outputs.map_figure import map_figure
-from fecontact.outputs.map_report import write_map_report
-from fecontact.outputs.map_table import map_table
-from fecontact.outputs.printed_rows import print_rows
-from fecontact.outputs.rows import load_row
-from fecontact.outputs.tables import write_csv
-from fecontact.outputs.theories import other_theories, theory_texts
-from fecontact.outputs.verdict_map import verdict_view
+from fecontact.outputs.maps.figure import map_figure
+from fecontact.outputs.maps.table import map_table
+from fecontact.outputs.maps.verdicts import verdict_view
+from fecontact.outputs.records.map import map_record
+from fecontact.outputs.records.rows import load_row
+from fecontact.outputs.records.theories import other_theories, theory_texts
+from fecontact.outputs.reports.map import write_map_report
+from fecontact.outputs.tables.csv_file import write_csv
+from fecontact.outputs.terminal.rows import print_rows
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.regression.tolerances import KINDS, TEXT, kind_of
@@ -145,7 +145,7 @@ def test_a_map_marks_where_springs_hold_and_one_ellipse_does_not(made, monkeypat
     assert "*" not in lines[1]
     assert any(line.startswith("* Hertz at all touch points") for line in lines)
     kept = []
-    monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
     map_figure(verdict_view(made), "unused.png")
     (ax,) = kept[0].axes
     marks = [line for line in ax.get_lines() if line.get_marker() == "D"]

@@ -23,12 +23,12 @@ from fecontact.creep import Creep
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.load_limit import load_limit
 from fecontact.map.position import solved_cell
-from fecontact.outputs.map import map_record
-from fecontact.outputs.map_report import write_map_report
-from fecontact.outputs.printed_case import print_case
-from fecontact.outputs.record import load_record, result_record
-from fecontact.outputs.rows import load_row
-from fecontact.outputs.study_report import reported_case, write_study_report
+from fecontact.outputs.records.map import map_record
+from fecontact.outputs.records.results import load_record, result_record
+from fecontact.outputs.records.rows import load_row
+from fecontact.outputs.reports.map import write_map_report
+from fecontact.outputs.reports.study import reported_case, write_study_report
+from fecontact.outputs.terminal.case import print_case
 from fecontact.regression.tolerances import KINDS, TEXT, kind_of, later_theories
 from fecontact.runs.case_store import write_case
 from fecontact.solving.placing import place_case

@@ -102,10 +102,10 @@ def solve(
         Folder for the case's report.html, JSON, ParaView files and figure.
     """
     from fecontact.files import json_text
-    from fecontact.outputs.printed_case import print_case
-    from fecontact.outputs.printed_rows import print_rows
-    from fecontact.outputs.record import result_record
-    from fecontact.outputs.rows import case_row
+    from fecontact.outputs.records.results import result_record
+    from fecontact.outputs.records.rows import case_row
+    from fecontact.outputs.terminal.case import print_case
+    from fecontact.outputs.terminal.rows import print_rows
     from fecontact.runs.case_store import solve_into_folder
     from fecontact.runs.reports import report_case
     from fecontact.solving.solve import solve as solve_case
@@ -145,7 +145,7 @@ def run(
     quick
         The small version of the study.
     """
-    from fecontact.outputs.printed_rows import print_rows
+    from fecontact.outputs.terminal.rows import print_rows
     from fecontact.runs.casefile import load_study
     from fecontact.runs.study import run_study
 
@@ -222,7 +222,7 @@ def map_(
         creep theory that holds, which is also written as map_theory.csv and map_theory.png.
     """
     from fecontact.inputs.texts import parse_numbers
-    from fecontact.outputs.map_measures import measure_table, refuse_measure
+    from fecontact.outputs.maps.measures import measure_table, refuse_measure
     from fecontact.runs.map_run import run_map
     from fecontact.solving.placing import with_wheelset
 

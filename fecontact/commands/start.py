@@ -20,7 +20,7 @@ def demo(*, out: Path = Path("out/demo")) -> int:
     out
         Folder for the results.
     """
-    from fecontact.outputs.printed_rows import print_rows
+    from fecontact.outputs.terminal.rows import print_rows
     from fecontact.runs.demo import demo_study, demo_words
     from fecontact.runs.study import run_study
 

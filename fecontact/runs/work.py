@@ -15,7 +15,7 @@ from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.files import read_json
 from fecontact.jobs.job import Job, Work
-from fecontact.outputs.record import FOUND_INPUTS
+from fecontact.outputs.records.results import FOUND_INPUTS
 from fecontact.profiles.identity import file_of_identity, profile_file
 from fecontact.runs.identity import case_id, origin_of, position_id
 
