@@ -36,7 +36,12 @@ def position(shift_mm):
     rung = expect_on_half_space(case, placement)[1].half_space
     levels = tuple(
         Level(
-            nodal=rung, fe=rung, otherwise=rung, degrees_of_freedom={"both": n}, elements={}, enlarged=0, at_edge=False
+            **dict.fromkeys(("nodal", "fe", "otherwise"), rung),
+            degrees_of_freedom={"both": n},
+            elements={},
+            enlarged=0,
+            at_edge=False,
+            compliance_error=0.0,
         )
         for n in (200, 100)
     )
@@ -57,13 +62,12 @@ def made():
 
 
 def failing(made):
-    """The same map with springs that fail, as all else does, at the second position."""
+    """The same map with theories that all fail at the second position."""
     second = made.positions[1]
     (cell,) = second.cells
-    springs = cell.judged.judgements[MULTI_HERTZ]
-    fails = replace(springs, verdict=Verdict(answer="FAILS", measure="area_mm2", each={"area_mm2": "FAILS"}))
-    load = replace(cell.judged, judgements=cell.judged.judgements | {MULTI_HERTZ: fails})
-    other = replace(second, cells=(replace(cell, judged=load),))
+    verdict = Verdict(answer="FAILS", measure="area_mm2", each={"area_mm2": "FAILS"})
+    fails = {name: replace(one, verdict=verdict) for name, one in cell.judged.judgements.items()}
+    other = replace(second, cells=(replace(cell, judged=replace(cell.judged, judgements=fails)),))
     return replace(made, positions=(made.positions[0], other, made.positions[2]))
 
 
@@ -119,7 +123,7 @@ def test_one_picture_draws_them_in_a_png(made, monkeypatch):
     monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
     views = [verdict_view(made), verdict_view(made, MULTI_HERTZ), theory_view(made), theory_view(failing(made))]
     for view in views:
-        map_figure(verdict_view(view), "unused.png")
+        map_figure(view, "unused.png")
     for view, figure in zip(views, kept, strict=True):
         (ax,) = figure.axes
         assert [to_hex(bar.get_facecolor()) for bar in ax.patches if bar.get_fill()] == [

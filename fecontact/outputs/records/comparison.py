@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import Any
 
 from fecontact.regression.compare import ColumnComparison, Difference, TableComparison
-
-if TYPE_CHECKING:
-    pass
 
 Record = dict[str, Any]
 
