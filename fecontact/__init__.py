@@ -75,11 +75,12 @@ if TYPE_CHECKING:
     from fecontact.criteria import Criteria
     from fecontact.outputs.dataset import mesh
     from fecontact.outputs.rows import rows
+    from fecontact.profiles.given import profile
     from fecontact.runs.load import load
     from fecontact.runs.run import run
     from fecontact.solving.solve import CaseResult, solve
 
-__all__ = ["Case", "CaseResult", "Criteria", "__version__", "load", "mesh", "plot", "rows", "run", "solve"]
+__all__ = ["Case", "CaseResult", "Criteria", "__version__", "load", "mesh", "plot", "profile", "rows", "run", "solve"]
 
 _HOMES = {
     "Case": "fecontact.case",
@@ -90,6 +91,7 @@ _HOMES = {
     "run": "fecontact.runs.run",
     "rows": "fecontact.outputs.rows",
     "mesh": "fecontact.outputs.dataset",
+    "profile": "fecontact.profiles.given",
 }
 
 

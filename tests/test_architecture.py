@@ -51,7 +51,7 @@ ROOMS: dict[str, set[str]] = {
     "cli": {"errors", "commands"},
     "system_check": set(),
     "plot": {"errors", "solving", "outputs"},
-    "__init__": {"case", "criteria", "solving", "outputs", "plot", "runs"},
+    "__init__": {"case", "criteria", "profiles", "solving", "outputs", "plot", "runs"},
     "__main__": {"cli"},
 }
 FINITE_ELEMENT_PACKAGES = {"skfem", "gmsh", "pypardiso", "pyamg", "meshio", "pyvista", "vtk", "vtkmodules"}

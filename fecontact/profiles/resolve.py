@@ -11,9 +11,11 @@ from pathlib import Path
 
 from fecontact.errors import InputError, check_positive
 from fecontact.profiles.curve import Kind, Profile
+from fecontact.profiles.given import GivenProfile
 from fecontact.profiles.library import find, is_known, load, names
 from fecontact.profiles.points import Points
 from fecontact.profiles.readers.formats import DEFAULT, reader_of
+from fecontact.profiles.readers.table import Source, points_of_columns
 from fecontact.profiles.reading import PLAIN, Reading
 from fecontact.profiles.recognition import line_through
 from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel, two_arc_rail_head
@@ -120,6 +122,12 @@ def _read_once(spec: str, kind: Kind, reading: Reading, content: str) -> Profile
     return read if isinstance(read, Profile) else line_through(read, reading)
 
 
+@lru_cache(maxsize=16)
+def _read_given(given: GivenProfile, kind: Kind, reading: Reading) -> Profile:
+    source = Source(what=str(given), kind=kind, reading=reading)
+    return line_through(points_of_columns(given.text, Path(given.file).stem, source), reading)
+
+
 def _check_kind(read: Profile | Points, spec: str, kind: Kind) -> None:
     if read.kind != kind:
         raise InputError(f"{spec!r} is a {read.kind} but a {kind} is wanted; the library has {', '.join(names(kind))}")
@@ -130,6 +138,8 @@ def _resolve(spec: str, kind: Kind, reading: Reading) -> Profile:
     if is_known(spec):
         _check_kind(load(find(spec)), spec, kind)
         return load(find(spec))
+    if isinstance(spec, GivenProfile):
+        return _read_given(spec, kind, reading)
     # With an ending that has a reader of its own it is meant as a file, and the reader says what is wrong with it.
     if reader_of(path) is not DEFAULT or os.path.exists(spec):  # unlike Path.exists, never raises
         return _read(spec, kind, reading)

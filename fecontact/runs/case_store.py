@@ -30,7 +30,7 @@ from fecontact.outputs.stored import (
     solved_record,
     write_arrays,
 )
-from fecontact.profiles.identity import file_of_identity, profile_file
+from fecontact.profiles.identity import content_of, file_of_identity
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.runs.identity import case_id, input_files, origin_of, provenance
 from fecontact.solving.meshes import would_be_refined
@@ -137,10 +137,10 @@ def write_case(result: CaseResult, folder: Path, name: str, settings: Mapping[st
 def copy_profiles(case: Case, folder: Path) -> None:
     """Keep the profiles of a case that are files beside its result: without them it could not be judged again."""
     for body, spec in case.profiles.items():
-        if (path := profile_file(spec)) is not None:
-            own = folder / PROFILES / body / path.name
+        if (file := content_of(spec)) is not None:
+            own = folder / PROFILES / body / file[0]
             own.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(path, own)
+            own.write_bytes(file[1])
 
 
 def _write_judged(

@@ -59,9 +59,14 @@ def read_columns(path: Path, kind: Kind, reading: Reading) -> Points:
     InputError
         The file cannot be read, or is not two columns of numbers.
     """
-    table = columns_of(read_text(path), Source(what=str(path), kind=kind, reading=reading))
-    points, notes = in_mm(table.y, table.z, table.unit, reading)
-    return Points(points=points, kind=kind, name=path.stem, source=str(path), notes=(*table.notes, *notes))
+    return points_of_columns(read_text(path), path.stem, Source(what=str(path), kind=kind, reading=reading))
+
+
+def points_of_columns(text: str, name: str, source: Source) -> Points:
+    """Points of a text of columns, as `read_columns` reads them from a file."""
+    table = columns_of(text, source)
+    points, notes = in_mm(table.y, table.z, table.unit, source.reading)
+    return Points(points=points, kind=source.kind, name=name, source=source.what, notes=(*table.notes, *notes))
 
 
 def read_text(path: Path) -> str:
