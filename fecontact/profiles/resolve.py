@@ -15,7 +15,7 @@ from fecontact.profiles.given import GivenProfile
 from fecontact.profiles.library import find, is_known, load, names
 from fecontact.profiles.points import Points
 from fecontact.profiles.readers.formats import DEFAULT, reader_of
-from fecontact.profiles.readers.table import Source, points_of_columns
+from fecontact.profiles.readers.table import Source, file_bytes, points_of_columns
 from fecontact.profiles.reading import PLAIN, Reading
 from fecontact.profiles.recognition import line_through
 from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel, two_arc_rail_head
@@ -106,11 +106,8 @@ def _number(spec: str, example: str) -> float:
 
 def _read(spec: str, kind: Kind, reading: Reading) -> Profile:
     """A file, read once as long as its content stays the same: the smoothing of a measurement takes half a second."""
-    try:
-        content = hashlib.sha256(Path(spec).read_bytes()).hexdigest()
-    except (OSError, ValueError):
-        # its reader says what is wrong
-        content = ""
+    # of one that is not there its reader says so
+    content = hashlib.sha256(file_bytes(Path(spec))).hexdigest() if os.path.exists(spec) else ""
     return _read_once(spec, kind, reading, content)
 
 
