@@ -16,8 +16,8 @@ from fecontact.profiles.segments import Arc, Floats, Line, Polynomial, Segment, 
 from fecontact.profiles.smoothing import SEED, slid
 from fecontact.profiles.smoothing_spline import smoothed_by
 
-Variant = Literal["half", "double"] | int
-"""Another line that the points allow: of half or double the width, or from points with other noise of the same size."""
+Variant = Literal["narrow", "double"] | int
+"""Another line that the points allow: of 0.71 or double the width, or from points with other noise of the same size."""
 
 
 def segments_of(measured: Measured) -> tuple[Segment, ...]:
@@ -69,8 +69,8 @@ def variant(profile: Profile, which: Variant) -> Profile:
     measured = profile.measured
     if measured is None:
         return profile
-    if which == "half":
-        changed = _with_width(measured, 0.5 * measured.width_mm)
+    if which == "narrow":
+        changed = _with_width(measured, math.sqrt(0.5) * measured.width_mm)
     elif which == "double":
         changed = _with_width(measured, 2.0 * measured.width_mm)
     else:
