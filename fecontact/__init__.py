@@ -82,6 +82,7 @@ if TYPE_CHECKING:
     from fecontact.material import Material
     from fecontact.outputs.dataset import mesh
     from fecontact.outputs.rows import rows
+    from fecontact.profiles.given import profile
     from fecontact.profiles.reading import Reading
     from fecontact.runs.analytic import creep, hertz
     from fecontact.runs.judging import judge
@@ -110,6 +111,7 @@ __all__ = [
     "mesh",
     "place",
     "plot",
+    "profile",
     "rows",
     "run",
     "solve",
@@ -129,6 +131,7 @@ _HOMES = {
     "judge": "runs.judging.judge",
     "load": "runs.load.load",
     "mesh": "outputs.dataset.mesh",
+    "profile": "profiles.given.profile",
     "place": "solving.preview.preview",
     "rows": "outputs.rows.rows",
     "run": "runs.run.run",

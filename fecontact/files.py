@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import secrets
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +15,10 @@ from typing import Any
 import numpy as np
 
 from fecontact.errors import InputError
+
+# Of a TOML file: the parser takes a second for 200 lines whose keys have 500 parts, and minutes for one of 100,000.
+_MOST_TOML, _LONGEST_TOML_LINE, _MOST_DOTS = 1_000_000, 10_000, 100
+_TOML_BETWEEN = re.compile(r"[,={}\[\]]")
 
 
 def write_atomically(path: str | Path, writer: Callable[[Path], object]) -> Path:
@@ -94,3 +100,29 @@ def _plain(value: object) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return str(value) if isinstance(value, Path) else value
+
+
+def toml_content(text: str, what: str) -> dict[str, Any]:
+    """Content of a TOML text that may be a stranger's.
+
+    Raises
+    ------
+    InputError
+        It is not TOML, or so large that its parser, which takes the square of a key's parts, would not end.
+    """
+    if len(text) > _MOST_TOML:
+        raise InputError(f"{what}: {len(text)} characters; allowed: {_MOST_TOML}; give the numbers in several files")
+    for number, line in enumerate(text.splitlines(), start=1):
+        parts = max(piece.count(".") for piece in _TOML_BETWEEN.split(line))
+        if len(line) > _LONGEST_TOML_LINE or (parts > _MOST_DOTS and not line.lstrip().startswith("#")):
+            raise InputError(
+                f"{what}: line {number} has {len(line)} characters, and up to {parts} dots in a key or value; allowed:"
+                f" {_LONGEST_TOML_LINE} and {_MOST_DOTS}; break the line"
+            )
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise InputError(f"{what}: not valid TOML: brackets are nested too deeply") from None
+    # besides its own errors the parser passes on that of an integer of thousands of digits
+    except (ValueError, OverflowError) as error:
+        raise InputError(f"{what}: not valid TOML: {str(error)[:200]}") from None

@@ -24,7 +24,7 @@ ROOMS: dict[str, set[str]] = {
     "dimensions": {"errors", "inputs"},
     "case": {"errors", "inputs", "material", "creep", "criteria", "dimensions", "profiles"},
     "options": {"errors", "inputs", "case"},
-    "profiles": {"errors", "inputs"},
+    "profiles": {"errors", "files", "inputs"},
     "contact": {"errors"},
     "rolling": {"errors"},
     "geometry": {"errors", "dimensions", "profiles"},

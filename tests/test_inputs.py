@@ -599,7 +599,7 @@ def test_a_misspelt_key_is_refused_with_the_nearest_and_all_others(slot: Slot, t
         ("[case]", "each of which begins with the line [[case]]"),
         ("case = []", "each of which begins with the line [[case]]"),
         ("[[case]]\n[[case.case]]", "[[case]] 1: case: there is no such key; keys"),
-        ("load_kN = [", "it is not TOML"),
+        ("load_kN = [", "not valid TOML"),
         ("load_kN = '1:1000:1'\nyaw_mrad = '0:0.9:0.001'\nlateral_shift_mm = '0:1:0.1'", "take shorter lists"),
     ],
 )

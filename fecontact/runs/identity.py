@@ -16,7 +16,7 @@ from fecontact.case import Case, case_record
 from fecontact.errors import InputError
 from fecontact.fe.linear_solver import choose_solver
 from fecontact.jobs.store import Origin
-from fecontact.profiles.identity import content_sha256, profile_file
+from fecontact.profiles.identity import content_of, profile_file
 
 _PACKAGE = Path(__file__).parents[1]
 # What solves: a change of it makes stored results those of another version.
@@ -75,13 +75,12 @@ def input_files(case: Case) -> dict[str, dict[str, str]]:
     """Name and sha256 of the profiles that are files, by body; one that cannot be read is left for `solve`."""
     found = {}
     for body, spec in case.profiles.items():
-        path = profile_file(spec)
-        if path is None:
-            continue
         try:
-            found[body] = {"name": path.name, "sha256": content_sha256(path)}
+            file = content_of(spec)
         except OSError:
             continue
+        if file is not None:
+            found[body] = {"name": file[0], "sha256": hashlib.sha256(file[1]).hexdigest()}
     return found
 
 

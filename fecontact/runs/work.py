@@ -16,7 +16,7 @@ from fecontact.errors import InputError
 from fecontact.files import read_json
 from fecontact.jobs.job import Job, Work
 from fecontact.outputs.record import FOUND_INPUTS
-from fecontact.profiles.identity import file_of_identity, profile_file
+from fecontact.profiles.identity import content_of, file_of_identity
 from fecontact.runs.identity import case_id, origin_of, position_id
 
 FIELDS, PROFILES = "fields.npz", "profiles"
@@ -105,10 +105,10 @@ def job_of(case: Case, folder: Path, work: Work, *, label: str = "") -> Job:
 def copy_profiles(case: Case, folder: Path) -> None:
     """Keep the profiles of a case that are files beside its result: without them it could not be judged again."""
     for body, spec in case.profiles.items():
-        if (path := profile_file(spec)) is not None:
-            own = folder / PROFILES / body / path.name
+        if (file := content_of(spec)) is not None:
+            own = folder / PROFILES / body / file[0]
             own.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(path, own)
+            own.write_bytes(file[1])
 
 
 def read_stored(
