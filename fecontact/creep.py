@@ -34,6 +34,8 @@ class Creep:
             "input": Number(
                 label="friction coefficient",
                 help="Coefficient of friction; with it creep forces are evaluated",
+                high=2.0,
+                inclusive=False,
                 remedy="dry steel has 0.3 to 0.6, wet 0.1 to 0.3",
             )
         },

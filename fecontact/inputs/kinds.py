@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from numbers import Real
 from typing import Any
 
-from fecontact.errors import InputError
+from fecontact.errors import EXTREME, LARGEST, SMALLEST, InputError
 from fecontact.inputs.texts import nearest
 
 _TRUTH = {"yes": True, "true": True, "no": False, "false": False}
@@ -107,6 +107,8 @@ class Number:
             return
         given = f"{float(value)!r}" if isinstance(value, float) else f"{value!r}"
         text = f"{self.label} is {' '.join(filter(None, (given, self.unit)))}{self._outside(number)}"
+        if number is not None and math.isinf(self.high) and self.low < number < math.inf:
+            raise InputError("; ".join(filter(None, (text, EXTREME, self.remedy))))
         allowed = self._range(1.0) + (f" {self.unit}" if math.isfinite(self.high) and self.unit else "")
         if self._outside_unit != self.unit and math.isfinite(self.high):
             allowed += f" ({self._range(self.factor)} {self._outside_unit})"
@@ -126,7 +128,8 @@ class Number:
             return False
         if self.inclusive and math.isfinite(self.high):
             return self.low <= number <= self.high
-        return self.low < number < self.high
+        # without a largest one: what is not so large that nothing can be computed with it
+        return self.low < number < self.high and (math.isfinite(self.high) or SMALLEST <= number <= LARGEST)
 
     def _range(self, factor: float) -> str:
         low, high = self.low * factor, self.high * factor

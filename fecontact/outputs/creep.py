@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fecontact.comparison.creep_comparison import CreepComparison, creep_of
 from fecontact.comparison.creep_forces import creep_force, creep_forces, ellipse_patch
 from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.creep import Creep
 from fecontact.geometry.placement import Placement
 from fecontact.material import STEEL, Material
 from fecontact.theory.creep.contact import Creepages, CreepForce, RollingEllipse, friction_warnings
@@ -151,6 +152,8 @@ def ellipse_creep(
         For values out of range, and if a theory that was named does not cover the ellipse or the creepages.
     """
     material = Material(name="both", young_MPa=young_MPa, poisson=poisson)
+    # in the ranges of a case
+    Creep(friction=friction, xi=creepages[0], eta=creepages[1], spin_per_mm=creepages[2])
     contact = RollingEllipse(
         a_mm=a_mm,
         b_mm=b_mm,

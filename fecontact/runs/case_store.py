@@ -34,7 +34,7 @@ from fecontact.profiles.identity import file_of_identity, profile_file
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.runs.identity import case_id, input_files, origin_of, provenance
 from fecontact.solving.meshes import would_be_refined
-from fecontact.solving.position import Progress, hertz_points_of_case
+from fecontact.solving.position import hertz_points_of_case
 from fecontact.solving.solve import CaseResult, Effort, solve
 
 ROW, RESULT, FIELDS, PROFILES = "row.json", "result.json", "fields.npz", "profiles"
@@ -89,15 +89,14 @@ class CaseWork:
         return None if would_be_refined(result.load, result.placement) else result
 
 
-def solve_into_folder(case: Case, folder: Path, *, progress: Progress | None = None) -> CaseResult:
-    """Solve a case and put its files into a folder, as `load` and `judge` read them; other files there stay."""
+def keep_case(result: CaseResult, folder: Path) -> None:
+    """Put the files of a solved case into a folder, as `load` and `judge` read them; other files there stay."""
+    case = result.case
     name = case_id(case)
-    result = solve(case, progress=progress)
     write_case(result, folder, name)
     own = [folder / file for file in _FILES]
     own += [folder / PROFILES / body / file["name"] for body, file in input_files(case).items()]
     write_manifest(folder, own, name, origin_of(case))
-    return result
 
 
 def job_of(case: Case, folder: Path, work: Work, *, label: str = "") -> Job:
