@@ -13,10 +13,10 @@ from typing import Any
 from cyclopts import App, CycloptsError, Group, UnknownOptionError, UnusedCliTokensError
 
 from fecontact import __version__
-from fecontact.case import renamed
 from fecontact.commands import analytic, bodies, results, solving, start
 from fecontact.commands.help import page_of
 from fecontact.errors import FecontactError, InputError
+from fecontact.inputs.texts import renamed
 
 app = App(
     name="fecontact",

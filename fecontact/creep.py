@@ -7,7 +7,7 @@ from typing import Any
 
 from fecontact.errors import InputError
 from fecontact.inputs.kinds import Flag, Number
-from fecontact.inputs.slots import check_inputs
+from fecontact.inputs.slots import by_name, check_inputs
 
 _NO_UNIT = "it is relative to the rolling speed: 0.001 is 0.1 %"
 
@@ -16,6 +16,7 @@ def _creepage(label: str, help: str, **others: Any) -> dict[str, Any]:
     return {"input": Number(label=label, help=help, low=-1.0, high=1.0, remedy=_NO_UNIT, **others)}
 
 
+@by_name
 @dataclass(frozen=True, kw_only=True)
 class Creep:
     """Friction and creepages of the wheel against the rail, at the first touch point; None of all without friction.

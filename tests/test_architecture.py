@@ -48,7 +48,7 @@ ROOMS: dict[str, set[str]] = {
     "commands": {"errors", "files", "inputs", "case", "creep", "criteria", "options", "profiles", "solving"}
     | {"regression", "jobs"}
     | {"outputs", "console", "doctor", "runs"},
-    "cli": {"errors", "case", "commands"},
+    "cli": {"errors", "inputs", "commands"},
     "plot": {"errors", "solving", "outputs"},
     "__init__": {"case", "creep", "criteria", "dimensions", "material", "profiles", "solving", "outputs", "plot"}
     | {"runs"},

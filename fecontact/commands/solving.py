@@ -5,14 +5,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
 
 from cyclopts import Parameter
 
-from fecontact.case import Group
-from fecontact.console import count, log_only, logged, many, print_reasons, say, solving, width
+from fecontact.case import Group, unusual
+from fecontact.console import count, log_only, logged, many, print_reasons, say, solving, tell_notes, width
 from fecontact.options import PANELS, CaseOptions, options_of
 
 _EVERY = options_of(*get_args(Group))
@@ -114,6 +114,7 @@ def solve(
     from fecontact.solving.solve import solve as solve_case
 
     case = options.case()
+    tell_notes(unusual([case]))
     if out is not None:
         prepare_for_case(out, case, force=force)
     with solving() as progress:
@@ -170,6 +171,7 @@ def run(
     settings, loaded = how.settings(), load_study(study, quick=quick)
     prepare_for_study(out, loaded.name, force=how.force)
     with logged(out / f"run{settings.part_suffix}.log"):
+        tell_notes(unusual(loaded.cases))
         with many("cases", quiet=how.quiet) as progress:
             outcome = run_study(loaded, out, settings=settings, progress=progress)
         if not how.quiet:
@@ -256,6 +258,7 @@ def map_(
     loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
     prepare_for_map(out, case, force=how.force)
     with logged(out / f"run{settings.part_suffix}.log"):
+        tell_notes(unusual([replace(case, load_N=load_N) for load_N in loads_N]))
         with many("positions", quiet=how.quiet) as progress:
             outcome = run_map(
                 case, positions, loads_N, out, measure=measure, adaptive=adaptive, settings=settings, progress=progress

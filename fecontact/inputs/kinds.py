@@ -33,6 +33,8 @@ class Number:
         Bounds in the unit inside; without `high`, `low` is 0 and everything above it is allowed.
     symbol
         Sign for the number in an exclusive range.
+    usual
+        Between which bounds it is not worth a note, in the unit inside.
     whole
         Whether it is a whole number.
     parse, show, forms
@@ -52,6 +54,7 @@ class Number:
     high: float = math.inf
     inclusive: bool = True
     symbol: str = ""
+    usual: tuple[float, float] = (-math.inf, math.inf)
     whole: bool = False
     parse: Callable[[str], float] | None = None
     show: Callable[[float], str] | None = None
@@ -76,6 +79,14 @@ class Number:
     def shown(self, value: float) -> str:
         """A value as a user would write it."""
         return self.show(value) if self.show else f"{value * self.factor:.12g}"
+
+    def note(self, value: float) -> str:
+        """What is said of a value that is allowed and not usual, empty for all others."""
+        low, high = self.usual
+        if low <= value <= high:
+            return ""
+        given, bounds = self.shown(value), f"{low * self.factor:g} to {high * self.factor:g}"
+        return f"{self.label} is {given} {self._outside_unit}; usual are {bounds}: {self.remedy}"
 
     def read(self, value: Any) -> float:
         """The number in the unit inside, from what a user wrote in the unit outside.
