@@ -140,7 +140,7 @@ _HOMES = {
 _HOMES_OF_ROOMS = {
     "creep": "runs.analytic.creep",
     "geometry": "outputs.contact_functions.functions_of_case",
-    "map": "runs.map_run.run_map",
+    "map": "runs.run.map_",
 }
 
 

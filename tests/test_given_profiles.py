@@ -18,7 +18,7 @@ from fecontact.profiles.library import load as library_profile
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.writers import points_along
-from fecontact.runs.case_store import PROFILES, read_case, solve_into_folder
+from fecontact.runs.case_store import PROFILES, keep_case, read_case
 from fecontact.runs.identity import case_id, input_files, with_absolute_paths
 
 COARSE = {"resolution": (1.6, 1.3), "refine_degrees_of_freedom": 0}
@@ -111,7 +111,8 @@ def test_a_stored_result_is_judged_without_the_arrays(tmp_path, monkeypatch):
         load_N=20e3,
         **COARSE,
     )
-    solved = solve_into_folder(case, tmp_path / "one")
+    solved = fecontact.solve(case)
+    keep_case(solved, tmp_path / "one")
     again = read_case(tmp_path / "one")
     stored = tmp_path / "one" / PROFILES / "rail" / "R300.csv"
     assert again.case.rail == str(stored)

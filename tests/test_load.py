@@ -25,7 +25,7 @@ from fecontact.outputs.rows import case_row, read_row
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.runs import identity, judging
-from fecontact.runs.case_store import FIELDS, PROFILES, RESULT, ROW, solve_into_folder, write_case
+from fecontact.runs.case_store import FIELDS, PROFILES, RESULT, ROW, keep_case, write_case
 from fecontact.runs.casefile import Study, load_study
 from fecontact.runs.identity import case_id, origin_of
 from fecontact.runs.judging import judge_study
@@ -303,10 +303,11 @@ def test_a_case_solved_into_a_folder_of_another_one_is_read_with_its_own_profile
     draw_nothing(monkeypatch)
     folder = tmp_path / "one"
     first = replace(study_of(tmp_path / "mine").cases[0], resolution=(2.0, 1.8))
-    solve_into_folder(first, folder)
+    keep_case(fecontact.solve(first), folder)
     assert load(folder).placement.rail.profile.name == "head"
     second = replace(first, rail="circle:290")
-    result = solve_into_folder(second, folder)
+    result = fecontact.solve(second)
+    keep_case(result, folder)
     # the copy of the first one's rail is still there, and neither read nor sealed with the second one
     assert (folder / PROFILES / "rail" / "head.toml").is_file()
     same(result, load(folder))

@@ -9,12 +9,12 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from fecontact.case import INPUTS, PARTS, Case, case_with, renamed
+from fecontact.case import INPUTS, PARTS, Case, case_with
 from fecontact.errors import InputError
 from fecontact.files import toml_content
 from fecontact.inputs.kinds import Choice, Names, Number
 from fecontact.inputs.slots import Slot
-from fecontact.inputs.texts import nearest, parse_numbers
+from fecontact.inputs.texts import nearest, parse_numbers, renamed
 
 _INNERMOST = ("rail", "wheel", "load_N", "lateral_shift_mm")
 _MOST_CASES = 100_000
