@@ -30,6 +30,7 @@ from fecontact.comparison.uncertainty import MESH_RATIO, reading_uncertainty
 from fecontact.comparison.verdict import judge
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.rung import Rung
+from fecontact.creep import Creep
 from fecontact.errors import ConvergenceError, InputError, NotEnoughMemory
 from fecontact.files import json_text
 from fecontact.inputs.texts import parse_numbers
@@ -59,7 +60,7 @@ from fecontact.runs.identity import origin_of, position_id
 from fecontact.runs.judging import judge_map
 from fecontact.runs.load import load as load_results
 from fecontact.runs.map_run import run_map
-from fecontact.runs.position_store import position_folder, read_position, write_position
+from fecontact.runs.position_store import judged_position, position_folder, read_position, write_position
 from fecontact.solving.load_sweep import LoadSweep, solve_loads
 from fecontact.solving.position import expect_on_half_space, hertz_of_case, place_case
 from fecontact.solving.stiffness_fit import fit_stiffness
@@ -674,6 +675,28 @@ def test_a_load_that_cannot_be_used_ends_the_search_of_its_position(fails, narro
     assert (open_.low_N, open_.high_N, open_.answer) == (100e3, 150e3, "UNRESOLVED")
 
 
+def test_numbers_of_a_map_come_from_its_workers_alone(tmp_path, monkeypatch):
+    """Their threads are pinned, so that the last digits do not hang on those of the caller."""
+    case = replace(ROUND, creep=Creep(friction=0.3, xi=1e-3))
+
+    def evaluated(*arguments, **more):
+        pytest.fail("evaluated by the process that only writes")
+
+    monkeypatch.setattr(position_store, "read_stored", evaluated)
+    monkeypatch.setattr("fecontact.comparison.creep_comparison._evaluated", evaluated)
+    monkeypatch.setattr("fecontact.outputs.multi_hertz.judge_multi_hertz", evaluated)
+    settings = RunSettings(workers=1)
+    made = run_map(case, [0.0], [50e3], tmp_path, settings=settings, work=PlantedWork).made
+    again = run_map(case, [0.0], [50e3], tmp_path, settings=settings, work=PlantedWork)
+    assert len(again.reused) == 1
+    assert plain(again.made) == plain(made)
+    assert rows_of(tmp_path / "map.csv")[0]["force_verdict"]
+    monkeypatch.undo()
+    fresh = judged_position(next((tmp_path / "positions").iterdir()), criteria=case.criteria, creep=case.creep)
+    (load,) = fresh.forces
+    assert float(rows_of(tmp_path / "map.csv")[0]["fx_fe_N"]) == fresh.forces[load].fe["rolling_half_space"].fx_N
+
+
 @pytest.mark.parametrize("what", ["position", "load", "limit", "refinement"])
 def test_a_position_short_of_memory_anywhere_knows_it(what):
     FakeSweep.short_of_memory.add(what)
@@ -1061,6 +1084,19 @@ class DeadlyWork:
     def __call__(self, folder, finished):
         if self.case.lateral_shift_mm == 0.0:
             os._exit(9)
+        write_position(fake_position(self.case, self.loads_N), self.case, folder, self.name)
+        return False
+
+
+@dataclass(frozen=True)
+class PlantedWork:
+    """What a process can import: a position that is solved as planned."""
+
+    case: Case
+    loads_N: tuple[float, ...]
+    name: str
+
+    def __call__(self, folder, finished):
         write_position(fake_position(self.case, self.loads_N), self.case, folder, self.name)
         return False
 
