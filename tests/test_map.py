@@ -778,7 +778,7 @@ def test_map_files_with_png(run, tmp_path):
     assert float(rows[9]["p_max_deviation_percent"]) == pytest.approx(2.0, abs=0.05)
     assert (rows[-1]["lateral_shift_mm"], rows[-1]["load_kN"], rows[-1]["solved"]) == ("4.0", "150.0", "True")
     record = json.loads((tmp_path / "map.json").read_text("utf-8"))
-    assert record["schema"] == "fecontact/map/3"
+    assert record["schema"] == "fecontact/map/4"
     assert record["criteria"] == json.loads(json_text(asdict(Criteria())))
     assert len(record["cells"]) == len(rows)
     assert record["limits"][2]["F_max_N"] == made.limits[2].F_max_N
@@ -1574,9 +1574,9 @@ def test_a_position_that_cannot_be_judged_is_named_and_no_verdict_is_made_up(two
 
 def test_a_map_of_another_layout_is_refused(run, tmp_path):
     run(tmp_path, [0.0])
-    edited(tmp_path / "map.json", lambda text: text.replace("fecontact/map/3", "fecontact/map/2"))
+    edited(tmp_path / "map.json", lambda text: text.replace("fecontact/map/4", "fecontact/map/2"))
     for read in (fecontact.load, lambda folder: judge_map(folder, Criteria())):
-        with pytest.raises(InputError, match="its layout is not fecontact/map/3"):
+        with pytest.raises(InputError, match="its layout is not fecontact/map/4"):
             read(tmp_path)
 
 

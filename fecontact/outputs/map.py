@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.files import write_json
+from fecontact.files import write_sealed
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
 from fecontact.map.forces import force_limit
@@ -25,7 +25,7 @@ from fecontact.solving.stiffness_fit import fit_stiffness
 Floats = NDArray[np.float64]
 Record = dict[str, Any]
 
-MAP_SCHEMA = "fecontact/map/3"
+MAP_SCHEMA = "fecontact/map/4"
 _FEWEST_LOADS = 3
 
 
@@ -42,7 +42,7 @@ def write_map(
         else:
             # one of other loads would not belong to this map
             (out / "stiffness.csv").unlink(missing_ok=True)
-    write_json(out / f"{name}.json", map_record(made, provenance))
+    write_sealed(out / f"{name}.json", map_record(made, provenance), [out / f"{name}.csv"])
     if not (drawn and made.positions):
         return
     map_figure(made, out / f"{name}.png")

@@ -12,7 +12,7 @@ from fecontact.comparison.verdict import judge
 from fecontact.creep import Creep
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
-from fecontact.files import read_json
+from fecontact.files import broken_seal, read_json
 from fecontact.jobs.store import whole_manifest
 from fecontact.map.cells import ApplicabilityMap, Inferred, LoadLimit, MapCell, MapPosition
 from fecontact.map.load_limit import load_limit
@@ -110,11 +110,18 @@ def stored_study(folder: Path) -> StoredStudy:
     InputError
         If it has another layout.
     """
-    document = read_json(folder / "study.json")
-    rows = document.get("rows") if isinstance(document, Mapping) else None
-    if not isinstance(rows, list) or document.get("schema") != STUDY_SCHEMA:
-        raise InputError(f"{folder / 'study.json'}: its layout is not {STUDY_SCHEMA}; run the study again")
-    return StoredStudy(name=str(document.get("study", "")), rows=tuple(rows))
+    document = _sealed(folder / "study.json", STUDY_SCHEMA, "run the study again")
+    return StoredStudy(name=document["study"], rows=tuple(document["rows"]))
+
+
+def _sealed(path: Path, schema: str, remedy: str) -> Mapping[str, Any]:
+    """A document of a layout as it was written."""
+    document = read_json(path)
+    if not isinstance(document, Mapping) or document.get("schema") != schema:
+        raise InputError(f"{path}: its layout is not {schema}; {remedy}")
+    if problem := broken_seal(path, document):
+        raise InputError(f"{problem}; {remedy}")
+    return document
 
 
 def readable(
@@ -146,9 +153,7 @@ def read_map(
     InputError
         If `map.json` has another layout, or no position of the map can be read.
     """
-    document = read_json(folder / "map.json")
-    if not isinstance(document, Mapping) or document.get("schema") != MAP_SCHEMA:
-        raise InputError(f"{folder / 'map.json'}: its layout is not {MAP_SCHEMA}; make the map again")
+    document = _sealed(folder / "map.json", MAP_SCHEMA, "make the map again")
     names = {shift: name for name, shift in document["provenance"].get("positions", {}).items()}
     folders = {shift: position_folder(folder, name) for shift, name in names.items()}
     problems = {shift: problem for shift, own in folders.items() if (problem := unusable(own))}
