@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 from dataclasses import asdict
+from functools import cache
 from importlib import metadata
 from typing import Any
 
@@ -199,6 +200,7 @@ def _radius_mm(curvature_per_mm: float) -> float | None:
     return 1.0 / curvature_per_mm if abs(curvature_per_mm) > 1e-9 else None
 
 
+@cache
 def versions() -> dict[str, str | None]:
     """Versions of this package, of Python and of the packages that decide about numbers; None where one is absent."""
     found: dict[str, str | None] = {

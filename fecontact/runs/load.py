@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any, TypeVar
 
 from fecontact.case import Case
 from fecontact.comparison.verdict import judge
 from fecontact.creep import Creep
 from fecontact.criteria import Criteria
-from fecontact.errors import InputError
+from fecontact.errors import FecontactError, InputError
 from fecontact.files import broken_seal, read_json
 from fecontact.jobs.store import whole_manifest
 from fecontact.map.cells import ApplicabilityMap, Inferred, LoadLimit, MapCell, MapPosition
@@ -85,7 +85,8 @@ def unusable(folder: Path) -> str | None:
         case = stored_case(folder, read_json(file)["case"])
     except InputError as error:
         return str(error)
-    except (KeyError, TypeError) as error:
+    except Exception as error:
+        # whatever a file that was changed on purpose leads to
         return f"{file}: it has another layout ({type(error).__name__}: {error}); solve it again"
     # the packages, and the solver, of the machine that solved it need not be there for judging it
     made, here = (of.get(SOLVING_SOURCE, "none") for of in (manifest["solved_by"], origin_of(case).solved_by))
@@ -111,7 +112,20 @@ def stored_study(folder: Path) -> StoredStudy:
         If it has another layout.
     """
     document = _sealed(folder / "study.json", STUDY_SCHEMA, "run the study again")
-    return StoredStudy(name=document["study"], rows=tuple(document["rows"]))
+    name, rows = document.get("study"), document.get("rows")
+    if not isinstance(name, str) or not isinstance(rows, list) or not all(map(_is_row, rows)):
+        raise InputError(f"{folder / 'study.json'}: it is no list of rows; run the study again")
+    return StoredStudy(name=name, rows=tuple(rows))
+
+
+def _is_row(row: Any) -> bool:
+    """Whether a row names a case, in a folder of its own, and what came of it."""
+    texts = isinstance(row, Mapping) and isinstance(row.get("id"), str) and isinstance(row.get("status"), str)
+    return texts and _is_name(row["id"])
+
+
+def _is_name(text: Any) -> bool:
+    return isinstance(text, str) and PureWindowsPath(text).name == text not in ("", "..")
 
 
 def _sealed(path: Path, schema: str, remedy: str) -> Mapping[str, Any]:
@@ -154,7 +168,20 @@ def read_map(
         If `map.json` has another layout, or no position of the map can be read.
     """
     document = _sealed(folder / "map.json", MAP_SCHEMA, "make the map again")
-    names = {shift: name for name, shift in document["provenance"].get("positions", {}).items()}
+    try:
+        return _read_map(folder, document, criteria, creep, read)
+    except FecontactError:
+        raise
+    except Exception as error:
+        # whatever a file that was changed on purpose leads to
+        said = f"{type(error).__name__}: {error}"
+        raise InputError(f"{folder / 'map.json'}: it cannot be read ({said}); make the map again") from error
+
+
+def _read_map(
+    folder: Path, document: Mapping[str, Any], criteria: Criteria | None, creep: Creep | None, read: ReadPositions
+) -> tuple[ApplicabilityMap, dict[float, str]]:
+    names = {shift: name for name, shift in document["provenance"].get("positions", {}).items() if _is_name(name)}
     folders = {shift: position_folder(folder, name) for shift, name in names.items()}
     problems = {shift: problem for shift, own in folders.items() if (problem := unusable(own))}
     usable = {shift: own for shift, own in folders.items() if shift not in problems}
