@@ -1,6 +1,7 @@
 """Stored results read back and judged again: the same objects, no finite elements, nothing judged that is not whole."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -18,6 +19,7 @@ from fecontact.cli import call
 from fecontact.comparison.judging import judge_load
 from fecontact.creep import Creep
 from fecontact.errors import InputError
+from fecontact.jobs import workers
 from fecontact.jobs.store import MANIFEST, write_manifest
 from fecontact.outputs.printed_case import print_case
 from fecontact.outputs.record import result_record
@@ -137,6 +139,17 @@ def test_friction_gives_creep_forces_from_stored_fields(elliptic_quick, solved_f
     # the stored case itself stays without, and without friction nothing is told of creepages
     assert load(solved_folder).case == elliptic_quick.case
     assert call(["judge", str(solved_folder), "--xi", "0.001"]) == 2
+
+
+def test_a_verdict_does_not_hang_on_the_threads_of_who_asks(solved_folder, tmp_path, monkeypatch):
+    """Sums over nodes differ in their last digits with the threads of BLAS: all is judged on one, as it was solved."""
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    monkeypatch.setattr(workers, "began_on_one_thread", lambda: False)
+    with workers.evaluators(1, 100) as map_over:
+        assert list(map_over(os.getenv, ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"])) == ["1", "1"]
+    monkeypatch.setattr("fecontact.runs.judging.read_case", lambda *a, **more: pytest.fail("read by the caller"))
+    (row,) = judge_study(solved_folder, Criteria()).rows
+    assert row["verdict"] == "HOLDS"
 
 
 def test_judging_needs_neither_gmsh_nor_finite_elements(solved_folder):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.files import write_json
+from fecontact.files import write_sealed
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
 from fecontact.outputs.force_map import force_map_figure
 from fecontact.outputs.map_figure import map_figure
@@ -38,7 +38,7 @@ def write_map(
         else:
             # one of other loads would not belong to this map
             (out / "stiffness.csv").unlink(missing_ok=True)
-    write_json(out / f"{name}.json", map_record(made, provenance))
+    write_sealed(out / f"{name}.json", map_record(made, provenance), [out / f"{name}.csv"])
     if not (drawn and made.positions):
         return
     map_figure(made, out / f"{name}.png")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import platform
 from dataclasses import asdict
+from functools import cache
 from importlib import metadata
 from typing import Any
 
@@ -193,6 +194,7 @@ def _curvature_record(side: str, curvature: RelativeCurvature) -> Record:
     }
 
 
+@cache
 def versions() -> dict[str, str | None]:
     """Versions of this package, of Python and of the packages that decide about numbers; None where one is absent."""
     found: dict[str, str | None] = {

@@ -189,7 +189,10 @@ def read_row(path: Path) -> Row:
     document = read_json(path)
     if not isinstance(document, Mapping) or document.get("schema") != ROW_SCHEMA:
         raise InputError(f"{path}: no row of the layout {ROW_SCHEMA}; solve the case again")
-    row = document["row"]
+    row = document.get("row")
+    plain = (str, int, float, bool, type(None))
+    if not isinstance(row, Mapping) or not all(isinstance(value, plain) for value in row.values()):
+        raise InputError(f"{path}: it is no row; solve the case again")
     return {key: _NOT_FINITE.get(value, value) if isinstance(value, str) else value for key, value in row.items()}
 
 
