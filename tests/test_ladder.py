@@ -132,10 +132,10 @@ NOTHING = Misfit(**dict.fromkeys(MISFITS, 0.0))
 
 def ladder_of(measures: list[Measures], misfits: list[Misfit] | None = None) -> Ladder:
     names = ("hertz", "half_space_quadratic", "half_space", "fe")
-    return Ladder(
-        rungs=dict(zip(names, measures, strict=True)),
-        misfits=dict(zip(names[1:], misfits or [NOTHING] * 3, strict=True)),
-    )
+    rungs = dict(zip(names, measures, strict=True))
+    beside = dict(zip(names[1:], misfits or [NOTHING] * 3, strict=True))
+    # the elements' own contact is that of the finer nodes
+    return Ladder(rungs=rungs | {"elements": rungs["fe"]}, misfits=beside | {"elements": beside["fe"]})
 
 
 def test_steps_are_the_relative_changes_from_rung_to_rung():
@@ -151,6 +151,7 @@ def test_steps_are_the_relative_changes_from_rung_to_rung():
         "hertz_to_quadratic": (0.01, 0.01),
         "quadratic_to_true_gap": (0.2, 0.19),
         "half_space_to_bodies": (-0.05, -0.05),
+        "elements_to_fe": (0.0, 0.0),
     }
     assert list(ladder.steps) == list(expected)
     for name, (relative, absolute) in expected.items():
@@ -174,8 +175,9 @@ def test_steps_of_one_measure_do_not_touch_the_others():
 def test_a_ladder_is_read_from_its_rungs():
     rung, hertz = quadratic_of(HESSIANS["slender"])
     other, _ = quadratic_of(HESSIANS["circle"])
-    ladder = Ladder.of(hertz, [("half_space_quadratic", rung), ("half_space", other), ("fe", rung)])
-    assert list(ladder.rungs.values()) == [hertz_measures(hertz), *(measures_of(one) for one in (rung, other, rung))]
+    ladder = Ladder.of(hertz, [("half_space_quadratic", rung), ("half_space", other), ("elements", rung), ("fe", rung)])
+    measured = [hertz_measures(hertz), *(measures_of(one) for one in (rung, other, rung, rung))]
+    assert list(ladder.rungs.values()) == measured
     # every step is between rungs that there are
     assert {name for step in STEPS for name in (step.start, step.end)} == set(ladder.rungs)
     assert ladder.misfits["half_space"] == misfit_of(other, hertz)
@@ -320,7 +322,7 @@ def test_hertz_fails_at_the_centred_position(centred):
 
 
 def test_the_gap_explains_the_centred_position(centred):
-    assert list(centred.load.ladder.rungs) == ["hertz", "half_space_quadratic", "half_space", "fe"]
+    assert list(centred.load.ladder.rungs) == ["hertz", "half_space_quadratic", "half_space", "elements", "fe"]
     steps = {name: step["p_max_MPa"] for name, step in centred.load.ladder.steps.items()}
     # Hertz's own gap on as many nodes: measured 0.02 %
     assert abs(steps["hertz_to_quadratic"]) < 5e-4
@@ -328,13 +330,14 @@ def test_the_gap_explains_the_centred_position(centred):
     assert steps["quadratic_to_true_gap"] == pytest.approx(0.29, abs=0.015)
     assert -0.05 < steps["half_space_to_bodies"] < 0.0
     # the whole ladder is the deviation
-    whole = math.prod(1.0 + step for step in steps.values())
+    to_fe = ("hertz_to_quadratic", "quadratic_to_true_gap", "half_space_to_bodies")
+    whole = math.prod(1.0 + steps[name] for name in to_fe)
     assert 1.0 / whole - 1.0 == pytest.approx(centred.comparison.deviation["p_max_MPa"], rel=1e-9)
     assert centred.load.ladder.rungs["hertz"] == centred.comparison.hertz
     assert centred.load.ladder.rungs["fe"] == centred.comparison.fe
     # what is beside Hertz is summed up along the same rungs
     for name in MISFITS:
-        whole = sum(step[name] for step in centred.load.ladder.steps.values())
+        whole = sum(centred.load.ladder.steps[step][name] for step in to_fe)
         assert whole == pytest.approx(centred.comparison.deviation[name], abs=1e-12)
 
 
@@ -507,5 +510,7 @@ def test_a_conforming_pair_is_called_conforming():
         placement.first.curvature.hessian, normal_force_N=91_840.0, contact_modulus_MPa=CONFORMAL_E
     )
     quadratic = quadratic_rung(placement.first, equal, half=True)
-    ladder = Ladder.of(equal, [("half_space_quadratic", quadratic), ("half_space", rung), ("fe", rung)])
+    ladder = Ladder.of(
+        equal, [("half_space_quadratic", quadratic), *((name, rung) for name in ("half_space", "elements", "fe"))]
+    )
     assert cause_of(ladder.steps, "p_max_MPa", geometry) == "conformity"

@@ -6,6 +6,7 @@ bit.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -85,7 +86,15 @@ def solved_from_record(record: Mapping[str, Any], arrays: Mapping[str, NDArray[n
     return SolvedLoad(
         case=case,
         levels=tuple(
-            Level(**{**level, **{name: rung(level[name]) for name in LEVEL_RUNGS}}) for level in record["levels"]
+            Level(
+                **{
+                    **level,
+                    **{name: rung(level[name]) for name in LEVEL_RUNGS},
+                    # what is no number is none in JSON
+                    "compliance_error": math.nan if level["compliance_error"] is None else level["compliance_error"],
+                }
+            )
+            for level in record["levels"]
         ),
         half_space=rung(record["half_space"]),
         turned=record["turned"] and rung(record["turned"]),

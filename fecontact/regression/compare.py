@@ -160,8 +160,8 @@ def compare_tables(
         baseline, new = matched_by(baseline, columns_of_match, new), matched_by(new, columns_of_match, baseline)
     common = _common_cases(baseline, new, matched=bool(match))
     extra = _only_compared(new.columns, baseline.columns, tolerances)
-    # a baseline that has one of them knows them all
-    later = () if any(name.startswith(LATER) for name in baseline.columns) else LATER
+    # a baseline that has one column of a kind knows them all
+    later = tuple(kind for kind in LATER if not any(name.startswith(kind) for name in baseline.columns))
     _check_columns(tolerances, baseline, new)
     shared = [name for name in baseline.columns if name in new.columns]
     columns = [_compare_column(name, baseline, new, common, tolerances) for name in shared]

@@ -86,7 +86,7 @@ KINDS: Mapping[str, Tolerance] = MappingProxyType(
 TEXT = "text"
 """Kind of a column that is compared letter by letter."""
 
-LATER = ("multi_hertz_", "elements_")
+LATER = ("multi_hertz_", "of_elements_")
 """Columns that begin like this are no difference where the baseline is older than they are, and are named."""
 
 EFFORT = "effort"
@@ -147,7 +147,7 @@ _NAMED: Mapping[str, str] = {
 # The first that fits; what stands before a unit goes before the unit alone.
 _PATTERNS = (
     # of coarse nodes: what is read moves with the places of single ones
-    (r"^elements_.*_uncertainty_percent$", "uncertainty"),
+    (r"^of_elements_.*_uncertainty_percent$", "uncertainty"),
     (r"p_max_(step_bodies_)?uncertainty_percent$", "uncertainty of a pressure"),
     (r"_uncertainty_percent$", "uncertainty"),
     (r"p_max_(deviation|step_true_gap|step_bodies)_percent$", "percent of a pressure"),
