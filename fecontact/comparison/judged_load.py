@@ -7,10 +7,12 @@ again in milliseconds, with other criteria or by other readings.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from typing import Literal
+
+import numpy as np
 
 from fecontact.case import Case
 from fecontact.comparison.cause import PatchGeometry, cause_of, patch_geometry
@@ -27,10 +29,11 @@ from fecontact.comparison.measures import (
     misfit_of,
     patch_of,
 )
+from fecontact.comparison.patch import lobe_columns
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.uncertainty import elements_uncertainty, step_uncertainty, uncertainty
 from fecontact.comparison.verdict import AT_JUNCTION, ELEMENTS, FROM_BEST, PROFILE, Verdict, judge
-from fecontact.comparison.warnings import junction_warnings, yield_warnings
+from fecontact.comparison.warnings import junction_warnings, slide_warnings, yield_warnings
 from fecontact.contact.elements import COMPLIANCE_LIMIT
 from fecontact.contact.rung import Rung, misfit
 from fecontact.geometry.placement import Placement
@@ -39,6 +42,8 @@ from fecontact.theory.hertz import HertzContact, hertz_from_hessian
 from fecontact.theory.touch_hertz import Side, sides
 
 Status = Literal["converged", "not converged", "patch at the edge of the fine mesh", "elements too soft or too stiff"]
+# Of the peak between two lobes, or of the patch's width between two patches: less is little.
+_LITTLE = 0.1
 # The elements' own contact may be so many times as far from that of the finer nodes as both are unsure.
 _APART = 2.0
 ELEMENTS_OFF: Status = "elements too soft or too stiff"
@@ -61,6 +66,8 @@ class Level:
         As `fe`, with another idea of what of the opening is the elements' and what the bodies'.
     compliance_error
         By how much the elements are softer than their material, far from a unit pressure; NaN where it is not seen.
+    slide_mm
+        How far the wheel goes along the rail under the load, where the surface is steep.
     degrees_of_freedom, elements
         Of rail and wheel.
     enlarged, at_edge
@@ -75,6 +82,7 @@ class Level:
     elements: Mapping[str, int]
     enlarged: int
     at_edge: bool
+    slide_mm: float = 0.0
 
     @property
     def rungs(self) -> dict[str, Rung]:
@@ -292,6 +300,7 @@ def judge_load(solved: SolvedLoad, placement: Placement) -> JudgedLoad:
         warnings=(
             *junction_warnings([(side.side, side.verdict, side.deviation) for side in judged]),
             *solved.limits,
+            *slide_warnings(finest.slide_mm, comparison),
             *yield_warnings(solved.case, comparison),
         ),
     )
@@ -333,6 +342,7 @@ def uncertainties(
     """Uncertainty of each deviation, where meshes tell it; `read` reads all measures off a rung."""
     finest = levels[0]
     measured, otherwise = [read(level.fe) for level in levels], read(finest.otherwise)
+    parting, shared = patches_just_part(level.fe for level in levels), patch_of(finest.fe).pieces > 1
     found = {}
     for name in deviation:
         values = [one[name] for one in measured]
@@ -342,11 +352,30 @@ def uncertainties(
             otherwise=otherwise[name],
             residual=finest.fe.residual,
             compliance_error=finest.compliance_error,
+            parting=parting,
+            shared=shared,
         )
         if known is not None:
             # of (Hertz - FE) / FE, from that of the finite-element measure
             found[name] = known * abs(1.0 + deviation[name]) if name in MEASURES else known
     return found
+
+
+def patches_just_part(rungs: Iterable[Rung]) -> bool:
+    """Whether on any mesh two lobes hang together by little pressure, or patches lie apart by little."""
+    return any(_just_parts(rung) for rung in rungs)
+
+
+def _just_parts(rung: Rung) -> bool:
+    ridge = rung.pressure_MPa.max(axis=0)
+    below = np.flatnonzero(ridge)
+    columns = lobe_columns(rung.pressure.whole().values)
+    if len(columns) == 1:
+        return False
+    # between two lobes either the pressure that is left there, or the surface that is free
+    least = min(float(ridge[own.start]) for own in columns[1:])
+    free = int(np.diff(below).max()) - 1
+    return least < _LITTLE * float(ridge.max()) and free < _LITTLE * below.size
 
 
 def _read(rung: Rung, hertz: HertzContact) -> dict[str, float]:
@@ -425,6 +454,7 @@ def _bodies_step_uncertainty(solved: SolvedLoad, hertz: HertzContact) -> dict[st
     finest = solved.levels[0]
     on_half_space, otherwise = _on_each([solved.half_space], hertz), _on_each([finest.otherwise], hertz)
     turned = on_half_space if solved.turned is None else _on_each([solved.turned], hertz)
+    parting, shared = patches_just_part(level.fe for level in solved.levels), patch_of(finest.fe).pieces > 1
     found = {}
     for name, values in _on_each([level.fe for level in solved.levels], hertz).items():
         if FLOORS[name] is not None:
@@ -436,6 +466,8 @@ def _bodies_step_uncertainty(solved: SolvedLoad, hertz: HertzContact) -> dict[st
                 otherwise=otherwise[name][0],
                 residual=finest.fe.residual,
                 compliance_error=finest.compliance_error,
+                parting=parting,
+                shared=shared,
             )
             found[name] = abs(ratio) * (of_meshes + abs(turned[name][0] - flat) / size)
     return found

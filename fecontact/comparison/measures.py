@@ -101,7 +101,7 @@ class Misfit:
     """
 
     centre_over_b: float = _misfit(
-        lambda patch, rung, hertz: patch.centre_y_mm / (0.5 * hertz.extent_y_mm), floor=0.0003, cut_planes=0.0015
+        lambda patch, rung, hertz: patch.centre_y_mm / (0.5 * hertz.extent_y_mm), floor=0.0003, cut_planes=0.004
     )
     valley: float = _misfit(lambda patch, rung, hertz: patch.valley, floor=0.0005, cut_planes=0.001)
     separate_load: float = _misfit(lambda patch, rung, hertz: patch.separate_load, floor=0.00005, cut_planes=0.0)

@@ -46,6 +46,7 @@ def solved_record(solved: SolvedLoad, arrays: Arrays, prefix: str = "") -> Recor
                 "degrees_of_freedom": dict(level.degrees_of_freedom),
                 "elements": dict(level.elements),
                 "enlarged": level.enlarged,
+                "slide_mm": level.slide_mm,
                 "at_edge": level.at_edge,
             }
             for k, level in enumerate(solved.levels)
