@@ -37,7 +37,7 @@ The story, step by step:
 5. Ladder: what each step from Hertz to the finite elements moves; all rungs carry the same force.
 
     >>> [name for name in result.load.ladder.rungs]
-    ['hertz', 'half_space_quadratic', 'half_space', 'fe']
+    ['hertz', 'half_space_quadratic', 'half_space', 'elements', 'fe']
     >>> abs(result.load.ladder.steps["half_space_to_bodies"]["p_max_MPa"]) < 0.02
     True
 

@@ -88,6 +88,7 @@ def load_record(load: JudgedLoad) -> Record:
         "steps": load.ladder.steps,
         "bodies_step_uncertainty": {name: float(value) for name, value in load.bodies_step_uncertainty.items()},
         "geometry": asdict(load.geometry),
+        "slide_mm": load.level.slide_mm,
         "verdict": {
             "verdict": load.verdict.answer,
             "measure": load.verdict.measure,

@@ -52,6 +52,7 @@ def solved_record(solved: SolvedLoad, arrays: Arrays, prefix: str = "") -> Recor
                 "degrees_of_freedom": dict(level.degrees_of_freedom),
                 "elements": dict(level.elements),
                 "enlarged": level.enlarged,
+                "slide_mm": level.slide_mm,
                 "at_edge": level.at_edge,
             }
             for k, level in enumerate(solved.levels)
@@ -92,7 +93,15 @@ def solved_from_record(record: Mapping[str, Any], arrays: Mapping[str, NDArray[n
     return SolvedLoad(
         case=case,
         levels=tuple(
-            Level(**{**level, **{name: rung(level[name]) for name in LEVEL_RUNGS}}) for level in record["levels"]
+            Level(
+                **{
+                    **level,
+                    **{name: rung(level[name]) for name in LEVEL_RUNGS},
+                    # what is no number is none in JSON
+                    "compliance_error": math.nan if level["compliance_error"] is None else level["compliance_error"],
+                }
+            )
+            for level in record["levels"]
         ),
         half_space=rung(record["half_space"]),
         turned=record["turned"] and rung(record["turned"]),
