@@ -24,7 +24,8 @@ Surfaces that touch along x = 0 and stay together beside it thus ask for two sum
 and the force is (pi / 2) sum h c q. (4) is solved for q and d by Newton's method on the strips in contact. (5) says
 little about differences of c between strips nearer to each other than they are long: once a sweep c is multiplied by
 the 0.6th power of a mean of 2 pi E* A / sum, weighted by force and J / u^2, the sum as it will be after Newton's step.
-A sweep needs one evaluation of K and E. By the arithmetic-geometric mean (AGM) of u and |e|, with differences c_k (c_0^2 = q):
+A sweep needs one evaluation of K and E. By the arithmetic-geometric mean (AGM) of u and |e|, with differences c_k
+(c_0^2 = q):
 
     K / u = pi / (2 AGM(u, |e|)),    J = (K / u) (q + 2 c_1^2 + 4 c_2^2 + 8 c_3^2 + ...).                         (6)
 
@@ -36,8 +37,13 @@ Where lobes lie in planes of their own, t counts along the surface and f along t
 turned by the angle g against it closes by cos(g) (d - f), so that the right sides of (4) and (5) and the force have a
 factor cos(g).
 
-Range: half-spaces, no friction, no yaw; any number of lobes, grown together or apart. What a lobe opens at another in a
-plane of its own counts as in one plane, to the cosine of the angle between them.
+Range: half-spaces, no friction, no yaw; any number of lobes, grown together or apart. What a lobe opens at another in
+a plane of its own counts as in one plane, to the cosine of the angle between them.
+
+Measured: on constant curvature 100 strips are within 0.3 % of Hertz in peak, area, half-widths and approach for a/b
+from 0.1 to 4.5; at 10 the half-length is 1.1 % and the approach 0.6 % off. Against a half-space solved by FFT on the
+same gap the peak is within 0.1 % at junctions of curvatures and between two lobes; on real pairs see
+studies/15_cheaper_than_finite_elements.py.
 
 The idea of strips with a contact condition on the line x = 0 is Knothe and Le The's (1984); condition (5) in this
 closed form, which lets c vary across, and the sweeps are this module's.
@@ -69,7 +75,7 @@ _FEWEST = 8
 _MARGIN = 0.04
 _REGRIDS = 6
 # Places of the line beside the strips at which an overlap is looked for, and the least one over the approach.
-_LOOKED_AT = 100
+_LOOKED_AT = 30
 _OVERLAP = 1e-3
 
 
@@ -166,19 +172,22 @@ def influence(q: Floats, distance2: Floats, h: Floats) -> tuple[Floats, Floats, 
 def _off_strip(q: Floats, distance2: Floats) -> tuple[Floats, Floats, Floats]:
     """u^2, dJ/dq and J by (6); not for the distance 0."""
     u2 = distance2 + q
-    high, low = np.sqrt(u2), np.sqrt(distance2)
-    total = np.empty_like(u2)
-    total[...] = q
-    for power in range(1, _AGM_STEPS + 1):
-        difference = high - low
-        low = np.sqrt(high * low)
-        high = high - 0.5 * difference
-        # 2^k c_k^2 with c_k half the difference
-        total += (0.25 * 2.0**power) * difference**2
-    difference = high - low
-    total += (0.5 * 2.0**_AGM_STEPS) * difference**2
-    slope = (0.5 * np.pi) / (high - 0.5 * difference)
-    return u2, slope, slope * total
+    high, low, half = np.sqrt(u2), np.sqrt(distance2), np.empty_like(u2)
+    total = np.broadcast_to(q, u2.shape).copy()
+    # in place: most of a sweep's time is here
+    for power in range(1, _AGM_STEPS + 2):
+        np.subtract(high, low, out=half)
+        half *= 0.5
+        if power <= _AGM_STEPS:
+            low *= high
+            np.sqrt(low, out=low)
+        high -= half
+        half *= half
+        half *= 2.0**power
+        total += half
+    slope = np.divide(0.5 * np.pi, high, out=high)
+    total *= slope
+    return u2, slope, total
 
 
 @dataclass(frozen=True, kw_only=True)
