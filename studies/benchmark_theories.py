@@ -1,7 +1,7 @@
 """What a call of each theory of the normal contact costs, beside the half-space's.
 
 S1002 on 60E1 1:40 at 0.25 mm (two lobes grown together) under 100 kN, gap line in steps of 0.02 mm, which is made
-before. Wall time a call under a given force and at a given approach, the best of several rounds, on one thread. The
+before. CPU time a call under a given force and at a given approach, the best of several rounds, on one thread. The
 strips also from a contact under 95 % of the force, as a vehicle code has it from the step before.
 
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python studies/benchmark_theories.py
@@ -31,15 +31,15 @@ ROUNDS, ROUND_S = 5, 0.1
 
 
 def milliseconds(call: Callable[[], object]) -> float:
-    """Wall milliseconds of a call: the least mean of some rounds."""
+    """CPU milliseconds of a call: the least mean of some rounds."""
     call()
     best = float("inf")
     for _ in range(ROUNDS):
-        count, begun = 0, time.perf_counter()
-        while time.perf_counter() - begun < ROUND_S:
+        count, begun = 0, time.process_time()
+        while time.process_time() - begun < ROUND_S:
             call()
             count += 1
-        best = min(best, (time.perf_counter() - begun) / count)
+        best = min(best, (time.process_time() - begun) / count)
     return 1e3 * best
 
 

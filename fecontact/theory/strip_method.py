@@ -371,7 +371,8 @@ def _overlapping(line: _Line, found: Strips) -> list[Span]:
     places = np.flatnonzero(near & beside)
     if places.size == 0:
         return []
-    places = places[:: max(1, places.size // _LOOKED_AT)]
+    stride = max(1, places.size // _LOOKED_AT)
+    places = places[::stride]
     loaded = found.q > 0.0
     _, _, J = _off_strip(found.q[loaded], (line.t[places, None] - found.t[loaded]) ** 2)
     opening = J @ (found.h * found.c)[loaded] / (np.pi * line.E)
@@ -380,5 +381,5 @@ def _overlapping(line: _Line, found: Strips) -> list[Span]:
         return []
     wanted = np.zeros(line.t.size, dtype=bool)
     for place in places[over]:
-        wanted[max(0, place - 1) : place + 2] = True
+        wanted[max(0, place - stride) : place + stride + 1] = True
     return _runs(line, wanted)
