@@ -28,7 +28,7 @@ from fecontact.comparison.solved_load import (
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES, Loaded
 from fecontact.comparison.uncertainty import step_uncertainty
 from fecontact.comparison.verdict import AT_JUNCTION, ELEMENTS, FROM_BEST, PROFILE, Verdict, judge
-from fecontact.comparison.warnings import junction_warnings, yield_warnings
+from fecontact.comparison.warnings import junction_warnings, slide_warnings, yield_warnings
 from fecontact.geometry.placement import Placement
 
 
