@@ -80,8 +80,8 @@ if TYPE_CHECKING:
     from fecontact.criteria import Criteria
     from fecontact.dimensions import BodySize, Track
     from fecontact.material import Material
-    from fecontact.outputs.dataset import mesh
-    from fecontact.outputs.rows import rows
+    from fecontact.outputs.meshes.dataset import mesh
+    from fecontact.outputs.records.rows import rows
     from fecontact.profiles.given import profile
     from fecontact.profiles.reading import Reading
     from fecontact.runs.analytic import creep, hertz
@@ -130,16 +130,16 @@ _HOMES = {
     "hertz": "runs.analytic.hertz",
     "judge": "runs.judging.judge",
     "load": "runs.load.load",
-    "mesh": "outputs.dataset.mesh",
+    "mesh": "outputs.meshes.dataset.mesh",
     "profile": "profiles.given.profile",
     "place": "solving.preview.preview",
-    "rows": "outputs.rows.rows",
+    "rows": "outputs.records.rows.rows",
     "run": "runs.run.run",
     "solve": "solving.solve.solve",
 }
 _HOMES_OF_ROOMS = {
     "creep": "runs.analytic.creep",
-    "geometry": "outputs.contact_functions.functions_of_case",
+    "geometry": "outputs.records.contact_functions.functions_of_case",
     "map": "runs.run.map_",
 }
 

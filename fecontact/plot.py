@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal, get_args
 
 from fecontact.errors import InputError
-from fecontact.outputs.case_figure import draw_case
-from fecontact.outputs.pressure_map import draw_pressure
+from fecontact.outputs.figures.case import draw_case
+from fecontact.outputs.figures.pressure import draw_pressure
 from fecontact.solving.solve import CaseResult
 
 if TYPE_CHECKING:

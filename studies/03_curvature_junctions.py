@@ -138,7 +138,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
 
 def figure(found: Series, path: Path) -> None:
     """Error of Hertz's peak pressure, and the worst measure, over the distance from the junction."""
-    from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, plain_log, save_figure
+    from fecontact.outputs.figures.style import MARKS, SERIES, blank_figure, finish, plain_log, save_figure
 
     picture = blank_figure(8.0, 7.0)
     above, below = picture.subplots(2, 1, sharex=True)

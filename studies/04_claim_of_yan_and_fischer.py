@@ -92,7 +92,7 @@ def best_threshold(values: np.ndarray, fails: np.ndarray) -> tuple[float, int]:
 
 def figure(rows: list[dict[str, Any]], path: Path) -> None:
     """The worst measure over the distance to the next junction."""
-    from fecontact.outputs.style import (
+    from fecontact.outputs.figures.style import (
         ANSWER_MARKS,
         ANSWERS,
         blank_figure,

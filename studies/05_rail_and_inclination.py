@@ -90,7 +90,7 @@ def _verdicts(rows: list[dict[str, Any]]) -> str:
 
 def figure(rows: list[dict[str, Any]], path: Path) -> None:
     """Both steps of the peak pressure over the lateral shift, one column a pair."""
-    from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, save_figure
+    from fecontact.outputs.figures.style import MARKS, SERIES, blank_figure, finish, legend_beside, save_figure
 
     loads = sorted({float(row["load_kN"]) for row in rows})
     pairs = list(dict.fromkeys(pair_of(row) for row in rows))

@@ -22,7 +22,7 @@ from typing import Any
 
 from fecontact.case import BodySize, Case, Track
 from fecontact.material import STEEL, contact_modulus_MPa
-from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, save_figure
+from fecontact.outputs.figures.style import MARKS, SERIES, blank_figure, finish, save_figure
 from fecontact.regression.checks import Check, discretisation_check, hertz_check
 from fecontact.solving.position import hertz_of_case, place_case
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.material import STEEL
-from fecontact.outputs.style import RAIL, WHEEL, blank_figure, finish, save_figure
+from fecontact.outputs.figures.style import RAIL, WHEEL, blank_figure, finish, save_figure
 from fecontact.regression.checks import Check
 from fecontact.solving.position import hertz_of_case, place_case
 from fecontact.theory.axis_stress import VonMisesPeak, first_yield_p0_MPa, von_mises_peak

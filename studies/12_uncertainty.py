@@ -33,9 +33,8 @@ from fecontact.contact.rung import Rung
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.fe.fine_zone import FineZone
 from fecontact.geometry.placement import Placement
-from fecontact.outputs.measure_words import WORDS
-from fecontact.outputs.rows import deviation_column
-from fecontact.outputs.style import SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
+from fecontact.outputs.figures.style import SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
+from fecontact.outputs.words.measures import WORDS, deviation_column
 from fecontact.regression.checks import Check
 from fecontact.solving.coupled_mesh import CoupledProblem, couple, coupled_problem, grid_over
 from fecontact.solving.position import Clock, place_case, true_gap_of_case

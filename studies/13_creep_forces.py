@@ -32,7 +32,7 @@ from fecontact.comparison.judgement import FORCE, Judgement
 from fecontact.comparison.measures import patch_of
 from fecontact.creep import Creep
 from fecontact.errors import FecontactError
-from fecontact.outputs.style import FE, HERTZ, blank_figure, finish, legend_beside, save_figure
+from fecontact.outputs.figures.style import FE, HERTZ, blank_figure, finish, legend_beside, save_figure
 from fecontact.regression.checks import Check
 from fecontact.solving.solve import CaseResult
 from fecontact.theory.creep.contact import Creepages, pair_constants

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
+from fecontact.outputs.figures.style import MARKS, SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
 from fecontact.regression.checks import Check

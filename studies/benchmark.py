@@ -176,7 +176,15 @@ def report(rows: list[dict[str, Any]], multigrid: list[dict[str, Any]], forms: d
 
 def figure(rows: list[dict[str, Any]], multigrid: list[dict[str, Any]], path: Path) -> None:
     """Errors against CPU seconds."""
-    from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
+    from fecontact.outputs.figures.style import (
+        MARKS,
+        SERIES,
+        blank_figure,
+        finish,
+        legend_beside,
+        plain_log,
+        save_figure,
+    )
 
     picture = blank_figure(9.0, 4.6)
     axes = picture.add_subplot()

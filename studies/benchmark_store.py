@@ -20,7 +20,7 @@ from typing import Any
 
 from fecontact.case import Case
 from fecontact.jobs.workers import Crew
-from fecontact.outputs.rows import read_row, write_row
+from fecontact.outputs.records.rows import read_row, write_row
 from fecontact.runs.case_store import FIELDS, RESULT, ROW, write_case
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id

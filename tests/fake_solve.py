@@ -19,7 +19,7 @@ from fecontact.comparison.verdict import judge
 from fecontact.errors import ConvergenceError, NotEnoughMemory
 from fecontact.files import read_json, write_json, write_text
 from fecontact.map.position import failed_position
-from fecontact.outputs.rows import deviation_columns, input_columns, write_row
+from fecontact.outputs.records.rows import deviation_columns, input_columns, write_row
 from fecontact.runs.case_store import RESULT, ROW
 from fecontact.runs.identity import provenance
 from fecontact.runs.position_store import write_position

@@ -7,7 +7,7 @@ import pytest
 
 def draw_nothing(patch: pytest.MonkeyPatch, *, of_studies: bool = False) -> None:
     """Leave out the pictures of cases and reports, and those of studies if they are not asked for."""
-    patch.setattr("fecontact.outputs.case_figure.case_figure", _empty_files)
+    patch.setattr("fecontact.outputs.figures.case.case_figure", _empty_files)
     patch.setattr("fecontact.runs.study.report_study", lambda study, rows, out, criteria, conclusion: None)
     if not of_studies:
         patch.setattr("fecontact.runs.study.study_figures", lambda rows, out, rail, criteria: ())

@@ -129,6 +129,16 @@ def test_no_arrow_goes_upwards():
     TopologicalSorter({module: imported(module)[0] for module in MODULES}).prepare()
 
 
+def test_the_folders_of_outputs_have_no_circle():
+    uses: dict[str, set[str]] = {}
+    for module in [module for module in MODULES if module.startswith("outputs.")]:
+        folder = module.split(".")[1]
+        others = {other.split(".")[1] for other in imported(module)[0] if other.startswith("outputs.")}
+        uses.setdefault(folder, set()).update(others - {folder})
+    TopologicalSorter(uses).prepare()
+    assert len(uses) > 5
+
+
 def test_no_module_takes_what_another_keeps_for_itself():
     for module, path in MODULES.items():
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
@@ -209,7 +219,12 @@ def test_the_digests_see_all_that_decides_about_a_result():
     for module in ("solving.solve", "solving.load_sweep", "map.position"):
         for other in {module, *reachable(module)}:
             assert within(other, (*SOLVING, *EVALUATING, *told)), other
-    for module in ("comparison.judged_load", "outputs.rows", "outputs.record", "outputs.stored"):
+    for module in (
+        "comparison.judged_load",
+        "outputs.records.rows",
+        "outputs.records.results",
+        "outputs.records.stored",
+    ):
         for other in {module, *reachable(module)}:
             assert within(other, (*SOLVING, *EVALUATING, *told)), other
     assert all((PACKAGE / part).exists() for part in (*SOLVING, *EVALUATING))

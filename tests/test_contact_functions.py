@@ -14,7 +14,8 @@ from fecontact.cli import call
 from fecontact.geometry.contact_functions import contact_functions, harmonic_conicity, rolling_radius_difference_mm
 from fecontact.geometry.placement import pair_of
 from fecontact.geometry.wheelset import Wheelset
-from fecontact.outputs.contact_functions import functions_of_case, functions_record, print_functions
+from fecontact.outputs.records.contact_functions import functions_of_case, functions_record
+from fecontact.outputs.terminal.contact_functions import print_functions
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Line
 from fecontact.profiles.shapes import circular_rail_head

@@ -27,7 +27,7 @@ from fecontact.contact.rung import Rung
 from fecontact.creep import Creep
 from fecontact.errors import InputError
 from fecontact.geometry.placement import Placement
-from fecontact.outputs.creep import creep_columns, creep_record
+from fecontact.outputs.records.creep import creep_columns, creep_record
 from fecontact.runs.identity import case_id, origin_of
 from fecontact.solving.position import hertz_of_case, place_case
 from fecontact.solving.solve import solve

@@ -11,7 +11,7 @@ import pytest
 import fecontact
 from fecontact.case import Case, case_from_record, case_record
 from fecontact.errors import InputError
-from fecontact.outputs.rows import case_row
+from fecontact.outputs.records.rows import case_row
 from fecontact.profiles.given import GivenProfile
 from fecontact.profiles.identity import profile_identity
 from fecontact.profiles.library import load as library_profile
@@ -97,7 +97,7 @@ def draw_nothing(monkeypatch):
         for ending in (".png", ".svg"):
             path.with_suffix(ending).write_bytes(b"")
 
-    monkeypatch.setattr("fecontact.outputs.case_figure.case_figure", empty)
+    monkeypatch.setattr("fecontact.outputs.figures.case.case_figure", empty)
 
 
 def test_a_stored_result_is_judged_without_the_arrays(tmp_path, monkeypatch):

@@ -21,9 +21,9 @@ from fecontact.creep import Creep
 from fecontact.errors import InputError
 from fecontact.jobs import workers
 from fecontact.jobs.store import MANIFEST, write_manifest
-from fecontact.outputs.printed_case import print_case
-from fecontact.outputs.record import result_record
-from fecontact.outputs.rows import case_row, read_row
+from fecontact.outputs.records.results import result_record
+from fecontact.outputs.records.rows import case_row, read_row
+from fecontact.outputs.terminal.case import print_case
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.runs import identity, judging

@@ -44,12 +44,12 @@ from fecontact.jobs.workers import Crew
 from fecontact.map.cells import ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition
 from fecontact.map.load_limit import KnownLoad, known_loads, load_limit, next_load
 from fecontact.map.position import solve_position
-from fecontact.outputs.map import cell_record, limit_record, map_record
-from fecontact.outputs.map_figure import CAUSE_LETTERS, map_figure
-from fecontact.outputs.map_report import write_map_report
-from fecontact.outputs.map_table import limit_text, map_table
-from fecontact.outputs.rows import MEASURED_COLUMNS, cell_row, load_row
-from fecontact.outputs.stored import (
+from fecontact.outputs.maps.figure import map_figure
+from fecontact.outputs.maps.table import map_table
+from fecontact.outputs.maps.verdicts import CAUSE_LETTERS, limit_text, verdict_view
+from fecontact.outputs.records.map import cell_record, limit_record, map_record
+from fecontact.outputs.records.rows import MEASURED_COLUMNS, cell_row, load_row
+from fecontact.outputs.records.stored import (
     placement_from_record,
     placement_record,
     read_arrays,
@@ -57,6 +57,7 @@ from fecontact.outputs.stored import (
     solved_record,
     write_arrays,
 )
+from fecontact.outputs.reports.map import write_map_report
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.runs import position_store
 from fecontact.runs.identity import origin_of, position_id
@@ -530,7 +531,7 @@ def _as_new(request, monkeypatch):
     monkeypatch.setattr(FakeSweep, "short_of_memory", set())
     monkeypatch.setattr(FakeSweep, "open", 0)
     if "png" not in request.node.name:
-        monkeypatch.setattr("fecontact.outputs.map.map_figure", no_figure)
+        monkeypatch.setattr("fecontact.outputs.maps.files.map_figure", no_figure)
     monkeypatch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
     monkeypatch.setattr("fecontact.runs.judging.write_map_report", no_figure)
 
@@ -572,7 +573,7 @@ def stored_map(out, shifts=SHIFTS):
     """Folder of a map, and the map."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(position_store, "solve_position", fake_position)
-        patch.setattr("fecontact.outputs.map.map_figure", no_figure)
+        patch.setattr("fecontact.outputs.maps.files.map_figure", no_figure)
         patch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
         return out, fake_run(out, shifts).made
 
@@ -851,7 +852,7 @@ def test_stiffness_of_each_position_over_its_loads(kept):
 
 def test_map_of_one_cell_is_drawn_as_png(tmp_path):
     made = fresh_map([0.0], [100e3])
-    assert map_figure(made, tmp_path / "one.png").stat().st_size > 0
+    assert map_figure(verdict_view(made), tmp_path / "one.png").stat().st_size > 0
     (limit,) = map_record(made)["limits"]
     assert limit["intervals"] == [{"low_N": 100e3, "high_N": 100e3, "answer": "HOLDS"}]
     assert (limit["F_max_N"], limit["reason"]) == (None, None)
@@ -861,7 +862,7 @@ def test_map_of_one_cell_is_drawn_as_png(tmp_path):
 
 
 def test_map_table_has_a_line_for_each_position(fresh):
-    lines = map_table(fresh).splitlines()
+    lines = map_table(verdict_view(fresh)).splitlines()
     assert len(lines) == 11
     assert lines[2].endswith("+   +3.0   holds 10 to 150 kN")
     assert lines[3].endswith("xp  +6.0   holds 10 to 118.4, open 118.4 to 129.8, fails 129.8 to 150 kN")
@@ -876,8 +877,8 @@ def test_map_table_has_a_line_for_each_position(fresh):
 
 @pytest.mark.parametrize("width", [120, 80, 60])
 def test_map_table_fits_a_terminal(fresh, width):
-    wide = map_table(fresh)
-    lines = map_table(fresh, width=width).splitlines()
+    wide = map_table(verdict_view(fresh))
+    lines = map_table(verdict_view(fresh), width=width).splitlines()
     assert max(map(len, lines)) <= width
     # every cell and every limit is still there, once
     cells = [part for line in wide.splitlines()[1:8] for part in line.split("  ") if part.strip()[:1] in "+x?!"]
@@ -899,7 +900,9 @@ def test_the_table_shows_the_measure_that_decided(measure, letter, answer, mark)
     like = point(100e3)
     cell = cell_of(replace(like, verdict=replace(like.verdict, answer=answer, measure=measure)))
     position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=load_limit([cell]))
-    line = map_table(ApplicabilityMap(case=ROUND, loads_N=(100e3,), positions=(position,))).splitlines()[1]
+    line = map_table(verdict_view(ApplicabilityMap(case=ROUND, loads_N=(100e3,), positions=(position,)))).splitlines()[
+        1
+    ]
     word = "fails" if answer == "FAILS" else "open"
     assert line == f"   +0.00  {mark}{letter}  +0.0   {word} 100 kN"
 
@@ -932,10 +935,10 @@ def test_the_title_of_the_picture_says_by_what_hertz_is_judged_in_its_png(tmp_pa
         titles.append(figure.axes[0].get_title())
         return path
 
-    monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", look)
+    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", look)
     made = fresh_map([0.0], [100e3])
     for criteria in (Criteria(), Criteria(p_max=0.03, area=0.2, judged_by=("strength", "area"))):
-        map_figure(replace(made, case=replace(made.case, criteria=criteria)), tmp_path)
+        map_figure(verdict_view(replace(made, case=replace(made.case, criteria=criteria))), tmp_path)
     head = "rail circle:300, wheel cylinder:460: where Hertz holds,\n"
     head += "roll fixed at 0 mrad (lines given by their radii make no wheelset),\n"
     assert titles == [
@@ -953,11 +956,11 @@ def test_every_cause_has_its_letter_in_the_png(cause, letter, tmp_path, monkeypa
         drawn.extend(text.get_text() for text in figure.axes[0].get_legend().get_texts())
         return path
 
-    monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", look)
+    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", look)
     like = point(100e3, 0.2)
     cell = cell_of(replace(like, verdict=replace(like.verdict, cause=cause)))
     position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=load_limit([cell]))
-    map_figure(ApplicabilityMap(case=ROUND, loads_N=(100e3,), positions=(position,)), tmp_path)
+    map_figure(verdict_view(ApplicabilityMap(case=ROUND, loads_N=(100e3,), positions=(position,))), tmp_path)
     assert [text for text in drawn if text.endswith(f" {letter}")]
     assert cause in drawn
 
@@ -965,17 +968,17 @@ def test_every_cause_has_its_letter_in_the_png(cause, letter, tmp_path, monkeypa
 def test_the_png_changes_its_colour_where_the_verdict_does(monkeypatch):
     from matplotlib.colors import to_hex
 
-    from fecontact.outputs.style import ANSWERS
+    from fecontact.outputs.figures.style import ANSWERS
 
     kept = []
-    monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
     limit = replace(load_limit(TWO_LOADS), tried=((3e4, "UNRESOLVED"),))
     lost = MapCell(lateral_shift_mm=1.0, load_N=1e4, status="failed: no memory")
     positions = (
         MapPosition(lateral_shift_mm=0.0, cells=tuple(TWO_LOADS), limit=limit),
         MapPosition(lateral_shift_mm=1.0, cells=(lost,), limit=load_limit([lost])),
     )
-    map_figure(ApplicabilityMap(case=ROUND, loads_N=(1e4, 9e4), positions=positions), "unused.png")
+    map_figure(verdict_view(ApplicabilityMap(case=ROUND, loads_N=(1e4, 9e4), positions=positions)), "unused.png")
     (ax,) = kept[0].axes
     filled = [
         (to_hex(bar.get_facecolor()), bar.get_x(), bar.get_y(), bar.get_y() + bar.get_height())
@@ -1000,7 +1003,7 @@ def test_the_report_of_a_map_says_limits_and_cells_beside_its_png(tmp_path):
     from xml.etree import ElementTree
 
     made = fresh_map([0.0, 1.0], LOADS)
-    map_figure(made, tmp_path / "map.png")
+    map_figure(verdict_view(made), tmp_path / "map.png")
     text = write_map_report(made, tmp_path).read_text("utf-8")
     page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
     limits, cells = list(page.iter("table"))

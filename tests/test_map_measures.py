@@ -17,11 +17,14 @@ from fecontact.creep import Creep
 from fecontact.errors import InputError
 from fecontact.map.cells import ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition
 from fecontact.map.forces import force_limit, with_laws
-from fecontact.outputs.force_map import force_map_figure, force_table
-from fecontact.outputs.map import map_record
-from fecontact.outputs.map_measures import refuse_measure
-from fecontact.outputs.style import ANSWERS
-from fecontact.outputs.theory_map import theory_map_figure, theory_table, write_theory_map
+from fecontact.outputs.figures.style import ANSWERS
+from fecontact.outputs.maps.cheapest import law_view
+from fecontact.outputs.maps.figure import map_figure
+from fecontact.outputs.maps.files import write_laws
+from fecontact.outputs.maps.measures import refuse_measure
+from fecontact.outputs.maps.table import map_table
+from fecontact.outputs.maps.verdicts import force_view
+from fecontact.outputs.records.map import map_record
 from fecontact.theory.creep.contact import Creepages
 
 CASE = Case(roll="touching", creep=Creep(friction=0.3))
@@ -169,8 +172,8 @@ def bands(ax):
 
 def test_the_png_of_forces_is_drawn_as_that_of_pressure(made, monkeypatch):
     kept = []
-    monkeypatch.setattr("fecontact.outputs.force_map.save_figure", lambda figure, path: kept.append(figure))
-    force_map_figure(made[0], "unused.png")
+    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
+    map_figure(force_view(made[0]), "unused.png")
     (ax,) = kept[0].axes
     assert [colour for colour, *_ in bands(ax)] == [
         ANSWERS[answer] for answer in ("HOLDS", "UNRESOLVED", "FAILS", "FAILS", "failed")
@@ -185,7 +188,7 @@ def test_the_png_of_forces_is_drawn_as_that_of_pressure(made, monkeypatch):
 
 
 def test_tables_of_forces_and_theories(made):
-    lines = force_table(made[0]).splitlines()
+    lines = map_table(force_view(made[0])).splitlines()
     assert lines[1].split() == [
         "+0.00",
         "+",
@@ -198,26 +201,26 @@ def test_tables_of_forces_and_theories(made):
     ]
     assert lines[3].split()[:4] == ["+2.00", "!", "!", "!"]
     assert any("part of the limit of 5 % of µN" in line for line in lines)
-    lines = theory_table(made[0]).splitlines()
+    lines = map_table(law_view(made[0])).splitlines()
     assert lines[1].split() == ["+0.00", "P", "12.0", "F", "3.1", "F?", "3.1"]
     assert lines[2].split() == ["+1.00", "R", "R", "R"]
 
 
 def test_the_png_of_theories_has_a_colour_for_each_and_says_what_is_open(made, monkeypatch, tmp_path):
-    from fecontact.outputs.theory_map import _COLOURS
+    colours = law_view(made[0]).colours
 
     kept = []
-    monkeypatch.setattr("fecontact.outputs.theory_map.save_figure", lambda figure, path: kept.append(figure))
-    theory_map_figure(made[0], "unused.png")
+    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
+    map_figure(law_view(made[0]), "unused.png")
     (ax,) = kept[0].axes
     unresolved = ANSWERS["UNRESOLVED"]
     # between two loads with different theories it is open, as it is where a cheaper one may hold
     assert [colour for colour, *_ in bands(ax)] == [
-        *(_COLOURS["polach"], unresolved, _COLOURS["fastsim"], unresolved),
-        *(_COLOURS["real"], ANSWERS["failed"]),
+        *(colours["polach"], unresolved, colours["fastsim"], unresolved),
+        *(colours["real"], ANSWERS["failed"]),
     ]
     assert [text.get_text() for text in ax.texts] == ["P 12.0", "F 3.1", "F? 3.1", "R", "R", "R", *"!!!"]
-    write_theory_map(made[0], tmp_path)
+    write_laws(made[0], tmp_path)
     rows = list(csv.DictReader((tmp_path / "map_theory.csv").read_text("utf-8").splitlines()))
     assert [row["cheapest_theory"] for row in rows] == ["polach", "fastsim", "UNRESOLVED", *["real"] * 3, *[""] * 3]
     assert float(rows[1]["fastsim_off_percent_of_muN"]) == pytest.approx(3.1)
@@ -237,7 +240,7 @@ def test_a_measure_of_forces_needs_friction(tmp_path, capsys):
 
 
 def test_the_record_of_a_map_with_friction_has_the_limits_of_forces(made, monkeypatch):
-    monkeypatch.setattr("fecontact.outputs.map.cell_record", lambda cell: {})
-    monkeypatch.setattr("fecontact.outputs.map.stiffness_rows", lambda position: [])
+    monkeypatch.setattr("fecontact.outputs.records.map.cell_record", lambda cell: {})
+    monkeypatch.setattr("fecontact.outputs.records.map.stiffness_rows", lambda position: [])
     limits = json.loads(json.dumps(map_record(made[0])["force_limits"]))
     assert [limit["F_max_N"] for limit in limits] == [50e3, None, None]

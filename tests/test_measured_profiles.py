@@ -13,8 +13,10 @@ from fecontact.case import Case, Track
 from fecontact.cli import call
 from fecontact.comparison.point_noise import spread
 from fecontact.errors import InputError
-from fecontact.outputs.figures import profile_figure
-from fecontact.outputs.preview import measured_figure, nearest_text, preview_figure, preview_record, preview_text
+from fecontact.outputs.figures.preview import measured_figure, preview_figure
+from fecontact.outputs.figures.profile import profile_figure
+from fecontact.outputs.records.preview import preview_record
+from fecontact.outputs.terminal.preview import nearest_text, preview_text
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load
 from fecontact.profiles.noise import noise_of
@@ -268,8 +270,8 @@ def test_the_picture_of_a_measured_line(tmp_path):
 def test_what_was_left_out_is_drawn_with_its_place_and_a_key(tmp_path, monkeypatch):
     """In the pictures of a line that is smoothed, of one that is not, and of the pair in position."""
     drawn = []
-    monkeypatch.setattr("fecontact.outputs.preview.save_figure", lambda figure, path: drawn.append(figure))
-    monkeypatch.setattr("fecontact.outputs.figures.save_figure", lambda figure, path: drawn.append(figure))
+    monkeypatch.setattr("fecontact.outputs.figures.preview.save_figure", lambda figure, path: drawn.append(figure))
+    monkeypatch.setattr("fecontact.outputs.figures.profile.save_figure", lambda figure, path: drawn.append(figure))
     points = sampled("60E1", 0.01)
     points[200, 1] += 0.15
     line = read(points, repair=True)
@@ -293,7 +295,7 @@ def test_what_was_left_out_is_drawn_with_its_place_and_a_key(tmp_path, monkeypat
 
 def test_a_profile_without_problems_has_no_marks(monkeypatch):
     drawn = []
-    monkeypatch.setattr("fecontact.outputs.figures.save_figure", lambda figure, path: drawn.append(figure))
+    monkeypatch.setattr("fecontact.outputs.figures.profile.save_figure", lambda figure, path: drawn.append(figure))
     profile_figure(load("60E1"), "none.png")
     assert drawn[0].axes[0].get_legend() is None
 

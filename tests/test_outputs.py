@@ -29,19 +29,15 @@ from fecontact.fe.body_mesh import BodyMesh, mesh_volume
 from fecontact.fe.stress import nodal_stress, von_mises
 from fecontact.files import json_text, write_atomically, write_json, write_text
 from fecontact.material import Material
-from fecontact.outputs import tables
-from fecontact.outputs.case_figure import case_figure, draw_case
-from fecontact.outputs.figures import profile_figure
-from fecontact.outputs.measure_words import WORDS, criteria_text
-from fecontact.outputs.meshfile import write_mesh
-from fecontact.outputs.pressure_map import PressureFields
-from fecontact.outputs.printed_case import print_case
-from fecontact.outputs.printed_hertz import print_hertz
-from fecontact.outputs.printed_profile import print_library, print_profile
-from fecontact.outputs.record import hertz_record, load_record, result_record, shown_case_record
-from fecontact.outputs.rows import MEASURED_COLUMNS, case_row, load_row, read_row, write_row
-from fecontact.outputs.series import series
-from fecontact.outputs.stored import (
+from fecontact.outputs.figures.case import case_figure, draw_case
+from fecontact.outputs.figures.pressure import PressureFields
+from fecontact.outputs.figures.profile import profile_figure
+from fecontact.outputs.figures.study import study_figure
+from fecontact.outputs.meshes.files import write_mesh
+from fecontact.outputs.paraview.vtk import contact_surface, write_case_vtk, write_contact_vtk, write_pvd
+from fecontact.outputs.records.results import hertz_record, load_record, result_record, shown_case_record
+from fecontact.outputs.records.rows import MEASURED_COLUMNS, case_row, load_row, read_row, write_row
+from fecontact.outputs.records.stored import (
     placement_from_record,
     placement_record,
     read_arrays,
@@ -49,9 +45,14 @@ from fecontact.outputs.stored import (
     solved_record,
     write_arrays,
 )
-from fecontact.outputs.study_figure import study_figure
-from fecontact.outputs.study_files import _write_collections, study_figures
-from fecontact.outputs.vtk import contact_surface, write_case_vtk, write_contact_vtk, write_pvd
+from fecontact.outputs.reports.study_files import _write_collections, study_figures
+from fecontact.outputs.tables import csv_file as tables
+from fecontact.outputs.terminal import rows as printed_rows
+from fecontact.outputs.terminal.case import print_case
+from fecontact.outputs.terminal.hertz import print_hertz
+from fecontact.outputs.terminal.profile import print_library, print_profile
+from fecontact.outputs.words.measures import WORDS, criteria_text
+from fecontact.outputs.words.series import series
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
@@ -798,7 +799,7 @@ def test_csv_has_a_column_for_every_key_in_a_stable_order(record, flat, tmp_path
 
 def table_text(rows: list[dict], width: int) -> list[str]:
     text = io.StringIO()
-    tables.print_table(rows, console=Console(file=text, width=width, no_color=True))
+    printed_rows.print_rows(rows, console=Console(file=text, width=width, no_color=True))
     return text.getvalue().splitlines()
 
 
@@ -1048,7 +1049,7 @@ def test_every_table_fits_a_terminal(record, flat, width):
     """A terminal draws lines and spaces, which a pipe does not get."""
     text = io.StringIO()
     console = Console(file=text, width=width, no_color=True, force_terminal=True)
-    tables.print_table([flat | {"p_max_deviation_percent": -43.21}], console=console)
+    printed_rows.print_rows([flat | {"p_max_deviation_percent": -43.21}], console=console)
     print_case(record, console=console)
     print_hertz(hertz_record(hertz_alone(Case(lateral_shift_mm=0.0))), console=console)
     print_profile(load("60E1"), console=console)
@@ -1101,7 +1102,7 @@ def test_figures_hold_for_a_patch_larger_than_the_grid_and_for_two_sides(ellipti
 
 
 def drawn_lines(monkeypatch, rows: list[dict], rail=None, criteria=None) -> list:
-    from fecontact.outputs import study_figure as module
+    from fecontact.outputs.figures import study as module
 
     kept = []
     monkeypatch.setattr(module, "save_figure", lambda figure, path: kept.append(figure))
@@ -1131,8 +1132,8 @@ def test_a_study_figure_knows_no_junctions_without_the_rail(flat, monkeypatch):
 
 def test_figures_of_a_study_draw_the_rail_and_the_limits_they_are_given(flat, monkeypatch, tmp_path):
     drawn = []
-    monkeypatch.setattr("fecontact.outputs.study_figure.study_figure", lambda *given: drawn.append(given))
-    monkeypatch.setattr("fecontact.outputs.vtk.write_pvd", lambda path, cases: path)
+    monkeypatch.setattr("fecontact.outputs.figures.study.study_figure", lambda *given: drawn.append(given))
+    monkeypatch.setattr("fecontact.outputs.paraview.vtk.write_pvd", lambda path, cases: path)
     rail, rows, criteria = load("60E1"), [{"id": "x", **flat}], Criteria(p_max=0.03)
     assert study_figures(rows, tmp_path, rail, criteria) == ("study.pvd",)
     assert drawn == [(rows, tmp_path / "study.png", rail, criteria)]
@@ -1230,7 +1231,7 @@ def test_a_case_figure_has_both_outlines_where_the_numbers_have_them(elliptic_qu
 
 
 def test_lobes_are_numbered_where_they_are_and_no_patch_leaves_a_third_empty(elliptic_quick):
-    from fecontact.outputs.case_figure import _height, _map_height
+    from fecontact.outputs.figures.case import _height, _map_height
 
     # two lobes side by side: the pressure without its middle
     whole = elliptic_quick.load.fe.pressure
@@ -1268,7 +1269,7 @@ def luminance(colour: str) -> float:
 
 
 def test_verdicts_are_told_apart_in_grey():
-    from fecontact.outputs.style import ANSWER_MARKS, ANSWERS, SERIES
+    from fecontact.outputs.figures.style import ANSWER_MARKS, ANSWERS, SERIES
 
     levels = sorted(luminance(ANSWERS[answer]) for answer in ("HOLDS", "UNRESOLVED", "FAILS"))
     # Weber steps above 40 %: many times what the eye tells apart (2 %)
@@ -1394,7 +1395,7 @@ def test_a_series_is_named_by_what_others_do_not_share():
 
 
 def test_series_of_the_same_name_do_not_overwrite_each_other(monkeypatch, tmp_path):
-    monkeypatch.setattr("fecontact.outputs.vtk.write_pvd", lambda path, cases: path)
+    monkeypatch.setattr("fecontact.outputs.paraview.vtk.write_pvd", lambda path, cases: path)
     rails = [f"worn.toml@0123456{end}" for end in "abc"]
     rows = [row for rail in rails for row in rows_like({"rail": rail}, {"rail": rail, "lateral_shift_mm": 1.0})]
     assert _write_collections(rows, tmp_path) == ("study_worn.pvd", "study_worn.2.pvd", "study_worn.3.pvd")

@@ -17,7 +17,7 @@ import fecontact
 from fecontact.case import PARTS, Case
 from fecontact.cli import app
 from fecontact.errors import InputError
-from fecontact.outputs.vtk import write_case_vtk
+from fecontact.outputs.paraview.vtk import write_case_vtk
 from fecontact.runs.case_store import keep_case
 from fecontact.solving.solve import CaseResult
 

@@ -16,10 +16,10 @@ import pytest
 from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.map.position import solved_cell
-from fecontact.outputs import rows as outputs_rows
-from fecontact.outputs.comparison_report import case_names
-from fecontact.outputs.study_files import write_tables
-from fecontact.outputs.tables import write_csv
+from fecontact.outputs.records import rows as outputs_rows
+from fecontact.outputs.reports.study_files import write_tables
+from fecontact.outputs.tables.comparison import case_names
+from fecontact.outputs.tables.csv_file import write_csv
 from fecontact.regression.baselines import update_baseline
 from fecontact.regression.checks import discretisation_check
 from fecontact.regression.compare import compare_tables

@@ -15,14 +15,15 @@ from fecontact.case import Criteria
 from fecontact.cli import call
 from fecontact.comparison.judging import judge_load
 from fecontact.files import write_json
-from fecontact.outputs import html, scene
-from fecontact.outputs.report_figures import ladder_figure, patches_figure
-from fecontact.outputs.report_tables import ReportedCase
-from fecontact.outputs.report_words import answer_words
-from fecontact.outputs.scene import write_scene
-from fecontact.outputs.study_figure import study_figure
-from fecontact.outputs.study_files import write_tables
-from fecontact.outputs.study_report import ShownPair, reported_case, shown_pair, write_study_report
+from fecontact.outputs.figures.report import ladder_figure, patches_figure
+from fecontact.outputs.figures.study import study_figure
+from fecontact.outputs.paraview import scene
+from fecontact.outputs.paraview.scene import write_scene
+from fecontact.outputs.reports import html
+from fecontact.outputs.reports.study import ShownPair, reported_case, shown_pair, write_study_report
+from fecontact.outputs.reports.study_files import write_tables
+from fecontact.outputs.reports.words import answer_words
+from fecontact.outputs.tables.cases import ReportedCase
 from fecontact.runs.case_store import write_case
 from fecontact.solving.solve import CaseResult
 
@@ -227,8 +228,8 @@ def test_a_scene_shows_the_pressure(study):
 
 def test_only_the_worst_of_many_cases_have_pictures(study, monkeypatch):
     rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
-    monkeypatch.setattr("fecontact.outputs.study_report.MOST_PICTURES", 1)
-    monkeypatch.setattr("fecontact.outputs.study_report.REPORT", "few.html")
+    monkeypatch.setattr("fecontact.outputs.reports.study.MOST_PICTURES", 1)
+    monkeypatch.setattr("fecontact.outputs.reports.study.REPORT", "few.html")
     page = parsed(write_study_report("few", reported(study, rows), study))
     assert [text_of(one) for one in page.iter("h3")] == [
         "rail circle:300 and wheel cylinder:460, +2.50 mm, 100 kN: UNRESOLVED"
@@ -244,7 +245,7 @@ def test_the_ladder_is_drawn_only_of_what_tells_it(study, tmp_path):
 
 def test_patches_in_small_name_their_verdicts(elliptic_quick, monkeypatch):
     kept = []
-    monkeypatch.setattr("fecontact.outputs.report_figures.save_figure", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr("fecontact.outputs.figures.report.save_figure", lambda figure, path: kept.append(figure))
     patches_figure([(elliptic_quick.load, elliptic_quick.placement)] * 5, "unused.png")
     titles = [ax.get_title() for ax in kept[0].axes if ax.get_title()]
     assert titles == ["+0.00 mm, 100 kN: HOLDS"] * 5

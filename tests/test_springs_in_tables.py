@@ -19,13 +19,15 @@ from fecontact.comparison.theories import MULTI_HERTZ
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.load_limit import load_limit
 from fecontact.map.position import solved_cell
-from fecontact.outputs.map import map_record
-from fecontact.outputs.map_figure import map_figure
-from fecontact.outputs.map_report import write_map_report
-from fecontact.outputs.map_table import map_table
-from fecontact.outputs.rows import load_row
-from fecontact.outputs.tables import print_table, write_csv
-from fecontact.outputs.theories import other_theories, theory_texts
+from fecontact.outputs.maps.figure import map_figure
+from fecontact.outputs.maps.table import map_table
+from fecontact.outputs.maps.verdicts import verdict_view
+from fecontact.outputs.records.map import map_record
+from fecontact.outputs.records.rows import load_row
+from fecontact.outputs.records.theories import other_theories, theory_texts
+from fecontact.outputs.reports.map import write_map_report
+from fecontact.outputs.tables.csv_file import write_csv
+from fecontact.outputs.terminal.rows import print_rows
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.regression.tolerances import KINDS, LATER, TEXT, kind_of
@@ -110,7 +112,7 @@ def test_every_column_has_a_known_kind(two):
 
 def printed(rows, width=200):
     text = io.StringIO()
-    print_table(rows, console=Console(file=text, width=width))
+    print_rows(rows, console=Console(file=text, width=width))
     return text.getvalue()
 
 
@@ -137,14 +139,14 @@ def test_rows_of_a_csv_say_the_same(two, tmp_path):
 
 
 def test_a_map_marks_where_springs_hold_and_one_ellipse_does_not(made, monkeypatch, tmp_path):
-    lines = map_table(made).splitlines()
+    lines = map_table(verdict_view(made)).splitlines()
     assert lines[1].split()[1] == "+"
     assert "*" in lines[2]
     assert "*" not in lines[1]
     assert any(line.startswith("* Hertz at all touch points") for line in lines)
     kept = []
-    monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", lambda figure, path: kept.append(figure))
-    map_figure(made, "unused.png")
+    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
+    map_figure(verdict_view(made), "unused.png")
     (ax,) = kept[0].axes
     marks = [line for line in ax.get_lines() if line.get_marker() == "D"]
     assert [line.get_xdata()[0] for line in marks] == [pytest.approx(5.0, abs=0.6)]

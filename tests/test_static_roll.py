@@ -11,12 +11,13 @@ from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.map.cells import ApplicabilityMap, MapCell, MapPosition
 from fecontact.map.load_limit import load_limit
-from fecontact.outputs.map import map_record
-from fecontact.outputs.map_figure import map_figure
-from fecontact.outputs.map_table import map_table
-from fecontact.outputs.roll_words import other_wheel_label, roll_words, roll_words_of_rows, shift_label
-from fecontact.outputs.rows import input_columns
-from fecontact.outputs.series import series
+from fecontact.outputs.maps.figure import map_figure
+from fecontact.outputs.maps.table import map_table
+from fecontact.outputs.maps.verdicts import verdict_view
+from fecontact.outputs.records.map import map_record
+from fecontact.outputs.records.rows import input_columns
+from fecontact.outputs.words.roll import other_wheel_label, roll_words, roll_words_of_rows, shift_label
+from fecontact.outputs.words.series import series
 from fecontact.solving.placing import place_case, with_wheelset
 
 FIRST_LIGHT = Path(__file__).parents[1] / "studies" / "first_light.py"
@@ -162,18 +163,18 @@ def test_both_sides_of_a_wheelset_are_two_series_whatever_their_rolls():
 )
 def test_a_map_of_a_symmetric_wheelset_is_both_wheels(case, below, above, monkeypatch):
     kept = []
-    monkeypatch.setattr("fecontact.outputs.map_figure.save_figure", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
     cells = [MapCell(lateral_shift_mm=shift, load_N=1e5, status="failed: for a test") for shift in (-2.0, 3.0)]
     positions = tuple(
         MapPosition(lateral_shift_mm=cell.lateral_shift_mm, cells=(cell,), limit=load_limit([cell])) for cell in cells
     )
     made = ApplicabilityMap(case=case, loads_N=(1e5,), positions=positions)
-    map_figure(made, "unused.png")
+    map_figure(verdict_view(made), "unused.png")
     (ax,) = kept[0].axes
     assert ax.get_xlabel().startswith(below)
     assert roll_words(case) in ax.get_title()
     assert map_record(made)["roll"] == roll_words(case)
-    assert ("at the opposite shift" in map_table(made)) == (above is not None)
+    assert ("at the opposite shift" in map_table(verdict_view(made))) == (above is not None)
     assert (other_wheel_label(case) is None) == (above is None)
     assert [second.get_xlabel()[: len(above or "")] for second in ax.child_axes] == [above] * (above is not None)
     for second in ax.child_axes:

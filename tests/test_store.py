@@ -17,7 +17,7 @@ from fecontact.errors import InputError
 from fecontact.files import read_json
 from fecontact.jobs.lock import locked
 from fecontact.jobs.store import MANIFEST, Kept, difference, kept_folder, new_folder, remove_leftovers
-from fecontact.outputs.rows import read_row
+from fecontact.outputs.records.rows import read_row
 from fecontact.runs import identity
 from fecontact.runs.case_store import case_folder
 from fecontact.runs.identity import EVALUATING, SOLVING, case_id, origin_of, source_digest

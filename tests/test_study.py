@@ -27,7 +27,7 @@ from fecontact.jobs import workers
 from fecontact.jobs.engine import RunSettings, parse_part
 from fecontact.jobs.job import Job, run_job
 from fecontact.jobs.workers import Crew, default_workers, thread_environment
-from fecontact.outputs.rows import MEASURED_COLUMNS
+from fecontact.outputs.records.rows import MEASURED_COLUMNS
 from fecontact.runs import identity
 from fecontact.runs.case_store import case_folder
 from fecontact.runs.casefile import Study

@@ -23,13 +23,13 @@ from fecontact.creep import Creep
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.load_limit import load_limit
 from fecontact.map.position import solved_cell
-from fecontact.outputs.map import map_record
-from fecontact.outputs.map_report import write_map_report
-from fecontact.outputs.printed_case import print_case
-from fecontact.outputs.record import load_record, result_record
-from fecontact.outputs.rows import load_row
-from fecontact.outputs.study_report import reported_case, write_study_report
-from fecontact.outputs.tables import print_table
+from fecontact.outputs.records.map import map_record
+from fecontact.outputs.records.results import load_record, result_record
+from fecontact.outputs.records.rows import load_row
+from fecontact.outputs.reports.map import write_map_report
+from fecontact.outputs.reports.study import reported_case, write_study_report
+from fecontact.outputs.terminal.case import print_case
+from fecontact.outputs.terminal.rows import print_rows
 from fecontact.regression.tolerances import KINDS, TEXT, kind_of, later_theories
 from fecontact.runs.case_store import write_case
 from fecontact.solving.placing import place_case
@@ -274,7 +274,7 @@ def test_a_further_theory_is_in_all_that_tells_of_a_case(judged, tmp_path):
     assert (row["block_verdict"], row["block_measure"], row["block_patches"]) == ("FAILS", "p_max_MPa", 1)
     assert row["block_p_max_deviation_percent"] == 1e2 * found.deviation["p_max_MPa"]
     assert row["block_limit_used"] == found.limit_used > 1.0
-    text = printed(print_table, [row])
+    text = printed(print_rows, [row])
     assert " block " in "".join(text.splitlines()[1:3])
     assert f"{WORDS} (1 patch): FAILS by peak pressure" in text
     write_study_report("one", [reported_case(row, tmp_path / "cases" / "one")], tmp_path)

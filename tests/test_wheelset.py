@@ -14,9 +14,9 @@ from fecontact.geometry.wheelset import Wheelset
 from fecontact.map.cells import ApplicabilityMap
 from fecontact.map.position import failed_position
 from fecontact.material import Material, contact_modulus_MPa
-from fecontact.outputs.map import map_record
-from fecontact.outputs.record import hertz_record, shown_case_record
-from fecontact.outputs.rows import input_columns
+from fecontact.outputs.records.map import map_record
+from fecontact.outputs.records.results import hertz_record, shown_case_record
+from fecontact.outputs.records.rows import input_columns
 from fecontact.profiles.library import load
 from fecontact.runs.identity import case_id, input_files
 from fecontact.runs.map_run import run_map

@@ -40,7 +40,7 @@ def hertz(options: HertzOptions = _OF_HERTZ, *, json: Annotated[bool, Parameter(
         Print the result as JSON and nothing else.
     """
     from fecontact.files import json_text
-    from fecontact.outputs.printed_hertz import print_hertz
+    from fecontact.outputs.terminal.hertz import print_hertz
     from fecontact.runs.analytic import hertz as hertz_of
 
     case = options.case()
@@ -107,7 +107,7 @@ def creep(
         Print the result as JSON and nothing else.
     """
     from fecontact.files import json_text
-    from fecontact.outputs.creep import print_ellipse
+    from fecontact.outputs.terminal.creep import print_ellipse
     from fecontact.runs.analytic import creep as ellipse_forces
 
     record = ellipse_forces(
@@ -143,7 +143,9 @@ def place(
         Print the result as JSON and nothing else.
     """
     from fecontact.files import json_text
-    from fecontact.outputs.preview import preview_figure, preview_record, preview_text
+    from fecontact.outputs.figures.preview import preview_figure
+    from fecontact.outputs.records.preview import preview_record
+    from fecontact.outputs.terminal.preview import preview_text
     from fecontact.solving.preview import preview
 
     case = options.case()
@@ -176,12 +178,13 @@ def geometry(
     """
     from fecontact.files import json_text
     from fecontact.inputs.texts import parse_numbers
-    from fecontact.outputs.contact_functions import functions_of_case, functions_record, print_functions
+    from fecontact.outputs.records.contact_functions import functions_of_case, functions_record
+    from fecontact.outputs.terminal.contact_functions import print_functions
 
     case = options.case()
     found = functions_of_case(case, parse_numbers(shifts, "shifts"))
     if out is not None:
-        from fecontact.outputs.contact_figure import functions_figure
+        from fecontact.outputs.figures.contact_functions import functions_figure
 
         functions_figure(case, found, out)
     record = functions_record(case, found)

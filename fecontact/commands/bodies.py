@@ -49,7 +49,7 @@ def profiles(
     library
         Folder of profiles of your own.
     """
-    from fecontact.outputs.printed_profile import print_library, print_profile
+    from fecontact.outputs.terminal.profile import print_library, print_profile
     from fecontact.profiles.library import in_folder
     from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 
@@ -86,15 +86,15 @@ def profiles(
 
 def _profile_picture(profile: Profile, path: Path) -> Path:
     """Line and curvature; with its points, where it was made from some."""
-    from fecontact.outputs.figures import profile_figure
-    from fecontact.outputs.preview import measured_figure
+    from fecontact.outputs.figures.preview import measured_figure
+    from fecontact.outputs.figures.profile import profile_figure
 
     return profile_figure(profile, path) if profile.measured is None else measured_figure(profile, path)
 
 
 def _print_measured(profile: Profile) -> None:
     """What the points behind a line say of it."""
-    from fecontact.outputs.preview import nearest_text
+    from fecontact.outputs.terminal.preview import nearest_text
     from fecontact.profiles.recognition import nearest
 
     if profile.points is not None:
@@ -119,7 +119,7 @@ def mesh(
     element
         Type of the elements in .inp; C3D8 is the one that `solve` has.
     """
-    from fecontact.outputs.meshfile import write_mesh
+    from fecontact.outputs.meshes.files import write_mesh
     from fecontact.solving.meshed_case import MeshedPair, mesh_case, mesh_pair
 
     case = options.case()

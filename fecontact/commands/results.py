@@ -13,7 +13,7 @@ from fecontact.options import CaseOptions, options_of
 
 _OF_VERDICT = options_of("verdict", "creep")
 if TYPE_CHECKING:
-    from fecontact.outputs.map_measures import MapMeasure
+    from fecontact.outputs.maps.measures import MapMeasure
     from fecontact.runs.judging import JudgedMap, JudgedStudy
 
     VerdictOptions: TypeAlias = CaseOptions
@@ -41,7 +41,7 @@ def judge(
         Folder for report.html, tables and pictures of the new verdicts (study.csv and study.json, or map.csv, map.json
         and map.png, with friction map_force.png, of theories map_theory.csv and map_theory.png).
     """
-    from fecontact.outputs.measure_words import criteria_text
+    from fecontact.outputs.words.measures import criteria_text
     from fecontact.runs.judging import JudgedMap
     from fecontact.runs.judging import judge as judge_stored
 
@@ -56,10 +56,10 @@ def judge(
 
 def _print_judged(judged: JudgedStudy) -> str:
     """Print the rows and what has changed; a line with the criteria is left to say."""
-    from fecontact.outputs.creep import force_lines
-    from fecontact.outputs.tables import print_table
+    from fecontact.outputs.terminal.creep import force_lines
+    from fecontact.outputs.terminal.rows import print_rows
 
-    print_table(judged.rows)
+    print_rows(judged.rows)
     for line in force_lines(judged.rows):
         print(line)
     for name, (before, now) in judged.changed.items():
@@ -71,7 +71,7 @@ def _print_judged(judged: JudgedStudy) -> str:
 
 def _print_judged_map(judged: JudgedMap, measure: MapMeasure) -> str:
     """Print the map and what cannot be judged; a line with the criteria is left to say."""
-    from fecontact.outputs.map_measures import measure_table
+    from fecontact.outputs.maps.measures import measure_table
 
     made = judged.map
     print(measure_table(made, measure, width=width()))
@@ -90,7 +90,7 @@ def view(out: Path) -> int:
     """
     import shlex
 
-    from fecontact.outputs.paraview import write_view
+    from fecontact.outputs.paraview.view import write_view
 
     path = write_view(out)
     print(f"{path}: open it with (cd {shlex.quote(str(path.parent))}; paraview --script={path.name})")
@@ -126,7 +126,9 @@ def compare(
         File for the comparison as HTML.
     """
     from fecontact.files import write_json, write_text
-    from fecontact.outputs.comparison_report import comparison_html, comparison_record, print_comparison
+    from fecontact.outputs.records.comparison import comparison_record
+    from fecontact.outputs.reports.comparison import comparison_html
+    from fecontact.outputs.terminal.comparison import print_comparison
     from fecontact.regression.compare import compare_tables
     from fecontact.regression.tables import load_table
     from fecontact.regression.tolerances import read_tolerances
@@ -163,7 +165,7 @@ def baseline_update(
     allow_failed
         Take cases that failed or did not converge as well.
     """
-    from fecontact.outputs.comparison_report import print_comparison
+    from fecontact.outputs.terminal.comparison import print_comparison
     from fecontact.regression.baselines import update_baseline
 
     update = update_baseline(study_result, baselines, reason=reason, allow_failed=allow_failed)

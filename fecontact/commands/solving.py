@@ -106,10 +106,10 @@ def solve(
         Write into a folder that holds other results.
     """
     from fecontact.files import json_text
-    from fecontact.outputs.printed_case import print_case
-    from fecontact.outputs.record import result_record
-    from fecontact.outputs.rows import case_row
-    from fecontact.outputs.tables import print_table
+    from fecontact.outputs.records.results import result_record
+    from fecontact.outputs.records.rows import case_row
+    from fecontact.outputs.terminal.case import print_case
+    from fecontact.outputs.terminal.rows import print_rows
     from fecontact.runs.folders import prepare_for_case
     from fecontact.solving.solve import solve as solve_case
 
@@ -125,7 +125,7 @@ def solve(
     if json:
         print(json_text(record), flush=True)
     else:
-        print_table([case_row(result)])
+        print_rows([case_row(result)])
         print_case(record)
     if lost is not None:
         raise lost
@@ -163,7 +163,7 @@ def run(
     quick
         The small version of the study.
     """
-    from fecontact.outputs.tables import print_table
+    from fecontact.outputs.terminal.rows import print_rows
     from fecontact.runs.casefile import load_study
     from fecontact.runs.folders import prepare_for_study
     from fecontact.runs.study import run_study
@@ -175,7 +175,7 @@ def run(
         with many("cases", quiet=how.quiet) as progress:
             outcome = run_study(loaded, out, settings=settings, progress=progress)
         if not how.quiet:
-            print_table(outcome.rows)
+            print_rows(outcome.rows)
         _log_rows(outcome.rows)
         _tell_reused(outcome, "cases", how)
         if outcome.conclusion:
@@ -243,7 +243,7 @@ def map_(
         creep theory that holds, which is also written as map_theory.csv and map_theory.png.
     """
     from fecontact.inputs.texts import parse_numbers
-    from fecontact.outputs.map_measures import measure_table, refuse_measure
+    from fecontact.outputs.maps.measures import measure_table, refuse_measure
     from fecontact.runs.folders import prepare_for_map
     from fecontact.runs.map_run import run_map
     from fecontact.solving.placing import with_wheelset

@@ -20,14 +20,14 @@ def demo(*, out: Path = Path("out/demo")) -> int:
     out
         Folder for the results.
     """
-    from fecontact.outputs.tables import print_table
+    from fecontact.outputs.terminal.rows import print_rows
     from fecontact.runs.demo import demo_study, demo_words
     from fecontact.runs.study import run_study
 
     print("A wheel on a rail, and a sphere on a plane, for which Hertz's theory is exact:", flush=True)
     with many("cases") as progress:
         outcome = run_study(demo_study(), out, progress=progress)
-    print_table(outcome.rows)
+    print_rows(outcome.rows)
     print(demo_words(out, outcome))
     return 0 if outcome.all_converged else 3
 

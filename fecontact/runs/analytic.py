@@ -8,8 +8,8 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.creep import Creep
 from fecontact.material import STEEL
-from fecontact.outputs.creep import ellipse_creep
-from fecontact.outputs.record import hertz_record
+from fecontact.outputs.records.creep import ellipse_creep
+from fecontact.outputs.records.results import hertz_record
 from fecontact.solving.hertz_alone import hertz_alone
 from fecontact.theory.creep.contact import Creepages
 from fecontact.theory.creep.on_ellipse import forces_on_ellipse

@@ -13,9 +13,9 @@ from fecontact.criteria import Criteria
 from fecontact.fe.stress_peak import StressPeak
 from fecontact.files import read_json, write_json
 from fecontact.jobs.store import write_manifest
-from fecontact.outputs.record import RESULT_SCHEMA, result_record, shown_case_record
-from fecontact.outputs.rows import Row, case_row, write_row
-from fecontact.outputs.stored import (
+from fecontact.outputs.records.results import RESULT_SCHEMA, result_record, shown_case_record
+from fecontact.outputs.records.rows import Row, case_row, write_row
+from fecontact.outputs.records.stored import (
     Arrays,
     placement_record,
     read_arrays,
@@ -75,7 +75,7 @@ def write_case(result: CaseResult, folder: Path, name: str) -> Row:
 
 
 def _write(result: CaseResult, work: StoredWork[CaseResult], folder: Path, finished: Path | None) -> Row:
-    from fecontact.outputs.vtk import write_case_vtk, write_contact_vtk
+    from fecontact.outputs.paraview.vtk import write_case_vtk, write_contact_vtk
 
     if finished is not None:
         write_contact_vtk(result, folder)
@@ -92,7 +92,7 @@ def _write(result: CaseResult, work: StoredWork[CaseResult], folder: Path, finis
 
 def _write_judged(result: CaseResult, work: StoredWork[CaseResult], folder: Path, stored: Mapping[str, Any]) -> Row:
     """Write what is read from a solved case."""
-    from fecontact.outputs.case_figure import case_figure
+    from fecontact.outputs.figures.case import case_figure
 
     case = work.case
     shown = shown_case_record(case, result.placement)

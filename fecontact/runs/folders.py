@@ -11,7 +11,7 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.files import json_text, read_json
-from fecontact.outputs.record import shown_case_record
+from fecontact.outputs.records.results import shown_case_record
 from fecontact.runs.case_store import ROW
 from fecontact.runs.identity import case_id
 

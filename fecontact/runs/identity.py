@@ -27,8 +27,7 @@ SOLVING = (
 # What reads and judges what was solved: after a change of it stored fields are evaluated again.
 EVALUATING = (
     *("creep.py", "criteria.py", "comparison", "theory", "rolling", "map"),
-    *("outputs/creep.py", "outputs/measure_words.py", "outputs/theories.py", "outputs/record.py"),
-    *("outputs/rows.py", "outputs/stored.py"),
+    *("outputs/records", "outputs/words"),
     *("runs/case_store.py", "runs/position_store.py", "runs/work.py"),
 )
 SOLVING_SOURCE = "source of solving"

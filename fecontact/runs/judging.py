@@ -12,11 +12,11 @@ from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.jobs.workers import evaluators
 from fecontact.map.cells import ApplicabilityMap, MapPosition
-from fecontact.outputs.map import write_map
-from fecontact.outputs.map_measures import MapMeasure, refuse_measure
-from fecontact.outputs.map_report import write_map_report
-from fecontact.outputs.rows import Row, case_row, read_row
-from fecontact.outputs.study_files import write_tables
+from fecontact.outputs.maps.files import write_map
+from fecontact.outputs.maps.measures import MapMeasure, refuse_measure
+from fecontact.outputs.records.rows import Row, case_row, read_row
+from fecontact.outputs.reports.map import write_map_report
+from fecontact.outputs.reports.study_files import write_tables
 from fecontact.runs.case_store import RESULT, ROW, case_folder, read_case
 from fecontact.runs.load import read_map, readable, stored_study, unusable
 from fecontact.runs.position_store import read_position

@@ -15,9 +15,9 @@ from fecontact.files import broken_seal, read_json
 from fecontact.jobs.store import whole_manifest
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.position import failed_position
-from fecontact.outputs.map import MAP_SCHEMA
-from fecontact.outputs.rows import Row
-from fecontact.outputs.study_files import STUDY_SCHEMA
+from fecontact.outputs.records.map import MAP_SCHEMA
+from fecontact.outputs.records.rows import Row
+from fecontact.outputs.reports.study_files import STUDY_SCHEMA
 from fecontact.runs.case_store import RESULT, case_folder, read_case
 from fecontact.runs.identity import SOLVING_SOURCE, origin_of
 from fecontact.runs.position_store import POSITION, position_folder, read_position

@@ -19,9 +19,9 @@ from fecontact.jobs.store import kept_folder
 from fecontact.jobs.workers import Crew
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.position import failed_position
-from fecontact.outputs.map import write_map
-from fecontact.outputs.map_measures import MapMeasure, refuse_measure
-from fecontact.outputs.map_report import write_map_report
+from fecontact.outputs.maps.files import write_map
+from fecontact.outputs.maps.measures import MapMeasure, refuse_measure
+from fecontact.outputs.reports.map import write_map_report
 from fecontact.runs.identity import input_files, origin_of, position_id, with_absolute_paths
 from fecontact.runs.position_store import has_open_loads, position_folder, position_work, read_position
 from fecontact.runs.work import job_of

@@ -20,8 +20,8 @@ from fecontact.map.forces import force_limit, with_laws
 from fecontact.map.load_limit import load_limit
 from fecontact.map.position import solve_position, solved_cell
 from fecontact.map.stiffness import stiffness_of
-from fecontact.outputs.record import shown_case_record
-from fecontact.outputs.stored import (
+from fecontact.outputs.records.results import shown_case_record
+from fecontact.outputs.records.stored import (
     Arrays,
     placement_record,
     read_arrays,

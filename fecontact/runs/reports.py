@@ -8,18 +8,13 @@ from tempfile import TemporaryDirectory
 
 from fecontact.creep import Creep
 from fecontact.criteria import Criteria
-from fecontact.outputs.case_figure import case_figure
-from fecontact.outputs.record import result_record
-from fecontact.outputs.report_tables import ReportedCase
-from fecontact.outputs.rows import Row, read_row
-from fecontact.outputs.study_figure import study_figure
-from fecontact.outputs.study_report import (
-    most_used,
-    reported_case,
-    shown_pair,
-    write_study_report,
-)
-from fecontact.outputs.verdict_words import case_words
+from fecontact.outputs.figures.case import case_figure
+from fecontact.outputs.figures.study import study_figure
+from fecontact.outputs.records.results import result_record
+from fecontact.outputs.records.rows import Row, read_row
+from fecontact.outputs.reports.study import most_used, reported_case, shown_pair, write_study_report
+from fecontact.outputs.tables.cases import ReportedCase
+from fecontact.outputs.words.cases import case_words
 from fecontact.runs.case_store import ROW, case_folder, read_case
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id

@@ -8,7 +8,7 @@ from pathlib import Path
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.jobs.engine import Progress, RunSettings
-from fecontact.outputs.map_measures import MapMeasure
+from fecontact.outputs.maps.measures import MapMeasure
 from fecontact.runs.casefile import Study, load_study
 from fecontact.runs.folders import prepare_for_map, prepare_for_study
 from fecontact.runs.map_run import MapOutcome, run_map

@@ -15,8 +15,8 @@ from fecontact.errors import InputError
 from fecontact.jobs.engine import Progress, RunSettings, finish, open_run
 from fecontact.jobs.job import Done, Work
 from fecontact.jobs.workers import Crew
-from fecontact.outputs.rows import Row, input_columns, read_row
-from fecontact.outputs.study_files import study_figures, write_tables
+from fecontact.outputs.records.rows import Row, input_columns, read_row
+from fecontact.outputs.reports.study_files import study_figures, write_tables
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail
 from fecontact.runs.case_store import ROW, case_folder, case_work

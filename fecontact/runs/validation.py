@@ -10,7 +10,7 @@ from pathlib import Path
 from fecontact.errors import InputError
 from fecontact.files import write_text
 from fecontact.jobs.engine import Progress, RunSettings
-from fecontact.outputs.record import versions
+from fecontact.outputs.records.results import versions
 from fecontact.regression.checks import Check, report
 from fecontact.runs.casefile import Study, load_study
 from fecontact.runs.study import run_study

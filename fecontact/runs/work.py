@@ -15,7 +15,7 @@ from fecontact.criteria import Criteria
 from fecontact.errors import FecontactError, InputError
 from fecontact.files import read_json
 from fecontact.jobs.job import Job, Work
-from fecontact.outputs.record import FOUND_INPUTS
+from fecontact.outputs.records.results import FOUND_INPUTS
 from fecontact.profiles.identity import content_of, file_of_identity
 from fecontact.profiles.library import is_known
 from fecontact.profiles.resolve import is_short_form

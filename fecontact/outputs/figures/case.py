@@ -1,0 +1,223 @@
+"""The picture of a case: its verdict, both pressures and their difference, cuts through the peak, and all measures."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.geometry.placement import Placement
+from fecontact.outputs.figures.pressure import PressureFields, draw_pressure
+from fecontact.outputs.figures.style import (
+    ACROSS,
+    ANSWERS,
+    FE,
+    HERTZ,
+    RAIL_JUNCTION,
+    ROLLING,
+    SIDES,
+    WHEEL_JUNCTION,
+    blank_figure,
+    save_figure,
+)
+from fecontact.outputs.words.cases import case_words
+from fecontact.outputs.words.measures import WORDS
+from fecontact.outputs.words.verdicts import verdict_reason
+from fecontact.profiles.curve import Kind, radius_mm, radius_text
+from fecontact.solving.solve import CaseResult
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Floats = NDArray[np.float64]
+
+_WIDTH = 15.0
+# Inches of a map's frame where three stand side by side, and its lowest and largest height.
+_MAP_WIDTH, _LEAST_HEIGHT, _MOST_HEIGHT = 3.7, 1.3, 4.4
+# Room in inches for the head, for titles and labels of a row of maps, for the cuts, and for what a map has beside it.
+_HEAD, _LABELS, _CUTS, _BESIDE = 0.55, 1.15, 4.2, 1.75
+# The words need this width.
+_WORDS = 4.2
+
+
+def case_figure(result: CaseResult, path: str | Path) -> Path:
+    """Draw one case as PNG, and as SVG beside it; see `draw_case`."""
+    fields = PressureFields.of(result.load)
+    figure = blank_figure(_WIDTH, _height(fields))
+    draw_case(figure, result.load, result.placement, fields)
+    return save_figure(figure, path)
+
+
+def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: PressureFields | None = None) -> None:
+    """Draw a judged load into a figure: the head with the verdict, maps, cuts and words.
+
+    Maps show the rail's surface around the first touch point: finite elements, Hertz (same scale) and their difference,
+    with the outlines of both patches. Cuts go through the peak of the finite elements; below the lateral one is the
+    rail, true to scale.
+    """
+    fields = fields or PressureFields.of(load)
+    tall, height = _is_tall(fields), _map_height(fields)
+    rows = figure.add_gridspec(3, 1, height_ratios=(_HEAD, height + _LABELS, _CUTS))
+    _draw_head(figure.add_subplot(rows[0]), load, placement)
+    widths = [height / _ratio(fields) + _BESIDE] * 3 if tall else [1.0] * 3
+    rest = [_WIDTH - sum(widths)] if tall else []
+    maps = rows[1].subgridspec(1, 3 + len(rest), width_ratios=widths + rest)
+    for number, kind in enumerate(("finite elements", "Hertz", "finite elements minus Hertz")):
+        ax = figure.add_subplot(maps[0, number])
+        draw_pressure(ax, load, kind, fields)
+        for place in _junctions(placement, "rail"):
+            # on the dark ground of a pressure and on the light one of a difference
+            ax.axvline(float(place), color="0.6", ls=":", lw=1.2, label="_rail junction")
+        ax.set_xlim(fields.limits_mm(across=True))
+    cuts = rows[2].subgridspec(1, 2 if tall else 3)
+    across = cuts[0, 0].subgridspec(2, 1, height_ratios=(3.0, 1.0))
+    lateral = figure.add_subplot(across[0])
+    draw_lateral_cut(lateral, load, placement, fields)
+    _draw_rail(figure.add_subplot(across[1], sharex=lateral), placement, fields)
+    draw_rolling_cut(figure.add_subplot(cuts[0, 1]), load, fields)
+    words = figure.add_subplot(maps[0, 3] if tall else cuts[0, 2])
+    words.axis("off")
+    words.text(0.0, 1.0, _case_text(load, placement), va="top", family="monospace", fontsize=8.2, linespacing=1.5)
+
+
+def _ratio(fields: PressureFields) -> float:
+    """Height over width of what a map shows."""
+    (x_low, x_high), (s_low, s_high) = fields.limits_mm(across=False), fields.limits_mm(across=True)
+    return (x_high - x_low) / (s_high - s_low)
+
+
+def _is_tall(fields: PressureFields) -> bool:
+    # three tall maps leave room for the words beside them
+    return 3.0 * (_MOST_HEIGHT / _ratio(fields) + _BESIDE) + _WORDS <= _WIDTH
+
+
+def _map_height(fields: PressureFields) -> float:
+    return float(np.clip(_MAP_WIDTH * _ratio(fields), _LEAST_HEIGHT, _MOST_HEIGHT))
+
+
+def _height(fields: PressureFields) -> float:
+    return _HEAD + _map_height(fields) + _LABELS + _CUTS
+
+
+def _draw_head(ax: Axes, load: JudgedLoad, placement: Placement) -> None:
+    """Verdict and why, and what was solved, over the whole width."""
+    ax.axis("off")
+    answer = load.verdict.answer
+    ax.text(
+        *(0.005, 0.9, f" Hertz {answer} "),
+        va="top",
+        fontsize=15,
+        weight="bold",
+        bbox={"fc": ANSWERS[answer], "ec": "0.2", "boxstyle": "round,pad=0.35"},
+    )
+    after = 0.02 + 0.0105 * len(f"Hertz {answer}")
+    ax.text(after, 1.05, case_words(load.case, placement), va="top", fontsize=13)
+    ax.text(after, 0.42, verdict_reason(load), va="top", fontsize=11)
+
+
+def draw_lateral_cut(
+    ax: Axes, load: JudgedLoad, placement: Placement, fields: PressureFields | None = None, *, label: bool = False
+) -> None:
+    """Draw both pressures across, through the peak of the finite elements, with the junctions of both profiles.
+
+    With `label` the axis across is labelled, which otherwise belongs to the rail below.
+    """
+    fields = fields or PressureFields.of(load)
+    i, grid = fields.peak[0], fields.grid
+    s = np.linspace(grid.s_mm[0], grid.s_mm[-1], 400)
+    _draw_cut(ax, (grid.s_mm, fields.fe[i]), (s, fields.ellipse.pressure_MPa(grid.x_mm[i], s)))
+    low, high = fields.limits_mm(across=True)
+    for junctions, colour, style, name in (
+        (_junctions(placement, "rail"), RAIL_JUNCTION, "-", "rail junction"),
+        (_junctions(placement, "wheel"), WHEEL_JUNCTION, ":", "wheel junction"),
+    ):
+        shown = junctions[(junctions > low) & (junctions < high)]
+        for number, position in enumerate(shown):
+            ax.axvline(float(position), color=colour, ls=style, lw=1.3, label=name if number == 0 else None, zorder=0)
+    ax.set(title=f"lateral cut at x = {grid.x_mm[i]:z.2f} mm", xlim=(low, high))
+    if label:
+        ax.set(xlabel=f"{ACROSS}\n{SIDES}")
+    else:
+        ax.tick_params(labelbottom=False)
+    ax.legend(loc="best", fontsize=9)
+
+
+def draw_rolling_cut(ax: Axes, load: JudgedLoad, fields: PressureFields | None = None) -> None:
+    """Draw both pressures along the running direction, through the peak of the finite elements."""
+    fields = fields or PressureFields.of(load)
+    j, grid = fields.peak[1], fields.grid
+    x = np.linspace(grid.x_mm[0], grid.x_mm[-1], 400)
+    _draw_cut(ax, (grid.x_mm, fields.fe[:, j]), (x, fields.ellipse.pressure_MPa(x, grid.s_mm[j])))
+    ax.set(xlabel=ROLLING, title=f"rolling cut at s = {grid.s_mm[j]:z.2f} mm", xlim=fields.limits_mm(across=False))
+    ax.legend(loc="best", fontsize=9)
+
+
+def _draw_cut(ax: Axes, fe: tuple[Floats, Floats], hertz: tuple[Floats, Floats]) -> None:
+    ax.plot(*fe, color=FE, marker="o", ms=2.5, lw=1.3, label="finite elements")
+    ax.plot(*hertz, color=HERTZ, ls="--", lw=1.6, label="Hertz")
+    ax.set(ylabel="pressure in MPa", ylim=(0.0, 1.12 * max(float(fe[1].max()), float(hertz[1].max()), 1.0)))
+    ax.grid(alpha=0.3)
+
+
+def _draw_rail(ax: Axes, placement: Placement, fields: PressureFields) -> None:
+    """The rail's line over the same s as the cut above it, true to scale, in the frame of the first touch point."""
+    low, high = fields.limits_mm(across=True)
+    s = np.linspace(low, high, 300)
+    points, _ = placement.surface(0.0, s)
+    first = placement.first
+    height = (points - np.array([first.x_mm, first.y_mm, first.z_mm])) @ first.normal
+    there = np.isfinite(height)
+    bottom = float(np.nanmin(height)) - 0.06 * (high - low)
+    ax.fill_between(s[there], height[there], bottom, color="0.85", lw=0.0)
+    ax.plot(s, height, color="0.2", lw=1.4)
+    ends = [low, *(float(k) for k in sorted(_junctions(placement, "rail")) if low < k < high), high]
+    for place in ends[1:-1]:
+        ax.axvline(place, color=RAIL_JUNCTION, lw=1.3, zorder=0)
+    profile = placement.rail.profile
+    for left, right in pairwise(ends):
+        u = profile.at_arc_length(0.5 * (left + right) + placement.first_arc_length_mm)
+        curvature = profile.convex_sign * float(profile.evaluate(u).curvature_per_mm)
+        if np.isfinite(curvature) and right - left > 0.12 * (high - low):
+            radius = radius_text(radius_mm(curvature), "R {:.4g}")
+            ax.text(0.5 * (left + right), bottom, radius, ha="center", va="bottom", fontsize=8.5)
+    ax.set(xlabel=f"{ACROSS}\n{SIDES}", ylabel="rail", yticks=[], aspect="equal", adjustable="datalim")
+    ax.set_xlim(low, high)
+
+
+def _junctions(placement: Placement, kind: Kind) -> Floats:
+    """Positions (mm) of one profile's junctions; the wheel's line lies on the rail's near the touch point."""
+    return np.array([place.s_mm for place in placement.junctions if place.profile.kind == kind])
+
+
+def _case_text(load: JudgedLoad, placement: Placement) -> str:
+    comparison, first, side = load.comparison, placement.first, [*load.sides.values()][-1]
+    lines = [f"{'':<10} {'FE':>6} {'Hertz':>6} {'off by':>9} {'±':>6} {'limit':>7}"]
+    fe, hertz, limits = comparison.fe.as_dict(), side.measures.as_dict(), load.case.criteria.limits
+    for name, answer in side.verdict.each.items():
+        words = WORDS[name]
+        head = f"{words.short} {words.unit}" if name in fe else words.short
+        values = (f"{of[name]:.4g}" if name in of else "" for of in (fe, hertz))
+        off, unsure = words.off(side.deviation[name]), words.off(side.uncertainty[name], size=True).split()[0]
+        limit = words.limit(limits[name]) if name in limits else ""
+        sizes = " ".join(f"{value:>6}" for value in values)
+        lines.append(f"{head:<10} {sizes} {off:>9} {unsure:>6} {limit:>7} {answer}")
+    if first.at_junction:
+        # the ellipse drawn, and the numbers, are those of one side
+        lines.append("all with the curvature of the field side")
+    lines += ["", "solid: finite elements, dashed: Hertz, dotted: rail junction"]
+    lines += [f"touch (+) at {first.rail_y_mm:+z.2f} mm on the rail, {1e3 * first.contact_angle_rad:+z.1f} mrad"]
+    lobes = comparison.patch.lobes
+    for number, lobe in enumerate(lobes if len(lobes) > 1 else (), start=1):
+        carries = f"{lobe.p_max_MPa:.0f} MPa, {1e2 * lobe.force_share:.1f} % of the load"
+        lines.append(f"lobe {number} at {lobe.y_mm:+z.1f} mm: {carries}")
+    lines.append(f"lobes {len(lobes)}, patches {comparison.patch.pieces}")
+    lines.append(f"L2 {1e2 * comparison.pressure_l2:.1f} %, overlap {comparison.overlap:.2f}")
+    size_x, size_s = load.level.nodal.grid.steps_mm
+    lines.append(f"elements {size_x:.2f} by {size_s:.2f} mm, {len(load.solved.levels)} meshes")
+    lines.append(f"status: {load.status}")
+    return "\n".join(lines)

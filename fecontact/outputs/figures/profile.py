@@ -1,0 +1,101 @@
+"""The picture of a profile."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fecontact.outputs.figures.style import (
+    MARKS,
+    PROBLEM,
+    RAIL,
+    RAIL_JUNCTION,
+    SIDES,
+    WHEEL,
+    blank_figure,
+    finish,
+    save_figure,
+)
+from fecontact.outputs.words.cases import short_name
+from fecontact.profiles.curve import Profile
+from fecontact.profiles.problems import Problem
+from fecontact.profiles.segments import Floats
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_KEY_OF_PROBLEM = {
+    "spike": "left out: spike",
+    "out of order": "left out: out of order",
+    "crosses itself": "left out: line crosses itself",
+    "unclear": "doubtful, kept",
+}
+# Of the picture's width; the radius of a shorter arc would lie on those of its neighbours.
+_LEAST_WIDTH = 0.045
+
+
+def profile_figure(profile: Profile, path: str | Path) -> Path:
+    """Draw a profile: its line, and its curvature (positive where convex) over y, with the junctions marked."""
+    figure = blank_figure(10.0, 8.0)
+    line, curvature = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.0))
+    colour = RAIL if profile.kind == "rail" else WHEEL
+    for number in range(len(profile.segments)):
+        # a hair inside the ends, so that each segment shows its own curvature up to them
+        p = profile.evaluate(number + np.linspace(1e-9, 1.0 - 1e-9, 200))
+        line.plot(p.y, p.z, color=colour, lw=2.0)
+        curvature.plot(p.y, profile.convex_sign * p.curvature_per_mm, color=colour, lw=2.0)
+    for junction in profile.junctions:
+        line.plot(junction.y_mm, junction.z_mm, "o", color=RAIL_JUNCTION, ms=5)
+        for ax in (line, curvature):
+            ax.axvline(junction.y_mm, color=RAIL_JUNCTION, lw=0.8, ls=":", zorder=0)
+    # curvatures of a head span four decades of either sign
+    curvature.set_yscale("symlog", linthresh=1e-3)
+    curvature.margins(y=0.08)
+    curvature.axhline(0.0, color="0.5", lw=0.8)
+    line.set(title=f"{profile.kind} {short_name(profile.name)}", ylabel="z (up) in mm")
+    curvature.set(
+        ylabel="curvature in 1/mm, convex positive\n(linear within ±0.001, magnitudes beyond)",
+        xlabel=f"y in mm\n{SIDES}",
+    )
+    _write_radii(line, profile)
+    draw_problems(line, profile)
+    finish(line, curvature)
+    return save_figure(figure, path)
+
+
+def draw_problems(
+    ax: Axes, profile: Profile, place: Callable[[Floats, Floats], tuple[Floats, Floats]] | None = None
+) -> None:
+    """Mark where points of a file were left out, or are doubtful, and say in the key what was wrong with them.
+
+    `place` turns y and z of the profile (mm) into those of the picture, where they are others.
+    """
+    groups: dict[str, list[Problem]] = {}
+    for problem in profile.problems:
+        groups.setdefault(_KEY_OF_PROBLEM[problem.what], []).append(problem)
+    for (words, those), marker in zip(groups.items(), MARKS, strict=False):
+        y, z = np.array([one.y_mm for one in those]), np.array([one.z_mm for one in those])
+        y, z = (y, z) if place is None else place(y, z)
+        # hollow, so that the line is seen through them
+        ax.plot(y, z, marker, color=PROBLEM, mfc="none", mew=1.8, ms=10, ls="none", label=f"{words} ({len(those)})")
+    if groups:
+        ax.legend(loc="best")
+
+
+def _write_radii(ax: Axes, profile: Profile) -> None:
+    """Write the radius of each arc that is long enough for it beside the line."""
+    low, high = ax.get_xlim()
+    for number in range(len(profile.segments)):
+        p = profile.evaluate(number + np.array([1e-9, 0.5, 1.0 - 1e-9]))
+        curvature = profile.convex_sign * profile.evaluate(number + np.linspace(0.01, 0.99, 9)).curvature_per_mm
+        mean = float(np.mean(curvature))
+        is_arc = abs(mean) > 1e-9 and bool(np.ptp(curvature) < 1e-6 * abs(mean))
+        if is_arc and abs(float(p.y[2] - p.y[0])) > _LEAST_WIDTH * (high - low):
+            # lines run to the field side: a rail's material is on their right, a wheel's on their left
+            inwards = np.array([p.z[2] - p.z[0], p.y[0] - p.y[2]]) * (1.0 if profile.kind == "rail" else -1.0)
+            offset = tuple(13.0 * inwards / np.linalg.norm(inwards))
+            style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "center", "fontsize": 8.5}
+            ax.annotate(f"R{1.0 / mean:.4g}", (float(p.y[1]), float(p.z[1])), xytext=offset, **style)

@@ -1,0 +1,259 @@
+"""The picture of a study over the lateral shift: peak pressures, how far Hertz is off, and where the wheel touches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.criteria import Criteria
+from fecontact.errors import InputError
+from fecontact.outputs.figures.style import (
+    ANSWER_MARKS,
+    ANSWERS,
+    FE,
+    HERTZ,
+    MARKS,
+    RAIL_JUNCTION,
+    SERIES,
+    blank_figure,
+    finish,
+    legend_beside,
+    save_figure,
+)
+from fecontact.outputs.words.cases import pair_of_row
+from fecontact.outputs.words.measures import WORDS, deviation_column
+from fecontact.outputs.words.roll import SHIFT, roll_words_of_rows
+from fecontact.outputs.words.series import series
+from fecontact.profiles.curve import Profile, radius_mm, radius_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Floats = NDArray[np.float64]
+Row = Mapping[str, Any]
+
+
+def study_figure(
+    rows: Sequence[Row], path: str | Path, rail: Profile | None = None, criteria: Criteria | None = None
+) -> Path:
+    """Draw a study over the lateral shift: peak pressures, how far Hertz is off, and where the wheel touches the rail.
+
+    How far he is off is drawn with its uncertainty for each measure that decides, in parts of its limit, where there is
+    one series and one set of criteria; otherwise for peak and area, in percent. One colour and mark for each series;
+    more of them than there are colours are not named. Neighbours between which the contact jumps are not joined by a
+    line. A row whose status is not `converged` is a cross that no line
+    goes through; it lies at its value, or at the bottom of the first panel if it has none. The junctions of `rail` are
+    drawn beside the touch points.
+
+    Parameters
+    ----------
+    criteria
+        Those by which all rows were judged, None if there is more than one set.
+
+    Raises
+    ------
+    InputError
+        If there are no rows.
+    """
+    if not rows:
+        raise InputError("study figure: there are no rows to draw")
+    found = series(rows)
+    single = len(found) == 1
+    figure = blank_figure(11.0, 11.0)
+    peak, off, touch = figure.subplots(3, 1, sharex=True, height_ratios=(1.0, 1.4, 0.9))
+    # more than there are colours cannot be told apart anyway
+    shown = len(found) <= len(SERIES)
+    for number, one in enumerate(found):
+        colour, mark, group = SERIES[number % len(SERIES)], MARKS[number % len(MARKS)], one.rows
+        label = f", {one.label}" if one.label and shown else ""
+        # an underscore keeps a line out of the legend
+        kept = "" if shown or number == 0 else "_"
+        fe, hertz = f"{kept}FE{label}", f"{kept}Hertz{label}"
+        of_fe = {"color": FE if single else colour, "marker": mark}
+        of_hertz = {"color": HERTZ if single else colour, "marker": mark, "ls": "--", "mfc": "white"}
+        _draw_series(peak, group, "p_max_fe_MPa", unsure=_peak_error, label=fe, **of_fe)
+        _draw_series(peak, group, "p_max_hertz_MPa", label=hertz, **of_hertz)
+        _draw_series(touch, group, "touch_rail_y_mm", color="0.2" if single else colour, marker=mark)
+        _draw_without_value(peak, group)
+        if not single or criteria is None:
+            _draw_deviations(off, group, colour, mark, (f"{kept}peak{label}", f"{kept}area{label}"))
+    if single and criteria is not None:
+        _draw_used_limits(off, found[0].rows, criteria)
+    else:
+        _finish_deviations(off, criteria)
+    _draw_answers(peak, rows)
+    _finish_study(peak, off, touch, rows, rail)
+    return save_figure(figure, path)
+
+
+def _peak_error(row: Row) -> float:
+    """Uncertainty of the finite elements' peak in MPa."""
+    percent, value = row.get("p_max_uncertainty_percent"), row.get("p_max_fe_MPa")
+    return np.nan if percent is None or value is None else 1e-2 * float(percent) * float(value)
+
+
+def _draw_deviations(ax: Axes, group: Sequence[Row], colour: str, mark: str, labels: tuple[str, str]) -> None:
+    for measure, label, style in zip(
+        ("p_max", "area"), labels, ({"ls": "-"}, {"ls": ":", "mfc": "white"}), strict=True
+    ):
+        unsure = _Column(f"{measure}_uncertainty_percent")
+        _draw_series(
+            ax, group, f"{measure}_deviation_percent", unsure=unsure, color=colour, marker=mark, label=label, **style
+        )
+
+
+@dataclass(frozen=True)
+class _Column:
+    """A number of a row by its column, NaN where there is none."""
+
+    name: str
+    factor: float = 1.0
+
+    def __call__(self, row: Row) -> float:
+        value = row.get(self.name)
+        return np.nan if value is None else self.factor * float(value)
+
+
+def _finish_deviations(ax: Axes, criteria: Criteria | None) -> None:
+    limits = {} if criteria is None else criteria.limits
+    drawn = [(limits[name], WORDS[name].short) for name in ("p_max_MPa", "area_mm2") if name in limits]
+    for (limit, _), grey in zip(sorted(drawn, reverse=True), ("0.93", "0.86"), strict=False):
+        ax.axhspan(-1e2 * limit, 1e2 * limit, color=grey, zorder=0)
+    ax.axhline(0.0, color="0.4", lw=0.8)
+    bands = ", ".join(f"{short} ±{1e2 * limit:g} %" for limit, short in drawn)
+    ax.set(ylabel="Hertz against FE in %" + (f"\n(bands: {bands})" if bands else ""))
+
+
+def _draw_used_limits(ax: Axes, group: Sequence[Row], criteria: Criteria) -> None:
+    """How far Hertz is off in every measure that decides, in parts of its limit, each with its uncertainty."""
+    for number, (measure, limit) in enumerate(criteria.limits.items()):
+        column, unsure, factor = deviation_column(measure)
+        used = [
+            {**row, "used": None if row.get(column) is None else abs(float(row[column])) / (factor * limit)}
+            for row in group
+        ]
+        style = {
+            "color": SERIES[number % len(SERIES)],
+            "marker": MARKS[number % len(MARKS)],
+            "ls": "-" if number % 2 else "--",
+        }
+        error = _Column(unsure, 1.0 / (factor * limit))
+        _draw_series(ax, used, "used", unsure=error, label=WORDS[measure].short, **style)
+    ax.axhspan(0.0, 1.0, color="0.93", zorder=0)
+    ax.axhline(1.0, color="0.3", lw=1.0, zorder=1)
+    for side, words in (("bottom", "beyond the limit"), ("top", "within the limit")):
+        place: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "fontsize": 8.5, "color": "0.35", "va": side}
+        ax.text(0.008, 1.03 if side == "bottom" else 0.97, words, **place)
+    # what is within the limits on a line, what is beyond by its magnitude
+    ax.set_yscale("symlog", linthresh=1.0, linscale=1.0)
+    top = max(3.0, 1.3 * ax.get_ylim()[1])
+    ax.set_ylim(0.0, top)
+    ticks = [tick for tick in (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0) if tick <= top]
+    ax.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+    ax.minorticks_off()
+    ax.set(ylabel="Hertz against FE\nin parts of the limit")
+    # outside: so many lines leave no room for it
+    legend_beside(ax)
+
+
+def _draw_answers(ax: Axes, rows: Sequence[Row]) -> None:
+    """The verdicts above the first panel, a colour and a mark for each."""
+    from matplotlib.lines import Line2D
+
+    handles = []
+    for answer, colour in ANSWERS.items():
+        shifts = [
+            float(row["lateral_shift_mm"])
+            for row in rows
+            if row["status"] == "converged" and row.get("verdict") == answer
+        ]
+        if shifts:
+            style: dict[str, Any] = {"marker": ANSWER_MARKS[answer], "ms": 9, "mfc": colour, "mec": "0.2", "mew": 0.8}
+            place: dict[str, Any] = {"transform": ax.get_xaxis_transform(), "clip_on": False, "ls": "none"}
+            ax.plot(shifts, [1.0] * len(shifts), zorder=5, label=f"_{answer}", **style, **place)
+            handles.append(Line2D([], [], ls="none", label=answer, **style))
+    if handles:
+        # outside, so that it never hides a verdict
+        legend = ax.legend(handles=handles, fontsize=9, loc="lower left", bbox_to_anchor=(1.01, 0.0), title="Hertz")
+        # what is taken for clipped gets no room
+        ax.add_artist(legend).set_clip_on(False)
+
+
+def _draw_series(ax: Axes, group: Sequence[Row], key: str, *, unsure: Any = None, **style: Any) -> None:
+    shift = np.array([float(row["lateral_shift_mm"]) for row in group])
+    value = np.array([np.nan if row.get(key) is None else float(row[key]) for row in group])
+    good = np.array([row["status"] == "converged" for row in group])
+    usable = np.where(good, value, np.nan)
+    # NaN breaks the line, so that nobody reads a value between a good and a bad row, or in the midst of a jump
+    breaks = [number for number in range(1, len(group)) if _jumps(group[number - 1], group[number])]
+    ax.plot(np.insert(shift, breaks, np.nan), np.insert(usable, breaks, np.nan), lw=1.6, ms=5.5, **style)
+    if unsure is not None:
+        error = np.array([unsure(row) for row in group])
+        ax.errorbar(shift, usable, yerr=error, fmt="none", ecolor=style["color"], capsize=2.5, lw=1.0)
+    ax.plot(shift[~good], value[~good], color=style["color"], marker="x", ms=9, mew=2.0, ls="none")
+
+
+def _jumps(before: Row, after: Row) -> bool:
+    """Whether one touch point lies outside of the other's Hertz ellipse: between the two anything may be."""
+    (first, second), widths = (
+        [_Column(name)(row) for row in (before, after)] for name in ("touch_rail_y_mm", "b_hertz_mm")
+    )
+    # a number that is not known (NaN) is no jump
+    return abs(second - first) > min(widths)
+
+
+def _draw_without_value(ax: Axes, group: Sequence[Row]) -> None:
+    lost = [float(row["lateral_shift_mm"]) for row in group if row.get("p_max_fe_MPa") is None]
+    ax.plot(
+        lost, [0.04] * len(lost), transform=ax.get_xaxis_transform(), color="0.2", marker="x", ms=9, mew=2.0, ls="none"
+    )
+
+
+def _finish_study(peak: Axes, off: Axes, touch: Axes, rows: Sequence[Row], rail: Profile | None) -> None:
+    pairs = sorted({pair_of_row(row) for row in rows})
+    loads = sorted({float(row["load_kN"]) for row in rows})
+    title = "; ".join(pairs[:3]) + ("; ..." if len(pairs) > 3 else "")
+    peak.set(ylabel="peak pressure in MPa")
+    with_load = title + (f", {loads[0]:g} kN" if len(loads) == 1 else "")
+    yaws = {float(row.get("yaw_mrad") or 0.0) for row in rows} - {0.0}
+    turned = f"yaw {yaws.pop():+g} mrad" if len(yaws) == 1 else ""
+    peak.set_title("; ".join(filter(None, (with_load, roll_words_of_rows(rows), turned))), pad=14)
+    peak.margins(y=0.12)
+    if rail is not None:
+        _draw_junction_levels(touch, rail)
+    touch.set(xlabel=SHIFT, ylabel="touch point on the rail\ny in mm  (gauge side negative)")
+    if any(row["status"] != "converged" for row in rows):
+        peak.plot([], [], color="0.2", marker="x", ms=9, mew=2.0, ls="none", label="not usable")
+    for ax in (peak, off):
+        handles, _ = ax.get_legend_handles_labels()
+        if ax is peak or ax.get_legend() is None:
+            legend_beside(ax) if handles else None
+    finish(peak, off, touch)
+
+
+def _draw_junction_levels(ax: Axes, rail: Profile) -> None:
+    low, high = ax.get_ylim()
+    room = 0.15 * (high - low) + 2.0
+    shown = [junction for junction in rail.junctions if low - room < junction.y_mm < high + room]
+    for junction in shown:
+        ax.axhline(junction.y_mm, color=RAIL_JUNCTION, lw=1.0, ls="-.", zorder=0)
+        sides = (junction.curvature_left_per_mm, junction.curvature_right_per_mm)
+        ax.annotate(
+            " | ".join(radius_text(radius_mm(one), "R{:.4g}") for one in sides),
+            (0.995, junction.y_mm),
+            xycoords=("axes fraction", "data"),
+            xytext=(0, 2),
+            textcoords="offset points",
+            ha="right",
+            va="bottom",
+            fontsize=8.5,
+            color=RAIL_JUNCTION,
+        )
+    # room for the words above the highest line
+    top = max([high, *(junction.y_mm + 0.5 * room for junction in shown)])
+    ax.set_ylim(low - room, top + 0.5 * room)

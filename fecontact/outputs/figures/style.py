@@ -1,0 +1,118 @@
+"""How every picture looks: colours that the colour-blind and grey prints tell apart, sizes, and files.
+
+Colours are those of Okabe and Ito (2008), chosen so that verdicts differ in lightness as well as in hue; wherever a
+colour has a meaning a mark, a dash or a word has it too.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fecontact.files import write_atomically
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.legend import Legend
+
+DPI = 130
+# Logarithmic axes that end at less than so many times where they begin have numbers between the decades.
+_NARROW = 300.0
+FE, HERTZ = "#0072b2", "#d55e00"
+"""Colours of the finite elements and of Hertz, everywhere."""
+RAIL, WHEEL, POINTS = "0.15", "#0072b2", "#d55e00"
+"""Colours of the lines of both profiles, and of measured points."""
+RAIL_JUNCTION, WHEEL_JUNCTION = "0.35", "0.65"
+"""Of their curvature junctions."""
+EXPECTED = "#f0e442"
+"""Colour of an expected patch."""
+PROBLEM = "#cc79a7"
+"""Colour of points of a file that were left out or are doubtful."""
+ANSWERS = {"HOLDS": "#56b4e9", "UNRESOLVED": "#f0e442", "FAILS": "#d55e00", "failed": "#c8c8c8"}
+"""Colours of the verdicts, and of what could not be solved."""
+ANSWER_MARKS = {"HOLDS": "o", "UNRESOLVED": "D", "FAILS": "X", "failed": "s"}
+ANSWER_WORDS = {
+    "HOLDS": "Hertz holds",
+    "UNRESOLVED": "unresolved",
+    "FAILS": "Hertz fails",
+    "failed": "could not be solved",
+}
+SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#999999")
+"""Colours of series, which differ in their marks as well."""
+MARKS = "os^DvP*X"
+PRESSURE, DIFFERENCE = "viridis", "RdBu_r"
+"""Colour maps of pressures (lighter where higher) and of signed differences."""
+ACROSS, ROLLING = "s across in mm", "x (rolling) in mm"
+SIDES = "gauge side ←            → field side"
+
+
+def blank_figure(width: float, height: float) -> Figure:
+    """An empty figure of a size in inches."""
+    # Figure itself, not pyplot: a study draws hundreds, and pyplot would keep them all
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), dpi=DPI)
+    figure.set_layout_engine("constrained", w_pad=0.12, h_pad=0.12)
+    return figure
+
+
+def finish(*axes: Axes) -> None:
+    """Give axes the grid that all pictures have."""
+    for ax in axes:
+        ax.grid(alpha=0.3)
+
+
+def legend_beside(ax: Axes, **more: Any) -> Legend:
+    """A legend on the right of axes, where it hides nothing."""
+    return ax.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, **more)
+
+
+def plain_log(ax: Axes, which: str = "xy") -> None:
+    """Make axes logarithmic, with numbers such as 0.5 and 20 instead of powers; narrow ones have more than decades."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+    for name in which:
+        ax.set(**{f"{name}scale": "log"})
+        axis = ax.xaxis if name == "x" else ax.yaxis
+        low, high = sorted(axis.get_view_interval())
+        narrow = high < _NARROW * low
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if narrow else (1.0,), numticks=12 if narrow else 5))
+        axis.set_minor_locator(NullLocator())
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+
+
+def save_figure(figure: Figure, path: str | Path) -> Path:
+    """Write a figure as PNG, and as SVG of the same name beside it: the same bytes every time."""
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    # no version and no date in the files: the picture is all that may differ between two runs
+    with rc_context({"svg.hashsalt": "fecontact", "figure.autolayout": False, "figure.constrained_layout.use": False}):
+        _settle(figure)
+        write_atomically(
+            Path(path).with_suffix(".svg"),
+            lambda temporary: FigureCanvasSVG(figure).print_figure(
+                temporary,
+                dpi=DPI,
+                format="svg",
+                metadata={"Date": None, "Creator": None, "Format": None, "Type": None},
+            ),
+        )
+    return write_atomically(
+        path,
+        lambda temporary: FigureCanvasAgg(figure).print_figure(
+            temporary, dpi=DPI, format="png", metadata={"Software": None}
+        ),
+    )
+
+
+def _settle(figure: Figure) -> None:
+    """Lay a figure out once and keep it: the layout's last digits differ from run to run, and get into an SVG."""
+    figure.draw_without_rendering()
+    # with an engine that does nothing ("none") every file would be drawn twice
+    figure.set_layout_engine(None)
+    for ax in figure.axes:
+        x, y, width, height = (round(edge, 6) for edge in ax.get_position(original=True).bounds)
+        ax.set_position((x, y, width, height))

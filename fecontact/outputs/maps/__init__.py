@@ -1,0 +1,1 @@
+"""Maps as values, their table, picture and files."""

@@ -1,0 +1,143 @@
+"""Maps of the cheapest theory that holds: of the laws of creep forces, and of the theories of the pressure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from fecontact.comparison.creep_theories import CREEP_LAWS, REAL
+from fecontact.comparison.judgement import FORCE, Judgement, cheapest, first_standing
+from fecontact.comparison.theories import THEORIES
+from fecontact.map.cells import ApplicabilityMap, MapCell
+from fecontact.map.load_limit import stretches
+from fecontact.outputs.figures.style import ANSWERS
+from fecontact.outputs.maps.verdicts import force_criterion
+from fecontact.outputs.maps.view import CellView, ColumnView, MapView, part_words
+from fecontact.outputs.records.theories import theories_of
+from fecontact.outputs.words.measures import limits_text
+
+# Blue where Hertz's ellipse is enough, green for several, orange where the real patch is needed; darker where dearer.
+_LAWS = {
+    "polach": ("P", "#d3ebf8"),
+    "fastsim": ("F", "#8fcbed"),
+    "exact": ("E", "#56a5d8"),
+    "multi_hertz": ("S", "#66c2a5"),
+    "strips": ("T", "#f5b878"),
+    "real": ("R", "#d55e00"),
+}
+# Of theories of the pressure, from the cheapest; a further one has the last.
+_PRESSURE_COLOURS = (
+    *("#d3ebf8", "#8fcbed", "#56a5d8"),
+    *("#d5efd0", "#a5dba2", "#66c2a5", "#2a9d78"),
+    *("#f5d2a8", "#f5b878"),
+)
+_OPEN, _NONE, _LOST = "UNRESOLVED", "FAILS", "failed"
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Theories:
+    """Theories that are shown: their judgements in a cell, and of each its letter, colour, words and number."""
+
+    of: Callable[[MapCell], Mapping[str, Judgement]]
+    letters: Mapping[str, str]
+    colours: Mapping[str, str]
+    words: Mapping[str, str]
+    number: Callable[[str, Judgement], str]
+    lost: str
+
+
+def law_view(made: ApplicabilityMap) -> MapView:
+    """The cheapest law of creep forces that holds, and by how much of mu N it is off at most."""
+    within = force_criterion(made)
+    laws = _Theories(
+        of=lambda cell: {} if cell.judged is None else cell.judged.creep_laws,
+        letters={name: letter for name, (letter, _) in _LAWS.items()},
+        colours={name: colour for name, (_, colour) in _LAWS.items()},
+        words=CREEP_LAWS,
+        number=lambda name, judged: "" if name == REAL else f"{1e2 * judged.deviation[FORCE]:.1f}",
+        lost="no forces: not solved",
+    )
+    note = f"the cheapest theory of creep forces within {within}, and by how much of µN it is off, %"
+    title = "the cheapest theory of creep forces that holds"
+    return _view(made, laws, title, within, number="off by at most, % of µN", note=note)
+
+
+def theory_view(made: ApplicabilityMap) -> MapView:
+    """The cheapest theory of the pressure that holds, and the largest part of a limit that it uses."""
+    found = [_of_pressure(cell) for cell in made.cells]
+    names = [name for name in THEORIES if any(name in one for one in found)]
+    theories = _Theories(
+        of=_of_pressure,
+        letters={name: chr(ord("A") + number) for number, name in enumerate(names)},
+        colours={name: _PRESSURE_COLOURS[min(number, len(_PRESSURE_COLOURS) - 1)] for number, name in enumerate(names)},
+        words={name: THEORIES[name].words for name in names},
+        number=lambda _, judged: part_words(judged.limit_used),
+        lost="could not be solved",
+    )
+    note = "the cheapest theory that holds, and the largest part of a limit that it uses"
+    number = "largest part of a limit\nthat it uses; off from 1 on"
+    return _view(
+        made, theories, "the cheapest theory that holds", limits_text(made.case.criteria), number=number, note=note
+    )
+
+
+def _of_pressure(cell: MapCell) -> Mapping[str, Judgement]:
+    return {} if cell.judged is None or cell.status != "converged" else theories_of(cell.judged)
+
+
+def _view(
+    made: ApplicabilityMap, theories: _Theories, title: str, criterion: str, *, number: str, note: str
+) -> MapView:
+    """A stretch between two loads with different answers is unresolved, as is a load whose answer is open."""
+    found = [theories.of(cell) for cell in made.cells]
+    shown = {first_standing(one) for one in found if one}
+    answers = [(name, f"{theories.letters[name]}  {words}") for name, words in theories.words.items() if name in shown]
+    marks = []
+    if None in shown:
+        answers.append((_NONE, "none holds"))
+        marks.append(("$x$", "none holds"))
+    if {} in found:
+        answers.append((_LOST, theories.lost))
+        marks.append(("$!$", theories.lost))
+    if any(first_standing(one) and cheapest(one) is None for one in found):
+        marks.append(("$?$", "open whether it holds"))
+    return MapView(
+        case=made.case,
+        loads_N=made.loads_N,
+        columns=tuple(_column(position.lateral_shift_mm, position.cells, theories) for position in made.positions),
+        title=title,
+        criterion=criterion,
+        colours={**ANSWERS, **theories.colours},
+        answers=[*answers, (_OPEN, "unresolved")],
+        marks=marks,
+        number=number,
+        notes=[
+            note,
+            ", ".join(f"{theories.letters[name]} {words}" for name, words in theories.words.items()),
+            f"? open whether it holds{', x none holds' * (None in shown)}, ! {theories.lost}",
+        ],
+        # every load that was solved has its number
+        ticks=False,
+    )
+
+
+def _column(shift_mm: float, cells: tuple[MapCell, ...], theories: _Theories) -> ColumnView:
+    shown = tuple(_cell(cell, theories) for cell in cells)
+    known = [(cell.load_kN, cell.answer) for cell in shown if cell.answer != _LOST]
+    return ColumnView(
+        shift_mm=shift_mm,
+        bands=stretches(known, _OPEN),
+        solved_kN=tuple(cell.load_N / 1e3 for cell in cells if cell.judged is not None),
+        cells=shown,
+    )
+
+
+def _cell(cell: MapCell, theories: _Theories) -> CellView:
+    judged, load_kN = theories.of(cell), cell.load_N / 1e3
+    name, holds = first_standing(judged), cheapest(judged)
+    if name is None:
+        text = "x" if judged else "!"
+        return CellView(load_kN=load_kN, answer=_NONE if judged else _LOST, text=text, letter=text, printed=text)
+    letter = theories.letters[name] + "?" * (holds is None)
+    text = f"{letter} {theories.number(name, judged[name])}".strip()
+    return CellView(load_kN=load_kN, answer=holds or _OPEN, text=text, letter=letter, printed=text)

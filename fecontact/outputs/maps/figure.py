@@ -1,0 +1,172 @@
+"""The picture of a map: coloured columns over the load, one a lateral shift, with words at the loads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.outputs.figures.style import ANSWERS, blank_figure, save_figure
+from fecontact.outputs.maps.view import CellView, ColumnView, MapView
+from fecontact.outputs.words.cases import pair_words
+from fecontact.outputs.words.roll import other_wheel_label, roll_words, shift_label
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Floats = NDArray[np.float64]
+
+# Points below which no numbers are written, letters alone.
+_SMALLEST_FONT = 5.0
+# Inches: of the legend, of a column of positions at its widest, between two lines of words at least, of the axes.
+_LEGEND, _COLUMN, _LINE, _TALLEST = 3.6, 0.75, 0.19, 11.0
+# A number of four characters and a letter need this many columns' inches a point of the font.
+_INCHES_A_POINT = 0.055
+# In the colour of what holds.
+_DIAMOND: dict[str, Any] = {"ls": "none", "marker": "D", "mfc": ANSWERS["HOLDS"], "mec": "k", "mew": 0.8}
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Inches of the axes' width, and points of the words, for so many columns."""
+
+    columns: int
+
+    @property
+    def width(self) -> float:
+        """Of the axes."""
+        return float(np.clip(_COLUMN * self.columns, 4.5, 13.0))
+
+    @property
+    def font(self) -> float:
+        """Of the words in the columns."""
+        return min(9.5, self.width / self.columns / _INCHES_A_POINT)
+
+    @property
+    def has_numbers(self) -> bool:
+        """Whether there is room for numbers beside the letters."""
+        return self.font >= _SMALLEST_FONT
+
+
+def map_figure(view: MapView, path: str | Path) -> Path:
+    """Draw a map over lateral shift and load, as PNG and as SVG.
+
+    The load axis is linear. The colour of a column changes at the loads at which the answer does, as far as they are
+    known. Each load of the map has the words of its cell; every other load that was solved is a tick at both sides of
+    its column. Of a symmetric wheelset the axis above is that of the other wheel.
+    """
+    case, sizes, loads = view.case, Sizes(len(view.columns)), np.array(view.loads_N) / 1e3
+    shifts = np.array([column.shift_mm for column in view.columns])
+    figure = blank_figure(sizes.width + _LEGEND, _height(loads))
+    ax = figure.add_subplot()
+    ends = _load_range(loads)
+    for sides, column in zip(pairwise(_edges(shifts)), view.columns, strict=True):
+        # a tick beside a number looks like a minus
+        numbered = {cell.load_kN for cell in column.cells} if sizes.has_numbers else set()
+        _draw_column(ax, column, view.colours, sides, ends)
+        _draw_ticks(ax, [load for load in column.solved_kN if load not in numbered], sides)
+        for cell in column.cells:
+            _write(ax, cell, view.colours[cell.answer], 0.5 * (sides[0] + sides[1]), sizes)
+    ax.set_xlim(*_edges(shifts)[[0, -1]])
+    ax.set(ylim=ends, yticks=loads)
+    ax.legend(
+        handles=_handles(view, sizes), loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, fontsize=9
+    )
+    # from the left: a narrow map is shorter than its title, and the legend beside it leaves room
+    title = f"{pair_words(case)}: {view.title},\n{roll_words(case)},\nwithin {view.criterion}"
+    ax.set_title(title, x=0.0, ha="left")
+    ax.set(xlabel=shift_label(case), ylabel=f"{case.load_kind} load in kN")
+    if label := other_wheel_label(case):
+        above = ax.secondary_xaxis("top", functions=(np.negative, np.negative))
+        above.set_xlabel(label)
+    return save_figure(figure, path)
+
+
+def _handles(view: MapView, sizes: Sizes) -> list[Any]:
+    """What colours, the diamond, ticks, numbers and letters stand for."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    handles: list[Any] = [Patch(fc=view.colours[answer], ec="0.4", label=words) for answer, words in view.answers]
+    if view.diamond:
+        handles.append(Line2D([], [], ms=6, label=view.diamond, **_DIAMOND))
+    marks = [("$-$", "solved at this load")]
+    if sizes.has_numbers:
+        marks = [("$-$", "further loads that were solved")] * view.ticks + [("$0.5$", view.number)]
+    return handles + [
+        Line2D([], [], ls="none", marker=mark, color="k", ms=16 if any(map(str.isdigit, mark)) else 8, label=label)
+        for mark, label in (*marks, *view.marks)
+    ]
+
+
+def _height(loads: Floats) -> float:
+    """Inches at which the closest loads leave a line of words each, within reason."""
+    if loads.size < 2:
+        return 4.0
+    bottom, top = _load_range(loads)
+    return float(np.clip(_LINE * (top - bottom) / np.diff(loads).min(), 4.6, _TALLEST)) + 1.6
+
+
+def _load_range(loads: Floats) -> tuple[float, float]:
+    """Range of the load axis: some room beyond the smallest and the largest load for what is written at them."""
+    room = 0.04 * float(np.ptp(loads)) or 0.5
+    return max(0.0, float(loads[0]) - room), float(loads[-1]) + room
+
+
+def _edges(centres: Floats) -> Floats:
+    """Edges of columns half way between their centres, the outermost as near as the closest; a single one is 1 wide."""
+    reach = 0.5 * float(np.diff(centres).min(initial=math.inf)) if centres.size > 1 else 0.5
+    return np.concatenate([[centres[0] - reach], 0.5 * (centres[:-1] + centres[1:]), [centres[-1] + reach]])
+
+
+def _draw_column(
+    ax: Axes,
+    column: ColumnView,
+    colours: Mapping[str, str],
+    sides: tuple[float, float],
+    ends: tuple[float, float],
+) -> None:
+    left, right = sides
+    place: dict[str, Any] = {"x": left, "width": right - left, "align": "edge", "lw": 0.0}
+    if not column.bands:
+        ax.bar(bottom=ends[0], height=ends[1] - ends[0], color=colours["failed"], **place)
+    for number, (low, high, answer) in enumerate(column.bands):
+        # the first and the last go on to the frame: nothing is known beyond them, but it is room for words
+        bottom = ends[0] if number == 0 else low
+        top = ends[1] if number == len(column.bands) - 1 else high
+        ax.bar(bottom=bottom, height=top - bottom, color=colours[answer], **place)
+        if number:
+            ax.plot(sides, [low, low], color="k", lw=0.9, solid_capstyle="butt")
+    if column.solved_kN:
+        ax.bar(bottom=ends[0], height=ends[1] - ends[0], fill=False, ec="white", **place | {"lw": 1.2})
+
+
+def _draw_ticks(ax: Axes, loads_kN: Sequence[float], sides: tuple[float, float]) -> None:
+    left, right = sides
+    tick = 0.09 * (right - left)
+    for load in loads_kN:
+        for start, end in ((left, left + tick), (right - tick, right)):
+            ax.plot([start, end], [load, load], color="k", lw=1.0, solid_capstyle="butt")
+
+
+def _write(ax: Axes, cell: CellView, colour: str, middle: float, sizes: Sizes) -> None:
+    """A cell's words on its colour, so that a border of colours is not drawn through them."""
+    from matplotlib.transforms import ScaledTranslation
+
+    ax.text(
+        *(middle, cell.load_kN, cell.text if sizes.has_numbers else cell.letter),
+        ha="center",
+        va="center",
+        fontsize=max(sizes.font, 6.0),
+        weight="bold" if cell.bold else "normal",
+        bbox={"fc": colour, "ec": "none", "pad": 0.6},
+    )
+    if cell.diamond:
+        below = ScaledTranslation(0.0, -(0.5 * sizes.font + 3.5) / 72.0, ax.figure.dpi_scale_trans)
+        ax.plot(middle, cell.load_kN, transform=ax.transData + below, ms=min(sizes.font, 6.0), **_DIAMOND)

@@ -1,0 +1,205 @@
+"""Maps of verdicts: where a theory of the pressure holds, and where Hertz does for creep forces."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from fecontact.comparison.creep_verdict import PLACE, SHAPE
+from fecontact.comparison.theories import HERTZ, THEORIES
+from fecontact.comparison.verdict import AT_JUNCTION
+from fecontact.map.cells import ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition
+from fecontact.map.load_limit import stretches
+from fecontact.outputs.figures.style import ANSWER_WORDS, ANSWERS
+from fecontact.outputs.maps.view import CellView, ColumnView, MapView, part_words
+from fecontact.outputs.records.theories import all_ellipses_instead, ellipses_instead, judged_by
+from fecontact.outputs.words.measures import WORDS, limits_text
+
+CAUSE_LETTERS: Mapping[str, str] = {
+    "finite bodies": "B",
+    "second patch": "S",
+    "second lobe": "L",
+    "curvature change within the patch": "J",
+    "conformity": "C",
+    "curvature varies over the patch": "V",
+    AT_JUNCTION: "U",
+}
+"""Marks of the causes."""
+FORCE_LETTERS: Mapping[str, str] = {PLACE: "P", SHAPE: "F"}
+"""Marks of the causes of forces."""
+_FORCE_CAUSES = {PLACE: "centre of pressure beside\nthe touch point", SHAPE: SHAPE}
+_SIGNS = {"HOLDS": "+", "FAILS": "x", "UNRESOLVED": "?", "failed": "!"}
+_SIGN_WORDS = "+ holds, x fails, ? unresolved, !"
+_LIMIT_WORDS = {"HOLDS": "holds", "FAILS": "fails", "UNRESOLVED": "open"}
+_OTHER_HOLDS = "*"
+
+
+def verdict_view(made: ApplicabilityMap, theory: str = HERTZ) -> MapView:
+    """Where a theory of the pressure holds, with the largest part of a limit that it uses.
+
+    A letter says why Hertz does not hold, and a diamond that another theory does there. A theory that says nothing of
+    its own at a position is Hertz there.
+    """
+    words, of_hertz = THEORIES[theory].words, theory == HERTZ
+    name = words if of_hertz else "it"
+    columns = [
+        _column(
+            position,
+            position.limit if of_hertz else _limit_of(position, theory),
+            [_verdict_cell(cell, theory) for cell in position.cells],
+        )
+        for position in made.positions
+    ]
+    causes = {cell.cause for cell in made.cells} if of_hertz else set()
+    measures = made.case.criteria.limits
+    notes = [
+        f"{_SIGN_WORDS} could not be solved; peak pressure, {words} against FE in %",
+        f"decided by {', '.join(f'{WORDS[name].letter} {WORDS[name].short}' for name in measures)}",
+    ]
+    if not of_hertz:
+        notes.append("where it says nothing of its own it is Hertz")
+    instead = all_ellipses_instead(made) if of_hertz else ""
+    return MapView(
+        case=made.case,
+        loads_N=made.loads_N,
+        columns=tuple(columns),
+        title=f"where {words} holds",
+        criterion=limits_text(made.case.criteria),
+        colours=ANSWERS,
+        answers=_answers(columns, name),
+        marks=[
+            *_unsolved(made),
+            *_letters(CAUSE_LETTERS, {cause: cause for cause in CAUSE_LETTERS if cause in causes}),
+        ],
+        number=f"largest part of a limit\nthat {name} uses; off from 1 on",
+        notes=[*notes, f"{_OTHER_HOLDS} {instead} holds"] if instead else notes,
+        diamond=f"{instead}, holds" if instead else "",
+    )
+
+
+def force_view(made: ApplicabilityMap) -> MapView:
+    """Where Hertz holds for creep forces, with the part of the limit of forces that he uses.
+
+    Load limits are as sharp as the loads that were solved for those of pressure. What was not solved has no forces.
+    """
+    columns = [
+        _column(position, position.force_limit or position.limit, [_force_cell(cell) for cell in position.cells])
+        for position in made.positions
+    ]
+    causes = {cell.force.verdict.cause for cell in made.cells if cell.force}
+    within = force_criterion(made)
+    return MapView(
+        case=made.case,
+        loads_N=made.loads_N,
+        columns=tuple(columns),
+        title="where Hertz holds for creep forces",
+        criterion=within,
+        colours=ANSWERS,
+        answers=_answers(columns, THEORIES[HERTZ].words),
+        marks=[
+            *_unsolved(made),
+            *_letters(FORCE_LETTERS, {cause: words for cause, words in _FORCE_CAUSES.items() if cause in causes}),
+        ],
+        number="part of the limit that\nHertz uses; off from 1 on",
+        notes=[
+            f"{_SIGN_WORDS} no forces: not solved; part of the limit of {within}",
+            f"off by {', '.join(f'{letter} {cause}' for cause, letter in FORCE_LETTERS.items())}",
+        ],
+    )
+
+
+def limit_text(limit: LoadLimit) -> str:
+    """At which loads a theory holds, in words."""
+    parts = [
+        f"{_LIMIT_WORDS[one.answer]} {one.low_N / 1e3:.4g}"
+        + (f" to {one.high_N / 1e3:.4g}" if one.high_N > one.low_N else "")
+        for one in limit.intervals
+    ]
+    text = f"{', '.join(parts)} kN" if parts else f"{limit.reason}"
+    return f"{text} ({limit.note})" if limit.note else text
+
+
+def force_criterion(made: ApplicabilityMap) -> str:
+    """Limit, friction and creepages in words."""
+    creep = made.case.creep
+    assert creep.friction is not None
+    surfaces = ", which follow the curved surfaces" if creep.curved else ""
+    return (
+        f"{1e2 * creep.force_limit:g} % of µN, friction {creep.friction:g}, creepages up to"
+        f" {1e2 * creep.largest_creepage:g} %{surfaces}"
+    )
+
+
+def _column(position: MapPosition, limit: LoadLimit, cells: Sequence[CellView]) -> ColumnView:
+    own = (cell.load_N for cell in position.cells if cell.judged is not None)
+    return ColumnView(
+        shift_mm=position.lateral_shift_mm,
+        bands=tuple((one.low_N / 1e3, one.high_N / 1e3, one.answer) for one in limit.intervals),
+        solved_kN=tuple(load_N / 1e3 for load_N in (*own, *(load_N for load_N, _ in limit.tried))),
+        cells=tuple(cells),
+        limit=limit_text(limit),
+    )
+
+
+def _limit_of(position: MapPosition, theory: str) -> LoadLimit:
+    """At which loads another theory than Hertz holds, from the loads that were solved for the map."""
+    told = [(cell, judged_by(cell.judged, theory)) for cell in position.cells if cell.status == "converged"]
+    known = [(cell.load_N, judged.verdict.answer) for cell, judged in told if judged is not None]
+    found = stretches(known, "UNRESOLVED")
+    return LoadLimit(
+        intervals=tuple(LoadInterval(low_N=low_N, high_N=high_N, answer=answer) for low_N, high_N, answer in found),
+        reason=None if known else position.limit.reason or f"no contact by {THEORIES[theory].words}",
+        note=position.limit.note,
+    )
+
+
+def _verdict_cell(cell: MapCell, theory: str) -> CellView:
+    judged, usable = judged_by(cell.judged, theory), cell.status == "converged"
+    answer = "failed" if judged is None else judged.verdict.answer
+    letter = "" if theory != HERTZ or cell.cause is None else CAUSE_LETTERS[cell.cause]
+    instead = theory == HERTZ and ellipses_instead(cell.judged) is not None
+    # no measure leaves open what did not converge
+    decided = judged is not None and usable and answer != "HOLDS"
+    by = WORDS[judged.verdict.measure].letter if judged is not None and decided else " "
+    percent = math.nan if judged is None or not usable else 1e2 * judged.deviation["p_max_MPa"]
+    off = f"{percent:+z.1f}" if math.isfinite(percent) else ""
+    return CellView(
+        load_kN=cell.load_N / 1e3,
+        answer=answer,
+        text=f"{part_words(judged.limit_used)} {letter}".strip() if usable and judged is not None else "!",
+        letter=letter if usable and judged is not None else "!",
+        printed=_SIGNS[answer] + by + off.rjust(6) + (_OTHER_HOLDS if instead else " "),
+        bold=answer == "FAILS",
+        diamond=instead,
+    )
+
+
+def _force_cell(cell: MapCell) -> CellView:
+    force, load_kN = cell.force, cell.load_N / 1e3
+    if force is None:
+        return CellView(load_kN=load_kN, answer="failed", text="!", letter="!", printed="!")
+    answer, letter = force.verdict.answer, FORCE_LETTERS.get(force.verdict.cause or "", "")
+    part = part_words(force.limit_used)
+    return CellView(
+        load_kN=load_kN,
+        answer=answer,
+        text=f"{part} {letter}".strip(),
+        letter=letter,
+        printed=f"{_SIGNS[answer]}{letter or ' '}{part:>6}",
+        bold=answer == "FAILS",
+    )
+
+
+def _answers(columns: Sequence[ColumnView], words: str) -> list[tuple[str, str]]:
+    """The verdicts that are shown, and what their colours stand for."""
+    shown = {answer for column in columns for _, _, answer in column.bands}
+    shown |= {"failed" for column in columns if not column.bands}
+    return [(answer, said.replace("Hertz", words)) for answer, said in ANSWER_WORDS.items() if answer in shown]
+
+
+def _unsolved(made: ApplicabilityMap) -> list[tuple[str, str]]:
+    return [] if made.all_solved else [("$!$", "not to be used")]
+
+
+def _letters(letters: Mapping[str, str], words: Mapping[str, str]) -> list[tuple[str, str]]:
+    return [(rf"$\mathbf{{{letters[cause]}}}$", said) for cause, said in words.items()]

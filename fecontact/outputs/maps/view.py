@@ -1,0 +1,95 @@
+"""What a map shows, as a value that one table and one picture draw, whatever it shows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from fecontact.case import Case
+
+
+@dataclass(frozen=True, kw_only=True)
+class CellView:
+    """What is shown of a position under one load.
+
+    Attributes
+    ----------
+    answer
+        Key of the view's colours.
+    text, letter
+        In the picture: with its number, and where there is no room for numbers.
+    printed
+        In the table.
+    bold
+        For what does not hold.
+    diamond
+        Whether there is a diamond below it.
+    """
+
+    load_kN: float
+    answer: str
+    text: str
+    letter: str
+    printed: str
+    bold: bool = False
+    diamond: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class ColumnView:
+    """A lateral shift over the loads.
+
+    Attributes
+    ----------
+    bands
+        Smallest and largest load (kN) and answer, by increasing load; none where nothing is known.
+    solved_kN
+        Loads that were solved; without any there is no border.
+    limit
+        At which loads it holds, in words; empty where the map has no limits.
+    """
+
+    shift_mm: float
+    bands: Sequence[tuple[float, float, str]]
+    solved_kN: tuple[float, ...]
+    cells: tuple[CellView, ...]
+    limit: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapView:
+    """A map as it is shown.
+
+    Attributes
+    ----------
+    title, criterion
+        What it shows, and within what.
+    colours
+        Colour of each answer.
+    answers, marks, number
+        What the answers that occur, the marks, and the number of a cell stand for, for the legend.
+    diamond
+        What a diamond stands for; empty where there is none.
+    ticks
+        Whether loads that were solved beside those of the map are marked.
+    notes
+        Lines below the table.
+    """
+
+    case: Case
+    loads_N: tuple[float, ...]
+    columns: tuple[ColumnView, ...]
+    title: str
+    criterion: str
+    colours: Mapping[str, str]
+    answers: Sequence[tuple[str, str]]
+    marks: Sequence[tuple[str, str]]
+    number: str
+    notes: Sequence[str]
+    diamond: str = ""
+    ticks: bool = True
+
+
+def part_words(used: float) -> str:
+    """A part of a limit in three characters, whatever it is."""
+    return f"{used:.{2 if used < 1.0 else 1 if used < 10.0 else 0}f}"

@@ -1,0 +1,114 @@
+"""`view.py`: opens the ParaView files of a study or a case with the cameras, colours and cuts that show the contact."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fecontact.errors import InputError
+from fecontact.files import read_json, write_text
+from fecontact.outputs.paraview.vtk import COLLECTION
+from fecontact.outputs.records.rows import read_row
+
+Row = Mapping[str, Any]
+
+VIEW = "view.py"
+_BODY = "script.py.txt"
+# Colour scales end at such a number of MPa, so that their labels are round.
+_ROUND_MPA = 100.0
+
+
+def write_view(out: Path) -> Path:
+    """Write `view.py` into the folder of a study, or of a single case, that has ParaView files.
+
+    The script holds paths relative to itself, so that the folder can be moved; the point to look at, and one colour
+    scale over all cases, are numbers in its head.
+
+    Raises
+    ------
+    InputError
+        If the folder has no ParaView files.
+    """
+    out = Path(out)
+    collections = sorted(path.name for path in out.glob("study*.pvd"))
+    if collections:
+        document = read_json(out / "study.json")
+        rows = [row for row in document["rows"] if row.get("p_max_fe_MPa") is not None]
+        folders = [out / "cases" / str(row["id"]) for row in rows]
+    elif (out / COLLECTION).is_file():
+        collections, rows, folders = [COLLECTION], [read_row(out / "row.json")], [out]
+    else:
+        raise InputError(_without_collection(out))
+    return write_text(out / VIEW, view_script(collections, rows, folders))
+
+
+def _without_collection(out: Path) -> str:
+    """Why there is nothing to see, and which folder to give."""
+    if single := sorted(path.parent for path in out.glob(f"cases/*/{COLLECTION}")):
+        # a .pvd has several shifts of one pair
+        return f"{out}: its cases are no series of shifts; give the folder of one of them, such as {single[0]}"
+    return (
+        f"{out}: it has no study.pvd and no {COLLECTION}; give the folder that `fecontact run` or"
+        " `fecontact solve --out` wrote (a map keeps no meshes)"
+    )
+
+
+def view_script(collections: Sequence[str], rows: Sequence[Row], folders: Sequence[Path]) -> str:
+    """The script for these collections, whose cases are the rows in the folders."""
+    touches = np.array([_touch_mm(folder) for folder in folders])
+    low, high = touches.min(axis=0), touches.max(axis=0)
+    extents = [
+        float(row[f"extent_{axis}_{of}_mm"])
+        for row in rows
+        for axis in "xy"
+        for of in ("fe", "hertz")
+        if row.get(f"extent_{axis}_{of}_mm") is not None
+    ]
+    size = max(extents) + float(np.max(high - low))
+    head = {
+        "FILES": list(collections),
+        "CENTRE_MM": [round(float(middle), 3) for middle in 0.5 * (low + high)],
+        "SIZE_MM": round(size, 1),
+        "PRESSURE_MPA": _round_up(_largest(rows, ("p_max_fe_MPa", "p_max_hertz_MPa"))),
+        "VON_MISES_MPA": _round_up(_largest(rows, ("von_mises_max_rail_MPa", "von_mises_max_wheel_MPa"))),
+    }
+    words = {
+        "FILES": "collections beside this script; the first one is shown: put another one there",
+        "CENTRE_MM": "middle of all touch points, in the track frame",
+        "SIZE_MM": "what the cameras show: the largest patch, and how far the touch point moves",
+        "PRESSURE_MPA": "ends of the colour scales, the same for all cases",
+    }
+    lines = [
+        '"""Shows the contact in ParaView: pressure on the rail, and von Mises stress in the cut across.',
+        "",
+        "Start ParaView in the folder of this file: `paraview --script=view.py`. The slider of the time is the lateral",
+        "shift. Paths are relative to this file: the whole folder can be moved.",
+        '"""',
+        "",
+    ]
+    for name, value in head.items():
+        if name in words:
+            lines.append(f"# {words[name]}")
+        lines.append(f"{name} = {json.dumps(value)}")
+    body = (files("fecontact.outputs.paraview") / _BODY).read_text("utf-8")
+    return "\n".join(lines) + "\n" + body
+
+
+def _touch_mm(folder: Path) -> tuple[float, float, float]:
+    first = read_json(folder / "result.json")["touch_points"][0]
+    return first["x_mm"], first["y_mm"], first["z_mm"]
+
+
+def _largest(rows: Sequence[Row], columns: Sequence[str]) -> float:
+    values = [float(row[column]) for row in rows for column in columns if row.get(column) is not None]
+    return max(values, default=1.0)
+
+
+def _round_up(value: float) -> float:
+    return _ROUND_MPA * math.ceil(value / _ROUND_MPA)

@@ -1,0 +1,155 @@
+"""Judged theories as records, columns and words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from fecontact.comparison.approximation import TheoryPatch
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.judgement import Judgement, cheapest, first_standing
+from fecontact.comparison.measures import hertz_measures
+from fecontact.comparison.theories import EITHER_SIDE, HERTZ, OF_ELLIPSES, THEORIES
+from fecontact.comparison.verdict import Verdict
+from fecontact.map.cells import ApplicabilityMap
+from fecontact.theory.hertz import HertzContact
+
+Record = dict[str, Any]
+
+
+def other_theories(load: JudgedLoad) -> dict[str, Judgement]:
+    """The judged theories besides Hertz's ellipse at the first touch point."""
+    return {name: one for name, one in load.judgements.items() if name not in EITHER_SIDE}
+
+
+def theories_of(load: JudgedLoad) -> dict[str, Judgement]:
+    """Every judged theory; Hertz by the worst of both sides: who takes either curvature must be able to rely on it."""
+    worst = max(load.sides.values(), key=lambda side: side.limit_used)
+    return {HERTZ: replace(worst, verdict=load.verdict)} | other_theories(load)
+
+
+def judged_by(load: JudgedLoad | None, theory: str) -> JudgedLoad | Judgement | None:
+    """A load by a theory, of Hertz the load itself; None where the theory has no contact.
+
+    A theory that says nothing of its own, such as springs at a single touch point, is Hertz.
+    """
+    if load is None or theory in load.without:
+        return None
+    return load if theory == HERTZ else load.judgements.get(theory, load)
+
+
+def ellipses_instead(load: JudgedLoad | None) -> str | None:
+    """The theory of ellipses that holds where the single one of Hertz does not; None where he does, or none holds."""
+    if load is None or load.status != "converged" or load.verdict.answer == "HOLDS":
+        return None
+    others = other_theories(load).items()
+    return next((name for name, one in others if name in OF_ELLIPSES and one.verdict.answer == "HOLDS"), None)
+
+
+def all_ellipses_instead(made: ApplicabilityMap) -> str:
+    """The theories of ellipses that hold in cells of a map where Hertz does not, in words; empty without one."""
+    found = {ellipses_instead(cell.judged) for cell in made.cells}
+    return " or ".join(theory.words for name, theory in THEORIES.items() if name in found)
+
+
+def theories_record(load: JudgedLoad) -> Record:
+    """Every theory that was judged, and why another one has no contact."""
+    judged = {name: judgement_record(one) for name, one in load.judgements.items()}
+    found = judged | {name: {"problem": problem} for name, problem in load.without.items()}
+    return {name: found[name] for name in THEORIES if name in found}
+
+
+def judgement_record(judged: Judgement) -> Record:
+    """A theory of the pressure and its verdict."""
+    contact = judged.approximation
+    assert contact is not None
+    return {
+        **judged.measures.as_dict(),
+        "centre_mm": list(contact.centre_mm),
+        "overlapping": contact.overlapping,
+        "status": contact.status,
+        "notes": list(contact.notes),
+        "patches": [_patch_record(one) for one in contact.patches],
+        "deviation": dict(judged.deviation),
+        "uncertainty": dict(judged.uncertainty),
+        "verdict": verdict_record(judged.verdict),
+        "limit_used": judged.limit_used,
+    }
+
+
+def _patch_record(patch: TheoryPatch) -> Record:
+    touch = patch.touch
+    where: Record = (
+        {}
+        if touch is None
+        else {
+            "touch_point": patch.touch_point,
+            "touch_rail_y_mm": touch.rail_y_mm,
+            "contact_angle_rad": touch.contact_angle_rad,
+        }
+    )
+    where["centre_mm"] = list(patch.centre_mm)
+    if patch.hertz is not None:
+        return where | ellipse_record(patch.hertz)
+    return where | {
+        "normal_force_N": patch.normal_force_N,
+        "p_max_MPa": patch.p_max_MPa,
+        "area_mm2": patch.area_mm2,
+        "a_mm": patch.a_mm,
+        "b_mm": patch.b_mm,
+    }
+
+
+def verdict_record(verdict: Verdict) -> Record:
+    """A verdict without its limits and its cause."""
+    return {
+        "verdict": verdict.answer,
+        "measure": verdict.measure,
+        "each": dict(verdict.each),
+        "unknown": list(verdict.unknown),
+    }
+
+
+def ellipse_record(hertz: HertzContact) -> Record:
+    """An ellipse with its force."""
+    return {
+        "normal_force_N": hertz.normal_force_N,
+        **hertz_measures(hertz).as_dict(),
+        "orientation_rad": hertz.orientation_rad,
+        "A_per_mm": hertz.A_per_mm,
+        "B_per_mm": hertz.B_per_mm,
+        "stiffness_GN_per_m15": hertz.stiffness_GN_per_m15,
+    }
+
+
+def theory_columns(load: JudgedLoad) -> Record:
+    """Columns of a row: the cheapest theory that holds, and each theory but Hertz that says something of its own."""
+    theories = theories_of(load)
+    known = cheapest(theories)
+    columns: Record = {"theory_cheapest": known or ("UNRESOLVED" if first_standing(theories) else "none")}
+    for name, judged in other_theories(load).items():
+        columns[f"theory_{name}_verdict"] = judged.verdict.answer
+        columns[f"theory_{name}_measure"] = judged.verdict.measure
+        columns[f"theory_{name}_limit_used"] = judged.limit_used
+        for measure, short in (("p_max_MPa", "p_max"), ("area_mm2", "area")):
+            columns[f"theory_{name}_{short}_deviation_percent"] = 1e2 * judged.deviation[measure]
+    return columns
+
+
+def theory_text(row: Mapping[str, Any]) -> str:
+    """What a row says of the theory to take where Hertz does not hold; empty where he does, and without one."""
+    name = str(row.get("theory_cheapest"))
+    if name not in THEORIES or name in EITHER_SIDE:
+        return ""
+    off = (float(row[f"theory_{name}_{short}_deviation_percent"]) for short in ("p_max", "area"))
+    return (
+        f"the cheapest theory that holds: {THEORIES[name].words} (p_max {next(off):+z.1f} %, area {next(off):+z.1f} %,"
+        f" part of a limit {float(row[f'theory_{name}_limit_used']):.2f})"
+    )
+
+
+def cheapest_words(row: Mapping[str, Any]) -> str:
+    """The cheapest theory that holds in words."""
+    name = str(row.get("theory_cheapest") or "")
+    return THEORIES[name].words if name in THEORIES else name

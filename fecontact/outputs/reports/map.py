@@ -1,0 +1,134 @@
+"""`report.html` of an applicability map: where Hertz holds, up to which load, and what is behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from fecontact.case import Case
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.files import write_text
+from fecontact.geometry.placement import Placement
+from fecontact.map.cells import ApplicabilityMap
+from fecontact.outputs.figures.report import ladder_figure, pair_figure, patches_figure
+from fecontact.outputs.maps.verdicts import CAUSE_LETTERS, force_view, verdict_view
+from fecontact.outputs.records.results import versions
+from fecontact.outputs.records.rows import cell_row
+from fecontact.outputs.records.theories import cheapest_words, theory_columns
+from fecontact.outputs.reports.html import heading, items, page, paragraph, picture, table, terms
+from fecontact.outputs.reports.study import REPORT
+from fecontact.outputs.reports.words import GLOSSARY, answer_words, lead_style, measure_terms, question
+from fecontact.outputs.tables.table import Table, TableRow, columns_of
+from fecontact.outputs.words.cases import pair_words
+from fecontact.outputs.words.roll import other_wheel_label, roll_words
+from fecontact.outputs.words.verdicts import verdict_reason
+
+# More patches in one picture are too small to see.
+_MOST_PATCHES = 24
+
+
+def write_map_report(made: ApplicabilityMap, out: Path) -> Path:
+    """Write `report.html` beside `map.csv`, with the pictures of the map."""
+    case = made.case
+    pair = pair_words(case, " and ")
+    verdicts = [cell.verdict if cell.status == "converged" else "failed" for cell in made.cells]
+    shown = _largest_loads(made)
+    with TemporaryDirectory() as folder:
+        drawn = Path(folder)
+        body = [
+            heading(f"Applicability map: {pair}", 1),
+            paragraph(answer_words(verdicts, "cells"), lead_style(verdicts)),
+            paragraph(question(pair, case.criteria)),
+            paragraph(_rolled(case)),
+            picture(out / "map.svg", "Where Hertz holds over lateral shift and load."),
+            picture(out / "map_force.svg", "Where he holds for creep forces.") if case.creep.asked else "",
+            picture(out / "map_theory.svg", "The cheapest theory of creep forces that holds.")
+            if made.laws_judged
+            else "",
+            heading("Load limits"),
+            table(_limits(made)),
+            heading("The pair"),
+            *_pictures(made, shown, drawn),
+        ]
+    body += [
+        heading("Cells"),
+        table(_cells(made)),
+        heading("What made it"),
+        items([f"{package} {version}" for package, version in versions().items() if version]),
+        heading("Terms"),
+        terms((*GLOSSARY, *measure_terms(), *((letter, cause) for cause, letter in CAUSE_LETTERS.items()))),
+    ]
+    return write_text(out / REPORT, page(f"Where Hertz holds: {pair}", body))
+
+
+def _rolled(case: Case) -> str:
+    both = " At the opposite shift it stands as the other wheel of the wheelset does: both are here."
+    return f"The {case.side} wheel, {roll_words(case)}.{both if other_wheel_label(case) else ''}"
+
+
+def _largest_loads(made: ApplicabilityMap) -> list[tuple[JudgedLoad, Placement]]:
+    """The largest load of each position that was solved, of many positions some evenly among them."""
+    found = [
+        (cells[-1], position.placement)
+        for position in made.positions
+        if position.placement is not None
+        and (cells := [cell.judged for cell in position.cells if cell.judged is not None])
+    ]
+    step = -(-len(found) // _MOST_PATCHES) or 1
+    return found[::step]
+
+
+def _pictures(made: ApplicabilityMap, shown: Sequence[tuple[JudgedLoad, Placement]], folder: Path) -> list[str]:
+    parts = []
+    if shown:
+        load, middle = shown[len(shown) // 2]
+        at = load.case.lateral_shift_mm
+        path = pair_figure(middle, folder / "pair.png")
+        parts.append(
+            picture(
+                path.with_suffix(".svg"),
+                f"Section through the first touch point at {at:+z.2f} mm, the middle one of the positions shown below.",
+            )
+        )
+    largest = [
+        cell_row(position.cells[-1], position.placement) | {"rail": made.case.rail, "wheel": made.case.wheel}
+        for position in made.positions
+        if position.cells
+    ]
+    if (ladder := ladder_figure(largest, folder / "ladder.png")) is not None:
+        words = "The ladder at the largest load: what the shape of the gap, and then the finite bodies, change."
+        parts += [heading("Shape of the gap, or finite bodies?"), picture(ladder.with_suffix(".svg"), words)]
+    if shown:
+        path = patches_figure(shown, folder / "patches.png")
+        words = "Pressure at the largest load of each position: solid the patch, dashed Hertz; below, cut across."
+        parts += [heading("Pressure"), picture(path, words, width=2400)]
+    return parts
+
+
+def _limits(made: ApplicabilityMap) -> Table:
+    """At which loads Hertz holds at each position, also for forces."""
+    views = [verdict_view(made), *([force_view(made)] if made.case.creep.asked else [])]
+    lines = zip(*(view.columns for view in views), strict=True)
+    columns = columns_of("shift mm", *("Hertz", "for forces")[: len(views)], texts=("Hertz", "for forces"))
+    rows = [TableRow(cells=[f"{of[0].shift_mm:+z.2f}", *(column.limit for column in of)]) for of in lines]
+    return Table(title="", columns=columns, rows=rows)
+
+
+def _cells(made: ApplicabilityMap) -> Table:
+    """The verdict of each cell, and the cheapest theory that holds there."""
+    words = ("decided by", "cheapest theory that holds")
+    headings = ("shift mm", "load kN", "Hertz", "part of a limit", words[0], "unknowns", words[1])
+    rows = []
+    for cell in made.cells:
+        judged = cell.judged
+        answer = cell.verdict if cell.status == "converged" else "failed"
+        cells = [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", answer]
+        cells += ["-", cell.status, "-", ""] if judged is None else _cells_of(judged)
+        rows.append(TableRow(cells=cells, tone="fails" if answer == "FAILS" else "plain"))
+    return Table(title="", columns=columns_of(*headings, texts=words, answers=("Hertz",)), rows=rows)
+
+
+def _cells_of(load: JudgedLoad) -> list[str]:
+    unknowns = str(sum(load.level.degrees_of_freedom.values()))
+    return [f"{load.limit_used:.2f}", verdict_reason(load), unknowns, cheapest_words(theory_columns(load))]

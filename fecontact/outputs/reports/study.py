@@ -1,0 +1,205 @@
+"""`report.html` of a study: one file that says the question, the answer and everything behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, TypeVar
+
+from fecontact.criteria import Criteria
+from fecontact.errors import InputError
+from fecontact.files import read_json, write_text
+from fecontact.geometry.placement import Placement
+from fecontact.outputs.figures.report import ladder_figure, pair_figure
+from fecontact.outputs.paraview.scene import write_scene
+from fecontact.outputs.records.results import versions
+from fecontact.outputs.records.theories import theory_text
+from fecontact.outputs.reports.html import folded, heading, items, page, paragraph, picture, table, terms
+from fecontact.outputs.reports.words import GLOSSARY, answer_words, lead_style, measure_terms, question
+from fecontact.outputs.tables.cases import (
+    ReportedCase,
+    ladder_table,
+    lobe_table,
+    measure_tables,
+    solver_table,
+    verdict_of,
+    verdict_table,
+)
+from fecontact.outputs.words.cases import pair_of_row, position_text
+from fecontact.outputs.words.measures import unknown_text
+from fecontact.outputs.words.roll import roll_words_of_rows
+from fecontact.outputs.words.verdicts import decided, what_would_decide
+
+Row = Mapping[str, Any]
+_Row = TypeVar("_Row", bound=Row)
+
+REPORT = "report.html"
+MOST_PICTURES = 40
+"""More pictures make a page of tens of megabytes."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShownPair:
+    """The case whose pair is drawn: in section, and in three dimensions as `scene`, or why there is no such picture."""
+
+    row: Row
+    placement: Placement
+    scene: Path
+    no_scene: str | None = None
+
+
+def shown_pair(row: Row, placement: Placement, folder: Path, out: Path) -> ShownPair:
+    """The pair of a case that lies in a folder; its picture in three dimensions is put into `out`."""
+    scene = out / "pair.png"
+    return ShownPair(row=row, placement=placement, scene=scene, no_scene=write_scene(folder, scene))
+
+
+def reported_case(row: Row, folder: Path) -> ReportedCase:
+    """A case as it lies in its folder."""
+    try:
+        record = read_json(folder / "result.json")
+    except InputError:
+        record = None
+    picture = folder / "case.png"
+    return ReportedCase(
+        row=row,
+        record=record if isinstance(record, Mapping) else {},
+        picture=picture if picture.is_file() else None,
+    )
+
+
+def most_used(rows: Iterable[_Row], count: int) -> list[_Row]:
+    """So many of the rows, those that use most of a limit first."""
+    return sorted(rows, key=lambda row: -float(row.get("limit_used") or 0.0))[:count]
+
+
+def write_study_report(
+    name: str,
+    cases: Sequence[ReportedCase],
+    out: Path,
+    *,
+    shown: ShownPair | None = None,
+    criteria: Criteria | None = None,
+    conclusion: str | None = None,
+    pictures: str = "all are in cases/ID/case.png",
+) -> Path:
+    """Write `report.html` into the folder of a study, or of a single case.
+
+    Parameters
+    ----------
+    shown
+        The pair to draw, of the case that uses most of a limit.
+    criteria
+        Those by which all rows were judged, None if there is more than one set.
+    conclusion
+        What the study itself says.
+    pictures
+        Where the pictures are that the report leaves out.
+    """
+    rows = [case.row for case in cases]
+    verdicts = [verdict_of(row) for row in rows]
+    pairs = list(dict.fromkeys(pair_of_row(row, " and ") for row in rows))
+    pair = "; ".join(pairs[:4]) + ("; ..." if len(pairs) > 4 else "")
+    with TemporaryDirectory() as folder:
+        drawn = Path(folder)
+        body = [
+            heading(name, 1),
+            paragraph(_answer(cases), lead_style(verdicts)),
+            paragraph(question(pair, criteria, roll_words_of_rows(rows))),
+            paragraph(conclusion or ""),
+            *_pair_drawn(shown, rows, drawn),
+            heading("Verdicts"),
+            table(verdict_table(cases)),
+            picture(out / "study.svg", "Peak pressure, how far Hertz is off, and the touch point."),
+            _ladder(rows, drawn),
+        ]
+    body += [
+        heading("Cases"),
+        *_cases(cases, pictures),
+        heading("Meshes and solver"),
+        table(solver_table(cases)),
+        heading("What made it"),
+        items([f"{package} {version}" for package, version in versions().items() if version]),
+        heading("Terms"),
+        terms((*GLOSSARY, *measure_terms())),
+    ]
+    return write_text(out / REPORT, page(f"{name}: where Hertz holds", body))
+
+
+def _answer(cases: Sequence[ReportedCase]) -> str:
+    if len(cases) != 1:
+        return answer_words([verdict_of(case.row) for case in cases], "cases")
+    (row,) = (case.row for case in cases)
+    cause = f"; {row['verdict_cause']}" if row.get("verdict_cause") else ""
+    return f"Hertz {verdict_of(row)}: {decided(row, cases[0].limits)}{cause}"
+
+
+def _pair_drawn(shown: ShownPair | None, rows: Sequence[Row], folder: Path) -> list[str]:
+    """Both pictures of the pair, each with the words that say which case it is."""
+    if shown is None:
+        return []
+    which = _which(shown.row, rows)
+    section = pair_figure(shown.placement, folder / "pair.png").with_suffix(".svg")
+    parts = [heading("The pair"), picture(section, f"Section through the first touch point {which}.")]
+    if shown.no_scene is None:
+        words = f"Pressure on the rail as a relief {which}; orange: the edge of Hertz's ellipse."
+        return [*parts, picture(shown.scene, words)]
+    return [*parts, paragraph(f"There is no picture in three dimensions: {shown.no_scene}.")]
+
+
+def _which(row: Row, rows: Sequence[Row]) -> str:
+    """Which of the cases is drawn, and why that one."""
+    at = f"at {position_text(row)}" + (
+        f" of {pair_of_row(row, ' and ')}" if len({pair_of_row(one) for one in rows}) > 1 else ""
+    )
+    if sum(one["status"] == "converged" for one in rows) < 2:
+        return at
+    used = row.get("limit_used")
+    part = "" if used is None else f" ({float(used):.2f} times the limit)"
+    return f"{at}, the case that uses most of a limit{part}"
+
+
+def _open(case: ReportedCase) -> str:
+    """What would decide a verdict that is open; nothing where it is decided."""
+    if verdict_of(case.row) != "UNRESOLVED" or not case.record:
+        return ""
+    unknown = case.record["verdict"]["unknown"]
+    return unknown_text(unknown) if unknown else what_would_decide(case.record)
+
+
+def _ladder(rows: Sequence[Row], folder: Path) -> str:
+    # a single case is no line over the shift
+    path = ladder_figure(rows, folder / "ladder.png") if len(rows) > 1 else None
+    words = "The ladder: by how much the shape of the gap, and then the finite bodies, change the peak pressure."
+    return "" if path is None else picture(path.with_suffix(".svg"), words)
+
+
+def _cases(cases: Sequence[ReportedCase], pictures: str) -> list[str]:
+    """A picture and all measures of each case; of many, of those that use most of a limit."""
+    have = [case for case in cases if case.picture is not None]
+    used = {str(row["id"]) for row in most_used((case.row for case in have), MOST_PICTURES)}
+    solved = sum(case.row["status"] == "converged" for case in cases)
+    parts = []
+    if len(used) < max(solved, len(have)):
+        parts.append(paragraph(f"{len(used)} of {len(cases)} cases, those that use most of a limit; {pictures}."))
+    for case in have:
+        row = case.row
+        if str(row["id"]) not in used or case.picture is None:
+            continue
+        words = f"{decided(row, {})}. Dashed: Hertz's ellipse; solid: the patch of the finite elements."
+        parts += [
+            heading(f"{pair_of_row(row, ' and ')}, {position_text(row)}: {verdict_of(row)}", 3),
+            picture(case.picture, words),
+            folded("All measures", _measures(case.record)),
+        ]
+        said = (_open(case), theory_text(row), *(str(row.get(key) or "") for key in ("verdict_warnings", "warnings")))
+        parts.append(items([one for one in said if one]))
+    return parts
+
+
+def _measures(record: Mapping[str, Any]) -> str:
+    tables = measure_tables(record)
+    tables += [lobe_table(record), ladder_table(record)] if tables else []
+    return "".join(map(table, tables))

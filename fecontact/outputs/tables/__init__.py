@@ -1,0 +1,1 @@
+"""Tables as values, which the terminal and reports show."""

@@ -1,0 +1,1 @@
+"""What results are called: measures, verdicts, cases and rolls."""

@@ -1,0 +1,113 @@
+"""What measures are called, and how far Hertz is off in them is shown: in tables, pictures and on the command line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from fecontact.comparison.measures import MEASURES
+from fecontact.criteria import Criteria
+
+
+@dataclass(frozen=True, kw_only=True)
+class Words:
+    """A measure in words.
+
+    Attributes
+    ----------
+    short
+        Its name in the criteria, or one for a picture.
+    letter
+        Of its own, for the cells of a map.
+    name, unit
+        Its name, and the unit of its value.
+    off_unit
+        Unit of the deviation, its uncertainty and its limit: `%`, or Hertz's half-width `b`.
+    signed
+        Whether Hertz may be off to both sides.
+    """
+
+    short: str
+    letter: str
+    name: str
+    unit: str
+    off_unit: str = "%"
+    signed: bool = True
+
+    @property
+    def title(self) -> str:
+        """Name with unit, for the head of a line."""
+        return f"{self.name} ({self.unit})"
+
+    @property
+    def factor(self) -> float:
+        """What a deviation is multiplied by to be in its unit."""
+        return 100.0 if self.off_unit == "%" else 1.0
+
+    @property
+    def digits(self) -> int:
+        """Decimals of a deviation in its unit."""
+        return 2 if self.off_unit == "%" else 3
+
+    def off(self, value: float | None, *, size: bool = False) -> str:
+        """A deviation with its unit, or with `size` its uncertainty; a dash where it is not known."""
+        if value is None or not math.isfinite(value):
+            return "-"
+        sign = "+" if self.signed and not size else ""
+        return f"{self.factor * value:{sign}z.{self.digits}f} {self.off_unit}"
+
+    def limit(self, value: float) -> str:
+        """A limit with its unit."""
+        return f"{'±' if self.signed else '< '}{self.factor * value:.12g} {self.off_unit}"
+
+
+WORDS = {
+    "p_max_MPa": Words(short="p_max", letter="p", name="peak pressure", unit="MPa"),
+    "area_mm2": Words(short="area", letter="A", name="area", unit="mm²"),
+    "a_mm": Words(short="a", letter="a", name="half-width a along x", unit="mm"),
+    "b_mm": Words(short="b", letter="b", name="half-width b across", unit="mm"),
+    "extent_x_mm": Words(short="extent x", letter="l", name="full length along x", unit="mm"),
+    "extent_y_mm": Words(short="extent y", letter="w", name="full width across", unit="mm"),
+    "approach_mm": Words(short="approach", letter="d", name="approach, down to the cut planes", unit="mm"),
+    "centre_over_b": Words(short="centre", letter="c", name="centre of pressure across", unit="b", off_unit="b"),
+    "valley": Words(short="valley", letter="v", name="valley between lobes", unit="% of the peak", signed=False),
+    "separate_load": Words(short="separate", letter="s", name="load on separate patches", unit="%", signed=False),
+    "misplaced_load": Words(short="misplaced", letter="m", name="misplaced load", unit="%", signed=False),
+}
+"""The words of every measure."""
+
+
+def names_text(measures: Iterable[str]) -> str:
+    """Names of measures, joined by commas."""
+    return ", ".join(WORDS[measure].name for measure in measures)
+
+
+def criteria_text(criteria: Criteria) -> str:
+    """The measures that decide, each with its limit."""
+    shown = ((WORDS[measure], limit) for measure, limit in criteria.limits.items())
+    return ", ".join(f"{words.short} {words.limit(limit)}" for words, limit in shown)
+
+
+def limits_text(criteria: Criteria) -> str:
+    """Measures that decide by their limits, such as "5 % p_max; 10 % area, a, b; 0.15 b centre"."""
+    groups: dict[str, list[str]] = {}
+    for measure, limit in criteria.limits.items():
+        words = WORDS[measure]
+        groups.setdefault(f"{words.factor * limit:.4g} {words.off_unit}", []).append(words.short)
+    return "; ".join(f"{limit} {', '.join(names)}" for limit, names in groups.items())
+
+
+def unknown_text(measures: Iterable[str]) -> str:
+    """That a result does not tell measures, and what to do about it."""
+    return f"the stored result does not have {names_text(measures)}; solve it again to judge by them"
+
+
+def deviation_column(measure: str) -> tuple[str, str, float]:
+    """Columns of a measure's deviation and of its uncertainty, and what their numbers are multiplied by."""
+    if measure in MEASURES:
+        name = measure.rsplit("_", 1)[0]
+        return f"{name}_deviation_percent", f"{name}_uncertainty_percent", 1e2
+    if measure.endswith("_over_b"):
+        return measure, measure.replace("_over_b", "_uncertainty_over_b"), 1.0
+    return f"{measure}_percent", f"{measure}_uncertainty_percent", 1e2

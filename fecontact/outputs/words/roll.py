@@ -1,0 +1,80 @@
+"""How a wheel is rolled, and which wheel of a wheelset it is, in words: for titles, axes, tables and reports."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from fecontact.case import Case, Opposite
+from fecontact.solving.placing import makes_a_wheelset
+
+Row = Mapping[str, Any]
+
+SHIFT = "lateral shift of the wheelset in mm  (positive: towards this rail)"
+"""Label of an axis over the shift."""
+OF_WHEELSET = "roll of the wheelset"
+UNDER_LOAD = "roll of the loaded wheelset"
+_OTHER = {"left": "right", "right": "left"}
+_TOWARDS = {"left": "positive: towards its rail", "right": "negative: towards its rail"}
+
+
+def roll_words(case: Case) -> str:
+    """Whether the roll is that of the wheelset or given, such as "roll fixed at 0 mrad"."""
+    if case.roll == "loaded":
+        own, other = (load_N and load_N / 1e3 for load_N in (case.roll_load_N, case.opposite.wheel_load_N))
+        return _under_load(case.side, own, other)
+    if case.roll == "touching":
+        return OF_WHEELSET
+    fixed = f"roll fixed at {1e3 * case.roll_rad:g} mrad"
+    return fixed if makes_a_wheelset(case) else f"{fixed} (lines given by their radii make no wheelset)"
+
+
+def roll_words_of_rows(rows: Sequence[Row]) -> str:
+    """The same of rows of tables, whose values may be texts."""
+    found = [row for row in rows if row.get("roll_mrad") not in (None, "")]
+    kinds = {row.get("roll") or "given" for row in found}
+    if kinds == {"touching"}:
+        return OF_WHEELSET
+    if kinds == {"touching", "loaded"}:
+        return f"{OF_WHEELSET}, loaded or not"
+    if kinds == {"loaded"}:
+        ways = {(_number(row, "roll_load_kN"), _number(row, "opposite_load_kN")) for row in found}
+        sides = {str(row["side"]) for row in found}
+        return _under_load(sides.pop(), *ways.pop()) if len(ways) == len(sides) == 1 else UNDER_LOAD
+    rolls = {float(row["roll_mrad"]) for row in found}
+    if kinds == {"given"}:
+        return f"roll fixed at {rolls.pop():g} mrad" if len(rolls) == 1 else "roll fixed case by case"
+    return f"{OF_WHEELSET}, or fixed" if kinds else ""
+
+
+def _under_load(side: str, own: float | None, other: float | None) -> str:
+    """The roll of a loaded wheelset; `own` and `other` are loads (kN) where they are not those of the cases."""
+    if other is None:
+        return UNDER_LOAD if own is None else f"roll of the wheelset under {own:g} kN a wheel"
+    others = f"{other:g} kN on its {_OTHER[side]} wheel"
+    if own is None:
+        return f"{UNDER_LOAD}, {others}"
+    return f"roll of the wheelset under {own:g} kN on its {side} wheel, {others}"
+
+
+def _number(row: Row, column: str) -> float | None:
+    return None if row.get(column) in (None, "") else float(row[column])
+
+
+def shift_label(case: Case) -> str:
+    """Label of an axis over the lateral shift, of a wheelset with the wheel whose it is."""
+    if case.roll == "given" and case.side == "left":
+        return SHIFT
+    return f"{case.side} wheel: lateral shift of the wheelset in mm  ({_TOWARDS[case.side]})"
+
+
+def other_wheel_label(case: Case) -> str | None:
+    """Label of the axis, with the sign turned, on which the same picture is that of the other wheel of the wheelset.
+
+    None where it is not: the other side has other profiles or another diameter, or the roll is given.
+    """
+    if case.roll == "given" or case.opposite != Opposite():
+        return None
+    other = _OTHER[case.side]
+    yawed = " at the opposite yaw" if case.yaw_rad else ""
+    return f"{other} wheel{yawed}: lateral shift of the wheelset in mm  ({_TOWARDS[other]})"

@@ -1,0 +1,114 @@
+"""Verdicts in words: on the terminal, in pictures and in reports."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from fecontact.case import RESOLUTIONS
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.outputs.words.cases import case_words
+from fecontact.outputs.words.measures import WORDS, deviation_column
+from fecontact.solving.solve import CaseResult
+
+Record = Mapping[str, Any]
+
+_NEAREST = {"HOLDS": "nearest to its limit", "UNRESOLVED": "open", "FAILS": "furthest beyond its limit"}
+
+
+def off_text(
+    measure: str, deviation: float | None, uncertainty: float | None, limit: float | None, answer: str = ""
+) -> str:
+    """How far a theory is off in a measure beside its uncertainty and its limit, and how near that is."""
+    words = WORDS[measure]
+    within = "" if limit is None else f" (limit {words.limit(limit)})"
+    nearest = f"{_NEAREST[answer]}: " if answer else ""
+    return f"{nearest}{words.name} {words.off(deviation)} ± {words.off(uncertainty, size=True)}{within}"
+
+
+def reason_text(off: str, side: str, cause: str | None) -> str:
+    """What decided a verdict, with which curvature, and why."""
+    at = "" if side == "both" else f", with the curvature of the {side} side"
+    return f"{off}{at}" + (f"; because: {cause}" if cause else "")
+
+
+def verdict_reason(load: JudgedLoad) -> str:
+    """What decided the verdict, how far Hertz is off in it, and why, in one line."""
+    if load.status != "converged":
+        return f"not to be used: {load.status}"
+    verdict = load.verdict
+    # the side whose verdict it is, that of the field side where both are the same
+    side, judged = next(
+        (side, judged)
+        for side, judged in reversed([*load.sides.items()])
+        if (judged.verdict.each, judged.verdict.measure) == (verdict.each, verdict.measure)
+    )
+    measure = verdict.measure
+    off, unsure = (of.get(measure) for of in (judged.deviation, judged.uncertainty))
+    return reason_text(
+        off_text(measure, off, unsure, load.case.criteria.limits[measure], verdict.each[measure]), side, verdict.cause
+    )
+
+
+def reason_of_record(record: Record) -> str:
+    """The same of a result record, also of what must not be used."""
+    verdict, side = record["verdict"], deciding_side(record)
+    measure = verdict["measure"]
+    off, unsure = (side[of].get(measure) for of in ("deviation", "uncertainty"))
+    return reason_text(
+        off_text(measure, off, unsure, verdict["limits"][measure], verdict["each"][measure]),
+        side["side"],
+        verdict["cause"],
+    )
+
+
+def decided(row: Record, limits: Mapping[str, float]) -> str:
+    """The measure that decided about a row, how far Hertz is off in it, and its limit; or why it must not be used."""
+    if row["status"] != "converged":
+        return str(row["status"])
+    measure = row.get("verdict_measure")
+    if measure not in WORDS:
+        return ""
+    *columns, factor = deviation_column(measure)
+    off, unsure = (None if row.get(name) is None else float(row[name]) / factor for name in columns)
+    return off_text(measure, off, unsure, limits.get(measure))
+
+
+def deciding_side(record: Record) -> Record:
+    """The side whose verdict it is, that of the field side where both are the same."""
+    verdict = record["verdict"]
+    decided = (verdict["each"], verdict["measure"])
+    side: Record = next(s for s in reversed(verdict["sides"]) if (s["each"], s["measure"]) == decided)
+    return side
+
+
+def what_would_decide(record: Record) -> str:
+    """What decides an open verdict: finer meshes, or better profiles."""
+    side, measure = deciding_side(record), record["verdict"]["measure"]
+    if record["status"] != "converged":
+        return f"the result must not be used: {record['status']}"
+    of_points = (record["uncertainty_of_profile"] or {}).get(measure, 0.0)
+    # a NaN is not less
+    if not of_points < 0.5 * side["uncertainty"][measure]:
+        left = WORDS[measure].off(of_points, size=True)
+        return (
+            f"finer meshes would hardly decide it: points of the profiles leave {left} open; give profiles with less"
+            " noise, or closer points"
+        )
+    case, solver, names = record["case"], record["solver"], list(RESOLUTIONS)
+    if case["resolution"] in names[:-1]:
+        finer = f"--resolution {' or '.join(names[names.index(case['resolution']) + 1 :])}"
+    else:
+        finer = f"--resolution with sizes below {','.join(f'{size:.3g}' for size in solver['element_size_mm'])}"
+    more = solver["finer_degrees_of_freedom"]
+    limit = f", or --refine-degrees-of-freedom {more}" if more > case["refine_degrees_of_freedom"] else ""
+    return f"to decide it: {finer}{limit}"
+
+
+def case_annotation(result: CaseResult) -> str:
+    """A case and its verdict in three lines, for a picture."""
+    fe, hertz = result.comparison.fe.p_max_MPa, result.comparison.hertz.p_max_MPa
+    return (
+        f"{case_words(result.case, result.placement)}\nHertz {result.verdict.answer}: {verdict_reason(result.load)}\n"
+        f"peak pressure: finite elements {fe:.0f} MPa, Hertz {hertz:.0f} MPa"
+    )
