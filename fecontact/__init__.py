@@ -37,7 +37,7 @@ The story, step by step:
 5. Ladder: what each step from Hertz to the finite elements moves; all rungs carry the same force.
 
     >>> [name for name in result.load.ladder.rungs]
-    ['hertz', 'half_space_quadratic', 'half_space', 'fe']
+    ['hertz', 'half_space_quadratic', 'half_space', 'elements', 'fe']
     >>> abs(result.load.ladder.steps["half_space_to_bodies"]["p_max_MPa"]) < 0.02
     True
 
@@ -82,6 +82,7 @@ if TYPE_CHECKING:
     from fecontact.material import Material
     from fecontact.outputs.meshes.dataset import mesh
     from fecontact.outputs.records.rows import rows
+    from fecontact.profiles.given import profile
     from fecontact.profiles.reading import Reading
     from fecontact.runs.analytic import creep, hertz
     from fecontact.runs.judging import judge
@@ -110,6 +111,7 @@ __all__ = [
     "mesh",
     "place",
     "plot",
+    "profile",
     "rows",
     "run",
     "solve",
@@ -128,16 +130,17 @@ _HOMES = {
     "hertz": "runs.analytic.hertz",
     "judge": "runs.judging.judge",
     "load": "runs.load.load",
-    "mesh": "outputs.dataset.mesh",
+    "mesh": "outputs.meshes.dataset.mesh",
+    "profile": "profiles.given.profile",
     "place": "solving.preview.preview",
-    "rows": "outputs.rows.rows",
+    "rows": "outputs.records.rows.rows",
     "run": "runs.run.run",
     "solve": "solving.solve.solve",
 }
 _HOMES_OF_ROOMS = {
     "creep": "runs.analytic.creep",
-    "geometry": "outputs.contact_functions.functions_of_case",
-    "map": "runs.map_run.run_map",
+    "geometry": "outputs.records.contact_functions.functions_of_case",
+    "map": "runs.run.map_",
 }
 
 

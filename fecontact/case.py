@@ -8,7 +8,7 @@ here as well.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any, Literal, get_args
 
@@ -19,8 +19,8 @@ from fecontact.dimensions import Track as Track
 from fecontact.dimensions import TrackSide
 from fecontact.errors import InputError
 from fecontact.inputs.kinds import Choice, Flag, Number, Text
-from fecontact.inputs.slots import Part, Slot, check_inputs, slots
-from fecontact.inputs.texts import INCLINATION_FORMS, inclination_text, parse_inclination
+from fecontact.inputs.slots import Part, Slot, by_name, check_inputs, slots
+from fecontact.inputs.texts import INCLINATION_FORMS, inclination_text, parse_inclination, renamed
 from fecontact.material import STEEL, Material, contact_modulus_MPa
 from fecontact.profiles.reading import Reading
 
@@ -120,6 +120,7 @@ _LOAD = Number(
     unit="N",
     shown_unit="kN",
     factor=1e-3,
+    usual=(1e3, 1e6),
     remedy="give the wheel load, for example 100000 N (100 kN)",
 )
 _LOAD_KIND = Choice(
@@ -156,6 +157,7 @@ def _opposite(described: Text | Number, name: str) -> dict[str, Any]:
     }
 
 
+@by_name
 @dataclass(frozen=True, kw_only=True)
 class Opposite:
     """Rail, wheel, rolling radius and load of the other side of a wheelset; None where they are as on the case's side.
@@ -197,6 +199,7 @@ _REFINE = Number(
 )
 
 
+@by_name
 @dataclass(frozen=True, kw_only=True)
 class Case:
     """One wheel-rail position under one load.
@@ -344,15 +347,15 @@ def case_with(values: Mapping[Slot, Any]) -> Case:
     return Case(**top, **{table: replace(getattr(Case(), table), **changes) for table, changes in given.items()})
 
 
-def renamed(name: str) -> str:
-    """What stands for an input that was another one once, in words; nothing for any other name."""
-    return f"{name}: there is no such input any more; {_RENAMED[name]}" if name in _RENAMED else ""
-
-
-_RENAMED = {
-    "wheelset": "the roll at which both wheels touch is roll = 'touching', a fixed one roll = 'given'",
-    "roll_under_load": "the roll of the loaded wheelset is roll = 'loaded'",
-}
+def unusual(cases: Iterable[Case]) -> tuple[str, ...]:
+    """What is allowed and not usual in some cases, most often a wrong unit, each once."""
+    found = (
+        slot.input.note(value)
+        for case in cases
+        for slot in INPUTS
+        if isinstance(slot.input, Number) and (value := slot.of(case)) is not None
+    )
+    return tuple(dict.fromkeys(filter(None, found)))
 
 
 def case_record(case: Case) -> dict[str, Any]:

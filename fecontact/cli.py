@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 from collections.abc import Sequence
@@ -12,10 +13,10 @@ from typing import Any
 from cyclopts import App, CycloptsError, Group, UnknownOptionError, UnusedCliTokensError
 
 from fecontact import __version__
-from fecontact.case import renamed
 from fecontact.commands import analytic, bodies, results, solving, start
 from fecontact.commands.help import page_of
 from fecontact.errors import FecontactError, InputError
+from fecontact.inputs.texts import renamed
 
 app = App(
     name="fecontact",
@@ -58,11 +59,27 @@ def main(arguments: Sequence[str] | None = None) -> None:
     sys.exit(call(arguments))
 
 
+_REMEDIES = {
+    errno.ENOSPC: "make room, or choose a folder on another disk",
+    errno.EDQUOT: "make room, or choose a folder on another disk",
+    errno.EMFILE: "allow more open files, such as by ulimit -n 1024",
+    errno.ENFILE: "end programs that hold many files open",
+    errno.ENAMETOOLONG: "choose a shorter path",
+    errno.ENOMEM: "end other programs, or use fewer --workers",
+}
+
+
 def _system_error(error: OSError) -> str:
     """What the system refused, and what to do."""
     if "cannot open shared object file" in str(error):
         return f"a system library is missing ({error}); `fecontact doctor` says which package has it"
-    return f"{f'{error.filename}: ' if error.filename else ''}{error.strerror or error}; choose another file or folder"
+    what = f"{f'{error.filename}: ' if error.filename else ''}{error.strerror or error}"
+    if remedy := _REMEDIES.get(error.errno or 0, ""):
+        return f"{what}; {remedy}"
+    if error.filename:
+        return f"{what}; choose another file or folder"
+    # locks between processes have no name here
+    return f"{what}; workers need a /dev/shm and a temporary folder (TMPDIR) that can be written"
 
 
 def _misunderstood(error: CycloptsError) -> str:

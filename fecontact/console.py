@@ -10,7 +10,7 @@ import shlex
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -125,6 +125,12 @@ def print_reasons(title: str, reasons: Mapping[str, str]) -> None:
 def _problem(text: str) -> None:
     _LOG.warning(text)
     print(text, file=sys.stderr)
+
+
+def tell_notes(notes: Iterable[str]) -> None:
+    """Print what is to be known of inputs before anything is computed with them."""
+    for note in notes:
+        _problem(f"note: {note}")
 
 
 def count(number: int, what: str) -> str:

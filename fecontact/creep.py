@@ -7,7 +7,7 @@ from typing import Any
 
 from fecontact.errors import InputError
 from fecontact.inputs.kinds import Flag, Number
-from fecontact.inputs.slots import check_inputs
+from fecontact.inputs.slots import by_name, check_inputs
 
 _NO_UNIT = "it is relative to the rolling speed: 0.001 is 0.1 %"
 
@@ -16,6 +16,7 @@ def _creepage(label: str, help: str, **others: Any) -> dict[str, Any]:
     return {"input": Number(label=label, help=help, low=-1.0, high=1.0, remedy=_NO_UNIT, **others)}
 
 
+@by_name
 @dataclass(frozen=True, kw_only=True)
 class Creep:
     """Friction and creepages of the wheel against the rail, at the first touch point; None of all without friction.
@@ -34,6 +35,8 @@ class Creep:
             "input": Number(
                 label="friction coefficient",
                 help="Coefficient of friction; with it creep forces are evaluated",
+                high=2.0,
+                inclusive=False,
                 remedy="dry steel has 0.3 to 0.6, wet 0.1 to 0.3",
             )
         },

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from fecontact.inputs.kinds import Names, Number
-from fecontact.inputs.slots import check_inputs
+from fecontact.inputs.slots import by_name, check_inputs
 
 
 def _limit(measure: str, help: str, key: str) -> dict[str, Any]:
@@ -30,6 +30,7 @@ _SETS = {
 }
 
 
+@by_name
 @dataclass(frozen=True, kw_only=True)
 class Criteria:
     """How far Hertz may be off the finite elements and still hold, and by which measures he is judged.

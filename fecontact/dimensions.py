@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from fecontact.inputs.kinds import Number
-from fecontact.inputs.slots import check_inputs
+from fecontact.inputs.slots import by_name, check_inputs
 
 TrackSide = Literal["left", "right"]
 
@@ -19,6 +19,7 @@ def _cut(label: str, help: str) -> dict[str, Any]:
     return _length(label, help, "bodies are usually cut at 60 mm")
 
 
+@by_name
 @dataclass(frozen=True, kw_only=True)
 class BodySize:
     """Where the bodies are cut (mm): the rail's base below its crown, the sweep to each side, the rim's thickness.
@@ -38,6 +39,7 @@ class BodySize:
         check_inputs(self)
 
 
+@by_name
 @dataclass(frozen=True, kw_only=True)
 class Track:
     """Track and wheelset dimensions (mm).

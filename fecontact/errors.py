@@ -5,6 +5,10 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
+SMALLEST, LARGEST = 1e-30, 1e20
+"""Sizes between which a quantity above zero must be: powers of it are numbers of a computer then."""
+EXTREME = f"no body, load or material has that, and it could not be computed with; allowed: {SMALLEST:g} to {LARGEST:g}"
+
 
 class FecontactError(Exception):
     """Base of every error that the package raises on purpose."""
@@ -37,14 +41,16 @@ class ConvergenceError(FecontactError):
 
 
 def check_positive(name: str, value: float, unit: str, remedy: str, *, zero_allowed: bool = False) -> float:
-    """Return `value` if it is finite and > 0 (or >= 0 with `zero_allowed`), otherwise raise `InputError`.
+    """Return `value` if it is finite, > 0 (or >= 0 with `zero_allowed`) and not extreme, else raise `InputError`.
 
     Raises
     ------
     InputError
         The message names the value, its unit, the allowed range and the remedy.
     """
-    if math.isfinite(value) and (value > 0.0 or (zero_allowed and value == 0.0)):
+    if SMALLEST <= value <= LARGEST or (zero_allowed and value == 0.0):
         return float(value)
+    if value > 0.0 and math.isfinite(value):
+        raise InputError(f"{name} is {float(value)!r} {unit}; {EXTREME}; {remedy}")
     allowed = "finite and >= 0" if zero_allowed else "finite and > 0"
     raise InputError(f"{name} is {float(value)!r} {unit}; allowed: {allowed}; {remedy}")

@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
+import errno
+import hashlib
 import json
 import math
 import os
+import re
 import secrets
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
+from io import BufferedReader
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fecontact.errors import InputError
+
+# Of a TOML file: the parser takes a second for 200 lines whose keys have 500 parts, and minutes for one of 100,000.
+_MOST_TOML, _LONGEST_TOML_LINE, _MOST_DOTS = 1_000_000, 10_000, 100
+_TOML_BETWEEN = re.compile(r"[,={}\[\]]")
+SEAL, SEALED = "sha256", "all but sha256"
+# A row of a study has 4 kB, and a study up to 100,000 of them.
+_MOST_BYTES = 1_000_000_000
 
 
 def write_atomically(path: str | Path, writer: Callable[[Path], object]) -> Path:
@@ -49,6 +61,13 @@ def write_atomically(path: str | Path, writer: Callable[[Path], object]) -> Path
     return path
 
 
+def remove_unfinished(folder: Path) -> None:
+    """Remove the temporary files that `write_atomically` left in a folder when it was killed."""
+    for path in folder.iterdir():
+        if re.fullmatch(r"\..+\.[0-9a-f]{12}(\.[^.]+)?", path.name) and path.is_file():
+            path.unlink(missing_ok=True)
+
+
 def write_text(path: str | Path, text: str) -> Path:
     """Write a text as UTF-8 with newlines as they are."""
     return write_atomically(path, lambda temporary: temporary.write_bytes(text.encode("utf-8")))
@@ -59,19 +78,72 @@ def write_json(path: str | Path, value: object) -> Path:
     return write_text(path, json_text(value) + "\n")
 
 
+def write_sealed(path: Path, value: Mapping[str, object], beside: Sequence[Path] = ()) -> Path:
+    """Write a mapping as JSON with checksums of what it says, and of files that were written beside it."""
+    digests = {SEALED: _digest(json_text(value)), **{file.name: sha256(file) for file in beside}}
+    return write_json(path, {**value, SEAL: digests})
+
+
+def broken_seal(path: Path, document: Mapping[str, Any]) -> str | None:
+    """Why a document is not what `write_sealed` wrote; None where it is.
+
+    Files beside it are not looked at; their checksums are beside its own.
+    """
+    seal = document.get(SEAL)
+    said = json_text({name: value for name, value in document.items() if name != SEAL})
+    if isinstance(seal, Mapping) and seal.get(SEALED) == _digest(said):
+        return None
+    return f"{path} was changed after it was written, or by an earlier version (its checksum differs)"
+
+
+def _digest(text: str) -> str:
+    # half a character, which only a damaged file has, is not what was written
+    return hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()
+
+
+def sha256(path: Path) -> str:
+    """SHA-256 of a regular file.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read, or is none: a pipe or a device could be read for good.
+    """
+    with open_regular(path) as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def open_regular(path: Path) -> BufferedReader:
+    """Open a file that is a file, and no folder, pipe or device.
+
+    Raises
+    ------
+    OSError
+        If it is none, or cannot be read.
+    """
+    # a pipe would wait for its writer when it is opened
+    if path.exists() and not path.is_file():
+        raise OSError(errno.EINVAL, "not a regular file", str(path))
+    return path.open("rb")
+
+
 def read_json(path: str | Path) -> Any:
     """The value of a JSON file.
 
     Raises
     ------
     InputError
-        If it cannot be read or is no JSON.
+        If it cannot be read, is larger than any that is written, or is no JSON.
     """
     try:
-        return json.loads(Path(path).read_text("utf-8"))
+        with open_regular(Path(path)) as file:
+            content = file.read(_MOST_BYTES + 1)
+        if len(content) > _MOST_BYTES:
+            raise InputError(f"{path}: it has more than {_MOST_BYTES / 1e6:g} MB; allowed is less; solve it again")
+        return json.loads(content.decode("utf-8"))
     except OSError as error:
         raise InputError(f"{path}: {error.strerror or error}; solve it again") from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: no JSON ({error}); solve it again") from error
 
 
@@ -94,3 +166,29 @@ def _plain(value: object) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return str(value) if isinstance(value, Path) else value
+
+
+def toml_content(text: str, what: str) -> dict[str, Any]:
+    """Content of a TOML text that may be a stranger's.
+
+    Raises
+    ------
+    InputError
+        It is not TOML, or so large that its parser, which takes the square of a key's parts, would not end.
+    """
+    if len(text) > _MOST_TOML:
+        raise InputError(f"{what}: {len(text)} characters; allowed: {_MOST_TOML}; give the numbers in several files")
+    for number, line in enumerate(text.splitlines(), start=1):
+        parts = max(piece.count(".") for piece in _TOML_BETWEEN.split(line))
+        if len(line) > _LONGEST_TOML_LINE or (parts > _MOST_DOTS and not line.lstrip().startswith("#")):
+            raise InputError(
+                f"{what}: line {number} has {len(line)} characters, and up to {parts} dots in a key or value; allowed:"
+                f" {_LONGEST_TOML_LINE} and {_MOST_DOTS}; break the line"
+            )
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise InputError(f"{what}: not valid TOML: brackets are nested too deeply") from None
+    # besides its own errors the parser passes on that of an integer of thousands of digits
+    except (ValueError, OverflowError) as error:
+        raise InputError(f"{what}: not valid TOML: {str(error)[:200]}") from None

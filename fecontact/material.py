@@ -6,11 +6,15 @@ from dataclasses import dataclass, field
 
 from fecontact.errors import check_positive
 from fecontact.inputs.kinds import Number, Text
-from fecontact.inputs.slots import check_inputs
+from fecontact.inputs.slots import by_name, check_inputs
 
 _NAME = Text(label="name of the material", help="Label in reports", options=("material-name",))
 _YOUNG = Number(
-    label="Young's modulus", help="Young's modulus", unit="MPa", remedy="give it in MPa, for example 210000 for steel"
+    label="Young's modulus",
+    help="Young's modulus",
+    unit="MPa",
+    usual=(50e3, 500e3),
+    remedy="give it in MPa, for example 210000 for steel",
 )
 _POISSON = Number(
     label="Poisson's ratio",
@@ -30,6 +34,7 @@ def check_poisson(poisson: float) -> float:
     return float(poisson)
 
 
+@by_name
 @dataclass(frozen=True, kw_only=True)
 class Material:
     """Isotropic linear elastic material, optionally with a yield stress.

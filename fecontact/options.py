@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, make_dataclass
 from typing import Annotated, Any, Protocol, get_args
 
@@ -10,6 +10,7 @@ from cyclopts import Group as Panel
 from cyclopts import Parameter
 
 from fecontact.case import INPUTS, Case, Group, case_with
+from fecontact.errors import InputError
 from fecontact.inputs.kinds import Flag, Number
 from fecontact.inputs.slots import Slot
 
@@ -97,6 +98,24 @@ def brief(option: str) -> str:
     return next(found, "")
 
 
+def _refuse_unread(case: Case, values: Iterable[Slot]) -> None:
+    """Refuse options on how the file of a profile is read where the profile is none."""
+    read = [slot for slot in values if slot.body and slot.group == "profiles"]
+    if not read:
+        return
+    # not for a page of help
+    from fecontact.profiles.library import is_known
+    from fecontact.profiles.resolve import is_short_form
+
+    for slot in read:
+        own = [spec for body, spec in case.profiles.items() if body.endswith(slot.body)]
+        if all(is_known(spec) or is_short_form(spec) for spec in own):
+            raise InputError(
+                f"{slot.names[0]}: it says how a file is read, but the {slot.body} is {' and '.join(own)}, which is"
+                f" none; leave it out, or give the file by --{slot.body}"
+            )
+
+
 def _number(text: str) -> float | str:
     try:
         return float(text)
@@ -153,7 +172,10 @@ def options_of(
         values = {
             slot: value for o in options if (value := getattr(given, o.attribute)) is not None for slot in o.slots
         }
-        return case_with(values)
+        case = case_with(values)
+        if any(option.slots[0].field == "rail" for option in options):
+            _refuse_unread(case, values)
+        return case
 
     def given(options_given: Any, field: str) -> bool:
         of_field = [option for option in options if any(slot.field == field for slot in option.slots)]

@@ -7,7 +7,7 @@ under 100 kN at shifts of -4, 0, 3 and 4 mm are held against those of the exact 
 At -4, 0, and 4 mm the touch point is 5.6, 10 and 3.4 mm from the next junction of curvature, at 3 mm 2.3 mm.
 
 Reference: Hertz on the exact lines. Expected: peak and semi-axes within 3 % at 10 um every 0.2 mm, and the error inside
-the stated uncertainty (half and double the width, and other noise of the same size) in 95 %. The same points are also
+the stated uncertainty (0.71 and double the width, and other noise of the same size) in 95 %. The same points are also
 smoothed without a nominal profile, which has to find the shape itself: what a nominal is worth is the difference.
 
 `cases()` is the pair with exact lines, by finite elements; the sampled ones are made in `measured()`. The figure alone,

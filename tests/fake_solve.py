@@ -68,10 +68,12 @@ class FakePosition:
     case: Case
     loads_N: tuple[float, ...]
     name: str
+    seconds: float = 0.0
 
     def __call__(self, folder: Path, finished: Path | None) -> bool:
         with (folder.parent.parent / "solves.txt").open("a") as file:
             file.write(f"{self.case.lateral_shift_mm:g}\n")
+        time.sleep(self.seconds)
         made = failed_position(self.case.lateral_shift_mm, self.loads_N, f"planned in process {os.getpid()}")
         write_position(made, self.case, folder, self.name)
         return False

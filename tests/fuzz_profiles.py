@@ -19,8 +19,9 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.errors import FecontactError
+from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load
-from fecontact.profiles.reading import Reading
+from fecontact.profiles.reading import PLAIN, Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.writers import points_along, profile_text
 from fecontact.solving.measured_lines import hertz_uncertainty
@@ -157,20 +158,29 @@ def _case(path: Path, shift: float) -> Case:
     return Case(lateral_shift_mm=shift, wheel_file=Reading(), rail_file=Reading(), **body)
 
 
+def _read(path: Path, reading: Reading, count: Count) -> Profile | None:
+    """The line of a file, None where it is refused; whatever else happens is a failure."""
+    try:
+        if kind_of(path.suffix) == "rail":
+            return resolve_rail(str(path), reading)
+        return resolve_wheel(str(path), reading).profile
+    except FecontactError as error:
+        if len(str(error)) > LONGEST_MESSAGE or "\n" in str(error):
+            count.failures.append(f"a message of {len(str(error))} characters")
+    except Exception as error:
+        count.failures.append(f"{type(error).__name__}: {str(error)[:200]}")
+    return None
+
+
 def check(path: Path, known: dict[float, float], notes: set[str], count: Count, *, hertz: bool) -> None:
     """Read one mutated file and count what becomes of it."""
     # of this process: on a busy machine the clock on the wall tells nothing
     start = time.process_time()
-    try:
-        profile = resolve_rail(str(path)) if kind_of(path.suffix) == "rail" else resolve_wheel(str(path)).profile
-    except FecontactError as error:
+    profile = _read(path, PLAIN, count)
+    if profile is None:
         count.refused += 1
-        if len(str(error)) > LONGEST_MESSAGE or "\n" in str(error):
-            count.failures.append(f"a message of {len(str(error))} characters")
-        profile = None
-    except Exception as error:
-        count.failures.append(f"{type(error).__name__}: {str(error)[:200]}")
-        profile = None
+        # what is left out of a file must not make another one that no line goes through
+        _read(path, Reading(repair=True), count)
     else:
         count.taken += 1
         silent = {note for note in profile.notes if "scatter about" not in note} <= notes

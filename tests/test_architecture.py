@@ -23,8 +23,8 @@ ROOMS: dict[str, set[str]] = {
     "criteria": {"errors", "inputs"},
     "dimensions": {"errors", "inputs"},
     "case": {"errors", "inputs", "material", "creep", "criteria", "dimensions", "profiles"},
-    "options": {"errors", "inputs", "case"},
-    "profiles": {"errors", "inputs"},
+    "options": {"errors", "inputs", "case", "profiles"},
+    "profiles": {"errors", "files", "inputs"},
     "contact": {"errors"},
     "rolling": {"errors"},
     "geometry": {"errors", "dimensions", "profiles"},
@@ -37,7 +37,7 @@ ROOMS: dict[str, set[str]] = {
     "regression": {"errors", "files"},
     # knows neither physics nor outputs: what is done, and what is written, is handed in
     "jobs": {"errors", "files"},
-    "outputs": {"errors", "files", "case", "criteria", "profiles", "geometry", "theory", "contact", "fe"}
+    "outputs": {"errors", "files", "case", "creep", "criteria", "profiles", "geometry", "theory", "contact", "fe"}
     | {"comparison", "solving"}
     | {"map", "regression", "material"},
     "runs": {"errors", "files", "inputs", "case", "creep", "criteria", "profiles", "fe", "comparison", "solving", "map"}
@@ -48,7 +48,7 @@ ROOMS: dict[str, set[str]] = {
     "commands": {"errors", "files", "inputs", "case", "creep", "criteria", "options", "profiles", "solving", "theory"}
     | {"regression", "jobs"}
     | {"outputs", "console", "doctor", "runs"},
-    "cli": {"errors", "case", "commands"},
+    "cli": {"errors", "inputs", "commands"},
     "plot": {"errors", "solving", "outputs"},
     "__init__": {"case", "creep", "criteria", "dimensions", "material", "profiles", "solving", "outputs", "plot"}
     | {"runs"},

@@ -236,8 +236,8 @@ ROWS: dict[tuple[str, str], Row] = {
         f"judged by is 'strenght'; allowed: {SETS}; did you mean strength?", f": {SETS}; default all",
     ),
     ("creep", "friction"): Row(
-        "friction", "--friction", 0.4, 0.4, 0, 0.0, "friction coefficient is 0.0; allowed: finite and > 0; dry steel",
-        ": no unit, finite and > 0; default none",
+        "friction", "--friction", 0.4, 0.4, 0, 0.0, "friction coefficient is 0.0; allowed: between 0 and 2; dry steel",
+        ": no unit, between 0 and 2; default none",
     ),
     ("creep", "xi"): creepage("xi", "--xi", "creepage xi"),
     ("creep", "eta"): creepage("eta", "--eta", "creepage eta"),
@@ -311,7 +311,10 @@ def test_an_input_is_the_same_by_python_file_and_command_line(place, tmp_path):
     assert by_file(tmp_path, line(place, row.written)) == (case,)
     # one that stands alone has no word behind it
     given = (row.option,) if stands_alone(place) else (row.option, row.written)
-    assert by_command(*given) == case
+    # how a file is read is an option of files alone
+    body = place[0].removesuffix("_file") if place[0].endswith("_file") else ""
+    file = {body: "mine.csv"} if body else {}
+    assert by_command(*given, *((f"--{body}", "mine.csv") if body else ())) == replace(case, **file)
     assert case_from_record(json.loads(json.dumps(case_record(case)))) == case
 
 
@@ -362,6 +365,96 @@ def test_each_command_takes_what_it_uses():
     assert options("hertz") & every == of_groups("place", "profiles", "load", "material") - stress
     unused = stress | names | {"--solver", "--refine-degrees-of-freedom"}
     assert options("mesh") & every == every - of_groups("verdict", "creep") - unused
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: Case(shift=3.0), "shift: Case has no such input; did you mean lateral_shift_mm?"),
+        (lambda: Case(load_kN=100), "did you mean load_N?"),
+        (lambda: Case(gauge_mm=1432.0), "it is one of Track: track=Track(gauge_mm=...)"),
+        (lambda: Case(young_MPa=2e5), "it is one of Material: rail_material=Material(young_MPa=...)"),
+        (lambda: Case(wheelset=True), "the roll at which both wheels touch is roll = 'touching'"),
+        (lambda: Case("60E1"), "Case takes inputs by their names: Case(rail=..., wheel=...)"),
+        (lambda: Case(track=1432.0), "track is 1432.0; allowed: a Track, such as track=Track(...)"),
+        (lambda: replace(Case(), criteria={"p_max": 0.03}), "criteria is {'p_max': 0.03}; allowed: a Criteria"),
+        (lambda: Case(rail_material="steel"), "allowed: a Material"),
+        (lambda: Criteria(pmax=0.03), "pmax: Criteria has no such input; did you mean p_max?"),
+        (lambda: Track(gauge=1432.0), "did you mean gauge_mm?"),
+    ],
+)
+def test_python_refuses_names_and_types_before_anything_is_solved(make, says):
+    with pytest.raises(InputError) as refused:
+        make()
+    assert says in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("words", "note"),
+    [
+        (["--load-kn", "100000"], "load is 100000 kN; usual are 1 to 1000"),
+        (["--load-kn", "0.1"], "load is 0.1 kN; usual are 1 to 1000"),
+        (["--wheel-young-mpa", "210"], "Young's modulus is 210 MPa; usual are 50000 to 500000"),
+        (["--young-mpa", "2.1e11"], "Young's modulus is 210000000000 MPa"),
+        (["--load-kn", "1000", "--young-mpa", "50000"], ""),
+    ],
+)
+def test_what_is_not_usual_is_noted_and_computed(words, note, capsys, tmp_path):
+    assert call(["hertz", "--json", *words]) == 0
+    out, err = capsys.readouterr()
+    json.loads(out)
+    assert err.startswith(f"note: {note}") if note else err == ""
+    # once of both bodies
+    assert err.count("note:") == bool(note)
+    if "--load-kn" in words:
+        (tmp_path / "one.toml").write_text(f"load_kN = [100, {words[1]}]\nrefine_degrees_of_freedom = 0")
+        assert call(["check", str(tmp_path / "one.toml")]) == 0
+        assert note in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["solve", "place", "mesh", "map", "run"])
+def test_every_command_notes_what_is_not_usual_before_it_begins(command, capsys, tmp_path, monkeypatch):
+    def begun(*_, **__):
+        raise InputError("begun")
+
+    for name in ("solve.solve", "preview.preview", "meshed_case.mesh_case"):
+        monkeypatch.setattr(f"fecontact.solving.{name}", begun)
+    for name in ("map_run.run_map", "study.run_study"):
+        monkeypatch.setattr(f"fecontact.runs.{name}", begun)
+    (tmp_path / "one.toml").write_text("load_kN = 1e5")
+    out = ["--out", str(tmp_path / "out")]
+    words = {
+        "mesh": ["mesh", "rail", "--load-kn", "1e5", "--out", str(tmp_path / "rail.vtu")],
+        "map": ["map", "--shifts", "0", "--loads-kn", "50,1e5", *out],
+        "run": ["run", str(tmp_path / "one.toml"), *out],
+    }
+    assert call(words.get(command, [command, "--load-kn", "1e5"])) == 2
+    note, error = capsys.readouterr().err.splitlines()
+    assert note.startswith("note: load is 100000 kN; usual are 1 to 1000")
+    assert error == "error: begun"
+
+
+@pytest.mark.parametrize(
+    ("file", "says"),
+    [
+        ("study.json", "it is a folder with the results of a study"),
+        ("row.json", "it is a folder with the results of a case"),
+        ("cases.toml", "it is a folder; give the file of a study, such as"),
+        (None, "it is a folder; give the file of a study"),
+    ],
+)
+def test_a_folder_in_place_of_a_study_is_called_one(file, says, tmp_path, capsys):
+    if file:
+        (tmp_path / file).write_text("{}")
+    assert call(["check", str(tmp_path)]) == 2
+    assert f"{tmp_path}: {says}" in capsys.readouterr().err
+
+
+def test_words_that_belong_to_no_option_are_named(capsys):
+    assert call(["solve", "3", "100"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("error: 3 100: fecontact solve does not know what to do with it; values stand behind")
+    assert "Unused" not in said
 
 
 @pytest.mark.parametrize("command", ["solve", "place", "hertz", "mesh", "map", "geometry"])
@@ -599,7 +692,7 @@ def test_a_misspelt_key_is_refused_with_the_nearest_and_all_others(slot: Slot, t
         ("[case]", "each of which begins with the line [[case]]"),
         ("case = []", "each of which begins with the line [[case]]"),
         ("[[case]]\n[[case.case]]", "[[case]] 1: case: there is no such key; keys"),
-        ("load_kN = [", "it is not TOML"),
+        ("load_kN = [", "not valid TOML"),
         ("load_kN = '1:1000:1'\nyaw_mrad = '0:0.9:0.001'\nlateral_shift_mm = '0:1:0.1'", "take shorter lists"),
     ],
 )

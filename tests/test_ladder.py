@@ -13,6 +13,7 @@ from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.judging import judge_load
 from fecontact.comparison.ladder import STEPS, Ladder
 from fecontact.comparison.measures import (
+    CUT_PLANES,
     MEASURES,
     MISFITS,
     Measures,
@@ -24,10 +25,11 @@ from fecontact.comparison.measures import (
     patch_of,
 )
 from fecontact.comparison.point_noise import PointNoise
-from fecontact.comparison.solved_load import SolvedLoad
-from fecontact.contact.grid import ContactGrid
+from fecontact.comparison.solved_load import SolvedLoad, patches_just_part
+from fecontact.comparison.uncertainty import step_uncertainty
+from fecontact.contact.grid import ContactGrid, hat_functions
 from fecontact.contact.halfspace import half_space_problem
-from fecontact.contact.rung import Rung
+from fecontact.contact.rung import Rung, misfit
 from fecontact.contact.solver import solve_contact
 from fecontact.geometry.placement import Placement, place
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
@@ -134,10 +136,10 @@ NOTHING = Misfit(**dict.fromkeys(MISFITS, 0.0))
 
 def ladder_of(measures: list[Measures], misfits: list[Misfit] | None = None) -> Ladder:
     names = ("hertz", "half_space_quadratic", "half_space", "fe")
-    return Ladder(
-        rungs=dict(zip(names, measures, strict=True)),
-        misfits=dict(zip(names[1:], misfits or [NOTHING] * 3, strict=True)),
-    )
+    rungs = dict(zip(names, measures, strict=True))
+    beside = dict(zip(names[1:], misfits or [NOTHING] * 3, strict=True))
+    # the elements' own contact is that of the finer nodes
+    return Ladder(rungs=rungs | {"elements": rungs["fe"]}, misfits=beside | {"elements": beside["fe"]})
 
 
 def test_steps_are_the_relative_changes_from_rung_to_rung():
@@ -153,6 +155,7 @@ def test_steps_are_the_relative_changes_from_rung_to_rung():
         "hertz_to_quadratic": (0.01, 0.01),
         "quadratic_to_true_gap": (0.2, 0.19),
         "half_space_to_bodies": (-0.05, -0.05),
+        "elements_to_fe": (0.0, 0.0),
     }
     assert list(ladder.steps) == list(expected)
     for name, (relative, absolute) in expected.items():
@@ -176,8 +179,9 @@ def test_steps_of_one_measure_do_not_touch_the_others():
 def test_a_ladder_is_read_from_its_rungs():
     rung, hertz = quadratic_of(HESSIANS["slender"])
     other, _ = quadratic_of(HESSIANS["circle"])
-    ladder = Ladder.of(hertz, [("half_space_quadratic", rung), ("half_space", other), ("fe", rung)])
-    assert list(ladder.rungs.values()) == [hertz_measures(hertz), *(measures_of(one) for one in (rung, other, rung))]
+    ladder = Ladder.of(hertz, [("half_space_quadratic", rung), ("half_space", other), ("elements", rung), ("fe", rung)])
+    measured = [hertz_measures(hertz), *(measures_of(one) for one in (rung, other, rung, rung))]
+    assert list(ladder.rungs.values()) == measured
     # every step is between rungs that there are
     assert {name for step in STEPS for name in (step.start, step.end)} == set(ladder.rungs)
     assert ladder.misfits["half_space"] == misfit_of(other, hertz)
@@ -322,7 +326,7 @@ def test_hertz_fails_at_the_centred_position(centred):
 
 
 def test_the_gap_explains_the_centred_position(centred):
-    assert list(centred.load.ladder.rungs) == ["hertz", "half_space_quadratic", "half_space", "fe"]
+    assert list(centred.load.ladder.rungs) == ["hertz", "half_space_quadratic", "half_space", "elements", "fe"]
     steps = {name: step["p_max_MPa"] for name, step in centred.load.ladder.steps.items()}
     # Hertz's own gap on as many nodes: measured 0.02 %
     assert abs(steps["hertz_to_quadratic"]) < 5e-4
@@ -330,13 +334,14 @@ def test_the_gap_explains_the_centred_position(centred):
     assert steps["quadratic_to_true_gap"] == pytest.approx(0.29, abs=0.015)
     assert -0.05 < steps["half_space_to_bodies"] < 0.0
     # the whole ladder is the deviation
-    whole = math.prod(1.0 + step for step in steps.values())
+    to_fe = ("hertz_to_quadratic", "quadratic_to_true_gap", "half_space_to_bodies")
+    whole = math.prod(1.0 + steps[name] for name in to_fe)
     assert 1.0 / whole - 1.0 == pytest.approx(centred.comparison.deviation["p_max_MPa"], rel=1e-9)
     assert centred.load.ladder.rungs["hertz"] == centred.comparison.hertz
     assert centred.load.ladder.rungs["fe"] == centred.comparison.fe
     # what is beside Hertz is summed up along the same rungs
     for name in MISFITS:
-        whole = sum(step[name] for step in centred.load.ladder.steps.values())
+        whole = sum(centred.load.ladder.steps[step][name] for step in to_fe)
         assert whole == pytest.approx(centred.comparison.deviation[name], abs=1e-12)
 
 
@@ -416,6 +421,76 @@ def test_thinned_points_that_do_not_touch_leave_all_open(elliptic_quick):
     assert judged.status == "converged"
     assert set(judged.verdict.each.values()) == {"UNRESOLVED"}
     assert all(math.isnan(value) for value in judged.uncertainty.values())
+
+
+@pytest.mark.parametrize("element_mm", [1.3, 0.66, 0.5, 0.33])
+def test_a_misfit_is_none_where_elements_are_finer_than_the_nodes(element_mm):
+    """Means of one ellipse over the hats of elements, and over cells of 0.5 mm: both are the same contact.
+
+    What is left is the ellipse on cells; taken at the nodes instead of over the cells it was 35 % for the last ones.
+    """
+    a = 8.0
+
+    def ellipse(x, s):
+        return 1000.0 * np.sqrt(np.maximum(1.0 - (x[:, None] / a) ** 2 - (s[None, :] / a) ** 2, 0.0))
+
+    fine = ContactGrid(x_mm=0.5 * np.arange(-20.0, 21.0), s_mm=0.5 * np.arange(-20.0, 21.0), half=False)
+    inner = (np.arange(20) + 0.5) / 20.0 - 0.5
+    places = (fine.x_mm[:, None] + 0.5 * inner).ravel()
+    on_cells = ellipse(places, places).reshape(41, 20, 41, 20).mean(axis=(1, 3))
+    line = element_mm * np.arange(-np.ceil(9.5 / element_mm), np.ceil(9.5 / element_mm) + 1)
+    elements = ContactGrid(x_mm=line, s_mm=line, half=False)
+    dense = np.linspace(line[0], line[-1], 20 * (line.size - 1) + 1)
+    hats = hat_functions(line, dense) * (dense[1] - dense[0])
+    forces = hats @ ellipse(dense, dense) @ hats.T
+    nodal = rung_with(elements, forces / elements.nodal_area_mm2().reshape(elements.shape))
+    assert misfit(nodal, rung_with(fine, on_cells)) < 0.01
+
+
+def two_lobes(between: float, free: int) -> Rung:
+    """Two hills of pressure with so much of the peak between them, or so many free columns."""
+    hill = np.sin(np.linspace(0.1, np.pi - 0.1, 21))
+    inside = np.append(hill[:11], np.maximum(hill[11:], between))
+    middle = np.zeros(free) if free else np.full(1, between)
+    ridge = 1000.0 * np.concatenate([np.zeros(4), inside, middle, inside[::-1], np.zeros(4)])
+    grid = ContactGrid(x_mm=np.arange(-3.0, 4.0), s_mm=0.2 * np.arange(ridge.size), half=False)
+    return rung_with(grid, ridge * np.array([0.0, 0.5, 0.9, 1.0, 0.9, 0.5, 0.0])[:, None])
+
+
+@pytest.mark.parametrize(
+    ("between", "free", "part"), [(0.05, 0, True), (0.0, 2, True), (0.5, 0, False), (0.0, 12, False)]
+)
+def test_patches_that_just_part_are_known_less_well(between, free, part):
+    rung = two_lobes(between, free)
+    assert patches_just_part([two_lobes(0.5, 0), rung]) == part
+    # b was off by 1.07 of the change there
+    change, cuts = 0.01, CUT_PLANES["b_mm"]
+    found = step_uncertainty("b_mm", (5.0, 5.0 * (1.0 + change)), parting=part)
+    assert found == pytest.approx((1.5 if part else 1.0) * change + cuts, rel=1e-9)
+
+
+def test_cut_planes_move_patches_that_share_the_load_by_more():
+    """A rail cut at 90 in place of 60 mm: two patches at 5 mm, 50 kN, and the centre on the gauge corner at 6 mm."""
+    moved = {"p_max_MPa": 0.0052, "b_mm": 0.0051, "centre_over_b": 0.0056, "valley": 0.0043, "misplaced_load": 0.00399}
+    for name, by in moved.items():
+        assert by < step_uncertainty(name, (1.0, 1.0), shared=True) < 1.3 * by
+    assert 0.00163 < step_uncertainty("separate_load", (0.109, 0.109), shared=True) < 0.0022
+    assert 0.0039 < step_uncertainty("centre_over_b", (0.1, 0.1)) < 0.005
+
+
+def test_a_single_hill_parts_from_nothing(elliptic_quick):
+    assert not patches_just_part(level.fe for level in elliptic_quick.load.solved.levels)
+
+
+@pytest.mark.parametrize(("slide_mm", "said"), [(0.0, False), (0.09, False), (0.11, True), (-0.3, True)])
+def test_a_slide_that_is_not_small_is_warned_of(elliptic_quick, slide_mm, said):
+    """In half-widths of the patch: on the flange root at 6.3 mm, 100 kN it is 0.27 of it."""
+    solved = elliptic_quick.load.solved
+    finest = replace(solved.levels[0], slide_mm=slide_mm * elliptic_quick.comparison.fe.b_mm)
+    judged = judged_with(elliptic_quick, levels=(finest, *solved.levels[1:]))
+    assert any("slides" in warning for warning in judged.warnings) == said
+    # the answer stays
+    assert judged.verdict == elliptic_quick.verdict
 
 
 def test_elements_carry_the_load_nearly_as_the_finer_nodes(elliptic_quick):
@@ -509,5 +584,7 @@ def test_a_conforming_pair_is_called_conforming():
         placement.first.curvature.hessian, normal_force_N=91_840.0, contact_modulus_MPa=CONFORMAL_E
     )
     quadratic = quadratic_rung(placement.first, equal, half=True)
-    ladder = Ladder.of(equal, [("half_space_quadratic", quadratic), ("half_space", rung), ("fe", rung)])
+    ladder = Ladder.of(
+        equal, [("half_space_quadratic", quadratic), *((name, rung) for name in ("half_space", "elements", "fe"))]
+    )
     assert cause_of(ladder.steps, "p_max_MPa", geometry) == "conformity"

@@ -1,6 +1,7 @@
 """Stored results read back and judged again: the same objects, no finite elements, nothing judged that is not whole."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -18,6 +19,7 @@ from fecontact.cli import call
 from fecontact.comparison.judging import judge_load
 from fecontact.creep import Creep
 from fecontact.errors import InputError
+from fecontact.jobs import workers
 from fecontact.jobs.store import MANIFEST, write_manifest
 from fecontact.outputs.records.results import result_record
 from fecontact.outputs.records.rows import case_row, read_row
@@ -25,7 +27,7 @@ from fecontact.outputs.terminal.case import print_case
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.runs import identity, judging
-from fecontact.runs.case_store import FIELDS, PROFILES, RESULT, ROW, solve_into_folder, write_case
+from fecontact.runs.case_store import FIELDS, PROFILES, RESULT, ROW, keep_case, write_case
 from fecontact.runs.casefile import Study, load_study
 from fecontact.runs.identity import case_id, origin_of
 from fecontact.runs.judging import judge_study
@@ -137,6 +139,17 @@ def test_friction_gives_creep_forces_from_stored_fields(elliptic_quick, solved_f
     # the stored case itself stays without, and without friction nothing is told of creepages
     assert load(solved_folder).case == elliptic_quick.case
     assert call(["judge", str(solved_folder), "--xi", "0.001"]) == 2
+
+
+def test_a_verdict_does_not_hang_on_the_threads_of_who_asks(solved_folder, tmp_path, monkeypatch):
+    """Sums over nodes differ in their last digits with the threads of BLAS: all is judged on one, as it was solved."""
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    monkeypatch.setattr(workers, "began_on_one_thread", lambda: False)
+    with workers.evaluators(1, 100) as map_over:
+        assert list(map_over(os.getenv, ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"])) == ["1", "1"]
+    monkeypatch.setattr("fecontact.runs.judging.read_case", lambda *a, **more: pytest.fail("read by the caller"))
+    (row,) = judge_study(solved_folder, Criteria()).rows
+    assert row["verdict"] == "HOLDS"
 
 
 def test_judging_needs_neither_gmsh_nor_finite_elements(solved_folder):
@@ -303,10 +316,11 @@ def test_a_case_solved_into_a_folder_of_another_one_is_read_with_its_own_profile
     draw_nothing(monkeypatch)
     folder = tmp_path / "one"
     first = replace(study_of(tmp_path / "mine").cases[0], resolution=(2.0, 1.8))
-    solve_into_folder(first, folder)
+    keep_case(fecontact.solve(first), folder)
     assert load(folder).placement.rail.profile.name == "head"
     second = replace(first, rail="circle:290")
-    result = solve_into_folder(second, folder)
+    result = fecontact.solve(second)
+    keep_case(result, folder)
     # the copy of the first one's rail is still there, and neither read nor sealed with the second one
     assert (folder / PROFILES / "rail" / "head.toml").is_file()
     same(result, load(folder))

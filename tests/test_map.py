@@ -34,6 +34,7 @@ from fecontact.comparison.uncertainty import MESH_RATIO
 from fecontact.comparison.verdict import judge
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.rung import Rung
+from fecontact.creep import Creep
 from fecontact.errors import InputError, NotEnoughMemory
 from fecontact.files import json_text
 from fecontact.inputs.texts import parse_numbers
@@ -683,6 +684,28 @@ def test_a_load_that_cannot_be_used_ends_the_search_of_its_position(fails, narro
     assert (open_.low_N, open_.high_N, open_.answer) == (100e3, 150e3, "UNRESOLVED")
 
 
+def test_numbers_of_a_map_come_from_its_workers_alone(tmp_path, monkeypatch):
+    """Their threads are pinned, so that the last digits do not hang on those of the caller."""
+    case = replace(ROUND, creep=Creep(friction=0.3, xi=1e-3))
+
+    def evaluated(*arguments, **more):
+        pytest.fail("evaluated by the process that only writes")
+
+    monkeypatch.setattr(position_store, "read_stored", evaluated)
+    for name in ("judge_theory", "creep_of", "judge_lobes"):
+        monkeypatch.setattr(f"fecontact.comparison.judging.{name}", evaluated)
+    settings = RunSettings(workers=1)
+    made = run_map(case, [0.0], [50e3], tmp_path, settings=settings, work=PlantedWork).made
+    again = run_map(case, [0.0], [50e3], tmp_path, settings=settings, work=PlantedWork)
+    assert len(again.reused) == 1
+    assert plain(again.made) == plain(made)
+    assert rows_of(tmp_path / "map.csv")[0]["force_verdict"]
+    monkeypatch.undo()
+    fresh = read_position(next((tmp_path / "positions").iterdir()), criteria=case.criteria, creep=case.creep)
+    (cell,) = fresh.cells
+    assert float(rows_of(tmp_path / "map.csv")[0]["fx_fe_N"]) == cell.judged.creep.fe["rolling_half_space"].fx_N
+
+
 @pytest.mark.parametrize("what", ["position", "load", "limit", "refinement"])
 def test_a_position_short_of_memory_anywhere_knows_it(what):
     FakeSweep.short_of_memory.add(what)
@@ -1057,6 +1080,19 @@ class DeadlyWork:
     def __call__(self, folder, finished):
         if self.case.lateral_shift_mm == 0.0:
             os._exit(9)
+        write_position(fake_position(self.case, self.loads_N), self.case, folder, self.name)
+        return False
+
+
+@dataclass(frozen=True)
+class PlantedWork:
+    """What a process can import: a position that is solved as planned."""
+
+    case: Case
+    loads_N: tuple[float, ...]
+    name: str
+
+    def __call__(self, folder, finished):
         write_position(fake_position(self.case, self.loads_N), self.case, folder, self.name)
         return False
 

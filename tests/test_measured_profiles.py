@@ -11,6 +11,7 @@ from scipy.interpolate import make_smoothing_spline
 
 from fecontact.case import Case, Track
 from fecontact.cli import call
+from fecontact.comparison.point_noise import spread
 from fecontact.errors import InputError
 from fecontact.outputs.figures.preview import measured_figure, preview_figure
 from fecontact.outputs.figures.profile import profile_figure
@@ -197,8 +198,8 @@ def test_derivatives_of_a_smoothed_line_are_those_of_its_points():
 
 def test_other_lines_that_the_points_allow():
     line = read(sampled("60E1", 0.01))
-    assert variant(load("60E1"), "half") is load("60E1")
-    assert variant(line, "half").measured.width_mm == 0.5 * line.measured.width_mm
+    assert variant(load("60E1"), "narrow") is load("60E1")
+    assert variant(line, "narrow").measured.width_mm == math.sqrt(0.5) * line.measured.width_mm
     assert variant(line, "double").measured.width_mm == 2.0 * line.measured.width_mm
     y = np.linspace(-25.0, 25.0, 101)
     draws = [variant(line, k).height(y) - line.height(y) for k in range(3)]
@@ -315,3 +316,13 @@ def test_points_that_are_taken_as_exact_and_are_not_are_named(tmp_path):
         InputError, match="the line of noisy goes through its points as they are: give --rail-smoothing-mm or"
     ):
         hertz_of_case(case, placed)
+
+
+def test_blur_and_noise_are_added_as_independent_errors():
+    own, other = {"b": 1.0}, {"b": 1.3}
+    draws = [{"b": 1.0 + 0.1 * (-1.0) ** k} for k in range(6)]
+    found = spread(own, thinned=[other], widths=[other, {"b": 0.8}], draws=draws)["b"]
+    # four thirds of what the narrower line changes, and Student's 2.45 times the scatter
+    assert found == pytest.approx(0.3 + math.hypot(0.4, 2.45 * 0.1))
+    assert spread(own, widths=[own, {"b": 0.5}])["b"] == pytest.approx(0.5)
+    assert math.isnan(spread(own, draws=[None])["b"])

@@ -218,7 +218,8 @@ def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
     assert list(record) == [
         "schema", "status", "case", "contact_angle_rad", "touch_points", "normal_force_N", "fe", "hertz", "deviation",
         "uncertainty", "uncertainty_of_profile", "pressure_l2", "overlap", "centre_of_pressure_mm", "lobes", "pieces",
-        "hertz_stiffness_GN_per_m15", "rungs", "steps", "bodies_step_uncertainty", "geometry", "verdict", "solver",
+        "hertz_stiffness_GN_per_m15", "rungs", "elements_uncertainty", "steps", "bodies_step_uncertainty", "geometry",
+        "slide_mm", "verdict", "solver",
         "patches", "theories", "hertz_points", "von_mises", "creep", "warnings", "versions",
     ]  # fmt: skip
     assert record["schema"] == "fecontact/result/3"
@@ -228,11 +229,17 @@ def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
     assert list(record["deviation"]) == [*MEASURES, *MISFITS]
     assert list(record["uncertainty"]) == list(record["bodies_step_uncertainty"]) == known
     assert [list(lobe) for lobe in record["lobes"]] == [["y_mm", "p_max_MPa", "force_share"]]
-    assert list(record["rungs"]) == ["hertz", "half_space_quadratic", "half_space", "fe"]
+    assert list(record["rungs"]) == ["hertz", "half_space_quadratic", "half_space", "elements", "fe"]
+    assert list(record["elements_uncertainty"]) == [name for name in MEASURES if name != "approach_mm"]
     assert all(list(rung) == MEASURES for rung in record["rungs"].values())
     assert record["rungs"]["fe"] == record["fe"]
     assert record["rungs"]["hertz"] == record["hertz"]
-    assert list(record["steps"]) == ["hertz_to_quadratic", "quadratic_to_true_gap", "half_space_to_bodies"]
+    assert list(record["steps"]) == [
+        "hertz_to_quadratic",
+        "quadratic_to_true_gap",
+        "half_space_to_bodies",
+        "elements_to_fe",
+    ]
     assert all(list(step) == [*MEASURES, *MISFITS] for step in record["steps"].values())
     assert list(record["von_mises"]) == ["rail", "wheel"]
     assert list(record["von_mises"]["rail"]) == ["von_mises_MPa", "depth_mm", "x_mm", "y_mm"]
@@ -247,7 +254,8 @@ def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
     assert all(side[part] == record[part] for part in ("hertz", "deviation", "uncertainty"))
     assert list(record["solver"]) == [
         "path", "seconds", "memory_MB", "peak_memory_MB", "iterations", "compliance_calls", "contact_residual",
-        "penetration_residual", "load_balance", "misfit", "degrees_of_freedom", "elements", "element_size_mm",
+        "penetration_residual", "load_balance", "misfit", "elements_compliance_error", "degrees_of_freedom", "elements",
+        "element_size_mm",
         "node_spacing_mm", "meshes", "elements_a_semi_axis", "elements_a_semi_axis_of_narrowest_lobe",
         "finer_degrees_of_freedom", "zone_enlarged",
     ]  # fmt: skip
@@ -519,7 +527,7 @@ def test_the_contact_covers_an_ellipse_that_is_larger_than_what_was_solved(ellip
     solved = contact_surface(elliptic_quick)
     assert surface.n_points > solved.n_points
     data = surface.point_data
-    cell = np.prod(elliptic_quick.grid.steps_mm)
+    cell = np.prod(elliptic_quick.load.level.nodal.grid.steps_mm)
     # 0.5 %: cells are flat projections of a surface that turns by 3 degrees at the end of this ellipse
     assert cell * data["hertz_pressure_MPa"].sum() == pytest.approx(elliptic_quick.normal_force_N, rel=5e-3)
     beyond = np.isnan(data["gap_mm"])
@@ -534,7 +542,9 @@ def test_the_contact_ends_where_the_rail_does(elliptic_quick):
     surface = contact_surface(wide)
     assert np.all(np.isfinite(surface.points))
     low, high = profile.y_range_mm
-    assert np.ptp(surface.points[:, 1]) == pytest.approx(high - low, abs=2 * max(elliptic_quick.grid.steps_mm))
+    assert np.ptp(surface.points[:, 1]) == pytest.approx(
+        high - low, abs=2 * max(elliptic_quick.load.level.nodal.grid.steps_mm)
+    )
 
 
 @pytest.mark.parametrize("name", ["contact_pressure_MPa", "hertz_pressure_MPa"])
@@ -554,10 +564,10 @@ def test_the_other_arrays_belong_to_the_same_points(vtk_folder, elliptic_quick):
     data = surface.point_data
     x, s = elliptic_quick.placement.project(np.asarray(surface.points)).T
     at_nodes = elliptic_quick.hertz.pressure_MPa(x, s)
-    # away from the edge the mean over a cell differs by (h/a)^2, h/a being 1/16 here
-    inside = at_nodes > 0.5 * at_nodes.max()
-    assert inside.sum() > 300
-    np.testing.assert_allclose(data["hertz_pressure_MPa"][inside], at_nodes[inside], rtol=0.01)
+    # away from the edge the mean over a cell differs by (h/a)^2 and more, h/a being 1/6 here
+    inside = at_nodes > 0.6 * at_nodes.max()
+    assert inside.sum() > 50
+    np.testing.assert_allclose(data["hertz_pressure_MPa"][inside], at_nodes[inside], rtol=0.03)
     difference = data["contact_pressure_MPa"] - data["hertz_pressure_MPa"]
     np.testing.assert_allclose(data["pressure_difference_MPa"], difference, atol=1e-9)
     np.testing.assert_array_equal(data["in_contact"], data["contact_pressure_MPa"] > 0.0)
@@ -565,14 +575,14 @@ def test_the_other_arrays_belong_to_the_same_points(vtk_folder, elliptic_quick):
 
 
 def test_a_half_surface_is_whole_and_symmetric(vtk_folder, elliptic_quick):
-    nx, ns = elliptic_quick.load.fe.grid.shape
+    nx, ns = elliptic_quick.load.level.nodal.grid.shape
     surface = pyvista.read(vtk_folder / "contact.vtp")
     points = surface.points.reshape(2 * nx - 1, ns, 3)
     np.testing.assert_allclose(points, points[::-1] * [-1.0, 1.0, 1.0], atol=1e-12)
     assert np.all(np.diff(points[:, 0, 0]) > 0.0)
     pressure = surface.point_data["contact_pressure_MPa"].reshape(2 * nx - 1, ns)
     np.testing.assert_array_equal(pressure, pressure[::-1])
-    np.testing.assert_array_equal(pressure[nx - 1 :], elliptic_quick.load.fe.pressure_MPa)
+    np.testing.assert_array_equal(pressure[nx - 1 :], elliptic_quick.load.level.nodal.pressure_MPa)
 
 
 @pytest.mark.parametrize("name", ["rail", "wheel"])
@@ -629,9 +639,12 @@ def test_warping_both_bodies_makes_them_meet(vtk_folder, elliptic_quick):
 
 
 def test_a_surface_that_is_not_half_is_not_mirrored(elliptic_quick):
-    fe = elliptic_quick.load.fe
-    gap = Field(grid=fe.grid, values=fe.gap_mm).whole()
-    both = changed_fe(elliptic_quick, grid=gap.grid, gap_mm=gap.values, pressure_MPa=fe.pressure.whole().values)
+    own = elliptic_quick.load.level.nodal
+    gap = Field(grid=own.grid, values=own.gap_mm).whole()
+    whole = replace(own, grid=gap.grid, gap_mm=gap.values, pressure_MPa=own.pressure.whole().values)
+    finest, *others = elliptic_quick.load.solved.levels
+    solved = replace(elliptic_quick.load.solved, levels=(replace(finest, nodal=whole), *others))
+    both = replace(elliptic_quick, load=replace(elliptic_quick.load, solved=solved))
     surface, half = contact_surface(both), contact_surface(elliptic_quick)
     np.testing.assert_array_equal(surface.points, half.points)
     np.testing.assert_array_equal(surface.point_data["gap_mm"], half.point_data["gap_mm"])
@@ -876,7 +889,14 @@ def flattened(elliptic_quick: CaseResult) -> CaseResult:
 
     solved = elliptic_quick.load.solved
     levels = tuple(
-        replace(level, fe=flat_rung(level.fe), otherwise=flat_rung(level.otherwise)) for level in solved.levels
+        replace(
+            level,
+            # the elements' own contact is no other one
+            nodal=flat_rung(level.fe),
+            fe=flat_rung(level.fe),
+            otherwise=flat_rung(level.otherwise),
+        )
+        for level in solved.levels
     )
     return replace(elliptic_quick, load=judge_load(replace(solved, levels=levels), elliptic_quick.placement))
 
@@ -922,7 +942,11 @@ def test_a_case_that_holds_says_how_close_and_on_which_meshes(record):
     assert "decided on 2 meshes of 6.2 and 4.2 elements a semi-axis, not refined" in lines
     assert "1 lobe, 1 patch" in lines
     misfit = 100.0 * record["solver"]["misfit"]
-    assert f"the elements' own nodes carry {misfit:.1f} % of the load elsewhere: they are coarser" in lines
+    off = 100.0 * record["solver"]["elements_compliance_error"]
+    assert (
+        f"the elements' own nodes carry {misfit:.1f} % of the load elsewhere: they are coarser; their compliance is"
+        f" {off:+.1f} % off that of a half-space"
+    ) in lines
     assert not [line for line in lines if line.startswith(("he fails", "open", "to decide"))]
 
 

@@ -1,6 +1,8 @@
 """Profile files as programs and instruments write them: what is read, what is refused, and the way back."""
 
+import os
 import re
+import time
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +12,12 @@ from hypothesis import strategies as st
 from points import AS_IS, profile_from_points
 
 from fecontact.errors import InputError
+from fecontact.files import toml_content
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.writers import WRITERS, points_along, profile_text
+from fecontact.runs.toml_cases import toml_cases
 
 REPAIRED = Reading(repair=True, smoothing_mm=0.0)
 EXACT = {"rail": "54E1", "wheel": "S1002"}
@@ -410,3 +414,55 @@ def test_names_are_looked_up_in_a_folder_first(tmp_path):
         Case(rail="mine", library=str(tmp_path))
     with pytest.raises(InputError, match="give a folder of profile files"):
         Case(rail="mine", library=str(tmp_path / "none"))
+
+
+# --- what a stranger's file may do ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("first", "last"), [(39, 42), (40, 42), (30, 33), (60, 62)])
+def test_rows_that_are_there_twice_are_repaired(write, first, last):
+    points = points_along(load("60E1"), 0.6)
+    twice = np.insert(points, last, points[first:last], axis=0)
+    text = "y,z\n" + "".join(f"{y:.4f},{z:.4f}\n" for y, z in twice)
+    path = str(write("twice.csv", text))
+    with pytest.raises(InputError, match="--rail-repair yes"):
+        resolve_rail(path)
+    rail = resolve_rail(path, Reading(repair=True, smoothing_mm=0.0))
+    assert len(rail.points) == len(points)
+    assert rail.points == pytest.approx(points, abs=1e-4)
+
+
+@pytest.mark.parametrize("ending", [".csv", ".toml", ".prr", ".ban", ""])
+def test_pipes_and_devices_are_refused_and_not_waited_for(tmp_path, ending):
+    pipe = tmp_path / f"pipe{ending}"
+    os.mkfifo(pipe)
+    device = tmp_path / f"zero{ending}"
+    device.symlink_to("/dev/zero")
+    for path in (pipe, device):
+        for read in (resolve_rail, resolve_wheel):
+            with pytest.raises(InputError, match="it is a device or a pipe; give the path of a file"):
+                read(str(path))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1.2.3" * 40_000,
+        "".join("a" + f".b{k}" * 2000 + " = 1\n" for k in range(100)),
+        "x = 1\n" * 200_000,
+        "[" + "a." * 3000 + "b]\n",
+        "x = { " + "a." * 3000 + "b = 1 }\n",
+    ],
+)
+def test_toml_that_would_take_its_parser_minutes_is_refused_at_once(write, text):
+    path = write("hostile.toml", text)
+    started = time.process_time()
+    for read, name in ((resolve_rail, str(path)), (toml_cases, path)):
+        with pytest.raises(InputError, match="allowed: "):
+            read(name)
+    assert time.process_time() - started < 1.0
+
+
+def test_long_lists_and_comments_in_toml_are_fine():
+    numbers = ", ".join(f"{k}.25" for k in range(1000))
+    assert len(toml_content(f"# {'.' * 500}\nx = [{numbers}]\n", "t")["x"]) == 1000

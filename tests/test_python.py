@@ -18,7 +18,7 @@ from fecontact.case import PARTS, Case
 from fecontact.cli import app
 from fecontact.errors import InputError
 from fecontact.outputs.paraview.vtk import write_case_vtk
-from fecontact.runs.case_store import solve_into_folder
+from fecontact.runs.case_store import keep_case
 from fecontact.solving.solve import CaseResult
 
 README = Path(__file__).parents[1] / "README.md"
@@ -43,12 +43,12 @@ def test_the_door_has_what_the_commands_do_and_all_parts_of_a_case():
         assert inspect.getdoc(getattr(fecontact, name)), name
 
 
-def test_rooms_that_have_the_name_of_a_function_are_called_as_it():
+def test_rooms_that_have_the_name_of_a_function_are_called_as_it(tmp_path):
     assert fecontact.map.position is importlib.import_module("fecontact.map.position")
     assert "lateral_shifts_mm" in inspect.signature(fecontact.map).parameters
     assert inspect.getdoc(fecontact.geometry).startswith("The wheelset of a case at many shifts")
     with pytest.raises(InputError, match="at least one lateral shift"):
-        fecontact.map(Case(), [], [], "unused")
+        fecontact.map(Case(), [], [], tmp_path)
 
 
 @pytest.mark.parametrize("module", ["outputs.creep", "outputs.record", "outputs.contact_functions", "solving.preview"])
@@ -58,9 +58,8 @@ def test_the_examples_of_functions_have_these_numbers(module):
     assert done.failed == 0
 
 
-def test_a_door_to_stored_results_judges_cases_and_refuses_what_needs_friction(elliptic_quick, tmp_path, monkeypatch):
-    monkeypatch.setattr("fecontact.runs.case_store.solve", lambda case, progress: elliptic_quick)
-    solve_into_folder(elliptic_quick.case, tmp_path / "one")
+def test_a_door_to_stored_results_judges_cases_and_refuses_what_needs_friction(elliptic_quick, tmp_path):
+    keep_case(elliptic_quick, tmp_path / "one")
     judged = fecontact.judge(tmp_path / "one", fecontact.Criteria(p_max=1e-9, judged_by=("p_max",)))
     (row,) = judged.rows
     assert (row["verdict_measure"], row["verdict"]) == ("p_max_MPa", "UNRESOLVED")

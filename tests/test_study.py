@@ -31,7 +31,7 @@ from fecontact.outputs.records.rows import MEASURED_COLUMNS
 from fecontact.runs import identity
 from fecontact.runs.case_store import case_folder
 from fecontact.runs.casefile import Study
-from fecontact.runs.identity import case_id
+from fecontact.runs.identity import case_id, position_id
 from fecontact.runs.map_run import run_map
 from fecontact.runs.study import StudyOutcome, run_study
 from fecontact.runs.work import job_of
@@ -404,8 +404,8 @@ def test_real_cases_are_bit_identical_for_one_and_two_processes(tmp_path):
 
 
 @contextlib.contextmanager
-def dask_cluster(tmp_path: Path, count: int, **environment: str):
-    """A scheduler and workers on loopback: address, and the workers' processes."""
+def dask_processes(tmp_path: Path, count: int, strange: int = 0, **environment: str):
+    """A scheduler and workers on loopback, some of another version: address, and the processes, scheduler first."""
     pytest.importorskip("distributed")
     file = tmp_path / "scheduler.json"
     path = os.pathsep.join([str(HERE), os.environ.get("PYTHONPATH", "")])
@@ -420,12 +420,69 @@ def dask_cluster(tmp_path: Path, count: int, **environment: str):
         try:
             wait_until(file.exists)
             # elsewhere, as on another machine
-            processes += [subprocess.Popen(worker, stdout=log, stderr=log, env=env, cwd="/") for _ in range(count)]
-            yield json.loads(file.read_text())["address"], processes[1:]
+            (tmp_path / "strange").mkdir()
+            (tmp_path / "strange" / "sitecustomize.py").write_text("import fecontact; fecontact.__version__ = '99'")
+            other = env | {"PYTHONPATH": os.pathsep.join([str(tmp_path / "strange"), path])}
+            every = strange * [other] + count * [env]
+            processes += [subprocess.Popen(worker, stdout=log, stderr=log, env=own, cwd="/") for own in every]
+            yield json.loads(file.read_text())["address"], processes
         finally:
             for process in processes:
                 process.kill()
                 process.wait()
+
+
+@contextlib.contextmanager
+def dask_cluster(tmp_path: Path, count: int, **environment: str):
+    """A scheduler and workers on loopback: address, and the workers' processes."""
+    with dask_processes(tmp_path, count, **environment) as (address, processes):
+        yield address, processes[1:]
+
+
+def test_dask_workers_of_another_version_solve_nothing_and_others_do_their_jobs(tmp_path, serial, caplog):
+    fake_solve.plan(tmp_path, all="sleep 0.3")
+    with dask_processes(tmp_path, 1, strange=1) as (address, processes):
+        wait_until(lambda: "Register worker" in (tmp_path / "dask.log").read_text() and _workers(address) == 2)
+        outcome = run(tmp_path, scheduler=address)
+        assert statuses(outcome) == ["converged"] * 5
+        assert table(tmp_path / "study.csv") == serial
+        # once, and not for each job that it was handed
+        (said,) = [record.getMessage() for record in caplog.records if "not like" in record.getMessage()]
+        assert "fecontact 0.1.0 -> 99" in said
+        assert "go to other workers" in said
+        # none is left that could
+        processes[2].kill()
+        wait_until(lambda: _workers(address) == 1)
+        with pytest.raises(InputError, match=r"fecontact 0\.1\.0 -> 99.*start workers of the same installation"):
+            run(tmp_path / "none", scheduler=address)
+
+
+def _workers(address: str) -> int:
+    import distributed
+
+    with distributed.Client(address, set_as_default=False) as client:
+        return len(client.nthreads())
+
+
+def test_a_scheduler_that_is_lost_is_said_in_a_line_and_the_run_goes_on(tmp_path, serial):
+    from fecontact.jobs.workers import WorkersLost
+
+    out = tmp_path / "out"
+    out.mkdir()
+    fake_solve.plan(out, kN50="sleep 0.1", all="sleep 60")
+    with dask_processes(tmp_path, 1) as (address, processes), ThreadPoolExecutor(1) as runner:
+        running = runner.submit(run, out, scheduler=address)
+        wait_until(lambda: len(fake_solve.solves(out)) >= 2 or running.done())
+        processes[0].kill()
+        with pytest.raises(WorkersLost, match=rf"scheduler {address}: lost .* give the same command") as lost:
+            running.result(timeout=120)
+        assert "\n" not in str(lost.value)
+    assert len(table(out / "study.csv")) == 1
+    fake_solve.plan(out)
+    outcome = run(out)
+    assert outcome.reused == (case_id(case(50)),)
+    assert table(out / "study.csv") == serial
+    assert not list((out / "cases").glob(".*"))
 
 
 def test_a_dask_worker_that_is_killed_loses_nothing_and_nothing_is_done_twice(tmp_path, serial):
@@ -460,6 +517,26 @@ def test_a_map_goes_to_the_workers_of_a_cluster(tmp_path):
     statuses = {cell.status for cell in made.cells}
     assert statuses <= {f"failed: planned in process {process.pid}" for process in processes}
     assert sorted(map(float, fake_solve.solves(out))) == shifts
+
+
+def slow_position(case: Case, loads_N: Sequence[float], name: str) -> fake_solve.FakePosition:
+    return fake_solve.FakePosition(case=case, loads_N=tuple(loads_N), name=name, seconds=1.0)
+
+
+def test_a_dask_worker_that_is_killed_during_a_map_costs_no_cell(tmp_path):
+    out, shifts = tmp_path / "out", [-1.0, 0.0, 1.0]
+    out.mkdir()
+    with dask_cluster(tmp_path, 2) as (address, processes), ThreadPoolExecutor(1) as runner:
+        settings = RunSettings(scheduler=address)
+        running = runner.submit(run_map, case(50), shifts, [50e3], out, settings=settings, work=slow_position)
+        wait_until(lambda: len(fake_solve.solves(out)) >= 2 or running.done())
+        processes[0].kill()
+        made = running.result(timeout=60).made
+    assert made.lateral_shifts_mm == tuple(shifts)
+    assert all(cell.status.startswith("failed: planned in process") for cell in made.cells)
+    assert {path.name for path in (out / "positions").iterdir()} == {
+        position_id(replace(case(50), lateral_shift_mm=shift), [50e3]) for shift in shifts
+    }
 
 
 def test_a_scheduler_that_is_not_there(tmp_path, monkeypatch):

@@ -29,6 +29,7 @@ from fecontact.outputs.records.rows import load_row
 from fecontact.outputs.reports.map import write_map_report
 from fecontact.outputs.reports.study import reported_case, write_study_report
 from fecontact.outputs.terminal.case import print_case
+from fecontact.outputs.terminal.rows import print_rows
 from fecontact.regression.tolerances import KINDS, TEXT, kind_of, later_theories
 from fecontact.runs.case_store import write_case
 from fecontact.solving.placing import place_case

@@ -26,7 +26,7 @@ REST = {
     "b_mm": (0.0005, 0.0018),
     "extent_x_mm": (0.01, 0.0009),
     "extent_y_mm": (0.01, 0.0018),
-    "centre_over_b": (0.0003, 0.0015),
+    "centre_over_b": (0.0003, 0.004),
     "valley": (0.0005, 0.001),
     "separate_load": (0.00005, 0.0),
     "misplaced_load": (0.0003, 0.0008),
@@ -285,7 +285,8 @@ def test_a_verdict_that_the_profile_leaves_open_is_said_to_be_by_it(elliptic_qui
     hertz, rung = elliptic_quick.load.hertz, solved.half_space
     apart = tuple((replace(hertz, p0_MPa=hertz.p0_MPa * factor), rung) for factor in (1.3, 1.2))
     noise = PointNoise(own=(hertz, rung), thinned=(hertz, rung), widths=apart, draws=((hertz, rung),) * 6)
-    assert noise.uncertainty()["p_max_MPa"] == pytest.approx(0.3, abs=0.01)
+    # the narrower line shows three quarters of what the smoothing blurs
+    assert noise.uncertainty()["p_max_MPa"] == pytest.approx(0.4, abs=0.01)
     judged = judge_load(replace(solved, point_noise=noise), placement)
     assert (judged.verdict.answer, judged.verdict.measure, judged.verdict.cause) == (
         "UNRESOLVED",

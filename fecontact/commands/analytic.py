@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from cyclopts import Parameter
 
+from fecontact.case import unusual
+from fecontact.console import tell_notes
 from fecontact.options import CaseOptions, options_of
 
 # no stress is looked at, and nothing is solved
@@ -41,7 +43,9 @@ def hertz(options: HertzOptions = _OF_HERTZ, *, json: Annotated[bool, Parameter(
     from fecontact.outputs.terminal.hertz import print_hertz
     from fecontact.runs.analytic import hertz as hertz_of
 
-    record = hertz_of(options.case())
+    case = options.case()
+    tell_notes(unusual([case]))
+    record = hertz_of(case)
     if json:
         print(json_text(record))
     else:
@@ -144,7 +148,9 @@ def place(
     from fecontact.outputs.terminal.preview import preview_text
     from fecontact.solving.preview import preview
 
-    seen = preview(options.case())
+    case = options.case()
+    tell_notes(unusual([case]))
+    seen = preview(case)
     print(json_text(preview_record(seen)) if json else preview_text(seen), flush=True)
     if out is not None:
         preview_figure(seen, out)

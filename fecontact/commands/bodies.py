@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
+from fecontact.case import unusual
+from fecontact.console import tell_notes
 from fecontact.errors import InputError
 from fecontact.options import CaseOptions, options_of
 
@@ -121,6 +123,7 @@ def mesh(
     from fecontact.solving.meshed_case import MeshedPair, mesh_case, mesh_pair
 
     case = options.case()
+    tell_notes(unusual([case]))
     meshed = mesh_pair(case) if body == "both" else mesh_case(case, body)
     write_mesh(meshed, out, element=element)
     for made in (meshed.rail, meshed.wheel) if isinstance(meshed, MeshedPair) else (meshed,):

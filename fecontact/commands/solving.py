@@ -5,14 +5,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
 
 from cyclopts import Parameter
 
-from fecontact.case import Group
-from fecontact.console import count, log_only, logged, many, print_reasons, say, solving, width
+from fecontact.case import Group, unusual
+from fecontact.console import count, log_only, logged, many, print_reasons, say, solving, tell_notes, width
 from fecontact.options import PANELS, CaseOptions, options_of
 
 _EVERY = options_of(*get_args(Group))
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from fecontact.jobs.engine import RunSettings
     from fecontact.runs.map_run import MapOutcome
     from fecontact.runs.study import StudyOutcome
+    from fecontact.solving.solve import CaseResult
 
     EveryOption: TypeAlias = CaseOptions
     MapOptions: TypeAlias = CaseOptions
@@ -48,7 +49,7 @@ class RunOptions:
     threads
         Threads that each of them computes on.
     force
-        Solve what is finished again instead of using it.
+        Solve what is finished again instead of using it, and write into a folder that holds other results.
     part
         Solve only part i of N, given as i/N; the same command without it then puts all parts together.
     scheduler
@@ -91,6 +92,7 @@ def solve(
     *,
     json: Annotated[bool, Parameter(negative="")] = False,
     out: Path | None = None,
+    force: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
     """Solve one position with finite elements and compare it with Hertz.
 
@@ -100,31 +102,47 @@ def solve(
         Print the result as JSON and nothing else.
     out
         Folder for the case's report.html, JSON, ParaView files and figure.
+    force
+        Write into a folder that holds other results.
     """
     from fecontact.files import json_text
     from fecontact.outputs.records.results import result_record
     from fecontact.outputs.records.rows import case_row
     from fecontact.outputs.terminal.case import print_case
     from fecontact.outputs.terminal.rows import print_rows
-    from fecontact.runs.case_store import solve_into_folder
-    from fecontact.runs.reports import report_case
+    from fecontact.runs.folders import prepare_for_case
     from fecontact.solving.solve import solve as solve_case
 
     case = options.case()
+    tell_notes(unusual([case]))
+    if out is not None:
+        prepare_for_case(out, case, force=force)
     with solving() as progress:
+        result = solve_case(case, progress=progress)
         # what was solved is kept before it is shown: what it is shown on may be full, or closed
-        if out is None:
-            result = solve_case(case, progress=progress)
-        else:
-            result = solve_into_folder(case, out, progress=progress)
-            report_case(result, out)
+        lost = None if out is None else _keep(result, out)
     record = result_record(result)
     if json:
         print(json_text(record), flush=True)
     else:
         print_rows([case_row(result)])
         print_case(record)
+    if lost is not None:
+        raise lost
     return 0 if result.status == "converged" else 3
+
+
+def _keep(result: CaseResult, out: Path) -> OSError | None:
+    """Write a result with its report; what the system refused, for afterwards, since the numbers are there."""
+    from fecontact.runs.case_store import keep_case
+    from fecontact.runs.reports import report_case
+
+    try:
+        keep_case(result, out)
+        report_case(result, out)
+    except OSError as error:
+        return error
+    return None
 
 
 def run(
@@ -147,10 +165,13 @@ def run(
     """
     from fecontact.outputs.terminal.rows import print_rows
     from fecontact.runs.casefile import load_study
+    from fecontact.runs.folders import prepare_for_study
     from fecontact.runs.study import run_study
 
     settings, loaded = how.settings(), load_study(study, quick=quick)
+    prepare_for_study(out, loaded.name, force=how.force)
     with logged(out / f"run{settings.part_suffix}.log"):
+        tell_notes(unusual(loaded.cases))
         with many("cases", quiet=how.quiet) as progress:
             outcome = run_study(loaded, out, settings=settings, progress=progress)
         if not how.quiet:
@@ -223,6 +244,7 @@ def map_(
     """
     from fecontact.inputs.texts import parse_numbers
     from fecontact.outputs.maps.measures import measure_table, refuse_measure
+    from fecontact.runs.folders import prepare_for_map
     from fecontact.runs.map_run import run_map
     from fecontact.solving.placing import with_wheelset
 
@@ -231,7 +253,9 @@ def map_(
         case = with_wheelset(case)
     refuse_measure(case, measure)
     loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
+    prepare_for_map(out, case, force=how.force)
     with logged(out / f"run{settings.part_suffix}.log"):
+        tell_notes(unusual([replace(case, load_N=load_N) for load_N in loads_N]))
         with many("positions", quiet=how.quiet) as progress:
             outcome = run_map(case, positions, loads_N, out, measure=measure, settings=settings, progress=progress)
         if not how.quiet:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from fecontact.console import count, many
+from fecontact.console import count, many, tell_notes
 from fecontact.jobs.remaining import duration
 
 
@@ -53,6 +53,7 @@ def check(file: Path, *, quick: Annotated[bool, Parameter(negative="")] = False)
     )
     if found.most_memory_GB * found.workers > found.available_GB:
         print(f"{found.available_GB:.1f} GB are available: fewer --workers may be needed")
+    tell_notes(found.notes)
     for problem in found.problems:
         print(f"error: {problem}", file=sys.stderr)
     if 0 < found.placed < found.positions:

@@ -15,13 +15,20 @@ from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.judgement import Judgement
 from fecontact.comparison.ladder import Ladder
 from fecontact.comparison.lobes import judge_lobes
-from fecontact.comparison.measures import FLOORS, MEASURES, deviations_of, values_of
+from fecontact.comparison.measures import FLOORS, MEASURES, deviations_of, patch_of, values_of
 from fecontact.comparison.point_noise import PointNoise
-from fecontact.comparison.solved_load import ELEMENTS_OFF, Level, SolvedLoad, elements_uncertainties, uncertainties
+from fecontact.comparison.solved_load import (
+    ELEMENTS_OFF,
+    Level,
+    SolvedLoad,
+    elements_uncertainties,
+    patches_just_part,
+    uncertainties,
+)
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES, Loaded
 from fecontact.comparison.uncertainty import step_uncertainty
 from fecontact.comparison.verdict import AT_JUNCTION, ELEMENTS, FROM_BEST, PROFILE, Verdict, judge
-from fecontact.comparison.warnings import junction_warnings, yield_warnings
+from fecontact.comparison.warnings import junction_warnings, slide_warnings, yield_warnings
 from fecontact.geometry.placement import Placement
 
 
@@ -65,7 +72,8 @@ def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str]
         lobes=judge_lobes(solved, placement) if others else (),
         creep=creep,
     )
-    return replace(load, warnings=(*junction_warnings(load.sides), *solved.limits, *yield_warnings(case, comparison)))
+    of_bodies = (*slide_warnings(finest.slide_mm, comparison), *yield_warnings(case, comparison))
+    return replace(load, warnings=(*junction_warnings(load.sides), *solved.limits, *of_bodies))
 
 
 def with_creep_laws(load: JudgedLoad, placement: Placement) -> JudgedLoad:
@@ -182,6 +190,7 @@ def _bodies_step_uncertainty(solved: SolvedLoad, hertz: Approximation) -> dict[s
     on_half_space, otherwise = values_of(solved.half_space, hertz), values_of(finest.otherwise, hertz)
     turned = on_half_space if solved.turned is None else values_of(solved.turned, hertz)
     levels = [values_of(level.fe, hertz) for level in solved.levels]
+    parting, shared = patches_just_part(level.fe for level in solved.levels), patch_of(finest.fe).pieces > 1
     found = {}
     for name, flat in on_half_space.items():
         if FLOORS[name] is not None:
@@ -193,6 +202,8 @@ def _bodies_step_uncertainty(solved: SolvedLoad, hertz: Approximation) -> dict[s
                 otherwise=otherwise[name],
                 residual=finest.fe.residual,
                 compliance_error=finest.compliance_error,
+                parting=parting,
+                shared=shared,
             )
             found[name] = abs(ratio) * (of_meshes + abs(turned[name] - flat) / size)
     return found

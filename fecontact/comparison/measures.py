@@ -112,7 +112,7 @@ class Misfit:
     centre_over_b: float = _misfit(
         lambda patch, rung, theory: (patch.centre_y_mm - theory.centre_mm[1]) / theory.half_widths_mm[1],
         floor=0.0003,
-        cut_planes=0.0015,
+        cut_planes=0.004,
     )
     valley: float = _misfit(
         lambda patch, rung, theory: patch.valley - _own_valley(rung, theory), floor=0.0005, cut_planes=0.001

@@ -5,19 +5,24 @@ So that one that was stored is judged again in milliseconds, with other criteria
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Literal
 
+import numpy as np
+
 from fecontact.case import Case
 from fecontact.comparison.measures import MEASURES, measures_of, patch_of
+from fecontact.comparison.patch import lobe_columns
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.uncertainty import elements_uncertainty, uncertainty
 from fecontact.contact.elements import COMPLIANCE_LIMIT
 from fecontact.contact.rung import Rung, misfit
 
 Status = Literal["converged", "not converged", "patch at the edge of the fine mesh", "elements too soft or too stiff"]
+# Of the peak between two lobes, or of the patch's width between two patches: less is little.
+_LITTLE = 0.1
 # The elements' own contact may be so many times as far from that of the finer nodes as both are unsure.
 _APART = 2.0
 ELEMENTS_OFF: Status = "elements too soft or too stiff"
@@ -40,6 +45,8 @@ class Level:
         As `fe`, with another idea of what of the opening is the elements' and what the bodies'.
     compliance_error
         By how much the elements are softer than their material, far from a unit pressure; NaN where it is not seen.
+    slide_mm
+        How far the wheel goes along the rail under the load, where the surface is steep.
     degrees_of_freedom, elements
         Of rail and wheel.
     enlarged, at_edge
@@ -54,6 +61,7 @@ class Level:
     elements: Mapping[str, int]
     enlarged: int
     at_edge: bool
+    slide_mm: float = 0.0
 
     @property
     def rungs(self) -> dict[str, Rung]:
@@ -182,6 +190,7 @@ def uncertainties(
     """Uncertainty of each deviation, where meshes tell it; `read` reads all measures off a rung."""
     finest = levels[0]
     measured, otherwise = [read(level.fe) for level in levels], read(finest.otherwise)
+    parting, shared = patches_just_part(level.fe for level in levels), patch_of(finest.fe).pieces > 1
     found = {}
     for name in deviation:
         values = [one[name] for one in measured]
@@ -191,8 +200,27 @@ def uncertainties(
             otherwise=otherwise[name],
             residual=finest.fe.residual,
             compliance_error=finest.compliance_error,
+            parting=parting,
+            shared=shared,
         )
         if known is not None:
             # of (Hertz - FE) / FE, from that of the finite-element measure
             found[name] = known * abs(1.0 + deviation[name]) if name in MEASURES else known
     return found
+
+
+def patches_just_part(rungs: Iterable[Rung]) -> bool:
+    """Whether on any mesh two lobes hang together by little pressure, or patches lie apart by little."""
+    return any(_just_parts(rung) for rung in rungs)
+
+
+def _just_parts(rung: Rung) -> bool:
+    ridge = rung.pressure_MPa.max(axis=0)
+    below = np.flatnonzero(ridge)
+    columns = lobe_columns(rung.pressure.whole().values)
+    if len(columns) == 1:
+        return False
+    # between two lobes either the pressure that is left there, or the surface that is free
+    least = min(float(ridge[own.start]) for own in columns[1:])
+    free = int(np.diff(below).max()) - 1
+    return least < _LITTLE * float(ridge.max()) and free < _LITTLE * below.size

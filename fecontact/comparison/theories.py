@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -20,7 +21,7 @@ from fecontact.theory.gap_line import GapLine, gap_line
 from fecontact.theory.hertz import hertz_from_hessian
 from fecontact.theory.kik_piotrowski import kik_piotrowski
 from fecontact.theory.kpec import kpec
-from fecontact.theory.strip import strip
+from fecontact.theory.strip import gap_line_under_load, strip
 from fecontact.theory.strip_contact import StripContact
 from fecontact.theory.stripes import stripes
 from fecontact.theory.touch_hertz import hertz_points
@@ -113,7 +114,7 @@ def _in_strips(theory: Callable[[GapLine, float], StripContact], *, in_plane: bo
 
     def approximate(loaded: Loaded) -> Approximation | str:
         try:
-            line = gap_line(loaded.placement, contact_modulus_MPa=loaded.case.contact_modulus_MPa)
+            line = _gap_line(loaded)
             found = theory(line, loaded.normal_force_N)
         except InputError as error:
             return str(error)
@@ -122,6 +123,16 @@ def _in_strips(theory: Callable[[GapLine, float], StripContact], *, in_plane: bo
         return of_strips(_on_surface(found, line) if in_plane else found)
 
     return approximate
+
+
+# all theories of strips ask for it, one after the other
+@lru_cache(maxsize=1)
+def _gap_line(loaded: Loaded) -> GapLine:
+    """The gap on the line across; a vertical load lets the wheel slide down a steep flank."""
+    placement, modulus = loaded.placement, loaded.case.contact_modulus_MPa
+    if loaded.case.load_kind == "normal":
+        return gap_line(placement, contact_modulus_MPa=modulus)
+    return gap_line_under_load(placement, loaded.normal_force_N, contact_modulus_MPa=modulus)
 
 
 def _on_surface(contact: StripContact, line: GapLine) -> StripContact:

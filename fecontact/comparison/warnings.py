@@ -12,6 +12,9 @@ from fecontact.geometry.placement import Placement
 from fecontact.theory.axis_stress import first_yield_p0_MPa
 from fecontact.theory.touch_hertz import Side
 
+# Displacements are taken for small beside the patch.
+_SMALL_SLIDE = 0.1
+
 
 def junction_warnings(sides: Mapping[Side, Judgement]) -> list[str]:
     """What Hertz says with the curvature of either side of a junction."""
@@ -23,6 +26,18 @@ def junction_warnings(sides: Mapping[Side, Judgement]) -> list[str]:
         for side, one in sides.items()
     )
     return [f"the curvature is undefined at the touch point: {'; '.join(said)}"]
+
+
+def slide_warnings(slide_mm: float, comparison: Comparison) -> list[str]:
+    """Bodies that slide along each other by more than displacements may be small."""
+    part = abs(slide_mm) / comparison.fe.b_mm
+    if part <= _SMALL_SLIDE:
+        return []
+    return [
+        f"the wheel slides {abs(slide_mm):.2f} mm down the steep rail under the load, {part:.2f} of the patch's"
+        f" half-width: beyond {_SMALL_SLIDE:g} of it what is stated for the finite elements does not cover what"
+        " displacements do that are not small; a smaller load or a place that is less steep is known better"
+    ]
 
 
 def yield_warnings(case: Case, comparison: Comparison) -> list[str]:

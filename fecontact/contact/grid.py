@@ -74,6 +74,14 @@ def hat_functions(line: Floats, places: Floats) -> Floats:
     return np.asarray(np.maximum(0.0, 1.0 - np.abs(away) / np.where(away < 0.0, before, after)))
 
 
+def hat_integrals(line: Floats, ends: Floats) -> Floats:
+    """Integrals (n, m - 1) of the linear shape functions of a line of n nodes from each of m places to the next."""
+    steps, beyond = _even(np.diff(line)), ends - line[:, None]
+    before, after = np.insert(steps, 0, steps[0])[:, None], np.append(steps, steps[-1])[:, None]
+    rising, falling = np.clip(beyond + before, 0.0, before), np.clip(beyond, 0.0, after)
+    return np.diff(rising**2 / (2.0 * before) + falling - falling**2 / (2.0 * after), axis=1)
+
+
 def _line_areas(x: Floats) -> Floats:
     step = np.diff(x)
     return 0.5 * (np.append(step, 0.0) + np.insert(step, 0, 0.0))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.contact.grid import ContactGrid, Field, hat_functions
+from fecontact.contact.grid import ContactGrid, Field, hat_integrals
 from fecontact.contact.solver import ContactSolution, ContactStatus
 
 Floats = NDArray[np.float64]
@@ -91,14 +91,19 @@ class Rung:
 def misfit(nodal: Rung, fine: Rung) -> float:
     """Part of the load that a contact on the nodes of elements has elsewhere than the same contact on finer nodes.
 
-    A nodal pressure is the mean over the node's shape function, so that means of the finer pressure are compared.
+    A nodal pressure is the mean over the node's shape function, so that means of the finer pressure are compared, which
+    is even over the cells of its nodes. Elements may be finer than those.
     """
     grid, pressure = nodal.pressure.whole().grid, nodal.pressure.whole().values
     finer = fine.pressure.whole()
-    weights = [
-        hat_functions(line, places) for line, places in ((grid.x_mm, finer.grid.x_mm), (grid.s_mm, finer.grid.s_mm))
-    ]
-    cell = finer.grid.steps_mm[0] * finer.grid.steps_mm[1]
+    lines = ((grid.x_mm, finer.grid.x_mm), (grid.s_mm, finer.grid.s_mm))
+    over_x, over_s = (hat_integrals(line, _cell_ends(places)) for line, places in lines)
     area = grid.nodal_area_mm2().reshape(grid.shape)
-    force = cell * weights[0] @ finer.values @ weights[1].T
+    force = over_x @ finer.values @ over_s.T
     return float(0.5 * np.abs(area * pressure - force).sum() / force.sum())
+
+
+def _cell_ends(line: Floats) -> Floats:
+    """Ends of the cells around the nodes of a uniform line."""
+    step = float(line[1] - line[0])
+    return np.append(line - 0.5 * step, line[-1] + 0.5 * step)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from numbers import Real
 from typing import Any
 
-from fecontact.errors import InputError
+from fecontact.errors import EXTREME, LARGEST, SMALLEST, InputError
 from fecontact.inputs.texts import nearest
 
 _TRUTH = {"yes": True, "true": True, "no": False, "false": False}
@@ -33,6 +33,8 @@ class Number:
         Bounds in the unit inside; without `high`, `low` is 0 and everything above it is allowed.
     symbol
         Sign for the number in an exclusive range.
+    usual
+        Between which bounds it is not worth a note, in the unit inside.
     whole
         Whether it is a whole number.
     parse, show, forms
@@ -52,6 +54,7 @@ class Number:
     high: float = math.inf
     inclusive: bool = True
     symbol: str = ""
+    usual: tuple[float, float] = (-math.inf, math.inf)
     whole: bool = False
     parse: Callable[[str], float] | None = None
     show: Callable[[float], str] | None = None
@@ -76,6 +79,14 @@ class Number:
     def shown(self, value: float) -> str:
         """A value as a user would write it."""
         return self.show(value) if self.show else f"{value * self.factor:.12g}"
+
+    def note(self, value: float) -> str:
+        """What is said of a value that is allowed and not usual, empty for all others."""
+        low, high = self.usual
+        if low <= value <= high:
+            return ""
+        given, bounds = self.shown(value), f"{low * self.factor:g} to {high * self.factor:g}"
+        return f"{self.label} is {given} {self._outside_unit}; usual are {bounds}: {self.remedy}"
 
     def read(self, value: Any) -> float:
         """The number in the unit inside, from what a user wrote in the unit outside.
@@ -107,6 +118,8 @@ class Number:
             return
         given = f"{float(value)!r}" if isinstance(value, float) else f"{value!r}"
         text = f"{self.label} is {' '.join(filter(None, (given, self.unit)))}{self._outside(number)}"
+        if number is not None and math.isinf(self.high) and self.low < number < math.inf:
+            raise InputError("; ".join(filter(None, (text, EXTREME, self.remedy))))
         allowed = self._range(1.0) + (f" {self.unit}" if math.isfinite(self.high) and self.unit else "")
         if self._outside_unit != self.unit and math.isfinite(self.high):
             allowed += f" ({self._range(self.factor)} {self._outside_unit})"
@@ -126,7 +139,8 @@ class Number:
             return False
         if self.inclusive and math.isfinite(self.high):
             return self.low <= number <= self.high
-        return self.low < number < self.high
+        # without a largest one: what is not so large that nothing can be computed with it
+        return self.low < number < self.high and (math.isfinite(self.high) or SMALLEST <= number <= LARGEST)
 
     def _range(self, factor: float) -> str:
         low, high = self.low * factor, self.high * factor

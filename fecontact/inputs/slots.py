@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import Field, dataclass, fields
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from dataclasses import MISSING, Field, dataclass, fields
+from functools import wraps
+from typing import TYPE_CHECKING, Any, TypeVar
 
+from fecontact.errors import InputError
 from fecontact.inputs.kinds import Input
+from fecontact.inputs.texts import nearest, renamed
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
+
+T = TypeVar("T", bound="DataclassInstance")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,6 +63,10 @@ class Slot:
     def place(self) -> tuple[str, str]:
         """Its part and its field."""
         return self.table, self.field
+
+    def of(self, whole: Any) -> Any:
+        """Its value in an instance of the whole."""
+        return getattr(getattr(whole, self.table) if self.table else whole, self.field)
 
     @property
     def key(self) -> str:
@@ -108,8 +118,46 @@ def _slot(field: Field[Any], default: Any, table: str, part: Part) -> Slot:
     )
 
 
+def by_name(kind: type[T]) -> type[T]:
+    """Make a dataclass of inputs refuse names that it does not have, with the nearest one, and unnamed values."""
+    make: Callable[..., None] = kind.__init__
+
+    @wraps(make)
+    def checked(self: T, *unnamed: Any, **values: Any) -> None:
+        if unnamed:
+            named = ", ".join(f"{field.name}=..." for field in fields(kind)[:2])
+            raise InputError(f"{kind.__name__} takes inputs by their names: {kind.__name__}({named})")
+        for name in values.keys() - {field.name for field in fields(kind)}:
+            raise InputError(renamed(name) or f"{name}: {kind.__name__} has no such input{_meant(kind, name)}")
+        make(self, **values)
+
+    # mypy: a method is no plain function
+    setattr(kind, "__init__", checked)  # noqa: B010
+    return kind
+
+
+def _meant(kind: type[DataclassInstance], name: str) -> str:
+    """Where an input stands that is none of a dataclass's own, or which of its own may be meant."""
+    known: dict[str, str] = {}
+    for field in fields(kind):
+        known[field.name] = field.name
+        if described := field.metadata.get("input"):
+            known |= dict.fromkeys((described.key or field.name, *described.options), field.name)
+            continue
+        part = _default(field)
+        if name in (inner.name for inner in fields(part)):
+            return f"; it is one of {type(part).__name__}: {field.name}={type(part).__name__}({name}=...)"
+    return nearest(name, known)
+
+
+def _default(field: Field[Any]) -> Any:
+    return (
+        field.default_factory() if field.default is MISSING and field.default_factory is not MISSING else field.default
+    )
+
+
 def check_inputs(instance: DataclassInstance) -> None:
-    """Check each field that has a description; None is allowed where it is the default.
+    """Check each field that has a description, and that each part is one; None is allowed where it is the default.
 
     Raises
     ------
@@ -118,5 +166,11 @@ def check_inputs(instance: DataclassInstance) -> None:
     """
     for field in fields(instance):
         value = getattr(instance, field.name)
+        if "part" in field.metadata:
+            part = type(_default(field))
+            if not isinstance(value, part):
+                raise InputError(
+                    f"{field.name} is {value!r}; allowed: a {part.__name__}, such as {field.name}={part.__name__}(...)"
+                )
         if "input" in field.metadata and not (value is None and field.default is None):
             field.metadata["input"].check(value)

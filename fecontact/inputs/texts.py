@@ -68,3 +68,14 @@ def nearest(name: str, known: Mapping[str, str]) -> str:
     lower = {spelling.lower(): proposal for spelling, proposal in known.items()}
     found = get_close_matches(name.lower(), lower, n=1, cutoff=0.6)
     return f"; did you mean {lower[found[0]]}?" if found else ""
+
+
+def renamed(name: str) -> str:
+    """What stands for an input that was another one once, in words; nothing for any other name."""
+    return f"{name}: there is no such input any more; {_RENAMED[name]}" if name in _RENAMED else ""
+
+
+_RENAMED = {
+    "wheelset": "the roll at which both wheels touch is roll = 'touching', a fixed one roll = 'given'",
+    "roll_under_load": "the roll of the loaded wheelset is roll = 'loaded'",
+}

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
+import logging
 import os
 import socket
 import time
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from fecontact.errors import InputError
-from fecontact.jobs.job import Done, Job, run_job
+from fecontact.jobs.job import Done, Job, run_job, unlike
 from fecontact.jobs.workers import Crew, other_threads
 
 _CONNECT_S = 10
@@ -21,6 +24,10 @@ _FIRST_WORKER_S = 60
 # A file that was just made may take a moment to be seen by another machine.
 _SEEN_S = 5.0
 _RETRIES = 2
+_PAUSE_S = 1.0
+_TOPIC = "fecontact"
+_LOUD = ("distributed", "tornado", "asyncio", "concurrent")
+_LOG = logging.getLogger(__name__)
 
 
 @contextmanager
@@ -54,20 +61,61 @@ def dask_crew(address: str, lock: Path, threads: int) -> Iterator[Crew]:
             finally:
                 made.shutdown(wait=False)
 
+        client.subscribe_topic(_TOPIC, _Heard())
         # all at once: the cluster knows best, and runs again what a lost worker had
-        yield Crew(open=executor, workers=max(2, len(client.nthreads())), together=10**9, run=_Run(lock, threads))
+        yield Crew(
+            open=executor,
+            workers=max(2, len(client.nthreads())),
+            together=10**9,
+            run=_Run(lock, threads),
+            refuse=partial(_refuse_if_all_are_unlike, client),
+            lost=partial(_why_lost, client, address),
+        )
 
 
 class _Run:
-    """`run_job` with the checks of a worker that came later."""
+    """`run_job` with the checks of a worker that came later: one that cannot do a job gives it back to the others."""
 
     def __init__(self, lock: Path, threads: int) -> None:
         self._lock, self._threads = lock, threads
 
     def __call__(self, job: Job) -> Done:
-        if problem := worker_problem(self._lock, self._threads):
-            raise InputError(problem)
+        if problem := worker_problem(self._lock, self._threads) or unlike(job):
+            distributed: Any = import_module("distributed")
+            distributed.get_worker().log_event(_TOPIC, problem)
+            # it is free again at once, and would be handed the same job
+            time.sleep(_PAUSE_S)
+            raise distributed.Reschedule
         return run_job(job)
+
+
+class _Heard:
+    """Tells once what a worker says of itself."""
+
+    def __init__(self) -> None:
+        self._told: set[str] = set()
+
+    def __call__(self, event: tuple[float, str]) -> None:
+        _, problem = event
+        if problem not in self._told:
+            self._told.add(problem)
+            _LOG.warning("%s; its jobs go to other workers", problem)
+
+
+def _refuse_if_all_are_unlike(client: Any, job: Job) -> None:
+    problems = client.run(unlike, job, on_error="return")
+    if problems and all(problems.values()):
+        worker, problem = next(iter(problems.items()))
+        raise InputError(f"worker {worker}: {problem}; start workers of the same installation")
+
+
+def _why_lost(client: Any, address: str) -> str | None:
+    if client.status == "running":
+        return None
+    return (
+        f"scheduler {address}: lost while its workers solved; what is finished is kept: start a scheduler and workers,"
+        " and give the same command with its address"
+    )
 
 
 @contextmanager
@@ -85,9 +133,27 @@ def _connected(address: str) -> Iterator[Any]:
             " address is the one it prints"
         ) from error
     try:
-        yield client
+        with _silent():
+            yield client
     finally:
-        client.close()
+        # of a scheduler that is gone there is nothing to be closed
+        with _silent(), contextlib.suppress(Exception):
+            client.close()
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Loggers that tell a lost scheduler in tracebacks say nothing: what came of the run is said in its rows."""
+    names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in _LOUD]
+    own = [logging.getLogger(name) for name in names]
+    levels = [logger.level for logger in own]
+    for logger in own:
+        logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for logger, level in zip(own, levels, strict=True):
+            logger.setLevel(level)
 
 
 def _check_workers(client: Any, address: str, lock: Path, threads: int) -> None:
@@ -103,7 +169,7 @@ def _check_workers(client: Any, address: str, lock: Path, threads: int) -> None:
             raise InputError(
                 f"worker {worker} runs {count} tasks at once, and gmsh only one a process; start it with --nthreads 1"
             )
-    for worker, problem in client.run(worker_problem, lock, threads).items():
+    for worker, problem in client.run(worker_problem, lock, threads, on_error="return").items():
         if problem:
             raise InputError(f"worker {worker}: {problem}")
 

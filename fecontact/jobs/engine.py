@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from fecontact.errors import InputError
+from fecontact.files import remove_unfinished
 from fecontact.jobs.job import Done, Job
 from fecontact.jobs.lock import locked
 from fecontact.jobs.remaining import duration, seconds_left
@@ -124,8 +125,15 @@ def open_run(
     """
     with locked(out, settings.part) as lock, _crew(settings, lock, crew) as opened:
         if settings.part is None:
+            remove_unfinished(out)
             remove_leftovers(store)
         yield OpenRun(crew=opened, settings=settings, progress=progress)
+        if settings.part is None:
+            # what they say is in the tables of the whole
+            for path in out.iterdir():
+                if re.fullmatch(r"\w+\.part-\d+-of-\d+[._]\w+(\.\w+)?", path.name):
+                    path.unlink(missing_ok=True)
+            remove_leftovers(store)
 
 
 @contextmanager

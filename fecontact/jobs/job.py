@@ -124,7 +124,8 @@ def _failed(job: Job, failure: str, *, short: bool = False) -> Done:
 
 
 def _do(job: Job) -> Done:
-    _refuse_unlike(job)
+    if problem := unlike(job):
+        raise InputError(problem)
     kept, unreadable = kept_folder(job.folder, job.name, job.origin), None
     if kept.usable and (not job.force or _of_this_run(kept, job)):
         # done already: by an earlier run, or by a worker that was lost before it could say so
@@ -148,7 +149,8 @@ def _value(job: Job) -> Any:
     return None if job.read is None else job.read(job.folder)
 
 
-def _refuse_unlike(job: Job) -> None:
+def unlike(job: Job) -> str | None:
+    """Why this process must not do a job: what decides about its numbers is not as where the run was started."""
     here = job.origin_here()
     changes = [
         difference(there, own)
@@ -157,9 +159,10 @@ def _refuse_unlike(job: Job) -> None:
             (job.origin.evaluated_by, here.evaluated_by),
         )
     ]
-    if any(changes):
-        said = ", ".join(filter(None, changes))
-        raise InputError(f"worker on {socket.gethostname()} is not like the one that started the run: {said}")
+    if not any(changes):
+        return None
+    said = ", ".join(filter(None, changes))
+    return f"worker on {socket.gethostname()} is not like the one that started the run: {said}"
 
 
 def _of_this_run(kept: Kept, job: Job) -> bool:

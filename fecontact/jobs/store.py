@@ -5,8 +5,6 @@ from __future__ import annotations
 import contextlib
 import errno
 import glob
-import hashlib
-import json
 import secrets
 import shutil
 from collections.abc import Iterable, Iterator, Mapping
@@ -15,7 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fecontact.files import write_json
+from fecontact.errors import InputError
+from fecontact.files import read_json, sha256, write_json
 
 MANIFEST = "stored.json"
 SCHEMA = "fecontact/stored/1"
@@ -80,7 +79,7 @@ def write_manifest(folder: Path, files: Iterable[Path], name: str, origin: Origi
         "solved_by": dict(origin.solved_by),
         "evaluated_by": dict(origin.evaluated_by),
         "run": run,
-        "files": {path.relative_to(folder).as_posix(): _sha256(path) for path in sorted(files)},
+        "files": {path.relative_to(folder).as_posix(): sha256(path) for path in sorted(files)},
     }
     return write_json(folder / MANIFEST, manifest)
 
@@ -106,12 +105,15 @@ def _put(temporary: Path, final: Path) -> None:
 
 
 def remove_leftovers(parent: Path, name: str | None = None) -> None:
-    """Remove the temporary folders of processes that were killed: of one job, or of all below a folder.
+    """Remove the temporary folders and files of processes that were killed: of one job, or of all below a folder.
 
     Those of all are only for who has the whole store to himself.
     """
     for path in parent.glob(".*" if name is None else f".{glob.escape(name)}.*"):
-        shutil.rmtree(path, ignore_errors=True)
+        if path.is_dir():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            path.unlink(missing_ok=True)
 
 
 def kept_folder(folder: Path, name: str, origin: Origin) -> Kept:
@@ -141,8 +143,8 @@ def whole_manifest(folder: Path) -> dict[str, Any] | str:
 def _manifest(folder: Path) -> dict[str, Any] | str:
     """What a folder says of itself, or why it cannot be used."""
     try:
-        manifest = json.loads((folder / MANIFEST).read_text("utf-8"))
-    except (OSError, ValueError):
+        manifest = read_json(folder / MANIFEST)
+    except InputError:
         return f"{MANIFEST} is missing or damaged"
     if not isinstance(manifest, dict) or manifest.get("schema") != SCHEMA:
         return f"{MANIFEST} has another layout than {SCHEMA}"
@@ -156,11 +158,16 @@ def _damage(folder: Path, files: Mapping[str, str]) -> str | None:
     """The first file of a folder that is not as it was written."""
     for name, digest in files.items():
         try:
-            actual = _sha256(folder / name)
+            path = folder / name
+            if not path.resolve().is_relative_to(folder.resolve()):
+                return f"{name} is no file of this folder"
+            actual = sha256(path)
         except FileNotFoundError:
             return f"{name} is missing"
         except OSError as error:
             return f"{name} cannot be read ({error.strerror})"
+        except ValueError:
+            return f"{MANIFEST} names a file {name!r:.60} that none can be"
         if actual != digest:
             return f"{name} is damaged (its checksum differs)"
     return None
@@ -173,8 +180,3 @@ def difference(old: Mapping[str, str], new: Mapping[str, str]) -> str:
         for key in dict.fromkeys((*new, *old))
         if old.get(key) != new.get(key)
     )
-
-
-def _sha256(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -9,7 +9,15 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    wait,
+)
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -18,7 +26,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Protocol
 
-from fecontact.errors import InputError
+from fecontact.errors import FecontactError, InputError
 from fecontact.jobs.job import Done, Job, run_job
 from fecontact.jobs.store import remove_leftovers
 
@@ -42,12 +50,24 @@ class Crew:
         Jobs handed out at a time; with `workers` of them it is known which were under way when a worker dies.
     run
         What a worker calls.
+    refuse
+        Raises an `InputError` where no worker can do such a job.
+    lost
+        Why workers cannot be reached any more, None as long as they can.
     """
 
     open: Callable[[int], AbstractContextManager[Executor]]
     workers: int
     together: int
     run: Callable[[Job], Done] = run_job
+    refuse: Callable[[Job], None] | None = None
+    lost: Callable[[], str | None] | None = None
+
+
+class WorkersLost(FecontactError):
+    """No worker can be reached any more; what is finished is kept."""
+
+    exit_code = 3
 
 
 class Report(Protocol):
@@ -206,6 +226,8 @@ def run_jobs(jobs: Sequence[Job], crew: Crew, report: Report) -> None:
     When a worker process dies, the jobs that were under way run again, each alone; one whose process dies twice is
     reported as failed. A job that was short of memory beside others runs again alone, after all others.
     """
+    if jobs and crew.refuse is not None:
+        crew.refuse(jobs[0])
     queue = deque(replace(job, alone=crew.workers == 1) for job in jobs)
     again: list[Job] = []
     while queue:
@@ -232,7 +254,7 @@ def _together(queue: deque[Job], again: list[Job], crew: Crew, report: Report) -
             report.under_way([job.name for job in running.values()])
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 job = running.pop(future)
-                done = _outcome(future, job)
+                done = _outcome(future, job, crew)
                 if done is None:
                     lost.append(job)
                 elif done.short_of_memory:
@@ -250,7 +272,7 @@ def _alone(job: Job, crew: Crew, report: Report, *, deaths: int) -> Done:
         if deaths:
             remove_leftovers(job.folder.parent, job.name)
         with crew.open(1) as executor:
-            done = _outcome(executor.submit(crew.run, job), job)
+            done = _outcome(executor.submit(crew.run, job), job, crew)
         if done is not None:
             return done
         deaths += 1
@@ -260,12 +282,22 @@ def _alone(job: Job, crew: Crew, report: Report, *, deaths: int) -> Done:
     return Done(name=job.name, failure=f"failed: its process died twice ({'disk full' if full else 'out of memory'}?)")
 
 
-def _outcome(future: Future[Done], job: Job) -> Done | None:
-    """What came of a job; None if its worker died."""
+def _outcome(future: Future[Done], job: Job, crew: Crew) -> Done | None:
+    """What came of a job; None if its worker died.
+
+    Raises
+    ------
+    WorkersLost
+        If no worker can be reached any more.
+    """
     try:
         return future.result()
     except BrokenExecutor:
         return None
+    except CancelledError as error:
+        if crew.lost is not None and (reason := crew.lost()):
+            raise WorkersLost(reason) from error
+        return Done(name=job.name, failure=f"failed: the cluster gave it up ({error or 'no reason'})")
     except InputError as error:
         return Done(name=job.name, failure=f"failed: {error}")
     except Exception as error:

@@ -7,11 +7,9 @@ import os
 import re
 from pathlib import Path, PureWindowsPath
 
+from fecontact.profiles.given import SHOWN_DIGITS, GivenProfile
 from fecontact.profiles.library import is_known
 from fecontact.profiles.resolve import is_short_form
-
-# 32 bits: two of a user's thousand versions of one file share an identity once in some ten thousand such users.
-_SHOWN_DIGITS = 8
 
 
 def profile_file(spec: str) -> Path | None:
@@ -20,6 +18,8 @@ def profile_file(spec: str) -> Path | None:
     As in `resolve_rail` and `resolve_wheel` a short form or a name of the library comes first, in any case of letters:
     a file 60E1 in the current folder is reached as ./60E1.
     """
+    if isinstance(spec, GivenProfile):
+        return None
     # unlike Path.is_file, os.path.isfile never raises
     return Path(spec) if not is_short_form(spec) and not is_known(spec) and os.path.isfile(spec) else None
 
@@ -31,21 +31,21 @@ def profile_identity(spec: str) -> str:
     the beginning of the hash of its content, so that a copy in another folder is the same profile and a changed file is
     another one. A file that cannot be read is its name alone.
     """
-    if is_short_form(spec) or is_known(spec):
-        return spec
+    if is_short_form(spec) or is_known(spec) or isinstance(spec, GivenProfile):
+        return str(spec)
     path = profile_file(spec)
     if path is None:
         # a path of either kind of system, from a record that was made on another machine
         return PureWindowsPath(spec).name or spec
     try:
-        return f"{path.name}@{content_sha256(path)[:_SHOWN_DIGITS]}"
+        return f"{path.name}@{content_sha256(path)[:SHOWN_DIGITS]}"
     except OSError:
         return path.name
 
 
 def file_of_identity(identity: str) -> str | None:
     """Own name of the file that an identity stands for, without folder and hash; None where it stands for none."""
-    file = re.fullmatch(rf"(.+)@[0-9a-f]{{{_SHOWN_DIGITS}}}", identity)
+    file = re.fullmatch(rf"(.+)@[0-9a-f]{{{SHOWN_DIGITS}}}", identity)
     return file[1] if file else None
 
 
@@ -58,3 +58,17 @@ def content_sha256(path: str | Path) -> str:
         The file cannot be read.
     """
     return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+
+
+def content_of(spec: str) -> tuple[str, bytes] | None:
+    """Name and content of the file that a text or a value stands for; None where it stands for none.
+
+    Raises
+    ------
+    OSError
+        The file cannot be read.
+    """
+    if isinstance(spec, GivenProfile):
+        return spec.file, spec.content
+    path = profile_file(spec)
+    return None if path is None else (path.name, path.read_bytes())

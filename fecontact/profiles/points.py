@@ -75,10 +75,9 @@ def checked(given: Points, *, repair: bool = False) -> Points:
             "remove it, or move the origin to the crown of the rail or the tape circle of the wheel"
         )
 
-    same = np.concatenate(([False], np.hypot(*np.diff(points, axis=0).T) < _SAME_MM))
-    if same.any():
-        points = points[~same]
-        said.append(f"{counted(int(same.sum()), 'repeated point')} dropped")
+    points, repeated = _different(points)
+    if repeated:
+        said.append(f"{counted(repeated, 'repeated point')} dropped")
     if not FEWEST_POINTS <= len(points) <= _MOST_POINTS:
         raise InputError(
             f"{name}: there are {counted(len(points), 'different point')}; at least {FEWEST_POINTS} are needed, "
@@ -139,6 +138,12 @@ def _kinks(points: Floats) -> list[str]:
     return [f"a kink at {_at(points[i + 1])}: a corner of the body, or a wrong sign" for i in places]
 
 
+def _different(points: Floats) -> tuple[Floats, int]:
+    """Points (n, 2) without those that repeat the one before, and how many those are."""
+    same = np.concatenate(([False], np.hypot(*np.diff(points, axis=0).T) < _SAME_MM))
+    return points[~same], int(same.sum())
+
+
 def _without_wrong_ones(
     points: Floats, given: Points, *, repair: bool
 ) -> tuple[Floats, tuple[Problem, ...], list[str]]:
@@ -151,7 +156,8 @@ def _without_wrong_ones(
             # points out of order are found once more from their new neighbours
             gone = problems if find is spikes else problems[:1]
             left_out += gone
-            points = np.delete(points, [problem.index for problem in gone], axis=0)
+            # what stood between two equal points may be gone
+            points, _ = _different(np.delete(points, [problem.index for problem in gone], axis=0))
     said = _listed([problem.text for problem in left_out])
     notes = [f"{counted(len(left_out), 'point')} left out: {said}"] if left_out else []
     if doubtful := unclear(points):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from fecontact.inputs.kinds import Choice, Flag, Number, Text
-from fecontact.inputs.slots import check_inputs
+from fecontact.inputs.slots import by_name, check_inputs
 
 MM = {"mm": 1.0, "m": 1000.0, "cm": 10.0, "um": 1e-3, "in": 25.4}
 """Units of length that a file may be in, and how many mm each is."""
@@ -54,6 +54,7 @@ _NOMINAL = Text(
 _REPAIR = Flag(label="repair", help="Leave out what is wrong in a file of points, and say what was left out")
 
 
+@by_name
 @dataclass(frozen=True, kw_only=True)
 class Reading:
     """What is known about a profile file beside its content; None is what the file says or the points show.

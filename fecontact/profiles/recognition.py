@@ -14,7 +14,7 @@ from fecontact.profiles.measured import Measured
 from fecontact.profiles.noise import noise_of
 from fecontact.profiles.points import SPLINE_NOISE, Points, checked, profile_of, spline_through
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.registration import first_shift, foot_points, register
+from fecontact.profiles.registration import foot_points, register
 from fecontact.profiles.segments import Floats, Registration
 from fecontact.profiles.smoothed_lines import segments_of
 from fecontact.profiles.smoothing import against, alone, choose, smoothed
@@ -23,6 +23,8 @@ from fecontact.profiles.smoothing import against, alone, choose, smoothed
 _CURVATURE_NOISE_PER_MM = 3e-5
 # Points for the first look at a profile, and profiles that get a second one.
 _FEW_POINTS, _MOST_CLOSE = 60, 3
+# Steps of that: from 50 mrad and some mm off the true one of all rails is nearest after four.
+_FIRST_STEPS = 6
 # A profile that the points are usually farther off is another one.
 _FARTHEST_MM = 2.0
 # Points closer than this part of the usual spacing tell nothing about the line between them.
@@ -52,9 +54,10 @@ def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) ->
     """Profiles of the library that points (n, 2) may be, the nearest first."""
     few = points[:: max(1, len(points) // _FEW_POINTS)]
     known = names(kind) if among is None else among
-    close = known if len(known) <= _MOST_CLOSE else sorted(known, key=lambda name: _roughly_off(load(name), few))
+    if len(known) > _MOST_CLOSE:
+        known = tuple(sorted(known, key=lambda name: register(load(name), few, steps=_FIRST_STEPS)[1]))
     found = []
-    for name in close[:_MOST_CLOSE]:
+    for name in known[:_MOST_CLOSE]:
         registration, usual = register(load(name), points)
         if usual > _FARTHEST_MM:
             continue
@@ -71,19 +74,6 @@ def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) ->
             )
         )
     return sorted(found, key=lambda one: one.usual_mm)
-
-
-def _roughly_off(line: Profile, points: Floats) -> float:
-    """How far points lie off a line that is moved and turned by its ends: enough to leave out most of the library."""
-    dy, dz = first_shift(line, points)
-    off = points[:, 1] - dz - line.height(points[:, 0] - dy)
-    known = np.isfinite(off)
-    if np.count_nonzero(known) < 0.6 * len(points):
-        return float("inf")
-    off, y = off[known], points[known, 0]
-    # without the tilt of a canted rail
-    off = off - np.polyval(np.polyfit(y, off, 1), y)
-    return float(np.median(np.abs(off)))
 
 
 def line_through(given: Points, reading: Reading) -> Profile:

@@ -74,11 +74,11 @@ def foot_points(line: Profile, points: Floats, *, near: FootPoints | None = None
     )
 
 
-def register(line: Profile, points: Floats) -> tuple[Registration, float]:
+def register(line: Profile, points: Floats, *, steps: int = _MOST_STEPS) -> tuple[Registration, float]:
     """Turn and move a line onto points (n, 2), worn ones counting less; with the usual distance that is left (mm)."""
     found = Registration(shift=first_shift(line, points))
     feet: FootPoints | None = None
-    for _ in range(_MOST_STEPS):
+    for _ in range(steps):
         moved = found.to_reference(points)
         feet = foot_points(line, moved, near=feet)
         scale = _usual(feet.off_mm[feet.inside])

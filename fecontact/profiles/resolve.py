@@ -11,9 +11,11 @@ from pathlib import Path
 
 from fecontact.errors import InputError, check_positive
 from fecontact.profiles.curve import Kind, Profile
+from fecontact.profiles.given import GivenProfile
 from fecontact.profiles.library import find, is_known, load, names
 from fecontact.profiles.points import Points
 from fecontact.profiles.readers.formats import DEFAULT, reader_of
+from fecontact.profiles.readers.table import Source, file_bytes, points_of_columns
 from fecontact.profiles.reading import PLAIN, Reading
 from fecontact.profiles.recognition import line_through
 from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel, two_arc_rail_head
@@ -104,11 +106,8 @@ def _number(spec: str, example: str) -> float:
 
 def _read(spec: str, kind: Kind, reading: Reading) -> Profile:
     """A file, read once as long as its content stays the same: the smoothing of a measurement takes half a second."""
-    try:
-        content = hashlib.sha256(Path(spec).read_bytes()).hexdigest()
-    except (OSError, ValueError):
-        # its reader says what is wrong
-        content = ""
+    # of one that is not there its reader says so
+    content = hashlib.sha256(file_bytes(Path(spec))).hexdigest() if os.path.exists(spec) else ""
     return _read_once(spec, kind, reading, content)
 
 
@@ -118,6 +117,12 @@ def _read_once(spec: str, kind: Kind, reading: Reading, content: str) -> Profile
     read = reader_of(path)(path, kind, reading)
     _check_kind(read, spec, kind)
     return read if isinstance(read, Profile) else line_through(read, reading)
+
+
+@lru_cache(maxsize=16)
+def _read_given(given: GivenProfile, kind: Kind, reading: Reading) -> Profile:
+    source = Source(what=str(given), kind=kind, reading=reading)
+    return line_through(points_of_columns(given.text, Path(given.file).stem, source), reading)
 
 
 def _check_kind(read: Profile | Points, spec: str, kind: Kind) -> None:
@@ -130,6 +135,8 @@ def _resolve(spec: str, kind: Kind, reading: Reading) -> Profile:
     if is_known(spec):
         _check_kind(load(find(spec)), spec, kind)
         return load(find(spec))
+    if isinstance(spec, GivenProfile):
+        return _read_given(spec, kind, reading)
     # With an ending that has a reader of its own it is meant as a file, and the reader says what is wrong with it.
     if reader_of(path) is not DEFAULT or os.path.exists(spec):  # unlike Path.exists, never raises
         return _read(spec, kind, reading)

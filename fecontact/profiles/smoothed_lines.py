@@ -12,13 +12,12 @@ import numpy as np
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.measured import Held, Measured
-from fecontact.profiles.registration import foot_points
 from fecontact.profiles.segments import Arc, Floats, Line, Polynomial, Segment, Smoothed, polynomial_arc
-from fecontact.profiles.smoothing import SEED
+from fecontact.profiles.smoothing import SEED, slid
 from fecontact.profiles.smoothing_spline import smoothed_by
 
-Variant = Literal["half", "double"] | int
-"""Another line that the points allow: of half or double the width, or from points with other noise of the same size."""
+Variant = Literal["narrow", "double"] | int
+"""Another line that the points allow: of 0.71 or double the width, or from points with other noise of the same size."""
 
 
 def segments_of(measured: Measured) -> tuple[Segment, ...]:
@@ -41,12 +40,6 @@ def segments_of(measured: Measured) -> tuple[Segment, ...]:
             v_from, v_to = (float(v) for v in _exact_local(whole, np.array([low, high])))
             made.append(replace(whole, s_from=low, s_to=high, v_from=v_from, v_to=v_to))
     return tuple(made)
-
-
-@lru_cache(maxsize=8)
-def _line_of(segments: tuple[Segment, ...]) -> Profile:
-    """The nominal line alone, once for all lines that its points allow: its table takes longer than the foot points."""
-    return Profile(name="nominal", kind="rail", segments=segments)
 
 
 def scaled(profile: Profile, part: float) -> Profile:
@@ -76,25 +69,25 @@ def variant(profile: Profile, which: Variant) -> Profile:
     measured = profile.measured
     if measured is None:
         return profile
-    if which == "half":
-        changed = replace(measured, width_mm=0.5 * measured.width_mm)
+    if which == "narrow":
+        changed = _with_width(measured, math.sqrt(0.5) * measured.width_mm)
     elif which == "double":
-        changed = replace(measured, width_mm=2.0 * measured.width_mm)
+        changed = _with_width(measured, 2.0 * measured.width_mm)
     else:
         rng = np.random.default_rng([SEED, int(which), 0 if profile.kind == "rail" else 1])
         points, normals = _at(profile, measured.s_mm)
         drawn = points + (measured.noise_mm * rng.normal(size=measured.s_mm.size))[:, None] * normals
-        changed = replace(measured, held=_moved_to(drawn, measured.held))
+        changed = _with_width(replace(measured, held=_moved_to(drawn, measured.held)), measured.width_mm)
     return replace(profile, segments=segments_of(changed), measured=changed)
+
+
+def _with_width(measured: Measured, width_mm: float) -> Measured:
+    return replace(measured, width_mm=width_mm, held=slid(measured.held, width_mm))
 
 
 def _moved_to(points: Floats, held: Held) -> Held:
     """Other points (n, 2) at the same places, held against the same line."""
-    values = points
-    if held.reference:
-        feet = foot_points(_line_of(held.reference), held.registration.to_reference(points))
-        values = points - held.registration.from_reference(feet.points)
-    return replace(held, points=points, values=values)
+    return replace(held, points=points, values=held.values + (points - held.points))
 
 
 def _at(profile: Profile, s: Floats) -> tuple[Floats, Floats]:

@@ -13,7 +13,8 @@ costs more, as the plain one follows the noise in one case of ten.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -21,8 +22,8 @@ from fecontact.profiles.curve import Profile
 from fecontact.profiles.measured import Held, Measured
 from fecontact.profiles.noise import noise_of
 from fecontact.profiles.registration import foot_points
-from fecontact.profiles.segments import Floats, Registration
-from fecontact.profiles.smoothing_spline import smoothed_by
+from fecontact.profiles.segments import Floats, Registration, Segment
+from fecontact.profiles.smoothing_spline import least_bending, smoothed_by
 
 NARROWEST_MM, WIDEST_MM = 2.0, 60.0
 """Widths among which one is chosen. No waves longer than a rail's head are told from its shape."""
@@ -36,6 +37,7 @@ _FLAT_PER_MM = 1.0 / 300.0
 _PROBES = 6
 _DRAWS = 48
 SEED = 14
+_SLIDES = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -81,13 +83,57 @@ def alone(points: Floats) -> Held:
     return Held(points=points, s_mm=s, values=points, normals=normals, relative_width=np.sqrt(_FLAT_PER_MM / spread))
 
 
+@lru_cache(maxsize=8)
+def line_of(segments: tuple[Segment, ...]) -> Profile:
+    """The nominal line alone, once for all lines that its points allow: its table takes longer than the foot points."""
+    return Profile(name="nominal", kind="rail", segments=segments)
+
+
+def slid(held: Held, width_mm: float) -> Held:
+    """Points at the places of their nominal line from which a smooth displacement leads to them, and not at its feet.
+
+    A displacement across the nominal turns with its normal, and has a kink wherever the curvature of that jumps: under
+    1 mm of wear a smoothing would blur it into a wrong curvature. What counts is how far points are off the smoothed
+    line across it; where along the nominal they come from, the least bending displacement says. So the junctions of
+    the nominal move with the wear.
+    """
+    if not held.reference:
+        return held
+    line, s = line_of(held.reference), held.s_mm
+    beside_end = 1e-3 * np.arange(s.size)
+    for _ in range(_SLIDES):
+        values, tangent = _from_nominal(line, held, s)
+        normals = np.column_stack((-tangent[:, 1], tangent[:, 0]))
+        rest = values - least_bending(s, values, normals, width_mm)
+        further = s + np.clip((rest * tangent).sum(axis=1), -1.0, 1.0)
+        # beyond an end there is no place: the last points stay beside it, one after another
+        further = np.clip(further, beside_end, line.length_mm - beside_end[::-1])
+        if np.diff(further).min() <= 1e-9:
+            break
+        s = further
+    values, tangent = _from_nominal(line, held, s)
+    return replace(held, s_mm=s, values=values, normals=np.column_stack((-tangent[:, 1], tangent[:, 0])))
+
+
+def _from_nominal(line: Profile, held: Held, s: Floats) -> tuple[Floats, Floats]:
+    """What points are from the places s of the registered nominal, and its unit tangents there."""
+    p = line.evaluate(line.at_arc_length(s))
+    tangent = held.registration.turned(np.column_stack((p.dy, p.dz)) / np.hypot(p.dy, p.dz)[:, None])
+    return held.points - held.registration.from_reference(np.column_stack((p.y, p.z))), tangent
+
+
 def smoothed(held: Held, *, width_mm: float | None, noise_mm: float | None) -> tuple[Measured, float]:
     """What points are off the line that they are held against, smoothed; with the score of its width, least is best.
 
     Width and noise (mm) are found from the points where they are None.
     """
     widths = _widths(held.s_mm) if width_mm is None else [width_mm]
-    best = min((_fit(held, width, noise_mm) for width in widths), key=lambda fit: fit.score)
+    fits = []
+    # from the widest, each from the places of the one before
+    for width in sorted(widths, reverse=True):
+        held = slid(held, width)
+        fits.append((held, _fit(held, width, noise_mm)))
+    held, best = min(fits, key=lambda fit: fit[1].score)
     scatter = noise_of(held.points) if noise_mm is None else noise_mm
     made = Measured(
         held=held,

@@ -17,6 +17,9 @@ from fecontact.profiles.segments import Floats
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
+# How much a displacement along the line counts beside one across it: so little that it is free.
+_ALONG = 1e-5
+
 
 def smoothed_by(s_mm: Floats, values: Floats, width_mm: float, relative: Floats | None = None) -> PPoly:
     """Cubic smoothing spline that leaves half of a wave of this length.
@@ -54,3 +57,28 @@ def smoothed_by(s_mm: Floats, values: Floats, width_mm: float, relative: Floats 
     fitted, h = values - penalty[:, None] * jumps, h[:, None]
     slope = np.diff(fitted, axis=0) / h - h * (2.0 * bent[:-1] + bent[1:]) / 6.0
     return PPoly(np.array([np.diff(bent, axis=0) / (6.0 * h), bent[:-1] / 2.0, slope, fitted[:-1]]), s_mm)
+
+
+def least_bending(s_mm: Floats, values: Floats, normals: Floats, width_mm: float) -> Floats:
+    """Displacements (n, 2) as `smoothed_by` has them, where only what is across the line counts, to a small part.
+
+    Second differences in place of the spline: enough to say where points belong, and one banded solution.
+    """
+    from scipy.linalg import solveh_banded
+
+    n, h = s_mm.size, np.diff(s_mm)
+    penalty = (width_mm / (2.0 * math.pi)) ** 4 * (n - 1) / (s_mm[-1] - s_mm[0])
+    between = 0.5 * (h[:-1] + h[1:])
+    second = np.array([1.0 / h[:-1], -1.0 / h[:-1] - 1.0 / h[1:], 1.0 / h[1:]]) / between
+    upper = np.zeros((5, 2 * n))
+    for k in range(3):
+        for i in range(3 - k):
+            # of the points j + i and j + i + k, for both of their coordinates
+            entries = penalty * between * second[i] * second[i + k]
+            for axis in range(2):
+                upper[4 - 2 * k, 2 * (i + k) + axis : 2 * (n - 2 + i + k) + axis : 2] += entries
+    across = normals[:, :, None] * normals[:, None, :] * (1.0 - _ALONG) + _ALONG * np.eye(2)
+    upper[4] += across[:, (0, 1), (0, 1)].ravel()
+    upper[3, 1::2] += across[:, 0, 1]
+    right = np.einsum("nij,nj->ni", across, values).ravel()
+    return np.asarray(solveh_banded(upper, right).reshape(n, 2))

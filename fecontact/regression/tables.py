@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.errors import InputError
+from fecontact.files import SEAL, broken_seal, sha256
 
 _TABLE_NAMES = ("study.json", "study.csv", "map.csv", "row.json")
-_STUDY_SCHEMA = "fecontact/study/1"
+_SEALED_SCHEMAS = ("fecontact/study/2", "fecontact/map/4")
 _MAP_KEY = ("lateral_shift_mm", "load_kN")
 _REMEDY = (
     "give a folder that `fecontact run`, `map` or `solve --out` wrote, a study.json, a study.csv, a map.csv, a row.json"
@@ -86,6 +87,7 @@ def load_table(path: str | Path) -> ResultTable:
         else:
             raise InputError(f"results {file}: the ending {file.suffix or '(none)'} is not known; {_REMEDY}")
         _check_pair(table, document)
+        _check_seal(table.path, document, folder=Path(path).is_dir())
     except RecursionError as error:
         raise InputError(f"results {file}: its JSON is nested too deeply; {_REMEDY}") from error
     return table
@@ -115,7 +117,7 @@ def _check_pair(table: ResultTable, document: Mapping[str, Any]) -> None:
 
     The JSON of a baseline or a map has no rows, the CSV of a row is not written: there is nothing to check.
     """
-    if "rows" not in document and document.get("schema") != _STUDY_SCHEMA:
+    if "rows" not in document and not str(document.get("schema")).startswith("fecontact/study/"):
         return
     if table.path.suffix == ".csv":
         twin = table.path.with_suffix(".json")
@@ -132,6 +134,21 @@ def _check_pair(table: ResultTable, document: Mapping[str, Any]) -> None:
         has, lacks = (twin, table.path) if name in columns else (table.path, twin)
         raise _unequal_pair(f"column {name!r} is in {has} and not in {lacks}")
     _check_pair_rows(table, twin, records)
+
+
+def _check_seal(file: Path, document: Mapping[str, Any], *, folder: bool) -> None:
+    """Refuse what was changed after it was written; rows that stand twice have been held against each other."""
+    if document.get("schema") not in _SEALED_SCHEMAS and SEAL not in document:
+        # a baseline, a row, or an earlier version's
+        return
+    if problem := broken_seal(file.with_suffix(".json"), document):
+        raise InputError(f"results: {problem}; {_PAIR_REMEDY}")
+    table = file.with_suffix(".csv")
+    digest = document[SEAL].get(table.name)
+    if folder and not table.is_file():
+        raise InputError(f"results: {table} is missing; {_PAIR_REMEDY}")
+    if "rows" not in document and digest is not None and sha256(table) != digest:
+        raise InputError(f"results: {table} was changed after it was written (its checksum differs); {_PAIR_REMEDY}")
 
 
 def _check_pair_rows(table: ResultTable, twin: Path, records: Iterable[Mapping[str, str]]) -> None:
@@ -276,7 +293,7 @@ def _flat(value: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
 
 def _settings(document: Mapping[str, Any]) -> dict[str, str]:
     """What a document says of its results as a whole: neither the results themselves nor words about the file."""
-    other = ("schema", "cases", "rows", "row", "versions", "reason")
+    other = ("schema", "cases", "rows", "row", "versions", "reason", SEAL)
     return _flat({name: value for name, value in document.items() if name not in other})
 
 

@@ -86,7 +86,7 @@ KINDS: Mapping[str, Tolerance] = MappingProxyType(
 TEXT = "text"
 """Kind of a column that is compared letter by letter."""
 
-LATER = ("theory_", "elements_")
+LATER = ("theory_", "of_elements_")
 """Columns that begin like this are no difference where the baseline is older than they are, and are named."""
 
 EFFORT = "effort"
@@ -144,7 +144,7 @@ _PATTERNS = (
     (r"^theory_(.*_verdict|.*_measure|cheapest)$", TEXT),
     (r"^theory_.*_limit_used$", "fraction of a limit"),
     # of coarse nodes: what is read moves with the places of single ones
-    (r"^elements_.*_uncertainty_percent$", "uncertainty"),
+    (r"^of_elements_.*_uncertainty_percent$", "uncertainty"),
     (r"p_max_(step_bodies_)?uncertainty_percent$", "uncertainty of a pressure"),
     (r"_uncertainty_percent$", "uncertainty"),
     (r"p_max_(deviation|step_true_gap|step_bodies)_percent$", "percent of a pressure"),

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from fecontact.case import Case
+from fecontact.creep import Creep
 from fecontact.material import STEEL
 from fecontact.outputs.records.creep import ellipse_creep
 from fecontact.outputs.records.results import hertz_record
@@ -74,6 +75,8 @@ def creep(
         For values out of range, and if a theory that was named does not cover the ellipse or the creepages.
     """
     xi, eta, spin = creepages
+    # in the ranges of a case
+    Creep(friction=friction, xi=xi, eta=eta, spin_per_mm=spin)
     return ellipse_creep(
         forces_on_ellipse(
             a_mm=a_mm,

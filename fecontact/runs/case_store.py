@@ -27,7 +27,7 @@ from fecontact.outputs.records.stored import (
 from fecontact.runs.identity import case_id, input_files, origin_of, provenance
 from fecontact.runs.work import FIELDS, PROFILES, Store, StoredWork, copy_profiles, read_stored
 from fecontact.solving.meshes import would_be_refined
-from fecontact.solving.position import Progress, hertz_points_of_case
+from fecontact.solving.position import hertz_points_of_case
 from fecontact.solving.solve import CaseResult, Effort, solve
 
 ROW, RESULT = "row.json", "result.json"
@@ -57,15 +57,14 @@ def case_work(case: Case, name: str, settings: Mapping[str, Any]) -> StoredWork[
     return StoredWork(store=CASES, case=case, name=name, settings=settings)
 
 
-def solve_into_folder(case: Case, folder: Path, *, progress: Progress | None = None) -> CaseResult:
-    """Solve a case and put its files into a folder, as `load` and `judge` read them; other files there stay."""
+def keep_case(result: CaseResult, folder: Path) -> None:
+    """Put the files of a solved case into a folder, as `load` and `judge` read them; other files there stay."""
+    case = result.case
     name = case_id(case)
-    result = solve(case, progress=progress)
     write_case(result, folder, name)
     own = [folder / file for file in _FILES]
     own += [folder / PROFILES / body / file["name"] for body, file in input_files(case).items()]
     write_manifest(folder, own, name, origin_of(case))
-    return result
 
 
 def write_case(result: CaseResult, folder: Path, name: str) -> Row:

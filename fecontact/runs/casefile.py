@@ -34,6 +34,8 @@ def load_study(path: str | Path, *, quick: bool = False) -> Study:
         If the file does not exist, is neither .py nor .toml, or does not hold cases.
     """
     path = Path(path)
+    if path.is_dir():
+        raise InputError(f"study {path}: {_folder_words(path)}")
     if not path.is_file():
         raise InputError(f"study {path}: no such file; give a script of studies/ or a TOML file of cases")
     if path.suffix == ".py":
@@ -41,6 +43,16 @@ def load_study(path: str | Path, *, quick: bool = False) -> Study:
     if path.suffix == ".toml":
         return Study(name=path.stem, cases=toml_cases(path, quick=quick))
     raise InputError(f"study {path}: the ending {path.suffix or '(none)'} is not known; allowed are .py and .toml")
+
+
+def _folder_words(folder: Path) -> str:
+    """What a folder is, and what to give in its place."""
+    for file, kind in (("study.json", "study"), ("map.json", "map"), ("row.json", "case")):
+        if (folder / file).is_file():
+            return f"it is a folder with the results of a {kind}; `fecontact judge` reads it; give the file of a study"
+    found = sorted(path for path in folder.iterdir() if path.suffix in (".toml", ".py"))
+    files = ", ".join(map(str, found[:3])) + ", ..." * (len(found) > 3)
+    return f"it is a folder; give the file of a study{f', such as {files}' if files else ''}"
 
 
 def _from_script(path: Path, quick: bool) -> Study:

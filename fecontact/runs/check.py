@@ -7,11 +7,9 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-from fecontact.case import INPUTS, RESOLUTIONS, Case
+from fecontact.case import INPUTS, RESOLUTIONS, Case, unusual
 from fecontact.errors import InputError
-from fecontact.inputs.slots import Slot
 from fecontact.jobs.workers import default_workers
 from fecontact.runs.casefile import load_study
 
@@ -49,6 +47,8 @@ class StudyCheck:
         Positions of a wheel on a rail among the cases, and how many of them were tried.
     problems
         What is wrong with profiles, or with the first position in which the wheel does not run on the rail.
+    notes
+        What is allowed and not usual.
     """
 
     cases: int
@@ -62,6 +62,7 @@ class StudyCheck:
     positions: int
     placed: int
     problems: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
 def check_study(path: Path, *, quick: bool = False) -> StudyCheck:
@@ -96,6 +97,7 @@ def check_study(path: Path, *, quick: bool = False) -> StudyCheck:
         positions=len(positions),
         placed=placed,
         problems=problems if problem is None else (problem,),
+        notes=unusual(cases),
     )
 
 
@@ -120,13 +122,9 @@ def _memory_GB(unknowns: float) -> float:
 
 def _varied(cases: tuple[Case, ...]) -> Iterable[str]:
     for slot in INPUTS:
-        values = {_value(case, slot) for case in cases}
+        values = {slot.of(case) for case in cases}
         if len(values) > 1:
             yield f"{len(values)} values of {slot.key}"
-
-
-def _value(case: Case, slot: Slot) -> Any:
-    return getattr(getattr(case, slot.table) if slot.table else case, slot.field)
 
 
 def _profile_problems(cases: tuple[Case, ...]) -> Iterable[str]:
@@ -141,7 +139,7 @@ def _profile_problems(cases: tuple[Case, ...]) -> Iterable[str]:
 def _positions(cases: tuple[Case, ...]) -> list[Case]:
     """A case for each position of a wheel on a rail, whatever the load is."""
     where = [slot for slot in INPUTS if slot.group in ("place", "profiles")]
-    return list({tuple(_value(case, slot) for slot in where): case for case in cases}.values())
+    return list({tuple(slot.of(case) for slot in where): case for case in cases}.values())
 
 
 def _place(positions: Sequence[Case]) -> tuple[int, str | None]:

@@ -16,7 +16,7 @@ from fecontact.case import Case, case_record
 from fecontact.errors import InputError
 from fecontact.fe.linear_solver import choose_solver
 from fecontact.jobs.store import Origin
-from fecontact.profiles.identity import content_sha256, profile_file
+from fecontact.profiles.identity import content_of, profile_file
 
 _PACKAGE = Path(__file__).parents[1]
 # What solves: a change of it makes stored results those of another version.
@@ -33,6 +33,7 @@ EVALUATING = (
 SOLVING_SOURCE = "source of solving"
 # Inputs that are left out of an id where they are the default: it is that of the same case before they were there.
 _NOT_ALWAYS = ("roll", "roll_load_N", "flange_climb", "side", "opposite")
+_MOST_SHOWN_BYTES = 60
 _COMMON = ("numpy", "scipy", "scikit-fem", "gmsh")
 _SOLVERS = {"pardiso": ("pypardiso", "mkl"), "amg": ("pyamg",)}
 
@@ -56,8 +57,13 @@ def case_id(case: Case) -> str:
         inner = body.removeprefix("opposite_")
         (record if inner == body else record["opposite"])[inner] = content
     shown = (Path(case.profiles[body]).stem if body in files else case.profiles[body] for body in ("rail", "wheel"))
-    names = "_".join("".join(c if c.isalnum() or c in ".-" else "-" for c in name) for name in shown)
+    names = "_".join(_shown("".join(c if c.isalnum() or c in ".-" else "-" for c in name)) for name in shown)
     return f"{names}_{case.lateral_shift_mm:+.2f}mm_{case.load_N / 1e3:g}kN_{json_digest(record)[:8]}"
+
+
+def _shown(name: str) -> str:
+    """As much of a name as leaves room for the rest in the name of a file, which has 255 bytes."""
+    return name.encode("utf-8", "replace")[:_MOST_SHOWN_BYTES].decode("utf-8", "ignore")
 
 
 @cache
@@ -74,13 +80,12 @@ def input_files(case: Case) -> dict[str, dict[str, str]]:
     """Name and sha256 of the profiles that are files, by body; one that cannot be read is left for `solve`."""
     found = {}
     for body, spec in case.profiles.items():
-        path = profile_file(spec)
-        if path is None:
-            continue
         try:
-            found[body] = {"name": path.name, "sha256": content_sha256(path)}
+            file = content_of(spec)
         except OSError:
             continue
+        if file is not None:
+            found[body] = {"name": file[0], "sha256": hashlib.sha256(file[1]).hexdigest()}
     return found
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TypeVar
+from pathlib import Path, PureWindowsPath
+from typing import Any, TypeVar
 
 from fecontact.case import Case
 from fecontact.creep import Creep
 from fecontact.criteria import Criteria
-from fecontact.errors import InputError
-from fecontact.files import read_json
+from fecontact.errors import FecontactError, InputError
+from fecontact.files import broken_seal, read_json
 from fecontact.jobs.store import whole_manifest
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.position import failed_position
@@ -84,7 +84,8 @@ def unusable(folder: Path) -> str | None:
         case = stored_case(folder, read_json(file)["case"])
     except InputError as error:
         return str(error)
-    except (KeyError, TypeError) as error:
+    except Exception as error:
+        # whatever a file that was changed on purpose leads to
         return f"{file}: it has another layout ({type(error).__name__}: {error}); solve it again"
     # the packages, and the solver, of the machine that solved it need not be there for judging it
     made, here = (of.get(SOLVING_SOURCE, "none") for of in (manifest["solved_by"], origin_of(case).solved_by))
@@ -109,11 +110,31 @@ def stored_study(folder: Path) -> StoredStudy:
     InputError
         If it has another layout.
     """
-    document = read_json(folder / "study.json")
-    rows = document.get("rows") if isinstance(document, Mapping) else None
-    if not isinstance(rows, list) or document.get("schema") != STUDY_SCHEMA:
-        raise InputError(f"{folder / 'study.json'}: its layout is not {STUDY_SCHEMA}; run the study again")
-    return StoredStudy(name=str(document.get("study", "")), rows=tuple(rows))
+    document = _sealed(folder / "study.json", STUDY_SCHEMA, "run the study again")
+    name, rows = document.get("study"), document.get("rows")
+    if not isinstance(name, str) or not isinstance(rows, list) or not all(map(_is_row, rows)):
+        raise InputError(f"{folder / 'study.json'}: it is no list of rows; run the study again")
+    return StoredStudy(name=name, rows=tuple(rows))
+
+
+def _is_row(row: Any) -> bool:
+    """Whether a row names a case, in a folder of its own, and what came of it."""
+    texts = isinstance(row, Mapping) and isinstance(row.get("id"), str) and isinstance(row.get("status"), str)
+    return texts and _is_name(row["id"])
+
+
+def _is_name(text: Any) -> bool:
+    return isinstance(text, str) and PureWindowsPath(text).name == text not in ("", "..")
+
+
+def _sealed(path: Path, schema: str, remedy: str) -> Mapping[str, Any]:
+    """A document of a layout as it was written."""
+    document = read_json(path)
+    if not isinstance(document, Mapping) or document.get("schema") != schema:
+        raise InputError(f"{path}: its layout is not {schema}; {remedy}")
+    if problem := broken_seal(path, document):
+        raise InputError(f"{problem}; {remedy}")
+    return document
 
 
 def readable(
@@ -145,10 +166,21 @@ def read_map(
     InputError
         If `map.json` has another layout, or no position of the map can be read.
     """
-    document = read_json(folder / "map.json")
-    if not isinstance(document, Mapping) or document.get("schema") != MAP_SCHEMA:
-        raise InputError(f"{folder / 'map.json'}: its layout is not {MAP_SCHEMA}; make the map again")
-    names = {shift: name for name, shift in document["provenance"].get("positions", {}).items()}
+    document = _sealed(folder / "map.json", MAP_SCHEMA, "make the map again")
+    try:
+        return _read_map(folder, document, criteria, creep, read)
+    except FecontactError:
+        raise
+    except Exception as error:
+        # whatever a file that was changed on purpose leads to
+        said = f"{type(error).__name__}: {error}"
+        raise InputError(f"{folder / 'map.json'}: it cannot be read ({said}); make the map again") from error
+
+
+def _read_map(
+    folder: Path, document: Mapping[str, Any], criteria: Criteria | None, creep: Creep | None, read: ReadPositions
+) -> tuple[ApplicabilityMap, dict[float, str]]:
+    names = {shift: name for name, shift in document["provenance"].get("positions", {}).items() if _is_name(name)}
     folders = {shift: position_folder(folder, name) for shift, name in names.items()}
     problems = {shift: problem for shift, own in folders.items() if (problem := unusable(own))}
     usable = {shift: own for shift, own in folders.items() if shift not in problems}

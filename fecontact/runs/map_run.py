@@ -44,7 +44,7 @@ def run_map(
     base_case: Case,
     lateral_shifts_mm: Sequence[float],
     loads_N: Sequence[float],
-    out: str | Path,
+    out: Path,
     *,
     measure: MapMeasure = "pressure",
     settings: RunSettings | None = None,
@@ -71,7 +71,7 @@ def run_map(
         If there are no shifts or loads, or values that no case can have; if another run has the folder, or the cluster
         cannot be used. A position that cannot be solved is not an error but cells whose status says why.
     """
-    settings, out = settings or RunSettings(), Path(out)
+    settings = settings or RunSettings()
     shifts, loads = tuple(sorted(set(lateral_shifts_mm))), tuple(sorted(set(loads_N)))
     if not shifts or not loads:
         raise InputError("map: give at least one lateral shift and one load")

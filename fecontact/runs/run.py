@@ -1,14 +1,17 @@
-"""Many cases from Python, as `fecontact run` solves them."""
+"""Many cases and maps from Python, as `fecontact run` and `map` solve them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.jobs.engine import Progress, RunSettings
+from fecontact.outputs.maps.measures import MapMeasure
 from fecontact.runs.casefile import Study, load_study
+from fecontact.runs.folders import prepare_for_map, prepare_for_study
+from fecontact.runs.map_run import MapOutcome, run_map
 from fecontact.runs.study import StudyOutcome, run_study
 
 
@@ -40,7 +43,7 @@ def run(
     threads
         Threads that each case computes on.
     force
-        Solve finished cases again.
+        Solve finished cases again, and write into a folder that holds other results.
     progress
         Called with the number of finished cases, the number of cases, and what is under way.
 
@@ -51,7 +54,53 @@ def run(
         row whose status says why.
     """
     settings = RunSettings(workers=workers, threads=threads, force=force)
-    return run_study(_study(study, Path(out), quick), Path(out), settings=settings, progress=progress)
+    found = _study(study, Path(out), quick)
+    prepare_for_study(Path(out), found.name, force=force)
+    return run_study(found, Path(out), settings=settings, progress=progress)
+
+
+def map_(
+    case: Case,
+    lateral_shifts_mm: Sequence[float],
+    loads_N: Sequence[float],
+    out: str | Path,
+    *,
+    measure: MapMeasure = "pressure",
+    workers: int | None = None,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> MapOutcome:
+    """Map where Hertz holds over lateral shift and load; the same call goes on where an interrupted one stopped.
+
+    Parameters
+    ----------
+    case
+        Everything but lateral shift and load.
+    lateral_shifts_mm, loads_N
+        Of the wheelset, and wheel loads.
+    out
+        Folder for the results; `fecontact.load` reads them back.
+    measure
+        By `theory` the cheapest creep theories are judged and written too.
+    workers, force, progress
+        As for `run`, with shifts in place of cases.
+
+    Raises
+    ------
+    InputError
+        As `runs.map_run.run_map` does, and for a folder that holds other results.
+    """
+    prepare_for_map(Path(out), case, force=force)
+    settings = RunSettings(workers=workers, force=force)
+    return run_map(
+        case,
+        lateral_shifts_mm,
+        loads_N,
+        Path(out),
+        measure=measure,
+        settings=settings,
+        progress=progress,
+    )
 
 
 def _study(study: str | Path | Study | Iterable[Case], out: Path, quick: bool) -> Study:

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from itertools import product
 from pathlib import Path
 from typing import Any
 
-from fecontact.case import INPUTS, PARTS, Case, case_with, renamed
+from fecontact.case import INPUTS, PARTS, Case, case_with
 from fecontact.errors import InputError
+from fecontact.files import toml_content
 from fecontact.inputs.kinds import Choice, Names, Number
 from fecontact.inputs.slots import Slot
-from fecontact.inputs.texts import nearest, parse_numbers
+from fecontact.inputs.texts import nearest, parse_numbers, renamed
 
 _INNERMOST = ("rail", "wheel", "load_N", "lateral_shift_mm")
 _MOST_CASES = 100_000
@@ -47,11 +47,10 @@ def toml_cases(path: Path, *, quick: bool = False) -> tuple[Case, ...]:
 
 def _parsed(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_text("utf-8"))
+        text = path.read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"study {path}: it cannot be read ({error})") from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"study {path}: it is not TOML ({error})") from error
+    return toml_content(text, f"study {path}")
 
 
 @contextmanager

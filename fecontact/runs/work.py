@@ -6,17 +6,19 @@ import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any, Generic, TypeVar
 
 from fecontact.case import Case, case_from_record
 from fecontact.creep import Creep
 from fecontact.criteria import Criteria
-from fecontact.errors import InputError
+from fecontact.errors import FecontactError, InputError
 from fecontact.files import read_json
 from fecontact.jobs.job import Job, Work
 from fecontact.outputs.records.results import FOUND_INPUTS
-from fecontact.profiles.identity import file_of_identity, profile_file
+from fecontact.profiles.identity import content_of, file_of_identity
+from fecontact.profiles.library import is_known
+from fecontact.profiles.resolve import is_short_form
 from fecontact.runs.identity import case_id, origin_of, position_id
 
 FIELDS, PROFILES = "fields.npz", "profiles"
@@ -105,10 +107,10 @@ def job_of(case: Case, folder: Path, work: Work, *, label: str = "") -> Job:
 def copy_profiles(case: Case, folder: Path) -> None:
     """Keep the profiles of a case that are files beside its result: without them it could not be judged again."""
     for body, spec in case.profiles.items():
-        if (path := profile_file(spec)) is not None:
-            own = folder / PROFILES / body / path.name
+        if (file := content_of(spec)) is not None:
+            own = folder / PROFILES / body / file[0]
             own.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(path, own)
+            own.write_bytes(file[1])
 
 
 def read_stored(
@@ -130,9 +132,10 @@ def read_stored(
     try:
         case = stored_case(folder, record["case"])
         return store.read(folder, record, replace(case, criteria=criteria or case.criteria, creep=creep or case.creep))
-    except InputError:
+    except FecontactError:
         raise
-    except (KeyError, TypeError, AttributeError, ValueError, OSError) as error:
+    except Exception as error:
+        # whatever a file that was changed on purpose leads to
         said = f"{type(error).__name__}: {error}"
         raise InputError(f"{folder}: it cannot be read ({said}); solve it again") from error
 
@@ -140,7 +143,14 @@ def read_stored(
 def stored_case(folder: Path, record: Mapping[str, Any]) -> Case:
     """The case of a record, with the profiles that were stored beside it in place of the files that it was given."""
     case = case_from_record({name: value for name, value in record.items() if name not in FOUND_INPUTS})
-    files = {body: file_of_identity(spec) for body, spec in case.profiles.items()}
-    return case.with_profiles(
-        {body: str(folder / PROFILES / body / name) for body, name in files.items() if name is not None}
-    )
+    files = {}
+    for body, spec in case.profiles.items():
+        name = file_of_identity(spec)
+        if name is None and (is_known(spec) or is_short_form(spec)):
+            continue
+        if name is None or PureWindowsPath(name).name != name:
+            raise InputError(
+                f"{folder}: {body} is {spec!r:.80}; allowed is the name of a file beside the result, with @"
+            )
+        files[body] = str(folder / PROFILES / body / name)
+    return case.with_profiles(files)

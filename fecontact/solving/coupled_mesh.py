@@ -284,6 +284,7 @@ class CoupledMesh:
             compliance_error=self._problem.compliance_error,
             degrees_of_freedom={mesh.name: 3 * len(mesh.points) for mesh in meshes},
             elements={mesh.name: len(mesh.hexes) for mesh in meshes},
+            slide_mm=position.true_gap.slide_mm,
             enlarged=self._enlarged,
             at_edge=at_edge,
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact.rung import Rung
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.solving.line_ends import check_ends
-from fecontact.solving.lobe_sizes import lobe_sizes, semi_axes_of_elements_mm
+from fecontact.solving.lobe_sizes import LobeSizes, lobe_sizes, semi_axes_of_elements_mm
 from fecontact.solving.planes import angle_of_patches
 from fecontact.solving.true_gap import TrueGap
 
@@ -28,6 +29,8 @@ _FINEST = 0.25
 _FAR_APART = 1.0
 # Seconds a solution, beyond it minutes; two patches of S1002 on 60E1 take up to 184 thousand.
 _MOST_NODES = 200_000
+FEWEST_NODES = 8.0
+"""Nodes that are left to the least lobes where all of them would be more than are solved."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -186,15 +189,20 @@ def _region(true_gap: TrueGap, reach: float, half: bool) -> tuple[tuple[float, f
 def _fitted_grid(rung: Rung, nodes: int) -> ContactGrid:
     grid, sizes = rung.grid, lobe_sizes(rung)
     (x_low, x_high), (s_low, s_high) = _bounds(rung)
+    followed = followed_mm(sizes)
+    step_x, step_s = (length / nodes for length in followed)
+    most = _MOST_NODES * (1 if grid.half else 2)
+    # the least lobes get fewer nodes where all of them would be too many, no others
+    wanted = (x_high - x_low) * (s_high - s_low) / (most * step_x * step_s)
+    fewer = min(max(1.0, 1.02 * math.sqrt(wanted)), nodes / FEWEST_NODES)
     step_x, step_s = (
-        max(min(every), _FINEST * min(large)) / nodes
-        for every, large in zip(zip(*sizes.every, strict=True), zip(*sizes.large, strict=True), strict=True)
+        max(step, min(fewer * step, min(large) / nodes))
+        for step, large in zip((step_x, step_s), zip(*sizes.large, strict=True), strict=True)
     )
     x_low = 0.0 if grid.half else x_low - 3.0 * step_x
     s_low = s_low - 3.0 * step_s
     count_x = int(np.ceil((x_high + 3.0 * step_x - x_low) / step_x))
     count_s = int(np.ceil((s_high + 3.0 * step_s - s_low) / step_s))
-    most = _MOST_NODES * (1 if grid.half else 2)
     if count_x * count_s > most:
         lobe = nodes * step_s
         raise ConvergenceError(
@@ -208,6 +216,15 @@ def _fitted_grid(rung: Rung, nodes: int) -> ContactGrid:
         s_mm=np.asarray(s_low + step_s * np.arange(count_s + 1)),
         half=grid.half,
     )
+
+
+def followed_mm(sizes: LobeSizes) -> tuple[float, float]:
+    """Half length along x and half width across of the least lobes that nodes are made for."""
+    along_x, across = (
+        max(min(every), _FINEST * min(large))
+        for every, large in zip(zip(*sizes.every, strict=True), zip(*sizes.large, strict=True), strict=True)
+    )
+    return along_x, across
 
 
 def _patch_of(true_gap: TrueGap, rung: Rung) -> ExpectedPatch:

@@ -18,7 +18,7 @@ from fecontact.solving.position import expect_on_half_space, hertz_of_case
 from fecontact.theory.hertz import HertzContact
 
 # Enough draws to know their scatter to a third.
-_WIDTHS: tuple[Variant, ...] = ("half", "double")
+_WIDTHS: tuple[Variant, ...] = ("narrow", "double")
 _DRAWS: tuple[Variant, ...] = tuple(range(6))
 Value = TypeVar("Value")
 

@@ -21,6 +21,8 @@ from fecontact.errors import InputError, NotEnoughMemory
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.geometry.placement import Placement
 from fecontact.solving.coupled_mesh import CoupledMesh
+from fecontact.solving.expected_patch import followed_mm
+from fecontact.solving.lobe_sizes import lobe_sizes
 from fecontact.solving.measured_lines import point_noise
 from fecontact.solving.planes import angle_of_normals
 from fecontact.solving.position import Position
@@ -30,6 +32,8 @@ from fecontact.solving.quadratic_rung import quadratic_rung
 _MOST_MESHES = 4
 # Elements that every mesh of a named resolution has on the semi-axis that they are made for.
 _FEWEST_ELEMENTS = 4
+# A lobe on its last nodes is measured a little differently than on those that they were made for.
+_MOST_OF_NODES = 0.7
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -87,6 +91,7 @@ class Meshes:
                 point_noise=noise,
                 limits=(
                     *_few_elements(position, levels),
+                    *_few_nodes(position),
                     *(f"the contact zone cannot be enlarged: {error}" for error in self._not_enlarged),
                     *(() if stop is None else (f"refinement stopped: {stop}",)),
                 ),
@@ -164,6 +169,19 @@ def _few_elements(position: Position, levels: Sequence[Level]) -> tuple[str, ...
     return (
         f"elements of {size:.2f} mm are only {count:.1f} to the patch's semi-axis of {semi_axis:.2f} mm;"
         f" {_FEWEST_ELEMENTS} or more make what the bodies add below it sure",
+    )
+
+
+def _few_nodes(position: Position) -> tuple[str, ...]:
+    """What is to be said where the least lobe has fewer nodes than the case asks for, since there would be too many."""
+    rung = position.expected.half_space
+    least = zip(followed_mm(lobe_sizes(rung)), rung.grid.steps_mm, strict=True)
+    count, length = min((length / step, length) for length, step in least)
+    if count > _MOST_OF_NODES * position.case.nodes_a_semi_axis:
+        return ()
+    return (
+        f"a lobe of {length:.2g} mm has {count:.0f} pressure nodes in place of {position.case.nodes_a_semi_axis}: in so"
+        " wide a patch more would be too many; its own peak and load are known less well than is stated",
     )
 
 

@@ -30,6 +30,10 @@ MARGIN_ELEMENTS = 4
 """Elements of free room around the expected patch."""
 # Longest element over its width.
 _MOST_SLENDER = 2.0
+# A patch that would have more rows than this on its half length gets longer elements, up to so many times their width:
+# on the flange root they would be 73.
+_MOST_ROWS = 36
+_MOST_SLENDER_IN_ROWS = 4.0
 # Patches far apart have equally long elements. They may be longer than that for the widths of the narrowest, up to so
 # many times those that each patch would have by itself, as long as each has its number of them along x too. Measured on
 # S1002 and UIC60 at 5 mm, 50 kN, for six tenths of the time: forces and peaks of both patches are within 0.02 % of
@@ -105,7 +109,7 @@ def element_size_mm(case: Case, expected: ExpectedPatch) -> tuple[float, float]:
         return case.resolution
     count = RESOLUTIONS[case.resolution] + _ROOM
     along_x, across = expected.semi_axis_x_mm / count, expected.semi_axis_s_mm / count
-    longest = _MOST_SLENDER * across
+    longest = min(max(_MOST_SLENDER * across, expected.semi_axis_x_mm / _MOST_ROWS), _MOST_SLENDER_IN_ROWS * across)
     if len(expected.parts) > 1:
         own = (min(x, _MOST_SLENDER_APART * s) for x, s in (part.semi_axes_mm for part in expected.parts))
         longest = max(longest, min(own) / count)

@@ -8,7 +8,7 @@ from scipy.special import ellipe, ellipkm1
 
 from fecontact.errors import check_positive
 from fecontact.theory.ellipse_shape import ellipse_shape
-from fecontact.theory.gap_line import GapLine, crossings_mm, gap_at, regions
+from fecontact.theory.gap_line import GapLine, crossings_mm, end_notes, gap_at, regions
 from fecontact.theory.load_search import under_load
 from fecontact.theory.strip_contact import StripContact, strip_contact
 
@@ -56,7 +56,9 @@ def kik_piotrowski_at(line: GapLine, approach_mm: float, *, shape_correction: bo
         a = np.sqrt(square)
         c = pressure_factor(line, a, deepest, own_approach)
         half_length, pressure = np.maximum(half_length, a), np.maximum(pressure, c * a)
-    out = [] if len(found) < 2 else [f"{len(found)} separate regions, which the papers do not add up"]
+    out = end_notes(line, found[0][0], found[-1][1])
+    if len(found) > 1:
+        out.append(f"{len(found)} separate regions, which the papers do not add up")
     return strip_contact("kik_piotrowski", line, approach_mm, half_length, pressure, out)
 
 

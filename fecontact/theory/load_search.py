@@ -14,7 +14,7 @@ from fecontact.theory.strip_contact import StripContact
 AtApproach = Callable[[float], StripContact]
 
 # Approaches from LOWEST to HIGHEST times Hertz's at the touch point, in steps of a factor.
-_LOWEST, _HIGHEST, _FACTOR = 0.25, 2.0, 1.05
+_LOWEST, _HIGHEST, _FACTOR = 0.25, 2.0, 1.02
 _BISECTIONS = 60
 # The force is met to this part, or it jumps over the load.
 _MET = 1e-9
@@ -24,7 +24,7 @@ _JUMP = 2e-3
 def under_load(line: GapLine, normal_force_N: float, at_approach: AtApproach) -> StripContact:
     """Contact at the smallest approach that carries a load, with the number of all that were found.
 
-    Approaches between a quarter of Hertz's and twice it are looked at, in steps of 5 %: two solutions between
+    Approaches between a quarter of Hertz's and twice it are looked at, in steps of 2 %: two solutions between
     neighbouring steps are not seen. Further up and down where the load is not met there.
 
     Raises

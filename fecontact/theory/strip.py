@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fecontact.errors import InputError, check_positive
-from fecontact.theory.gap_line import GapLine
+from fecontact.geometry.placement import Placement
+from fecontact.theory.gap_line import GapLine, gap_line
 from fecontact.theory.strip_contact import StripContact
 from fecontact.theory.strip_method import solve_strips
 
@@ -67,3 +70,13 @@ def _solved(line: GapLine, strips: int, force: float | None, approach: float | N
         half_length_mm=half_length,
         centre_pressure_MPa=found.c * half_length,
     )
+
+
+def gap_line_under_load(placement: Placement, normal_force_N: float, *, contact_modulus_MPa: float) -> GapLine:
+    """Gap line of a wheel that a vertical load presses down: it slides along the tangent plane by the strips' approach.
+
+    Range of validity: as `gap_line`; below a contact angle of 0.3 rad the slide changes no measure by more than 1 %.
+    """
+    line = gap_line(placement, contact_modulus_MPa=contact_modulus_MPa)
+    slide = strip(line, normal_force_N).approach_mm * math.tan(placement.first.contact_angle_rad)
+    return gap_line(placement, contact_modulus_MPa=contact_modulus_MPa, slide_mm=-slide)

@@ -29,7 +29,8 @@ class StripContact:
     approach_mm, normal_force_N
         Of this contact, whatever load was wanted.
     t_mm, width_mm (n,)
-        Middles and widths of the strips, from the gauge side on.
+        Middles and widths of the strips, in the tangent plane at first touch; of the strip method along the rail's
+        surface, where the line knows it.
     half_length_mm, centre_pressure_MPa (n,)
         a(t) and p(0, t), both 0 outside the patch.
     """

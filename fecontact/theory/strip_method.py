@@ -21,9 +21,11 @@ Surfaces that touch along x = 0 and stay together beside it thus ask for two sum
     sum h c J        = pi E* (d - f)    where q > 0; where q = 0 the sum may be larger,                           (4)
     sum h c J / u^2  = 2 pi E* A        where q > 0,                                                              (5)
 
-and the force is (pi / 2) sum h c q. (4) is solved for q and d by Newton's method on the strips in contact, (5) for c
-by c <- c 2 pi E* A / sum, with the sum as it will be after Newton's step, once a sweep. Both need one evaluation of K
-and E. By the arithmetic-geometric mean (AGM) of u and |e|, with differences c_k (c_0^2 = q):
+and the force is (pi / 2) sum h c q. (4) is solved for q and d by Newton's method on the strips in contact. (5) says
+little about differences of c between strips nearer to each other than they are long: once a sweep c is multiplied by
+the 0.6th power of a mean of 2 pi E* A / sum, weighted by force and J / u^2, the sum as it will be after Newton's step.
+A sweep needs one evaluation of K and E. By the arithmetic-geometric mean (AGM) of u and |e|, with differences c_k
+(c_0^2 = q):
 
     K / u = pi / (2 AGM(u, |e|)),    J = (K / u) (q + 2 c_1^2 + 4 c_2^2 + 8 c_3^2 + ...).                         (6)
 
@@ -35,8 +37,13 @@ Where lobes lie in planes of their own, t counts along the surface and f along t
 turned by the angle g against it closes by cos(g) (d - f), so that the right sides of (4) and (5) and the force have a
 factor cos(g).
 
-Range: half-spaces, no friction, no yaw; any number of lobes, grown together or apart. What a lobe opens at another in a
-plane of its own counts as in one plane, to the cosine of the angle between them.
+Range: half-spaces, no friction, no yaw; any number of lobes, grown together or apart. What a lobe opens at another in
+a plane of its own counts as in one plane, to the cosine of the angle between them.
+
+Measured: on constant curvature 100 strips are within 0.3 % of Hertz in peak, area, half-widths and approach for a/b
+from 0.1 to 4.5; at 10 the half-length is 1.1 % and the approach 0.6 % off. Against a half-space solved by FFT on the
+same gap the peak is within 0.1 % at junctions of curvatures and between two lobes; on real pairs see
+studies/15_cheaper_than_finite_elements.py.
 
 The idea of strips with a contact condition on the line x = 0 is Knothe and Le The's (1984); condition (5) in this
 closed form, which lets c vary across, and the sweeps are this module's.
@@ -59,6 +66,7 @@ _SHORT = 0.4
 # A strip that is not in contact keeps so much of its width as half length, squared: nothing is divided by zero.
 _OPEN = 1e-6
 _SWEEPS = 60
+# Power of the ratio by which c is changed: with 1 it overshoots in patches that are long along the rail.
 _BOLDNESS = 0.6
 # Strips of a first solution over all that may come into contact, and the fewest on a region.
 _COARSE = 40
@@ -67,7 +75,7 @@ _FEWEST = 8
 _MARGIN = 0.04
 _REGRIDS = 6
 # Places of the line beside the strips at which an overlap is looked for, and the least one over the approach.
-_LOOKED_AT = 100
+_LOOKED_AT = 30
 _OVERLAP = 1e-3
 
 
@@ -113,7 +121,7 @@ def solve_strips(
     closing: Floats | None = None,
     strips: int = 100,
     start: Strips | None = None,
-    tolerance: float = 2e-3,
+    tolerance: float = 4e-3,
 ) -> Strips:
     """Contact on a line under a force (N) or at an approach (mm), one of which is given.
 
@@ -164,19 +172,22 @@ def influence(q: Floats, distance2: Floats, h: Floats) -> tuple[Floats, Floats, 
 def _off_strip(q: Floats, distance2: Floats) -> tuple[Floats, Floats, Floats]:
     """u^2, dJ/dq and J by (6); not for the distance 0."""
     u2 = distance2 + q
-    high, low = np.sqrt(u2), np.sqrt(distance2)
-    total = np.empty_like(u2)
-    total[...] = q
-    for power in range(1, _AGM_STEPS + 1):
-        difference = high - low
-        low = np.sqrt(high * low)
-        high = high - 0.5 * difference
-        # 2^k c_k^2 with c_k half the difference
-        total += (0.25 * 2.0**power) * difference**2
-    difference = high - low
-    total += (0.5 * 2.0**_AGM_STEPS) * difference**2
-    slope = (0.5 * np.pi) / (high - 0.5 * difference)
-    return u2, slope, slope * total
+    high, low, half = np.sqrt(u2), np.sqrt(distance2), np.empty_like(u2)
+    total = np.broadcast_to(q, u2.shape).copy()
+    # in place: most of a sweep's time is here
+    for power in range(1, _AGM_STEPS + 2):
+        np.subtract(high, low, out=half)
+        half *= 0.5
+        if power <= _AGM_STEPS:
+            low *= high
+            np.sqrt(low, out=low)
+        high -= half
+        half *= half
+        half *= 2.0**power
+        total += half
+    slope = np.divide(0.5 * np.pi, high, out=high)
+    total *= slope
+    return u2, slope, total
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -202,7 +213,8 @@ class _Load:
 
 def _swept(line: _Line, strips: Strips, load: _Load, tolerance: float) -> Strips:
     """Newton's steps for q and d, and c after each of them, until both stay."""
-    t, h, c, d = strips.t, strips.h, strips.c, strips.approach if load.approach is None else load.approach
+    t, h, c = strips.t, strips.h, strips.c
+    d = strips.approach if load.approach is None else load.approach
     f, closing = line.at(t)
     distance2, opened = (t[:, None] - t) ** 2, _OPEN * h**2
     q, change, sweep = np.maximum(strips.q, opened), np.inf, 0
@@ -271,7 +283,12 @@ def _first_solution(line: _Line, load: _Load, tolerance: float) -> Strips:
             low, high = (low, d) if enough else (d, high)
     t, h = _grid(_runs(line, line.f < d), _COARSE)
     q = np.maximum(0.5 * d - line.at(t)[0], 0.0) / line.A
-    first = Strips(t=t, h=h, q=q, c=np.full_like(t, c), approach=d, force=0.0, sweeps=0, change=np.inf, converged=False)
+    factor = np.full_like(t, c)
+    first = Strips(t=t, h=h, q=q, c=factor, approach=d, force=0.0, sweeps=0, change=np.inf, converged=False)
+    for patch in _patches(first):
+        # of Hertz's ellipses from a/b 0.1 to 10: within 5 % of c, with the ratio of axes of the overlap
+        ratio = 2.0 * np.sqrt(q[patch].max()) / (h[patch].sum())
+        factor[patch] = line.E * line.A * (1.0 + 0.27 * ratio**1.3)
     return _swept(line, first, load, 4.0 * tolerance)
 
 
@@ -294,9 +311,6 @@ def _carried(found: Strips, t: Floats, h: Floats) -> Strips:
 
 def _spans(line: _Line, found: Strips, load: _Load) -> list[Span]:
     """Where the patches of a contact of nearly this load will be, and a margin."""
-    inside = np.flatnonzero(found.q)
-    apart = np.diff(found.t[inside]) > 1.01 * np.maximum(found.h[inside[1:]], found.h[inside[:-1]])
-    patches = np.split(inside, np.flatnonzero(apart) + 1)
     # widths grow with the third root of the force and the second of the approach
     grown = 1.0
     if load.force is not None and found.force > 0.0:
@@ -304,11 +318,18 @@ def _spans(line: _Line, found: Strips, load: _Load) -> list[Span]:
     elif load.approach is not None:
         grown = (load.approach / found.approach) ** 0.5
     spans = []
-    for patch in patches:
+    for patch in _patches(found):
         low, high = found.t[patch[0]], found.t[patch[-1]]
         room = 0.75 * found.h[patch[0]] + (_MARGIN + 0.5 * (grown - 1.0)) * (high - low)
         spans.append((max(low - room, line.t[0]), min(high + room, line.t[-1])))
     return _joined(spans)
+
+
+def _patches(found: Strips) -> list[NDArray[np.intp]]:
+    """Strips in contact, patch by patch."""
+    inside = np.flatnonzero(found.q)
+    apart = np.diff(found.t[inside]) > 1.01 * np.maximum(found.h[inside[1:]], found.h[inside[:-1]])
+    return np.split(inside, np.flatnonzero(apart) + 1)
 
 
 def _at_end(line: _Line, found: Strips) -> bool:
@@ -350,7 +371,8 @@ def _overlapping(line: _Line, found: Strips) -> list[Span]:
     places = np.flatnonzero(near & beside)
     if places.size == 0:
         return []
-    places = places[:: max(1, places.size // _LOOKED_AT)]
+    stride = max(1, places.size // _LOOKED_AT)
+    places = places[::stride]
     loaded = found.q > 0.0
     _, _, J = _off_strip(found.q[loaded], (line.t[places, None] - found.t[loaded]) ** 2)
     opening = J @ (found.h * found.c)[loaded] / (np.pi * line.E)
@@ -359,5 +381,5 @@ def _overlapping(line: _Line, found: Strips) -> list[Span]:
         return []
     wanted = np.zeros(line.t.size, dtype=bool)
     for place in places[over]:
-        wanted[max(0, place - 1) : place + 2] = True
+        wanted[max(0, place - stride) : place + stride + 1] = True
     return _runs(line, wanted)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fecontact.files import write_json
+from fecontact.files import write_sealed
 from fecontact.map.cells import ApplicabilityMap
 from fecontact.outputs.maps.cheapest import law_view
 from fecontact.outputs.maps.figure import map_figure
@@ -27,7 +27,7 @@ def write_map(
         else:
             # one of other loads would not belong to this map
             (out / "stiffness.csv").unlink(missing_ok=True)
-    write_json(out / f"{name}.json", map_record(made, provenance))
+    write_sealed(out / f"{name}.json", map_record(made, provenance), [out / f"{name}.csv"])
     if not (drawn and made.positions):
         return
     map_figure(verdict_view(made), out / f"{name}.png")

@@ -23,11 +23,12 @@ RELIEF_MM_PER_MPA = 2e-3
 def contact_surface(result: CaseResult) -> Any:
     """The rail's contact surface as a pyvista mesh of quadrilaterals, their normals out of the rail.
 
-    It lies `LIFT_MM` above the rail and holds both patches, as far as the rail has a surface there. Its nodes are finer
-    than the elements of the bodies. Arrays: `contact_pressure_MPa`, `hertz_pressure_MPa`, `pressure_difference_MPa`
-    (finite elements minus Hertz), `gap_mm` (deformed; NaN beyond the nodes of the solution, where only Hertz presses),
-    `in_contact` (0 or 1), `pressure_relief_mm` and `hertz_relief_mm` (both pressures as vectors along the normal, to
-    warp by). Pressures are means over the cells of the nodes: both integrate to the force along the contact normal.
+    It lies `LIFT_MM` above the rail and holds both patches, as far as the rail has a surface there. Its nodes are those
+    of the elements, and their pressure is what the bodies' displacements and stresses belong to. Arrays:
+    `contact_pressure_MPa`, `hertz_pressure_MPa`, `pressure_difference_MPa` (finite elements minus Hertz), `gap_mm`
+    (deformed; NaN beyond the nodes of the solution, where only Hertz presses), `in_contact` (0 or 1),
+    `pressure_relief_mm` and `hertz_relief_mm` (both pressures as vectors along the normal, to warp by). Pressures are
+    means over the cells of the nodes: both integrate to the force along the contact normal.
     """
     import pyvista
 
@@ -53,9 +54,10 @@ def _covering(result: CaseResult) -> tuple[dict[str, Floats], Floats, Floats]:
     """Fields (nx, ns), points (nx, ns, 3) and normals of the whole contact, far enough for Hertz's ellipse."""
     hertz = result.hertz
     lengths = (hertz.extent_x_mm, hertz.extent_y_mm)
-    pressure = result.load.fe.pressure.covering(*lengths)
-    inside = Field(grid=result.grid, values=np.ones(result.grid.shape)).covering(*lengths).values > 0.0
-    gap = Field(grid=result.grid, values=result.gap_mm).covering(*lengths).values
+    rung = result.load.level.on_elements
+    pressure = rung.pressure.covering(*lengths)
+    inside = Field(grid=rung.grid, values=np.ones(rung.grid.shape)).covering(*lengths).values > 0.0
+    gap = Field(grid=rung.grid, values=rung.gap_mm).covering(*lengths).values
     grid = pressure.grid
     points, normals = result.placement.surface(grid.x_mm[:, None], grid.s_mm[None, :])
     # a rail ends where its profile does, also below an ellipse that does not know of it

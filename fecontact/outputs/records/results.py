@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import platform
 from dataclasses import asdict
+from functools import cache
 from importlib import metadata
 from typing import Any
 
@@ -87,6 +88,7 @@ def load_record(load: JudgedLoad) -> Record:
         "steps": load.ladder.steps,
         "bodies_step_uncertainty": {name: float(value) for name, value in load.bodies_step_uncertainty.items()},
         "geometry": asdict(load.geometry),
+        "slide_mm": load.level.slide_mm,
         "verdict": {
             "verdict": load.verdict.answer,
             "measure": load.verdict.measure,
@@ -193,6 +195,7 @@ def _curvature_record(side: str, curvature: RelativeCurvature) -> Record:
     }
 
 
+@cache
 def versions() -> dict[str, str | None]:
     """Versions of this package, of Python and of the packages that decide about numbers; None where one is absent."""
     found: dict[str, str | None] = {

@@ -84,7 +84,7 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
         "element_size_x_mm": load.level.nodal.grid.steps_mm[0],
         "element_size_y_mm": load.level.nodal.grid.steps_mm[1],
         "elements_misfit_percent": 1e2 * load.level.misfit,
-        "elements_compliance_error_percent": 1e2 * load.level.compliance_error,
+        "of_elements_compliance_error_percent": 1e2 * load.level.compliance_error,
         **_elements_columns(load),
         "meshes": len(load.solved.levels),
         "degrees_of_freedom": sum(load.level.degrees_of_freedom.values()),
@@ -100,8 +100,8 @@ def _elements_columns(load: JudgedLoad) -> Row:
     row: Row = {}
     measures = load.ladder.rungs["elements"].as_dict()
     for measure, unsure in load.elements_uncertainty.items():
-        row[f"elements_{measure}"] = measures[measure]
-        row[f"elements_{measure.rsplit('_', 1)[0]}_uncertainty_percent"] = 1e2 * unsure
+        row[f"of_elements_{measure}"] = measures[measure]
+        row[f"of_elements_{measure.rsplit('_', 1)[0]}_uncertainty_percent"] = 1e2 * unsure
     return row
 
 
@@ -180,7 +180,10 @@ def read_row(path: Path) -> Row:
     document = read_json(path)
     if not isinstance(document, Mapping) or document.get("schema") != ROW_SCHEMA:
         raise InputError(f"{path}: no row of the layout {ROW_SCHEMA}; solve the case again")
-    row = document["row"]
+    row = document.get("row")
+    plain = (str, int, float, bool, type(None))
+    if not isinstance(row, Mapping) or not all(isinstance(value, plain) for value in row.values()):
+        raise InputError(f"{path}: it is no row; solve the case again")
     return {key: _NOT_FINITE.get(value, value) if isinstance(value, str) else value for key, value in row.items()}
 
 

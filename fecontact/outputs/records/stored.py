@@ -6,10 +6,12 @@ bit.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile, ZipInfo
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +21,7 @@ from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.solved_load import LEVEL_RUNGS, Level, SolvedLoad
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.rung import Rung
-from fecontact.files import write_atomically
+from fecontact.files import open_regular, write_atomically
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.poses import RailPose, WheelPose
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
@@ -30,6 +32,10 @@ from fecontact.theory.hertz import HertzContact
 Record = dict[str, Any]
 Arrays = dict[str, NDArray[np.float64]]
 
+# Solved fields unpack to two to three times what they have on disk; small ones of round numbers to more.
+_MOST_UNPACKED = 20
+_ALWAYS_BYTES = 100_000_000
+_FEWEST_NODES = 2
 _RUNG_FIELDS = ("pressure_MPa", "gap_mm")
 _RUNG_NUMBERS = tuple(f.name for f in fields(Rung) if f.name not in ("grid", *_RUNG_FIELDS))
 
@@ -46,6 +52,7 @@ def solved_record(solved: SolvedLoad, arrays: Arrays, prefix: str = "") -> Recor
                 "degrees_of_freedom": dict(level.degrees_of_freedom),
                 "elements": dict(level.elements),
                 "enlarged": level.enlarged,
+                "slide_mm": level.slide_mm,
                 "at_edge": level.at_edge,
             }
             for k, level in enumerate(solved.levels)
@@ -86,7 +93,15 @@ def solved_from_record(record: Mapping[str, Any], arrays: Mapping[str, NDArray[n
     return SolvedLoad(
         case=case,
         levels=tuple(
-            Level(**{**level, **{name: rung(level[name]) for name in LEVEL_RUNGS}}) for level in record["levels"]
+            Level(
+                **{
+                    **level,
+                    **{name: rung(level[name]) for name in LEVEL_RUNGS},
+                    # what is no number is none in JSON
+                    "compliance_error": math.nan if level["compliance_error"] is None else level["compliance_error"],
+                }
+            )
+            for level in record["levels"]
         ),
         half_space=rung(record["half_space"]),
         turned=record["turned"] and rung(record["turned"]),
@@ -127,6 +142,8 @@ def _rung(record: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) 
     grid = ContactGrid(x_mm=arrays[f"{name}_x_mm"], s_mm=arrays[f"{name}_s_mm"], half=record["half"])
     values: Record = {key: record[key] for key in _RUNG_NUMBERS}
     values |= {field: arrays[f"{name}_{field}"] for field in _RUNG_FIELDS}
+    if any(values[field].shape != grid.shape for field in _RUNG_FIELDS) or min(grid.shape) < _FEWEST_NODES:
+        raise ValueError(f"{name}: its fields are not on its grid of {grid.shape} nodes")
     return Rung(grid=grid, **values)
 
 
@@ -136,9 +153,31 @@ def write_arrays(path: Path, arrays: Arrays) -> Path:
 
 
 def read_arrays(path: Path) -> Arrays:
-    """Read all arrays of an archive."""
-    with np.load(path, allow_pickle=False) as archive:
-        return {name: archive[name] for name in archive.files}
+    """Read all arrays of an archive.
+
+    Raises
+    ------
+    ValueError, OSError, EOFError, zipfile.BadZipFile, zlib.error
+        If it is none that was written here; what it claims is looked at before anything is unpacked.
+    """
+    with open_regular(path) as file, ZipFile(file) as archive:
+        members = archive.infolist()
+        claimed = sum(member.file_size for member in members)
+        allowed = max(_ALWAYS_BYTES, _MOST_UNPACKED * path.stat().st_size)
+        if claimed > allowed:
+            raise ValueError(f"{path.name} unpacks to {claimed / 1e6:.0f} MB, allowed are {allowed / 1e6:.0f}")
+        return {member.filename.removesuffix(".npy"): _array(archive, member) for member in members}
+
+
+def _array(archive: ZipFile, member: ZipInfo) -> NDArray[np.float64]:
+    """One array, of whose numbers the archive has as many as its header claims."""
+    with archive.open(member) as file:
+        np.lib.format.read_magic(file)
+        shape, by_column, kind = np.lib.format.read_array_header_1_0(file)
+        content = file.read()
+    if kind != np.dtype("<f8") or len(content) != 8 * math.prod(shape):
+        raise ValueError(f"{member.filename} has not the numbers that it claims ({shape} of {kind})")
+    return np.frombuffer(content, "<f8").reshape(shape, order="F" if by_column else "C").astype(float)
 
 
 def placement_record(placement: Placement) -> Record:

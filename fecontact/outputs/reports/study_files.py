@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.criteria import Criteria
-from fecontact.files import write_json
+from fecontact.files import write_sealed
 from fecontact.outputs.records.results import versions
 from fecontact.outputs.tables.csv_file import write_csv
 from fecontact.outputs.words.series import series
@@ -15,7 +15,7 @@ from fecontact.profiles.curve import Profile
 
 Row = dict[str, Any]
 
-STUDY_SCHEMA = "fecontact/study/1"
+STUDY_SCHEMA = "fecontact/study/2"
 
 
 def write_tables(study: str, cases: int, rows: Sequence[Row], path: Path) -> None:
@@ -28,7 +28,7 @@ def write_tables(study: str, cases: int, rows: Sequence[Row], path: Path) -> Non
         "rows": list(rows),
         "versions": versions(),
     }
-    write_json(path.with_name(f"{path.name}.json"), record)
+    write_sealed(path.with_name(f"{path.name}.json"), record, [path.with_name(f"{path.name}.csv")])
 
 
 def study_figures(

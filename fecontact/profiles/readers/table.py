@@ -59,9 +59,33 @@ def read_columns(path: Path, kind: Kind, reading: Reading) -> Points:
     InputError
         The file cannot be read, or is not two columns of numbers.
     """
-    table = columns_of(read_text(path), Source(what=str(path), kind=kind, reading=reading))
-    points, notes = in_mm(table.y, table.z, table.unit, reading)
-    return Points(points=points, kind=kind, name=path.stem, source=str(path), notes=(*table.notes, *notes))
+    return points_of_columns(read_text(path), path.stem, Source(what=str(path), kind=kind, reading=reading))
+
+
+def points_of_columns(text: str, name: str, source: Source) -> Points:
+    """Points of a text of columns, as `read_columns` reads them from a file."""
+    table = columns_of(text, source)
+    points, notes = in_mm(table.y, table.z, table.unit, source.reading)
+    return Points(points=points, kind=source.kind, name=name, source=source.what, notes=(*table.notes, *notes))
+
+
+def file_bytes(path: Path) -> bytes:
+    """Content of a regular file of a size that a profile can have.
+
+    Raises
+    ------
+    InputError
+        It is a device or a pipe, which may never end, it is too large, or it cannot be read.
+    """
+    try:
+        size = path.stat().st_size
+        if not (path.is_file() or path.is_dir()):
+            raise InputError(f"cannot read {shown(path)}: it is a device or a pipe; give the path of a file")
+        if size > _MOST_BYTES:
+            raise InputError(f"{path} has {size / 1e6:.0f} MB; allowed: {_MOST_BYTES / 1e6:.0f} MB; it is no profile")
+        return path.read_bytes()
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot read {shown(path)}: {getattr(error, 'strerror', error)}; check the path") from None
 
 
 def read_text(path: Path) -> str:
@@ -72,14 +96,9 @@ def read_text(path: Path) -> str:
     InputError
         It cannot be read, or is no text.
     """
-    try:
-        data = path.read_bytes()
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot read {shown(path)}: {getattr(error, 'strerror', error)}; check the path") from None
+    data = file_bytes(path)
     if b"\0" in data:
         raise InputError(f"{path} is not plain text (a table file or UTF-16?); save it as text of two columns")
-    if len(data) > _MOST_BYTES:
-        raise InputError(f"{path} has {len(data) / 1e6:.0f} MB; allowed: {_MOST_BYTES / 1e6:.0f} MB; it is no profile")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:

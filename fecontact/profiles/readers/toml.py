@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,9 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fecontact.errors import InputError
+from fecontact.files import toml_content
 from fecontact.profiles.axes import check_shape, origin_notes
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.readers.table import shown
+from fecontact.profiles.readers.table import file_bytes, shown
 from fecontact.profiles.segments import Line, Polynomial, Segment
 from fecontact.profiles.shapes import arc_between, mirrored, tangent_head
 
@@ -32,11 +32,9 @@ def read_toml(path: str | Path) -> Profile:
     """
     path = Path(path)
     try:
-        text = path.read_text("utf-8-sig")
+        text = file_bytes(path).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{path} is not a text file in UTF-8; save the profile as plain text") from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot read {path}: {getattr(error, 'strerror', error)}; check the path") from None
     return parse_toml(text, name=path.stem)
 
 
@@ -53,7 +51,7 @@ def parse_toml(text: str, *, name: str) -> Profile:
 
     from fecontact.profiles.readers import schema
 
-    content = _content(text, name)
+    content = toml_content(text, f"profile {name}")
     try:
         file = schema.ProfileFile.model_validate(content)
     except ValidationError as error:
@@ -86,18 +84,6 @@ def parse_toml(text: str, *, name: str) -> Profile:
     line = profile.evaluate(np.linspace(0.0, len(surface), 16 * len(surface) + 1))
     check_shape(line.y, line.z, kind=profile.kind, what=f"profile {name}")
     return replace(profile, notes=(*file.notes, *origin_notes(np.column_stack((line.y, line.z)), profile.kind)))
-
-
-def _content(text: str, name: str) -> dict[str, object]:
-    try:
-        return tomllib.loads(text)
-    except RecursionError:
-        raise InputError(
-            f"profile {name}: not valid TOML: brackets are nested too deeply; a profile needs at most a list of points"
-        ) from None
-    # besides its own errors the parser passes on that of an integer of thousands of digits
-    except (ValueError, OverflowError) as error:
-        raise InputError(f"profile {name}: not valid TOML: {shown(error)}") from None
 
 
 def _explain(error: dict[str, object]) -> str:

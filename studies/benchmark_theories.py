@@ -1,0 +1,92 @@
+"""What a call of each theory of the normal contact costs, beside the half-space's.
+
+S1002 on 60E1 1:40 at 0.25 mm (two lobes grown together) under 100 kN, gap line in steps of 0.02 mm, which is made
+before. CPU time a call under a given force and at a given approach, the best of several rounds, on one thread. The
+strips also from a contact under 95 % of the force, as a vehicle code has it from the step before.
+
+    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python studies/benchmark_theories.py
+"""
+
+import time
+from collections.abc import Callable
+from functools import partial
+
+from fecontact.case import Case
+from fecontact.comparison.patch import measure_patch
+from fecontact.contact.grid import ContactGrid
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import expect_on_half_space
+from fecontact.theory.analyn import analyn, analyn_at
+from fecontact.theory.equivalent_ellipse import equivalent_ellipse, equivalent_ellipse_at
+from fecontact.theory.gap_line import GapLine, gap_line
+from fecontact.theory.hertz import hertz_ellipse
+from fecontact.theory.kik_piotrowski import kik_piotrowski, kik_piotrowski_at
+from fecontact.theory.kpec import kpec, kpec_at
+from fecontact.theory.strip import strip, strip_at
+from fecontact.theory.strip_method import solve_strips
+from fecontact.theory.stripes import stripes, stripes_at
+
+CASE = Case(lateral_shift_mm=0.25, wheelset=True)
+ROUNDS, ROUND_S = 5, 0.1
+
+
+def milliseconds(call: Callable[[], object]) -> float:
+    """CPU milliseconds of a call: the least mean of some rounds."""
+    call()
+    best = float("inf")
+    for _ in range(ROUNDS):
+        count, begun = 0, time.process_time()
+        while time.process_time() - begun < ROUND_S:
+            call()
+            count += 1
+        best = min(best, (time.process_time() - begun) / count)
+    return 1e3 * best
+
+
+def from_step_before(line: GapLine, force: float, strips: int) -> Callable[[], object]:
+    """The strips, from their contact under 95 % of the force."""
+    of_line = (line.surface_mm, line.f_mm, line.A_per_mm, line.contact_modulus_MPa)
+    before = solve_strips(*of_line, force=0.95 * force, strips=strips)
+    return partial(solve_strips, *of_line, force=force, strips=strips, start=before)
+
+
+def main() -> None:
+    placement = place_case(CASE)
+    _, expected = expect_on_half_space(CASE, placement)
+    rung = expected.half_space
+    force, approach, patch = rung.normal_force_N, rung.approach_mm, measure_patch(rung.pressure)
+    line = gap_line(placement, contact_modulus_MPa=CASE.contact_modulus_MPa)
+    B = float(line.B_per_mm[line.touch])
+    theories = {
+        "equivalent_ellipse": (equivalent_ellipse, equivalent_ellipse_at),
+        "analyn": (analyn, analyn_at),
+        "stripes": (stripes, stripes_at),
+        "kik_piotrowski": (kik_piotrowski, kik_piotrowski_at),
+        "kpec": (kpec, kpec_at),
+        "strip, 50": (partial(strip, strips=50), partial(strip_at, strips=50)),
+        "strip, 100": (strip, strip_at),
+    }
+    print(f"{'':24} {'ms, given force':>16} {'ms, given approach':>19} {'peak off, %':>12}  status")
+    hertz = partial(hertz_ellipse, line.A_per_mm, B, normal_force_N=force, contact_modulus_MPa=line.contact_modulus_MPa)
+    off = 100.0 * (hertz().p0_MPa / patch.p_max_MPa - 1.0)
+    print(f"{'hertz':24} {milliseconds(hertz):16.3f} {'':19} {off:+12.1f}")
+    for name, (under_load, at_approach) in theories.items():
+        found = under_load(line, force)
+        by_force, by_approach = (
+            milliseconds(partial(under_load, line, force)),
+            milliseconds(partial(at_approach, line, approach)),
+        )
+        off = 100.0 * (found.p_max_MPa / patch.p_max_MPa - 1.0)
+        print(f"{name:24} {by_force:16.3f} {by_approach:19.3f} {off:+12.1f}  {found.status}")
+    for strips in (50, 100):
+        warm = milliseconds(from_step_before(line, force, strips))
+        print(f"{f'strip, {strips}, step before':24} {warm:16.3f}")
+    grid: ContactGrid = rung.grid
+    alone = milliseconds(partial(expected.true_gap.solve, grid, CASE.load_N))
+    print(f"{f'half_space, {grid.shape[0]} x {grid.shape[1]}':24} {alone:16.3f}")
+    whole = milliseconds(partial(expect_on_half_space, CASE, placement))
+    print(f"{'half_space with its grid':24} {whole:16.3f}")
+
+
+if __name__ == "__main__":
+    main()

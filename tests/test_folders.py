@@ -1,0 +1,159 @@
+"""Folders of results before anything is solved, and what is said where one cannot be written or holds others."""
+
+import errno
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import fecontact
+from fecontact.case import Case
+from fecontact.cli import _system_error, call
+from fecontact.errors import InputError
+from fecontact.runs.case_store import keep_case
+from fecontact.runs.folders import prepare_for_case, prepare_for_map, prepare_for_study
+
+PAIR = ["--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none"]
+
+
+@pytest.fixture
+def solve(monkeypatch, elliptic_quick):
+    """What `fecontact solve` calls, with a result that is there already; says what was asked for."""
+    asked = []
+    monkeypatch.setattr("fecontact.solving.solve.solve", lambda case, progress: asked.append(case) or elliptic_quick)
+    return asked
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_anything_is_solved(solve, tmp_path, capsys):
+    (tmp_path / "file").write_text("in the way")
+    assert call(["solve", *PAIR, "--out", str(tmp_path / "file" / "out")]) == 2
+    assert solve == []
+    assert "error: " in capsys.readouterr().err
+
+
+def test_a_result_that_cannot_be_written_is_printed_all_the_same(solve, tmp_path, capsys, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device", "case.vtm")
+
+    monkeypatch.setattr("fecontact.runs.case_store.keep_case", full)
+    assert call(["solve", *PAIR, "--json", "--out", str(tmp_path / "out")]) == 2
+    out, err = capsys.readouterr()
+    assert json.loads(out)["status"] == "converged"
+    assert "case.vtm: No space left on device; make room, or choose a folder on another disk" in err
+
+
+@pytest.mark.parametrize(
+    ("code", "file", "remedy"),
+    [
+        (errno.ENOSPC, "x", "make room"),
+        (errno.EMFILE, None, "ulimit"),
+        (errno.ENAMETOOLONG, "x", "shorter path"),
+        (errno.EROFS, "x", "choose another file or folder"),
+        # the locks between processes, which have no name
+        (errno.EROFS, None, "/dev/shm"),
+    ],
+)
+def test_the_remedy_is_for_what_the_system_refused(code, file, remedy):
+    said = _system_error(OSError(code, "refused", file))
+    assert remedy in said
+    assert ("choose another file" in said) == (remedy == "choose another file or folder")
+
+
+def test_nothing_is_left_of_the_look_at_a_folder(tmp_path):
+    prepare_for_study(tmp_path / "new" / "out", "mine")
+    assert list((tmp_path / "new" / "out").iterdir()) == []
+
+
+def test_a_folder_with_other_results_is_taken_by_force_alone(solve, elliptic_quick, tmp_path, capsys):
+    own = elliptic_quick.case
+    keep_case(elliptic_quick, tmp_path)
+    before = {path: path.read_bytes() for path in tmp_path.iterdir() if path.is_file()}
+    # the same case again, and no other one
+    prepare_for_case(tmp_path, own)
+    for refused in (
+        lambda: prepare_for_case(tmp_path, replace(own, load_N=50e3)),
+        lambda: prepare_for_study(tmp_path, "mine"),
+        lambda: prepare_for_map(tmp_path, own),
+        lambda: fecontact.run([own], tmp_path),
+        lambda: fecontact.map(own, [0.0], [1e5], tmp_path),
+    ):
+        with pytest.raises(
+            InputError, match=r"case \(row\.json\), which would be lost; give another --out, or --force"
+        ):
+            refused()
+    assert call(["solve", *PAIR, "--load-kn", "50", "--out", str(tmp_path)]) == 2
+    assert solve == []
+    assert {path: path.read_bytes() for path in tmp_path.iterdir() if path.is_file()} == before
+    prepare_for_study(tmp_path, "mine", force=True)
+
+
+@pytest.mark.parametrize(
+    ("file", "record", "goes"),
+    [
+        ("study.json", {"study": "mine"}, "mine"),
+        # a damaged one is no result that could be lost
+        ("study.json", {}, "mine"),
+        ("study.json", {"study": "other"}, None),
+        ("map.json", {"case": {}}, None),
+    ],
+)
+def test_a_study_goes_on_in_its_own_folder_and_in_no_other(file, record, goes, tmp_path):
+    (tmp_path / file).write_text(json.dumps(record))
+    if goes:
+        prepare_for_study(tmp_path, goes)
+    else:
+        with pytest.raises(InputError, match="which would be lost"):
+            prepare_for_study(tmp_path, "mine")
+
+
+def test_a_map_goes_on_with_other_loads_and_friction_and_with_no_other_pair(tmp_path):
+    base = Case(lateral_shift_mm=2.0, roll="touching")
+    record = {"case": json.loads(json.dumps(fecontact.hertz(base)["case"]))}
+    (tmp_path / "map.json").write_text(json.dumps(record))
+    friction = fecontact.Creep(friction=0.3)
+    for same in (base, replace(base, load_N=50e3, lateral_shift_mm=0.0), replace(base, creep=friction)):
+        prepare_for_map(tmp_path, same)
+    for other in (replace(base, rail="54E1"), replace(base, resolution="fine"), replace(base, roll="given")):
+        with pytest.raises(InputError, match="another map"):
+            prepare_for_map(tmp_path, other)
+
+
+def test_a_run_names_the_files_that_there_are(tmp_path, capsys):
+    # both fail at once, so that there is nothing to draw
+    (tmp_path / "two.toml").write_text('lateral_shift_mm = [1.0, 1.5]\n[opposite]\nrail = "54E1"\n')
+    out = tmp_path / "out"
+    assert call(["run", str(tmp_path / "two.toml"), "--out", str(out), "--workers", "1"]) == 3
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("Results in")]
+    named = line.partition(": ")[2].split("; ")[0].split(", ")
+    assert "study.csv" in named
+    assert all((out / name).exists() for name in named)
+    assert "ParaView" not in line
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["hertz", "--wheel-young-mpa", "1e-308"], "Young's modulus is 1e-308 MPa; no body, load or material has that"),
+        (["hertz", "--load-kn", "1e300"], "allowed: 1e-30 to 1e+20"),
+        (["creep", "--a-mm", "5", "--b-mm", "1e308", "--normal-force-kn", "100", "--friction", "0.3"], "semi-axis b"),
+        (["creep", "--a-mm", "5", "--b-mm", "1e-308", "--normal-force-kn", "100", "--friction", "0.3"], "semi-axis b"),
+        (["creep", "--a-mm", "5", "--b-mm", "8", "--normal-force-kn", "9", "--friction", "460"], "between 0 and 2"),
+        (["hertz", "--friction", "0.3", "--rail-columns", "1:nan"], "Unknown option"),
+        (["hertz", "--rail-columns", "1:nan"], "--rail-columns: it says how a file is read, but the rail is 60E1"),
+        (["hertz", "--wheel", "cylinder:460", "--wheel-units", "m"], "but the wheel is cylinder:460"),
+    ],
+)
+def test_extreme_numbers_and_options_that_nothing_reads_are_refused(words, says, capsys):
+    assert call(words) == 2
+    out, err = capsys.readouterr()
+    assert (out, len(err.splitlines())) == ("", 1)
+    assert says in err
+
+
+def test_an_option_of_files_is_taken_where_one_side_is_a_file(tmp_path, capsys):
+    head = tmp_path / "head.csv"
+    head.write_text("y,z\n" + "\n".join(f"{y},{(300.0**2 - y**2) ** 0.5 - 300.0}" for y in range(-30, 31)))
+    given = ["--rail", str(head), "--rail-units", "mm", "--rail-smoothing-mm", "0", "--wheel", "cylinder:460"]
+    assert call(["hertz", *given, "--inclination", "none", "--rail-crown-y-mm", "750", "--json"]) == 0
+    assert Path(head).is_file()

@@ -1,0 +1,122 @@
+"""Profiles that are given as arrays: they go wherever a file goes, and a result with one is that with the file."""
+
+import copy
+import json
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fecontact
+from fecontact.case import Case, case_from_record, case_record
+from fecontact.errors import InputError
+from fecontact.outputs.records.rows import case_row
+from fecontact.profiles.given import GivenProfile
+from fecontact.profiles.identity import profile_identity
+from fecontact.profiles.library import load as library_profile
+from fecontact.profiles.reading import Reading
+from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.profiles.writers import points_along
+from fecontact.runs.case_store import PROFILES, keep_case, read_case
+from fecontact.runs.identity import case_id, input_files, with_absolute_paths
+
+COARSE = {"resolution": (1.6, 1.3), "refine_degrees_of_freedom": 0}
+
+
+def head(noise_mm=0.0, step_mm=0.4):
+    points = points_along(library_profile("54E1"), step_mm)
+    return (points + noise_mm * np.random.default_rng(3).normal(size=points.shape)).T
+
+
+def test_arrays_are_the_file_that_they_would_be(tmp_path):
+    given = fecontact.profile(*head(), name="mine")
+    path = tmp_path / "mine.csv"
+    path.write_bytes(given.content)
+    assert given == profile_identity(given) == profile_identity(str(path))
+    here, there = Case(rail=given), Case(rail=str(path))
+    assert case_id(here) == case_id(there)
+    assert input_files(here) == input_files(there)
+    assert with_absolute_paths(here) == here
+    # every digit of the points comes back
+    rail = resolve_rail(given, Reading(smoothing_mm=0.0))
+    assert np.array_equal(rail.points, head().T)
+    assert rail.name == resolve_rail(str(path)).name == "mine"
+
+
+@pytest.mark.parametrize("way", [lambda c: pickle.loads(pickle.dumps(c)), copy.deepcopy, lambda c: replace(c)])
+def test_a_case_takes_its_points_along(way):
+    case = Case(rail=fecontact.profile(*head(), name="mine"))
+    again = way(case)
+    assert again == case
+    assert isinstance(again.rail, GivenProfile)
+    assert again.rail.text == case.rail.text
+    assert json.loads(json.dumps(case_record(again)))["rail"] == str(case.rail)
+    assert isinstance(case_from_record(case_record(case)).rail, GivenProfile)
+
+
+def test_other_points_are_another_profile():
+    one, other = fecontact.profile(*head()), fecontact.profile(*head(1e-12))
+    assert one != other
+    assert case_id(Case(rail=one)) != case_id(Case(rail=other))
+
+
+def test_noisy_points_are_smoothed_as_those_of_a_file():
+    noisy = fecontact.profile(*head(0.01, 0.2))
+    assert resolve_rail(noisy).measured is not None
+    assert resolve_rail(noisy, Reading(smoothing_mm=0.0)).measured is None
+
+
+def test_a_wheel_and_the_other_side_may_be_given():
+    wheel = fecontact.profile(*points_along(library_profile("S1002"), 0.4).T, name="worn")
+    assert resolve_wheel(wheel).profile.kind == "wheel"
+    with pytest.raises(InputError, match="a rail is wanted"):
+        resolve_rail(wheel)
+    case = Case(wheelset=True).with_profiles({"opposite_wheel": wheel})
+    assert input_files(case)["opposite_wheel"]["name"] == "worn.csv"
+
+
+@pytest.mark.parametrize(
+    ("y", "z", "name", "said"),
+    [
+        ([0.0, 1.0], [0.0], "p", r"shapes \(2,\) and \(1,\)"),
+        (np.zeros((2, 2)), np.zeros((2, 2)), "p", "shapes"),
+        ([0.0, np.nan], [0.0, 1.0], "p", "point 2 is"),
+        (["a"], [1.0], "p", "arrays of numbers"),
+        ([0.0], [1.0], "../p", "profile name"),
+        ([0.0], [1.0], "p" * 61, "profile name"),
+    ],
+)
+def test_what_is_no_profile_is_refused(y, z, name, said):
+    with pytest.raises(InputError, match=said):
+        fecontact.profile(y, z, name=name)
+
+
+def draw_nothing(monkeypatch):
+    def empty(result, path):
+        for ending in (".png", ".svg"):
+            path.with_suffix(ending).write_bytes(b"")
+
+    monkeypatch.setattr("fecontact.outputs.figures.case.case_figure", empty)
+
+
+def test_a_stored_result_is_judged_without_the_arrays(tmp_path, monkeypatch):
+    draw_nothing(monkeypatch)
+    y = np.linspace(-30.0, 30.0, 241)
+    case = Case(
+        rail=fecontact.profile(y, np.sqrt(300.0**2 - y**2) - 300.0, name="R300"),
+        wheel="cylinder:460",
+        inclination_rad=0.0,
+        track=fecontact.case.Track(rail_crown_y_mm=750.0),
+        load_N=20e3,
+        **COARSE,
+    )
+    solved = fecontact.solve(case)
+    keep_case(solved, tmp_path / "one")
+    again = read_case(tmp_path / "one")
+    stored = tmp_path / "one" / PROFILES / "rail" / "R300.csv"
+    assert again.case.rail == str(stored)
+    assert stored.read_bytes() == case.rail.content
+    assert case_id(again.case) == case_id(case)
+    # as a file's copy: the same row but for what it cost
+    assert case_row(again) == case_row(solved)
