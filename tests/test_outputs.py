@@ -229,6 +229,12 @@ def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
     assert list(record["deviation"]) == [*MEASURES, *MISFITS]
     assert list(record["uncertainty"]) == list(record["bodies_step_uncertainty"]) == known
     assert [list(lobe) for lobe in record["lobes"]] == [["y_mm", "p_max_MPa", "force_share"]]
+    # a single ellipse carries the load: there is no other theory
+    assert list(record["theories"]) == ["hertz"]
+    assert list(record["theories"]["hertz"]) == [
+        *MEASURES, "centre_mm", "overlapping", "patches", "deviation", "uncertainty", "verdict", "limit_used",
+    ]  # fmt: skip
+    assert record["theories"]["hertz"]["deviation"] == record["deviation"]
     assert list(record["rungs"]) == ["hertz", "half_space_quadratic", "half_space", "fe"]
     assert all(list(rung) == MEASURES for rung in record["rungs"].values())
     assert record["rungs"]["fe"] == record["fe"]
