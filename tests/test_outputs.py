@@ -20,7 +20,9 @@ from rich.console import Console
 from scipy.interpolate import LinearNDInterpolator
 
 from fecontact.case import BodySize, Case, Criteria, Opposite, Track, case_from_record, case_record
+from fecontact.comparison.approximation import Approximation
 from fecontact.comparison.judging import judge_load
+from fecontact.comparison.theories import HERTZ
 from fecontact.contact.grid import Field
 from fecontact.contact.rung import Rung
 from fecontact.creep import Creep
@@ -83,9 +85,9 @@ def changed_fe(result: CaseResult, **changes) -> CaseResult:
 
 def changed_hertz(result: CaseResult, **changes) -> CaseResult:
     """A result with another ellipse, compared as before."""
-    *others, last = result.load.sides
-    sides = (*others, replace(last, hertz=replace(last.hertz, **changes)))
-    return replace(result, load=replace(result.load, sides=sides))
+    judged = result.load.judgements[HERTZ]
+    changed = replace(judged, approximation=Approximation.of(replace(judged.hertz, **changes)))
+    return replace(result, load=replace(result.load, judgements={**result.load.judgements, HERTZ: changed}))
 
 
 def mesh_of(result: CaseResult, name: str) -> BodyMesh:
@@ -219,16 +221,23 @@ def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
         "schema", "status", "case", "contact_angle_rad", "touch_points", "normal_force_N", "fe", "hertz", "deviation",
         "uncertainty", "uncertainty_of_profile", "pressure_l2", "overlap", "centre_of_pressure_mm", "lobes", "pieces",
         "hertz_stiffness_GN_per_m15", "rungs", "elements_uncertainty", "steps", "bodies_step_uncertainty", "geometry",
-        "slide_mm", "verdict", "solver",
-        "patches", "theories", "hertz_points", "von_mises", "creep", "warnings", "versions",
+        "slide_mm", "verdict", "theories", "solver", "patches", "hertz_points", "von_mises", "creep", "warnings",
+        "versions",
     ]  # fmt: skip
-    assert record["schema"] == "fecontact/result/3"
+    assert record["schema"] == "fecontact/result/4"
     # no mesh tells how uncertain the approach is
     known = [name for name in (*MEASURES, *MISFITS) if name != "approach_mm"]
     assert all(list(record[part]) == MEASURES for part in ("fe", "hertz"))
     assert list(record["deviation"]) == [*MEASURES, *MISFITS]
     assert list(record["uncertainty"]) == list(record["bodies_step_uncertainty"]) == known
     assert [list(lobe) for lobe in record["lobes"]] == [["y_mm", "p_max_MPa", "force_share"]]
+    # a single ellipse carries the load: several are no theory of their own
+    assert list(record["theories"]) == [name for name in THEORIES if name not in ("hertz_gauge", "multi_hertz")]
+    assert list(record["theories"]["hertz"]) == [
+        *MEASURES, "centre_mm", "overlapping", "status", "notes", "patches", "deviation", "uncertainty", "verdict",
+        "limit_used",
+    ]  # fmt: skip
+    assert record["theories"]["hertz"]["deviation"] == record["deviation"]
     assert list(record["rungs"]) == ["hertz", "half_space_quadratic", "half_space", "elements", "fe"]
     assert list(record["elements_uncertainty"]) == [name for name in MEASURES if name != "approach_mm"]
     assert all(list(rung) == MEASURES for rung in record["rungs"].values())
