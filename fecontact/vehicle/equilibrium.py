@@ -20,6 +20,8 @@ Status = Literal["equilibrium", "no equilibrium"]
 TOLERANCE_N = 1e-6
 """Of forces, and of moments at an arm of a metre."""
 _ITERATIONS, _HALVINGS = 40, 6
+# So many iterations one after another that leave more than this part over end the search.
+_STALLS, _STALLED = 3, 0.9
 # Largest change of a state in an iteration, in mm and mrad.
 _LONGEST_STEP = 0.6
 # Curvature (1/mm) of the first step from straight track, how much a step may grow, and the smallest part of a curvature.
@@ -58,7 +60,7 @@ class Equilibrium:
 
 def solve_at(start: Floats, vehicle: Vehicle, line: Line) -> Equilibrium:
     """Newton's method from a start (n,); steps are bounded, and halved where they make things worse."""
-    state, here = start, balance(start, vehicle, line)
+    state, here, stalled = start, balance(start, vehicle, line), 0
     for iteration in range(1, _ITERATIONS + 1):
         size = float(np.linalg.norm(here.residual_N))
         if float(np.abs(here.residual_N).max()) < TOLERANCE_N:
@@ -77,6 +79,9 @@ def solve_at(start: Floats, vehicle: Vehicle, line: Line) -> Equilibrium:
             if found < (1.0 - 0.25 * part) * size:
                 break
         assert best is not None
+        stalled = stalled + 1 if best[0] > _STALLED * size else 0
+        if stalled == _STALLS:
+            break
         _, state, here = best
     return Equilibrium(status="no equilibrium", line=line, state=state, balance=here, iterations=_ITERATIONS)
 
@@ -107,3 +112,102 @@ def _axle_height(placed: object) -> float:
     if isinstance(placed, str):
         raise InputError(f"a wheel cannot stand on its rail: {placed}; check gauge, profiles and back-to-back distance")
     return float(placed.wheel.centre_mm[2])  # type: ignore[attr-defined]
+
+
+def path(vehicle: Vehicle, lines: Callable[[float], Line], curvatures_per_mm: Sequence[float]) -> list[Equilibrium]:
+    """Equilibria at curvatures of one sign, found along one path from straight track on.
+
+    Parameters
+    ----------
+    lines
+        Track and running conditions at a curvature (1/mm).
+    curvatures_per_mm
+        In any order; results are in theirs.
+
+    Notes
+    -----
+    Each step starts where the straight line through the two equilibria before it leads, and is halved where Newton's
+    method does not end. Where the smallest step fails the path has a fold, or a contact has vanished under load: the
+    radius is told, and the next equilibrium is looked for from several starts. What is found so need not be all.
+    """
+    found: dict[float, Equilibrium] = {}
+    walk = _Path(vehicle, lines)
+    for curvature in sorted(set(curvatures_per_mm), key=abs):
+        found[curvature] = walk.to(curvature)
+    return [found[curvature] for curvature in curvatures_per_mm]
+
+
+class _Path:
+    """The last equilibria of a path, from the straight on, and where it has broken."""
+
+    def __init__(self, vehicle: Vehicle, lines: Callable[[float], Line]) -> None:
+        self._vehicle, self._lines = vehicle, lines
+        line = lines(0.0)
+        self._known = [solve_at(straight_start(vehicle, line), vehicle, line)]
+        self._step = _FIRST_STEP
+        self._broken_at: float | None = None
+        if self._known[0].status != "equilibrium":
+            self._broken_at = 0.0
+
+    def to(self, curvature: float) -> Equilibrium:
+        """The equilibrium at a curvature beyond those before."""
+        sign = -1.0 if curvature < 0.0 else 1.0
+        while self._broken_at is None and abs(self._here) < abs(curvature):
+            self._forward(curvature, sign)
+        if self._broken_at is None:
+            return self._known[-1] if self._here == curvature else solve_at(
+                self._known[-1].state, self._vehicle, self._lines(curvature)
+            )
+        return self._beyond(curvature)
+
+    @property
+    def _here(self) -> float:
+        return self._known[-1].line.curvature_per_mm
+
+    def _forward(self, curvature: float, sign: float) -> None:
+        """One step towards a curvature, or the note that there is none."""
+        step = min(self._step, abs(curvature) - abs(self._here))
+        there = curvature if step == abs(curvature) - abs(self._here) else self._here + sign * step
+        one = solve_at(self._predicted(there), self._vehicle, self._lines(there))
+        if one.status == "equilibrium":
+            self._known = [*self._known[-1:], one]
+            self._step = _GROWTH * max(step, _FIRST_STEP)
+        elif step < max(_SMALLEST_STEP * abs(self._here), 1e-3 * _FIRST_STEP):
+            self._broken_at = there
+        else:
+            self._step = 0.5 * step
+
+    def _predicted(self, curvature: float) -> Floats:
+        if len(self._known) == 1:
+            return self._known[0].state
+        (first, second) = self._known
+        part = (curvature - second.line.curvature_per_mm) / (
+            second.line.curvature_per_mm - first.line.curvature_per_mm
+        )
+        return second.state + part * (second.state - first.state)
+
+    def _beyond(self, curvature: float) -> Equilibrium:
+        """An equilibrium beyond the end of the path from several starts, with what is to be said of it."""
+        assert self._broken_at is not None
+        end = f"the path from straight track ends at R {_radius_m(self._broken_at)} m"
+        line, vehicle = self._lines(curvature), self._vehicle
+        tried: list[Equilibrium] = []
+        for start in self._starts(line):
+            one = solve_at(start, vehicle, line)
+            if one.status == "equilibrium":
+                # from here on the path is followed again
+                self._known, self._broken_at, self._step = [one], None, _FIRST_STEP
+                return replace(one, notes=(f"{end}; this equilibrium is another one beyond it",))
+            tried.append(one)
+        best = min(tried, key=lambda one: one.left_over_N)
+        left = f"no equilibrium was found from {len(tried)} starts: {best.left_over_N:.0f} N left"
+        return replace(best, notes=(end, left))
+
+    def _starts(self, line: Line) -> Iterator[Floats]:
+        yield self._known[-1].state
+        for shifts in itertools.product(_STARTS_MM, repeat=self._vehicle.wheelsets):
+            yield straight_start(self._vehicle, line, (*shifts, 0.0))
+
+
+def _radius_m(curvature_per_mm: float) -> str:
+    return "infinite" if curvature_per_mm == 0.0 else f"{1e-3 / abs(curvature_per_mm):.0f}"

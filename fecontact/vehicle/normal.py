@@ -151,8 +151,9 @@ def _ellipse(overlap: Overlap, place: int, contact_modulus_MPa: float) -> Presse
     bend, slope, _ = np.polyfit(s[near] - s[place], depth[near], 2)
     off = -0.5 * slope / bend
     centre, top = float(s[place] + off), float(depth[place] - 0.25 * slope**2 / bend)
-    sides = np.interp([centre - _CHORD_MM, centre + _CHORD_MM], s, depth)
-    across = max(float(2.0 * top - sides.sum()) / _CHORD_MM**2, _LEAST_CURVATURE_PER_MM)
+    # between the points as far as the depth is not the parabola, which straight lines would not follow
+    beside = np.interp([centre - _CHORD_MM, centre + _CHORD_MM], s, depth - top - bend * (s - centre) ** 2)
+    across = max(float(-2.0 * bend - beside.sum() / _CHORD_MM**2), _LEAST_CURVATURE_PER_MM)
     along = float(np.interp(centre, s, overlap.curvature_along_per_mm))
     unit = _unit_ellipse(round(np.log(across / along), 12))
     # lengths go with the curvature, the spring with its inverse root
