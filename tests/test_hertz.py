@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import ellipe, ellipeinc, ellipkinc, ellipkm1
+from table_form import curvature_sums_per_mm, table_form
 
 import fecontact.theory.hertz
 from fecontact.errors import InputError
@@ -18,7 +19,6 @@ from fecontact.material import STEEL, Material, contact_modulus_MPa
 from fecontact.theory.axis_stress import first_yield_p0_MPa, subsurface_stress_on_axis, von_mises_peak
 from fecontact.theory.hertz import HertzContact, hertz_ellipse, hertz_from_hessian
 from fecontact.theory.springs import hertz_spring_force_N
-from fecontact.theory.table_form import curvature_sums_per_mm, table_form
 
 E_STAR = contact_modulus_MPa(STEEL, STEEL)
 # Algebraically equal expressions of well conditioned quantities agree to rounding times a few hundred operations.

@@ -15,7 +15,7 @@ from fecontact.solving.expected_patch import approach_direction
 from fecontact.solving.position import hertz_points_of_case, place_case
 from fecontact.solving.solve import solve
 from fecontact.theory.hertz import hertz_ellipse
-from fecontact.theory.springs import hertz_spring_force_N, shared_approach_mm
+from fecontact.theory.springs import hertz_spring_force_N, multi_hertz_approach_mm
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)
 
@@ -25,17 +25,17 @@ MODULUS = contact_modulus_MPa(STEEL, STEEL)
 
 def test_equal_springs_share_equally():
     # n springs in parallel are one n times as stiff
-    one = shared_approach_mm([1e6], load_N=25e3, gap_mm=[0.0], closing=[1.0])
-    four = shared_approach_mm([1e6] * 4, load_N=100e3, gap_mm=[0.0] * 4, closing=[1.0] * 4)
+    one = multi_hertz_approach_mm([1e6], load_N=25e3, gap_mm=[0.0], closing=[1.0])
+    four = multi_hertz_approach_mm([1e6] * 4, load_N=100e3, gap_mm=[0.0] * 4, closing=[1.0] * 4)
     assert one == pytest.approx((25e3 / 1e6) ** (2 / 3), rel=1e-12)
     assert four == pytest.approx(one, rel=1e-12)
 
 
 def test_a_far_point_carries_nothing():
-    near = shared_approach_mm([1e6], load_N=1e5, gap_mm=[0.0], closing=[1.0])
-    both = shared_approach_mm([1e6, 5e6], load_N=1e5, gap_mm=[0.0, 1.001 * near], closing=[1.0, 1.0])
+    near = multi_hertz_approach_mm([1e6], load_N=1e5, gap_mm=[0.0], closing=[1.0])
+    both = multi_hertz_approach_mm([1e6, 5e6], load_N=1e5, gap_mm=[0.0, 1.001 * near], closing=[1.0, 1.0])
     assert both == pytest.approx(near, rel=1e-12)
-    reached = shared_approach_mm([1e6, 5e6], load_N=1e5, gap_mm=[0.0, 0.9 * near], closing=[1.0, 1.0])
+    reached = multi_hertz_approach_mm([1e6, 5e6], load_N=1e5, gap_mm=[0.0, 0.9 * near], closing=[1.0, 1.0])
     assert reached < near
 
 
@@ -50,7 +50,7 @@ def test_a_far_point_carries_nothing():
 def test_the_springs_carry_the_load(springs, load):
     k, g, c = (np.array(v) for v in zip(*springs, strict=True))
     g[0] = 0.0
-    approach = shared_approach_mm(k, load_N=load, gap_mm=g, closing=c)
+    approach = multi_hertz_approach_mm(k, load_N=load, gap_mm=g, closing=c)
     force = np.array([float(hertz_spring_force_N(1.0, a)) for a in c * approach - g]) * k
     # the root is found to a part in 1e14 of the approach, which a gap next to it magnifies
     assert float(c @ force) == pytest.approx(load, rel=1e-6)

@@ -1,4 +1,4 @@
-"""Hertz's contact as a spring, and several of them side by side."""
+"""Hertz's contact as a spring, and several of them side by side (`multi_hertz`)."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ def hertz_spring_force_N(stiffness_N_per_mm15: float, approach_mm: ArrayLike) ->
     return np.asarray(stiffness_N_per_mm15 * np.maximum(np.asarray(approach_mm, dtype=np.float64), 0.0) ** 1.5)
 
 
-def shared_approach_mm(
+def multi_hertz_approach_mm(
     stiffness_N_per_mm15: ArrayLike, *, load_N: float, gap_mm: ArrayLike, closing: ArrayLike
 ) -> float:
-    """Rigid approach at which several Hertz springs side by side carry a load together.
+    """Rigid approach at which Hertz's springs at several touch points carry a load together.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Hertz at every touch point of the rigid bodies: each with the whole load, and all of them sharing it."""
+"""Hertz at every touch point of the rigid bodies: each with the whole load, or sharing it (`multi_hertz`)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fecontact.errors import InputError
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.theory.hertz import HertzContact, hertz_from_hessian
-from fecontact.theory.springs import shared_approach_mm
+from fecontact.theory.springs import multi_hertz_approach_mm
 
 Floats = NDArray[np.float64]
 Side = Literal["both", "gauge", "field"]
@@ -86,7 +86,7 @@ def hertz_points(placement: Placement, load_N: float, *, direction: Floats, cont
     if len(springs) == len(touches):
         gap = np.array([touch.vertical_gap_mm * touch.normal[2] for touch in touches])
         stiffness = np.array([spring.stiffness_N_per_mm15 for spring in springs])
-        approach = shared_approach_mm(stiffness, load_N=load_N, gap_mm=gap, closing=closing)
+        approach = multi_hertz_approach_mm(stiffness, load_N=load_N, gap_mm=gap, closing=closing)
         force = stiffness * np.maximum(approach * closing - gap, 0.0) ** 1.5
         shared = [
             hertz_from_hessian(

@@ -1,0 +1,347 @@
+"""The strip method: a non-elliptic contact of wheel and rail from two conditions on one line. Needs numpy alone.
+
+Two half-spaces with the gap f(t) + A x^2 (x along the rail, t across) are pressed together by the approach d. The patch
+is cut into strips along x; the strip at t has the half length a(t), q = a^2, and the pressure
+
+    p(x, t) = c(t) sqrt(q(t) - x^2),                                                                              (1)
+
+which is exact for an ellipse (c constant) and for a patch that is long across (c = E* A). Along the line x = 0 a strip
+of width h at the distance e opens the surfaces by h c J / (pi E*), with u = sqrt(q + e^2) and the complete elliptic
+integrals K, E of the parameter m = q / u^2:
+
+    J  = int sqrt(q - x^2) / sqrt(x^2 + e^2) dx = 2 u (K - E),      dJ/dq = K / u.                                (2)
+
+Its curvature along x there has a closed form too, from the same two integrals: differentiating under the integral and
+using d^2/dx^2 = -d^2/de^2 - (1/e) d/de of it,
+
+    -d^2/dx^2 [int sqrt(q - x'^2) / sqrt((x - x')^2 + e^2) dx'] at x = 0  =  2 (K - E) / u  =  J / u^2.           (3)
+
+Surfaces that touch along x = 0 and stay together beside it thus ask for two sums over the strips:
+
+    sum h c J        = pi E* (d - f)    where q > 0; where q = 0 the sum may be larger,                           (4)
+    sum h c J / u^2  = 2 pi E* A        where q > 0,                                                              (5)
+
+and the force is (pi / 2) sum h c q. (4) is solved for q and d by Newton's method on the strips in contact, (5) for c
+by c <- c 2 pi E* A / sum, with the sum as it will be after Newton's step, once a sweep. Both need one evaluation of K
+and E. By the arithmetic-geometric mean (AGM) of u and |e|, with differences c_k (c_0^2 = q):
+
+    K / u = pi / (2 AGM(u, |e|)),    J = (K / u) (q + 2 c_1^2 + 4 c_2^2 + 8 c_3^2 + ...).                         (6)
+
+J has a logarithm at e = 0, J -> 2 a (ln(4 a / |e|) - 1). The sum over equal strips without it converges fast if the
+strip itself counts as 2 a (ln(8 pi a / h) - 1): the punctured trapezoidal rule for a logarithm, ln(h / 2 pi) at the
+origin. A strip shorter than 0.4 h counts in proportion to q.
+
+Range: half-spaces, no friction, no yaw, one plane for the whole patch; any number of lobes, grown together or apart.
+
+The idea of strips with a contact condition on the line x = 0 is Knothe and Le The's (1984); condition (5) in this
+closed form, which lets c vary across, and the sweeps are this module's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Span = tuple[float, float]
+
+# Halvings of the AGM: 1e-6 of J where strips are 50 times longer than wide.
+_AGM_STEPS = 3
+_SHORT = 0.4
+# A strip that is not in contact keeps so much of its width as half length, squared: nothing is divided by zero.
+_OPEN = 1e-6
+_SWEEPS = 60
+# Strips of a first solution over all that may come into contact, and the fewest on a region.
+_COARSE = 40
+_FEWEST = 8
+# How far the strips go beyond the patch that is expected, over its width.
+_MARGIN = 0.04
+_REGRIDS = 6
+# Places of the line beside the strips at which an overlap is looked for, and the least one over the approach.
+_LOOKED_AT = 100
+_OVERLAP = 1e-3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Strips:
+    """A solved contact on strips.
+
+    Attributes
+    ----------
+    t, h, q, c (n,)
+        Middle and width of each strip (mm), squared half length (mm^2), and pressure factor (MPa/mm): the pressure is
+        c sqrt(q - x^2).
+    approach, force
+        In mm and N.
+    sweeps
+        Newton steps on the last strips.
+    change
+        Last change of c and q in a sweep, weighted by force; at most the tolerance if `converged`.
+    at_end
+        Whether the patch reaches an end of the line.
+    """
+
+    t: Floats
+    h: Floats
+    q: Floats
+    c: Floats
+    approach: float
+    force: float
+    sweeps: int
+    change: float
+    converged: bool
+    at_end: bool = False
+
+
+def solve_strips(
+    t: Floats,
+    f: Floats,
+    A: float,
+    E: float,
+    *,
+    force: float | None = None,
+    approach: float | None = None,
+    strips: int = 100,
+    start: Strips | None = None,
+    tolerance: float = 5e-3,
+) -> Strips:
+    """Contact on a line under a force (N) or at an approach (mm), one of which is given.
+
+    Parameters
+    ----------
+    t, f (n,)
+        Places across, increasing (mm), and the gap there at x = 0 (mm), its minimum 0. Between them it is linear.
+    A
+        Half the relative curvature along the rail (1/mm), cos(contact angle) / (2 rolling radius).
+    E
+        Contact modulus (MPa), 1/E = (1 - nu1^2)/E1 + (1 - nu2^2)/E2.
+    strips
+        Number across the patch.
+    start
+        A contact of nearly this load and place: saves the first solution on few strips.
+    tolerance
+        Largest change of c and q in the last sweep, weighted by force; the default is good to some 0.1 % of the peak.
+    """
+    line = _Line(t=t, f=f, A=A, E=E)
+    load = _Load(force=force, approach=approach)
+    found = _first_solution(line, load, tolerance) if start is None else start
+    spans = _spans(line, found, load)
+    for _ in range(_REGRIDS):
+        found = _swept(line, _carried(found, *_grid(spans, strips)), load, tolerance)
+        beside = _overlapping(line, found)
+        if not beside:
+            return replace(found, at_end=_at_end(line, found))
+        spans = _joined([*spans, *beside])
+    return replace(found, converged=False, at_end=_at_end(line, found))
+
+
+def influence(q: Floats, distance2: Floats, h: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """J, dJ/dq, J / u^2 and u^2 of (2) and (3), of strips (n,) at squared distances (n, n), all of them in columns."""
+    u2, slope, J = _off_strip(q, distance2)
+    a, own = np.sqrt(q), np.arange(q.size)
+    least = np.maximum(a, _SHORT * h)
+    log = np.log(8.0 * np.pi * least / h)
+    short = a < least
+    J[own, own] = np.where(short, q / least, a) * 2.0 * (log - 1.0)
+    slope[own, own] = np.where(short, 2.0 * (log - 1.0), log) / least
+    u2[own, own] = q
+    return J, slope, J / u2, u2
+
+
+def _off_strip(q: Floats, distance2: Floats) -> tuple[Floats, Floats, Floats]:
+    """u^2, dJ/dq and J by (6); not for the distance 0."""
+    u2 = distance2 + q
+    high, low = np.sqrt(u2), np.sqrt(distance2)
+    total = np.empty_like(u2)
+    total[...] = q
+    for power in range(1, _AGM_STEPS + 1):
+        difference = high - low
+        low = np.sqrt(high * low)
+        high = high - 0.5 * difference
+        # 2^k c_k^2 with c_k half the difference
+        total += (0.25 * 2.0**power) * difference**2
+    difference = high - low
+    total += (0.5 * 2.0**_AGM_STEPS) * difference**2
+    slope = (0.5 * np.pi) / (high - 0.5 * difference)
+    return u2, slope, slope * total
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Line:
+    t: Floats
+    f: Floats
+    A: float
+    E: float
+
+    def at(self, t: Floats) -> Floats:
+        return np.asarray(np.interp(t, self.t, self.f))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Load:
+    """A force or an approach."""
+
+    force: float | None
+    approach: float | None
+
+
+def _swept(line: _Line, strips: Strips, load: _Load, tolerance: float) -> Strips:
+    """Newton's steps for q and d, and c after each of them, until both stay."""
+    t, h, c, d = strips.t, strips.h, strips.c, strips.approach if load.approach is None else load.approach
+    f, distance2, opened = line.at(t), (t[:, None] - t) ** 2, _OPEN * h**2
+    q, change, sweep = np.maximum(strips.q, opened), np.inf, 0
+    while change > tolerance and sweep < _SWEEPS:
+        sweep += 1
+        J, slope, curving, u2 = influence(q, distance2, h)
+        weight = h * c / (np.pi * line.E)
+        gap = J @ weight + f - d
+        closed = (q > opened) | (gap < 0.0)
+        step, closer = _newton(slope * weight, gap, closed, float(q @ weight), weight, load, line.E)
+        after = np.maximum(q + np.minimum(step, 0.5 * q.max()), opened)
+        step, q, d = after - q, after, d + closer
+        # the sum of (5) after the step: its derivative to q is (dJ/dq - J / u^2) / u^2
+        bent = 0.5 * (curving @ weight + ((slope - curving) / u2) @ (weight * step)) / line.A
+        inside = np.flatnonzero(q > opened)
+        ratio = 1.0 / np.clip(bent[inside], 0.5, 2.0)
+        share = (weight * q)[inside] / (weight[inside] @ q[inside])
+        moved = step[inside] / q.max()
+        change = float(np.sqrt(share @ (ratio - 1.0) ** 2) + np.sqrt(share @ moved**2) + abs(closer) / d)
+        if change > tolerance:
+            c = c * np.interp(np.arange(c.size), inside, ratio)
+    return replace(
+        strips,
+        q=np.where(q > opened, q, 0.0),
+        c=c,
+        approach=float(d),
+        force=float(0.5 * np.pi * (h * c) @ np.where(q > opened, q, 0.0)),
+        sweeps=sweep,
+        change=change,
+        converged=change <= tolerance,
+    )
+
+
+def _newton(
+    slope: Floats, gap: Floats, closed: Bools, loaded: float, weight: Floats, load: _Load, E: float
+) -> tuple[Floats, float]:
+    """Steps of q (n,), none of open strips, and of the approach; `slope` (n, n) is that of the gap to q."""
+    n, opened = gap.size, np.flatnonzero(~closed)
+    size = n if load.force is None else n + 1
+    matrix, right = np.empty((size, size)), np.empty(size)
+    matrix[:n, :n], right[:n] = slope, -gap
+    if load.force is not None:
+        matrix[:n, n], matrix[n, :n], matrix[n, n] = -1.0, weight, 0.0
+        right[n] = 2.0 * load.force / (np.pi**2 * E) - loaded
+    matrix[opened] = 0.0
+    matrix[opened, opened], right[opened] = 1.0, 0.0
+    step = np.linalg.solve(matrix, right)
+    return np.asarray(step[:n], dtype=np.float64), 0.0 if load.force is None else float(step[n])
+
+
+def _first_solution(line: _Line, load: _Load, tolerance: float) -> Strips:
+    """Few strips over all that comes into reach, from springs: c as on a circle, half the approach left to the gap."""
+    c = 4.0 / np.pi * line.E * line.A
+    if load.approach is not None:
+        d = load.approach
+    else:
+        # springs (pi / 2) c (d / 2 - f) / A a width: force grows steadily with d
+        assert load.force is not None
+        low, high, step = 0.0, 2.0 * float(line.f.max()), np.gradient(line.t)
+        for _ in range(30):
+            d = 0.5 * (low + high)
+            enough = 0.5 * np.pi * c / line.A * (step @ np.maximum(0.5 * d - line.f, 0.0)) > load.force
+            low, high = (low, d) if enough else (d, high)
+    t, h = _grid(_runs(line, line.f < d), _COARSE)
+    q = np.maximum(0.5 * d - line.at(t), 0.0) / line.A
+    first = Strips(t=t, h=h, q=q, c=np.full_like(t, c), approach=d, force=0.0, sweeps=0, change=np.inf, converged=False)
+    return _swept(line, first, load, 4.0 * tolerance)
+
+
+def _grid(spans: list[Span], number: int) -> tuple[Floats, Floats]:
+    """Middles and widths of strips, equal on each span, about so many together."""
+    total = sum(high - low for low, high in spans)
+    t, h = [], []
+    for low, high in spans:
+        count = max(_FEWEST, round(number * (high - low) / total))
+        t.append(low + (high - low) * (np.arange(count) + 0.5) / count)
+        h.append(np.full(count, (high - low) / count))
+    return np.concatenate(t), np.concatenate(h)
+
+
+def _carried(found: Strips, t: Floats, h: Floats) -> Strips:
+    """The same contact on other strips."""
+    q = np.interp(t, found.t, found.q, left=0.0, right=0.0)
+    return replace(found, t=t, h=h, q=q, c=np.interp(t, found.t, found.c))
+
+
+def _spans(line: _Line, found: Strips, load: _Load) -> list[Span]:
+    """Where the patches of a contact of nearly this load will be, and a margin."""
+    inside = np.flatnonzero(found.q)
+    apart = np.diff(found.t[inside]) > 1.01 * np.maximum(found.h[inside[1:]], found.h[inside[:-1]])
+    patches = np.split(inside, np.flatnonzero(apart) + 1)
+    # widths grow with the third root of the force and the second of the approach
+    grown = 1.0
+    if load.force is not None and found.force > 0.0:
+        grown = (load.force / found.force) ** (1.0 / 3.0)
+    elif load.approach is not None:
+        grown = (load.approach / found.approach) ** 0.5
+    spans = []
+    for patch in patches:
+        low, high = found.t[patch[0]], found.t[patch[-1]]
+        room = 0.75 * found.h[patch[0]] + (_MARGIN + 0.5 * (grown - 1.0)) * (high - low)
+        spans.append((max(low - room, line.t[0]), min(high + room, line.t[-1])))
+    return _joined(spans)
+
+
+def _at_end(line: _Line, found: Strips) -> bool:
+    inside = np.flatnonzero(found.q)
+    low = found.t[inside] - 0.51 * found.h[inside] <= line.t[0]
+    high = found.t[inside] + 0.51 * found.h[inside] >= line.t[-1]
+    return bool(np.any(low | high))
+
+
+def _joined(spans: list[Span]) -> list[Span]:
+    """Spans in order, those that overlap as one."""
+    joined: list[Span] = []
+    for low, high in sorted(spans):
+        if joined and low <= joined[-1][1]:
+            low, high = joined[-1][0], max(high, joined.pop()[1])
+        joined.append((low, high))
+    return joined
+
+
+def _runs(line: _Line, wanted: Bools) -> list[Span]:
+    """Spans of the line where something holds, half a step beyond it to both sides."""
+    places = np.flatnonzero(wanted)
+    room = 0.5 * (line.t[-1] - line.t[0]) / (line.t.size - 1)
+    runs = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
+    return [
+        (max(float(line.t[run[0]]) - room, line.t[0]), min(float(line.t[run[-1]]) + room, line.t[-1])) for run in runs
+    ]
+
+
+def _overlapping(line: _Line, found: Strips) -> list[Span]:
+    """Where the bodies overlap beside the strips; an elastic opening only helps, so that few places are in question."""
+    near = line.f < found.approach
+    reach = 0.5 * found.h
+    before = np.searchsorted(found.t, line.t)
+    left, right = np.maximum(before - 1, 0), np.minimum(before, found.t.size - 1)
+    beside = (
+        np.minimum(np.abs(line.t - found.t[left]) / reach[left], np.abs(line.t - found.t[right]) / reach[right]) > 1.0
+    )
+    places = np.flatnonzero(near & beside)
+    if places.size == 0:
+        return []
+    places = places[:: max(1, places.size // _LOOKED_AT)]
+    loaded = found.q > 0.0
+    _, _, J = _off_strip(found.q[loaded], (line.t[places, None] - found.t[loaded]) ** 2)
+    opening = J @ (found.h * found.c)[loaded] / (np.pi * line.E)
+    over = line.f[places] + opening < found.approach * (1.0 - _OVERLAP)
+    if not over.any():
+        return []
+    wanted = np.zeros(line.t.size, dtype=bool)
+    for place in places[over]:
+        wanted[max(0, place - 1) : place + 2] = True
+    return _runs(line, wanted)

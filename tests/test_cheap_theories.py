@@ -1,0 +1,312 @@
+"""Cheap theories of the normal contact: Hertz's limit, a closed form, the half-space on gaps without an ellipse."""
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+import pytest
+from scipy.special import elliprd, elliprf
+
+from fecontact.errors import InputError
+from fecontact.theory.analyn import analyn, analyn_at
+from fecontact.theory.ellipse_shape import ellipse_shape
+from fecontact.theory.equivalent_ellipse import equivalent_ellipse, equivalent_ellipse_at
+from fecontact.theory.gap_line import GapLine
+from fecontact.theory.hertz import hertz_ellipse
+from fecontact.theory.kik_piotrowski import kik_piotrowski, kik_piotrowski_at
+from fecontact.theory.kpec import kpec, kpec_at
+from fecontact.theory.strip import strip, strip_at
+from fecontact.theory.strip_contact import StripContact
+from fecontact.theory.stripes import stripes, stripes_at
+
+A = 1.0 / 920.0
+MODULUS = 115_384.615
+Theory = Callable[[GapLine, float], StripContact]
+
+own_ellipse = partial(equivalent_ellipse, level=None)
+corrected = partial(kik_piotrowski, shape_correction=True)
+# those that claim Hertz for constant curvature
+EXACT: dict[str, tuple[Theory, Theory]] = {
+    "kpec": (kpec, kpec_at),
+    "stripes": (stripes, stripes_at),
+    "analyn": (analyn, analyn_at),
+    "equivalent_ellipse": (equivalent_ellipse, equivalent_ellipse_at),
+    "own_ellipse": (own_ellipse, partial(equivalent_ellipse_at, level=None)),
+    "strip": (strip, strip_at),
+}
+ALL = EXACT | {
+    "kik_piotrowski": (kik_piotrowski, kik_piotrowski_at),
+    "corrected": (corrected, partial(kik_piotrowski_at, shape_correction=True)),
+}
+
+
+def line_of(
+    gap: Callable[[np.ndarray], np.ndarray], low: float, high: float, count: int, offset: float = 0.37, along: float = A
+):
+    """Gap line of a function of t; the touch point lies anywhere between two places."""
+    step = (high - low) / count
+    t = low + step * (np.arange(count) + offset)
+    return GapLine(t_mm=t, f_mm=gap(t), A_per_mm=along, contact_modulus_MPa=MODULUS)
+
+
+def parabola(axis_ratio: float, force: float = 1e5, places: int = 161, offset: float = 0.37):
+    """Constant curvature for a ratio a/b, with so many places across Hertz's patch and beside it, and his ellipse."""
+    # KPEC, STRIPES and ANALYN count no curvature below 1e-4 1/mm: the smallest ratios get a small wheel
+    along = A if axis_ratio > 0.25 else 0.01
+    square = axis_ratio**2
+    B = along * float(elliprd(0.0, square, 1.0) / elliprd(0.0, 1.0, square))
+    hertz = hertz_ellipse(along, B, normal_force_N=force, contact_modulus_MPa=MODULUS)
+    # the gap at the end is a quarter larger than the approach, or 1.5 times that at the end of the ellipse
+    reach = max(1.25 * hertz.b_mm, math.sqrt(1.25 * hertz.approach_mm / B))
+    return line_of(lambda t: B * t**2, -reach, reach, places, offset, along), hertz
+
+
+def off(value: float, reference: float) -> float:
+    """Deviation in %."""
+    return 100.0 * (value / reference - 1.0)
+
+
+# --- Hertz's limit ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", EXACT)
+@pytest.mark.parametrize("axis_ratio", [0.1, 0.2, 0.5, 1.0, 2.0, 4.5, 10.0])
+def test_constant_curvature_gives_hertz(name, axis_ratio):
+    line, hertz = parabola(axis_ratio)
+    found = EXACT[name][0](line, hertz.normal_force_N)
+    assert found.status == "solved"
+    assert found.solutions == 1
+    # 160 strips across: 0.1 % is reached by all but the length of the strips at the edge, which is worth 0.2 %
+    for value, reference in (
+        (found.p_max_MPa, hertz.p0_MPa),
+        (found.area_mm2, hertz.area_mm2),
+        (found.approach_mm, hertz.approach_mm),
+        (found.a_mm, hertz.a_mm),
+        (found.b_mm, hertz.b_mm),
+        (found.normal_force_N, hertz.normal_force_N),
+    ):
+        assert abs(off(value, reference)) < 0.3
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.21, 0.5, 0.83])
+@pytest.mark.parametrize("name", EXACT)
+def test_it_does_not_matter_where_the_nodes_lie(name, offset):
+    line, hertz = parabola(0.7, offset=offset)
+    found = EXACT[name][0](line, hertz.normal_force_N)
+    assert abs(off(found.p_max_MPa, hertz.p0_MPa)) < 0.3
+    assert abs(off(found.area_mm2, hertz.area_mm2)) < 0.3
+
+
+@pytest.mark.parametrize(
+    ("axis_ratio", "p0", "area", "approach", "p0_corrected", "area_corrected", "approach_corrected"),
+    [
+        (0.3, -10.86, 12.19, -2.11, -8.69, 9.52, -4.44),
+        (0.5, -7.84, 8.51, -2.77, -7.06, 7.60, -3.59),
+        (1.0, -6.16, 6.56, -3.13, -6.16, 6.56, -3.13),
+        (2.0, -7.84, 8.51, -2.77, -7.06, 7.60, -3.59),
+        (3.0, -10.15, 11.30, -2.27, -8.30, 9.05, -4.24),
+    ],
+)
+def test_kik_piotrowski_misses_hertz_by_its_closed_form(
+    axis_ratio, p0, area, approach, p0_corrected, area_corrected, approach_corrected
+):
+    # on constant curvature the region is an ellipse of the axis ratio sqrt(B/A), whose deflection Hertz knows
+    line, hertz = parabola(axis_ratio, places=401)
+    for theory, wanted in (
+        (kik_piotrowski, (p0, area, approach)),
+        (corrected, (p0_corrected, area_corrected, approach_corrected)),
+    ):
+        found = theory(line, hertz.normal_force_N)
+        assert off(found.p_max_MPa, hertz.p0_MPa) == pytest.approx(wanted[0], abs=0.15)
+        assert off(found.area_mm2, hertz.area_mm2) == pytest.approx(wanted[1], abs=0.15)
+        assert off(found.approach_mm, hertz.approach_mm) == pytest.approx(wanted[2], abs=0.15)
+
+
+def test_closed_form_of_kik_piotrowski_itself():
+    # the numbers above from the deflection of an ellipse of the ratio k' = sqrt(B/A) that is pressed too flat
+    _, hertz = parabola(0.5)
+    own = ellipse_shape(A, hertz.B_per_mm)
+    k = math.sqrt(hertz.B_per_mm / A)
+    ratio = (math.sqrt(float(own.part_t) / 0.55) * float(elliprf(0.0, k**2, 1.0) / own.integral)) ** (2.0 / 3.0)
+    assert off(ratio, 1.0) == pytest.approx(-2.77, abs=0.006)
+    area = 0.55 * ratio / math.sqrt(float(own.part_x * own.part_t))
+    assert off(area, 1.0) == pytest.approx(8.51, abs=0.006)
+
+
+# --- gaps without an ellipse --------------------------------------------------------------------------------------
+
+
+def junction(t):
+    """Curvature jumps at the touch point."""
+    return np.where(t < 0.0, 0.002, 0.005) * t**2
+
+
+def beside(t):
+    """Curvature jumps 2 mm beside it."""
+    return 0.001 * t**2 + 0.003 * np.maximum(t - 2.0, 0.0) ** 2
+
+
+def two_lobes(t):
+    """Two minima of different height, 10 mm apart."""
+    return 0.008 * ((t / 5.0) ** 2 - 1.0) ** 2 + 0.0004 * (t + 5.0)
+
+
+GAPS = {"J": junction, "K": beside, "W": two_lobes}
+# p_max MPa, area mm2, approach mm under 80 kN: independent scripts of the same formulas, 3000 places, step 0.01 mm
+PRINTED = {
+    ("kik_piotrowski", "J"): (1327.6, 90.39, 0.09450),
+    ("kik_piotrowski", "K"): (978.9, 120.4, 0.08314),
+    ("kik_piotrowski", "W"): (694.8, 166.3, 0.06219),
+    ("corrected", "J"): (1338.2, 89.68, 0.09375),
+    ("corrected", "K"): (979.2, 120.3, 0.08310),
+    ("corrected", "W"): (699.4, 165.3, 0.06170),
+    ("kpec", "J"): (1435.4, 83.24, 0.09696),
+    ("kpec", "K"): (1041.0, 113.3, 0.08569),
+    ("kpec", "W"): (769.7, 154.5, 0.06478),
+    # the approach of STRIPES on J depends on which side of the junction counts
+    ("stripes", "J"): (1768.7, 82.82, None),
+    ("stripes", "K"): (1496.3, 109.3, 0.07818),
+    ("stripes", "W"): (1106.1, 138.9, 0.06291),
+    ("analyn", "J"): (1693.7, 83.97, 0.09796),
+    ("analyn", "K"): (1365.4, 110.7, 0.08519),
+    ("analyn", "W"): (1026.6, 142.0, 0.06265),
+    ("equivalent_ellipse", "J"): (1430.1, 83.91, 0.09783),
+    ("equivalent_ellipse", "K"): (1075.8, 111.5, 0.08713),
+    ("equivalent_ellipse", "W"): (780.4, 153.8, 0.07314),
+    ("own_ellipse", "J"): (1430.1, 83.91, 0.09783),
+    ("own_ellipse", "K"): (1070.2, 112.1, 0.08692),
+    ("own_ellipse", "W"): (783.8, 153.1, 0.07335),
+}
+HALF_SPACE = {"J": (1539.7, 84.26, 0.09768), "K": (1156.4, 111.2, 0.08544), "W": (948.1, 146.6, 0.06769)}
+
+
+@pytest.mark.parametrize(("name", "gap"), PRINTED)
+def test_gaps_without_an_ellipse(name, gap):
+    found = ALL[name][0](line_of(GAPS[gap], -15.0, 15.0, 3000, 0.0), 80e3)
+    wanted = PRINTED[name, gap]
+    for value, reference in zip((found.p_max_MPa, found.area_mm2, found.approach_mm), wanted, strict=True):
+        if reference is not None:
+            assert abs(off(value, reference)) < 0.5
+
+
+@pytest.mark.parametrize("gap", HALF_SPACE)
+def test_strips_are_the_half_space(gap):
+    found = strip(line_of(GAPS[gap], -15.0, 15.0, 3000), 80e3)
+    assert found.status == "solved"
+    p_max, area, approach = HALF_SPACE[gap]
+    # the half-space's own nodes: 0.1 % of the peak, and its area 0.4 % too large
+    assert abs(off(found.p_max_MPa, p_max)) < 0.15
+    assert abs(off(found.area_mm2, area / 1.004)) < 0.3
+    assert abs(off(found.approach_mm, approach)) < 0.1
+
+
+# --- force and approach, units, refusals --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("gap", GAPS)
+def test_force_and_approach_are_inverse_to_each_other(name, gap):
+    line = line_of(GAPS[gap], -15.0, 15.0, 1500)
+    under_load, at_approach = ALL[name]
+    found = under_load(line, 80e3)
+    again = at_approach(line, found.approach_mm)
+    # closed forms are found to 1e-9; the strips end their sweeps when they change by 0.5 %
+    assert again.normal_force_N == pytest.approx(80e3, rel=3e-3 if name == "strip" else 1e-6)
+    assert again.p_max_MPa == pytest.approx(found.p_max_MPa, rel=3e-3 if name == "strip" else 1e-6)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_lengths_in_another_unit_give_the_same_contact(name):
+    # all lengths ten times as long, pressures the same: forces are a hundred times as large
+    line = line_of(junction, -15.0, 15.0, 3000)
+    large = GapLine(
+        t_mm=10.0 * line.t_mm,
+        f_mm=10.0 * line.f_mm,
+        A_per_mm=0.1 * line.A_per_mm,
+        contact_modulus_MPa=MODULUS,
+        B_per_mm=0.1 * line.B_per_mm,
+    )
+    small_found, large_found = ALL[name][0](line, 80e3), ALL[name][0](large, 80e5)
+    assert large_found.p_max_MPa == pytest.approx(small_found.p_max_MPa, rel=1e-6)
+    assert large_found.area_mm2 == pytest.approx(100.0 * small_found.area_mm2, rel=1e-6)
+    assert large_found.approach_mm == pytest.approx(10.0 * small_found.approach_mm, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_the_pressure_carries_the_force(name):
+    found = ALL[name][0](line_of(beside, -15.0, 15.0, 1500), 80e3)
+    x, t = np.linspace(-12.0, 12.0, 961), np.linspace(-14.0, 14.0, 1121)
+    pressure = found.pressure_MPa(x[:, None], t[None, :])
+    cell = (x[1] - x[0]) * (t[1] - t[0])
+    assert pressure.sum() * cell == pytest.approx(found.normal_force_N, rel=3e-3)
+    assert np.count_nonzero(pressure) * cell == pytest.approx(found.area_mm2, rel=0.01)
+    assert pressure.max() == pytest.approx(found.p_max_MPa, rel=2e-3)
+    # and its second moments
+    weights = pressure / pressure.sum()
+    assert math.sqrt(5.0 * float((x**2) @ weights.sum(axis=1))) == pytest.approx(found.a_mm, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "gap", "words"),
+    [
+        ("analyn", two_lobes, "flat or concave"),
+        ("stripes", two_lobes, "flat or concave"),
+        ("equivalent_ellipse", two_lobes, "separate regions"),
+        ("kik_piotrowski", two_lobes, "separate regions"),
+    ],
+)
+def test_a_theory_out_of_its_range_says_so(name, gap, words):
+    found = ALL[name][0](line_of(gap, -15.0, 15.0, 1500), 30e3)
+    assert found.status == "out of range"
+    assert any(words in note for note in found.notes)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_a_line_that_is_too_short_is_no_contact_in_silence(name):
+    found = ALL[name][0](line_of(junction, -3.0, 3.0, 300), 80e3)
+    assert found.status != "solved"
+    assert any("end of the line" in note for note in found.notes)
+
+
+def test_several_loads_for_one_approach_are_counted():
+    # a second minimum that comes below half the approach when the first one carries 25 kN
+    def hump(t):
+        return np.minimum(0.003 * t**2, 0.03 + 0.003 * (t - 12.0) ** 2)
+
+    line = line_of(hump, -10.0, 25.0, 3500)
+    forces = [kpec_at(line, approach).normal_force_N for approach in np.linspace(0.03, 0.12, 200)]
+    falls = np.flatnonzero(np.diff(forces) < 0.0)
+    assert falls.size > 0
+    between = 0.5 * (forces[falls[0]] + forces[falls[0] + 1])
+    found = kpec(line, between)
+    assert found.solutions > 1
+    assert found.status != "solved"
+    assert any("approaches carry" in note for note in found.notes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"t_mm": np.array([0.0, 1.0, 3.0, 4.0, 5.0])}, "equal"),
+        ({"t_mm": -np.arange(5.0)}, "> 0 and equal"),
+        ({"f_mm": np.array([0.0, 1.0, np.nan, 1.0, 0.0])}, "finite"),
+        ({"f_mm": np.zeros(4)}, "as many gaps"),
+        ({"A_per_mm": 0.0}, "gap coefficient A"),
+        ({"contact_modulus_MPa": -1.0}, "contact modulus"),
+    ],
+)
+def test_a_gap_line_that_is_none_is_refused(changes, words):
+    good = {"t_mm": np.arange(5.0), "f_mm": np.arange(5.0) ** 2, "A_per_mm": A, "contact_modulus_MPa": MODULUS}
+    with pytest.raises(InputError, match=words):
+        GapLine(**good | changes)
+
+
+@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf])
+def test_no_force_and_no_approach_are_refused(name, bad):
+    line = line_of(junction, -15.0, 15.0, 300)
+    with pytest.raises(InputError, match="normal force"):
+        ALL[name][0](line, bad)
+    with pytest.raises(InputError, match="approach"):
+        ALL[name][1](line, bad)
