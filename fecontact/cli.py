@@ -12,7 +12,7 @@ from typing import Any
 from cyclopts import App, CycloptsError
 
 from fecontact import __version__
-from fecontact.commands import analytic, bodies, results, solving, start
+from fecontact.commands import analytic, bodies, curve, results, solving, start
 from fecontact.errors import FecontactError, InputError
 
 app = App(
@@ -30,6 +30,7 @@ for command in (
     *(results.judge, results.view, results.compare),
     *(analytic.hertz, analytic.creep, analytic.place, analytic.geometry),
     *(bodies.profiles, bodies.mesh),
+    curve.curve,
 ):
     app.command(command)
 app.command(solving.map_, name="map")

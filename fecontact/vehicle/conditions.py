@@ -47,7 +47,12 @@ class Conditions:
         default=100.0,
         metadata={
             "input": Number(
-                label="cant", help="Cant, over 1500 mm", unit="mm", low=0.0, high=300.0, remedy="tracks have up to 180 mm"
+                label="cant",
+                help="Cant, over 1500 mm",
+                unit="mm",
+                low=0.0,
+                high=300.0,
+                remedy="tracks have up to 180 mm",
             )
         },
     )

@@ -183,7 +183,7 @@ def _wheel(side: TrackSide, force: WheelForce) -> WheelRun:
 
 
 def _derailing(runs: Sequence[WheelsetRun], wheelset: Wheelset, friction: float) -> tuple[str, ...]:
-    """Why an equilibrium is one of a wheel that climbs: beyond Nadal's limit, or on the steepest place of its flange."""
+    """Why an equilibrium is one of a wheel that climbs: beyond Nadal's limit, or on its flange's steepest place."""
     notes = []
     for number, run in enumerate(runs, start=1):
         for side, wheel in zip(SIDES, run.wheels, strict=True):

@@ -17,15 +17,17 @@ from fecontact.vehicle.steady import FRAME_SIZE, WHEELSET_SIZE, Balance, Line, b
 Floats = NDArray[np.float64]
 Status = Literal["equilibrium", "no equilibrium"]
 
-TOLERANCE_N = 1e-6
-"""Of forces, and of moments at an arm of a metre."""
+TOLERANCE_N = 1e-4
+"""Of forces, and of moments at an arm of a metre: a billionth of an axle load."""
 _ITERATIONS, _HALVINGS = 40, 6
 # So many iterations one after another that leave more than this part over end the search.
 _STALLS, _STALLED = 3, 0.9
 # Largest change of a state in an iteration, in mm and mrad.
 _LONGEST_STEP = 0.6
-# Curvature (1/mm) of the first step from straight track, how much a step may grow, and the smallest part of a curvature.
+# Curvature (1/mm) of the first step from straight track, growth of steps, and the smallest part of a curvature.
 _FIRST_STEP, _GROWTH, _SMALLEST_STEP = 5e-8, 2.0, 1e-3
+# Farther (mm, mrad) from where the path leads an equilibrium is taken for one of another path.
+_ON_THE_PATH = 0.5
 _STARTS_MM = (0.0, 4.5, -4.5)
 # Pressed into the rails by so much to begin with.
 _PRESSED_MM = 0.1
@@ -66,10 +68,10 @@ def solve_at(start: Floats, vehicle: Vehicle, line: Line) -> Equilibrium:
         if float(np.abs(here.residual_N).max()) < TOLERANCE_N:
             return Equilibrium(status="equilibrium", line=line, state=state, balance=here, iterations=iteration)
         try:
-            step = np.linalg.solve(jacobian(state, vehicle, line), -here.residual_N)
+            step = np.asarray(np.linalg.solve(jacobian(state, vehicle, line), -here.residual_N))
         except np.linalg.LinAlgError:
             break
-        step = step * min(1.0, _LONGEST_STEP / float(np.abs(_positions(step, vehicle)).max()))
+        step *= min(1.0, _LONGEST_STEP / float(np.abs(_positions(step, vehicle)).max()))
         best: tuple[float, Floats, Balance] | None = None
         for part in 0.5 ** np.arange(_HALVINGS):
             trial = balance(state + part * step, vehicle, line)
@@ -155,8 +157,10 @@ class _Path:
         while self._broken_at is None and abs(self._here) < abs(curvature):
             self._forward(curvature, sign)
         if self._broken_at is None:
-            return self._known[-1] if self._here == curvature else solve_at(
-                self._known[-1].state, self._vehicle, self._lines(curvature)
+            return (
+                self._known[-1]
+                if self._here == curvature
+                else solve_at(self._known[-1].state, self._vehicle, self._lines(curvature))
             )
         return self._beyond(curvature)
 
@@ -168,8 +172,10 @@ class _Path:
         """One step towards a curvature, or the note that there is none."""
         step = min(self._step, abs(curvature) - abs(self._here))
         there = curvature if step == abs(curvature) - abs(self._here) else self._here + sign * step
-        one = solve_at(self._predicted(there), self._vehicle, self._lines(there))
-        if one.status == "equilibrium":
+        start = self._predicted(there)
+        one = solve_at(start, self._vehicle, self._lines(there))
+        away = float(np.abs(_positions(one.state - start, self._vehicle)).max())
+        if one.status == "equilibrium" and away < _ON_THE_PATH:
             self._known = [*self._known[-1:], one]
             self._step = _GROWTH * max(step, _FIRST_STEP)
         elif step < max(_SMALLEST_STEP * abs(self._here), 1e-3 * _FIRST_STEP):
@@ -181,9 +187,7 @@ class _Path:
         if len(self._known) == 1:
             return self._known[0].state
         (first, second) = self._known
-        part = (curvature - second.line.curvature_per_mm) / (
-            second.line.curvature_per_mm - first.line.curvature_per_mm
-        )
+        part = (curvature - second.line.curvature_per_mm) / (second.line.curvature_per_mm - first.line.curvature_per_mm)
         return second.state + part * (second.state - first.state)
 
     def _beyond(self, curvature: float) -> Equilibrium:

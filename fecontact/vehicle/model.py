@@ -20,10 +20,8 @@ _ANY = TypeVar("_ANY")
 def _value(label: str, unit: str, *, zero: bool = False, high: float = math.inf, **default: float) -> Any:
     """A field of a table, > 0; `zero` allows 0, and then numbers up to 1e12."""
     remedy = "compare with the vehicles that come with the program"
-    number = Number(
-        label=label, help=label, unit=unit, high=1e12 if zero else high, inclusive=zero, remedy=remedy
-    )
-    return field(metadata={"input": number}, **default)
+    number = Number(label=label, help=label, unit=unit, high=1e12 if zero else high, inclusive=zero, remedy=remedy)
+    return field(metadata={"input": number}, **default)  # type: ignore[call-overload]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -187,7 +185,7 @@ def _vehicle(given: Mapping[str, Any]) -> Vehicle:
             f"it needs either [guide] (one wheelset with its load) or all of [{'], ['.join(_OF_BOGIE)}], not both"
         )
     wanted = ("wheelset", *(_OF_BOGIE if has_bogie else ("guide",)))
-    parts = {name: _table(name, given.get(name), _TABLES[name]) for name in wanted}
+    parts: dict[str, Any] = {name: _table(name, given.get(name), _TABLES[name]) for name in wanted}
     bogie = Bogie(**{name: parts[name] for name in _OF_BOGIE}) if has_bogie else None
     return Vehicle(
         name=str(given.get("name", "vehicle")),
@@ -209,4 +207,6 @@ def _table(name: str, given: Any, kind: type[_ANY]) -> _ANY:
     missing = [entry.name for entry in entries if entry.default is MISSING and entry.name not in given]
     if missing:
         raise InputError(f"[{name}]: {missing[0]} is missing; give it, as in the built-in files")
-    return kind(**{entry.name: entry.metadata["input"].read(given[entry.name]) for entry in entries if entry.name in given})
+    return kind(
+        **{entry.name: entry.metadata["input"].read(given[entry.name]) for entry in entries if entry.name in given}
+    )

@@ -16,7 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.errors import InputError
+from fecontact.theory.gap_line import GapLine
 from fecontact.theory.hertz import HertzContact, hertz_ellipse
+from fecontact.theory.kik_piotrowski import kik_piotrowski_at
+from fecontact.theory.strip_contact import StripContact
+from fecontact.theory.stripes import stripes_at
+from fecontact.vehicle.half_space import pressed_strips
 from fecontact.vehicle.surfaces import Overlap
 
 Floats = NDArray[np.float64]
@@ -28,6 +33,8 @@ _STRIPS_FACTOR = 1.2
 _CHORD_MM = 1.5
 _LEAST_CURVATURE_PER_MM = 1e-4
 _ELLIPSE_STRIPS = 20
+# Points beside a stretch that overlaps, where a gap line goes on, and the fewest that make one.
+_BESIDE, _FEWEST_POINTS = 3, 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,7 +67,7 @@ def hertz(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, ...]:
     return () if deepest is None else (_ellipse(overlap, deepest, contact_modulus_MPa),)
 
 
-def springs(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, ...]:
+def multi_hertz(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, ...]:
     """Hertz's springs side by side, one at each place where the overlap is deepest (Otero Yugat, Part I, eq. 6).
 
     Range of validity: the springs know nothing of each other. Where such a place comes to be or ends while it is under
@@ -69,7 +76,7 @@ def springs(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, ...]
     return tuple(_ellipse(overlap, place, contact_modulus_MPa) for place in _minima(overlap))
 
 
-def strips(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, ...]:
+def overlap_strips(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, ...]:
     """Each strip carries its own overlap: force over width (pi/2) C E* depth, half length sqrt(2 depth / curvature).
 
     With C = 1 the force over the overlap is Hertz's of a circle, at half his approach. C = 1.2 fits wheels on rails.
@@ -96,9 +103,66 @@ def strips(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, ...]:
     return tuple(found)
 
 
-NORMAL_THEORIES: Mapping[str, NormalTheory] = {"hertz": hertz, "springs": springs, "strips": strips}
+def half_space(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, ...]:
+    """The half-space; separate patches feel each other."""
+    found = pressed_strips(overlap, contact_modulus_MPa)
+    if found is None:
+        return ()
+    s, half_length, force = found
+    width = np.full(s.size, s[1] - s[0])
+    return tuple(
+        Pressed(
+            s_mm=s[first : last + 1],
+            width_mm=width[first : last + 1],
+            half_length_mm=half_length[first : last + 1],
+            force_N_per_mm=force[first : last + 1],
+        )
+        for first, last in _regions(force)
+    )
+
+
+def on_gap_lines(at_approach: Callable[[GapLine, float], StripContact]) -> NormalTheory:
+    """A theory of a gap line at an approach, taken on each stretch that overlaps by itself."""
+
+    def normal(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, ...]:
+        found = []
+        for first, last in _regions(overlap.depth_mm):
+            low, high = max(0, first - _BESIDE), min(overlap.s_mm.size - 1, last + _BESIDE)
+            if last - first < _FEWEST_POINTS:
+                continue
+            t = np.linspace(overlap.s_mm[low], overlap.s_mm[high], high - low + 1)
+            depth = np.interp(t, overlap.s_mm, overlap.depth_mm)
+            deepest = int(np.argmax(depth))
+            along = float(np.interp(t[deepest], overlap.s_mm, overlap.curvature_along_per_mm))
+            line = GapLine(
+                t_mm=t, f_mm=depth[deepest] - depth, A_per_mm=0.5 * along, contact_modulus_MPa=contact_modulus_MPa
+            )
+            contact = at_approach(line, float(depth[deepest]))
+            force = 0.5 * np.pi * contact.half_length_mm * contact.centre_pressure_MPa
+            found += [
+                Pressed(
+                    s_mm=contact.t_mm[k : n + 1],
+                    width_mm=contact.width_mm[k : n + 1],
+                    half_length_mm=contact.half_length_mm[k : n + 1],
+                    force_N_per_mm=force[k : n + 1],
+                )
+                for k, n in _regions(force)
+            ]
+        return tuple(found)
+
+    return normal
+
+
+NORMAL_THEORIES: Mapping[str, NormalTheory] = {
+    "hertz": hertz,
+    "multi_hertz": multi_hertz,
+    "overlap": overlap_strips,
+    "kik_piotrowski": on_gap_lines(kik_piotrowski_at),
+    "stripes": on_gap_lines(stripes_at),
+    "half_space": half_space,
+}
 """Theories by name, from the simplest on."""
-DEFAULT_THEORY = "strips"
+DEFAULT_THEORY = "overlap"
 
 
 def normal_theory(name: str) -> NormalTheory:

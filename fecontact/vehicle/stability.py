@@ -98,9 +98,7 @@ def linear_model(vehicle: Vehicle, line: Line) -> LinearModel:
             np.zeros(_PLACES),
             _RATE_STEP,
         )
-    return LinearModel(
-        vehicle=vehicle, stiffness=stiffness, damping=_dampers(vehicle, size), of_rates=of_rates
-    )
+    return LinearModel(vehicle=vehicle, stiffness=stiffness, damping=_dampers(vehicle, size), of_rates=of_rates)
 
 
 def _central(f: Callable[[Floats], Floats], at: Floats, step: float) -> Floats:

@@ -2,10 +2,10 @@
 
 Otero Yugat's equation of motion (Part I, eq. 15), M qdd + Cq^T lambda = Qv + Qext with the constraints C(q, t) = 0, is
 taken for each body in a track frame that runs along, turned with the track. Steady motion has a constant position there
-(eq. 16), and M qdd - Qv are the centripetal and gyroscopic terms (`_inertia`). Qext are weight, suspension (`_external`)
-and the forces of the rails (`wheel_force`). The constraints are the rigid wheelset and the given speed; the force lambda
-of the latter is the pull that the curve costs (`Balance.pull_N`). Projected on the five directions that are left to each
-wheelset, and on three of a frame, nothing but algebra remains.
+(eq. 16), and M qdd - Qv are the centripetal and gyroscopic terms (`_inertia`). Qext are weight, suspension
+(`_external`) and the forces of the rails (`wheel_force`). The constraints are the rigid wheelset and the given speed;
+the force lambda of the latter is the pull that the curve costs (`Balance.pull_N`). Projected on the five directions
+that are left to each wheelset, and on three of a frame, nothing but algebra remains.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from fecontact.vehicle.wheel_force import ContactLaw, Motion, WheelForce, wheel_
 
 Floats = NDArray[np.float64]
 GRAVITY_M_S2 = 9.81
-# Of a wheelset: shift and height (mm), roll and yaw (mrad), slip of rotation (thousandths); of a frame: shift, roll, yaw.
+# Of a wheelset: shift and height (mm), roll and yaw (mrad), slip of rotation (thousandths); of a frame without two.
 WHEELSET_SIZE, FRAME_SIZE = 5, 3
 _MILLI = 1e-3
 # Moments count as forces at a metre.
@@ -110,9 +110,7 @@ def on_wheelset(wheels: tuple[WheelForce, WheelForce], state: Floats) -> Floats:
     """Sums (5,) that rails add to a wheelset's balance: Fy, Fz, Mx, Mz, and the moment about the axle."""
     force, moment = wheels[0].force_N + wheels[1].force_N, wheels[0].moment_Nmm + wheels[1].moment_Nmm
     axle = motion_of(state, 0.0).axle
-    return np.array(
-        [force[1], force[2], moment[0] / _ARM_MM, moment[2] / _ARM_MM, float(moment @ axle) / _ARM_MM]
-    )
+    return np.array([force[1], force[2], moment[0] / _ARM_MM, moment[2] / _ARM_MM, float(moment @ axle) / _ARM_MM])
 
 
 def balance(state: Floats, vehicle: Vehicle, line: Line) -> Balance:
@@ -211,7 +209,9 @@ def _of_bogie(state: Floats, vehicle: Vehicle, bogie: Bogie, line: Line) -> Floa
         yawing += yaw_moment + sign * a * force
     from_body, body_roll = _of_body(bogie, roll_frame, across, down)
     axle_height = 1e-3 * vehicle.wheelset.rolling_radius_mm
-    secondary_yaw = 2.0 * above.longitudinal_N_per_m * above.half_distance_m**2 * (yaw_frame + body.half_pivots_m * kappa)
+    secondary_yaw = (
+        2.0 * above.longitudinal_N_per_m * above.half_distance_m**2 * (yaw_frame + body.half_pivots_m * kappa)
+    )
     found[-3:] = (
         -lateral + from_body + frame.mass_kg * across,
         -rolling

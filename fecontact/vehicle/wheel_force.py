@@ -71,7 +71,12 @@ class Motion:
     @property
     def axle(self) -> Floats:
         """Direction (3,) of the axle to the left."""
-        cr, sr, cy, sy = math.cos(self.roll_rad), math.sin(self.roll_rad), math.cos(self.yaw_rad), math.sin(self.yaw_rad)
+        cr, sr, cy, sy = (
+            math.cos(self.roll_rad),
+            math.sin(self.roll_rad),
+            math.cos(self.yaw_rad),
+            math.sin(self.yaw_rad),
+        )
         return np.array([-sy * cr, cy * cr, sr])
 
 
@@ -131,7 +136,8 @@ def wheel_force(surfaces: Surfaces, motion: Motion, law: ContactLaw) -> WheelFor
     force, moment, power, turned = np.zeros(3), np.zeros(3), 0.0, 0.0
     overlap = surfaces.overlap(motion.shift_mm, motion.height_mm, motion.roll_rad, motion.yaw_rad)
     patches = []
-    for pressed in law.normal(overlap, law.contact_modulus_MPa) if overlap is not None else ():
+    for pressed in () if overlap is None else law.normal(overlap, law.contact_modulus_MPa):
+        assert overlap is not None
         own_force, own_moment, own_power, own_turned, patch = _patch_force(
             pressed, overlap, motion, law, surfaces.pair.rolling_radius_mm
         )

@@ -197,7 +197,7 @@ def _tractions(
         np.abs(now, out=trial[k])
         now *= limit[k] / np.maximum(trial[k], limit[k])
         traction[k] = now
-    return x, step * piece.width_mm * traction, trial > limit
+    return x, np.asarray(step * piece.width_mm * traction, dtype=complex), trial > limit
 
 
 def _bound(piece: Strips, places: Floats, bound: Bound) -> Floats:
