@@ -19,9 +19,11 @@ Status = Literal["equilibrium", "no equilibrium"]
 
 TOLERANCE_N = 1e-4
 """Of forces, and of moments at an arm of a metre: a billionth of an axle load."""
-_ITERATIONS, _HALVINGS = 40, 6
-# So many iterations one after another that leave more than this part over end the search.
-_STALLS, _STALLED = 3, 0.9
+# What iterations strive for; theories that search in themselves do not come so far.
+_WANTED_N = 1e-6
+_ITERATIONS, _HALVINGS = 30, 4
+# So many iterations that do not bring what is left over below this part of the least before end the search.
+_STALLS, _STALLED = 5, 0.7
 # Largest change of a state in an iteration, in mm and mrad.
 _LONGEST_STEP = 0.6
 # Curvature (1/mm) of the first step from straight track, growth of steps, and the smallest part of a curvature.
@@ -62,11 +64,12 @@ class Equilibrium:
 
 def solve_at(start: Floats, vehicle: Vehicle, line: Line) -> Equilibrium:
     """Newton's method from a start (n,); steps are bounded, and halved where they make things worse."""
-    state, here, stalled = start, balance(start, vehicle, line), 0
-    for iteration in range(1, _ITERATIONS + 1):
+    state, here, stalled, least, iterations = start, balance(start, vehicle, line), 0, np.inf, 0
+    while iterations < _ITERATIONS:
+        iterations += 1
         size = float(np.linalg.norm(here.residual_N))
-        if float(np.abs(here.residual_N).max()) < TOLERANCE_N:
-            return Equilibrium(status="equilibrium", line=line, state=state, balance=here, iterations=iteration)
+        if float(np.abs(here.residual_N).max()) < _WANTED_N:
+            break
         try:
             step = np.asarray(np.linalg.solve(jacobian(state, vehicle, line), -here.residual_N))
         except np.linalg.LinAlgError:
@@ -81,11 +84,18 @@ def solve_at(start: Floats, vehicle: Vehicle, line: Line) -> Equilibrium:
             if found < (1.0 - 0.25 * part) * size:
                 break
         assert best is not None
-        stalled = stalled + 1 if best[0] > _STALLED * size else 0
+        found, state, here = best
+        stalled, least = (stalled + 1, least) if found > _STALLED * least else (0, found)
         if stalled == _STALLS:
             break
-        _, state, here = best
-    return Equilibrium(status="no equilibrium", line=line, state=state, balance=here, iterations=_ITERATIONS)
+    balanced = float(np.abs(here.residual_N).max()) < TOLERANCE_N
+    return Equilibrium(
+        status="equilibrium" if balanced else "no equilibrium",
+        line=line,
+        state=state,
+        balance=here,
+        iterations=iterations,
+    )
 
 
 def _positions(step: Floats, vehicle: Vehicle) -> Floats:
