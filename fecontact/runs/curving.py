@@ -13,9 +13,13 @@ from fecontact.errors import InputError
 from fecontact.solving.placing import wheelset_of_case
 from fecontact.vehicle.conditions import Conditions
 from fecontact.vehicle.curve import CurveRun, curves
+from fecontact.vehicle.loaded import conicity_shifts, loaded_conicity, loaded_contacts
 from fecontact.vehicle.model import Vehicle, load_vehicle
 from fecontact.vehicle.normal import normal_theory
 from fecontact.vehicle.visits import Curves, visits_on
+
+_AMPLITUDES_MM = (1.0, 2.0, 3.0)
+_LOADED = ("overlap", "half_space")
 
 
 def curves_of(
@@ -78,6 +82,32 @@ def curves_of(
         runs=runs,
         visits=() if cells is None else tuple(visits_on(runs, cells)),
     )
+
+
+def loaded_conicities(case: Case, wheel_load_N: float) -> list[dict[str, float]]:
+    """Equivalent conicity of the wheelset of a case under load at whole amplitudes up to 3 mm, by two theories.
+
+    Raises
+    ------
+    InputError
+        If the load is not positive, or the wheelset cannot be at 3 mm.
+    """
+    materials = (case.wheel_material, case.rail_material)
+    found = {
+        theory: loaded_contacts(
+            wheelset_of_case(case),
+            conicity_shifts(_AMPLITUDES_MM[-1]),
+            wheel_load_N,
+            theory=theory,
+            materials=materials,
+        )
+        for theory in _LOADED
+    }
+    return [
+        {"amplitude_mm": amplitude, "wheel_load_N": wheel_load_N}
+        | {theory: loaded_conicity(contacts, amplitude) for theory, contacts in found.items()}
+        for amplitude in _AMPLITUDES_MM
+    ]
 
 
 def _of_theory(task: tuple[Vehicle, Case, tuple[float, ...], Conditions, str]) -> tuple[CurveRun, ...]:
