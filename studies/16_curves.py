@@ -1,8 +1,8 @@
 """Which positions does a curve visit, and what does the theory of the contact move?
 
 A metro trailer in curves of 200 to 500 m and the Manchester vehicle 1, as a main-line coach, in curves of 600 to
-3000 m: S1002 on 60E1 at 1:40, gauge 1435 mm, friction 0.3, cant balanced. Normal forces by Hertz at the deepest point,
-Hertz at all touch points as springs, overlapping strips, Kik and Piotrowski, and the half-space. What is told: the
+3000 m: S1002 on 60E1 at 1:40, gauge 1435 mm, friction 0.3, cant balanced. Normal forces by Hertz at all touch points as
+springs, overlapping strips, Kik and Piotrowski, and the half-space. What is told: the
 shift, yaw and load of all four wheels of the leading bogie, where a theory has no equilibrium, by how much each is off
 the half-space in shift and Y/Q of the leading wheelset, and the critical speed on straight track.
 
@@ -35,8 +35,8 @@ from fecontact.vehicle.model import load_vehicle
 from fecontact.vehicle.stability import critical_speed_m_s, linear_model
 
 PAIR = {"rail": "60E1", "wheel": "S1002", "inclination_rad": atan(1.0 / 40.0)}
-VISITS = {"metro": (500.0, 400.0, 300.0, 250.0, 200.0), "manchester": (3000.0, 2000.0, 1500.0, 1000.0, 800.0, 600.0)}
-THEORIES = ("hertz", "multi_hertz", "overlap", "kik_piotrowski", "half_space")
+VISITS = {"metro": (500.0, 300.0, 200.0), "manchester": (3000.0, 1500.0, 1000.0, 600.0)}
+THEORIES = ("multi_hertz", "overlap", "kik_piotrowski", "half_space")
 REFERENCE = "half_space"
 # Outer leading wheels by finite elements: shift (mm), yaw (mrad), vertical force (N).
 BY_ELEMENTS = {"Manchester, R 500 m": (6.12, 4.84, 58e3), "metro, R 300 m": (6.21, 5.57, 61e3)}

@@ -30,7 +30,7 @@ from fecontact.vehicle.loaded import conicity_shifts, loaded_conicity, loaded_co
 from fecontact.vehicle.model import Vehicle, built_in_vehicles, load_vehicle
 from fecontact.vehicle.normal import NORMAL_THEORIES
 from fecontact.vehicle.stability import critical_speed_m_s, hunting, linear_model
-from fecontact.vehicle.steady import Line, balance
+from fecontact.vehicle.steady import Line, balance, without_rails
 from fecontact.vehicle.surfaces import Surfaces
 from fecontact.vehicle.wheel_force import ContactLaw, Motion, wheel_force
 
@@ -350,6 +350,31 @@ def test_the_theory_moves_the_critical_speed():
     # 86 and 67 m/s by another program, whose body has a roll of its own
     assert speeds[0] > 1.1 * speeds[1]
     assert speeds == pytest.approx([86.0, 67.0], rel=0.12)
+
+
+def test_an_axle_that_turns_with_the_track_leans_outwards():
+    # the moment that its angular momentum needs, backwards, in a curve to the right
+    vehicle, speed, curvature = load_vehicle("wheelset"), 20.0, -1e-6
+    line = replace(cone_line(curvature), speed_m_s=speed)
+    momentum = np.array([0.0, vehicle.wheelset.axle_inertia_kg_m2 * speed / 0.46, 0.0])
+    needed = np.cross([0.0, 0.0, speed * 1e3 * curvature], momentum)
+    assert without_rails(np.zeros(5), vehicle, line)[2] == pytest.approx(-needed[0], rel=1e-12)
+    assert needed[0] > 0.0
+
+
+@pytest.mark.parametrize("unbalanced", [0.0, 0.65])
+def test_the_rails_carry_the_bogie_and_its_half_of_the_body(unbalanced):
+    made = load_vehicle("manchester")
+    assert made.bogie is not None
+    mass = made.bogie.body.mass_kg / 2.0 + made.bogie.frame.mass_kg + 2.0 * made.wheelset.mass_kg
+    one = run("manchester", RADII, unbalanced=unbalanced)[2]
+    tilt, centripetal = math.asin(100.0 / 1500.0), (one.speed_km_h / 3.6) ** 2 / one.radius_m
+    down = mass * (9.81 * math.cos(tilt) + centripetal * math.sin(tilt))
+    wheels = [wheel for of in one.wheelsets for wheel in of.wheels]
+    assert sum(wheel.vertical_force_N for wheel in wheels) == pytest.approx(down, rel=1e-9)
+    # the track frames of the wheelsets are turned against the bogie's, and the secondary yaw is held by the pivots
+    outwards = sum(wheel.lateral_force_N * (1.0 if wheel.side == "left" else -1.0) for wheel in wheels)
+    assert outwards == pytest.approx(mass * unbalanced, abs=1e-3)
 
 
 def test_a_wheel_out_of_reach_carries_nothing():
