@@ -31,7 +31,7 @@ from fecontact.vehicle.model import Vehicle, built_in_vehicles, load_vehicle
 from fecontact.vehicle.normal import NORMAL_THEORIES
 from fecontact.vehicle.stability import critical_speed_m_s, hunting, linear_model
 from fecontact.vehicle.steady import Line, balance, without_rails
-from fecontact.vehicle.surfaces import Surfaces
+from fecontact.vehicle.surfaces import Overlap, Surfaces
 from fecontact.vehicle.wheel_force import ContactLaw, Motion, wheel_force
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)
@@ -171,6 +171,32 @@ def test_a_rigid_bogie_in_a_wide_curve():
     assert wanted == pytest.approx(1.208, rel=3e-3)
     assert 0.5 * (found.state[0] + found.state[5]) == pytest.approx(wanted, rel=5e-3)
     assert 1e-3 * (found.state[3] - found.state[8]) == pytest.approx(-2.0 * half * curvature, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("theory", "approach", "factor", "limit"),
+    # strips reach Hertz's lengths at half of his approach, with C pi / 4 of his load
+    [
+        *(("hertz", 1.0, 1.0, 1e-6), ("multi_hertz", 1.0, 1.0, 1e-6), ("half_space", 1.0, 1.0, 0.01)),
+        *(("overlap", 0.5, 0.3 * math.pi, 1e-3), ("stripes", 1.0, 1.0, 2e-3), ("kik_piotrowski", 1.0, 1.0, 0.06)),
+    ],
+)
+def test_normal_theories_on_a_circle_are_hertz(theory, approach, factor, limit):
+    radius, deep = 460.0, 0.1
+    s = np.arange(-12.0, 12.05, 0.1)
+    overlap = Overlap(
+        s_mm=s,
+        depth_mm=approach * deep - s**2 / (2.0 * radius),
+        place_mm=np.stack([0.0 * s, s, 0.0 * s], axis=1),
+        angle_rad=0.0 * s,
+        radius_mm=np.full(s.size, radius),
+    )
+    (pressed,) = NORMAL_THEORIES[theory](overlap, MODULUS)
+    of_hertz = 4.0 / 3.0 * MODULUS * math.sqrt(radius) * deep**1.5
+    assert pressed.force_N_per_mm @ pressed.width_mm == pytest.approx(factor * of_hertz, rel=limit)
+    if theory != "kik_piotrowski":
+        # his area is too large
+        assert pressed.half_length_mm.max() == pytest.approx(math.sqrt(radius * deep), rel=0.02)
 
 
 # S1002 on 60E1

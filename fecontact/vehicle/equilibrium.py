@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.errors import InputError
+from fecontact.geometry.placement import Placement
 from fecontact.vehicle.model import Vehicle
 from fecontact.vehicle.steady import FRAME_SIZE, WHEELSET_SIZE, Balance, Line, balance, jacobian
 
@@ -31,7 +32,8 @@ _FIRST_STEP, _GROWTH, _SMALLEST_STEP = 5e-8, 2.0, 1e-3
 # Farther (mm, mrad) from where the path leads an equilibrium is taken for one of another path.
 _ON_THE_PATH = 0.5
 _STARTS_MM = (0.0, 4.5, -4.5)
-# Pressed into the rails by so much to begin with.
+# Distance of the contacts, near enough to begin with, and how deep they are pressed into the rails.
+_BASE_MM = 1500.0
 _PRESSED_MM = 0.1
 
 
@@ -115,15 +117,15 @@ def straight_start(vehicle: Vehicle, line: Line, shifts_mm: Sequence[float] = (0
             shifts_mm[k],
             0.5 * sum(stands) - _PRESSED_MM,
             # the higher wheel lifts its side
-            1e3 * (stands[0] - stands[1]) / 1500.0,
+            1e3 * (stands[0] - stands[1]) / _BASE_MM,
         )
     return state
 
 
-def _axle_height(placed: object) -> float:
+def _axle_height(placed: Placement | str) -> float:
     if isinstance(placed, str):
         raise InputError(f"a wheel cannot stand on its rail: {placed}; check gauge, profiles and back-to-back distance")
-    return float(placed.wheel.centre_mm[2])  # type: ignore[attr-defined]
+    return float(placed.wheel.centre_mm[2])
 
 
 def path(vehicle: Vehicle, lines: Callable[[float], Line], curvatures_per_mm: Sequence[float]) -> list[Equilibrium]:

@@ -26,8 +26,7 @@ from fecontact.vehicle.surfaces import Overlap
 
 Floats = NDArray[np.float64]
 
-# Of the force that Hertz has over the overlap of bodies of revolution: 1 is that of circles (Hertz), where strips know
-# nothing of each other; patches of wheels are longer or wider.
+# C of strips that know nothing of each other.
 _STRIPS_FACTOR = 1.2
 # Half the chord over which the curvature of a touch point is taken: at the point itself it jumps from arc to arc.
 _CHORD_MM = 1.5
@@ -79,8 +78,8 @@ def multi_hertz(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, 
 def overlap_strips(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, ...]:
     """Each strip carries its own overlap: force over width (pi/2) C E* depth, half length sqrt(2 depth / curvature).
 
-    With C = 1 the force over the overlap is Hertz's of a circle, at half his approach. C = 1.2 fits wheels on rails.
-    Continuous in all positions, whatever touches.
+    With C = 4/pi load and lengths are Hertz's of a circle, at half of his approach; C = 1.2 is the usual fit over the
+    patches of wheels on rails. Continuous in all positions, whatever touches.
 
     Notes
     -----

@@ -7,8 +7,8 @@ differences in positions and in rates over the speed, masses and suspension as t
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,17 +39,14 @@ _SPEED_WITHIN_M_S = 0.01
 class LinearModel:
     """A vehicle linearised about its equilibrium on straight track: what does not hang on the speed.
 
-    All in N, and moments at a metre; mm and mrad; k_V and d_V, the parts of the suspension's dampers and of the rates
-    over the speed, make the system at any speed.
+    Forces in N, and moments at a metre; positions in mm and mrad, as in `vehicle.steady`.
 
     Attributes
     ----------
-    mass (n, n)
-        Over accelerations in mm/s2 and mrad/s2, and in thousandths/s of slips of rotation at 1 m/s.
     stiffness (n, n)
-        Force over positions.
+        Force over positions, and over slips of rotation.
     damping (n, n), of_rates (n, n)
-        Force over rates in mm/s, and over rates per mm of way.
+        Force of the dampers over rates in mm/s and mrad/s, and of the rails over rates per mm of way.
     """
 
     vehicle: Vehicle
@@ -158,11 +155,6 @@ def critical_speed_m_s(model: LinearModel) -> float | None:
     return 0.5 * (low + high)
 
 
-def without_dampers(model: LinearModel) -> LinearModel:
-    """The same vehicle without its dampers."""
-    return replace(model, damping=np.zeros_like(model.damping))
-
-
 def _masses(vehicle: Vehicle, size: int, speed_m_s: float) -> tuple[Floats, Floats]:
     """Mass (n, n) in N over mm/s2 and mrad/s2 (moments at a metre), and gyroscopic force over rates."""
     body = vehicle.wheelset
@@ -193,27 +185,18 @@ def _dampers(vehicle: Vehicle, size: int) -> Floats:
     spring, above, a = vehicle.bogie.primary, vehicle.bogie.secondary, vehicle.bogie.frame.half_wheelbase_m
     y_frame, roll_frame, yaw_frame = size - 3, size - 2, size - 1
 
-    def add(damping: float, direction: Floats) -> None:
-        found[:] -= damping * np.outer(direction, direction)
-
-    def along(**entries: float) -> Floats:
-        direction = np.zeros(size)
-        for place, value in entries.items():
-            direction[int(place[1:])] = value
-        return direction
+    def add(damping: float, direction: Mapping[int, float]) -> None:
+        """A damper between places, by how fast it closes where each of them moves."""
+        own = np.zeros(size)
+        own[list(direction)] = list(direction.values())
+        found[:] -= damping * np.outer(own, own)
 
     for k, sign in enumerate((1.0, -1.0)):
-        at = WHEELSET_SIZE * k
-        add(2.0 * spring.lateral_Ns_per_m, along(**{f"_{y_frame}": 1.0, f"_{yaw_frame}": sign * a, f"_{at}": -1.0}))
-        add(
-            2.0 * spring.vertical_Ns_per_m * spring.half_distance_m**2,
-            along(**{f"_{roll_frame}": 1.0, f"_{at + 2}": -1.0}),
-        )
-        add(
-            2.0 * spring.longitudinal_Ns_per_m * spring.half_distance_m**2,
-            along(**{f"_{yaw_frame}": 1.0, f"_{at + 3}": -1.0}),
-        )
-    add(2.0 * above.lateral_Ns_per_m, along(**{f"_{y_frame}": 1.0}))
-    add(2.0 * above.vertical_Ns_per_m * above.half_distance_m**2, along(**{f"_{roll_frame}": 1.0}))
-    add(2.0 * above.longitudinal_Ns_per_m * above.half_distance_m**2, along(**{f"_{yaw_frame}": 1.0}))
+        at, b2 = WHEELSET_SIZE * k, spring.half_distance_m**2
+        add(2.0 * spring.lateral_Ns_per_m, {y_frame: 1.0, yaw_frame: sign * a, at: -1.0})
+        add(2.0 * spring.vertical_Ns_per_m * b2, {roll_frame: 1.0, at + 2: -1.0})
+        add(2.0 * spring.longitudinal_Ns_per_m * b2, {yaw_frame: 1.0, at + 3: -1.0})
+    add(2.0 * above.lateral_Ns_per_m, {y_frame: 1.0})
+    add(2.0 * above.vertical_Ns_per_m * above.half_distance_m**2, {roll_frame: 1.0})
+    add(2.0 * above.longitudinal_Ns_per_m * above.half_distance_m**2, {yaw_frame: 1.0})
     return 1e-3 * found

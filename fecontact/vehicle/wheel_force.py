@@ -135,9 +135,10 @@ def wheel_force(surfaces: Surfaces, motion: Motion, law: ContactLaw) -> WheelFor
     """Force on a left wheel; zero where it does not touch."""
     force, moment, power, turned = np.zeros(3), np.zeros(3), 0.0, 0.0
     overlap = surfaces.overlap(motion.shift_mm, motion.height_mm, motion.roll_rad, motion.yaw_rad)
+    if overlap is None:
+        return WheelForce(force_N=force, moment_Nmm=moment, power_per_speed_N=power, turned_N=turned, patches=())
     patches = []
-    for pressed in () if overlap is None else law.normal(overlap, law.contact_modulus_MPa):
-        assert overlap is not None
+    for pressed in law.normal(overlap, law.contact_modulus_MPa):
         own_force, own_moment, own_power, own_turned, patch = _patch_force(
             pressed, overlap, motion, law, surfaces.pair.rolling_radius_mm
         )
