@@ -32,6 +32,8 @@ ROOMS: dict[str, set[str]] = {
     "theory": {"errors", "material", "geometry", "rolling"},
     "fe": {"errors", "material", "dimensions", "profiles", "geometry", "contact"},
     "comparison": {"errors", "case", "creep", "criteria", "geometry", "theory", "contact", "rolling"},
+    # beside the comparison: vehicles see no finite elements
+    "vehicle": {"errors", "inputs", "dimensions", "material", "profiles", "geometry", "contact", "theory"},
     "solving": {"errors", "case", "dimensions", "profiles", "geometry", "theory", "contact", "fe", "comparison"},
     "map": {"errors", "case", "geometry", "comparison", "solving"},
     "regression": {"errors", "files"},
@@ -39,15 +41,15 @@ ROOMS: dict[str, set[str]] = {
     "jobs": {"errors", "files"},
     "outputs": {"errors", "files", "case", "creep", "criteria", "profiles", "geometry", "theory", "contact", "fe"}
     | {"comparison", "solving"}
-    | {"map", "regression", "material"},
+    | {"map", "regression", "material", "vehicle"},
     "runs": {"errors", "files", "inputs", "case", "creep", "criteria", "profiles", "fe", "comparison", "solving", "map"}
-    | {"regression", "jobs", "outputs", "material", "theory"},
+    | {"regression", "jobs", "outputs", "material", "theory", "dimensions", "vehicle"},
     # how long is left
     "console": {"jobs"},
     "doctor": set(),
     "commands": {"errors", "files", "inputs", "case", "creep", "criteria", "options", "profiles", "solving", "theory"}
     | {"regression", "jobs"}
-    | {"outputs", "console", "doctor", "runs"},
+    | {"outputs", "console", "doctor", "runs", "vehicle"},
     "cli": {"errors", "inputs", "commands"},
     "plot": {"errors", "solving", "outputs"},
     "__init__": {"case", "creep", "criteria", "dimensions", "material", "profiles", "solving", "outputs", "plot"}
@@ -192,7 +194,19 @@ def test_theory_and_finite_elements_never_meet_below_the_comparison():
 
 @pytest.mark.parametrize(
     "name",
-    ["theory", "comparison", "contact", "rolling", "geometry", "profiles", "case", "inputs", "material", "criteria"],
+    [
+        "theory",
+        "comparison",
+        "vehicle",
+        "contact",
+        "rolling",
+        "geometry",
+        "profiles",
+        "case",
+        "inputs",
+        "material",
+        "criteria",
+    ],
 )
 def test_what_needs_no_finite_elements_reaches_none(name):
     for module in [module for module in MODULES if room(module) == name]:

@@ -22,7 +22,7 @@ from scipy.interpolate import LinearNDInterpolator
 from fecontact.case import BodySize, Case, Criteria, Opposite, Track, case_from_record, case_record
 from fecontact.comparison.approximation import Approximation
 from fecontact.comparison.judging import judge_load
-from fecontact.comparison.theories import HERTZ
+from fecontact.comparison.theories import HERTZ, THEORIES
 from fecontact.contact.grid import Field
 from fecontact.contact.rung import Rung
 from fecontact.creep import Creep

@@ -281,6 +281,12 @@ def test_13_creep_forces(tmp_path):
         assert one["fastsim_real_percent"] == pytest.approx(by_theory, abs=0.5)
 
 
+def test_16_curves_keeps_its_limits():
+    found = module("16_curves").checks([])
+    assert len(found) == 6
+    assert [check for check in found if not check.passed] == []
+
+
 def test_14_measured_profiles_keeps_its_limits():
     study = module("14_measured_profiles")
     # two seeds of twenty: closed forms alone

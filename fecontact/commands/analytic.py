@@ -162,6 +162,7 @@ def geometry(
     options: TrackOptions = _OF_TRACK,
     *,
     shifts: Annotated[str, Parameter(allow_leading_hyphen=True)] = "-8:8:0.5",
+    loaded_kn: Annotated[float | None, Parameter(name="--loaded-kn")] = None,
     json: Annotated[bool, Parameter(negative="")] = False,
     out: Path | None = None,
 ) -> int:
@@ -171,6 +172,9 @@ def geometry(
     ----------
     shifts
         Lateral shifts in mm, positive towards the left rail: numbers and ranges FROM:TO:STEP, separated by commas.
+    loaded_kn
+        Vertical load of a wheel in kN: the conicity of the loaded wheelset too, by the centres of pressure of
+        overlapping strips and of the half-space.
     json
         Print the table as JSON and nothing else.
     out
@@ -188,6 +192,10 @@ def geometry(
 
         functions_figure(case, found, out)
     record = functions_record(case, found)
+    if loaded_kn is not None:
+        from fecontact.runs.curving import loaded_conicities
+
+        record["loaded_conicity"] = loaded_conicities(case, 1e3 * loaded_kn)
     if json:
         print(json_text(record))
         return 0

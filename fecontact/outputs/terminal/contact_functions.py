@@ -44,6 +44,12 @@ def print_functions(record: Mapping[str, Any], *, console: Console | None = None
             f" {jump['from_rail_y_mm']:+z.2f} mm below it, at {jump['to_rail_y_mm']:+z.2f} mm above it",
         )
     _print_conicity(record["equivalent_conicity"], console)
+    for row in record.get("loaded_conicity", ()):
+        say(
+            console,
+            f"loaded, {row['wheel_load_N'] / 1e3:g} kN a wheel, {row['amplitude_mm']:g} mm: conicity"
+            f" {row['overlap']:.3f} by overlapping strips, {row['half_space']:.3f} by the half-space",
+        )
     problems = [row for row in record["positions"] if "problem" in row]
     for row in problems:
         say(console, f"no position at {row['lateral_shift_mm']:+z.2f} mm: {row['problem']}")

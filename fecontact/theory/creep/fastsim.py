@@ -145,8 +145,33 @@ def fastsim_strips(
     )
 
 
+def strip_forces(
+    piece: Strips, creepages: Motion, *, bound: Bound = "strips", cells: int = CELLS
+) -> tuple[Floats, Floats, Floats]:
+    """FASTSIM strip by strip (n,): forces along and across in N, and moment of the latter about the strip's x = 0."""
+    x, sums, _ = _tractions(piece, creepages, bound, cells)
+    return sums.real.sum(axis=0), sums.imag.sum(axis=0), (x * sums.imag).sum(axis=0)
+
+
 def _march(piece: Strips, creepages: Motion, bound: Bound, cells: int) -> tuple[float, ...]:
-    """Fx, Fy, Mz, power, and areas of adhesion and slip of one patch, from the leading edge of its strips backwards."""
+    """Fx, Fy, Mz, power, and areas of adhesion and slip of one patch."""
+    (xi, spin), eta = creepages.across(piece.y_mm), creepages.eta
+    x, sums, slips = _tractions(piece, creepages, bound, cells)
+    area = 2.0 * piece.half_length_mm / cells * piece.width_mm
+    fx, fy = float(sums.real.sum()), float(sums.imag.sum())
+    mz = float((x * sums.imag - piece.y_mm * sums.real).sum())
+    power = -float((xi * sums.real + (eta + spin * x) * sums.imag).sum())
+    slipping = float((slips * area).sum())
+    return fx, fy, mz, power, cells * float(area.sum()) - slipping, slipping
+
+
+def _tractions(
+    piece: Strips, creepages: Motion, bound: Bound, cells: int
+) -> tuple[Floats, NDArray[np.complex128], NDArray[np.bool_]]:
+    """Places x, forces and whether there is slip of all cells (cells, n), from the leading edge backwards.
+
+    Forces are complex: along the rolling direction, and i times across.
+    """
     L = flexibilities(piece.contact)
     (xi, spin), eta = creepages.across(piece.y_mm), creepages.eta
     force = piece.force_N_per_mm * piece.width_mm
@@ -157,7 +182,7 @@ def _march(piece: Strips, creepages: Motion, bound: Bound, cells: int) -> tuple[
     places = np.asarray(1.0 - (np.arange(cells) + 0.5) * (2.0 / cells))
     x = piece.middle_x_mm + places[:, None] * piece.half_length_mm
     limit = piece.contact.friction * _bound(piece, places, bound)
-    # complex: along the rolling direction, and i times across; spin is taken in the middle of each step
+    # spin is taken in the middle of each step
     moved = x - piece.centre_x_mm + 0.5 * step
     length = np.broadcast_to(step, x.shape).copy()
     moved[0] -= 0.25 * step
@@ -172,13 +197,7 @@ def _march(piece: Strips, creepages: Motion, bound: Bound, cells: int) -> tuple[
         np.abs(now, out=trial[k])
         now *= limit[k] / np.maximum(trial[k], limit[k])
         traction[k] = now
-    area = step * piece.width_mm
-    sums = area * traction
-    fx, fy = float(sums.real.sum()), float(sums.imag.sum())
-    mz = float((x * sums.imag - piece.y_mm * sums.real).sum())
-    power = -float((xi * sums.real + (eta + spin * x) * sums.imag).sum())
-    slipping = float(((trial > limit) * area).sum())
-    return fx, fy, mz, power, cells * float(area.sum()) - slipping, slipping
+    return x, np.asarray(step * piece.width_mm * traction, dtype=complex), trial > limit
 
 
 def _bound(piece: Strips, places: Floats, bound: Bound) -> Floats:

@@ -1,0 +1,108 @@
+"""A vehicle in curves: positions, angles of attack, guiding forces of all wheels; no finite elements."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+from cyclopts import Parameter
+
+from fecontact.options import CaseOptions, options_of
+
+_OF_VEHICLE = options_of(
+    *("place", "profiles", "material"),
+    without=(
+        *("lateral_shift_mm", "roll_rad", "yaw_rad", "roll", "roll_load_N", "wheel_load_N"),
+        *("side", "flange_climb", "yield_MPa"),
+    ),
+)
+if TYPE_CHECKING:
+    VehicleOptions: TypeAlias = CaseOptions
+else:
+    VehicleOptions = type(_OF_VEHICLE)
+
+
+def curve(
+    options: VehicleOptions = _OF_VEHICLE,
+    *,
+    vehicle: str = "manchester",
+    radii: Annotated[str, Parameter(allow_leading_hyphen=True)] = "300,500,1000,3000",
+    theory: str = "overlap",
+    friction: float = 0.3,
+    cant_mm: float = 100.0,
+    unbalanced_m_s2: Annotated[float, Parameter(name="--unbalanced-m-s2", allow_leading_hyphen=True)] = 0.0,
+    speed_km_h: Annotated[float | None, Parameter(name="--speed-km-h")] = None,
+    shares: str = "",
+    map: Path | None = None,
+    workers: int = 1,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    out: Path | None = None,
+) -> int:
+    """Steady running of a wheelset or a bogie in curves: shift, yaw, forces of all wheels, resistance (no mesh).
+
+    Parameters
+    ----------
+    vehicle
+        wheelset (free, 60 kN a wheel), manchester, metro, or a TOML file like those.
+    radii
+        Radii in m: numbers and ranges FROM:TO:STEP, separated by commas; positive to the right, where the left wheels
+        are the outer ones, negative to the left.
+    theory
+        Of the normal force: hertz, multi_hertz, overlap, kik_piotrowski, stripes, half_space, or several with commas
+        between; each is held against the last.
+    friction
+        Coefficient of friction, > 0.
+    cant_mm
+        Cant in mm over 1500 mm.
+    unbalanced_m_s2
+        Lateral acceleration in the plane of the track that cant leaves over, outwards, in m/s2; makes the speed.
+    speed_km_h
+        Speed in km/h, instead of that.
+    shares
+        Share of the way that each radius has, separated by commas, for what is told of the map; else equal ones.
+    map
+        Folder of a map: where all wheels are on it.
+    workers
+        Processes, one a theory.
+    json
+        Print the result as JSON and nothing else.
+    out
+        Folder for curve.csv, curve.json and pictures.
+    """
+    from fecontact.files import json_text, write_json
+    from fecontact.inputs.texts import parse_numbers
+    from fecontact.outputs.figures.curve import curves_figure, visits_figure
+    from fecontact.outputs.records.curve import curve_rows, curves_record
+    from fecontact.outputs.tables.csv_file import write_csv
+    from fecontact.outputs.terminal.curve import print_curves
+    from fecontact.runs.curving import curves_of
+    from fecontact.vehicle.conditions import Conditions
+
+    found = curves_of(
+        vehicle,
+        options.case(),
+        parse_numbers(radii, "radii"),
+        conditions=Conditions(
+            friction=friction, cant_mm=cant_mm, unbalanced_m_s2=unbalanced_m_s2, speed_km_h=speed_km_h
+        ),
+        theories=theory.split(","),
+        shares=parse_numbers(shares, "shares") if shares else (),
+        map_folder=map,
+        own_radius=not options.given("rolling_radius_mm"),
+        workers=workers,
+    )
+    record = curves_record(found)
+    if out is not None:
+        write_csv(curve_rows(found), out / "curve.csv")
+        write_json(out / "curve.json", record)
+        curves_figure(found, out / "curve.png")
+        if found.visits:
+            visits_figure(found, out / "curve_map.png")
+    if json:
+        print(json_text(record))
+    else:
+        print_curves(found)
+    if out is not None:
+        print(f"written: {out}", file=sys.stderr if json else sys.stdout)
+    return 0 if all(run.status != "no equilibrium" for runs in found.runs.values() for run in runs) else 3

@@ -1,0 +1,238 @@
+"""Force and moment of a rail on its wheel at any position of the wheelset on a curved track."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.theory.creep.contact import Creepages, CurvedCreepages, RollingEllipse
+from fecontact.theory.creep.fastsim import Strips, strip_forces
+from fecontact.theory.creep.strips import one_ellipse
+from fecontact.vehicle.normal import NormalTheory, Pressed
+from fecontact.vehicle.surfaces import Overlap, Surfaces
+
+Floats = NDArray[np.float64]
+_FASTSIM_CELLS = 30
+# Kalker's table ends there; flange contact has 17 to 23.
+_MOST_SLENDER = 10.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactLaw:
+    """What a contact is evaluated with: theory of the normal force, friction, and the constants of both bodies."""
+
+    normal: NormalTheory
+    friction: float
+    contact_modulus_MPa: float
+    shear_MPa: float
+    poisson: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Motion:
+    """Motion of a wheelset's centre in the track frame that runs along, of the left side; all over the running speed.
+
+    Attributes
+    ----------
+    shift_mm, height_mm, roll_rad, yaw_rad
+        Position.
+    slip
+        Speed of rotation over that which rolls the tape circle, less 1.
+    curvature_per_mm
+        Of the track, positive to the left.
+    rates (4,)
+        Of the position; zero in steady motion.
+    """
+
+    shift_mm: float
+    height_mm: float
+    roll_rad: float
+    yaw_rad: float
+    slip: float
+    curvature_per_mm: float
+    rates: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+
+    def mirrored(self) -> Motion:
+        """The motion of the right wheel as that of a left one."""
+        y, z, roll, yaw = self.rates
+        return Motion(
+            shift_mm=-self.shift_mm,
+            height_mm=self.height_mm,
+            roll_rad=-self.roll_rad,
+            yaw_rad=-self.yaw_rad,
+            slip=self.slip,
+            curvature_per_mm=-self.curvature_per_mm,
+            rates=(-y, z, -roll, -yaw),
+        )
+
+    @property
+    def axle(self) -> Floats:
+        """Direction (3,) of the axle to the left."""
+        cr, sr, cy, sy = (
+            math.cos(self.roll_rad),
+            math.sin(self.roll_rad),
+            math.cos(self.yaw_rad),
+            math.sin(self.yaw_rad),
+        )
+        return np.array([-sy * cr, cy * cr, sr])
+
+
+@dataclass(frozen=True, kw_only=True)
+class PatchForce:
+    """What one patch of a wheel carries, in the frame of the left side.
+
+    Attributes
+    ----------
+    normal_force_N, fx_N, fy_N
+        On the wheel: size of the normal force, and creep forces along and across.
+    angle_rad, place_mm
+        Contact angle and place (3,) at its centre of pressure, the latter from the wheelset's track frame.
+    radius_mm
+        Rolling radius there.
+    a_mm, b_mm
+        Semi-axes of the ellipse that stands for it.
+    creepages
+        There.
+    """
+
+    normal_force_N: float
+    fx_N: float
+    fy_N: float
+    angle_rad: float
+    place_mm: tuple[float, float, float]
+    radius_mm: float
+    a_mm: float
+    b_mm: float
+    creepages: Creepages
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class WheelForce:
+    """Force (3,) and moment (3,) about the wheelset's centre on a wheel, and the power of slip over the speed.
+
+    `turned_N` is what contacts ahead of the axle add along the rails, which are turned there.
+    """
+
+    force_N: Floats
+    moment_Nmm: Floats
+    power_per_speed_N: float
+    turned_N: float
+    patches: tuple[PatchForce, ...]
+
+    def mirrored(self) -> WheelForce:
+        """That of the right wheel in the frame of the left side, which it is the mirror image of."""
+        return replace(
+            self,
+            force_N=self.force_N * np.array([1.0, -1.0, 1.0]),
+            moment_Nmm=self.moment_Nmm * np.array([-1.0, 1.0, -1.0]),
+        )
+
+
+def wheel_force(surfaces: Surfaces, motion: Motion, law: ContactLaw) -> WheelForce:
+    """Force on a left wheel; zero where it does not touch."""
+    force, moment, power, turned = np.zeros(3), np.zeros(3), 0.0, 0.0
+    overlap = surfaces.overlap(motion.shift_mm, motion.height_mm, motion.roll_rad, motion.yaw_rad)
+    if overlap is None:
+        return WheelForce(force_N=force, moment_Nmm=moment, power_per_speed_N=power, turned_N=turned, patches=())
+    patches = []
+    for pressed in law.normal(overlap, law.contact_modulus_MPa):
+        own_force, own_moment, own_power, own_turned, patch = _patch_force(
+            pressed, overlap, motion, law, surfaces.pair.rolling_radius_mm
+        )
+        force, moment = force + own_force, moment + own_moment
+        power, turned = power + own_power, turned + own_turned
+        patches.append(patch)
+    return WheelForce(
+        force_N=force, moment_Nmm=moment, power_per_speed_N=power, turned_N=turned, patches=tuple(patches)
+    )
+
+
+def _patch_force(
+    pressed: Pressed, overlap: Overlap, motion: Motion, law: ContactLaw, radius_mm: float
+) -> tuple[Floats, Floats, float, float, PatchForce]:
+    line = pressed.force_N_per_mm * pressed.width_mm
+    load = float(line.sum())
+    centre_s = float(pressed.s_mm @ line) / load
+    # the strips, and the centre of pressure
+    s = np.append(pressed.s_mm, centre_s)
+    place = np.stack([np.interp(s, overlap.s_mm, column) for column in overlap.place_mm.T], axis=1)
+    angle = np.interp(s, overlap.s_mm, overlap.angle_rad)
+    normal = np.stack([np.zeros_like(s), -np.sin(angle), np.cos(angle)], axis=1)
+    arm = place - np.array([0.0, motion.shift_mm, motion.height_mm])
+    velocity, turning = rigid_slip(arm, motion, radius_mm)
+    spin = normal @ turning
+    tangent = np.array([0.0, math.cos(angle[-1]), math.sin(angle[-1])])
+    plane = Creepages(xi=float(velocity[-1, 0]), eta=float(velocity[-1] @ tangent), spin_per_mm=float(spin[-1]))
+    across = pressed.s_mm - centre_s
+    creepages = CurvedCreepages(
+        plane=plane,
+        y_mm=across,
+        xi_beside=velocity[:-1, 0] - plane.across(across)[0],
+        spin_beside_per_mm=spin[:-1] - plane.spin_per_mm,
+    )
+    piece = _piece(pressed, across, load, law)
+    fx, fy, turning_moment = strip_forces(piece, creepages, cells=_FASTSIM_CELLS)
+    lines = slice(0, -1)
+    along = np.stack([np.zeros_like(fy), np.cos(angle[lines]), np.sin(angle[lines])], axis=1)
+    tangential = np.array([1.0, 0.0, 0.0]) * fx[:, None] + along * fy[:, None]
+    of_strips = normal[lines] * line[:, None] + tangential
+    force = of_strips.sum(axis=0)
+    moment = np.cross(arm[lines], of_strips).sum(axis=0) + turning_moment @ normal[lines]
+    power = -float((velocity[lines] * tangential).sum() + spin[lines] @ turning_moment)
+    turned = motion.curvature_per_mm * float(of_strips[:, 1] @ arm[lines, 0])
+    patch = PatchForce(
+        normal_force_N=load,
+        fx_N=float(fx.sum()),
+        fy_N=float(fy.sum()),
+        angle_rad=float(angle[-1]),
+        place_mm=(float(place[-1, 0]), float(place[-1, 1]), float(place[-1, 2])),
+        radius_mm=float(np.interp(centre_s, overlap.s_mm, overlap.radius_mm)),
+        a_mm=piece.contact.a_mm,
+        b_mm=piece.contact.b_mm,
+        creepages=plane,
+    )
+    return force, moment, power, turned, patch
+
+
+def rigid_slip(arm_mm: Floats, motion: Motion, radius_mm: float) -> tuple[Floats, Floats]:
+    """Velocity (n, 3) of the rigid wheel against the rail at arms (n, 3) from its centre, and its turning (3,); over V.
+
+    The rail bends as well: ahead of the axle it is turned by the curvature times the distance.
+    """
+    y_rate, z_rate, roll_rate, yaw_rate = motion.rates
+    kappa = motion.curvature_per_mm
+    turning = (1.0 + motion.slip) / radius_mm * motion.axle + np.array([roll_rate, 0.0, kappa + yaw_rate])
+    forward = np.array([1.0 - kappa * motion.shift_mm, y_rate, z_rate])
+    velocity = forward + np.cross(turning, arm_mm)
+    velocity[:, 1] -= kappa * arm_mm[:, 0]
+    return velocity, turning
+
+
+def _piece(pressed: Pressed, across: Floats, load: float, law: ContactLaw) -> Strips:
+    """The patch for FASTSIM, with the ellipse of its second moments."""
+    flat = np.zeros_like(across)
+    any_ellipse = RollingEllipse(
+        a_mm=1.0,
+        b_mm=1.0,
+        normal_force_N=load,
+        friction=law.friction,
+        shear_MPa=law.shear_MPa,
+        poisson=law.poisson,
+    )
+    piece = Strips(
+        contact=any_ellipse,
+        centre_x_mm=0.0,
+        centre_y_mm=0.0,
+        y_mm=across,
+        width_mm=pressed.width_mm,
+        middle_x_mm=flat,
+        half_length_mm=pressed.half_length_mm,
+        force_N_per_mm=pressed.force_N_per_mm,
+    )
+    ellipse, _, _ = one_ellipse((piece,))
+    slender = math.sqrt(min(max(ellipse.a_mm / ellipse.b_mm, 1.0 / _MOST_SLENDER), _MOST_SLENDER))
+    size = math.sqrt(ellipse.a_mm * ellipse.b_mm)
+    return replace(piece, contact=replace(ellipse, a_mm=size * slender, b_mm=size / slender))
