@@ -27,8 +27,8 @@ from fecontact.outputs.tables.cases import (
     verdict_of,
     verdict_table,
 )
-from fecontact.outputs.words.cases import pair_of_row, position_text
 from fecontact.outputs.words.measures import unknown_text
+from fecontact.outputs.words.pairs import pair_of_row, position_text
 from fecontact.outputs.words.roll import roll_words_of_rows
 from fecontact.outputs.words.verdicts import decided, what_would_decide
 

@@ -9,7 +9,7 @@ from fecontact.outputs.records.theories import theory_text
 from fecontact.outputs.tables.cases import deviation_table
 from fecontact.outputs.tables.table import Table
 from fecontact.outputs.terminal.console import print_first_that_fits, say, standard_console
-from fecontact.outputs.words.cases import pair_of_row, position_text
+from fecontact.outputs.words.pairs import pair_of_row, position_text
 from fecontact.outputs.words.roll import roll_words_of_rows
 
 if TYPE_CHECKING:
