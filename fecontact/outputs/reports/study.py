@@ -24,6 +24,7 @@ from fecontact.outputs.tables.cases import (
     lobe_table,
     measure_tables,
     solver_table,
+    theories_table,
     verdict_of,
     verdict_table,
 )
@@ -201,5 +202,5 @@ def _cases(cases: Sequence[ReportedCase], pictures: str) -> list[str]:
 
 def _measures(record: Mapping[str, Any]) -> str:
     tables = measure_tables(record)
-    tables += [lobe_table(record), ladder_table(record)] if tables else []
+    tables += [theories_table(record), lobe_table(record), ladder_table(record)] if tables else []
     return "".join(map(table, tables))
