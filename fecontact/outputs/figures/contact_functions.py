@@ -10,7 +10,7 @@ import numpy as np
 from fecontact.case import Case
 from fecontact.geometry.contact_functions import ContactFunctions, rolling_radius_difference_mm
 from fecontact.outputs.figures.style import SERIES, blank_figure, finish, save_figure
-from fecontact.outputs.words.cases import inclination_words, short_name
+from fecontact.outputs.words.pairs import inclination_words, short_name
 from fecontact.profiles.identity import profile_identity
 
 if TYPE_CHECKING:

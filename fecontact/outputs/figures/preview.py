@@ -22,7 +22,8 @@ from fecontact.outputs.figures.style import (
     save_figure,
 )
 from fecontact.outputs.records.preview import junctions_of
-from fecontact.outputs.words.cases import case_words, short_name
+from fecontact.outputs.words.cases import case_words
+from fecontact.outputs.words.pairs import short_name
 from fecontact.profiles.curve import Profile
 from fecontact.solving.preview import Preview
 

@@ -19,7 +19,7 @@ from fecontact.outputs.figures.style import (
     finish,
     save_figure,
 )
-from fecontact.outputs.words.cases import short_name
+from fecontact.outputs.words.pairs import short_name
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.problems import Problem
 from fecontact.profiles.segments import Floats

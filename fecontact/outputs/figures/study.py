@@ -25,8 +25,8 @@ from fecontact.outputs.figures.style import (
     legend_beside,
     save_figure,
 )
-from fecontact.outputs.words.cases import pair_of_row
 from fecontact.outputs.words.measures import WORDS, deviation_column
+from fecontact.outputs.words.pairs import pair_of_row
 from fecontact.outputs.words.roll import SHIFT, roll_words_of_rows
 from fecontact.outputs.words.series import series
 from fecontact.profiles.curve import Profile, radius_mm, radius_text

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fecontact.outputs.figures.style import ANSWERS, blank_figure, save_figure
 from fecontact.outputs.maps.view import CellView, ColumnView, MapView
-from fecontact.outputs.words.cases import pair_words
+from fecontact.outputs.words.pairs import pair_words
 from fecontact.outputs.words.roll import other_wheel_label, roll_words, shift_label
 
 if TYPE_CHECKING:

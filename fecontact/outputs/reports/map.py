@@ -20,7 +20,7 @@ from fecontact.outputs.reports.html import heading, items, page, paragraph, pict
 from fecontact.outputs.reports.study import REPORT
 from fecontact.outputs.reports.words import GLOSSARY, answer_words, lead_style, measure_terms, question
 from fecontact.outputs.tables.table import Table, TableRow, columns_of
-from fecontact.outputs.words.cases import pair_words
+from fecontact.outputs.words.pairs import pair_words
 from fecontact.outputs.words.roll import other_wheel_label, roll_words
 from fecontact.outputs.words.verdicts import verdict_reason
 

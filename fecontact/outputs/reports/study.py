@@ -24,11 +24,12 @@ from fecontact.outputs.tables.cases import (
     lobe_table,
     measure_tables,
     solver_table,
+    theories_table,
     verdict_of,
     verdict_table,
 )
-from fecontact.outputs.words.cases import pair_of_row, position_text
 from fecontact.outputs.words.measures import unknown_text
+from fecontact.outputs.words.pairs import pair_of_row, position_text
 from fecontact.outputs.words.roll import roll_words_of_rows
 from fecontact.outputs.words.verdicts import decided, what_would_decide
 
@@ -201,5 +202,5 @@ def _cases(cases: Sequence[ReportedCase], pictures: str) -> list[str]:
 
 def _measures(record: Mapping[str, Any]) -> str:
     tables = measure_tables(record)
-    tables += [lobe_table(record), ladder_table(record)] if tables else []
+    tables += [theories_table(record), lobe_table(record), ladder_table(record)] if tables else []
     return "".join(map(table, tables))

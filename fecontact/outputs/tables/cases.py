@@ -10,8 +10,8 @@ from typing import Any
 from fecontact.comparison.theories import EITHER_SIDE, THEORIES
 from fecontact.outputs.records.theories import cheapest_words
 from fecontact.outputs.tables.table import Column, Table, TableRow, Tone, columns_of, missing, number_text
-from fecontact.outputs.words.cases import pair_of_row
 from fecontact.outputs.words.measures import WORDS
+from fecontact.outputs.words.pairs import pair_of_row
 from fecontact.outputs.words.verdicts import decided
 
 Row = Mapping[str, Any]

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from fecontact.outputs.tables.table import Column, Table, TableRow, columns_of
-from fecontact.outputs.words.cases import short_name
+from fecontact.outputs.words.pairs import short_name
 from fecontact.regression.compare import ColumnComparison, Difference, TableComparison
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from fecontact.outputs.records.theories import theory_text
 from fecontact.outputs.tables.cases import deviation_table
 from fecontact.outputs.tables.table import Table
 from fecontact.outputs.terminal.console import print_first_that_fits, say, standard_console
-from fecontact.outputs.words.cases import pair_of_row, position_text
+from fecontact.outputs.words.pairs import pair_of_row, position_text
 from fecontact.outputs.words.roll import roll_words_of_rows
 
 if TYPE_CHECKING:
@@ -29,7 +29,8 @@ def print_rows(rows: Sequence[Record], *, console: Console | None = None) -> Non
     console = console or standard_console()
     groups: dict[tuple[Any, ...], list[Record]] = {}
     for row in rows:
-        groups.setdefault(tuple(row.get(name) for name in ("rail", "wheel", "inclination_rad")), []).append(row)
+        pair = (row["rail"], row["wheel"], float(row.get("inclination_rad") or 0.0))
+        groups.setdefault(pair, []).append(row)
     if len(groups) > _MOST_TABLES:
         print_first_that_fits(console, _narrower(rows, "", with_pair=True))
     else:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from fecontact.outputs.words.cases import short_name
+from fecontact.outputs.words.pairs import short_name
 
 Row = Mapping[str, Any]
 
