@@ -44,7 +44,8 @@ def test_the_door_has_what_the_commands_do_and_all_parts_of_a_case():
 
 
 def test_rooms_that_have_the_name_of_a_function_are_called_as_it(tmp_path):
-    assert fecontact.map.position is importlib.import_module("fecontact.map.position")
+    position = importlib.import_module("fecontact.map.position")
+    assert fecontact.map.position is position
     assert "lateral_shifts_mm" in inspect.signature(fecontact.map).parameters
     assert inspect.getdoc(fecontact.geometry).startswith("The wheelset of a case at many shifts")
     with pytest.raises(InputError, match="at least one lateral shift"):
