@@ -30,6 +30,7 @@ VALUES = (
     None, True, False, 0, -1, 1e308, -1e-308, 10**400, "", "x", "../../x", "/dev/zero", "\ud800", "nan", [], {}, [[]],
     {"a": 1}, "x" * 5000, [1, 2, 3],
 )  # fmt: skip
+INSERTED = (b"[[", b"1e999", b"nan", b"\xff\xfe", b"9" * 400, b'"""', b"= ", b"{")
 STUDIES = (
     'rail = "60E1"\nwheel = "S1002"\nload_kN = [50, 100]\nlateral_shift_mm = "-4:4:2"\nresolution = "quick"\n'
     '[criteria]\np_max_percent = 5.0\njudged_by = "all"\n[track]\ngauge_mm = 1435.0\n[[case]]\nroll_mrad = 0.4\n'
