@@ -93,8 +93,11 @@ paraview-check: study ## open the first study in ParaView: read, integrate, rend
 # Files a format, and the seed from which they are made.
 FUZZ_COUNT ?= 20000
 FUZZ_SEED ?= 1
-fuzz: setup ## mutate profile files of every format; what is not clearly refused or read stays in fuzz_failures/; some minutes
+# A folder of results that is damaged too, such as that of `make study`.
+FUZZ_RESULTS ?= $(wildcard out/first_light)
+fuzz: setup ## mutate profile files of every format, study files and results; what is not clearly refused or read stays in fuzz_failures/; some minutes
 	OMP_NUM_THREADS=1 PYTHONPATH=$(CURDIR) $(BIN)/python tests/fuzz_profiles.py --count $(FUZZ_COUNT) --seed $(FUZZ_SEED)
+	OMP_NUM_THREADS=1 PYTHONPATH=$(CURDIR) $(BIN)/python tests/fuzz_results.py $(FUZZ_RESULTS) --seed $(FUZZ_SEED)
 
 lint: $(INSTALLED) ## ruff check, ruff format --check, mypy
 	$(BIN)/python -m ruff check .

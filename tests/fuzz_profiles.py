@@ -154,7 +154,6 @@ def _hertz(case: Case) -> tuple[float, float, bool]:
 
 def _case(path: Path, shift: float) -> Case:
     body = {kind_of(path.suffix): str(path)}
-    # smoothing would hide a wrong point, and takes half a second
     return Case(lateral_shift_mm=shift, wheel_file=Reading(), rail_file=Reading(), **body)
 
 
@@ -174,6 +173,7 @@ def _read(path: Path, reading: Reading, count: Count) -> Profile | None:
 
 def check(path: Path, known: dict[float, float], notes: set[str], count: Count, *, hertz: bool) -> None:
     """Read one mutated file and count what becomes of it."""
+    _check_other_readings(path, count, smoothed=hertz)
     # of this process: on a busy machine the clock on the wall tells nothing
     start = time.process_time()
     profile = _read(path, PLAIN, count)
@@ -199,6 +199,18 @@ def check(path: Path, known: dict[float, float], notes: set[str], count: Count, 
         count.failures.append(f"took {time.process_time() - start:.1f} CPU s")
 
 
+def _check_other_readings(path: Path, count: Count, *, smoothed: bool) -> None:
+    """The same file with what is wrong left out, and now and then smoothed: half a second each."""
+    for reading in (Reading(repair=True), *([Reading(smoothing_mm=20.0, repair=True)] if smoothed else [])):
+        try:
+            resolve_rail(str(path), reading) if kind_of(path.suffix) == "rail" else resolve_wheel(str(path), reading)
+        except FecontactError:
+            continue
+        except Exception as error:
+            way = "smoothed" if reading.smoothing_mm else "repaired"
+            count.failures.append(f"{way}: {type(error).__name__}: {str(error)[:200]}")
+
+
 def fuzz(ending: str, count: int, seed: int, keep: Path | None = None, *, hertz_every: int = 20) -> Count:
     """Mutate the file of one format so many times; of every `hertz_every`-th that is taken Hertz is looked at."""
     rng, made = random.Random(f"{seed}{ending}"), Count()
@@ -214,12 +226,17 @@ def fuzz(ending: str, count: int, seed: int, keep: Path | None = None, *, hertz_
             if changed == text:
                 made.same += 1
                 continue
-            path.write_text(changed, "utf-8", newline="")
+            content = changed.encode("utf-8", "surrogatepass")
+            if number % 10 == 0:
+                # a byte that is no UTF-8
+                at = rng.randrange(len(content) + 1)
+                content = content[:at] + bytes([rng.randrange(128, 256)]) + content[at:]
+            path.write_bytes(content)
             before = len(made.failures)
             check(path, known, notes, made, hertz=number % hertz_every == 0)
             if len(made.failures) > before and keep is not None:
                 keep.mkdir(parents=True, exist_ok=True)
-                (keep / f"{ending[1:]}_{seed}_{number}{ending}").write_text(changed, "utf-8", newline="")
+                (keep / f"{ending[1:]}_{seed}_{number}{ending}").write_bytes(content)
     return made
 
 

@@ -72,11 +72,12 @@ def disk(tmp_path, monkeypatch) -> Iterator[Disk]:
         def move(source, target, **more):
             watched.operation(target)
             renamed[name](source, target, **more)
+            if not os.path.isdir(target):
+                # what was there is replaced by what may be synced, or not
+                watched.unsynced.discard(str(target))
             for path in [path for path in watched.unsynced if f"{path}/".startswith(f"{source}/")]:
                 watched.unsynced.discard(path)
                 watched.unsynced.add(path.replace(str(source), str(target), 1))
-            if not os.path.isdir(target) and str(source) not in watched.unsynced:
-                watched.unsynced.discard(str(target))
 
         return move
 

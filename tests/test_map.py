@@ -6,6 +6,9 @@ import math
 import os
 import re
 import shutil
+import subprocess
+import sys
+import time
 from bisect import bisect
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -16,6 +19,7 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
+import psutil
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -1095,6 +1099,54 @@ class PlantedWork:
     def __call__(self, folder, finished):
         write_position(fake_position(self.case, self.loads_N), self.case, folder, self.name)
         return False
+
+
+@dataclass(frozen=True)
+class SlowWork(PlantedWork):
+    """One shift waits until it may go on."""
+
+    def __call__(self, folder, finished):
+        while self.case.lateral_shift_mm == 0.0 and not (folder.parents[1] / "go").exists():
+            time.sleep(0.05)
+        return super().__call__(folder, finished)
+
+
+def slow_map(out):
+    return run_map(ROUND, [-1.0, 0.0, 1.0], [50e3, 100e3], out, settings=RunSettings(workers=2), work=SlowWork)
+
+
+KILLED = """
+import sys
+from pathlib import Path
+sys.path.insert(0, {here!r})
+from test_map import slow_map
+if __name__ == "__main__":
+    slow_map(Path(sys.argv[1]))
+"""
+
+
+def test_a_map_that_is_killed_goes_on_where_it_stopped(tmp_path):
+    out, script = tmp_path / "out", tmp_path / "script.py"
+    script.write_text(KILLED.format(here=str(Path(__file__).parent)))
+    process = subprocess.Popen([sys.executable, script, out])
+    try:
+        end = time.monotonic() + 120.0
+        while len(list((out / "positions").glob("[!.]*"))) < 2:
+            assert process.poll() is None
+            assert time.monotonic() < end
+            time.sleep(0.05)
+        children = psutil.Process(process.pid).children(recursive=True)
+    finally:
+        process.kill()
+        process.wait()
+    _, alive = psutil.wait_procs(children, timeout=20)
+    assert alive == [], "workers linger"
+    assert list((out / "positions").glob(".*"))
+    (out / "go").touch()
+    outcome = slow_map(out)
+    assert len(outcome.reused) == 2
+    assert plain(outcome.made) == plain(fresh_map([-1.0, 0.0, 1.0], [50e3, 100e3]))
+    assert not list(out.rglob(".*"))
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -126,7 +126,12 @@ def _read(folder: Path, record: Mapping[str, Any], case: Case) -> CaseResult:
         placement=placement,
         hertz_points=hertz_points_of_case(case, placement),
         von_mises={body: StressPeak(**peak) for body, peak in record["von_mises"].items()},
-        effort=Effort(**{name: solver[name] for name in ("path", "seconds", "memory_MB", "peak_memory_MB")}),
+        effort=Effort(
+            path=solver["path"],
+            seconds={step: float(value) for step, value in solver["seconds"].items()},
+            memory_MB={step: float(value) for step, value in solver["memory_MB"].items()},
+            peak_memory_MB=float(solver["peak_memory_MB"]),
+        ),
         bodies=None,
     )
 

@@ -1,0 +1,165 @@
+"""Damaged results and study files: each is read, or refused in a line; nothing else ever comes of it.
+
+`python tests/fuzz_results.py FOLDER [--count N] [--seed S]` (part of `make fuzz`) changes one thing in copies of a
+folder of results (a case, a study or a map), with checksums made to fit, and loads, judges and compares it.
+"""
+
+import argparse
+import json
+import random
+import shutil
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import fecontact
+from fecontact.criteria import Criteria
+from fecontact.errors import FecontactError
+from fecontact.files import SEAL, read_json, sha256, write_json, write_sealed
+from fecontact.jobs.store import MANIFEST
+from fecontact.regression.tables import load_table
+from fecontact.runs.judging import judge_map, judge_study
+from fecontact.runs.toml_cases import toml_cases
+
+SLOWEST_S, LONGEST_MESSAGE = 20.0, 1200
+VALUES = (
+    None, True, False, 0, -1, 1e308, -1e-308, 10**400, "", "x", "../../x", "/dev/zero", "\ud800", "nan", [], {}, [[]],
+    {"a": 1}, "x" * 5000, [1, 2, 3],
+)  # fmt: skip
+INSERTED = (b"[[", b"1e999", b"nan", b"\xff\xfe", b"9" * 400, b'"""', b"= ", b"{")
+STUDIES = (
+    'rail = "60E1"\nwheel = "S1002"\nload_kN = [50, 100]\nlateral_shift_mm = "-4:4:2"\nresolution = "quick"\n'
+    '[criteria]\np_max_percent = 5.0\njudged_by = "all"\n[track]\ngauge_mm = 1435.0\n[[case]]\nroll_mrad = 0.4\n'
+)
+
+
+def places(value: Any) -> list[tuple[Any, Any]]:
+    """All containers of a document with their keys."""
+    items = (
+        list(value.items()) if isinstance(value, dict) else list(enumerate(value)) if isinstance(value, list) else []
+    )
+    return [(value, key) for key, _ in items] + [place for _, inner in items for place in places(inner)]
+
+
+def mutate(document: Any, rng: random.Random) -> str:
+    """Change or remove one value anywhere in a document."""
+    container, key = rng.choice(places(document))
+    before = repr(container[key])[:40]
+    if rng.random() < 0.3:
+        del container[key]
+        return f"{key} ({before}) removed"
+    container[key] = rng.choice(VALUES)
+    return f"{key} ({before}) = {container[key]!r:.40}"
+
+
+def damaged(folder: Path, rng: random.Random) -> str:
+    """Change one JSON file of a folder of results and make all checksums fit."""
+    files = [path for path in sorted(folder.rglob("*.json")) if path.name != MANIFEST or rng.random() < 0.2]
+    path = rng.choice(files)
+    document = read_json(path)
+    seal = document.pop(SEAL, None)
+    what = mutate(document, rng)
+    if seal is None:
+        path.write_text(json.dumps(document), "utf-8", "surrogatepass" if "\\ud" in what else "strict")
+    else:
+        write_sealed(path, document, [path.with_suffix(".csv")])
+    manifest = path.parent / MANIFEST
+    if path != manifest and manifest.is_file():
+        sealed = read_json(manifest)
+        write_json(manifest, {**sealed, "files": {name: sha256(path.parent / name) for name in sealed["files"]}})
+    return f"{path.name}: {what}"
+
+
+def read_all(folder: Path, out: Path) -> dict[str, Callable[[], object]]:
+    """Everything that reads a folder of results."""
+    criteria = Criteria(p_max=0.03)
+    is_map = (folder / "map.json").is_file()
+    return {
+        "load": lambda: fecontact.rows(fecontact.load(folder)),
+        "judge": lambda: (judge_map if is_map else judge_study)(folder, criteria),
+        "compare": lambda: load_table(folder),
+    }
+
+
+def tried(call: Callable[[], object]) -> tuple[str, str]:
+    """What came of a call: read, refused, or a failure with its words."""
+    start = time.process_time()
+    try:
+        call()
+        came, said = "read", ""
+    except FecontactError as error:
+        came, said = "refused", str(error)
+    except Exception as error:
+        return "failure", f"{type(error).__name__}: {str(error)[:150]}"
+    if len(said) > LONGEST_MESSAGE:
+        return "failure", f"a message of {len(said)} characters"
+    seconds = time.process_time() - start
+    return ("failure", f"took {seconds:.0f} CPU s") if seconds > SLOWEST_S else (came, said)
+
+
+def fuzz_results(original: Path, count: int, seed: int) -> tuple[Counter[str], list[str]]:
+    """Damage a folder so many times; what came of it, and what must not."""
+    rng, came, failures = random.Random(seed), Counter[str](), []
+    for _ in range(count):
+        with TemporaryDirectory() as temporary:
+            folder = shutil.copytree(original, Path(temporary) / "results")
+            what = damaged(folder, rng)
+            for name, call in read_all(folder, Path(temporary) / "out").items():
+                result, said = tried(call)
+                came[result] += 1
+                if result == "failure":
+                    failures.append(f"{name}, {what}: {said}")
+    return came, failures
+
+
+def fuzz_studies(count: int, seed: int) -> tuple[Counter[str], list[str]]:
+    """The same of study files in TOML, also with bytes that are no UTF-8."""
+    rng, came, failures = random.Random(seed), Counter[str](), []
+    with TemporaryDirectory() as temporary:
+        path = Path(temporary) / "study.toml"
+        for _ in range(count):
+            data = bytearray(STUDIES.encode())
+            for _ in range(rng.choice((1, 1, 2, 5))):
+                at = rng.randrange(len(data))
+                match rng.randrange(4):
+                    case 0:
+                        data[at] = rng.randrange(256)
+                    case 1:
+                        del data[at : at + rng.choice((1, 1, 10, 80))]
+                    case 2:
+                        data[at:at] = data[at : at + rng.choice((1, 10, 80))]
+                    case _:
+                        data[at:at] = rng.choice(
+                            (b"[[", b"1e999", b"nan", b"\xff\xfe", b"9" * 400, b'"""', b"= ", b"{")
+                        )
+            path.write_bytes(data)
+            result, said = tried(lambda: toml_cases(path))
+            came[result] += 1
+            if result == "failure":
+                failures.append(f"{bytes(data)[:300]!r}: {said}")
+    return came, failures
+
+
+def main() -> int:
+    """Fuzz both and say what came of it."""
+    parser = argparse.ArgumentParser(description="Damage results and study files.")
+    parser.add_argument("folder", type=Path, nargs="?")
+    parser.add_argument("--count", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=1)
+    given = parser.parse_args()
+    every = {"study files": fuzz_studies(given.count, given.seed)}
+    if given.folder is not None:
+        every[str(given.folder)] = fuzz_results(given.folder, given.count, given.seed)
+    for name, (came, failures) in every.items():
+        print(f"{name}: {dict(came)}", flush=True)
+        for text in failures[:30]:
+            print(f"      {text}")
+    return int(any(failures for _, failures in every.values()))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,198 @@
+"""A results folder of a stranger is data: whatever is in it is read, or refused in a line that names the file."""
+
+import io
+import json
+import os
+import shutil
+import time
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_load import solved_folder as _solved_folder
+from test_study import run as run_fakes
+from test_study import study
+
+import fecontact
+from fecontact.cli import call
+from fecontact.errors import InputError
+from fecontact.files import SEAL, broken_seal, json_text, read_json, write_json, write_sealed
+from fecontact.jobs.store import MANIFEST, write_manifest
+from fecontact.outputs.stored import read_arrays
+from fecontact.runs.case_store import FIELDS, RESULT
+from fecontact.runs.identity import case_id, origin_of
+
+solved_folder = _solved_folder
+
+
+def resealed(elliptic_quick, folder: Path) -> Path:
+    """A folder whose checksums are those of what it has become."""
+    (folder / MANIFEST).unlink(missing_ok=True)
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    write_manifest(folder, files, case_id(elliptic_quick.case), origin_of(elliptic_quick.case))
+    return folder
+
+
+def archive(path: Path, name: str, header: bytes, content: bytes = b"") -> None:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
+        file.writestr(f"{name}.npy", header + content)
+
+
+def header(shape: tuple[int, ...], kind: str = "<f8") -> bytes:
+    text = io.BytesIO()
+    np.lib.format.write_array_header_1_0(text, {"descr": kind, "fortran_order": False, "shape": shape})
+    return text.getvalue()
+
+
+def bomb(path: Path) -> None:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as file, file.open("a.npy", "w") as member:
+        member.write(header((30_000_000,)))
+        for _ in range(30):
+            member.write(bytes(8_000_000))
+
+
+ARCHIVES = {
+    "bomb": bomb,
+    "claims 1e14 numbers": lambda path: archive(path, "level0_fe_x_mm", header((10**14,))),
+    "objects": lambda path: archive(path, "level0_fe_x_mm", header((1,), "|O"), b"cos\nsystem\n(S'true'\ntR."),
+    "no zip": lambda path: path.write_bytes(b"PK\x03\x04" + bytes(300)),
+    "empty": lambda path: path.write_bytes(b""),
+    "none of its arrays": lambda path: archive(path, "other", header((1,)), bytes(8)),
+}
+
+
+@pytest.mark.parametrize("what", ARCHIVES)
+def test_an_archive_is_looked_at_before_it_is_unpacked(elliptic_quick, solved_folder, tmp_path, what):
+    folder = shutil.copytree(solved_folder, tmp_path / "one")
+    ARCHIVES[what](folder / FIELDS)
+    resealed(elliptic_quick, folder)
+    start = time.process_time()
+    with pytest.raises(InputError, match=r"one: it cannot be read \(.*solve it again") as refused:
+        fecontact.load(folder)
+    assert len(str(refused.value)) < 600
+    # 240 MB would take seconds
+    assert time.process_time() - start < 1.5
+
+
+@pytest.mark.parametrize("number", range(24))
+def test_a_damaged_archive_with_its_checksum_is_refused_or_read(elliptic_quick, solved_folder, tmp_path, number):
+    folder = shutil.copytree(solved_folder, tmp_path / "one")
+    data = bytearray((folder / FIELDS).read_bytes())
+    rng = np.random.default_rng(number)
+    if number % 3 == 0:
+        data = data[: rng.integers(len(data))]
+    else:
+        for at in rng.integers(len(data), size=1 + number):
+            data[at] ^= 1 << rng.integers(8)
+    (folder / FIELDS).write_bytes(data)
+    resealed(elliptic_quick, folder)
+    with pytest.raises(InputError, match="cannot be read"):
+        fecontact.load(folder)
+
+
+def test_fields_of_another_grid_are_refused(elliptic_quick, solved_folder, tmp_path):
+    folder = shutil.copytree(solved_folder, tmp_path / "one")
+    arrays = read_arrays(folder / FIELDS)
+    arrays["half_space_x_mm"] = arrays["half_space_x_mm"][:-1]
+    np.savez_compressed(folder / FIELDS, **arrays)
+    resealed(elliptic_quick, folder)
+    with pytest.raises(InputError, match="half_space: its fields are not on its grid"):
+        fecontact.load(folder)
+
+
+@pytest.mark.parametrize("name", ["../../etc/passwd", "/dev/zero", "pipe", "a\0b"])
+def test_a_manifest_leads_nowhere_but_to_files_of_its_folder(solved_folder, tmp_path, name):
+    folder = shutil.copytree(solved_folder, tmp_path / "one")
+    os.mkfifo(folder / "pipe")
+    manifest = read_json(folder / MANIFEST)
+    manifest["files"] = {name: "0" * 64}
+    write_json(folder / MANIFEST, manifest)
+    with pytest.raises(InputError, match=r"one: .*solve it again"):
+        fecontact.load(folder)
+
+
+@pytest.mark.parametrize("rail", ["/dev/zero", "../../x.txt@01234567", "..\\x.txt@01234567", "x.txt", "/etc/hostname"])
+def test_a_profile_of_a_result_lies_beside_it(elliptic_quick, solved_folder, tmp_path, rail):
+    folder = shutil.copytree(solved_folder, tmp_path / "one")
+    record = read_json(folder / RESULT)
+    record["case"]["rail"] = rail
+    write_json(folder / RESULT, record)
+    resealed(elliptic_quick, folder)
+    with pytest.raises(InputError, match=r"rail is .*allowed is NAME@HASH|beside the result"):
+        fecontact.load(folder)
+
+
+# --- tables of studies ------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def fake_study(tmp_path_factory) -> Path:
+    with pytest.MonkeyPatch.context() as patch:
+        from pictures import draw_nothing
+
+        draw_nothing(patch)
+        out = tmp_path_factory.mktemp("study") / "out"
+        out.mkdir()
+        run_fakes(out, study((50, 60)))
+    return out
+
+
+@pytest.mark.parametrize("damage", ["digit", "seal", "removed", "table"])
+def test_a_changed_table_is_named_by_whoever_reads_it(fake_study, tmp_path, damage, capsys):
+    out = shutil.copytree(fake_study, tmp_path / "out")
+    path = out / "study.json"
+    text = path.read_text("utf-8")
+    match damage:
+        case "digit":
+            assert '"normal_force_kN"' in text or '"load_kN": 50.0' in text
+            path.write_text(text.replace('"load_kN": 50.0', '"load_kN": 50.1'), "utf-8")
+        case "seal":
+            path.write_text(text.replace('"all but sha256": "', '"all but sha256": "0'), "utf-8")
+        case "removed":
+            document = json.loads(text)
+            del document[SEAL]
+            path.write_text(json_text(document), "utf-8")
+        case "table":
+            (out / "study.csv").unlink()
+    if damage != "table":
+        with pytest.raises(InputError, match=r"study\.json was changed after it was written"):
+            fecontact.load(out)
+        assert call(["judge", str(out)]) == 2
+    assert call(["compare", str(fake_study), str(out)]) == 2
+    assert "study." in " ".join(capsys.readouterr().err.split())
+
+
+def test_a_seal_is_that_of_what_is_said_and_not_of_how_it_is_written(tmp_path):
+    path = write_sealed(tmp_path / "a.json", {"b": [1.0 / 3.0, float("nan")], "a": {"text": "ü"}})
+    document = read_json(path)
+    assert broken_seal(path, document) is None
+    path.write_text(json.dumps(document), "utf-8")
+    assert broken_seal(path, read_json(path)) is None
+    document["b"][0] = 0.3333333333333334
+    assert "a.json was changed" in (broken_seal(path, document) or "")
+
+
+def test_a_study_whose_ids_lead_elsewhere_is_refused(fake_study, tmp_path):
+    out = shutil.copytree(fake_study, tmp_path / "out")
+    document = {name: value for name, value in read_json(out / "study.json").items() if name != SEAL}
+    for name in ("../../elsewhere", "/etc", "", ".."):
+        document["rows"][0]["id"] = name
+        write_sealed(out / "study.json", document)
+        with pytest.raises(InputError, match="no list of rows"):
+            fecontact.load(out)
+
+
+@pytest.mark.parametrize("stem", ["r" * 215, "r" * 250, "ß" * 120])
+def test_a_long_profile_name_is_cut_in_ids_alone(elliptic_quick, tmp_path, stem):
+    rail = tmp_path / f"{stem}.txt"
+    rail.write_text("".join(f"{y} {-(y**2) / 600.0}\n" for y in range(-20, 21)))
+    case = replace(elliptic_quick.case, rail=str(rail))
+    name = case_id(case)
+    assert len(f".{name}_01234567.0123456789ab.error.txt".encode()) < 255
+    assert name.startswith(stem[:10])
+    other = rail.with_name(f"{stem}2.txt")
+    if len(other.name.encode()) < 255:
+        other.write_text(rail.read_text().replace("-20", "-19.9"))
+        assert case_id(replace(case, rail=str(other))) != name
