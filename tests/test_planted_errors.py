@@ -14,7 +14,9 @@ import pytest
 from fecontact.case import Case
 from fecontact.comparison.judged_load import ELEMENTS_OFF, judge_load
 from fecontact.comparison.measures import measures_of
-from fecontact.contact.elements import COMPLIANCE_LIMIT
+from fecontact.contact.elements import COMPLIANCE_LIMIT, UnitResponse
+from fecontact.contact.grid import ContactGrid
+from fecontact.contact.halfspace import along_normals, half_space_below
 from fecontact.fe.body_mesh import BodyMesh
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.material import STEEL
@@ -209,3 +211,15 @@ def test_status_or_uncertainty_covers_what_soft_elements_do(position, elliptic_q
     for name, unsure in judged.elements_uncertainty.items():
         assert abs(fine[name] / healthy[name] - 1.0) < judged.uncertainty[name]
         assert abs(own[name] / healthy[name] - 1.0) < unsure
+
+
+@pytest.mark.parametrize("factor", [0.97, 1.0, 1.05])
+def test_a_half_space_along_turning_normals_has_no_error_but_its_own(factor):
+    grid = ContactGrid(x_mm=0.5 * np.arange(13), s_mm=0.4 * np.arange(-11.0, 12.0), half=True)
+    # as on a flange root: 0.5 rad over the zone
+    angle = 0.9 + 0.057 * grid.s_mm
+    turning = along_normals(half_space_below(grid, 115e3), np.tile(angle, grid.shape[0]))
+    response = UnitResponse.of(lambda p: factor * turning(p), grid, contact_modulus_MPa=115e3)
+    assert response.compliance_error(angle) == pytest.approx(factor - 1.0, abs=1e-6)
+    # as if they were parallel, it would be seen as stiffer
+    assert response.compliance_error(0.0 * angle) < factor - 1.0 - 0.005

@@ -145,6 +145,8 @@ def coupled_problem(true_gap: TrueGap, bodies: CoupledBodies) -> CoupledProblem:
     )
     bands = Bands(grid=grid, columns=bodies.bands, contact_modulus_MPa=modulus)
     responses = bands.responses(bodies.compliance)
+    across = bodies.normals[: grid.shape[1]]
+    angle = np.arctan2(-across[:, 1], across[:, 2])
     # the elements of a yawed wheel meet those of the rail otherwise from place to place
     others = responses if grid.half else bands.responses(bodies.compliance, beside=_BESIDE)
     return CoupledProblem(
@@ -153,7 +155,9 @@ def coupled_problem(true_gap: TrueGap, bodies: CoupledBodies) -> CoupledProblem:
         model=bands.together([one.model() for one in responses]),
         elements=bands.together([one.half_space_of_elements() for one in responses]),
         otherwise=bands.together([one.half_space_of_elements(quartic=True) for one in others]),
-        compliance_error=_worst([one.compliance_error() for one in responses]),
+        compliance_error=_worst(
+            [one.compliance_error(angle[own]) for one, own in zip(responses, bodies.bands, strict=True)]
+        ),
     )
 
 

@@ -1,0 +1,187 @@
+"""What do the finite elements say by themselves, on their own nodes?
+
+The pressure that verdicts are made of is that of finer nodes, with a half-space of the material in place of what the
+elements answer near by. Here the elements speak alone: their own contact at 6, 9 and 13.5 elements a semi-axis, beside
+the finer nodes' one and beside Hertz.
+
+Reference: the finer nodes, and Hertz where he is exact (R 300 and R 80 on a cylinder of R 460, 100 kN; limits as in
+study 01, but for what coarse nodes read). Expected: with more elements their own contact comes to that of the finer
+nodes, inside the uncertainty that is stated for it, and where their own verdict by peak, area and half-widths is known
+it is that of the finer nodes.
+"""
+
+from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fecontact.case import RESOLUTIONS, Case
+from fecontact.comparison.verdict import FROM_BEST, answer_of
+from fecontact.criteria import Criteria
+from fecontact.outputs.style import SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
+from fecontact.regression.checks import Check
+
+Row = dict[str, Any]
+
+SHIFTS_MM = (-6.0, -4.0, -2.0, -1.0, -0.5, 0.0, 1.0, 3.0, 4.0)
+EXACT = ("circle:300", "circle:80")
+MEASURES = {"p_max_MPa": "peak", "area_mm2": "area", "a_mm": "a", "b_mm": "b"}
+# Twenty-four contacts at six elements a semi-axis are within 0.9 % of the finer nodes in half-widths, 1.2 % in area.
+EXACT_PERCENT = {"p_max_MPa": 0.5, "area_mm2": 2.0, "a_mm": 1.2, "b_mm": 1.2}
+
+
+def cases(quick: bool = False) -> list[Case]:
+    """Nine positions and two exact ones at three resolutions; or one of each at two."""
+    chosen = [Case(rail=rail, wheel="cylinder:460", inclination_rad=0.0) for rail in (EXACT[:1] if quick else EXACT)]
+    chosen += [Case(lateral_shift_mm=shift) for shift in ((3.0,) if quick else SHIFTS_MM)]
+    return [
+        Case(
+            rail=case.rail,
+            wheel=case.wheel,
+            inclination_rad=case.inclination_rad,
+            lateral_shift_mm=case.lateral_shift_mm,
+            resolution=resolution,
+            refine_degrees_of_freedom=0,
+        )
+        for case in chosen
+        for resolution in ("quick", "standard", "fine")[: 2 if quick else 3]
+    ]
+
+
+def off_percent(row: Row, measure: str) -> float:
+    """By how much the elements' own contact differs from the finer nodes' one."""
+    name, unit = measure.rsplit("_", 1)
+    return 100.0 * (float(row[f"of_elements_{measure}"]) / float(row[f"{name}_fe_{unit}"]) - 1.0)
+
+
+def stated_percent(row: Row, measure: str) -> float:
+    """Stated uncertainty of the elements' own measure."""
+    return float(row[f"of_elements_{measure.rsplit('_', 1)[0]}_uncertainty_percent"])
+
+
+def verdict_of(row: Row, *, by_elements: bool) -> str:
+    """Verdict by peak, area and half-widths, of the elements' own contact or of the finer nodes."""
+    limits, answers = Criteria().limits, []
+    for measure in MEASURES:
+        name, unit = measure.rsplit("_", 1)
+        if by_elements:
+            deviation = float(row[f"{name}_hertz_{unit}"]) / float(row[f"of_elements_{measure}"]) - 1.0
+            unsure = 0.01 * stated_percent(row, measure) * (1.0 + deviation)
+        else:
+            deviation = 0.01 * float(row[f"{name}_deviation_percent"])
+            unsure = 0.01 * float(row[f"{name}_uncertainty_percent"])
+        answers.append(answer_of(deviation, unsure, limits[measure]))
+    return max(answers, key=FROM_BEST.index)
+
+
+def conclude(rows: list[Row], out: Path) -> str:
+    """What is left between both at each resolution, rates, and whether the elements alone say the same."""
+    figure(rows, out / "elements_alone.png")
+    lines = ["Elements' own contact against the finer nodes: largest difference (stated), %"]
+    for resolution in dict.fromkeys(row["resolution"] for row in rows):
+        own = [row for row in rows if row["resolution"] == resolution]
+        parts = (
+            f"{word} {max(abs(off_percent(row, m)) for row in own):.2f}"
+            f" ({max(stated_percent(row, m) for row in own):.2f})"
+            for m, word in MEASURES.items()
+        )
+        lines.append(f"{resolution:9} {', '.join(parts)}")
+    lines.append(
+        "Rates over the element size, median: " + ", ".join(f"{w} {rate(rows, m):.1f}" for m, w in MEASURES.items())
+    )
+    finest = [list(same)[-1] for _, same in groupby(rows, key=_place)]
+    known = [row for row in finest if verdict_of(row, by_elements=True) != "UNRESOLVED"]
+    same = sum(verdict_of(row, by_elements=True) == verdict_of(row, by_elements=False) for row in known)
+    lines.append(
+        f"By peak, area and half-widths finite elements alone say the same in {same} of {len(known)} places where they"
+        f" know it, of {len(finest)} in all."
+    )
+    return "\n".join(lines)
+
+
+def rate(rows: Sequence[Row], measure: str) -> float:
+    """Median power of the element size with which the difference to the finer nodes falls, from first to last mesh."""
+    powers = []
+    for _, same in groupby(rows, key=_place):
+        first, *_, last = list(same)
+        finer = RESOLUTIONS[last["resolution"]] / RESOLUTIONS[first["resolution"]]
+        off = [max(abs(off_percent(row, measure)), 1e-3) for row in (first, last)]
+        powers.append(np.log(off[0] / off[1]) / np.log(finer))
+    return float(np.median(powers))
+
+
+def _place(row: Row) -> tuple[str, float]:
+    return str(row["rail"]), float(row["lateral_shift_mm"])
+
+
+def figure(rows: list[Row], path: Path) -> None:
+    """Differences over the number of elements, one panel a measure."""
+    picture = blank_figure(11.0, 3.4)
+    axes = picture.subplots(1, len(MEASURES), sharey=True)
+    for ax, (measure, word) in zip(axes, MEASURES.items(), strict=True):
+        for number, (place, same) in enumerate(groupby(rows, key=_place)):
+            own = list(same)
+            count = [RESOLUTIONS[row["resolution"]] for row in own]
+            off = [abs(off_percent(row, measure)) for row in own]
+            ax.loglog(
+                count,
+                off,
+                marker="o",
+                ms=4,
+                lw=1,
+                color=SERIES[number % len(SERIES)],
+                label=f"{place[0]} {place[1]:+g} mm",
+            )
+        ax.set_title(word)
+        ax.set_xlabel("elements a semi-axis")
+        plain_log(ax)
+    axes[0].set_ylabel("own nodes beside finer ones, %")
+    finish(*axes)
+    legend_beside(axes[-1])
+    save_figure(picture, path)
+
+
+def checks(rows: list[Row]) -> list[Check]:
+    """Own contact inside its stated uncertainty everywhere, and beside Hertz where he is exact."""
+    made = []
+    for row in rows:
+        where = f"{row['rail']}, {float(row['lateral_shift_mm']):+g} mm, {row['resolution']}"
+        for measure, word in MEASURES.items():
+            made.append(
+                Check(
+                    quantity=f"{word} of the elements' own contact, %",
+                    case=where,
+                    reference="finer nodes of the same bodies",
+                    kind="invariant",
+                    value=off_percent(row, measure),
+                    expected=None,
+                    limit_percent=stated_percent(row, measure),
+                )
+            )
+            if row["rail"] in EXACT:
+                name, unit = measure.rsplit("_", 1)
+                made.append(
+                    Check(
+                        quantity=f"{word} of the elements' own contact, {unit}",
+                        case=where,
+                        reference="Hertz",
+                        kind="analytic",
+                        value=float(row[f"of_elements_{measure}"]),
+                        expected=float(row[f"{name}_hertz_{unit}"]),
+                        limit_percent=EXACT_PERCENT[measure],
+                        uncertainty_percent=stated_percent(row, measure),
+                    )
+                )
+    return made
+
+
+def main() -> None:
+    from fecontact.cli import run_script
+
+    run_script(__file__)
+
+
+if __name__ == "__main__":
+    main()
