@@ -134,7 +134,7 @@ def _theory_text(row: Mapping[str, Any], name: str) -> str:
     count = int(row[f"{name}_patches"])
     overlap = "; its patches overlap" if row.get(f"{name}_overlapping") in (True, "True") else ""
     return (
-        f"{THEORIES[name].words} ({count} {'patch' if count == 1 else 'patches'}): {row[f'{name}_verdict']} by {measure}"
-        f" (p_max {next(off):+z.1f} %, area {next(off):+z.1f} %, part of a limit"
+        f"{THEORIES[name].words} ({count} {'patch' if count == 1 else 'patches'}):"
+        f" {row[f'{name}_verdict']} by {measure} (p_max {next(off):+z.1f} %, area {next(off):+z.1f} %, part of a limit"
         f" {float(row[f'{name}_limit_used']):.2f}){overlap}"
     )
