@@ -68,7 +68,7 @@ def _case(rail: str, inclination: str, shift_mm: float, load_kN: float) -> Case:
         inclination_rad=parse_inclination(inclination),
         lateral_shift_mm=float(shift_mm),
         load_N=1e3 * load_kN,
-        wheelset=True,
+        roll="touching",
     )
 
 

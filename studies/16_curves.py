@@ -49,7 +49,7 @@ LARGE_PERCENT = 10.0
 def cases(quick: bool = False) -> list[Case]:
     """Two outer leading wheels, yawed, with the roll of the wheelset; one in quick size."""
     every = [
-        Case(**PAIR, lateral_shift_mm=shift, yaw_rad=1e-3 * yaw, load_N=load, wheelset=True)
+        Case(**PAIR, lateral_shift_mm=shift, yaw_rad=1e-3 * yaw, load_N=load, roll="touching")
         for shift, yaw, load in BY_ELEMENTS.values()
     ]
     return every[:1] if quick else every

@@ -420,7 +420,7 @@ def test_strips_are_the_half_space_on_real_pairs(inclination, shift_mm, load_kN,
         inclination_rad=parse_inclination(inclination),
         lateral_shift_mm=shift_mm,
         load_N=1e3 * load_kN,
-        wheelset=True,
+        roll="touching",
     )
     placement = place_case(case)
     rung = expect_on_half_space(case, placement)[1].half_space

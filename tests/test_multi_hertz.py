@@ -16,7 +16,7 @@ from fecontact.comparison.lobes import judge_lobes, parts_of
 from fecontact.comparison.measures import MEASURES, measures_of, measures_of_theory, patch_of
 from fecontact.comparison.patch import area_between
 from fecontact.comparison.solved_load import Level, SolvedLoad
-from fecontact.comparison.theories import MULTI_HERTZ, THEORIES
+from fecontact.comparison.theories import MULTI_HERTZ, THEORIES, Loaded
 from fecontact.contact.grid import ContactGrid
 from fecontact.geometry.placement import place
 from fecontact.profiles.curve import Profile
@@ -148,7 +148,10 @@ def test_a_single_touch_point_is_one_ellipse_by_both_theories():
     load = judged(case, placement, expected.half_space)
     # what the springs would say is Hertz, and is not told twice
     assert MULTI_HERTZ not in load.judgements
-    assert THEORIES[MULTI_HERTZ].approximate(placement, case, load.normal_force_N) is None
+    assert (
+        THEORIES[MULTI_HERTZ].approximate(Loaded(placement=placement, case=case, normal_force_N=load.normal_force_N))
+        is None
+    )
     (point,) = hertz_points_of_case(case, placement).points
     multi = judgement_of(load, Approximation.of(point.shared))
     # the normal force of one is that of the pressures, of the other one that of the load: curved bodies, 1e-5 apart

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from fecontact.case import Case
-from fecontact.comparison.judged_load import ELEMENTS_OFF, judge_load
+from fecontact.comparison.judging import judge_load
 from fecontact.comparison.measures import measures_of
+from fecontact.comparison.solved_load import ELEMENTS_OFF
 from fecontact.contact.elements import COMPLIANCE_LIMIT, UnitResponse
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.halfspace import along_normals, half_space_below

@@ -35,7 +35,7 @@ def test_what_is_public_is_seen_by_tab_completion_and_help():
 def test_the_door_has_what_the_commands_do_and_all_parts_of_a_case():
     commands = {name for name in app if not name.startswith("-")}
     # what they print of a machine, of files and of two sets of results is no function of a case
-    others = {"demo", "doctor", "init", "check", "profiles", "compare", "view", "validate", "baseline"}
+    others = {"curve", "demo", "doctor", "init", "check", "profiles", "compare", "view", "validate", "baseline"}
     assert commands - others <= set(fecontact.__all__)
     parts = {type(getattr(Case(), part)).__name__ for part in PARTS}
     assert parts <= set(fecontact.__all__)
@@ -52,7 +52,7 @@ def test_rooms_that_have_the_name_of_a_function_are_called_as_it(tmp_path):
         fecontact.map(Case(), [], [], tmp_path)
 
 
-@pytest.mark.parametrize("module", ["outputs.creep", "outputs.record", "outputs.contact_functions", "solving.preview"])
+@pytest.mark.parametrize("module", ["runs.analytic", "outputs.records.contact_functions", "solving.preview"])
 def test_the_examples_of_functions_have_these_numbers(module):
     done = doctest.testmod(importlib.import_module(f"fecontact.{module}"))
     assert done.attempted >= 2

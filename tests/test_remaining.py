@@ -1,6 +1,7 @@
 """The time that is left, against schedules of made-up durations whose end is known."""
 
 import heapq
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -74,7 +75,10 @@ def test_a_run_tells_what_is_left_of_it(monkeypatch, tmp_path):
     ]
     heard: list[tuple[int, int, str]] = []
     # two of eight were done before
-    report = _Report(Finished(), jobs, 8, 2, 2, lambda *args: heard.append(args), None)
+    by = SimpleNamespace(
+        finished=Finished(), crew=SimpleNamespace(workers=2), progress=lambda *args: heard.append(args)
+    )
+    report = _Report(jobs, by, 8, 2, None)
     report.under_way(["a", "b"])
     now[0] += 10.0
     report.done(Done(name="a"))

@@ -14,7 +14,7 @@ from browser import assert_readable, shown
 from fecontact.case import Criteria
 from fecontact.cli import call
 from fecontact.comparison.judging import judge_load
-from fecontact.files import write_json
+from fecontact.files import write_sealed
 from fecontact.outputs.figures.report import ladder_figure, patches_figure
 from fecontact.outputs.figures.study import study_figure
 from fecontact.outputs.paraview import scene
@@ -185,7 +185,7 @@ def test_a_comparison_can_be_read_on_a_telephone_and_on_a_screen(study, tmp_path
     shutil.copytree(study, other)
     document = json.loads((other / "study.json").read_text("utf-8"))
     document["rows"][0]["p_max_fe_MPa"] *= 1.03
-    write_json(other / "study.json", document)
+    write_sealed(other / "study.json", document)
     (other / "study.csv").unlink()
     page = tmp_path / "comparison.html"
     assert call(["compare", str(study), str(other), "--html", str(page)]) == 1

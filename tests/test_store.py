@@ -91,7 +91,7 @@ def test_each_digest_sees_its_own_files_and_no_others(tmp_path, monkeypatch):
     before = digests()
     assert before == {name: source_digest(part) for name, part in parts.items()}
     files = {
-        "outputs/tables.py": set(),
+        "outputs/tables/cases.py": set(),
         "cli.py": set(),
         "commands/solving.py": set(),
         "jobs/workers.py": set(),
@@ -101,8 +101,8 @@ def test_each_digest_sees_its_own_files_and_no_others(tmp_path, monkeypatch):
         "dimensions.py": {"solving"},
         "profiles/curve.py": {"solving"},
         "profiles/data/60E1.toml": {"solving"},
-        "theory/table_form.py": {"evaluating"},
-        "outputs/rows.py": {"evaluating"},
+        "theory/analyn.py": {"evaluating"},
+        "outputs/records/rows.py": {"evaluating"},
         "criteria.py": {"evaluating"},
         "comparison/verdict.py": {"evaluating"},
         "theory/hertz.py": {"solving", "evaluating"},

@@ -43,7 +43,8 @@ def errors(shape, seeds):
     found = []
     for seed in seeds:
         rail = profile_from_points(*worn(shape, 0.01, 0.2, seed), kind="rail", name="worn", reading=PLAIN)
-        assert rail.measured.nominal == "60E1"
+        # the same head, by another drawing
+        assert rail.measured.nominal in ("60E1", "MBench_UIC60")
         for shift in SHIFTS_MM:
             case = Case(lateral_shift_mm=shift)
             placed = place_case(case, rail=rail)
