@@ -53,7 +53,7 @@ def law_view(made: ApplicabilityMap) -> MapView:
         of=lambda cell: {} if cell.judged is None else cell.judged.creep_laws,
         letters={name: letter for name, (letter, _) in _LAWS.items()},
         colours={name: colour for name, (_, colour) in _LAWS.items()},
-        words=CREEP_LAWS,
+        words={name: law.words for name, law in CREEP_LAWS.items()},
         number=lambda name, judged: "" if name == REAL else f"{1e2 * judged.deviation[FORCE]:.1f}",
         lost="no forces: not solved",
     )

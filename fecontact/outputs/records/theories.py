@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from fecontact.comparison.approximation import TheoryPatch
+from fecontact.comparison.approximation import Approximation, TheoryPatch
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.judgement import Judgement, cheapest, first_standing
-from fecontact.comparison.measures import hertz_measures
+from fecontact.comparison.measures import Measures, hertz_measures
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, OF_ELLIPSES, THEORIES
 from fecontact.comparison.verdict import Verdict
 from fecontact.map.cells import ApplicabilityMap
@@ -65,16 +65,24 @@ def judgement_record(judged: Judgement) -> Record:
     contact = judged.approximation
     assert contact is not None
     return {
-        **judged.measures.as_dict(),
-        "centre_mm": list(contact.centre_mm),
-        "overlapping": contact.overlapping,
-        "status": contact.status,
-        "notes": list(contact.notes),
-        "patches": [_patch_record(one) for one in contact.patches],
+        **contact_record(contact, judged.measures),
         "deviation": dict(judged.deviation),
         "uncertainty": dict(judged.uncertainty),
         "verdict": verdict_record(judged.verdict),
         "limit_used": judged.limit_used,
+    }
+
+
+def contact_record(contact: Approximation, measures: Measures) -> Record:
+    """What a theory of the pressure says of a contact."""
+    return {
+        **measures.as_dict(),
+        "centre_mm": list(contact.centre_mm),
+        "overlapping": contact.overlapping,
+        "status": contact.status,
+        "notes": list(contact.notes),
+        "solutions": contact.solutions,
+        "patches": [_patch_record(one) for one in contact.patches],
     }
 
 
