@@ -221,18 +221,19 @@ def test_the_png_of_theories_has_a_colour_for_each_and_says_what_is_open(made, m
     ]
     assert [text.get_text() for text in ax.texts] == ["P 12.0", "F 3.1", "F? 3.1", "R", "R", "R", *"!!!"]
     write_laws(made[0], tmp_path)
-    rows = list(csv.DictReader((tmp_path / "map_theory.csv").read_text("utf-8").splitlines()))
+    rows = list(csv.DictReader((tmp_path / "map_law.csv").read_text("utf-8").splitlines()))
     assert [row["cheapest_theory"] for row in rows] == ["polach", "fastsim", "UNRESOLVED", *["real"] * 3, *[""] * 3]
     assert float(rows[1]["fastsim_off_percent_of_muN"]) == pytest.approx(3.1)
     assert rows[8]["status"] == "failed: no memory"
 
 
 def test_a_measure_of_forces_needs_friction(tmp_path, capsys):
-    for measure in ("force", "theory"):
-        with pytest.raises(InputError, match=r"--friction 0\.3"):
-            refuse_measure(Case(), measure)
-        refuse_measure(CASE, measure)
-    refuse_measure(Case(), "pressure")
+    with pytest.raises(InputError, match=r"--friction 0\.3"):
+        refuse_measure(Case(), "force")
+    refuse_measure(CASE, "force")
+    # the cheapest theory of the pressure needs none
+    for measure in ("pressure", "theory"):
+        refuse_measure(Case(), measure)
     # before anything is solved
     assert call(["map", "--shifts", "0", "--measure", "force", "--out", str(tmp_path / "map")]) == 2
     assert "friction" in capsys.readouterr().err
@@ -242,5 +243,6 @@ def test_a_measure_of_forces_needs_friction(tmp_path, capsys):
 def test_the_record_of_a_map_with_friction_has_the_limits_of_forces(made, monkeypatch):
     monkeypatch.setattr("fecontact.outputs.records.map.cell_record", lambda cell: {})
     monkeypatch.setattr("fecontact.outputs.records.map.stiffness_rows", lambda position: [])
+    monkeypatch.setattr("fecontact.outputs.records.map.share_records", lambda made: [])
     limits = json.loads(json.dumps(map_record(made[0])["force_limits"]))
     assert [limit["F_max_N"] for limit in limits] == [50e3, None, None]

@@ -3,9 +3,12 @@
 The contacts are those of the true gap on a half-space, which take the place of the finite elements.
 """
 
+import io
+import json
 from dataclasses import replace
 
 import pytest
+from rich.console import Console
 
 from fecontact.case import Case
 from fecontact.comparison.judging import judge_load
@@ -13,15 +16,20 @@ from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.comparison.theories import HERTZ, MULTI_HERTZ, THEORIES
 from fecontact.comparison.verdict import Verdict
 from fecontact.errors import InputError
+from fecontact.files import json_text
 from fecontact.map.cells import ApplicabilityMap, MapCell, MapPosition
 from fecontact.map.load_limit import load_limit
 from fecontact.map.position import solved_cell
 from fecontact.outputs.figures.style import ANSWERS
 from fecontact.outputs.maps.cheapest import theory_view
 from fecontact.outputs.maps.figure import map_figure
-from fecontact.outputs.maps.measures import CHEAPEST, map_view, measure_table, refuse_measure
+from fecontact.outputs.maps.files import write_map
+from fecontact.outputs.maps.measures import map_view, measure_table, refuse_measure
 from fecontact.outputs.maps.verdicts import verdict_view
 from fecontact.outputs.maps.view import CellView
+from fecontact.outputs.records.theories import share_records
+from fecontact.outputs.tables.theories import shares_table
+from fecontact.outputs.terminal.maps import print_map
 from fecontact.outputs.words.measures import WORDS
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
@@ -137,10 +145,67 @@ def test_one_picture_draws_them_in_a_png(made, monkeypatch):
 
 def test_a_map_is_asked_for_by_names(made):
     assert map_view(made, "pressure", MULTI_HERTZ) == verdict_view(made, MULTI_HERTZ)
-    assert "the cheapest theory that holds" in measure_table(made, "pressure", theory=CHEAPEST)
-    for theory in (*THEORIES, CHEAPEST):
+    assert map_view(made, "theory") == theory_view(made)
+    assert "the cheapest theory that holds" in measure_table(made, "theory")
+    for theory in THEORIES:
         refuse_measure(made.case, "pressure", theory)
+    # it needs no friction
+    refuse_measure(made.case, "theory")
     with pytest.raises(InputError, match="allowed: hertz"):
         refuse_measure(made.case, "pressure", "spring")
     with pytest.raises(InputError, match="of the measure pressure"):
         refuse_measure(Case(creep=replace(made.case.creep, friction=0.3)), "force", MULTI_HERTZ)
+    with pytest.raises(InputError, match="the measure theory has all of them"):
+        refuse_measure(made.case, "theory", MULTI_HERTZ)
+
+
+def test_the_shares_of_theories(made):
+    """Counted by hand: one cell each where Hertz and springs hold first, and one without a result."""
+    shares = {one["theory"]: one for one in share_records(made)}
+    assert list(shares)[-3:] == ["UNRESOLVED", "none", "failed"]
+    assert {name: one["cheapest_cells"] for name, one in shares.items() if one["cheapest_cells"]} == {
+        HERTZ: 1,
+        MULTI_HERTZ: 1,
+        "failed": 1,
+    }
+    assert sum(one["cheapest_percent"] for one in shares.values()) == pytest.approx(100.0)
+    used = made.cells[1].judged.judgements[MULTI_HERTZ].limit_used
+    assert shares[MULTI_HERTZ]["largest_limit_used"] == used < 1.0
+    # springs say nothing of their own at the first position; the half-space, which stands for the elements, holds twice
+    assert (shares[HERTZ]["holds_cells"], shares[MULTI_HERTZ]["holds_cells"], shares["half_space"]["holds_cells"]) == (
+        *(1, 1),
+        2,
+    )
+    assert shares["half_space"]["cheapest_cells"] == 0
+    none = {one["theory"]: one["cheapest_cells"] for one in share_records(failing(made))}
+    assert (none["none"], none["UNRESOLVED"], none["failed"]) == (1, 0, 1)
+    table = shares_table(share_records(made))
+    assert [row.cells[0] for row in table.rows][-1] == "could not be solved"
+    assert "none holds" not in [row.cells[0] for row in table.rows]
+
+
+def test_the_cheapest_theory_is_printed_with_its_shares_and_drawn(made, tmp_path, monkeypatch):
+    text = io.StringIO()
+    print_map(made, "theory", HERTZ, width=100, console=Console(file=text, width=100))
+    shown = text.getvalue()
+    assert "the cheapest theory that holds, and the largest part of a limit that it uses" in shown
+    assert "The cheapest theory that holds, and where each holds" in shown
+    alone = io.StringIO()
+    print_map(made, "pressure", MULTI_HERTZ, width=100, console=Console(file=alone, width=100))
+    assert "where each holds" not in alone.getvalue()
+    titles = {}
+    monkeypatch.setattr(
+        "fecontact.outputs.maps.files.map_figure", lambda view, path: titles.update({path.name: view.title})
+    )
+    for old in ("map_force.png", "map_law.csv", "map_law.png", "map_strip.svg"):
+        (tmp_path / old).write_text("of another map", "utf-8")
+    write_map(made, tmp_path, theory=MULTI_HERTZ)
+    assert titles == {
+        "map.png": "where Hertz holds",
+        "map_theory.png": "the cheapest theory that holds",
+        "map_multi_hertz.png": f"where {THEORIES[MULTI_HERTZ].words} holds",
+    }
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["map.csv", "map.json"]
+    assert json.loads((tmp_path / "map.json").read_text("utf-8"))["theory_shares"] == json.loads(
+        json_text(share_records(made))
+    )

@@ -139,7 +139,7 @@ def test_a_layer_left_out_is_seen(position, monkeypatch):
 def test_elements_that_lock_are_seen_by_their_own_contact(position, monkeypatch):
     """Poisson 0.49 for 0.3: a stiffer material and what locking does to the far field cancel there by chance."""
     poisson(0.49)(monkeypatch)
-    judged = Meshes(position).solve(position)
+    judged = judge_load(Meshes(position).solve(position), position.placement)
     assert abs(judged.level.compliance_error) < COMPLIANCE_LIMIT
     own, fine = (judged.ladder.rungs[name].p_max_MPa for name in ("elements", "fe"))
     assert own / fine > 1.1
@@ -167,7 +167,7 @@ def test_a_gap_of_the_wrong_sign_on_one_side_leaves_the_verdict_open(position, m
         return problem.with_gap(np.where(s < 0.0, -1.0, 1.0) * problem.bodies.gap_mm)
 
     monkeypatch.setattr(coupled_mesh, "coupled_problem", planted)
-    judged = Meshes(position).solve(position)
+    judged = judge_load(Meshes(position).solve(position), position.placement)
     # the patch runs to the edge, and what the elements carry is elsewhere altogether
     assert judged.status != "converged"
     assert judged.verdict.answer == "UNRESOLVED"
@@ -205,7 +205,7 @@ def test_status_or_uncertainty_covers_what_soft_elements_do(position, elliptic_q
     """Elements too soft by a factor: the fine pressure and their own, against those of healthy ones."""
     plain = CoupledBodies.parting
     monkeypatch.setattr(CoupledBodies, "parting", lambda self, pressure: factor * plain(self, pressure))
-    judged = Meshes(position).solve(position)
+    judged = judge_load(Meshes(position).solve(position), position.placement)
     assert (judged.status == ELEMENTS_OFF) == (factor >= 1.03)
     healthy = measures_of(elliptic_quick.load.fe).as_dict()
     fine, own = (judged.ladder.rungs[name].as_dict() for name in ("fe", "elements"))

@@ -121,17 +121,17 @@ def printed(rows, width=200):
 def test_the_table_shows_them_where_there_are_any(two, single):
     rows = [load_row(*single), load_row(*two)]
     text = printed(rows)
-    assert "multi hertz" in text.splitlines()[1] + text.splitlines()[2]
+    assert "multi_hertz" in text
     assert "; roll of the wheelset" in text.splitlines()[0]
     assert (
-        "+5.00 mm, 50 kN: Hertz at all touch points, as springs (2 patches): HOLDS by peak pressure (p_max +3.5 %, area"
+        "+5.00 mm, 50 kN: the cheapest theory that holds: Hertz at all touch points, as springs (p_max +3.5 %, area"
         in text
     )
-    assert "multi hertz" not in printed(rows[:1])
+    assert "multi_hertz" not in printed(rows[:1])
     assert "springs" not in printed(rows[:1])
     # where there is no room the line below says it
     narrow = printed(rows, width=80)
-    assert "as springs (2 patches): HOLDS" in narrow.replace("\n", " ")
+    assert "Hertz at all touch points, as springs (p_max" in narrow.replace("\n", " ")
 
 
 def test_rows_of_a_csv_say_the_same(two, tmp_path):
@@ -154,7 +154,7 @@ def test_a_map_marks_where_springs_hold_and_one_ellipse_does_not(made, monkeypat
     assert [line.get_xdata()[0] for line in marks] == [pytest.approx(5.0, abs=0.6)]
     assert "Hertz at all touch points, as springs, holds" in [text.get_text() for text in ax.get_legend().get_texts()]
     record = map_record(made)["cells"]
-    assert [[*cell["load"]["theories"]] for cell in record] == [["hertz"], ["hertz", MULTI_HERTZ]]
+    assert [MULTI_HERTZ in cell["load"]["theories"] for cell in record] == [False, True]
     theory = record[1]["load"]["theories"][MULTI_HERTZ]
     assert theory["verdict"]["verdict"] == "HOLDS"
     forces = [one["normal_force_N"] * math.cos(one["contact_angle_rad"]) for one in theory["patches"]]
@@ -162,11 +162,7 @@ def test_a_map_marks_where_springs_hold_and_one_ellipse_does_not(made, monkeypat
     text = write_map_report(made, tmp_path).read_text("utf-8")
     page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
     rows = [["".join(cell.itertext()) for cell in line] for line in list(page.iter("table"))[1].iter("tr")]
-    words = "Hertz at all touch points, as springs"
-    assert rows[0][-3:] == [words, f"{words}: p_max", f"{words}: part of a limit"]
-    assert rows[1][-3:] == ["", "", ""]
-    assert rows[2][-3] == "HOLDS"
-    assert rows[2][-1] == f"{load_row(made.cells[1].judged, made.positions[1].placement)['multi_hertz_limit_used']:.2f}"
+    assert [line[-1] for line in rows[1:]] == ["Hertz", "Hertz at all touch points, as springs"]
 
 
 def compared(old, new, tmp_path):

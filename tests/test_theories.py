@@ -17,7 +17,7 @@ from fecontact.comparison.judgement import cheapest, first_standing
 from fecontact.comparison.judging import judge_load, judge_theory
 from fecontact.comparison.measures import MEASURES, MISFITS, deviations_of
 from fecontact.comparison.solved_load import Level, SolvedLoad
-from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES, Theory
+from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES, Loaded, Theory
 from fecontact.contact.grid import ContactGrid
 from fecontact.creep import Creep
 from fecontact.map.cells import ApplicabilityMap, MapPosition
@@ -47,7 +47,14 @@ def solved_on_half_space(case):
     _, expected = expect_on_half_space(case, placement)
     rung = expected.half_space
     level = Level(
-        nodal=rung, fe=rung, otherwise=rung, degrees_of_freedom={"both": 9}, elements={}, enlarged=0, at_edge=False
+        nodal=rung,
+        fe=rung,
+        otherwise=rung,
+        compliance_error=0.0,
+        degrees_of_freedom={"both": 9},
+        elements={},
+        enlarged=0,
+        at_edge=False,
     )
     solved = SolvedLoad(case=case, levels=(level, level), half_space=rung, quadratic=rung, point_noise=None)
     return solved, placement
@@ -183,7 +190,7 @@ def test_ellipses_that_share_a_load_are_told_only_where_several_carry_it(case):
     # two touch points, of which a small load closes one
     assert len(placement.touch_points) == (1 if case is ROUND else 2)
     force = hertz_of_case(case, placement).normal_force_N
-    assert THEORIES[MULTI_HERTZ].approximate(placement, case, force) is None
+    assert THEORIES[MULTI_HERTZ].approximate(Loaded(placement=placement, case=case, normal_force_N=force)) is None
     if case is ROUND:
         load = judge_load(solved_on_half_space(case)[0], placement)
         assert list(load.judgements) == [HERTZ]

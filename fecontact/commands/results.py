@@ -26,6 +26,7 @@ def judge(
     options: VerdictOptions = _OF_VERDICT,
     *,
     measure: Literal["pressure", "force", "theory"] = "pressure",
+    theory: str = "hertz",
     out: Path | None = None,
 ) -> int:
     """Judge stored results again by other criteria, or with friction and creepages, without gmsh and finite elements.
@@ -35,11 +36,13 @@ def judge(
     folder
         Of a study, a map, or a case that fecontact wrote; it stays as it is.
     measure
-        Of a map, what is printed: where Hertz's pressure holds; with friction his creep force; or the cheapest creep
-        theory that holds.
+        Of a map, what is printed: where the pressure holds; with friction Hertz's creep force; or the cheapest theory
+        that holds, with friction also the cheapest law of creep forces.
+    theory
+        Of a map, the theory of the pressure that is printed, and drawn as map_NAME.png.
     out
-        Folder for report.html, tables and pictures of the new verdicts (study.csv and study.json, or map.csv, map.json
-        and map.png, with friction map_force.png, of theories map_theory.csv and map_theory.png).
+        Folder for report.html, tables and pictures of the new verdicts (study.csv and study.json, or map.csv, map.json,
+        map.png and map_theory.png, with friction map_force.png, of laws of forces map_law.csv and map_law.png).
     """
     from fecontact.outputs.words.measures import criteria_text
     from fecontact.runs.judging import JudgedMap
@@ -47,9 +50,9 @@ def judge(
 
     case = options.case()
     if case.creep.asked and (folder / "map.json").is_file():
-        print("forces take some 2 s a cell" + ", theories as much again" * (measure == "theory"), file=sys.stderr)
-    judged = judge_stored(folder, case.criteria, creep=case.creep, measure=measure, out=out)
-    words = _print_judged_map(judged, measure) if isinstance(judged, JudgedMap) else _print_judged(judged)
+        print("forces take some 2 s a cell" + ", laws as much again" * (measure == "theory"), file=sys.stderr)
+    judged = judge_stored(folder, case.criteria, creep=case.creep, measure=measure, theory=theory, out=out)
+    words = _print_judged_map(judged, measure, theory) if isinstance(judged, JudgedMap) else _print_judged(judged)
     print(words.format(criteria=criteria_text(case.criteria)))
     return 0 if judged.all_judged else 3
 
@@ -69,12 +72,12 @@ def _print_judged(judged: JudgedStudy) -> str:
     return f"{cases} judged by {{criteria}}: {changed} changed" + (f", {lost} not judged" if lost else "")
 
 
-def _print_judged_map(judged: JudgedMap, measure: MapMeasure) -> str:
+def _print_judged_map(judged: JudgedMap, measure: MapMeasure, theory: str) -> str:
     """Print the map and what cannot be judged; a line with the criteria is left to say."""
-    from fecontact.outputs.maps.measures import measure_table
+    from fecontact.outputs.terminal.maps import print_map
 
     made = judged.map
-    print(measure_table(made, measure, width=width()))
+    print_map(made, measure, theory, width=width())
     for problem in judged.problems:
         print(f"not judged: {problem}", file=sys.stderr)
     return f"{count(len(made.cells), 'cell')} judged by {{criteria}}"

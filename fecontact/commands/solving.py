@@ -222,6 +222,7 @@ def map_(
     loads_kn: Annotated[str, Parameter(name="--loads-kn", allow_leading_hyphen=True)] = "10,20,50,80,100,125,150",
     out: Path,
     measure: Literal["pressure", "force", "theory"] = "pressure",
+    theory: str = "hertz",
     how: RunOptions = _AS_USUAL,
 ) -> int:
     """Map where Hertz holds over lateral shift and load, with the load up to which it holds at each shift.
@@ -235,15 +236,18 @@ def map_(
     loads_kn
         Wheel loads in kN, likewise.
     out
-        Folder for map.csv, stiffness.csv, map.json and map.png (with friction also map_force.png, where Hertz holds for
-        creep forces), written after each shift, and for each shift a folder
-        in positions/ from which a later map with the same inputs and loads takes it.
+        Folder for map.csv, stiffness.csv, map.json, map.png and map_theory.png (the cheapest theory of the pressure
+        that holds; with friction also map_force.png, where Hertz holds for creep forces), written after each shift, and
+        for each shift a folder in positions/ from which a later map with the same inputs and loads takes it.
     measure
-        What the printed map is about: where Hertz's pressure holds; with --friction his creep force; or the cheapest
-        creep theory that holds, which is also written as map_theory.csv and map_theory.png.
+        What the printed map is about: where the pressure holds; with --friction Hertz's creep force; or the cheapest
+        theory that holds, with friction also the cheapest law of creep forces (map_law.csv, map_law.png).
+    theory
+        Theory of the pressure whose map is printed, and drawn as map_NAME.png; `fecontact theories` lists them.
     """
     from fecontact.inputs.texts import parse_numbers
-    from fecontact.outputs.maps.measures import measure_table, refuse_measure
+    from fecontact.outputs.maps.measures import refuse_measure
+    from fecontact.outputs.terminal.maps import print_map
     from fecontact.runs.folders import prepare_for_map
     from fecontact.runs.map_run import run_map
     from fecontact.solving.placing import with_wheelset
@@ -251,15 +255,17 @@ def map_(
     settings, positions, case = how.settings(), parse_numbers(shifts, "shifts"), options.case()
     if case.roll == "given" and not (options.given("roll") or options.given("roll_rad")):
         case = with_wheelset(case)
-    refuse_measure(case, measure)
+    refuse_measure(case, measure, theory)
     loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
     prepare_for_map(out, case, force=how.force)
     with logged(out / f"run{settings.part_suffix}.log"):
         tell_notes(unusual([replace(case, load_N=load_N) for load_N in loads_N]))
         with many("positions", quiet=how.quiet) as progress:
-            outcome = run_map(case, positions, loads_N, out, measure=measure, settings=settings, progress=progress)
+            outcome = run_map(
+                *(case, positions, loads_N, out), measure=measure, theory=theory, settings=settings, progress=progress
+            )
         if not how.quiet:
-            print(measure_table(outcome.made, measure, width=width()))
+            print_map(outcome.made, measure, theory, width=width())
         _tell_reused(outcome, "positions", how)
         lost = {
             f"{cell.lateral_shift_mm:+g} mm, {cell.load_N / 1e3:g} kN": str(cell.status)
@@ -267,7 +273,7 @@ def map_(
             if cell.status != "converged"
         }
         print_reasons(f"{len(lost)} of {count(len(outcome.made.cells), 'cell')} without a usable result", lost)
-        pictures = ("map.png", "map_force.png", "map_theory.png")
+        pictures = ("map.png", "map_theory.png", f"map_{theory}.png", "map_force.png", "map_law.png")
         _tell_files(out, ("report.html", "map.csv", "stiffness.csv", "map.json", *pictures), "", how)
         if how.part is None and not (out / "stiffness.csv").is_file():
             say("No stiffness.csv: a fit over the load needs three loads or more at a shift", quiet=how.quiet)

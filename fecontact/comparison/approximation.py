@@ -95,6 +95,8 @@ class Approximation:
         Whether two patches overlap, so that they are none of their own.
     status, notes
         What the theory says of its own answer, in a word and in words.
+    solutions
+        Number of approaches that were found to carry the force.
     """
 
     patches: tuple[TheoryPatch, ...]
@@ -102,6 +104,7 @@ class Approximation:
     overlapping: bool = False
     status: TheoryStatus = "solved"
     notes: tuple[str, ...] = ()
+    solutions: int = 1
 
     @property
     def definite(self) -> bool:
@@ -211,6 +214,7 @@ def of_strips(contact: StripContact) -> Approximation:
         approach_mm=contact.approach_mm,
         status=contact.status,
         notes=contact.notes,
+        solutions=contact.solutions,
     )
 
 

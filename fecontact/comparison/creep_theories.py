@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from fecontact.comparison.approximation import TheoryPatch
@@ -30,15 +30,58 @@ from fecontact.rolling.steady import pressure_cells
 from fecontact.theory.creep.contact import Creepages, CreepForce
 from fecontact.theory.creep.forces import CreepPatch, creep_force, force_difference, hertz_patch
 
-CREEP_LAWS: Mapping[str, str] = {
-    "polach": "Polach's law on Hertz's ellipse",
-    "fastsim": "FASTSIM on Hertz's ellipse",
-    "exact": "the exact theory (which may be a table) on Hertz's ellipse",
-    "multi_hertz": "FASTSIM on the ellipses at all touch points, as springs",
-    "strips": "FASTSIM in strips on the real patch",
-    "real": "the exact theory on the real patch",
+
+@dataclass(frozen=True, kw_only=True)
+class CreepLaw:
+    """A law of creep forces on a patch: its name for readers, class of cost, source, and what it takes for granted."""
+
+    words: str
+    cost: str
+    source: str
+    range: str
+
+
+_FASTSIM = "Kalker (1982)"
+_EXACT = "Kalker (1990), variational theory"
+CREEP_LAWS: Mapping[str, CreepLaw] = {
+    "polach": CreepLaw(
+        words="Polach's law on Hertz's ellipse",
+        cost="closed form",
+        source="Polach (1999, 2005)",
+        range="one ellipse; creepages and spin together by one formula",
+    ),
+    "fastsim": CreepLaw(
+        words="FASTSIM on Hertz's ellipse",
+        cost="a sweep over 50 x 50 cells",
+        source=_FASTSIM,
+        range="one ellipse; forces within 5 to 10 % of the exact theory",
+    ),
+    "exact": CreepLaw(
+        words="the exact theory (which may be a table) on Hertz's ellipse",
+        cost="a solver by FFT, or a table made by it",
+        source=_EXACT,
+        range="one ellipse on half-spaces of one material",
+    ),
+    "multi_hertz": CreepLaw(
+        words="FASTSIM on the ellipses at all touch points, as springs",
+        cost="a sweep over 50 x 50 cells a touch point",
+        source=f"{_FASTSIM}; springs of Otero Yugat, Part I",
+        range="patches small against the distance between them",
+    ),
+    "strips": CreepLaw(
+        words="FASTSIM in strips on the real patch",
+        cost="a sweep over 80 strips",
+        source=_FASTSIM,
+        range="any pressure that is known; forces within 5 to 10 % of the exact theory",
+    ),
+    "real": CreepLaw(
+        words="the exact theory on the real patch",
+        cost="a solver by FFT",
+        source=_EXACT,
+        range="any pressure that is known, on half-spaces of one material",
+    ),
 }
-"""Laws of creep forces in words, from the cheapest to that by which all are judged."""
+"""Laws of creep forces, from the cheapest to that by which all are judged."""
 REAL = "real"
 """The last."""
 _COARSE = 24

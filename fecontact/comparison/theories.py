@@ -18,7 +18,7 @@ from fecontact.geometry.touch_points import RelativeCurvature
 from fecontact.theory.analyn import analyn
 from fecontact.theory.equivalent_ellipse import equivalent_ellipse
 from fecontact.theory.gap_line import GapLine, gap_line
-from fecontact.theory.hertz import hertz_from_hessian
+from fecontact.theory.hertz import HertzContact, hertz_from_hessian
 from fecontact.theory.kik_piotrowski import kik_piotrowski
 from fecontact.theory.kpec import kpec
 from fecontact.theory.strip import gap_line_under_load, strip
@@ -55,6 +55,8 @@ class Theory:
         Its class of cost for a vehicle code.
     source, range
         Where it is from, and what it takes for granted.
+    differs
+        What is other than in its source, or was not found there; empty where nothing is.
     approximate
         From a loaded placement to the contact; why the theory has none; or None where it says nothing of its own.
     """
@@ -64,13 +66,28 @@ class Theory:
     source: str
     range: str
     approximate: Approximate
+    differs: str = ""
 
 
 def _hertz(loaded: Loaded, curvature: RelativeCurvature) -> Approximation:
     modulus = loaded.case.contact_modulus_MPa
-    return Approximation.of(
-        hertz_from_hessian(curvature.hessian, normal_force_N=loaded.normal_force_N, contact_modulus_MPa=modulus)
+    hertz = hertz_from_hessian(curvature.hessian, normal_force_N=loaded.normal_force_N, contact_modulus_MPa=modulus)
+    notes = _outside_hertz(loaded.placement, hertz)
+    return replace(Approximation.of(hertz), status="out of range" if notes else "solved", notes=notes)
+
+
+def _outside_hertz(placement: Placement, hertz: HertzContact) -> tuple[str, ...]:
+    """Why a single ellipse is out of its range: a junction, and touch points whose gap it closes too."""
+    first, notes = placement.first, []
+    if first.at_junction:
+        notes.append("the touch point lies at a curvature junction: the ellipse is that of one side")
+    closed = sum(
+        hertz.approach_mm * float(touch.normal @ first.normal) > touch.vertical_gap_mm * float(touch.normal[2])
+        for touch in placement.touch_points
     )
+    if closed > 1:
+        notes.append(f"at its approach {closed} touch points are closed, of which it has one")
+    return tuple(notes)
 
 
 def _at_first_touch(loaded: Loaded) -> Approximation:
@@ -103,6 +120,8 @@ def _at_all_touches(loaded: Loaded) -> Approximation | str | None:
         patches=tuple(sorted(patches, key=lambda one: -one.normal_force_N)),
         approach_mm=points.shared_approach_mm * float(placement.first.normal @ direction),
         overlapping=points.overlapping,
+        status="out of range" if points.overlapping else "solved",
+        notes=("ellipses overlap: they are one patch",) if points.overlapping else (),
     )
 
 
@@ -167,13 +186,15 @@ THEORIES: Mapping[str, Theory] = {
         source="springs of Otero Yugat, Part I, eq. 6, under one approach",
         range="patches small against the distance between them; they know nothing of each other",
         approximate=_at_all_touches,
+        differs="Pascal and Sauvage's search for further ellipses was not found",
     ),
     "equivalent_ellipse": Theory(
         words="Equivalent ellipse",
         cost="closed form an approach",
-        source="width of the overlap, as in SIMPACK; self-consistent level",
+        source="width of the overlap at 0.55 of the approach, practice of vehicle codes",
         range="one region of overlap",
         approximate=_in_strips(equivalent_ellipse),
+        differs="one of several levels in use; Sauvage's and Quost's own definitions were not found",
     ),
     "kik_piotrowski": Theory(
         words="Kik-Piotrowski",
@@ -181,6 +202,7 @@ THEORIES: Mapping[str, Theory] = {
         source="Kik and Piotrowski (1996); Piotrowski and Kik (2008)",
         range="ellipses of a/b near 1; its own area is 6 to 12 % too large on any ellipse",
         approximate=_in_strips(kik_piotrowski),
+        differs="without the shape correction; several regions one by one, which was not seen in print",
     ),
     "stripes": Theory(
         words="STRIPES",
@@ -188,6 +210,7 @@ THEORIES: Mapping[str, Theory] = {
         source="Ayasse and Chollet (2005)",
         range="convex across all over the patch",
         approximate=_in_strips(stripes),
+        differs="constants are those that give Hertz; the paper's smoothing of the curvature was not found: none",
     ),
     "analyn": Theory(
         words="ANALYN",
@@ -195,6 +218,7 @@ THEORIES: Mapping[str, Theory] = {
         source="Sichani, Enblom and Berg (2014), normal part, as in CONTACT",
         range="convex across all over the patch",
         approximate=_in_strips(analyn),
+        differs="curvatures are 1e-4 1/mm at least; how the paper treats a concave gap was not found",
     ),
     "kpec": Theory(
         words="KPEC",
@@ -202,6 +226,7 @@ THEORIES: Mapping[str, Theory] = {
         source="Vollebregt, CONTACT option B = 5",
         range="one region below half the approach",
         approximate=_in_strips(kpec),
+        differs="its part of the approach is held in 0 to 1 for pressures too, not for lengths alone",
     ),
     "strip": Theory(
         words="Strip method",
@@ -209,6 +234,7 @@ THEORIES: Mapping[str, Theory] = {
         source="Knothe and Le The (1984); equations in theory/strip_method.py",
         range="one plane for the whole patch, no yaw",
         approximate=_in_strips(strip, in_plane=False),
+        differs="its own: the condition on the curvature of the surfaces is met in closed form, strip by strip",
     ),
     "half_space": Theory(
         words="Half-space",

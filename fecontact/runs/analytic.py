@@ -10,7 +10,9 @@ from fecontact.creep import Creep
 from fecontact.material import STEEL
 from fecontact.outputs.records.creep import ellipse_creep
 from fecontact.outputs.records.results import hertz_record
+from fecontact.outputs.records.theory_alone import alone_record, check_theory, theories_listed
 from fecontact.solving.hertz_alone import hertz_alone
+from fecontact.solving.theory_alone import theory_alone
 from fecontact.theory.creep.contact import Creepages
 from fecontact.theory.creep.on_ellipse import forces_on_ellipse
 
@@ -34,6 +36,36 @@ def hertz(case: Case) -> Record:
         As `place_case` and `hertz_of_case` do.
     """
     return hertz_record(hertz_alone(case))
+
+
+def theory(case: Case, name: str) -> Record:
+    """One theory of the pressure alone at a case's position, such as `strip` or `multi_hertz`; `theories` lists them.
+
+    >>> import fecontact
+    >>> found = fecontact.theory(fecontact.Case(lateral_shift_mm=4.0), "strip")
+    >>> found["status"], round(found["p_max_MPa"], -1)
+    ('solved', 1490.0)
+
+    `status` is `solved` where the theory is in its range; `notes` say why it is not. `solutions` is the number of
+    approaches that were found to carry the force, and `problem` why there is no contact.
+
+    Raises
+    ------
+    InputError
+        For a name that there is not; as `place_case` does, and where there is no ellipse for Hertz.
+    """
+    check_theory(name)
+    return alone_record(theory_alone(case, name))
+
+
+def theories() -> Record:
+    """The theories of the pressure and the laws of creep forces that are judged, from the cheapest.
+
+    >>> import fecontact
+    >>> list(fecontact.theories()["pressure"])[0], list(fecontact.theories()["forces"])[-1]
+    ('hertz', 'real')
+    """
+    return theories_listed()
 
 
 def creep(

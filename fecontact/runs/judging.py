@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from fecontact.comparison.theories import HERTZ
 from fecontact.creep import Creep
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
@@ -66,6 +67,7 @@ def judge(
     *,
     creep: Creep | None = None,
     measure: MapMeasure = "pressure",
+    theory: str = HERTZ,
     out: str | Path | None = None,
 ) -> JudgedStudy | JudgedMap:
     """Judge a stored study, map or case again, by other criteria or with friction; nothing is solved.
@@ -79,7 +81,9 @@ def judge(
     creep
         Friction and creepages; without friction those of each case.
     measure
-        Of a map, what it is about; by `theory` the cheapest creep theories are judged too.
+        Of a map, what it is about; by `theory` with friction the laws of creep forces are judged too.
+    theory
+        Of a map, one of the pressure whose map is drawn beside that of Hertz.
     out
         Folder for tables, pictures and report of the new verdicts.
 
@@ -93,11 +97,13 @@ def judge(
     creep.refuse_unheard()
     asked = creep if creep.asked else None
     if (folder / "map.json").is_file():
-        made, problems = judge_map(folder, criteria, out, creep=asked, measure=measure)
+        made, problems = judge_map(folder, criteria, out, creep=asked, measure=measure, theory=theory)
         return JudgedMap(map=made, problems=tuple(problems))
-    if measure != "pressure":
+    if measure != "pressure" or theory != HERTZ:
+        what = f"measure is {measure!r}" if measure != "pressure" else f"theory is {theory!r}"
         raise InputError(
-            f"measure is {measure!r}, but {folder} has no map.json; a study and a case have forces by --friction alone"
+            f"{what}, but {folder} has no map.json; a study and a case have every theory in their tables, and forces by"
+            " --friction alone"
         )
     return judge_study(folder, criteria, out, creep=asked)
 
@@ -172,11 +178,12 @@ def judge_map(
     *,
     creep: Creep | None = None,
     measure: MapMeasure = "pressure",
+    theory: str = HERTZ,
 ) -> tuple[ApplicabilityMap, list[str]]:
     """Judge a stored map by given criteria, and with friction and creepages; returns it with what cannot be judged.
 
     A load limit is as sharp as the loads that were solved. `out` is a folder for the files of the new map,
-    by `theory` with those of the cheapest creep theories.
+    by `theory` with friction with those of the laws of creep forces.
 
     Raises
     ------
@@ -186,10 +193,10 @@ def judge_map(
     folder = Path(folder)
     _check_out(folder, out)
     made, problems = read_map(folder, criteria, creep, partial(_judged_positions, creep_laws=measure == "theory"))
-    refuse_measure(made.case, measure)
+    refuse_measure(made.case, measure, theory)
     if out is not None:
-        write_map(made, out)
-        write_map_report(made, out)
+        write_map(made, out, theory=theory)
+        write_map_report(made, out, theory=theory)
     return made, list(problems.values())
 
 

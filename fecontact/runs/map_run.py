@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
+from fecontact.comparison.theories import HERTZ
 from fecontact.errors import InputError
 from fecontact.jobs.engine import OpenRun, Progress, RunSettings, finish, open_run
 from fecontact.jobs.job import Done, Job, Work
@@ -47,6 +48,7 @@ def run_map(
     out: Path,
     *,
     measure: MapMeasure = "pressure",
+    theory: str = HERTZ,
     settings: RunSettings | None = None,
     progress: Progress | None = None,
     crew: Crew | None = None,
@@ -59,7 +61,9 @@ def run_map(
     base_case
         Everything but lateral shift and load.
     measure
-        By `theory` the cheapest creep theories are judged and written too.
+        By `theory` with friction the laws of creep forces are judged and written too.
+    theory
+        One of the pressure, whose map is drawn beside that of Hertz.
     progress
         Called with the number of finished positions, how many there are, and what is under way.
     crew, work
@@ -76,7 +80,7 @@ def run_map(
     if not shifts or not loads:
         raise InputError("map: give at least one lateral shift and one load")
     base_case.creep.refuse_unheard()
-    refuse_measure(base_case, measure)
+    refuse_measure(base_case, measure, theory)
     if base_case.roll == "loaded" and base_case.roll_load_N is None:
         raise InputError(
             "map: it has one roll for all loads of a position; say under which load it is found, roll_load_kN"
@@ -86,7 +90,7 @@ def run_map(
     every = [replace(base_case, lateral_shift_mm=shift, load_N=load) for shift in shifts for load in reversed(loads)]
     cases = {case.lateral_shift_mm: case for case in every[:: len(loads)]}
     with open_run(out, out / "positions", settings, crew, progress) as by:
-        run = _Run(base_case, cases, loads, out, by, work, creep_laws=measure == "theory")
+        run = _Run(base_case, cases, loads, out, by, work, theory=theory, creep_laws=measure == "theory")
         try:
             run.solve()
         except BaseException:
@@ -95,7 +99,7 @@ def run_map(
             raise
         made = run.write()
         if by.settings.part is None and made.positions:
-            write_map_report(made, out)
+            write_map_report(made, out, theory=theory)
     return MapOutcome(made=made, reused=tuple(by.finished.reused), recomputed=by.finished.recomputed)
 
 
@@ -111,10 +115,11 @@ class _Run:
         by: OpenRun,
         work: MakeWork,
         *,
+        theory: str,
         creep_laws: bool,
     ) -> None:
         self._base, self._cases, self._loads, self._out = base_case, cases, loads_N, out
-        self._by, self._work, self._creep_laws = by, work, creep_laws
+        self._by, self._work, self._theory, self._creep_laws = by, work, theory, creep_laws
         self._shifts = {position_id(case, loads_N): shift for shift, case in cases.items()}
         self._positions: dict[float, MapPosition] = {}
         self._drawn_at = -math.inf
@@ -133,7 +138,8 @@ class _Run:
         """Write the files of the map, or of the part, with the positions that are known."""
         found = tuple(self._positions[shift] for shift in sorted(self._positions))
         made = ApplicabilityMap(case=self._base, loads_N=self._loads, positions=found)
-        write_map(made, self._out, f"map{self._by.settings.part_suffix}", provenance=self._provenance(), drawn=drawn)
+        name = f"map{self._by.settings.part_suffix}"
+        write_map(made, self._out, name, theory=self._theory, provenance=self._provenance(), drawn=drawn)
         if drawn:
             self._drawn_at = time.monotonic()
         return made

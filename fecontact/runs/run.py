@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from fecontact.case import Case
+from fecontact.comparison.theories import HERTZ
 from fecontact.errors import InputError
 from fecontact.jobs.engine import Progress, RunSettings
 from fecontact.outputs.maps.measures import MapMeasure
@@ -66,6 +67,7 @@ def map_(
     out: str | Path,
     *,
     measure: MapMeasure = "pressure",
+    theory: str = HERTZ,
     workers: int | None = None,
     force: bool = False,
     progress: Progress | None = None,
@@ -81,7 +83,9 @@ def map_(
     out
         Folder for the results; `fecontact.load` reads them back.
     measure
-        By `theory` the cheapest creep theories are judged and written too.
+        By `theory` with friction the laws of creep forces are judged and written too.
+    theory
+        One of the pressure, whose map is drawn beside that of Hertz.
     workers, force, progress
         As for `run`, with shifts in place of cases.
 
@@ -98,6 +102,7 @@ def map_(
         loads_N,
         Path(out),
         measure=measure,
+        theory=theory,
         settings=settings,
         progress=progress,
     )

@@ -13,7 +13,7 @@ from fecontact.map.load_limit import stretches
 from fecontact.outputs.figures.style import ANSWERS
 from fecontact.outputs.maps.verdicts import force_criterion
 from fecontact.outputs.maps.view import CellView, ColumnView, MapView, part_words
-from fecontact.outputs.records.theories import theories_of
+from fecontact.outputs.records.theories import theories_of_cell
 from fecontact.outputs.words.measures import limits_text
 
 # Blue where Hertz's ellipse is enough, green for several, orange where the real patch is needed; darker where dearer.
@@ -53,7 +53,7 @@ def law_view(made: ApplicabilityMap) -> MapView:
         of=lambda cell: {} if cell.judged is None else cell.judged.creep_laws,
         letters={name: letter for name, (letter, _) in _LAWS.items()},
         colours={name: colour for name, (_, colour) in _LAWS.items()},
-        words=CREEP_LAWS,
+        words={name: law.words for name, law in CREEP_LAWS.items()},
         number=lambda name, judged: "" if name == REAL else f"{1e2 * judged.deviation[FORCE]:.1f}",
         lost="no forces: not solved",
     )
@@ -64,10 +64,10 @@ def law_view(made: ApplicabilityMap) -> MapView:
 
 def theory_view(made: ApplicabilityMap) -> MapView:
     """The cheapest theory of the pressure that holds, and the largest part of a limit that it uses."""
-    found = [_of_pressure(cell) for cell in made.cells]
+    found = [theories_of_cell(cell) for cell in made.cells]
     names = [name for name in THEORIES if any(name in one for one in found)]
     theories = _Theories(
-        of=_of_pressure,
+        of=theories_of_cell,
         letters={name: chr(ord("A") + number) for number, name in enumerate(names)},
         colours={name: _PRESSURE_COLOURS[min(number, len(_PRESSURE_COLOURS) - 1)] for number, name in enumerate(names)},
         words={name: THEORIES[name].words for name in names},
@@ -79,10 +79,6 @@ def theory_view(made: ApplicabilityMap) -> MapView:
     return _view(
         made, theories, "the cheapest theory that holds", limits_text(made.case.criteria), number=number, note=note
     )
-
-
-def _of_pressure(cell: MapCell) -> Mapping[str, Judgement]:
-    return {} if cell.judged is None or cell.status != "converged" else theories_of(cell.judged)
 
 
 def _view(

@@ -12,6 +12,7 @@ from fecontact.comparison.creep_theories import REAL
 from fecontact.comparison.judgement import FORCE, cheapest
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
 from fecontact.outputs.records.results import load_record, shown_case_record, versions
+from fecontact.outputs.records.theories import share_records
 from fecontact.outputs.words.roll import roll_words
 
 Floats = NDArray[np.float64]
@@ -68,6 +69,7 @@ def map_record(made: ApplicabilityMap, provenance: Record | None = None) -> Reco
         "cells": [cell_record(cell) for cell in made.cells],
         "limits": [limit_record(position.lateral_shift_mm, position.limit) for position in made.positions],
         **({"force_limits": _force_limits(made)} if made.case.creep.asked else {}),
+        "theory_shares": share_records(made),
         "stiffness": [row for position in made.positions for row in stiffness_rows(position)],
         "versions": versions(),
         "provenance": provenance or {},

@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from fecontact.comparison.approximation import TheoryPatch
+from fecontact.comparison.approximation import Approximation, TheoryPatch
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.judgement import Judgement, cheapest, first_standing
-from fecontact.comparison.measures import hertz_measures
+from fecontact.comparison.measures import Measures, hertz_measures
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, OF_ELLIPSES, THEORIES
 from fecontact.comparison.verdict import Verdict
-from fecontact.map.cells import ApplicabilityMap
+from fecontact.map.cells import ApplicabilityMap, MapCell
 from fecontact.theory.hertz import HertzContact
 
 Record = dict[str, Any]
@@ -27,6 +27,11 @@ def theories_of(load: JudgedLoad) -> dict[str, Judgement]:
     """Every judged theory; Hertz by the worst of both sides: who takes either curvature must be able to rely on it."""
     worst = max(load.sides.values(), key=lambda side: side.limit_used)
     return {HERTZ: replace(worst, verdict=load.verdict)} | other_theories(load)
+
+
+def theories_of_cell(cell: MapCell) -> dict[str, Judgement]:
+    """Every judged theory of a cell of a map; none of one that may not be used."""
+    return {} if cell.judged is None or cell.status != "converged" else theories_of(cell.judged)
 
 
 def judged_by(load: JudgedLoad | None, theory: str) -> JudgedLoad | Judgement | None:
@@ -53,6 +58,44 @@ def all_ellipses_instead(made: ApplicabilityMap) -> str:
     return " or ".join(theory.words for name, theory in THEORIES.items() if name in found)
 
 
+def share_records(made: ApplicabilityMap) -> list[Record]:
+    """In how many cells of a map each theory of the pressure is the cheapest that holds, and in how many it holds.
+
+    The last lines are the cells where it is open which, where none holds, and those that may not be used.
+    """
+    cells = [theories_of_cell(cell) for cell in made.cells]
+    names = [name for name in THEORIES if any(name in one for one in cells)]
+    found: list[Record] = []
+    for name in names:
+        first = [one[name].limit_used for one in cells if cheapest(one) == name]
+        holding = sum(name in one and one[name].verdict.answer == "HOLDS" for one in cells)
+        found.append(
+            {
+                "theory": name,
+                "words": THEORIES[name].words,
+                "cost": THEORIES[name].cost,
+                "cheapest_cells": len(first),
+                "cheapest_percent": _percent(len(first), len(cells)),
+                "largest_limit_used": max(first, default=None),
+                "holds_cells": holding,
+                "holds_percent": _percent(holding, len(cells)),
+            }
+        )
+    others = {
+        "UNRESOLVED": sum(first_standing(one) is not None and cheapest(one) is None for one in cells),
+        "none": sum(bool(one) and first_standing(one) is None for one in cells),
+        "failed": sum(not one for one in cells),
+    }
+    return found + [
+        {"theory": name, "cheapest_cells": count, "cheapest_percent": _percent(count, len(cells))}
+        for name, count in others.items()
+    ]
+
+
+def _percent(part: int, whole: int) -> float:
+    return 100.0 * part / whole if whole else 0.0
+
+
 def theories_record(load: JudgedLoad) -> Record:
     """Every theory that was judged, and why another one has no contact."""
     judged = {name: judgement_record(one) for name, one in load.judgements.items()}
@@ -65,16 +108,24 @@ def judgement_record(judged: Judgement) -> Record:
     contact = judged.approximation
     assert contact is not None
     return {
-        **judged.measures.as_dict(),
-        "centre_mm": list(contact.centre_mm),
-        "overlapping": contact.overlapping,
-        "status": contact.status,
-        "notes": list(contact.notes),
-        "patches": [_patch_record(one) for one in contact.patches],
+        **contact_record(contact, judged.measures),
         "deviation": dict(judged.deviation),
         "uncertainty": dict(judged.uncertainty),
         "verdict": verdict_record(judged.verdict),
         "limit_used": judged.limit_used,
+    }
+
+
+def contact_record(contact: Approximation, measures: Measures) -> Record:
+    """What a theory of the pressure says of a contact."""
+    return {
+        **measures.as_dict(),
+        "centre_mm": list(contact.centre_mm),
+        "overlapping": contact.overlapping,
+        "status": contact.status,
+        "notes": list(contact.notes),
+        "solutions": contact.solutions,
+        "patches": [_patch_record(one) for one in contact.patches],
     }
 
 

@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.theories import HERTZ, THEORIES
 from fecontact.files import write_text
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap
@@ -15,11 +16,12 @@ from fecontact.outputs.figures.report import ladder_figure, pair_figure, patches
 from fecontact.outputs.maps.verdicts import CAUSE_LETTERS, force_view, verdict_view
 from fecontact.outputs.records.results import versions
 from fecontact.outputs.records.rows import cell_row
-from fecontact.outputs.records.theories import cheapest_words, theory_columns
+from fecontact.outputs.records.theories import cheapest_words, share_records, theory_columns
 from fecontact.outputs.reports.html import heading, items, page, paragraph, picture, table, terms
 from fecontact.outputs.reports.study import REPORT
 from fecontact.outputs.reports.words import GLOSSARY, answer_words, lead_style, measure_terms, question
 from fecontact.outputs.tables.table import Table, TableRow, columns_of
+from fecontact.outputs.tables.theories import shares_table
 from fecontact.outputs.words.pairs import pair_words
 from fecontact.outputs.words.roll import other_wheel_label, roll_words
 from fecontact.outputs.words.verdicts import verdict_reason
@@ -28,8 +30,8 @@ from fecontact.outputs.words.verdicts import verdict_reason
 _MOST_PATCHES = 24
 
 
-def write_map_report(made: ApplicabilityMap, out: Path) -> Path:
-    """Write `report.html` beside `map.csv`, with the pictures of the map."""
+def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) -> Path:
+    """Write `report.html` beside `map.csv`, with the pictures of the map, and that of another theory if it is one."""
     case = made.case
     pair = pair_words(case, " and ")
     verdicts = [cell.verdict if cell.status == "converged" else "failed" for cell in made.cells]
@@ -43,9 +45,11 @@ def write_map_report(made: ApplicabilityMap, out: Path) -> Path:
             paragraph(_rolled(case)),
             picture(out / "map.svg", "Where Hertz holds over lateral shift and load."),
             picture(out / "map_force.svg", "Where he holds for creep forces.") if case.creep.asked else "",
-            picture(out / "map_theory.svg", "The cheapest theory of creep forces that holds.")
-            if made.laws_judged
-            else "",
+            picture(out / f"map_{theory}.svg", f"Where {THEORIES[theory].words} holds.") if theory != HERTZ else "",
+            heading("If not Hertz, what?"),
+            picture(out / "map_theory.svg", "The cheapest theory of the pressure that holds."),
+            table(shares_table(share_records(made))),
+            picture(out / "map_law.svg", "The cheapest law of creep forces that holds.") if made.laws_judged else "",
             heading("Load limits"),
             table(_limits(made)),
             heading("The pair"),

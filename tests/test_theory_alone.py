@@ -1,0 +1,149 @@
+"""Theories by themselves: the list, and one of them at a position, without gmsh or finite elements."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+
+import pytest
+
+import fecontact
+from fecontact.case import Case
+from fecontact.cli import call
+from fecontact.comparison.creep_theories import CREEP_LAWS
+from fecontact.comparison.theories import THEORIES, Loaded
+from fecontact.errors import InputError
+from fecontact.solving.theory_alone import theory_alone, theory_of
+
+# crossed cylinders: the gap is a parabola to 1e-4 over the patch
+ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
+MEASURES = ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "approach_mm", "normal_force_N")
+
+
+def printed(capsys, *words):
+    code = call(list(words))
+    told = capsys.readouterr()
+    return code, told.out, told.err
+
+
+def test_the_list_has_all_theories_with_what_differs_from_their_sources(capsys):
+    code, text, _ = printed(capsys, "theories")
+    assert code == 0
+    for name, theory in THEORIES.items():
+        assert f"  {name}: {theory.words}; {theory.cost}" in " ".join(text.split("\n")), name
+        assert all((theory.words, theory.cost, theory.source, theory.range)), name
+    for name, law in CREEP_LAWS.items():
+        assert all((law.words, law.cost, law.source, law.range)), name
+    code, text, _ = printed(capsys, "theories", "--json")
+    listed = json.loads(text)
+    assert listed == fecontact.theories()
+    assert list(listed["pressure"]) == list(THEORIES)
+    assert list(listed["forces"]) == list(CREEP_LAWS)
+    assert "was not found" in listed["pressure"]["stripes"]["differs"]
+
+
+# what each claims for constant curvature: 0.3 % (strips and steps), of KP its own closed form at a/b 1.3
+@pytest.mark.parametrize("name", [name for name in THEORIES if name != "kik_piotrowski"])
+def test_every_theory_that_is_exact_for_an_ellipse_is_hertz_there(name):
+    hertz = fecontact.hertz(ELLIPTIC)["hertz"]
+    found = fecontact.theory(ELLIPTIC, name)
+    assert (found["status"], found["problem"], found["solutions"]) == ("solved", None, 1)
+    assert len(found["patches"]) == 1
+    # strips and nodes end between two others: their areas
+    areas = {"half_space": 0.01, "strip": 0.005}
+    for measure in MEASURES:
+        within = areas.get(name, 0.003) if measure == "area_mm2" else 0.003
+        assert found[measure] == pytest.approx(hertz[measure], rel=within), measure
+
+
+def test_a_vertical_load_is_more_along_the_normal_and_a_normal_load_is_not():
+    # gauge corner, 17 degrees
+    case = Case(lateral_shift_mm=5.75, roll="touching", load_N=50e3)
+    vertical = theory_alone(case, "strip")
+    cosine = float(vertical.placement.first.normal[2])
+    assert cosine < 0.99
+    assert vertical.normal_force_N == pytest.approx(50e3 / cosine, rel=1e-12)
+    # strips carry it along the normal at first touch; their sweeps end at 0.1 %
+    assert vertical.contact.normal_force_N == pytest.approx(vertical.normal_force_N, rel=5e-3)
+    normal = theory_alone(replace(case, load_kind="normal"), "strip")
+    assert normal.normal_force_N == pytest.approx(50e3, rel=1e-12)
+    assert fecontact.hertz(case)["hertz"]["normal_force_N"] == pytest.approx(vertical.normal_force_N, rel=1e-12)
+
+
+def test_the_strips_follow_the_half_space_where_hertz_does_not():
+    """Two lobes that have grown together, and two patches at 17 and 7 degrees, which share the force otherwise."""
+    for shift, force in ((0.25, 0.002), (5.0, 0.035)):
+        case = Case(lateral_shift_mm=shift, roll="touching", load_N=50e3)
+        strips, exact = (fecontact.theory(case, name) for name in ("strip", "half_space"))
+        hertz = fecontact.theory(case, "hertz")
+        assert strips["status"] == exact["status"] == "solved"
+        assert len(strips["patches"]) == len(exact["patches"])
+        # what carries the load at another angle counts along the normal at first touch
+        assert exact["normal_force_N"] == pytest.approx(strips["normal_force_N"], rel=force)
+        for name, within in (("p_max_MPa", 0.01), ("area_mm2", 0.04), ("a_mm", 0.05), ("b_mm", 0.01)):
+            assert strips[name] == pytest.approx(exact[name], rel=within), (shift, name)
+        assert abs(hertz["p_max_MPa"] / exact["p_max_MPa"] - 1.0) > 0.1
+
+
+def test_a_theory_that_is_out_of_its_range_says_so(capsys):
+    given = ("--shift", "5", "--roll", "touching", "--load-kn", "50")
+    code, text, _ = printed(capsys, "theory", "hertz", *given)
+    assert code == 3
+    assert "status: out of range" in text
+    assert "2 touch points are closed, of which it has one" in text
+    # under a load that closes one of them it is in its range
+    assert printed(capsys, "theory", "hertz", *given[:-1], "0.05")[0] == 0
+    code, text, _ = printed(capsys, "theory", "multi_hertz", *given)
+    assert code == 0
+    assert "all" in text
+    code, text, _ = printed(capsys, "theory", "multi_hertz", *given[:-1], "0.05")
+    assert code == 0
+    assert "nothing of its own here, it is Hertz" in text
+    code, text, _ = printed(capsys, "theory", "kpec", *given, "--json")
+    found = json.loads(text)
+    assert (code, found["status"]) == (3, "out of range")
+    assert any("separate regions" in note for note in found["notes"])
+
+
+def test_a_theory_without_a_contact_says_why(monkeypatch, capsys):
+    entry = replace(THEORIES["analyn"], approximate=lambda _: "the line is too short")
+    monkeypatch.setitem(THEORIES, "analyn", entry)
+    code, text, _ = printed(capsys, "theory", "analyn", "--rail", "circle:300", "--wheel", "cylinder:460", "--json")
+    found = json.loads(text)
+    assert (code, found["status"], found["problem"]) == (3, "no contact", "the line is too short")
+    assert "p_max_MPa" not in found
+    code, text, _ = printed(capsys, "theory", "analyn", "--rail", "circle:300", "--wheel", "cylinder:460")
+    assert (code, text.splitlines()) == (3, ["status: no contact", "the line is too short"])
+
+
+def test_several_approaches_are_counted(monkeypatch):
+    placement = theory_alone(ELLIPTIC, "hertz").placement
+    loaded = Loaded(placement=placement, case=ELLIPTIC, normal_force_N=1e5)
+
+    def several(of):
+        made = THEORIES["hertz"].approximate(of)
+        return replace(made, solutions=2, status="several solutions")
+
+    monkeypatch.setitem(THEORIES, "kpec", replace(THEORIES["kpec"], approximate=several))
+    found = theory_of(loaded, "kpec")
+    assert (found.status, found.contact.solutions) == ("several solutions", 2)
+
+
+def test_bad_input(capsys):
+    code, _, error = printed(capsys, "theory", "hertzz")
+    assert (code, "allowed: hertz, hertz_gauge" in error) == (2, True)
+    code, _, error = printed(capsys, "theory", "strip", "--shift", "40")
+    assert code == 2
+    with pytest.raises(InputError, match="allowed: hertz"):
+        fecontact.theory(ELLIPTIC, "conry")
+
+
+def test_no_finite_element_is_imported():
+    heavy = ["vtk", "pyvista", "gmsh", "matplotlib", "skfem", "pyamg", "pypardiso"]
+    code = (
+        "import sys; from fecontact.cli import call; call(['theory', 'strip', '--shift', '4', '--json']);"
+        f"print([name for name in {heavy!r} if name in sys.modules], file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stderr.strip().splitlines()[-1] == "[]"
+    assert json.loads(done.stdout)["status"] == "solved"
