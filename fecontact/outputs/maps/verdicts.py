@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from fecontact.comparison.creep_verdict import PLACE, SHAPE
 from fecontact.comparison.theories import HERTZ, THEORIES
-from fecontact.comparison.verdict import AT_JUNCTION
+from fecontact.comparison.verdict import AT_JUNCTION, ELEMENTS, PROFILE
 from fecontact.map.cells import ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition
 from fecontact.map.load_limit import stretches
 from fecontact.outputs.figures.style import ANSWER_WORDS, ANSWERS
@@ -23,6 +23,8 @@ CAUSE_LETTERS: Mapping[str, str] = {
     "conformity": "C",
     "curvature varies over the patch": "V",
     AT_JUNCTION: "U",
+    PROFILE: "P",
+    ELEMENTS: "E",
 }
 """Marks of the causes."""
 FORCE_LETTERS: Mapping[str, str] = {PLACE: "P", SHAPE: "F"}
