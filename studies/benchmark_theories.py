@@ -26,7 +26,7 @@ from fecontact.theory.strip import strip, strip_at
 from fecontact.theory.strip_method import solve_strips
 from fecontact.theory.stripes import stripes, stripes_at
 
-CASE = Case(lateral_shift_mm=0.25, wheelset=True)
+CASE = Case(lateral_shift_mm=0.25, roll="touching")
 ROUNDS, ROUND_S = 5, 0.1
 
 
