@@ -26,6 +26,7 @@ from typing import Any
 
 import numpy as np
 
+from fecontact.alone.position import HALF_SPACE, normal_force_of
 from fecontact.case import Case
 from fecontact.comparison.patch import measure_patch
 from fecontact.comparison.theories import HERTZ_GAUGE, Loaded
@@ -35,7 +36,6 @@ from fecontact.inputs.texts import parse_inclination
 from fecontact.regression.checks import Check
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
-from fecontact.solving.theory_alone import HALF_SPACE, normal_force_of
 from fecontact.theory.analyn import analyn
 from fecontact.theory.equivalent_ellipse import equivalent_ellipse
 from fecontact.theory.gap_line import GapLine

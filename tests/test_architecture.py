@@ -34,14 +34,16 @@ ROOMS: dict[str, set[str]] = {
     "comparison": {"errors", "case", "creep", "criteria", "geometry", "theory", "contact", "rolling"},
     "solving": {"errors", "case", "dimensions", "profiles", "geometry", "theory", "contact", "fe", "comparison"},
     "map": {"errors", "case", "geometry", "comparison", "solving"},
+    # no stored result depends on it
+    "alone": {"errors", "case", "geometry", "theory", "comparison", "solving"},
     "regression": {"errors", "files"},
     # knows neither physics nor outputs: what is done, and what is written, is handed in
     "jobs": {"errors", "files"},
     "outputs": {"errors", "files", "case", "creep", "criteria", "profiles", "geometry", "theory", "contact", "fe"}
     | {"comparison", "solving"}
-    | {"map", "regression", "material"},
+    | {"map", "alone", "regression", "material"},
     "runs": {"errors", "files", "inputs", "case", "creep", "criteria", "profiles", "fe", "comparison", "solving", "map"}
-    | {"regression", "jobs", "outputs", "material", "theory"},
+    | {"alone", "regression", "jobs", "outputs", "material", "theory"},
     # how long is left
     "console": {"jobs"},
     "doctor": set(),

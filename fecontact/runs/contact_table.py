@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from fecontact.alone.contact_table import table_lines
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.outputs.records.contact_table import map_columns, ordered, table_row
 from fecontact.outputs.records.results import shown_case_record
 from fecontact.regression.tables import load_table
 from fecontact.runs.load import map_document
-from fecontact.solving.contact_table import table_lines
 
 Record = dict[str, Any]
 

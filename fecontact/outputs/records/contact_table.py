@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from fecontact.alone.contact_table import TableLine
 from fecontact.comparison.measures import hertz_measures
 from fecontact.comparison.theories import THEORIES
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.touch_points import TouchPoint
 from fecontact.profiles.curve import radius_mm
-from fecontact.solving.contact_table import TableLine
 from fecontact.solving.placing import roll_of_case
 from fecontact.theory.hertz import HertzContact
 from fecontact.theory.touch_hertz import HertzPoints

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from fecontact.alone.position import HALF_SPACE, normal_force_of
 from fecontact.case import Case
 from fecontact.comparison.approximation import Approximation
 from fecontact.comparison.measures import MEASURES, Measures, measures_of_theory
@@ -13,7 +14,6 @@ from fecontact.errors import ConvergenceError, InputError
 from fecontact.geometry.placement import Placement
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import hertz_of_case, hertz_points_of_case
-from fecontact.solving.theory_alone import HALF_SPACE, normal_force_of
 from fecontact.theory.gap_line import gap_line
 from fecontact.theory.hertz import HertzContact
 from fecontact.theory.strip import gap_line_under_load, strip
