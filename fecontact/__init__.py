@@ -63,8 +63,8 @@ The story, step by step:
 
 Many cases are solved by `fecontact.run(CASES, FOLDER)`, shifts and loads by `fecontact.map(CASE, SHIFTS, LOADS,
 FOLDER)`; `fecontact.load(FOLDER)` reads back what they and `fecontact solve --out` wrote, and `fecontact.judge(FOLDER)`
-judges it again. What needs no finite elements: `fecontact.hertz`, `theory`, `place` and `geometry` of a case, `creep`
-of an ellipse, and the list of `theories`. The commands of these names do the same and print it.
+judges it again. What needs no finite elements: `fecontact.hertz`, `theory`, `table`, `place` and `geometry` of a case,
+`creep` of an ellipse, and the list of `theories`. The commands of these names do the same and print it.
 """
 
 from importlib import import_module
@@ -85,6 +85,7 @@ if TYPE_CHECKING:
     from fecontact.profiles.given import profile
     from fecontact.profiles.reading import Reading
     from fecontact.runs.analytic import creep, hertz, theories
+    from fecontact.runs.contact_table import table
     from fecontact.runs.judging import judge
     from fecontact.runs.load import load
     from fecontact.runs.run import run
@@ -115,6 +116,7 @@ __all__ = [
     "rows",
     "run",
     "solve",
+    "table",
     "theories",
     "theory",
 ]
@@ -138,6 +140,7 @@ _HOMES = {
     "rows": "outputs.records.rows.rows",
     "run": "runs.run.run",
     "solve": "solving.solve.solve",
+    "table": "runs.contact_table.table",
     "theories": "runs.analytic.theories",
 }
 _HOMES_OF_ROOMS = {

@@ -35,7 +35,7 @@ for group, commands in {
     _START: (start.demo, start.doctor, start.init, start.check),
     _LOOK: (
         *(bodies.profiles, analytic.place, analytic.hertz, analytic.geometry, analytic.creep),
-        *(theories.theories, theories.theory),
+        *(theories.theories, theories.theory, theories.table),
     ),
     _SOLVE: (solving.solve, solving.run, solving.map_, curve.curve),
     _AFTER: (results.judge, results.compare, results.view, bodies.mesh),

@@ -36,14 +36,16 @@ ROOMS: dict[str, set[str]] = {
     "vehicle": {"errors", "inputs", "dimensions", "material", "profiles", "geometry", "contact", "theory"},
     "solving": {"errors", "case", "dimensions", "profiles", "geometry", "theory", "contact", "fe", "comparison"},
     "map": {"errors", "case", "geometry", "comparison", "solving"},
+    # no stored result depends on it
+    "alone": {"errors", "case", "geometry", "theory", "comparison", "solving"},
     "regression": {"errors", "files"},
     # knows neither physics nor outputs: what is done, and what is written, is handed in
     "jobs": {"errors", "files"},
     "outputs": {"errors", "files", "case", "creep", "criteria", "profiles", "geometry", "theory", "contact", "fe"}
     | {"comparison", "solving"}
-    | {"map", "regression", "material", "vehicle"},
+    | {"map", "alone", "regression", "material", "vehicle"},
     "runs": {"errors", "files", "inputs", "case", "creep", "criteria", "profiles", "fe", "comparison", "solving", "map"}
-    | {"regression", "jobs", "outputs", "material", "theory", "dimensions", "vehicle"},
+    | {"regression", "jobs", "outputs", "material", "theory", "dimensions", "vehicle", "alone"},
     # how long is left
     "console": {"jobs"},
     "doctor": set(),

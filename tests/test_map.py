@@ -1010,7 +1010,11 @@ def test_the_report_of_a_map_says_limits_and_cells_beside_its_png(tmp_path):
     map_figure(verdict_view(made), tmp_path / "map.png")
     text = write_map_report(made, tmp_path).read_text("utf-8")
     page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
-    limits, cells = list(page.iter("table"))
+    shares, limits, cells = list(page.iter("table"))
+    # Hertz, and whatever else was judged, each with the cells where it is the cheapest that holds
+    lines = [["".join(cell.itertext()) for cell in line] for line in shares.iter("tr")][1:]
+    assert lines[0][0] == "Hertz"
+    assert sum(int(line[2]) for line in lines) == len(made.cells)
     lines = [["".join(cell.itertext()) for cell in line] for line in limits.iter("tr")][1:]
     assert lines == [[f"{p.lateral_shift_mm:+z.2f}", limit_text(p.limit)] for p in made.positions]
     lines = [["".join(cell.itertext()) for cell in line] for line in cells.iter("tr")][1:]

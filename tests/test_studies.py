@@ -313,3 +313,35 @@ def test_14_measured_profiles_keeps_its_limits():
     assert max(max(map(abs, one.error)) for one in without) > 0.05
     assert study.covered(without) >= 0.9
     assert [case.lateral_shift_mm for case in study.cases(quick=True)] == [4.0]
+
+
+def test_15_cheaper_than_finite_elements(quick, tmp_path):
+    study = module("15_cheaper_than_finite_elements")
+    rows, said = quick("15_cheaper_than_finite_elements", tmp_path)
+    found = study.judged(rows)
+    # Hertz holds at -4 mm alone; strips everywhere, as the half-space does, at 1 % of its cost
+    assert {name: one.holds for name, one in found.items() if name in ("hertz", "strip", "half_space")} == {
+        "hertz": 1,
+        "strip": 3,
+        "half_space": 3,
+    }
+    assert max(map(abs, found["strip"].p_max_percent)) < 0.6
+    # 6 to 11 % too low on any ellipse
+    assert -11.0 < found["kik_piotrowski"].p_max_percent[0] < -6.0
+    assert "The cheapest that holds in all of them: Strip method" in said
+    assert "Hertz: cheapest that holds in 1, holds in 1, fails in 2" in said
+    assert (tmp_path / "cost.png").is_file()
+
+
+def test_15_a_theory_that_says_nothing_of_its_own_is_hertz():
+    study = module("15_cheaper_than_finite_elements")
+    row = {"verdict": "FAILS", "limit_used": 2.0, "p_max_deviation_percent": 9.0, "theory_cheapest": "strip"}
+    row |= {
+        f"theory_{name}_{key}": value
+        for name in study.ALL
+        if name not in ("hertz", "multi_hertz")
+        for key, value in (("verdict", "HOLDS"), ("limit_used", 0.5), ("p_max_deviation_percent", 1.0))
+    }
+    found = study.judged([row])
+    assert found["hertz"] == found["multi_hertz"]
+    assert (found["multi_hertz"].holds, found["strip"].holds) == (0, 1)

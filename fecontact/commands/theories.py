@@ -1,7 +1,9 @@
-"""Commands on the theories themselves: which there are, and one of them at a position, without any mesh."""
+"""Commands on theories without any mesh: which there are, one of them at a position, and tables for vehicle codes."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from cyclopts import Parameter
@@ -12,10 +14,18 @@ from fecontact.options import CaseOptions, options_of
 
 # no stress is looked at, and nothing is meshed
 _OF_THEORY = options_of("place", "profiles", "load", "material", without=("yield_MPa",))
+# a table has lists of these two
+_OF_TABLE = options_of(
+    *("place", "profiles", "load", "material", "verdict"),
+    without=("lateral_shift_mm", "load_N", "yield_MPa"),
+    own_defaults={"roll": "touching, as for a map"},
+)
 if TYPE_CHECKING:
     TheoryOptions: TypeAlias = CaseOptions
+    TableOptions: TypeAlias = CaseOptions
 else:
     TheoryOptions = type(_OF_THEORY)
+    TableOptions = type(_OF_TABLE)
 
 
 def theories(*, json: Annotated[bool, Parameter(negative="")] = False) -> int:
@@ -61,3 +71,53 @@ def theory(
     else:
         print_alone(record)
     return 0 if record["status"] == "solved" else 3
+
+
+def table(
+    options: TableOptions = _OF_TABLE,
+    *,
+    shifts: Annotated[str, Parameter(allow_leading_hyphen=True)],
+    loads_kn: Annotated[str, Parameter(name="--loads-kn", allow_leading_hyphen=True)] = "10,20,50,80,100,125,150",
+    out: Path | None = None,
+    map_: Annotated[Path | None, Parameter(name="--map")] = None,
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Contact table for a vehicle code, over shift and load: touch points, ellipses, strips, stiffness (no mesh).
+
+    The wheelset rolls until both wheels touch, unless a roll is given.
+
+    Parameters
+    ----------
+    shifts
+        Lateral shifts in mm: numbers and ranges FROM:TO:STEP, separated by commas, such as -6:6:0.5.
+    loads_kn
+        Wheel loads in kN, likewise.
+    out
+        File for the table as CSV, with units in the names of its columns.
+    map_
+        Folder of a map of the same contact, whose verdicts are added at the same shifts and loads.
+    json
+        Print the table as JSON and nothing else.
+    """
+    from fecontact.files import json_text
+    from fecontact.inputs.texts import parse_numbers
+    from fecontact.outputs.tables.csv_file import write_csv
+    from fecontact.outputs.terminal.contact_table import print_lines
+    from fecontact.runs.contact_table import table as made_table
+    from fecontact.solving.placing import with_wheelset
+
+    case, positions = options.case(), parse_numbers(shifts, "shifts")
+    if case.roll == "given" and not (options.given("roll") or options.given("roll_rad")):
+        case = with_wheelset(case)
+    loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
+    tell_notes(unusual([replace(case, load_N=load_N) for load_N in loads_N]))
+    rows = made_table(case, positions, loads_N, map_folder=map_)
+    if out is not None:
+        write_csv(rows, out)
+    if json:
+        print(json_text(rows))
+    else:
+        print_lines(rows)
+        if out is not None:
+            print(f"table: {out}")
+    return 3 if any(row["problem"] for row in rows) else 0

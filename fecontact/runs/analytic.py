@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from fecontact.alone.position import theory_alone
 from fecontact.case import Case
 from fecontact.creep import Creep
 from fecontact.material import STEEL
@@ -12,7 +13,6 @@ from fecontact.outputs.records.creep import ellipse_creep
 from fecontact.outputs.records.results import hertz_record
 from fecontact.outputs.records.theory_alone import alone_record, check_theory, theories_listed
 from fecontact.solving.hertz_alone import hertz_alone
-from fecontact.solving.theory_alone import theory_alone
 from fecontact.theory.creep.contact import Creepages
 from fecontact.theory.creep.on_ellipse import forces_on_ellipse
 

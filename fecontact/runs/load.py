@@ -147,6 +147,17 @@ def readable(
         return str(error)
 
 
+def map_document(folder: Path) -> Mapping[str, Any]:
+    """What `map.json` says, as it was written together with `map.csv`.
+
+    Raises
+    ------
+    InputError
+        If it has another layout, or either file was changed.
+    """
+    return _sealed(folder / "map.json", MAP_SCHEMA, "make the map again")
+
+
 def _read_positions(folders: Sequence[Path], criteria: Criteria | None, creep: Creep | None) -> list[MapPosition | str]:
     return [readable(read_position, folder, criteria=criteria, creep=creep) for folder in folders]
 
@@ -166,7 +177,7 @@ def read_map(
     InputError
         If `map.json` has another layout, or no position of the map can be read.
     """
-    document = _sealed(folder / "map.json", MAP_SCHEMA, "make the map again")
+    document = map_document(folder)
     try:
         return _read_map(folder, document, criteria, creep, read)
     except FecontactError:

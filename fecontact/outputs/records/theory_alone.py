@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
+from fecontact.alone.position import TheoryAlone
 from fecontact.comparison.creep_theories import CREEP_LAWS
 from fecontact.comparison.theories import THEORIES, Theory
 from fecontact.errors import InputError
 from fecontact.outputs.records.results import shown_case_record, versions
 from fecontact.outputs.records.theories import contact_record
-from fecontact.solving.theory_alone import TheoryAlone
 
 Record = dict[str, Any]
 

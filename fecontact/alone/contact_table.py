@@ -1,0 +1,164 @@
+"""Lines of a contact table over lateral shift and load: what a vehicle code looks up in place of solving a contact."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from fecontact.alone.position import HALF_SPACE, normal_force_of
+from fecontact.case import Case
+from fecontact.comparison.approximation import Approximation
+from fecontact.comparison.measures import MEASURES, Measures, measures_of_theory
+from fecontact.comparison.theories import THEORIES, Loaded
+from fecontact.errors import ConvergenceError, InputError
+from fecontact.geometry.placement import Placement
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import hertz_of_case, hertz_points_of_case
+from fecontact.theory.gap_line import gap_line
+from fecontact.theory.hertz import HertzContact
+from fecontact.theory.strip import gap_line_under_load, strip
+from fecontact.theory.touch_hertz import HertzPoints
+
+STRIPS = "strip"
+"""The strip method, by the name it has among `THEORIES`."""
+_CENTRE = "centre_over_b"
+# Part of the force to either side over which the stiffness of the strips is taken.
+_SIDE = 0.02
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Strips:
+    """The strip method's contact, and by how much its force grows with the approach (N/mm)."""
+
+    contact: Approximation
+    stiffness_N_per_mm: float
+
+    @property
+    def measures(self) -> Measures:
+        """Its measures."""
+        return measures_of_theory(self.contact)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TableLine:
+    """A position under one load.
+
+    Attributes
+    ----------
+    case
+        With shift and load of the line.
+    placement
+        None where the wheel cannot stand, see `problem`.
+    hertz, points
+        The ellipse at the first touch point, and those at all touch points as springs; None where there is none.
+    strips
+        None where the strip method has no contact.
+    cheapest
+        The cheapest theory whose peak, area, half-widths and centre are within the case's criteria of the strips', with
+        its own status; empty where the strips are out of their range. It is no verdict: nothing is solved.
+    problem
+        What is missing, in words.
+    """
+
+    case: Case
+    placement: Placement | None = None
+    hertz: HertzContact | None = None
+    points: HertzPoints | None = None
+    strips: Strips | None = None
+    cheapest: str = ""
+    cheapest_status: str = ""
+    problem: str = ""
+
+
+def table_lines(case: Case, lateral_shifts_mm: Sequence[float], loads_N: Sequence[float]) -> Iterator[TableLine]:
+    """Lines by shift, then load; where a wheel cannot stand, or no ellipse fits, a line says so.
+
+    A wheel is placed once a shift, but for a roll that depends on the load.
+    """
+    every_load = case.roll == "loaded" and case.roll_load_N is None
+    for shift in lateral_shifts_mm:
+        placed: Placement | str | None = None
+        for load_N in loads_N:
+            own = replace(case, lateral_shift_mm=shift, load_N=load_N)
+            if placed is None or every_load:
+                placed = _placed(own)
+            yield TableLine(case=own, problem=placed) if isinstance(placed, str) else _line(own, placed)
+
+
+def _placed(case: Case) -> Placement | str:
+    try:
+        return place_case(case)
+    except (InputError, ConvergenceError) as error:
+        return str(error)
+
+
+def _line(case: Case, placement: Placement) -> TableLine:
+    problems = []
+    hertz = None
+    try:
+        hertz = hertz_of_case(case, placement)
+    except InputError as error:
+        problems.append(str(error))
+    loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))
+    strips = _strips(loaded)
+    if isinstance(strips, str):
+        problems.append(f"{THEORIES[STRIPS].words}: {strips}")
+        return TableLine(
+            case=case,
+            placement=placement,
+            hertz=hertz,
+            points=hertz_points_of_case(case, placement),
+            problem="; ".join(problems),
+        )
+    name, status = _cheapest(loaded, strips.contact)
+    return TableLine(
+        case=case,
+        placement=placement,
+        hertz=hertz,
+        points=hertz_points_of_case(case, placement),
+        strips=strips,
+        cheapest=name,
+        cheapest_status=status,
+        problem="; ".join(problems),
+    )
+
+
+def _strips(loaded: Loaded) -> Strips | str:
+    """The strips with their stiffness on the same gap, or why there are none."""
+    contact = THEORIES[STRIPS].approximate(loaded)
+    if not isinstance(contact, Approximation):
+        return str(contact)
+    case, force = loaded.case, loaded.normal_force_N
+    modulus = case.contact_modulus_MPa
+    line = (
+        gap_line(loaded.placement, contact_modulus_MPa=modulus)
+        if case.load_kind == "normal"
+        else gap_line_under_load(loaded.placement, force, contact_modulus_MPa=modulus)
+    )
+    less, more = (strip(line, (1.0 + side) * force) for side in (-_SIDE, _SIDE))
+    stiffness = (more.normal_force_N - less.normal_force_N) / (more.approach_mm - less.approach_mm)
+    return Strips(contact=contact, stiffness_N_per_mm=stiffness)
+
+
+def _cheapest(loaded: Loaded, strips: Approximation) -> tuple[str, str]:
+    """Name and status of the cheapest theory within the criteria of the strips; empty where these are out of range."""
+    if strips.status != "solved":
+        return "", ""
+    for name in THEORIES:
+        if name == HALF_SPACE:
+            break
+        try:
+            made = THEORIES[name].approximate(loaded)
+        except InputError:
+            # no ellipse fits
+            continue
+        if isinstance(made, Approximation) and _is_within(made, strips, loaded.case.criteria.limits):
+            return name, made.status
+    return STRIPS, strips.status
+
+
+def _is_within(made: Approximation, strips: Approximation, limits: dict[str, float]) -> bool:
+    own, wanted = (measures_of_theory(one).as_dict() for one in (made, strips))
+    off = {name: own[name] / wanted[name] - 1.0 for name in MEASURES}
+    off[_CENTRE] = (made.centre_mm[1] - strips.centre_mm[1]) / made.half_widths_mm[1]
+    return all(abs(off[name]) <= limit for name, limit in limits.items() if name in off)

@@ -1,0 +1,188 @@
+"""Contact tables: what a vehicle code looks up, and the verdicts of a stored map beside it."""
+
+import csv
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fecontact
+from fecontact.case import Case
+from fecontact.cli import call
+from fecontact.comparison.theories import THEORIES
+from fecontact.criteria import Criteria
+from fecontact.errors import InputError
+from fecontact.files import write_sealed
+from fecontact.outputs.records.map import MAP_SCHEMA
+from fecontact.outputs.records.results import shown_case_record
+from fecontact.outputs.tables.csv_file import write_csv
+from fecontact.solving.placing import place_case
+
+README = Path(__file__).parents[1] / "README.md"
+ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
+WHEELSET = Case(roll="touching")
+SIZES = ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "approach_mm")
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return fecontact.table(WHEELSET, [-4.0, 0.25, 5.0], [50e3, 100e3])
+
+
+def test_where_hertz_is_exact_strips_and_springs_are_hertz():
+    (row,) = fecontact.table(ELLIPTIC, [0.0], [100e3])
+    for name in SIZES:
+        # 100 strips; the area ends between two
+        assert row[f"strip_{name}"] == pytest.approx(row[f"hertz_{name}"], rel=0.005), name
+    # N goes with the power of 1.5 of the approach: a closed form for the difference quotient of the strips
+    assert row["hertz_stiffness_N_per_mm"] == pytest.approx(1.5e5 / row["hertz_approach_mm"], rel=1e-12)
+    assert row["strip_stiffness_N_per_mm"] == pytest.approx(row["hertz_stiffness_N_per_mm"], rel=0.01)
+    assert row["springs_approach_mm"] == pytest.approx(row["hertz_approach_mm"], rel=1e-9)
+    assert row["touch1_spring_N_per_mm15"] * row["hertz_approach_mm"] ** 1.5 == pytest.approx(1e5, rel=1e-9)
+    assert (row["touch1_rail_radius_mm"], row["touch1_wheel_rolling_radius_mm"]) == pytest.approx((300.0, 460.0))
+    assert row["touch1_wheel_lateral_radius_mm"] is None
+    assert (row["cheapest_theory"], row["cheapest_theory_status"], row["problem"]) == ("hertz", "solved", "")
+
+
+def test_the_stiffness_is_the_slope_over_the_loads():
+    """From line to line, where the patch lies across a junction: 0.2 % are reached over 5 % of the load."""
+    loads = np.array([95e3, 100e3, 105e3])
+    low, middle, high = fecontact.table(WHEELSET, [3.0], loads)
+    slope = (high["strip_normal_force_N"] - low["strip_normal_force_N"]) / (
+        high["strip_approach_mm"] - low["strip_approach_mm"]
+    )
+    assert middle["strip_stiffness_N_per_mm"] == pytest.approx(slope, rel=0.01)
+
+
+def test_lines_are_those_of_the_geometry_and_of_each_theory_alone(rows):
+    assert [(row["lateral_shift_mm"], row["load_kN"]) for row in rows] == [
+        (shift, load) for shift in (-4.0, 0.25, 5.0) for load in (50.0, 100.0)
+    ]
+    # all lines have the same columns, touch points last
+    assert len({tuple(row) for row in rows}) == 1
+    names = list(rows[0])
+    first = next(place for place, name in enumerate(names) if re.match(r"touch\d", name))
+    assert all(re.match(r"touch\d_", name) for name in names[first:])
+    for row in rows[::2]:
+        case = replace(WHEELSET, lateral_shift_mm=row["lateral_shift_mm"], load_N=50e3)
+        touches = place_case(case).touch_points
+        assert row["touch_points"] == len(touches)
+        for number, touch in enumerate(touches, 1):
+            assert row[f"touch{number}_contact_angle_rad"] == touch.contact_angle_rad
+            assert row[f"touch{number}_rail_y_mm"] == touch.rail_y_mm
+        for theory in ("hertz", "strip"):
+            alone = fecontact.theory(case, theory)
+            assert row[f"{theory}_normal_force_N"] == pytest.approx(alone["normal_force_N"], rel=1e-12)
+            for name in SIZES:
+                assert row[f"{theory}_{name}"] == pytest.approx(alone[name], rel=1e-12), (theory, name)
+        springs = fecontact.theory(case, "multi_hertz")
+        forces = [row.get(f"touch{number}_spring_force_N") or 0.0 for number in (1, 2)]
+        assert sum(forces) == pytest.approx(springs["normal_force_N"], rel=1e-9)
+        # with the springs the vertical load is carried
+        angles = [row.get(f"touch{number}_contact_angle_rad") or 0.0 for number in (1, 2)]
+        assert np.cos(angles) @ forces == pytest.approx(50e3, rel=1e-4)
+
+
+def test_the_cheapest_theory_is_within_the_criteria_of_the_strips(rows):
+    found = {(row["lateral_shift_mm"], row["load_kN"]): row["cheapest_theory"] for row in rows}
+    # by the finite elements: Hertz holds at -4 mm, nothing below the strips at 0.25 mm, springs are near at 5 mm
+    assert (found[-4.0, 50.0], found[0.25, 50.0], found[5.0, 50.0]) == ("hertz", "strip", "multi_hertz")
+    for row in rows:
+        if row["cheapest_theory"] == "hertz":
+            assert row["hertz_p_max_MPa"] == pytest.approx(row["strip_p_max_MPa"], rel=0.05)
+    # at -4 mm Hertz's peak is 0.2 % off the strips'
+    (strict,) = fecontact.table(replace(WHEELSET, criteria=Criteria(p_max=1e-3)), [-4.0], [50e3])
+    assert strict["cheapest_theory"] not in ("hertz", "")
+
+
+def test_a_theory_that_is_near_by_chance_keeps_its_own_status(monkeypatch):
+    entry = THEORIES["hertz"]
+    doubtful = replace(entry, approximate=lambda of: replace(entry.approximate(of), status="out of range"))
+    monkeypatch.setitem(THEORIES, "hertz", doubtful)
+    (row,) = fecontact.table(WHEELSET, [-4.0], [50e3])
+    assert (row["cheapest_theory"], row["cheapest_theory_status"]) == ("hertz", "out of range")
+
+
+def test_positions_without_a_contact_are_lines_too(tmp_path, capsys):
+    out = tmp_path / "table.csv"
+    assert call(["table", "--shifts=-4,40", "--loads-kn", "50", "--out", str(out)]) == 3
+    told = capsys.readouterr().out
+    assert "+40.00 mm, 50 kN: lateral shift 40 mm of the wheelset" in told
+    good, bad = csv.DictReader(out.read_text("utf-8").splitlines())
+    assert float(good["strip_p_max_MPa"]) == pytest.approx(908, abs=2)
+    assert "shifts between -6 and 6 mm" in bad["problem"]
+    assert bad["strip_p_max_MPa"] == ""
+
+
+@pytest.fixture
+def stored(tmp_path):
+    """A map of two cells as `fecontact map` writes it, with planted verdicts."""
+
+    def write(case):
+        told = [
+            ("HOLDS", {"theory_cheapest": "hertz", "theory_strip_verdict": "HOLDS"}),
+            ("FAILS", {"theory_cheapest": "strip", "theory_strip_verdict": "UNRESOLVED"}),
+        ]
+        cells = [
+            {"lateral_shift_mm": -4.0, "load_kN": load, "status": "converged", "verdict": verdict, **more}
+            for load, (verdict, more) in zip((50.0, 100.0), told, strict=True)
+        ]
+        folder = tmp_path / "map"
+        folder.mkdir()
+        write_csv(cells, folder / "map.csv")
+        document = {"schema": MAP_SCHEMA, "case": shown_case_record(case), "cells": []}
+        write_sealed(folder / "map.json", document, [folder / "map.csv"])
+        return folder
+
+    return write
+
+
+def test_the_verdicts_of_a_stored_map_are_added_where_shift_and_load_are_the_same(stored):
+    # criteria, meshes and yield stress say nothing of which contact it is
+    folder = stored(replace(WHEELSET, resolution="fine", criteria=Criteria(p_max=0.01)))
+    rows = fecontact.table(WHEELSET, [-4.0, -3.99], [50e3, 100e3], map_folder=folder)
+    told = [(row["map_status"], row["map_cheapest_theory"], row["map_hertz_verdict"]) for row in rows]
+    assert told[:2] == [("converged", "hertz", "HOLDS"), ("converged", "strip", "FAILS")]
+    # beside it nothing is taken over
+    assert told[2:] == [("not in the map", None, None)] * 2
+    assert [row["map_strip_verdict"] for row in rows] == ["HOLDS", "UNRESOLVED", None, None]
+
+
+def test_a_map_of_another_contact_is_refused(stored, capsys):
+    folder = stored(replace(WHEELSET, rail="60E2"))
+    with pytest.raises(InputError, match="rail '60E2' there, '60E1' here"):
+        fecontact.table(WHEELSET, [-4.0], [50e3], map_folder=folder)
+    text = (folder / "map.csv").read_text("utf-8")
+    (folder / "map.csv").write_text(text.replace("HOLDS", "FAILS"), "utf-8")
+    with pytest.raises(InputError, match=r"map\.csv"):
+        fecontact.table(replace(WHEELSET, rail="60E2"), [-4.0], [50e3], map_folder=folder)
+    assert call(["table", "--shifts", "0", "--map", str(folder / "none")]) == 2
+    with pytest.raises(InputError, match="at least one lateral shift"):
+        fecontact.table(WHEELSET, [], [50e3])
+
+
+def test_a_table_as_json_is_the_table_alone(capsys):
+    assert call(["table", "--shifts", "4", "--loads-kn", "100", "--json"]) == 0
+    (row,) = json.loads(capsys.readouterr().out)
+    (same,) = fecontact.table(WHEELSET, [4.0], [100e3])
+    assert row["strip_p_max_MPa"] == same["strip_p_max_MPa"]
+
+
+def test_the_example_of_the_readme_reads_a_table(tmp_path, monkeypatch):
+    """As it stands, on the table of the command above it."""
+    text = README.read_text("utf-8").partition("### Contact tables")[2].partition("\n#")[0]
+    code = text.partition("```python")[2].partition("```")[0]
+    monkeypatch.chdir(tmp_path)
+    assert call(["table", "--shifts=-6:6:1", "--loads-kn", "20,50,100,150", "--out", "table.csv"]) == 0
+    names: dict = {}
+    exec(compile(code, "README", "exec"), names)
+    # between two lines, and on one
+    approach, stiffness = names["contact"](4.0, 100e3)
+    (row,) = fecontact.table(WHEELSET, [4.0], [100e3])
+    assert (approach, stiffness) == pytest.approx((row["strip_approach_mm"], row["strip_stiffness_N_per_mm"]), rel=1e-6)
+    (between,) = fecontact.table(WHEELSET, [-3.5], [70e3])
+    # straight between 1 mm and 50 kN
+    assert names["contact"](-3.5, 70e3)[0] == pytest.approx(between["strip_approach_mm"], rel=0.02)
