@@ -21,12 +21,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, save_figure
 
 from fecontact.case import Case
 from fecontact.geometry.placement import pair_of
 from fecontact.geometry.wheelset import Wheelset
 from fecontact.material import STEEL
+from fecontact.outputs.figures.style import MARKS, SERIES, blank_figure, finish, save_figure
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.regression.checks import Check
 from fecontact.vehicle.conditions import Conditions, lines_of

@@ -16,11 +16,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fecontact.outputs.style import SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
 
 from fecontact.case import RESOLUTIONS, Case
 from fecontact.comparison.verdict import FROM_BEST, answer_of
 from fecontact.criteria import Criteria
+from fecontact.outputs.figures.style import SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
 from fecontact.regression.checks import Check
 
 Row = dict[str, Any]

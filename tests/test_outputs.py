@@ -234,8 +234,8 @@ def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
     # a single ellipse carries the load: several are no theory of their own
     assert list(record["theories"]) == [name for name in THEORIES if name not in ("hertz_gauge", "multi_hertz")]
     assert list(record["theories"]["hertz"]) == [
-        *MEASURES, "centre_mm", "overlapping", "status", "notes", "solutions", "patches", "deviation", "uncertainty", "verdict",
-        "limit_used",
+        *MEASURES, "centre_mm", "overlapping", "status", "notes", "solutions", "patches", "deviation", "uncertainty",
+        "verdict", "limit_used",
     ]  # fmt: skip
     assert record["theories"]["hertz"]["deviation"] == record["deviation"]
     assert list(record["rungs"]) == ["hertz", "half_space_quadratic", "half_space", "elements", "fe"]
