@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fecontact.outputs.stored import read_arrays
 from test_load import solved_folder as _solved_folder
 from test_study import run as run_fakes
 from test_study import study
@@ -21,6 +20,7 @@ from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.files import SEAL, broken_seal, json_text, read_json, write_json, write_sealed
 from fecontact.jobs.store import MANIFEST, write_manifest
+from fecontact.outputs.records.stored import read_arrays
 from fecontact.runs.case_store import FIELDS, RESULT
 from fecontact.runs.identity import case_id, origin_of
 

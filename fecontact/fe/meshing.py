@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from fecontact.dimensions import BodySize
 from fecontact.errors import FoldedMesh, InputError
@@ -25,6 +26,10 @@ _SWEEP_RATIO = 1.7
 _SAME_POINT_MM = 1e-3
 # Nodes are put on the line; on a steep one heights are known a hundred times worse than places.
 _ON_PROFILE_MM = 1e-6
+# Distance of the places of a line that they are held against.
+_LOOKED_AT_MM = 0.02
+# From the nearest of them to the foot of a point: each squares what is left.
+_STEPS_ALONG = 3
 # The surface by which each body is held.
 _BASE = {"rail": "fixed", "wheel": "driven"}
 # The wheel's uniform zone reaches this many steps further than the rail's, so that it covers it wholly.
@@ -100,16 +105,25 @@ def check_on_profiles(placement: Placement, rail: BodyMesh, wheel: BodyMesh) -> 
     """Guard of the hand-over: contact surfaces lie where both bodies stand, or their gap would be another one."""
     on_rail, on_wheel = (mesh.points[mesh.contact_nodes.ravel()] for mesh in (rail, wheel))
     pose = placement.rail
-    c, s = np.cos(pose.inclination_rad), np.sin(pose.inclination_rad)
+    cosine, sine = np.cos(pose.inclination_rad), np.sin(pose.inclination_rad)
     from_crown = on_rail[:, 1:] - [pose.crown_y_mm, pose.crown_z_mm]
     around = placement.wheel
     from_axle = (on_wheel - around.centre_mm) @ around.axes
     radius = np.hypot(from_axle[:, 0], from_axle[:, 2])
     for profile, y, z in (
-        (pose.profile, from_crown @ [c, s], from_crown @ [-s, c]),
+        (pose.profile, from_crown @ [cosine, sine], from_crown @ [-sine, cosine]),
         (around.profile, from_axle[:, 1] - around.tape_circle_y_mm, around.rolling_radius_mm - radius),
     ):
-        off = float(np.abs(profile.evaluate(profile.locate(y)).z - z).max())
+        # the nearest place of the line, not the one above: a tongue has several at one y
+        places = np.arange(0.0, profile.length_mm, _LOOKED_AT_MM)
+        line = profile.evaluate(profile.at_arc_length(places))
+        s = places[cKDTree(np.stack([line.y, line.z], axis=-1)).query(np.stack([y, z], axis=-1))[1]]
+        for _ in range(_STEPS_ALONG):
+            foot = profile.evaluate(profile.at_arc_length(np.clip(s, 0.0, profile.length_mm)))
+            along, up = np.cos(foot.angle_rad), np.sin(foot.angle_rad)
+            across = (z - foot.z) * along - (y - foot.y) * up
+            s = s + (y - foot.y) * along + (z - foot.z) * up
+        off = float(np.abs(across).max())
         assert off < _ON_PROFILE_MM, f"{profile.kind} {profile.name}: its mesh is {off:.2g} mm beside its surface"
 
 
