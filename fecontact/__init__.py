@@ -145,7 +145,7 @@ _HOMES = {
 }
 _HOMES_OF_ROOMS = {
     "creep": "runs.analytic.creep",
-    "geometry": "outputs.records.contact_functions.functions_of_case",
+    "geometry": "runs.wheelset.geometry",
     "map": "runs.run.map_",
     "theory": "runs.analytic.theory",
 }

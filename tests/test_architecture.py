@@ -45,7 +45,7 @@ ROOMS: dict[str, set[str]] = {
     | {"comparison", "solving"}
     | {"map", "alone", "regression", "material", "vehicle"},
     "runs": {"errors", "files", "inputs", "case", "creep", "criteria", "profiles", "fe", "comparison", "solving", "map"}
-    | {"regression", "jobs", "outputs", "material", "theory", "dimensions", "vehicle", "alone"},
+    | {"regression", "jobs", "outputs", "material", "theory", "geometry", "dimensions", "vehicle", "alone"},
     # how long is left
     "console": {"jobs"},
     "doctor": set(),
@@ -156,6 +156,7 @@ def test_no_module_takes_what_another_keeps_for_itself():
 EVALUATES = {
     *("worst_of", "judged_force", "with_creep_laws", "with_laws", "creep_of", "force_verdict", "force_limit"),
     *("rolling_load", "creep_force", "creep_forces", "forces_on_ellipse", "fit_stiffness", "stiffness_of"),
+    *("place", "place_wheelset", "place_wheelset_of_case", "wheelset_of_case", "contact_functions"),
     *("place_case", "hertz_alone", "hertz_of_case", "hertz_points", "hertz_points_of_case", "hertz_uncertainty"),
     *("load_limit", "uncertainty", "uncertainties", "deviations", "deviations_of", "misfit_of", "misfit_of_theory"),
     *("measures_of", "values_of", "patch_of", "measure_patch", "compare", "expect_on_half_space", "preview", "solve"),

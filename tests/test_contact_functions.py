@@ -14,11 +14,12 @@ from fecontact.cli import call
 from fecontact.geometry.contact_functions import contact_functions, harmonic_conicity, rolling_radius_difference_mm
 from fecontact.geometry.placement import pair_of
 from fecontact.geometry.wheelset import Wheelset
-from fecontact.outputs.records.contact_functions import functions_of_case, functions_record
+from fecontact.outputs.records.contact_functions import functions_record
 from fecontact.outputs.terminal.contact_functions import print_functions
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Line
 from fecontact.profiles.shapes import circular_rail_head
+from fecontact.runs.wheelset import geometry
 from fecontact.solving.placing import place_case, wheelset_of_case
 
 TABLE = [-5.0, -3.0, -0.5, 0.0, 0.5, 1.0, 3.0, 5.0]
@@ -26,7 +27,7 @@ TABLE = [-5.0, -3.0, -0.5, 0.0, 0.5, 1.0, 3.0, 5.0]
 
 @pytest.fixture(scope="module")
 def standard():
-    return functions_of_case(Case(), TABLE)
+    return geometry(Case(), TABLE)
 
 
 # --- equivalent conicity ----------------------------------------------------------------------------------------------
@@ -112,7 +113,7 @@ def test_positions_are_those_of_the_wheelset(standard):
 
 def test_other_sides_are_no_mirror_images():
     case = Case(opposite=Opposite(rolling_radius_mm=459.0))
-    found = functions_of_case(case, [-1.0, 1.0])
+    found = geometry(case, [-1.0, 1.0])
     assert not found.symmetric
     for shift, placed in found.positions.items():
         again = wheelset_of_case(case).at(shift)
@@ -123,7 +124,7 @@ def test_other_sides_are_no_mirror_images():
 
 
 def test_a_record_says_units_and_what_cannot_be(standard):
-    record = functions_record(Case(), functions_of_case(Case(), [2.0, 8.0]))
+    record = functions_record(Case(), geometry(Case(), [2.0, 8.0]))
     good, bad = record["positions"]
     assert "derails" in bad["problem"]
     assert good["lift_mm"] > 0.0
@@ -157,7 +158,7 @@ def test_the_table_fits_its_width_and_names_what_it_has_no_room_for(standard, wi
 
 def test_a_table_goes_on_where_the_flange_climbs_if_that_is_asked_for():
     case = Case(flange_climb=True)
-    record = functions_record(case, functions_of_case(case, [6.0, 7.0, 8.0]))
+    record = functions_record(case, geometry(case, [6.0, 7.0, 8.0]))
     assert record["case"]["flange_climb"] is True
     angles = [row["left"]["touch_points"][0]["contact_angle_rad"] for row in record["positions"]]
     # over 70 degrees and down again

@@ -52,7 +52,7 @@ def test_rooms_that_have_the_name_of_a_function_are_called_as_it(tmp_path):
         fecontact.map(Case(), [], [], tmp_path)
 
 
-@pytest.mark.parametrize("module", ["runs.analytic", "outputs.records.contact_functions", "solving.preview"])
+@pytest.mark.parametrize("module", ["runs.analytic", "runs.wheelset", "solving.preview"])
 def test_the_examples_of_functions_have_these_numbers(module):
     done = doctest.testmod(importlib.import_module(f"fecontact.{module}"))
     assert done.attempted >= 2

@@ -182,11 +182,12 @@ def geometry(
     """
     from fecontact.files import json_text
     from fecontact.inputs.texts import parse_numbers
-    from fecontact.outputs.records.contact_functions import functions_of_case, functions_record
+    from fecontact.outputs.records.contact_functions import functions_record
     from fecontact.outputs.terminal.contact_functions import print_functions
+    from fecontact.runs.wheelset import geometry as wheelset_geometry
 
     case = options.case()
-    found = functions_of_case(case, parse_numbers(shifts, "shifts"))
+    found = wheelset_geometry(case, parse_numbers(shifts, "shifts"))
     if out is not None:
         from fecontact.outputs.figures.contact_functions import functions_figure
 

@@ -2,56 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fecontact.case import Case, case_record
-from fecontact.errors import InputError
-from fecontact.geometry.contact_functions import ContactFunctions, contact_functions, rolling_radius_difference_mm
+from fecontact.geometry.contact_functions import ContactFunctions, rolling_radius_difference_mm
 from fecontact.geometry.placement import Placement
-from fecontact.geometry.wheelset import PlacedWheelset, possible_wheelset_shifts
+from fecontact.geometry.wheelset import PlacedWheelset
 from fecontact.profiles.curve import radius_mm
 from fecontact.profiles.identity import profile_identity
-from fecontact.solving.placing import wheelset_of_case
-
-if TYPE_CHECKING:
-    pass
 
 Record = dict[str, Any]
 
-
 GEOMETRY_SCHEMA = "fecontact/geometry/1"
-
-
 _INPUTS = ("rail", "wheel", "inclination_rad", "yaw_rad", "rolling_radius_mm", "track", "opposite", "flange_climb")
-
-
 # where something is said about them
 _READINGS = ("rail_file", "wheel_file")
-
-
-def functions_of_case(case: Case, shifts_mm: Sequence[float]) -> ContactFunctions:
-    """The wheelset of a case at many shifts; the case's own shift, roll and side do not count.
-
-    >>> import fecontact
-    >>> found = fecontact.geometry(fecontact.Case(), [0.0, 5.0])
-    >>> round(1e3 * found.positions[5.0].roll_rad, 2)
-    0.34
-
-    Raises
-    ------
-    InputError
-        If the wheelset can stand at none of the shifts, naming those at which it can.
-    """
-    wheelset = wheelset_of_case(case)
-    found = contact_functions(wheelset, shifts_mm, case.yaw_rad)
-    if all(isinstance(placed, str) for placed in found.positions.values()):
-        why = next(iter(found.positions.values()))
-        raise InputError(
-            f"the wheelset can stand at none of the shifts: {why}; {possible_wheelset_shifts(wheelset, case.yaw_rad)}"
-        )
-    return found
 
 
 def functions_record(case: Case, found: ContactFunctions) -> Record:
