@@ -32,7 +32,7 @@ _START, _LOOK, _SOLVE, _AFTER, _DEVELOPMENT = (
     Group(name, sort_key=place) for place, name in enumerate(("Start", "Look", "Solve", "After", "Development"))
 )
 for group, commands in {
-    _START: (start.demo, start.doctor, start.init, start.check),
+    _START: (start.demo, start.guide, start.doctor, start.init, start.check),
     _LOOK: (
         *(bodies.profiles, analytic.place, analytic.hertz, analytic.geometry, analytic.creep),
         *(theories.theories, theories.theory, theories.table),

@@ -48,10 +48,12 @@ ROOMS: dict[str, set[str]] = {
     | {"regression", "jobs", "outputs", "material", "theory", "geometry", "dimensions", "vehicle", "alone"},
     # how long is left
     "console": {"jobs"},
+    # pages of text
+    "guide": {"errors", "inputs"},
     "doctor": set(),
     "commands": {"errors", "files", "inputs", "case", "creep", "criteria", "options", "profiles", "solving", "theory"}
     | {"regression", "jobs"}
-    | {"outputs", "console", "doctor", "runs", "vehicle"},
+    | {"outputs", "console", "doctor", "guide", "runs", "vehicle"},
     "cli": {"errors", "inputs", "commands"},
     "plot": {"errors", "solving", "outputs"},
     "__init__": {"case", "creep", "criteria", "dimensions", "material", "profiles", "solving", "outputs", "plot"}

@@ -18,11 +18,16 @@ from flit_core import buildapi
 import fecontact
 from fecontact.case import Case
 from fecontact.fe.linear_solver import pardiso_available
+from fecontact.guide.pages import titles
 from fecontact.profiles.library import names
 
 ROOT = Path(__file__).parents[1]
 # Without the marker, type checkers of those who import the package look at none of its annotations.
-WANTED = {"fecontact/py.typed", *(f"fecontact/profiles/data/{name}.toml" for name in names())}
+WANTED = {
+    "fecontact/py.typed",
+    *(f"fecontact/profiles/data/{name}.toml" for name in names()),
+    *(f"fecontact/guide/{topic}.md" for topic in titles()),
+}
 
 
 def test_the_package_says_that_it_is_typed():

@@ -1,4 +1,4 @@
-"""Commands of the first minutes: an example that is solved at once, a study to begin with, its check, the machine's."""
+"""Commands of the first minutes: an example, the guide, a study to begin with, its check, and the machine's."""
 
 from __future__ import annotations
 
@@ -30,6 +30,24 @@ def demo(*, out: Path = Path("out/demo")) -> int:
     print_rows(outcome.rows)
     print(demo_words(out, outcome))
     return 0 if outcome.all_converged else 3
+
+
+def guide(topic: str = "", /) -> int:
+    """Show the guide: its topics, or the page of one.
+
+    Parameters
+    ----------
+    topic
+        Which page; without it the topics are listed.
+    """
+    from fecontact.guide.pages import page, titles
+    from fecontact.outputs.terminal.guide import print_page, print_titles
+
+    if topic:
+        print_page(page(topic))
+    else:
+        print_titles(titles())
+    return 0
 
 
 def check(file: Path, *, quick: Annotated[bool, Parameter(negative="")] = False) -> int:

@@ -1,0 +1,142 @@
+"""What the documents name exists: commands and options, files and headings, targets; the guide as it is shown."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fecontact.cli import app, call
+from fecontact.guide.pages import page, titles
+
+ROOT = Path(__file__).parents[1]
+GUIDE = ROOT / "fecontact" / "guide"
+PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "studies" / "README.md", *sorted(GUIDE.glob("*.md")))
+TEXTS = {page.relative_to(ROOT).as_posix(): page.read_text("utf-8") for page in PAGES if page.exists()}
+TOPICS = [path.stem for path in sorted(GUIDE.glob("*.md"))]
+# what stands for the reader's own choice
+PLACEHOLDER = re.compile(r"\b(FOLDER|FILE|BASELINE|NEW|COLUMNS|NAME|TOPIC)\b")
+
+
+OPTIONS = {
+    name
+    for command in [app[name] for name in app if not name.startswith("-") and name != "baseline"]
+    + [app["baseline"]["update"]]
+    for argument in command.assemble_argument_collection()
+    for name in argument.names
+}
+
+
+def without_breaks(text: str) -> str:
+    """A text whose commands of several lines, with a backslash at the end of each but the last, have one."""
+    return re.sub(r" *\\\n *", " ", text)
+
+
+def commands(text: str) -> list[str]:
+    """Commands in blocks of code and in the middle of a line, without comments and optional parts."""
+    blocks = re.findall(r"^ *(fecontact .*)$", without_breaks(text), re.MULTILINE)
+    spans = [span.replace("\n", " ") for span in re.findall(r"`(fecontact [^`]*)`", text)]
+    shown = [re.sub(r"\[[^\]]*\]", "", line.partition(" #")[0]).strip() for line in (*blocks, *spans)]
+    return sorted({line for line in shown if not PLACEHOLDER.search(line)})
+
+
+def anchors(text: str) -> set[str]:
+    """Headings as links name them."""
+    heads = re.findall(r"^#+ (.*)$", re.sub(r"```.*?```", "", text, flags=re.DOTALL), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+def fenced(text: str, language: str) -> list[str]:
+    """Blocks of code of a language."""
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.parametrize("command", sorted({one for text in TEXTS.values() for one in commands(text)}))
+def test_a_command_is_understood(command):
+    """Its name and options, and that no argument is missing or left over: nothing is run."""
+    _, *words = shlex.split(command.replace("$SLURM_ARRAY_TASK_ID", "1"))
+    named = [word for word in words if not word.startswith("-")][:1]
+    if len(words) == len(named):  # the command by its name alone, in a sentence
+        assert words[0] in app
+    else:
+        app.parse_args(words, exit_on_error=False, print_error=False)
+        if words[0] == "guide":
+            assert words[1] in TOPICS
+
+
+@pytest.mark.parametrize("page", TEXTS)
+def test_links_lead_somewhere(page):
+    for link in re.findall(r"\]\(([^)\s]+)\)", TEXTS[page]):
+        path, _, anchor = link.partition("#")
+        target = ((ROOT / page).parent / path).resolve() if path else ROOT / page
+        assert target.exists(), link
+        assert not anchor or anchor in anchors(target.read_text("utf-8")), link
+
+
+@pytest.mark.parametrize("page", TEXTS)
+def test_options_and_targets_exist(page):
+    known = {*app, *OPTIONS, "--help-all"}
+    foreign = r"^(dask|#SBATCH).*$|`[^`]*paraview --[^`]*`|^.*paraview --.*$"
+    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*[a-z]", re.sub(foreign, "", TEXTS[page], flags=re.M)))
+    assert named - known == set()
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
+    shown = re.findall(r"(?:`|^ {4})make ([a-z-]+)", TEXTS[page], re.MULTILINE)
+    typed = re.findall(r"^make ([a-z-]+)", "".join(fenced(TEXTS[page], "console")), re.MULTILINE)
+    assert {*shown, *typed} - targets == set()
+
+
+@pytest.mark.parametrize("page", TEXTS)
+def test_lines_fit_an_editor(page):
+    """Tables and pictures cannot be broken."""
+    lines = [line for line in TEXTS[page].splitlines() if not line.lstrip().startswith(("|", "!["))]
+    assert [line for line in lines if len(line) > 120] == []
+
+
+@pytest.mark.parametrize("page", TEXTS)
+def test_what_is_to_be_typed_can_be_pasted(page):
+    """Without the sign of a shell before it."""
+    assert [line for line in "".join(fenced(TEXTS[page], "console")).splitlines() if line.startswith(("$", "%"))] == []
+
+
+# --- the guide on the terminal ----------------------------------------------------------------------------------------
+
+
+def test_the_guide_lists_its_topics(capsys):
+    assert call(["guide"]) == 0
+    out = capsys.readouterr().out
+    assert [line.split()[0] for line in out.splitlines()[:-1]] == TOPICS
+    assert all(title in out for title in titles().values())
+
+
+@pytest.mark.parametrize("topic", TOPICS)
+def test_a_page_of_the_guide_is_shown(topic, capsys):
+    assert re.fullmatch(r"# \S.*", page(topic).partition("\n")[0]), "the first line is its title"
+    assert call(["guide", topic]) == 0
+    assert capsys.readouterr().out == (GUIDE / f"{topic}.md").read_text("utf-8")
+
+
+def test_a_page_is_laid_out_on_a_terminal(monkeypatch, capsys):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    assert call(["guide", "conventions"]) == 0
+    out = capsys.readouterr().out
+    assert "\x1b[1m" in out
+    assert "# Conventions" not in out
+    assert "contact angle" in out
+
+
+def test_a_misspelt_topic_is_recognised(capsys):
+    assert call(["guide", "convention"]) == 2
+    assert "did you mean conventions?" in capsys.readouterr().err
+
+
+def test_the_guide_is_instant():
+    """Nothing that computes is imported for a page."""
+    heavy = ("numpy", "scipy", "matplotlib", "pyvista", "gmsh", "skfem")
+    code = (
+        "import sys; from fecontact.cli import call; code = call(['guide', 'conventions']);"
+        f"print([name for name in {heavy!r} if name in sys.modules], file=sys.stderr); sys.exit(code)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stderr == "[]\n"
