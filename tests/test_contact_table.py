@@ -4,7 +4,6 @@ import csv
 import json
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,12 +15,12 @@ from fecontact.comparison.theories import THEORIES
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.files import write_sealed
+from fecontact.guide.pages import page
 from fecontact.outputs.records.map import MAP_SCHEMA
 from fecontact.outputs.records.results import shown_case_record
 from fecontact.outputs.tables.csv_file import write_csv
 from fecontact.solving.placing import place_case
 
-README = Path(__file__).parents[1] / "README.md"
 ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
 WHEELSET = Case(roll="touching")
 SIZES = ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "approach_mm")
@@ -171,14 +170,13 @@ def test_a_table_as_json_is_the_table_alone(capsys):
     assert row["strip_p_max_MPa"] == same["strip_p_max_MPa"]
 
 
-def test_the_example_of_the_readme_reads_a_table(tmp_path, monkeypatch):
+def test_the_example_of_the_guide_reads_a_table(tmp_path, monkeypatch):
     """As it stands, on the table of the command above it."""
-    text = README.read_text("utf-8").partition("### Contact tables")[2].partition("\n#")[0]
-    code = text.partition("```python")[2].partition("```")[0]
+    code = page("maps").partition("```python")[2].partition("```")[0]
     monkeypatch.chdir(tmp_path)
     assert call(["table", "--shifts=-6:6:1", "--loads-kn", "20,50,100,150", "--out", "table.csv"]) == 0
     names: dict = {}
-    exec(compile(code, "README", "exec"), names)
+    exec(compile(code, "maps.md", "exec"), names)
     # between two lines, and on one
     approach, stiffness = names["contact"](4.0, 100e3)
     (row,) = fecontact.table(WHEELSET, [4.0], [100e3])

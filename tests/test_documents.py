@@ -1,15 +1,22 @@
 """What the documents name exists: commands and options, files and headings, targets; the guide as it is shown."""
 
+import ast
+import importlib
+import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
+import sysconfig
 from pathlib import Path
 
 import pytest
 
 from fecontact.cli import app, call
 from fecontact.guide.pages import page, titles
+from fecontact.regression.tolerances import read_tolerances
+from fecontact.runs.toml_cases import toml_cases
 
 ROOT = Path(__file__).parents[1]
 GUIDE = ROOT / "fecontact" / "guide"
@@ -89,8 +96,9 @@ def test_options_and_targets_exist(page):
 
 @pytest.mark.parametrize("page", TEXTS)
 def test_lines_fit_an_editor(page):
-    """Tables and pictures cannot be broken."""
-    lines = [line for line in TEXTS[page].splitlines() if not line.lstrip().startswith(("|", "!["))]
+    """Tables, pictures and what a program prints cannot be broken."""
+    text = re.sub(r"^```text\n.*?^```$", "", TEXTS[page], flags=re.MULTILINE | re.DOTALL)
+    lines = [line for line in text.splitlines() if not line.lstrip().startswith(("|", "!["))]
     assert [line for line in lines if len(line) > 120] == []
 
 
@@ -98,6 +106,70 @@ def test_lines_fit_an_editor(page):
 def test_what_is_to_be_typed_can_be_pasted(page):
     """Without the sign of a shell before it."""
     assert [line for line in "".join(fenced(TEXTS[page], "console")).splitlines() if line.startswith(("$", "%"))] == []
+
+
+@pytest.mark.parametrize("page", [page for page in TEXTS if "```toml" in TEXTS[page]])
+def test_files_that_are_shown_can_be_read(page, tmp_path):
+    path = tmp_path / "shown.toml"
+    for block in fenced(TEXTS[page], "toml"):
+        path.write_text(block, "utf-8")
+        read = read_tolerances if block.startswith("[kinds") else toml_cases
+        read(path)
+
+
+@pytest.mark.parametrize("page", [page for page in TEXTS if "```python" in TEXTS[page]])
+def test_what_is_imported_in_an_example_exists(page):
+    for block in fenced(TEXTS[page], "python"):
+        for node in ast.walk(ast.parse(block)):
+            if isinstance(node, ast.ImportFrom):
+                assert all(hasattr(importlib.import_module(node.module), alias.name) for alias in node.names)
+            elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "fecontact":
+                assert hasattr(importlib.import_module("fecontact"), node.attr), node.attr
+
+
+# --- the README as it is pasted ---------------------------------------------------------------------------------------
+
+
+def clone(folder: Path) -> Path:
+    """The files of this repository as they would be committed, with an environment that has the packages of this one.
+
+    `make setup` finds it as one that it has made, so that nothing is downloaded.
+    """
+    try:
+        listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True, text=True).stdout
+    except (OSError, subprocess.CalledProcessError):
+        pytest.skip("no clone of the repository")
+    for name in filter(None, listed.split("\0")):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(ROOT / name, folder / name)
+    subprocess.run([sys.executable, "-m", "venv", folder / ".venv"], check=True)
+    site = next((folder / ".venv" / "lib").glob("python*/site-packages"))
+    (site / "clone.pth").write_text(f"{folder}\n{sysconfig.get_path('purelib')}\n", "utf-8")
+    program = folder / ".venv" / "bin" / "fecontact"
+    program.write_text(f"#!{folder}/.venv/bin/python\nfrom fecontact.cli import main\nmain()\n", "utf-8")
+    program.chmod(0o755)
+    for name in (".created", ".installed"):
+        (folder / ".venv" / name).touch()
+    return folder
+
+
+@pytest.mark.slow
+def test_all_that_the_readme_shows_can_be_pasted_into_a_fresh_clone(tmp_path):
+    """In its order; what `make demo` prints is what the README says that it prints."""
+    folder = clone(tmp_path / "a clone")
+    code = "set -e\n" + "".join(f"echo '== block'\n{block}" for block in fenced(TEXTS["README.md"], "console"))
+    kept = ("PATH", "HOME", "LANG", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+    environment = {name: os.environ[name] for name in kept if name in os.environ}
+    done = subprocess.run(
+        ["bash", "-c", code], cwd=folder, env=environment, capture_output=True, text=True, timeout=3000
+    )
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    demo = done.stdout.split("== block\n")[1]
+    (shown,) = fenced(TEXTS["README.md"], "text")
+    assert shown in demo
+    for line in demo.splitlines():
+        if line.startswith(("Report:  ", "Picture: ", "ParaView:", "Table:   ")):
+            assert (folder / line.partition(": ")[2].strip()).is_file()
 
 
 # --- the guide on the terminal ----------------------------------------------------------------------------------------

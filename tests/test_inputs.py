@@ -18,6 +18,7 @@ import pytest
 from fecontact.case import INPUTS, PARTS, Case, Criteria, Opposite, Track, case_from_record, case_record
 from fecontact.cli import app, call
 from fecontact.errors import InputError
+from fecontact.guide.pages import page
 from fecontact.inputs.kinds import Flag
 from fecontact.inputs.slots import Slot
 from fecontact.inputs.texts import inclination_text, parse_inclination
@@ -807,8 +808,8 @@ def test_a_key_after_a_case_belongs_to_it_and_not_to_the_next(tmp_path):
     assert again == first
 
 
-def test_the_example_of_the_readme(tmp_path):
-    example = (Path(__file__).parents[1] / "README.md").read_text("utf-8").split("```toml\n")[1].split("```")[0]
+def test_the_example_of_the_guide(tmp_path):
+    example = page("studies").split("```toml\n")[1].split("```")[0]
     assert [(case.lateral_shift_mm, case.roll_rad, case.load_N) for case in by_file(tmp_path, example)] == [
         (-4.0, 0.0004, 50e3),
         (-4.0, 0.0004, 100e3),

@@ -17,6 +17,7 @@ import fecontact
 from fecontact.case import PARTS, Case
 from fecontact.cli import app
 from fecontact.errors import InputError
+from fecontact.guide.pages import page
 from fecontact.outputs.paraview.vtk import write_case_vtk
 from fecontact.runs.case_store import keep_case
 from fecontact.solving.solve import CaseResult
@@ -35,7 +36,19 @@ def test_what_is_public_is_seen_by_tab_completion_and_help():
 def test_the_door_has_what_the_commands_do_and_all_parts_of_a_case():
     commands = {name for name in app if not name.startswith("-")}
     # what they print of a machine, of files and of two sets of results is no function of a case
-    others = {"curve", "demo", "doctor", "init", "check", "profiles", "compare", "view", "validate", "baseline"}
+    others = {
+        "curve",
+        "demo",
+        "guide",
+        "doctor",
+        "init",
+        "check",
+        "profiles",
+        "compare",
+        "view",
+        "validate",
+        "baseline",
+    }
     assert commands - others <= set(fecontact.__all__)
     parts = {type(getattr(Case(), part)).__name__ for part in PARTS}
     assert parts <= set(fecontact.__all__)
@@ -160,16 +173,33 @@ def test_running_needs_cases(study, tmp_path):
         fecontact.run(study, tmp_path)
 
 
+def example(text: str) -> str:
+    """The first example in Python of a page."""
+    return text.partition("```python")[2].partition("```")[0]
+
+
 def test_the_example_of_the_readme_runs(elliptic_quick, monkeypatch, tmp_path, capsys):
+    """As it stands, but with a result that is there already."""
+    asked = []
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(fecontact, "solve", lambda case: asked.append(case) or elliptic_quick, raising=False)
+    exec(compile(example(README.read_text("utf-8")), "README", "exec"), {"__name__": "__main__"})
+    assert asked == [Case(lateral_shift_mm=3.0)]
+    assert [path.name for path in tmp_path.iterdir()] == ["case.png"]
+    out = capsys.readouterr().out
+    assert out.startswith("HOLDS ")
+    assert all(measure in out for measure in elliptic_quick.load.uncertainty)
+
+
+def test_the_example_of_the_guide_runs(elliptic_quick, monkeypatch, tmp_path, capsys):
     """As it stands, but with results that are there already in place of four that would be solved."""
-    text = README.read_text("utf-8")
-    code = text.partition("## From Python")[2].partition("```python")[2].partition("```")[0]
+    code = example(page("python"))
     asked = []
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(fecontact, "solve", lambda case: elliptic_quick, raising=False)
     monkeypatch.setattr(fecontact, "run", lambda cases, out: asked.append((cases, out)), raising=False)
     monkeypatch.setattr(fecontact, "load", lambda folder: (elliptic_quick,), raising=False)
-    exec(compile(code, "README", "exec"), {"__name__": "__main__"})
+    exec(compile(code, "python.md", "exec"), {"__name__": "__main__"})
     assert asked == [([Case(lateral_shift_mm=-4.0), Case(lateral_shift_mm=4.0)], "out/mine")]
     assert {path.name for path in tmp_path.iterdir()} == {"case.png", "rail.vtu"}
     assert "0.0 HOLDS" in capsys.readouterr().out
