@@ -146,7 +146,8 @@ def clone(folder: Path) -> Path:
     site = next((folder / ".venv" / "lib").glob("python*/site-packages"))
     (site / "clone.pth").write_text(f"{folder}\n{sysconfig.get_path('purelib')}\n", "utf-8")
     program = folder / ".venv" / "bin" / "fecontact"
-    program.write_text(f"#!{folder}/.venv/bin/python\nfrom fecontact.cli import main\nmain()\n", "utf-8")
+    # as pip writes it where a path has blanks
+    program.write_text(f'#!/bin/sh\nexec "{folder}/.venv/bin/python" -m fecontact "$@"\n', "utf-8")
     program.chmod(0o755)
     for name in (".created", ".installed"):
         (folder / ".venv" / name).touch()
@@ -160,6 +161,8 @@ def test_all_that_the_readme_shows_can_be_pasted_into_a_fresh_clone(tmp_path):
     code = "set -e\n" + "".join(f"echo '== block'\n{block}" for block in fenced(TEXTS["README.md"], "console"))
     kept = ("PATH", "HOME", "LANG", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
     environment = {name: os.environ[name] for name in kept if name in os.environ}
+    # MKL is looked for in the environment that pip put it into
+    environment |= {"PYPARDISO_MKL_RT": str(mkl) for mkl in (Path(sys.prefix) / "lib").glob("libmkl_rt.so*")}
     done = subprocess.run(
         ["bash", "-c", code], cwd=folder, env=environment, capture_output=True, text=True, timeout=3000
     )
