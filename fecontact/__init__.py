@@ -79,6 +79,7 @@ if TYPE_CHECKING:
     from fecontact.creep import Creep
     from fecontact.criteria import Criteria
     from fecontact.dimensions import BodySize, Track
+    from fecontact.irregularity.shapes import Irregularity
     from fecontact.material import Material
     from fecontact.outputs.meshes.dataset import mesh
     from fecontact.outputs.records.rows import rows
@@ -86,6 +87,7 @@ if TYPE_CHECKING:
     from fecontact.profiles.reading import Reading
     from fecontact.runs.analytic import creep, hertz, theories
     from fecontact.runs.contact_table import table
+    from fecontact.runs.irregular import irregular
     from fecontact.runs.judging import judge
     from fecontact.runs.load import load
     from fecontact.runs.run import run
@@ -98,6 +100,7 @@ __all__ = [
     "CaseResult",
     "Creep",
     "Criteria",
+    "Irregularity",
     "Material",
     "Opposite",
     "Reading",
@@ -106,6 +109,7 @@ __all__ = [
     "creep",
     "geometry",
     "hertz",
+    "irregular",
     "judge",
     "load",
     "map",
@@ -127,11 +131,13 @@ _HOMES = {
     "CaseResult": "solving.solve.CaseResult",
     "Creep": "creep.Creep",
     "Criteria": "criteria.Criteria",
+    "Irregularity": "irregularity.shapes.Irregularity",
     "Material": "material.Material",
     "Opposite": "case.Opposite",
     "Reading": "profiles.reading.Reading",
     "Track": "dimensions.Track",
     "hertz": "runs.analytic.hertz",
+    "irregular": "runs.irregular.irregular",
     "judge": "runs.judging.judge",
     "load": "runs.load.load",
     "mesh": "outputs.meshes.dataset.mesh",

@@ -13,7 +13,7 @@ from typing import Any
 from cyclopts import App, CycloptsError, Group, UnknownOptionError, UnusedCliTokensError
 
 from fecontact import __version__
-from fecontact.commands import analytic, bodies, curve, results, solving, start, theories
+from fecontact.commands import analytic, bodies, curve, irregular, results, solving, start, theories
 from fecontact.commands.help import page_of
 from fecontact.errors import FecontactError, InputError
 from fecontact.inputs.texts import renamed
@@ -35,7 +35,7 @@ for group, commands in {
     _START: (start.demo, start.guide, start.doctor, start.init, start.check),
     _LOOK: (
         *(bodies.profiles, analytic.place, analytic.hertz, analytic.geometry, analytic.creep),
-        *(theories.theories, theories.theory, theories.table),
+        *(theories.theories, theories.theory, theories.table, irregular.irregular),
     ),
     _SOLVE: (solving.solve, solving.run, solving.map_, curve.curve),
     _AFTER: (results.judge, results.compare, results.view, bodies.mesh),

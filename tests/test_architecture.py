@@ -18,6 +18,7 @@ ROOMS: dict[str, set[str]] = {
     "errors": set(),
     "files": {"errors"},
     "inputs": {"errors"},
+    "irregularity": {"errors", "inputs"},
     "material": {"errors", "inputs"},
     "creep": {"errors", "inputs"},
     "criteria": {"errors", "inputs"},
@@ -31,21 +32,22 @@ ROOMS: dict[str, set[str]] = {
     # the exact theory of rolling is one creep theory among the others
     "theory": {"errors", "material", "geometry", "rolling"},
     "fe": {"errors", "material", "dimensions", "profiles", "geometry", "contact"},
-    "comparison": {"errors", "case", "creep", "criteria", "geometry", "theory", "contact", "rolling"},
+    "comparison": {"errors", "case", "creep", "criteria", "geometry", "theory", "contact", "rolling", "irregularity"},
     # beside the comparison: vehicles see no finite elements
     "vehicle": {"errors", "inputs", "dimensions", "material", "profiles", "geometry", "contact", "theory"},
     "solving": {"errors", "case", "dimensions", "profiles", "geometry", "theory", "contact", "fe", "comparison"},
     "map": {"errors", "case", "geometry", "comparison", "solving"},
     # no stored result depends on it
-    "alone": {"errors", "case", "geometry", "theory", "comparison", "solving"},
+    "alone": {"errors", "case", "geometry", "theory", "comparison", "solving", "irregularity"},
     "regression": {"errors", "files"},
     # knows neither physics nor outputs: what is done, and what is written, is handed in
     "jobs": {"errors", "files"},
     "outputs": {"errors", "files", "case", "creep", "criteria", "profiles", "geometry", "theory", "contact", "fe"}
     | {"comparison", "solving"}
-    | {"map", "alone", "regression", "material", "vehicle"},
+    | {"map", "alone", "regression", "material", "vehicle", "irregularity"},
     "runs": {"errors", "files", "inputs", "case", "creep", "criteria", "profiles", "fe", "comparison", "solving", "map"}
-    | {"regression", "jobs", "outputs", "material", "theory", "geometry", "dimensions", "vehicle", "alone"},
+    | {"regression", "jobs", "outputs", "material", "theory", "geometry", "dimensions", "vehicle", "alone"}
+    | {"irregularity"},
     # how long is left
     "console": {"jobs"},
     # pages of text
@@ -57,6 +59,7 @@ ROOMS: dict[str, set[str]] = {
     "cli": {"errors", "inputs", "commands"},
     "plot": {"errors", "solving", "outputs"},
     "__init__": {"case", "creep", "criteria", "dimensions", "material", "profiles", "solving", "outputs", "plot"}
+    | {"irregularity"}
     | {"runs"},
     "__main__": {"cli"},
 }

@@ -1,0 +1,94 @@
+"""Hertz's spring over an irregular wheel or rail: where models of it hold; no finite elements."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+from cyclopts import Parameter
+
+from fecontact.case import unusual
+from fecontact.console import many, tell_notes
+from fecontact.options import CaseOptions, options_of
+
+_OF_PAIR = options_of("place", "profiles", "load", "material", without=("yaw_rad", "yield_MPa"))
+if TYPE_CHECKING:
+    PairOptions: TypeAlias = CaseOptions
+else:
+    PairOptions = type(_OF_PAIR)
+
+
+def irregular(
+    options: PairOptions = _OF_PAIR,
+    *,
+    wavelengths_mm: str = "",
+    amplitudes_um: str = "",
+    irregularity: str = "",
+    table: str = "",
+    positions_mm: Annotated[str, Parameter(allow_leading_hyphen=True)] = "",
+    limit_percent: float = 5.0,
+    workers: int | None = None,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    out: Path | None = None,
+) -> int:
+    """Hertz's spring over corrugation, flats and welds (eq. 6) and models like it beside the half-space (no mesh).
+
+    Over wavelengths and amplitudes it is a map of which model holds; over one irregularity the force of each model.
+
+    Parameters
+    ----------
+    wavelengths_mm
+        Wavelengths of a map in mm: numbers and ranges FROM:TO:STEP, separated by commas, such as 10:200:10.
+    amplitudes_um
+        Amplitudes in micrometres, half of peak to valley, likewise.
+    irregularity
+        One irregularity instead: sine:wavelength_mm=30,amplitude_um=25, chord:length_mm=40, imprinted:length_mm=40,
+        haversine:length_mm=52,depth_mm=0.4, or table:FILE,distance=mm,opening=um; missing material is positive.
+    table
+        A measured one: FILE,distance=mm,opening=um, or FILE alone if its heading has the units.
+    positions_mm
+        Positions along it in mm, likewise; without any all of it.
+    limit_percent
+        Error of force and peak up to which a model holds.
+    workers
+        Processes; without it one a core.
+    json
+        Print the result as JSON and nothing else.
+    out
+        Folder for irregular.json and irregular.png.
+    """
+    from fecontact.errors import InputError
+    from fecontact.files import json_text, write_json
+    from fecontact.inputs.texts import parse_numbers
+    from fecontact.jobs.workers import default_workers
+    from fecontact.outputs.figures.irregular import irregular_figure
+    from fecontact.outputs.terminal.irregular import print_irregular
+    from fecontact.runs.irregular import irregular as judged
+
+    if irregularity and table:
+        raise InputError("irregular: give --irregularity or --table, not both")
+    case, text = options.case(), f"table:{table}" if table else irregularity
+    tell_notes(unusual([case]))
+    with many("cells" if not text else "places") as progress:
+        record = judged(
+            case,
+            wavelengths_mm=parse_numbers(wavelengths_mm, "wavelengths") if wavelengths_mm else (),
+            amplitudes_mm=[1e-3 * one for one in parse_numbers(amplitudes_um, "amplitudes")] if amplitudes_um else (),
+            irregularity=text or None,
+            positions_mm=parse_numbers(positions_mm, "positions") if positions_mm else (),
+            limit=0.01 * limit_percent,
+            workers=default_workers() if workers is None else workers,
+            progress=progress,
+        )
+    if out is not None:
+        write_json(out / "irregular.json", record)
+        irregular_figure(record, out / "irregular.png")
+    if json:
+        print(json_text(record))
+    else:
+        print_irregular(record)
+    if out is not None:
+        print(f"written: {out}", file=sys.stderr if json else sys.stdout)
+    solved = record["cells"] if "cells" in record else record["places"]
+    return 3 if any(one["problem"] for one in solved) else 0

@@ -1,0 +1,272 @@
+"""One-point models of a wheel on an irregularity, judged by the half-space that has all of it in its gap."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.comparison.patch import Patch, measure_patch
+from fecontact.contact.on_gap import NODES, contact_on_gap
+from fecontact.errors import InputError
+from fecontact.irregularity.shapes import Irregularity
+from fecontact.theory.irregular import (
+    Estimate,
+    Pair,
+    Place,
+    eq6_force_N,
+    eq6_under,
+    filtered_force_N,
+    filtered_under,
+    fitted_force_N,
+    fitted_under,
+    local_force_N,
+    local_under,
+    path_force_N,
+    path_under,
+)
+
+Floats = NDArray[np.float64]
+# Nodes of a wave, so that the half-space follows it, where a patch has NODES on its half length.
+_FEWEST_A_WAVE = 4
+# Times as many nodes for an edge: the approach is within 0.02 % then, with as many as elsewhere within 0.15 %.
+_EDGED = 2
+# How far beyond a patch the bodies may come together, over the Hertz ellipse.
+_BEYOND = 1.6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """A model of the contact on an irregularity.
+
+    Attributes
+    ----------
+    words, cost, source, range
+        Its name for readers, what it costs, where it is from, what it takes for granted.
+    under, force_N
+        Approach and peak under the force of a place; force at an approach.
+    """
+
+    words: str
+    cost: str
+    source: str
+    range: str
+    under: Callable[[Place], Estimate]
+    force_N: Callable[[Place, float], float]
+
+
+MODELS: Mapping[str, Model] = {
+    "eq6": Model(
+        words="Hertz's spring, e in the middle",
+        cost="closed form",
+        source="Otero Yugat, Part I, eq. 6",
+        range="waves much longer than the patch",
+        under=eq6_under,
+        force_N=eq6_force_N,
+    ),
+    "path": Model(
+        words="Hertz's spring over the path of the rigid wheel",
+        cost="closed form, once the path is known",
+        source="practice of vehicle codes; least of A x^2 + e",
+        range="curvature of e small beside that of the wheel",
+        under=path_under,
+        force_N=path_force_N,
+    ),
+    "filtered": Model(
+        words="Hertz's spring over the mean of e on the patch",
+        cost="an integral along the track",
+        source="flat punch and reciprocity: exact to first order in e",
+        range="amplitudes small beside the approach; says nothing of the peak",
+        under=filtered_under,
+        force_N=filtered_force_N,
+    ),
+    "local": Model(
+        words="Hertz at the rigid touch points with the curvature there",
+        cost="closed form a touch point",
+        source="Hertz (1882), springs side by side",
+        range="waves longer than the patch, away from hollows and edges",
+        under=local_under,
+        force_N=local_force_N,
+    ),
+    "fitted": Model(
+        words="Hertz on the parabola that fits over the patch",
+        cost="integrals along the track, some forty times",
+        source="its own: Legendre coefficients on the patch's own length",
+        range="patches that do not bridge a hollow",
+        under=fitted_under,
+        force_N=fitted_force_N,
+    ),
+}
+"""By name, from the cheapest."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Truth:
+    """The half-space on gap and irregularity.
+
+    Attributes
+    ----------
+    approach_mm
+        From where wheel and rail would touch without the irregularity.
+    patch
+        Measures of its patch.
+    p_max_MPa
+        Its peak; None where an edge lies in the patch, which has no bound.
+    residual
+        What the solution leaves open, relative to the approach.
+    pressure_MPa, x_mm, y_mm
+        Pressure (nx, ny) on the nodes.
+    """
+
+    approach_mm: float
+    patch: Patch
+    p_max_MPa: float | None
+    residual: float
+    x_mm: Floats
+    y_mm: Floats
+    pressure_MPa: Floats
+
+
+@dataclass(frozen=True, kw_only=True)
+class JudgedModel:
+    """A model at one place.
+
+    Attributes
+    ----------
+    force_error
+        Of its force at the approach at which the half-space carries the load, over the load; NaN where it says nothing.
+    peak_error
+        Of its peak at the load; NaN where either has none.
+    approach_mm
+        At the load.
+    force_N
+        At the approach at which the half-space carries the load.
+    problem
+        Why it says nothing.
+    """
+
+    force_error: float
+    peak_error: float
+    approach_mm: float
+    force_N: float
+    problem: str = ""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JudgedPlace:
+    """All models at one place of an irregularity, and what they are judged by."""
+
+    s_mm: float
+    truth: Truth
+    models: Mapping[str, JudgedModel]
+
+
+def place_on(pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm: float) -> Place:
+    """A pair at a distance along an irregularity.
+
+    Raises
+    ------
+    InputError
+        If a table does not reach as far as the contact, or waves are too short for nodes.
+    """
+    hertz = pair.hertz(normal_force_N)
+    step = hertz.a_mm / NODES
+    if irregularity.finest_mm < _FEWEST_A_WAVE * step:
+        raise InputError(
+            f"irregularity {irregularity.kind}: its shortest wave is {irregularity.finest_mm:g} mm, and the patch of"
+            f" {2.0 * hertz.a_mm:.1f} mm has nodes {step:.2g} mm apart; allowed: {_FEWEST_A_WAVE * step:.2g} mm and"
+            " more; shorter ones are roughness, which the patch flattens: leave them out"
+        )
+    reach = math.sqrt((_BEYOND * hertz.approach_mm + irregularity.height_mm) / pair.A_per_mm)
+    if irregularity.kind == "table":
+        first, last = irregularity.points_mm[0][0], irregularity.points_mm[-1][0]
+        if not first + hertz.a_mm <= s_mm <= last - hertz.a_mm:
+            raise InputError(
+                f"irregularity table: the contact at {s_mm:g} mm reaches past its ends, {first:g} and {last:g} mm;"
+                f" allowed: {first + hertz.a_mm:.6g} to {last - hertz.a_mm:.6g} mm"
+            )
+    return Place(
+        pair=pair,
+        opening=lambda x: irregularity.opening_mm(s_mm + x),
+        reach_mm=reach,
+        normal_force_N=normal_force_N,
+        kinks_mm=tuple(kink - s_mm for kink in irregularity.kinks_mm),
+    )
+
+
+def truth_on(
+    pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm: float, *, nodes: int | None = None
+) -> Truth:
+    """The half-space at a distance along an irregularity, on 16 nodes a semi-axis, where it has edges on 32.
+
+    Raises
+    ------
+    InputError, ConvergenceError
+        As `place_on` and `contact_on_gap` do.
+    """
+    place = place_on(pair, normal_force_N, irregularity, s_mm)
+
+    def gap(x: Floats, y: Floats) -> Floats:
+        across = pair.B_per_mm * y**2
+        there = s_mm + x
+        undisturbed = pair.A_per_mm * there**2 + across
+        return pair.A_per_mm * x**2 + across + irregularity.opening_mm(there + 0.0 * y, undisturbed)
+
+    solved = contact_on_gap(
+        gap,
+        normal_force_N,
+        pair.contact_modulus_MPa,
+        reach_mm=1.2 * place.hertz.approach_mm,
+        far_mm=(
+            2.0 * place.reach_mm,
+            2.0 * math.sqrt((_BEYOND * place.hertz.approach_mm + irregularity.height_mm) / pair.B_per_mm),
+        ),
+        nodes=nodes or (_EDGED * NODES if irregularity.kinks_mm else NODES),
+    )
+    patch, x = measure_patch(solved.pressure), solved.pressure.grid.x_mm
+    columns = np.flatnonzero(solved.pressure.values.any(axis=1))
+    step = solved.pressure.grid.steps_mm[0]
+    low, high = x[columns[0]] - step, x[columns[-1]] + step
+    edge = any(low < kink < high for kink in place.kinks_mm)
+    return Truth(
+        approach_mm=solved.approach_mm,
+        patch=patch,
+        p_max_MPa=None if edge else patch.p_max_MPa,
+        residual=solved.residual,
+        x_mm=x,
+        y_mm=solved.pressure.grid.s_mm,
+        pressure_MPa=solved.pressure.values,
+    )
+
+
+def judge_place(pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm: float) -> JudgedPlace:
+    """All models at a distance along an irregularity beside the half-space.
+
+    Raises
+    ------
+    InputError, ConvergenceError
+        As `truth_on` does.
+    """
+    place = place_on(pair, normal_force_N, irregularity, s_mm)
+    truth = truth_on(pair, normal_force_N, irregularity, s_mm)
+    return JudgedPlace(
+        s_mm=s_mm,
+        truth=truth,
+        models={name: _judged(model, place, truth) for name, model in MODELS.items()},
+    )
+
+
+def _judged(model: Model, place: Place, truth: Truth) -> JudgedModel:
+    said = model.under(place)
+    force = np.nan if said.problem else model.force_N(place, truth.approach_mm)
+    peak = np.nan if truth.p_max_MPa is None else said.p_max_MPa / truth.p_max_MPa - 1.0
+    return JudgedModel(
+        force_error=force / place.normal_force_N - 1.0,
+        peak_error=float(peak),
+        approach_mm=said.approach_mm,
+        force_N=force,
+        problem=said.problem,
+    )

@@ -1,0 +1,146 @@
+"""Hertz's spring over an irregularity: the map over wavelength and amplitude, and the forces along a given one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
+from typing import Any, TypeVar
+
+import numpy as np
+
+from fecontact.alone.irregular import SmoothPair, smooth_pair
+from fecontact.case import Case
+from fecontact.comparison.irregular import JudgedPlace, judge_place, place_on
+from fecontact.comparison.irregular_map import LIMIT, judge_cell
+from fecontact.errors import ConvergenceError, InputError
+from fecontact.irregularity.shapes import Irregularity
+from fecontact.irregularity.texts import parse_irregularity
+from fecontact.outputs.records.irregular import along_record, map_record
+from fecontact.theory.irregular import Pair
+
+Record = dict[str, Any]
+Progress = Callable[[int, int, str], None]
+T = TypeVar("T")
+R = TypeVar("R")
+_MOST_PLACES = 2000
+# Places of a table, where none are given: so many a half length of the patch.
+_A_HALF_LENGTH = 2.0
+
+
+def irregular(
+    case: Case,
+    *,
+    wavelengths_mm: Sequence[float] = (),
+    amplitudes_mm: Sequence[float] = (),
+    irregularity: Irregularity | str | None = None,
+    positions_mm: Sequence[float] = (),
+    limit: float = LIMIT,
+    workers: int = 1,
+    progress: Progress | None = None,
+) -> Record:
+    """Hertz's spring over an irregular wheel or rail (eq. 6) and four models like it, judged by the half-space.
+
+    >>> import fecontact
+    >>> found = fecontact.irregular(fecontact.Case(lateral_shift_mm=3.0), wavelengths_mm=[30.0], amplitudes_mm=[0.025])
+    >>> found["cells"][0]["models"]["eq6"]["holds"]
+    False
+
+    Parameters
+    ----------
+    case
+        Its profiles at their position, load and materials; of the profiles the curvatures at first touch count.
+    wavelengths_mm, amplitudes_mm
+        Of waves: a map, `cells`, `limits` and `conclusion`. An amplitude is half of peak to valley.
+    irregularity, positions_mm
+        Of one irregularity or its text instead: what the models say along it, `places` and `worst`; without positions
+        two of them a half length of the patch.
+    limit
+        Error of force and peak up to which a model holds.
+    workers
+        Processes; any number gives the same to the last bit.
+
+    Raises
+    ------
+    InputError
+        For inputs out of range, with what is allowed; as `smooth_pair` and `place_on` do.
+    """
+    if (irregularity is None) == (not len(wavelengths_mm) and not len(amplitudes_mm)):
+        raise InputError("irregular: give wavelengths and amplitudes for a map, or an irregularity, one of both")
+    if not 0.0 < limit < 1.0:
+        raise InputError(f"limit is {limit!r}; allowed: between 0 and 1, such as 0.05")
+    if workers < 1:
+        raise InputError(f"workers is {workers}; allowed: 1 and more")
+    smooth = smooth_pair(case)
+    by = partial(_all, workers=workers, progress=progress)
+    if irregularity is None:
+        waves = _waves(smooth, wavelengths_mm, amplitudes_mm)
+        return map_record(smooth, by(partial(_cell, smooth.pair, smooth.hertz.normal_force_N), waves), limit=limit)
+    given = parse_irregularity(irregularity) if isinstance(irregularity, str) else irregularity
+    line = given.on_wheel(0.5 / smooth.pair.A_per_mm)
+    places = _positions(smooth, line, positions_mm)
+    found = by(partial(_place, smooth.pair, smooth.hertz.normal_force_N, line), places)
+    return along_record(smooth, line, dict(zip(places, found, strict=True)), limit=limit)
+
+
+def _waves(smooth: SmoothPair, wavelengths: Sequence[float], amplitudes: Sequence[float]) -> list[tuple[float, float]]:
+    """All pairs of both, from short to long and from low to high, after the shortest was seen to be possible."""
+    if not len(wavelengths) or not len(amplitudes):
+        raise InputError("irregular: a map needs both wavelengths and amplitudes; give at least one of each")
+    ordered = [sorted({float(one) for one in values}) for values in (wavelengths, amplitudes)]
+    # what no wave can be is refused before anything is computed
+    shortest = Irregularity(kind="sine", wavelength_mm=ordered[0][0], amplitude_mm=ordered[1][0])
+    place_on(smooth.pair, smooth.hertz.normal_force_N, shortest, 0.0)
+    return [(wavelength, amplitude) for wavelength in ordered[0] for amplitude in ordered[1]]
+
+
+def _positions(smooth: SmoothPair, line: Irregularity, positions_mm: Sequence[float]) -> list[float]:
+    """Positions as given, or over the whole of a table or a wave and to both sides of a flat."""
+    if len(positions_mm):
+        places = sorted({float(one) for one in positions_mm})
+    else:
+        a = smooth.hertz.a_mm
+        if line.kind == "table":
+            low, high = line.points_mm[0][0] + a, line.points_mm[-1][0] - a
+        elif line.kind == "sine":
+            low, high = 0.0, 0.5 * (line.wavelength_mm or 0.0)
+        else:
+            low, high = 0.0, 0.5 * (line.length_mm or 0.0) + 2.0 * a
+        count = max(9, int(np.ceil((high - low) / a * _A_HALF_LENGTH)) + 1)
+        places = [round(float(one), 3) for one in np.linspace(low, high, count)]
+    if len(places) > _MOST_PLACES:
+        raise InputError(
+            f"irregular: {len(places)} positions; allowed: up to {_MOST_PLACES}; give a part of the line, or steps"
+        )
+    return places
+
+
+def _cell(pair: Pair, force_N: float, wave: tuple[float, float]) -> Any:
+    return judge_cell(pair, force_N, *wave)
+
+
+def _place(pair: Pair, force_N: float, line: Irregularity, s_mm: float) -> JudgedPlace | str:
+    """A place, or why it could not be solved; what is wrong with an input is no such reason."""
+    try:
+        return judge_place(pair, force_N, line, s_mm)
+    except ConvergenceError as error:
+        return str(error)
+
+
+def _all(work: Callable[[T], R], items: Sequence[T], *, workers: int, progress: Progress | None) -> list[R]:
+    """Work on all items, in their order, in as many processes."""
+    if workers == 1 or len(items) == 1:
+        return _told(map(work, items), len(items), progress)
+    # spawned, as all workers are: a fork would copy threads half
+    with ProcessPoolExecutor(min(workers, len(items)), mp_context=get_context("spawn")) as pool:
+        return _told(pool.map(work, items, chunksize=4), len(items), progress)
+
+
+def _told(results: Iterable[R], count: int, progress: Progress | None) -> list[R]:
+    found: list[R] = []
+    for one in results:
+        found.append(one)
+        if progress is not None and (len(found) % 10 == 0 or len(found) == count):
+            progress(len(found), count, "models beside the half-space")
+    return found
