@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from fecontact.errors import InputError
 from fecontact.inputs.kinds import Flag, Number
 from fecontact.inputs.slots import by_name, check_inputs
 
+FRICTION = Number(
+    label="friction coefficient",
+    help="Coefficient of friction",
+    high=2.0,
+    inclusive=False,
+    remedy="dry steel has 0.3 to 0.6, wet 0.1 to 0.3",
+)
+"""Of a contact, wherever one is asked for."""
 _NO_UNIT = "it is relative to the rolling speed: 0.001 is 0.1 %"
 
 
@@ -31,15 +39,7 @@ class Creep:
 
     friction: float | None = field(
         default=None,
-        metadata={
-            "input": Number(
-                label="friction coefficient",
-                help="Coefficient of friction; with it creep forces are evaluated",
-                high=2.0,
-                inclusive=False,
-                remedy="dry steel has 0.3 to 0.6, wet 0.1 to 0.3",
-            )
-        },
+        metadata={"input": replace(FRICTION, help="Coefficient of friction; with it creep forces are evaluated")},
     )
     xi: float | None = field(
         default=None,

@@ -34,7 +34,7 @@ ROOMS: dict[str, set[str]] = {
     "fe": {"errors", "material", "dimensions", "profiles", "geometry", "contact"},
     "comparison": {"errors", "case", "creep", "criteria", "geometry", "theory", "contact", "rolling", "irregularity"},
     # beside the comparison: vehicles see no finite elements
-    "vehicle": {"errors", "inputs", "dimensions", "material", "profiles", "geometry", "contact", "theory"},
+    "vehicle": {"errors", "inputs", "creep", "dimensions", "material", "profiles", "geometry", "contact", "theory"},
     "solving": {"errors", "case", "dimensions", "profiles", "geometry", "theory", "contact", "fe", "comparison"},
     "map": {"errors", "case", "geometry", "comparison", "solving"},
     # no stored result depends on it

@@ -179,6 +179,7 @@ def test_a_rigid_bogie_in_a_wide_curve():
     [
         *(("hertz", 1.0, 1.0, 1e-6), ("multi_hertz", 1.0, 1.0, 1e-6), ("half_space", 1.0, 1.0, 0.01)),
         *(("overlap", 0.5, 0.3 * math.pi, 1e-3), ("stripes", 1.0, 1.0, 2e-3), ("kik_piotrowski", 1.0, 1.0, 0.06)),
+        *(("analyn", 1.0, 1.0, 2e-3), ("kpec", 1.0, 1.0, 2e-3), ("strip", 1.0, 1.0, 5e-3)),
     ],
 )
 def test_normal_theories_on_a_circle_are_hertz(theory, approach, factor, limit):
@@ -420,7 +421,7 @@ def test_a_wheel_out_of_reach_carries_nothing():
         ((40.0,), {}, "overlap", "radius is 40 m; allowed: "),
         ((math.nan,), {}, "overlap", "radius is nan m; allowed: "),
         ((300.0,), {"speed_km_h": 250.0}, "overlap", "speed is 250 km/h at R 300 m; allowed: below .* overturns"),
-        ((300.0,), {}, "strip", "theory is 'strip'; allowed: hertz, multi_hertz, overlap"),
+        ((300.0,), {}, "hertz_gauge", "theory is 'hertz_gauge'; allowed: hertz, multi_hertz, overlap, .* approach"),
     ],
 )
 def test_curves_that_cannot_be_run_are_refused(radii, conditions, theory, message):

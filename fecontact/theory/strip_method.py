@@ -122,6 +122,7 @@ def solve_strips(
     strips: int = 100,
     start: Strips | None = None,
     tolerance: float = 4e-3,
+    most_sweeps: int = _SWEEPS,
 ) -> Strips:
     """Contact on a line under a force (N) or at an approach (mm), one of which is given.
 
@@ -142,13 +143,15 @@ def solve_strips(
         A contact of nearly this load and place: saves the first solution on few strips.
     tolerance
         Largest change of c and q in the last sweep, weighted by force; the default is good to some 0.1 % of the peak.
+    most_sweeps
+        With a tolerance of 0 so many: from a start that hangs on the line smoothly, forces do.
     """
     line = _Line(t=t, f=f, A=A, E=E, closing=np.ones_like(t) if closing is None else closing)
     load = _Load(force=force, approach=approach)
     found = _first_solution(line, load, tolerance) if start is None else start
     spans = _spans(line, found, load)
     for _ in range(_REGRIDS):
-        found = _swept(line, _carried(found, *_grid(spans, strips)), load, tolerance)
+        found = _swept(line, _carried(found, *_grid(spans, strips)), load, tolerance, most_sweeps)
         beside = _overlapping(line, found)
         if not beside:
             return replace(found, at_end=_at_end(line, found))
@@ -211,14 +214,14 @@ class _Load:
     approach: float | None
 
 
-def _swept(line: _Line, strips: Strips, load: _Load, tolerance: float) -> Strips:
+def _swept(line: _Line, strips: Strips, load: _Load, tolerance: float, most: int = _SWEEPS) -> Strips:
     """Newton's steps for q and d, and c after each of them, until both stay."""
     t, h, c = strips.t, strips.h, strips.c
     d = strips.approach if load.approach is None else load.approach
     f, closing = line.at(t)
     distance2, opened = (t[:, None] - t) ** 2, _OPEN * h**2
     q, change, sweep = np.maximum(strips.q, opened), np.inf, 0
-    while change > tolerance and sweep < _SWEEPS:
+    while change > tolerance and sweep < most:
         sweep += 1
         J, slope, curving, u2 = influence(q, distance2, h)
         weight = h * c / (np.pi * line.E)
@@ -286,10 +289,13 @@ def _first_solution(line: _Line, load: _Load, tolerance: float) -> Strips:
     factor = np.full_like(t, c)
     first = Strips(t=t, h=h, q=q, c=factor, approach=d, force=0.0, sweeps=0, change=np.inf, converged=False)
     for patch in _patches(first):
-        # of Hertz's ellipses from a/b 0.1 to 10: within 5 % of c, with the ratio of axes of the overlap
-        ratio = 2.0 * np.sqrt(q[patch].max()) / (h[patch].sum())
-        factor[patch] = line.E * line.A * (1.0 + 0.27 * ratio**1.3)
+        factor[patch] = line.E * line.A * factor_of_ellipse(2.0 * np.sqrt(q[patch].max()) / (h[patch].sum()))
     return _swept(line, first, load, 4.0 * tolerance)
+
+
+def factor_of_ellipse(ratio: float) -> float:
+    """c / (E* A) of Hertz's ellipse with the ratio of axes of an overlap, within 5 % from 0.1 to 10: to begin with."""
+    return float(1.0 + 0.27 * ratio**1.3)
 
 
 def _grid(spans: list[Span], number: int) -> tuple[Floats, Floats]:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+from fecontact.creep import FRICTION
 from fecontact.errors import InputError
 from fecontact.geometry.placement import Pair
 from fecontact.geometry.wheelset import Wheelset
@@ -33,16 +34,7 @@ class Conditions:
     Without a speed it is that at which the acceleration that cant leaves over is `unbalanced_m_s2`.
     """
 
-    friction: float = field(
-        default=0.3,
-        metadata={
-            "input": Number(
-                label="friction coefficient",
-                help="Coefficient of friction of all contacts",
-                remedy="dry steel has 0.3 to 0.6, wet 0.1 to 0.3",
-            )
-        },
-    )
+    friction: float = field(default=0.3, metadata={"input": FRICTION})
     cant_mm: float = field(
         default=100.0,
         metadata={

@@ -23,8 +23,12 @@ TOLERANCE_N = 1e-4
 # What iterations strive for; theories that search in themselves do not come so far.
 _WANTED_N = 1e-6
 _ITERATIONS, _HALVINGS = 30, 4
+# The same between asked places on a path.
+_BETWEEN_N, _FEW = 1.0, 12
 # So many iterations that do not bring what is left over below this part of the least before end the search.
 _STALLS, _STALLED = 5, 0.7
+# Slopes from elsewhere are good as long as a step leaves less than this part over.
+_WELL_DOWN = 0.3
 # Largest change of a state in an iteration, in mm and mrad.
 _LONGEST_STEP = 0.6
 # Curvature (1/mm) of the first step from straight track, growth of steps, and the smallest part of a curvature.
@@ -45,8 +49,10 @@ class Equilibrium:
     ----------
     state (n,)
         As in `vehicle.steady`.
+    slopes (n, n)
+        Of what is left over, near the state; None where they were not to be had.
     iterations
-        Of Newton's method, on the whole way to it.
+        Of Newton's method.
     notes
         What happened on the way: folds, jumps to another branch.
     """
@@ -55,6 +61,7 @@ class Equilibrium:
     line: Line
     state: Floats
     balance: Balance
+    slopes: Floats | None
     iterations: int
     notes: tuple[str, ...] = ()
 
@@ -64,40 +71,80 @@ class Equilibrium:
         return float(np.abs(self.balance.residual_N).max())
 
 
-def solve_at(start: Floats, vehicle: Vehicle, line: Line) -> Equilibrium:
-    """Newton's method from a start (n,); steps are bounded, and halved where they make things worse."""
+def solve_at(
+    start: Floats, vehicle: Vehicle, line: Line, *, slopes: Floats | None = None, between: bool = False
+) -> Equilibrium:
+    """Newton's method from a start (n,); steps are bounded, and halved where they make things worse.
+
+    `slopes` (n, n) is a Jacobian from nearby. It follows by Broyden's rank-one updates (1965) as long as steps bring
+    what is left over well down, and is taken anew by differences where they do not. What is only `between` others on
+    a path need not be met so well, and is given up where it is not near its start.
+    """
+    wanted, tolerance, most = (_BETWEEN_N, _BETWEEN_N, _FEW) if between else (_WANTED_N, TOLERANCE_N, _ITERATIONS)
     state, here, stalled, least, iterations = start, balance(start, vehicle, line), 0, np.inf, 0
-    while iterations < _ITERATIONS:
+    while iterations < most and stalled < _STALLS:
+        if float(np.abs(here.residual_N).max()) < wanted or (between and not _near(state, start, vehicle)):
+            break
         iterations += 1
-        size = float(np.linalg.norm(here.residual_N))
-        if float(np.abs(here.residual_N).max()) < _WANTED_N:
-            break
-        try:
-            step = np.asarray(np.linalg.solve(jacobian(state, vehicle, line), -here.residual_N))
-        except np.linalg.LinAlgError:
-            break
-        step *= min(1.0, _LONGEST_STEP / float(np.abs(_positions(step, vehicle)).max()))
-        best: tuple[float, Floats, Balance] | None = None
-        for part in 0.5 ** np.arange(_HALVINGS):
-            trial = balance(state + part * step, vehicle, line)
-            found = float(np.linalg.norm(trial.residual_N))
-            if best is None or found < best[0]:
-                best = (found, state + part * step, trial)
-            if found < (1.0 - 0.25 * part) * size:
+        size, fresh = float(np.linalg.norm(here.residual_N)), slopes is None
+        slopes = jacobian(state, vehicle, line) if slopes is None else slopes
+        step = _step(slopes, here.residual_N, vehicle)
+        if step is None:
+            if fresh:
                 break
-        assert best is not None
-        found, state, here = best
+            slopes = None
+            continue
+        part, trial = _damped(state, step, vehicle, line, size, parts=_HALVINGS if fresh else 1)
+        found = float(np.linalg.norm(trial.residual_N))
+        if not fresh and found > _WELL_DOWN * size:
+            # from the better of both places with slopes of its own
+            state, here, slopes = (state + part * step, trial, None) if found < size else (state, here, None)
+            continue
+        change = trial.residual_N - here.residual_N - part * (slopes @ step)
+        slopes = slopes + np.outer(change, step) / (part * float(step @ step))
+        state, here = state + part * step, trial
+        if found > _WELL_DOWN * size:
+            slopes = None
         stalled, least = (stalled + 1, least) if found > _STALLED * least else (0, found)
-        if stalled == _STALLS:
-            break
-    balanced = float(np.abs(here.residual_N).max()) < TOLERANCE_N
+    balanced = float(np.abs(here.residual_N).max()) < tolerance
     return Equilibrium(
         status="equilibrium" if balanced else "no equilibrium",
         line=line,
         state=state,
         balance=here,
+        slopes=slopes,
         iterations=iterations,
     )
+
+
+def _near(state: Floats, start: Floats, vehicle: Vehicle) -> bool:
+    """Whether a state is on the path that leads to a start."""
+    return float(np.abs(_positions(state - start, vehicle)).max()) < _ON_THE_PATH
+
+
+def _step(slopes: Floats, residual: Floats, vehicle: Vehicle) -> Floats | None:
+    """Newton's step, bounded; None where the slopes are singular."""
+    try:
+        step = np.asarray(np.linalg.solve(slopes, -residual))
+    except np.linalg.LinAlgError:
+        return None
+    return np.asarray(step * min(1.0, _LONGEST_STEP / float(np.abs(_positions(step, vehicle)).max())))
+
+
+def _damped(
+    state: Floats, step: Floats, vehicle: Vehicle, line: Line, size: float, *, parts: int
+) -> tuple[float, Balance]:
+    """The part of a step, halved some times, that leaves enough less over, or else the best one; and the balance."""
+    best: tuple[float, float, Balance] | None = None
+    for part in 0.5 ** np.arange(parts):
+        trial = balance(state + part * step, vehicle, line)
+        found = float(np.linalg.norm(trial.residual_N))
+        if best is None or found < best[0]:
+            best = (found, float(part), trial)
+        if found < (1.0 - 0.25 * part) * size:
+            break
+    assert best is not None
+    return best[1], best[2]
 
 
 def _positions(step: Floats, vehicle: Vehicle) -> Floats:
@@ -185,9 +232,10 @@ class _Path:
         step = min(self._step, abs(curvature) - abs(self._here))
         there = curvature if step == abs(curvature) - abs(self._here) else self._here + sign * step
         start = self._predicted(there)
-        one = solve_at(start, self._vehicle, self._lines(there))
-        away = float(np.abs(_positions(one.state - start, self._vehicle)).max())
-        if one.status == "equilibrium" and away < _ON_THE_PATH:
+        one = solve_at(
+            start, self._vehicle, self._lines(there), slopes=self._known[-1].slopes, between=there != curvature
+        )
+        if one.status == "equilibrium" and _near(one.state, start, self._vehicle):
             self._known = [*self._known[-1:], one]
             self._step = _GROWTH * max(step, _FIRST_STEP)
         elif step < max(_SMALLEST_STEP * abs(self._here), 1e-3 * _FIRST_STEP):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,6 +13,8 @@ from fecontact.errors import InputError
 from fecontact.inputs.kinds import Number
 from fecontact.inputs.slots import check_inputs
 
+BOGIES = ("leading", "trailing")
+"""The bogies of a vehicle."""
 _DATA = Path(__file__).parent / "data"
 _ANY = TypeVar("_ANY")
 
@@ -112,12 +114,18 @@ class Secondary:
 
 @dataclass(frozen=True, kw_only=True)
 class Bogie:
-    """A bogie of two wheelsets below half a body."""
+    """A bogie of two wheelsets below half a body: the leading one of its vehicle, or the trailing one."""
 
     frame: Frame
     body: Body
     primary: Primary
     secondary: Secondary
+    leads: bool = True
+
+    @property
+    def ahead_m(self) -> float:
+        """How far its pivot is ahead of the middle of the body."""
+        return self.body.half_pivots_m if self.leads else -self.body.half_pivots_m
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,6 +142,24 @@ class Vehicle:
     def wheelsets(self) -> int:
         """Number of wheelsets that are in equilibrium together."""
         return 1 if self.bogie is None else 2
+
+
+def with_bogie(vehicle: Vehicle, which: str) -> Vehicle:
+    """A vehicle with its `leading` or `trailing` bogie.
+
+    Raises
+    ------
+    InputError
+        For another word, and for the trailing bogie of a vehicle without any.
+    """
+    if which not in BOGIES:
+        raise InputError(f"bogie is {which!r}; allowed: {', '.join(BOGIES)}")
+    leads = which == BOGIES[0]
+    if vehicle.bogie is None:
+        if not leads:
+            raise InputError(f"bogie is {which!r}, but {vehicle.name} has none; leave it out")
+        return vehicle
+    return replace(vehicle, bogie=replace(vehicle.bogie, leads=leads))
 
 
 _TABLES: Mapping[str, type] = {

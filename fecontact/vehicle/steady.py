@@ -184,7 +184,7 @@ def _external(state: Floats, vehicle: Vehicle, line: Line) -> Floats:
 
 
 def _of_bogie(state: Floats, vehicle: Vehicle, bogie: Bogie, line: Line) -> Floats:
-    """Suspension and weight of a bogie, the leading one of its vehicle, in metres and radians inside."""
+    """Suspension and weight of a bogie, in metres and radians inside."""
     frame, body, spring, above = bogie.frame, bogie.body, bogie.primary, bogie.secondary
     across, down = line.acceleration_m_s2
     kappa, a = 1e3 * line.curvature_per_mm, frame.half_wheelbase_m
@@ -210,7 +210,7 @@ def _of_bogie(state: Floats, vehicle: Vehicle, bogie: Bogie, line: Line) -> Floa
     from_body, body_roll = _of_body(bogie, roll_frame, across, down)
     axle_height = 1e-3 * vehicle.wheelset.rolling_radius_mm
     secondary_yaw = (
-        2.0 * above.longitudinal_N_per_m * above.half_distance_m**2 * (yaw_frame + body.half_pivots_m * kappa)
+        2.0 * above.longitudinal_N_per_m * above.half_distance_m**2 * (yaw_frame + bogie.ahead_m * kappa)
     )
     found[-3:] = (
         -lateral + from_body + frame.mass_kg * across,

@@ -17,8 +17,8 @@ _WHEEL_STEP_MM, _RAIL_STEP_MM = 0.1, 0.05
 # Feet on the rail are looked for in the order along this direction (rad): head and gauge face run forward along it.
 _SLANT = 0.25 * np.pi
 _FOOT_STEPS = 4
-# Wider gaps are never closed by what theories know of their surroundings.
-_WIDEST_GAP_MM = 1.0
+# Wider gaps are never closed by what theories know of their surroundings; and how far off a first guess of them may be.
+_WIDEST_GAP_MM, _ROUGHLY_MM = 0.5, 2.0
 _FEWEST = 3
 
 
@@ -77,7 +77,7 @@ class Surfaces:
         return float(s[1]), table
 
     def overlap(self, shift_mm: float, height_mm: float, roll_rad: float, yaw_rad: float) -> Overlap | None:
-        """Where the wheel is nearest to the rail, or in it; None where no point of it is within 1 mm.
+        """Where the wheel is nearest to the rail, or in it; None where no point of it is within 0.5 mm.
 
         Parameters
         ----------
@@ -88,7 +88,11 @@ class Surfaces:
         """
         pose = self.pair.hung(shift_mm, roll_rad, yaw_rad)
         _, x, y, z = pose.silhouette_of(self._wheel)
-        s, depth, angle = self._feet(y, z + height_mm)
+        z = z + height_mm
+        # thousands of points are not near
+        kept = np.flatnonzero(self._rough_depth(y, z) > -_ROUGHLY_MM)
+        x, y, z = x[kept], y[kept], z[kept]
+        s, depth, angle = self._feet(y, z)
         # feet that run back belong to a flank that faces away
         near = np.flatnonzero((depth > -_WIDEST_GAP_MM) & (np.diff(s, prepend=-np.inf) > 0.0))
         if near.size < _FEWEST:
@@ -96,15 +100,21 @@ class Surfaces:
         near = near[np.argsort(s[near], kind="stable")]
         half = 0.5 * depth[near]
         place = np.stack(
-            [x[near], y[near] - np.sin(angle[near]) * half, z[near] + height_mm + np.cos(angle[near]) * half], axis=1
+            [x[near], y[near] - np.sin(angle[near]) * half, z[near] + np.cos(angle[near]) * half], axis=1
         )
         return Overlap(
             s_mm=s[near],
             depth_mm=depth[near],
             place_mm=place,
             angle_rad=angle[near],
-            radius_mm=self.pair.rolling_radius_mm - self._wheel.z[near],
+            radius_mm=self.pair.rolling_radius_mm - self._wheel.z[kept[near]],
         )
+
+    def _rough_depth(self, y: Floats, z: Floats) -> Floats:
+        """Depths (n,) of points below the tangents of the rail at their places on the slant."""
+        _, table = self._rail
+        k = np.searchsorted(table[5, :-1], y * np.cos(_SLANT) + z * np.sin(_SLANT))
+        return np.asarray((y - table[1, k]) * table[4, k] - (z - table[2, k]) * table[3, k])
 
     def _feet(self, y: Floats, z: Floats) -> tuple[Floats, Floats, Floats]:
         """Arc lengths (n,) of the feet of points on the rail, depths below it, and angles there."""
