@@ -49,8 +49,9 @@ def curve(
         Radii in m: numbers and ranges FROM:TO:STEP, separated by commas; positive to the right, where the left wheels
         are the outer ones, negative to the left.
     theory
-        Of the normal force: hertz, multi_hertz, overlap, kik_piotrowski, stripes, half_space, or several with commas
-        between; each is held against the last.
+        Of the normal force: overlap (strips that carry their own overlap), or of those of `fecontact theories` hertz,
+        multi_hertz, equivalent_ellipse, kik_piotrowski, stripes, analyn, kpec, strip, half_space; several with commas
+        between, each of which is held against the last.
     friction
         Coefficient of friction, > 0.
     cant_mm

@@ -209,9 +209,7 @@ def _of_bogie(state: Floats, vehicle: Vehicle, bogie: Bogie, line: Line) -> Floa
         yawing += yaw_moment + sign * a * force
     from_body, body_roll = _of_body(bogie, roll_frame, across, down)
     axle_height = 1e-3 * vehicle.wheelset.rolling_radius_mm
-    secondary_yaw = (
-        2.0 * above.longitudinal_N_per_m * above.half_distance_m**2 * (yaw_frame + bogie.ahead_m * kappa)
-    )
+    secondary_yaw = 2.0 * above.longitudinal_N_per_m * above.half_distance_m**2 * (yaw_frame + bogie.ahead_m * kappa)
     found[-3:] = (
         -lateral + from_body + frame.mass_kg * across,
         -rolling

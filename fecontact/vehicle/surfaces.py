@@ -99,9 +99,7 @@ class Surfaces:
             return None
         near = near[np.argsort(s[near], kind="stable")]
         half = 0.5 * depth[near]
-        place = np.stack(
-            [x[near], y[near] - np.sin(angle[near]) * half, z[near] + np.cos(angle[near]) * half], axis=1
-        )
+        place = np.stack([x[near], y[near] - np.sin(angle[near]) * half, z[near] + np.cos(angle[near]) * half], axis=1)
         return Overlap(
             s_mm=s[near],
             depth_mm=depth[near],
