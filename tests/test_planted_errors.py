@@ -4,14 +4,16 @@ Each fault is planted in the elements and nowhere else: the half-space, the true
 fine pressure with them. What sees it is said beside it.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from fecontact.case import Case
+from fecontact.case import BodySize, Case, Track
 from fecontact.comparison.judging import judge_load
 from fecontact.comparison.measures import measures_of
 from fecontact.comparison.solved_load import ELEMENTS_OFF
@@ -150,6 +152,56 @@ def test_elements_that_lock_are_seen_though_their_material_is_right():
     """Nearly incompressible bodies: the fine pressure is right within 0.1 %, that of the elements 2.6 % too high."""
     rubber = replace(STEEL, poisson=0.49)
     assert abs(compliance_error(position_of(replace(ROUND, rail_material=rubber, wheel_material=rubber)))) > 0.05
+
+
+def tongue(thickness_mm: int) -> Position:
+    """Head of a switch tongue under a wheel that is flat across, as in study 08."""
+    rail = Path(__file__).parents[1] / "studies" / "profiles" / f"switch_tongue_{thickness_mm}.toml"
+    # its crown under the tape circle
+    return position_of(
+        replace(
+            ROUND,
+            rail=str(rail),
+            load_N=50e3,
+            size=BodySize(rail_depth_mm=110.0),
+            track=Track(rail_crown_y_mm=Track().tape_circle_y_mm),
+        )
+    )
+
+
+def test_the_side_of_a_head_begins_where_its_corner_has_turned_by_a_sixth_of_a_circle():
+    placement = tongue(20).placement
+    # a crown of 300 mm up to corners whose centres lie 5 mm (radius 5) and 8 mm (radius 2) beside its middle
+    for s, centre, radius in ((0.0, 8.0, 2.0), (-1.0, 5.0, 5.0)):
+        on_crown, here = math.asin(centre / (300.0 - radius)), s / 300.0
+        away = math.copysign(1.0, s or 1.0)
+        expected = 300.0 * (on_crown - away * here) + radius * (math.pi / 3.0 - (on_crown - away * here))
+        assert placement.side_mm(s) == pytest.approx(expected, abs=0.1)
+
+
+def test_what_is_not_told_from_the_sides_of_a_narrow_head_is_not_seen():
+    """A half-space's part of 19 % too much would be read off healthy elements on a tongue of 20 mm; 1.1 % on 25 mm."""
+    assert math.isnan(compliance_error(tongue(20)))
+    assert abs(compliance_error(tongue(25))) < 0.75 * COMPLIANCE_LIMIT
+
+
+def test_a_layer_left_out_of_a_narrow_head_is_not_healthy(monkeypatch):
+    """Its response is not described either: nothing is said, rather than that it is right."""
+    on_rail(without_a_layer)(monkeypatch)
+    assert not abs(compliance_error(tongue(20))) < COMPLIANCE_LIMIT
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("factor", [1.0, 1.2, 0.8])
+def test_gross_faults_on_a_narrow_head_are_seen_by_the_own_contact(monkeypatch, factor):
+    plain = CoupledBodies.parting
+    monkeypatch.setattr(CoupledBodies, "parting", lambda self, pressure: factor * plain(self, pressure))
+    narrow = tongue(20)
+    judged = judge_load(Meshes(narrow).solve(narrow), narrow.placement)
+    assert (judged.verdict.answer, judged.verdict.cause) == (
+        ("HOLDS", None) if factor == 1.0 else ("UNRESOLVED", "elements")
+    )
+    assert any("the compliance of the elements is not checked" in said for said in judged.warnings)
 
 
 def test_a_body_that_does_not_stand_where_it_was_placed_is_refused(position, monkeypatch):

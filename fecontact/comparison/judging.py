@@ -28,7 +28,7 @@ from fecontact.comparison.solved_load import (
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES, Loaded
 from fecontact.comparison.uncertainty import step_uncertainty
 from fecontact.comparison.verdict import AT_JUNCTION, ELEMENTS, FROM_BEST, PROFILE, Verdict, judge
-from fecontact.comparison.warnings import junction_warnings, slide_warnings, yield_warnings
+from fecontact.comparison.warnings import elements_warnings, junction_warnings, slide_warnings, yield_warnings
 from fecontact.geometry.placement import Placement
 
 
@@ -73,7 +73,8 @@ def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str]
         creep=creep,
     )
     of_bodies = (*slide_warnings(finest.slide_mm, comparison), *yield_warnings(case, comparison))
-    return replace(load, warnings=(*junction_warnings(load.sides), *solved.limits, *of_bodies))
+    of_meshes = (*solved.limits, *elements_warnings(finest))
+    return replace(load, warnings=(*junction_warnings(load.sides), *of_meshes, *of_bodies))
 
 
 def with_creep_laws(load: JudgedLoad, placement: Placement) -> JudgedLoad:

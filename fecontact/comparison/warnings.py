@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from fecontact.case import Case
 from fecontact.comparison.compare import Comparison
 from fecontact.comparison.judgement import Judgement
+from fecontact.comparison.solved_load import Level
+from fecontact.contact.elements import COMPLIANCE_LIMIT
 from fecontact.geometry.placement import Placement
 from fecontact.theory.axis_stress import first_yield_p0_MPa
 from fecontact.theory.touch_hertz import Side
@@ -26,6 +28,17 @@ def junction_warnings(sides: Mapping[Side, Judgement]) -> list[str]:
         for side, one in sides.items()
     )
     return [f"the curvature is undefined at the touch point: {'; '.join(said)}"]
+
+
+def elements_warnings(level: Level) -> list[str]:
+    """Elements whose compliance is not checked, since too little is seen of a half-space on them."""
+    if not math.isnan(level.compliance_error):
+        return []
+    return [
+        "the compliance of the elements is not checked: there are too few of them around the patch, or the head is"
+        f" narrow for their size; {COMPLIANCE_LIMIT:.0%} of it is taken for its uncertainty, more elements"
+        " (--resolution) show it"
+    ]
 
 
 def slide_warnings(slide_mm: float, comparison: Comparison) -> list[str]:

@@ -8,6 +8,7 @@ positive roll lifts this wheel and positive yaw moves it backwards).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -31,6 +32,9 @@ EVERY_SHIFT = np.arange(-40.0, 40.5, 0.5)
 """Shifts (mm) that are tried for a message that says which are possible."""
 # A step in the height of a line may stand above its touch points by as much as segments may miss each other.
 _STEP_MM = 2e-3
+# What a line has turned by where a head's side begins, and how closely it is looked at for that.
+_SIDE_TURN_RAD = math.pi / 3.0
+_SIDE_STEP_MM = 0.1
 SIGN: dict[TrackSide, float] = {"left": 1.0, "right": -1.0}
 """Sign of a wheelset's shift, roll and yaw in the frame of its left side."""
 
@@ -84,6 +88,18 @@ class Placement:
                 if np.isfinite(arc):
                     found.append(PlacedJunction(profile=profile, junction=junction, s_mm=float(arc)))
         return tuple(found)
+
+    def side_mm(self, s: float) -> float:
+        """How far (mm) it is along the rail's surface from a place to the nearer side of the head.
+
+        A side begins where the line has turned by a sixth of a circle, or where it ends.
+        """
+        profile, place = self.rail.profile, self.first_arc_length_mm + s
+        u = profile.spread(_SIDE_STEP_MM)
+        arc, angle = profile.arc_length(u), profile.evaluate(u).angle_rad
+        turned = np.abs(angle - np.interp(place, arc, angle)) > _SIDE_TURN_RAD
+        turned[[0, -1]] = True
+        return float(np.abs(arc[turned] - place).min())
 
     def surface(self, x: ArrayLike, s: ArrayLike) -> tuple[Floats, Floats]:
         """Points (..., 3) on the rail and their outward unit normals at x and the arc length s (mm) from first touch.

@@ -13,6 +13,7 @@ from fecontact.case import Case
 from fecontact.comparison.solved_load import Level
 from fecontact.contact.bands import Bands
 from fecontact.contact.correction import solve_by_correction
+from fecontact.contact.elements import UnitResponse
 from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact.rung import Rung
 from fecontact.contact.solver import Compliance, ContactProblem, ContactSolution, solve_contact
@@ -145,8 +146,6 @@ def coupled_problem(true_gap: TrueGap, bodies: CoupledBodies) -> CoupledProblem:
     )
     bands = Bands(grid=grid, columns=bodies.bands, contact_modulus_MPa=modulus)
     responses = bands.responses(bodies.compliance)
-    across = bodies.normals[: grid.shape[1]]
-    angle = np.arctan2(-across[:, 1], across[:, 2])
     # the elements of a yawed wheel meet those of the rail otherwise from place to place
     others = responses if grid.half else bands.responses(bodies.compliance, beside=_BESIDE)
     return CoupledProblem(
@@ -155,14 +154,18 @@ def coupled_problem(true_gap: TrueGap, bodies: CoupledBodies) -> CoupledProblem:
         model=bands.together([one.model() for one in responses]),
         elements=bands.together([one.half_space_of_elements() for one in responses]),
         otherwise=bands.together([one.half_space_of_elements(quartic=True) for one in others]),
-        compliance_error=_worst(
-            [one.compliance_error(angle[own]) for one, own in zip(responses, bodies.bands, strict=True)]
-        ),
+        compliance_error=_compliance_error(responses, true_gap.placement, bodies),
     )
 
 
-def _worst(errors: Sequence[float]) -> float:
-    """The error of the largest size; NaN where none is known."""
+def _compliance_error(responses: Sequence[UnitResponse], placement: Placement, bodies: CoupledBodies) -> float:
+    """The error of the largest size of all bands; NaN where none is seen."""
+    across = bodies.normals[: bodies.grid.shape[1]]
+    angle = np.arctan2(-across[:, 1], across[:, 2])
+    errors = (
+        one.compliance_error(angle[own], placement.side_mm(float(one.grid.s_mm[one.node[1]])))
+        for one, own in zip(responses, bodies.bands, strict=True)
+    )
     return max((error for error in errors if not math.isnan(error)), key=abs, default=math.nan)
 
 
