@@ -16,6 +16,7 @@ PACKAGE = Path(__file__).parents[1] / "fecontact"
 # Each room and the rooms that it may use, from the ground up. A room is a folder, or a file beside the folders.
 ROOMS: dict[str, set[str]] = {
     "errors": set(),
+    "outcome": set(),
     "files": {"errors"},
     "inputs": {"errors"},
     "irregularity": {"errors", "inputs"},
@@ -32,22 +33,23 @@ ROOMS: dict[str, set[str]] = {
     # the exact theory of rolling is one creep theory among the others
     "theory": {"errors", "material", "geometry", "rolling"},
     "fe": {"errors", "material", "dimensions", "profiles", "geometry", "contact"},
-    "comparison": {"errors", "case", "creep", "criteria", "geometry", "theory", "contact", "rolling", "irregularity"},
+    "comparison": {"errors", "case", "creep", "criteria", "geometry", "theory", "contact", "rolling"}
+    | {"outcome", "irregularity"},
     # beside the comparison: vehicles see no finite elements
     "vehicle": {"errors", "inputs", "creep", "dimensions", "material", "profiles", "geometry", "contact", "theory"},
     "solving": {"errors", "case", "dimensions", "profiles", "geometry", "theory", "contact", "fe", "comparison"},
-    "map": {"errors", "case", "geometry", "comparison", "solving"},
+    "map": {"errors", "outcome", "case", "geometry", "comparison", "solving"},
     # no stored result depends on it
     "alone": {"errors", "case", "geometry", "theory", "comparison", "solving", "irregularity"},
-    "regression": {"errors", "files"},
+    "regression": {"errors", "outcome", "files"},
     # knows neither physics nor outputs: what is done, and what is written, is handed in
     "jobs": {"errors", "files"},
     "outputs": {"errors", "files", "case", "creep", "criteria", "profiles", "geometry", "theory", "contact", "fe"}
     | {"comparison", "solving"}
-    | {"map", "alone", "regression", "material", "vehicle", "irregularity"},
+    | {"map", "alone", "regression", "material", "vehicle", "irregularity", "outcome"},
     "runs": {"errors", "files", "inputs", "case", "creep", "criteria", "profiles", "fe", "comparison", "solving", "map"}
     | {"regression", "jobs", "outputs", "material", "theory", "geometry", "dimensions", "vehicle", "alone"}
-    | {"irregularity"},
+    | {"irregularity", "outcome"},
     # how long is left
     "console": {"jobs"},
     # pages of text
@@ -55,7 +57,7 @@ ROOMS: dict[str, set[str]] = {
     "doctor": set(),
     "commands": {"errors", "files", "inputs", "case", "creep", "criteria", "options", "profiles", "solving", "theory"}
     | {"regression", "jobs"}
-    | {"outputs", "console", "doctor", "guide", "runs", "vehicle"},
+    | {"outputs", "console", "doctor", "guide", "runs", "vehicle", "outcome"},
     "cli": {"errors", "inputs", "commands"},
     "plot": {"errors", "solving", "outputs"},
     "__init__": {"case", "creep", "criteria", "dimensions", "material", "profiles", "solving", "outputs", "plot"}

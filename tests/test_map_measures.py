@@ -46,6 +46,7 @@ class Judged:
     creep: SimpleNamespace
     creep_laws: dict = field(default_factory=dict)
     status: str = "converged"
+    usable: bool = True
     case: Case = CASE
     verdict: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(answer="HOLDS", cause=None))
     # whose forces are asked for again is told by these two

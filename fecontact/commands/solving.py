@@ -14,6 +14,7 @@ from cyclopts import Parameter
 from fecontact.case import Group, unusual
 from fecontact.console import count, log_only, logged, many, print_reasons, say, solving, tell_notes, width
 from fecontact.options import PANELS, CaseOptions, options_of
+from fecontact.outcome import usable
 
 _EVERY = options_of(*get_args(Group))
 # a map has lists of these two
@@ -129,7 +130,7 @@ def solve(
         print_case(record)
     if lost is not None:
         raise lost
-    return 0 if result.status == "converged" else 3
+    return 0 if result.load.usable else 3
 
 
 def _keep(result: CaseResult, out: Path) -> OSError | None:
@@ -180,7 +181,7 @@ def run(
         _tell_reused(outcome, "cases", how)
         if outcome.conclusion:
             say(outcome.conclusion, quiet=how.quiet)
-        lost = {str(row["id"]): str(row["status"]) for row in outcome.rows if row["status"] != "converged"}
+        lost = {str(row["id"]): str(row["status"]) for row in outcome.rows if not usable(row)}
         print_reasons(f"{len(lost)} of {count(len(outcome.rows), 'case')} without a usable result", lost)
         shown = outcome.collections[:3] + (("...",) if len(outcome.collections) > 3 else ())
         paraview = f"; for ParaView: {', '.join((*shown, 'cases/*/case.vtm'))}, or fecontact view {out}"
@@ -270,7 +271,7 @@ def map_(
         lost = {
             f"{cell.lateral_shift_mm:+g} mm, {cell.load_N / 1e3:g} kN": str(cell.status)
             for cell in outcome.made.cells
-            if cell.status != "converged"
+            if not cell.usable
         }
         print_reasons(f"{len(lost)} of {count(len(outcome.made.cells), 'cell')} without a usable result", lost)
         pictures = ("map.png", "map_theory.png", f"map_{theory}.png", "map_force.png", "map_law.png")

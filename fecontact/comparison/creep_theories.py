@@ -205,7 +205,7 @@ def _judged(force: _Force, solved: SolvedLoad, reference: _Reference) -> Judgeme
             )
             for one in worst
         ]
-        return judged_force(decided, limit, usable=solved.status == "converged")
+        return judged_force(decided, limit, usable=solved.usable)
 
     coarse = judged(_OF_COARSE)
     return judged(_OF_FINE) if coarse.verdict.answer == "UNRESOLVED" else coarse

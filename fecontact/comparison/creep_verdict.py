@@ -122,7 +122,7 @@ def judge_on_hertz(solved: SolvedLoad, rolling: RollingLoad, creep: Creep) -> Ju
         known = pressure_uncertainty(SCREEN, rolling, rolling.motion(creepages))
         off, unsure = deviation(DECIDES, creepages), math.nan if known is None else known
         decided.append(ForceAt(creepages=creepages, deviation=off, uncertainty=unsure))
-    made = judged_force(decided, creep.force_limit, usable=solved.status == "converged")
+    made = judged_force(decided, creep.force_limit, usable=solved.usable)
     if not made.limit_used > 1.0:
         return made
     return replace(made, verdict=replace(made.verdict, cause=_cause(rolling, made.decided[0])))

@@ -97,6 +97,11 @@ class JudgedLoad:
         return self.solved.status
 
     @property
+    def usable(self) -> bool:
+        """Whether its numbers may be used."""
+        return self.solved.usable
+
+    @property
     def normal_force_N(self) -> float:
         """Force along the contact normal at first touch that the finite elements carry."""
         return self.fe.normal_force_N

@@ -67,7 +67,7 @@ def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str]
         geometry=geometry,
         bodies_step_uncertainty=_bodies_step_uncertainty(solved, Approximation.of(hertz)),
         elements_uncertainty=elements_uncertainties(solved),
-        verdict=replace(worst, cause=cause).usable(solved.status == "converged"),
+        verdict=replace(worst, cause=cause).usable(solved.usable),
         warnings=(),
         lobes=judge_lobes(solved, placement) if others else (),
         creep=creep,
@@ -123,7 +123,7 @@ def _judge_theories(
             without[name] = made
         elif made is not None:
             one = judge_theory(solved.case, solved.levels, made, of_points)
-            found[name] = replace(one, verdict=one.verdict.usable(solved.status == "converged" and made.definite))
+            found[name] = replace(one, verdict=one.verdict.usable(solved.usable and made.definite))
     return found, without
 
 

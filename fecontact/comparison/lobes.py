@@ -163,7 +163,7 @@ def _beside_hertz(judgement: LobeJudgement, part: Part, solved: SolvedLoad, plac
     values, own = _values(part, hertz, at), hertz_measures(hertz).as_dict()
     deviation = {name: own[name] / values[name] - 1.0 if name in MEASURES else values[name] for name in values}
     uncertainty = uncertainties(solved.levels, read, deviation)
-    verdict = judge(deviation, uncertainty, solved.case.criteria).usable(solved.status == "converged")
+    verdict = judge(deviation, uncertainty, solved.case.criteria).usable(solved.usable)
     return replace(judgement, hertz=hertz, deviation=deviation, uncertainty=uncertainty, verdict=verdict)
 
 

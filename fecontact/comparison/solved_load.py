@@ -19,6 +19,7 @@ from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.uncertainty import elements_uncertainty, uncertainty
 from fecontact.contact.elements import COMPLIANCE_LIMIT
 from fecontact.contact.rung import Rung, misfit
+from fecontact.outcome import CONVERGED
 
 Status = Literal["converged", "not converged", "patch at the edge of the fine mesh", "elements too soft or too stiff"]
 # Of the peak between two lobes, or of the patch's width between two patches: less is little.
@@ -146,6 +147,11 @@ class SolvedLoad:
         turned = () if self.turned is None else (self.turned,)
         of_rungs = _worst_status(self.half_space, self.quadratic, *turned, *(rung for _, rung in of_points))
         return ELEMENTS_OFF if of_rungs == "converged" and _elements_off(self) else of_rungs
+
+    @property
+    def usable(self) -> bool:
+        """Whether its numbers may be used."""
+        return self.status == CONVERGED
 
 
 def _elements_off(solved: SolvedLoad) -> bool:

@@ -119,8 +119,7 @@ def error_file(folder: Path) -> Path:
 
 
 def _failed(job: Job, failure: str, *, short: bool = False) -> Done:
-    said = " ".join(f"failed: {failure}".split())
-    return Done(name=job.name, failure=said, short_of_memory=short and not job.alone)
+    return Done(name=job.name, failure=failure, short_of_memory=short and not job.alone)
 
 
 def _do(job: Job) -> Done:

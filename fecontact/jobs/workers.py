@@ -279,7 +279,7 @@ def _alone(job: Job, crew: Crew, report: Report, *, deaths: int) -> Done:
     # ParaView's writers can end the process when the disk is full, so it is looked at before its room is given back
     full = shutil.disk_usage(job.folder.parent).free < _FULL_DISK_BYTES
     remove_leftovers(job.folder.parent, job.name)
-    return Done(name=job.name, failure=f"failed: its process died twice ({'disk full' if full else 'out of memory'}?)")
+    return Done(name=job.name, failure=f"its process died twice ({'disk full' if full else 'out of memory'}?)")
 
 
 def _outcome(future: Future[Done], job: Job, crew: Crew) -> Done | None:
@@ -297,9 +297,9 @@ def _outcome(future: Future[Done], job: Job, crew: Crew) -> Done | None:
     except CancelledError as error:
         if crew.lost is not None and (reason := crew.lost()):
             raise WorkersLost(reason) from error
-        return Done(name=job.name, failure=f"failed: the cluster gave it up ({error or 'no reason'})")
+        return Done(name=job.name, failure=f"the cluster gave it up ({error or 'no reason'})")
     except InputError as error:
-        return Done(name=job.name, failure=f"failed: {error}")
+        return Done(name=job.name, failure=str(error))
     except Exception as error:
         # the executor's own troubles, such as a cluster that has given the job up
-        return Done(name=job.name, failure=" ".join(f"failed: {type(error).__name__}: {error}".split()))
+        return Done(name=job.name, failure=f"{type(error).__name__}: {error}")

@@ -10,6 +10,7 @@ from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.judgement import Judgement
 from fecontact.comparison.verdict import Answer
 from fecontact.geometry.placement import Placement
+from fecontact.outcome import CONVERGED
 from fecontact.solving.stiffness_fit import Stiffness
 
 CellVerdict = Literal["HOLDS", "FAILS", "UNRESOLVED", "failed"]
@@ -70,6 +71,11 @@ class MapCell:
     short_of_memory: bool = False
 
     @property
+    def usable(self) -> JudgedLoad | None:
+        """What was solved, where it may be used."""
+        return self.judged if self.status == CONVERGED else None
+
+    @property
     def verdict(self) -> CellVerdict:
         """The verdict, `failed` where there is none."""
         return "failed" if self.judged is None else self.judged.verdict.answer
@@ -77,8 +83,7 @@ class MapCell:
     @property
     def force(self) -> Judgement | None:
         """Hertz for creep forces; None without friction, and where the load must not be used."""
-        creep = None if self.judged is None or self.status != "converged" else self.judged.creep
-        return None if creep is None else creep.verdict
+        return self.usable.creep.verdict if self.usable and self.usable.creep else None
 
     @property
     def cause(self) -> str | None:
@@ -116,7 +121,7 @@ class MapPosition:
     @property
     def converged(self) -> bool:
         """Whether finite elements gave a usable result at every load."""
-        return all(cell.status == "converged" for cell in self.cells)
+        return all(cell.usable for cell in self.cells)
 
     @property
     def short_of_memory(self) -> bool:
@@ -157,4 +162,4 @@ class ApplicabilityMap:
     @property
     def all_solved(self) -> bool:
         """Whether every cell gave a result that may be used."""
-        return all(cell.status == "converged" for cell in self.cells)
+        return all(cell.usable for cell in self.cells)

@@ -22,7 +22,7 @@ def force_limit(
 
     Loads that the search for the limits of pressure tried tell more only between loads of the map that differ.
     """
-    usable = [cell.judged for cell in cells if cell.judged is not None and cell.status == "converged"]
+    usable = [cell.usable for cell in cells if cell.usable]
     found = {load.load_N: load.creep.verdict.verdict.answer for load in usable if load.creep is not None}
     if not found and not any(cell.judged is not None and cell.judged.creep is not None for cell in cells):
         return None
@@ -45,7 +45,7 @@ def _between(found: Mapping[float, Answer], tried: Sequence[JudgedLoad], placeme
     return {
         one.load_N: force_verdict(one.solved, one.hertz, placement, one.case.creep).verdict.answer
         for one in tried
-        if one.status == "converged" and any(low < one.load_N < high for low, high in changes)
+        if one.usable and any(low < one.load_N < high for low, high in changes)
     }
 
 
@@ -57,6 +57,4 @@ def with_laws(position: MapPosition) -> MapPosition:
 
 
 def _with_laws(cell: MapCell, placement: Placement) -> MapCell:
-    if cell.judged is None or cell.status != "converged":
-        return cell
-    return replace(cell, judged=with_creep_laws(cell.judged, placement))
+    return replace(cell, judged=with_creep_laws(cell.usable, placement)) if cell.usable else cell

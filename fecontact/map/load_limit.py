@@ -44,10 +44,8 @@ class KnownLoad:
 
 def known_loads(cells: Sequence[MapCell], tried: Sequence[JudgedLoad] = ()) -> tuple[KnownLoad, ...]:
     """The loads of a position that may be used, by increasing load."""
-    found = [KnownLoad.of(judged) for judged in tried if judged.status == "converged"]
-    for cell in cells:
-        if cell.judged is not None and cell.status == "converged":
-            found.append(KnownLoad.of(cell.judged))
+    found = [KnownLoad.of(judged) for judged in tried if judged.usable]
+    found += [KnownLoad.of(cell.usable) for cell in cells if cell.usable]
     return tuple(sorted(found, key=lambda known: known.load_N))
 
 
@@ -122,10 +120,10 @@ def load_limit(
         A further load that could not be solved.
     """
     known = known_loads(cells, tried)
-    lost = [] if not known else [cell for cell in cells if cell.status != "converged"]
+    lost = [] if not known else [cell for cell in cells if not cell.usable]
     lost += [] if stopped is None else [stopped]
     notes = [f"{cell.load_N / 1e3:.4g} kN: {cell.status}" for cell in lost]
-    unusable = [judged for judged in tried if judged.status != "converged"]
+    unusable = [judged for judged in tried if not judged.usable]
     notes += [f"{judged.load_N / 1e3:.4g} kN: {judged.status}" for judged in unusable]
     return LoadLimit(
         intervals=_intervals(known),

@@ -12,6 +12,7 @@ from fecontact.geometry.placement import Placement
 from fecontact.map.cells import LoadLimit, MapCell, MapPosition
 from fecontact.map.load_limit import known_loads, load_limit, next_load
 from fecontact.map.stiffness import stiffness_of
+from fecontact.outcome import failed
 from fecontact.solving.load_sweep import LoadSweep
 
 StepProgress = Callable[[str], None]
@@ -97,7 +98,7 @@ class _Loads:
 
     def _search(self) -> None:
         """Solve further loads until every change of the verdict among the solved ones is known well."""
-        while self._stopped is None and all(one.status == "converged" for one in self._tried):
+        while self._stopped is None and all(one.usable for one in self._tried):
             wanted = next_load(known_loads(tuple(self._cells.values()), self._tried), tuple(self._cells))
             if wanted is None:
                 return
@@ -128,10 +129,10 @@ def solved_cell(shift_mm: float, judged: JudgedLoad) -> MapCell:
 
 def _failed_cell(shift: float, load_N: float, error: Exception | str) -> MapCell:
     short = isinstance(error, NotEnoughMemory)
-    return MapCell(lateral_shift_mm=shift, load_N=load_N, status=f"failed: {error}", short_of_memory=short)
+    return MapCell(lateral_shift_mm=shift, load_N=load_N, status=failed(error), short_of_memory=short)
 
 
 def failed_position(shift_mm: float, loads_N: Sequence[float], error: Exception | str) -> MapPosition:
     """A position of which nothing is known but why."""
     cells = tuple(_failed_cell(shift_mm, load_N, error) for load_N in loads_N)
-    return MapPosition(lateral_shift_mm=shift_mm, cells=cells, limit=LoadLimit(reason=f"failed: {error}"))
+    return MapPosition(lateral_shift_mm=shift_mm, cells=cells, limit=LoadLimit(reason=failed(error)))

@@ -13,5 +13,5 @@ _FEWEST_LOADS = 3
 
 def stiffness_of(cells: Sequence[MapCell]) -> Stiffness | None:
     """The fit over the loads of a position; None for fewer than three."""
-    loads = [cell.judged for cell in cells if cell.judged is not None and cell.status == "converged"]
+    loads = [cell.usable for cell in cells if cell.usable]
     return None if len(loads) < _FEWEST_LOADS else fit_stiffness(loads)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from fecontact.errors import InputError
 from fecontact.files import write_json, write_text
+from fecontact.outcome import usable
 from fecontact.regression.compare import TableComparison, compare_tables, counted
 from fecontact.regression.tables import ResultTable, load_table
 from fecontact.regression.tolerances import EFFORT, TEXT, Tolerances, kind_of
@@ -89,7 +90,7 @@ def _study_name(table: ResultTable) -> str:
 def _check_status(table: ResultTable, allow_failed: bool) -> None:
     if "status" not in table.columns:
         raise InputError(f"results {table.path}: there is no column status; give a folder that `fecontact run` wrote")
-    unusable = [f"{case}: {row['status']}" for case, row in table.rows.items() if row["status"] != "converged"]
+    unusable = [f"{case}: {row['status']}" for case, row in table.rows.items() if not usable(row)]
     if unusable and not allow_failed:
         raise InputError(
             f"results {table.path}: not converged: {len(unusable)} of {counted(len(table.rows), 'case')}"

@@ -145,10 +145,10 @@ _PATTERNS = (
     (r"^theory_.*_limit_used$", "fraction of a limit"),
     # of coarse nodes: what is read moves with the places of single ones
     (r"^of_elements_.*_uncertainty_percent$", "uncertainty"),
-    (r"p_max_(step_bodies_)?uncertainty_percent$", "uncertainty of a pressure"),
+    (r"p_max_(step_\w+_)?uncertainty_percent$", "uncertainty of a pressure"),
     (r"_uncertainty_percent$", "uncertainty"),
-    (r"p_max_(deviation|step_true_gap|step_bodies)_percent$", "percent of a pressure"),
-    (r"approach_(deviation|step_true_gap|step_bodies)_percent$", "percent of an approach"),
+    (r"p_max_(deviation|step_\w+)_percent$", "percent of a pressure"),
+    (r"approach_(deviation|step_\w+)_percent$", "percent of an approach"),
     (r"_percent$", "percent"),
     (r"(^|_)hertz_", "theory"),
     (r"^von_mises_.*_MPa$", "stress"),

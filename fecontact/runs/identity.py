@@ -26,7 +26,7 @@ SOLVING = (
 )
 # What reads and judges what was solved: after a change of it stored fields are evaluated again.
 EVALUATING = (
-    *("creep.py", "criteria.py", "comparison", "theory", "rolling", "map"),
+    *("creep.py", "criteria.py", "outcome.py", "comparison", "theory", "rolling", "map"),
     *("outputs/records", "outputs/words"),
     *("runs/case_store.py", "runs/position_store.py", "runs/work.py"),
 )

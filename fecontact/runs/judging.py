@@ -13,6 +13,7 @@ from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.jobs.workers import evaluators
 from fecontact.map.cells import ApplicabilityMap, MapPosition
+from fecontact.outcome import failed, has_numbers, usable
 from fecontact.outputs.maps.files import write_map
 from fecontact.outputs.maps.measures import MapMeasure, refuse_measure
 from fecontact.outputs.records.rows import Row, case_row, read_row
@@ -45,7 +46,7 @@ class JudgedStudy:
     @property
     def all_judged(self) -> bool:
         """Whether every case was judged and may be used."""
-        return all(row["status"] == "converged" for row in self.rows)
+        return all(usable(row) for row in self.rows)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,9 +149,9 @@ def judge_study(
 
 def _judged_rows(before: Sequence[Row], folders: Sequence[Path], criteria: Criteria, creep: Creep | None) -> list[Row]:
     rows = [_unjudged(old, folder) for old, folder in zip(before, folders, strict=True)]
-    usable = [folder for folder, row in zip(folders, rows, strict=True) if row is None]
-    with evaluators(len(usable), _worth_processes(creep)) as map_over:
-        judged = iter(list(map_over(partial(_judged_row, criteria=criteria, creep=creep), usable)))
+    left = [folder for folder, row in zip(folders, rows, strict=True) if row is None]
+    with evaluators(len(left), _worth_processes(creep)) as map_over:
+        judged = iter(list(map_over(partial(_judged_row, criteria=criteria, creep=creep), left)))
     return [{"id": old["id"], **next(judged)} if row is None else row for old, row in zip(before, rows, strict=True)]
 
 
@@ -160,11 +161,11 @@ def _worth_processes(creep: Creep | None) -> int:
 
 def _unjudged(old: Row, folder: Path) -> Row | None:
     """The row of a case that has no result or cannot be judged any more, None of the others."""
-    if str(old["status"]).startswith("failed"):
+    if not has_numbers(old):
         return old
     problem = unusable(folder)
     kept = {key: value for key, value in old.items() if key in ("rail", "wheel", "lateral_shift_mm", "load_kN")}
-    return None if problem is None else {"id": old["id"], "status": f"failed: {problem}", **kept}
+    return None if problem is None else {"id": old["id"], "status": failed(problem), **kept}
 
 
 def _judged_row(folder: Path, criteria: Criteria, creep: Creep | None) -> Row:

@@ -15,6 +15,7 @@ from fecontact.files import broken_seal, read_json
 from fecontact.jobs.store import whole_manifest
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.position import failed_position
+from fecontact.outcome import has_numbers
 from fecontact.outputs.records.map import MAP_SCHEMA
 from fecontact.outputs.records.rows import Row
 from fecontact.outputs.reports.study_files import STUDY_SCHEMA
@@ -54,7 +55,7 @@ def load(folder: str | Path) -> CaseResult | tuple[CaseResult, ...] | Applicabil
         return read_case(folder)
     if (folder / "study.json").is_file():
         rows = stored_study(folder).rows
-        folders = [case_folder(folder, row["id"]) for row in rows if not str(row["status"]).startswith("failed")]
+        folders = [case_folder(folder, row["id"]) for row in rows if has_numbers(row)]
         for one in folders:
             refuse_unusable(one)
         return tuple(read_case(one) for one in folders)

@@ -169,7 +169,7 @@ class _Run:
     def _done(self, done: Done) -> None:
         shift = self._shifts[done.name]
         if done.failure is not None:
-            self._positions[shift] = failed_position(shift, self._loads, done.failure.removeprefix("failed: "))
+            self._positions[shift] = failed_position(shift, self._loads, done.failure)
         else:
             self._positions[shift] = done.value
         if done.name in self._by.finished.reused:

@@ -20,6 +20,7 @@ from fecontact.map.forces import force_limit, with_laws
 from fecontact.map.load_limit import load_limit
 from fecontact.map.position import solve_position, solved_cell
 from fecontact.map.stiffness import stiffness_of
+from fecontact.outcome import usable
 from fecontact.outputs.records.results import shown_case_record
 from fecontact.outputs.records.stored import (
     Arrays,
@@ -81,7 +82,7 @@ def _cell_record(cell: MapCell) -> dict[str, Any]:
 def has_open_loads(folder: Path) -> bool:
     """Whether a finished position has loads that failed or did not converge, so that it is worth another try."""
     try:
-        return any(cell["status"] != "converged" for cell in read_json(folder / POSITION)["cells"])
+        return not all(usable(cell) for cell in read_json(folder / POSITION)["cells"])
     except (InputError, KeyError, TypeError):
         # not there or damaged: it is solved anyway
         return False

@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 
 from fecontact.creep import Creep
 from fecontact.criteria import Criteria
+from fecontact.outcome import usable
 from fecontact.outputs.figures.case import case_figure
 from fecontact.outputs.figures.study import study_figure
 from fecontact.outputs.records.results import result_record
@@ -92,4 +93,4 @@ def report_judged(
 
 
 def _usable(rows: Sequence[Row]) -> list[Row]:
-    return [row for row in rows if row["status"] == "converged"]
+    return [row for row in rows if usable(row)]

@@ -15,6 +15,7 @@ from fecontact.errors import InputError
 from fecontact.jobs.engine import Progress, RunSettings, finish, open_run
 from fecontact.jobs.job import Done, Work
 from fecontact.jobs.workers import Crew
+from fecontact.outcome import failed, usable
 from fecontact.outputs.records.rows import Row, input_columns, read_row
 from fecontact.outputs.reports.study_files import study_figures, write_tables
 from fecontact.profiles.curve import Profile
@@ -57,7 +58,7 @@ class StudyOutcome:
     @property
     def all_converged(self) -> bool:
         """Whether every case gave a result that may be used."""
-        return all(row["status"] == "converged" for row in self.rows)
+        return all(usable(row) for row in self.rows)
 
 
 def run_study(
@@ -157,7 +158,7 @@ class _Table:
         if done.failure is None:
             self._rows[name] = read_row(case_folder(self._out, name) / ROW)
         else:
-            self._rows[name] = {"id": name, "status": done.failure, **input_columns(self._inputs[name])}
+            self._rows[name] = {"id": name, "status": failed(done.failure), **input_columns(self._inputs[name])}
         if time.monotonic() - self._written > _TABLES_EVERY_S:
             # a full disk now may have room at the end
             with contextlib.suppress(OSError):
@@ -191,7 +192,7 @@ def _only_criteria(cases: tuple[Case, ...]) -> Criteria | None:
 def _conclude(study: Study, rows: list[Row], out: Path) -> str | None:
     if study.conclude is None:
         return None
-    unusable = sum(row["status"] != "converged" for row in rows)
+    unusable = sum(not usable(row) for row in rows)
     if unusable:
         return f"No conclusion: {unusable} of {len(rows)} cases gave no usable result."
     return study.conclude(rows, out)

@@ -10,6 +10,7 @@ from pathlib import Path
 from fecontact.errors import InputError
 from fecontact.files import write_text
 from fecontact.jobs.engine import Progress, RunSettings
+from fecontact.outcome import usable
 from fecontact.outputs.records.results import versions
 from fecontact.regression.checks import Check, report
 from fecontact.runs.casefile import Study, load_study
@@ -54,11 +55,11 @@ def validate(
     for study in studies:
         with watched(study.name) as progress:
             outcome = run_study(study, out / study.name, settings=RunSettings(workers=workers), progress=progress)
-        bad = [str(row["id"]) for row in outcome.rows if row["status"] != "converged"]
+        bad = [str(row["id"]) for row in outcome.rows if not usable(row)]
         if bad:
             unusable.append(f"{study.name}: {', '.join(bad)}")
         assert study.checks is not None
-        found[study.name] = study.checks([row for row in outcome.rows if row["status"] == "converged"])
+        found[study.name] = study.checks([row for row in outcome.rows if usable(row)])
     path = write_text(table or out / "VALIDATION.md", report(found, versions(), unusable))
     checks = tuple(check for own in found.values() for check in own)
     return Validation(checks=checks, unusable=tuple(unusable), path=path)

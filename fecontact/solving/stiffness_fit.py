@@ -98,7 +98,7 @@ def fit_stiffness(points: Sequence[JudgedLoad]) -> Stiffness:
     InputError
         For fewer than two loads.
     """
-    usable = [point for point in points if point.status == "converged"]
+    usable = [point for point in points if point.usable]
     force = np.array([point.normal_force_N for point in usable])
     if np.unique(force).size < 2:
         raise InputError(f"stiffness: {np.unique(force).size} converged loads; give at least two, better four")

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.ladder import STEPS
 from fecontact.geometry.placement import Placement
+from fecontact.outcome import usable
 from fecontact.outputs.figures.case import draw_lateral_cut
 from fecontact.outputs.figures.pressure import PressureFields, draw_pressure
 from fecontact.outputs.figures.style import HERTZ, RAIL, SERIES, WHEEL, blank_figure, finish, legend_beside, save_figure
@@ -63,36 +65,36 @@ def _section(placement: Placement, of: str) -> tuple[Any, Any]:
 def ladder_figure(rows: Sequence[Row], path: Path) -> Path | None:
     """Draw over the shift what moves the peak pressure away from Hertz; None where no row tells it.
 
-    Two steps, in percent of the peak: from Hertz's gap to the true one on a half-space, and from the half-space to the
-    finite bodies, with its uncertainty.
+    A panel a step of the ladder, in percent of the peak: from Hertz's gap to the true one on a half-space, and from the
+    half-space to the finite bodies, with its uncertainty.
     """
-    told = [row for row in rows if row.get("p_max_step_bodies_percent") is not None and row["status"] == "converged"]
+    steps = {f"p_max_step_{step.column}": step.cause for step in STEPS if step.column}
+    told = [row for row in rows if usable(row) and all(row.get(f"{name}_percent") is not None for name in steps)]
     if not told:
         return None
-    figure = blank_figure(9.0, 5.2)
-    gap, bodies = figure.subplots(2, 1, sharex=True)
+    figure = blank_figure(9.0, 2.6 * len(steps))
+    panels = figure.subplots(len(steps), 1, sharex=True)
     found = series(told)
     for number, one in enumerate(found):
         colour = SERIES[number % len(SERIES)]
-        label = one.label if len(found) <= len(SERIES) else None
-        shifts = [float(row["lateral_shift_mm"]) for row in one.rows]
-        _steps(gap, shifts, one.rows, "p_max_step_true_gap", colour, label)
-        _steps(bodies, shifts, one.rows, "p_max_step_bodies", colour, None)
-    gap.set_ylabel("shape of the gap:\npeak changes by %")
-    bodies.set_ylabel("finite bodies:\npeak changes by %")
-    bodies.set_xlabel(SHIFT)
-    for ax in (gap, bodies):
+        for ax, name in zip(panels, steps, strict=True):
+            label = one.label if ax is panels[0] and len(found) <= len(SERIES) else ""
+            _draw_step(ax, one.rows, name, colour, label or None)
+    for ax, cause in zip(panels, steps.values(), strict=True):
+        ax.set_ylabel(f"{cause}:\npeak changes by %")
         ax.axhline(0.0, color="0.3", lw=0.9, zorder=0)
-    finish(gap, bodies)
-    if gap.get_legend_handles_labels()[0]:
-        legend_beside(gap)
+    panels[-1].set_xlabel(SHIFT)
+    finish(*panels)
+    if panels[0].get_legend_handles_labels()[0]:
+        legend_beside(panels[0])
     return save_figure(figure, path)
 
 
-def _steps(ax: Axes, shifts: Sequence[float], rows: Sequence[Row], name: str, colour: str, label: str | None) -> None:
+def _draw_step(ax: Axes, rows: Sequence[Row], name: str, colour: str, label: str | None) -> None:
+    shifts = [float(row["lateral_shift_mm"]) for row in rows]
     values = [float(row[f"{name}_percent"]) for row in rows]
     unsure = [row.get(f"{name}_uncertainty_percent") for row in rows]
-    ax.plot(shifts, values, "o", color=colour, ms=5, label=label or None)
+    ax.plot(shifts, values, "o", color=colour, ms=5, label=label)
     ax.vlines(shifts, 0.0, values, color=colour, lw=1.4)
     if all(value is not None for value in unsure):
         ax.errorbar(shifts, values, yerr=np.array(unsure, dtype=float), fmt="none", ecolor="0.2", capsize=3, lw=1.0)

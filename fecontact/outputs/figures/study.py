@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
+from fecontact.outcome import usable
 from fecontact.outputs.figures.style import (
     ANSWER_MARKS,
     ANSWERS,
@@ -167,11 +168,7 @@ def _draw_answers(ax: Axes, rows: Sequence[Row]) -> None:
 
     handles = []
     for answer, colour in ANSWERS.items():
-        shifts = [
-            float(row["lateral_shift_mm"])
-            for row in rows
-            if row["status"] == "converged" and row.get("verdict") == answer
-        ]
+        shifts = [float(row["lateral_shift_mm"]) for row in rows if usable(row) and row.get("verdict") == answer]
         if shifts:
             style: dict[str, Any] = {"marker": ANSWER_MARKS[answer], "ms": 9, "mfc": colour, "mec": "0.2", "mew": 0.8}
             place: dict[str, Any] = {"transform": ax.get_xaxis_transform(), "clip_on": False, "ls": "none"}
@@ -187,7 +184,7 @@ def _draw_answers(ax: Axes, rows: Sequence[Row]) -> None:
 def _draw_series(ax: Axes, group: Sequence[Row], key: str, *, unsure: Any = None, **style: Any) -> None:
     shift = np.array([float(row["lateral_shift_mm"]) for row in group])
     value = np.array([np.nan if row.get(key) is None else float(row[key]) for row in group])
-    good = np.array([row["status"] == "converged" for row in group])
+    good = np.array([usable(row) for row in group])
     usable = np.where(good, value, np.nan)
     # NaN breaks the line, so that nobody reads a value between a good and a bad row, or in the midst of a jump
     breaks = [number for number in range(1, len(group)) if _jumps(group[number - 1], group[number])]
@@ -227,7 +224,7 @@ def _finish_study(peak: Axes, off: Axes, touch: Axes, rows: Sequence[Row], rail:
     if rail is not None:
         _draw_junction_levels(touch, rail)
     touch.set(xlabel=SHIFT, ylabel="touch point on the rail\ny in mm  (gauge side negative)")
-    if any(row["status"] != "converged" for row in rows):
+    if any(not usable(row) for row in rows):
         peak.plot([], [], color="0.2", marker="x", ms=9, mew=2.0, ls="none", label="not usable")
     for ax in (peak, off):
         handles, _ = ax.get_legend_handles_labels()

@@ -145,7 +145,7 @@ def _column(position: MapPosition, limit: LoadLimit, cells: Sequence[CellView]) 
 
 def _limit_of(position: MapPosition, theory: str) -> LoadLimit:
     """At which loads another theory than Hertz holds, from the loads that were solved for the map."""
-    told = [(cell, judged_by(cell.judged, theory)) for cell in position.cells if cell.status == "converged"]
+    told = [(cell, judged_by(cell.judged, theory)) for cell in position.cells if cell.usable]
     known = [(cell.load_N, judged.verdict.answer) for cell, judged in told if judged is not None]
     found = stretches(known, "UNRESOLVED")
     return LoadLimit(
@@ -156,7 +156,7 @@ def _limit_of(position: MapPosition, theory: str) -> LoadLimit:
 
 
 def _verdict_cell(cell: MapCell, theory: str) -> CellView:
-    judged, usable = judged_by(cell.judged, theory), cell.status == "converged"
+    judged, usable = judged_by(cell.judged, theory), cell.usable is not None
     answer = "failed" if judged is None else judged.verdict.answer
     letter = "" if theory != HERTZ or cell.cause is None else CAUSE_LETTERS[cell.cause]
     instead = theory == HERTZ and ellipses_instead(cell.judged) is not None

@@ -30,7 +30,7 @@ def stiffness_rows(position: MapPosition) -> list[Record]:
     if fit is None:
         return []
     rows = []
-    for point in (c.judged for c in position.cells if c.judged is not None and c.status == "converged"):
+    for point in (cell.usable for cell in position.cells if cell.usable):
         tangent = fit.tangent(point.normal_force_N)
         rows.append(
             {

@@ -31,7 +31,7 @@ def theories_of(load: JudgedLoad) -> dict[str, Judgement]:
 
 def theories_of_cell(cell: MapCell) -> dict[str, Judgement]:
     """Every judged theory of a cell of a map; none of one that may not be used."""
-    return {} if cell.judged is None or cell.status != "converged" else theories_of(cell.judged)
+    return theories_of(cell.usable) if cell.usable else {}
 
 
 def judged_by(load: JudgedLoad | None, theory: str) -> JudgedLoad | Judgement | None:
@@ -46,7 +46,7 @@ def judged_by(load: JudgedLoad | None, theory: str) -> JudgedLoad | Judgement | 
 
 def ellipses_instead(load: JudgedLoad | None) -> str | None:
     """The theory of ellipses that holds where the single one of Hertz does not; None where he does, or none holds."""
-    if load is None or load.status != "converged" or load.verdict.answer == "HOLDS":
+    if load is None or not load.usable or load.verdict.answer == "HOLDS":
         return None
     others = other_theories(load).items()
     return next((name for name, one in others if name in OF_ELLIPSES and one.verdict.answer == "HOLDS"), None)

@@ -34,7 +34,7 @@ def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) 
     """Write `report.html` beside `map.csv`, with the pictures of the map, and that of another theory if it is one."""
     case = made.case
     pair = pair_words(case, " and ")
-    verdicts = [cell.verdict if cell.status == "converged" else "failed" for cell in made.cells]
+    verdicts = [cell.verdict if cell.usable else "failed" for cell in made.cells]
     shown = _largest_loads(made)
     with TemporaryDirectory() as folder:
         drawn = Path(folder)
@@ -126,7 +126,7 @@ def _cells(made: ApplicabilityMap) -> Table:
     rows = []
     for cell in made.cells:
         judged = cell.judged
-        answer = cell.verdict if cell.status == "converged" else "failed"
+        answer = cell.verdict if cell.usable else "failed"
         cells = [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", answer]
         cells += ["-", cell.status, "-", ""] if judged is None else _cells_of(judged)
         rows.append(TableRow(cells=cells, tone="fails" if answer == "FAILS" else "plain"))

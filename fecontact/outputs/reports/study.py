@@ -12,6 +12,7 @@ from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.files import read_json, write_text
 from fecontact.geometry.placement import Placement
+from fecontact.outcome import usable
 from fecontact.outputs.figures.report import ladder_figure, pair_figure
 from fecontact.outputs.paraview.scene import write_scene
 from fecontact.outputs.records.results import versions
@@ -155,7 +156,7 @@ def _which(row: Row, rows: Sequence[Row]) -> str:
     at = f"at {position_text(row)}" + (
         f" of {pair_of_row(row, ' and ')}" if len({pair_of_row(one) for one in rows}) > 1 else ""
     )
-    if sum(one["status"] == "converged" for one in rows) < 2:
+    if sum(usable(one) for one in rows) < 2:
         return at
     used = row.get("limit_used")
     part = "" if used is None else f" ({float(used):.2f} times the limit)"
@@ -181,7 +182,7 @@ def _cases(cases: Sequence[ReportedCase], pictures: str) -> list[str]:
     """A picture and all measures of each case; of many, of those that use most of a limit."""
     have = [case for case in cases if case.picture is not None]
     used = {str(row["id"]) for row in most_used((case.row for case in have), MOST_PICTURES)}
-    solved = sum(case.row["status"] == "converged" for case in cases)
+    solved = sum(usable(case.row) for case in cases)
     parts = []
     if len(used) < max(solved, len(have)):
         parts.append(paragraph(f"{len(used)} of {len(cases)} cases, those that use most of a limit; {pictures}."))

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.comparison.theories import EITHER_SIDE, THEORIES
+from fecontact.outcome import has_numbers, usable
 from fecontact.outputs.records.theories import cheapest_words
 from fecontact.outputs.tables.table import Column, Table, TableRow, Tone, columns_of, missing, number_text
 from fecontact.outputs.words.measures import WORDS
@@ -47,7 +48,7 @@ class ReportedCase:
 
 def verdict_of(row: Row) -> str:
     """Its verdict; `failed` where the result must not be used."""
-    return str(row.get("verdict", "failed")) if row["status"] == "converged" else "failed"
+    return str(row.get("verdict", "failed")) if usable(row) else "failed"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,18 +108,19 @@ def deviation_table(rows: Sequence[Row], title: str, failing_width: int, *, with
     columns += [Column(heading="cheapest\ntheory", kind="text", name="cheapest theory")] * theories
     lines = []
     for row in rows:
-        usable = row["status"] == "converged"
+        used = usable(row)
         cells = [pair_of_row(row)] * with_pair + [one.text(row) for one in _NUMBERS]
         # what must not be used has no verdict
-        cells += [str(row.get("verdict", "-")) if usable else _short_status(str(row["status"]))]
+        cells += [str(row.get("verdict", "-")) if used else _short_status(row)]
         cells += [_failing(row, failing_width), *[str(row.get("theory_cheapest") or "-")] * theories]
-        tone: Tone = "plain" if usable else "fails"
+        tone: Tone = "plain" if used else "fails"
         lines.append(TableRow(cells=[*cells, *(one.text(row) for one in _EFFORT)], tone=tone))
     return Table(title=title, columns=[*columns, *(one.column for one in _EFFORT)], rows=lines)
 
 
-def _short_status(status: str) -> str:
-    return "no result" if status.startswith("failed") else _SHORT_STATUS.get(status, status)
+def _short_status(row: Row) -> str:
+    status = str(row["status"])
+    return _SHORT_STATUS.get(status, status) if has_numbers(row) else "no result"
 
 
 def _failing(row: Row, width: int) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from fecontact.outcome import usable
 from fecontact.outputs.records.theories import theory_text
 from fecontact.outputs.tables.cases import deviation_table
 from fecontact.outputs.tables.table import Table
@@ -37,11 +38,11 @@ def print_rows(rows: Sequence[Record], *, console: Console | None = None) -> Non
         for own in groups.values():
             title = "; ".join(filter(None, (pair_of_row(own[0]), roll_words_of_rows(own))))
             print_first_that_fits(console, _narrower(own, title))
-    if any(row["status"] == "converged" for row in rows):
+    if any(usable(row) for row in rows):
         say(console, _KEY)
     for row in rows:
         where = (f"{pair_of_row(row)}, " if len(groups) > 1 else "") + position_text(row)
-        if row["status"] != "converged":
+        if not usable(row):
             say(console, f"{where}: {row['status']}")
             continue
         if row.get("verdict_cause"):

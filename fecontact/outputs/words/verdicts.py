@@ -7,6 +7,7 @@ from typing import Any
 
 from fecontact.case import RESOLUTIONS
 from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.outcome import usable
 from fecontact.outputs.words.cases import case_words
 from fecontact.outputs.words.measures import WORDS, deviation_column
 from fecontact.solving.solve import CaseResult
@@ -34,7 +35,7 @@ def reason_text(off: str, side: str, cause: str | None) -> str:
 
 def verdict_reason(load: JudgedLoad) -> str:
     """What decided the verdict, how far Hertz is off in it, and why, in one line."""
-    if load.status != "converged":
+    if not load.usable:
         return f"not to be used: {load.status}"
     verdict = load.verdict
     # the side whose verdict it is, that of the field side where both are the same
@@ -64,7 +65,7 @@ def reason_of_record(record: Record) -> str:
 
 def decided(row: Record, limits: Mapping[str, float]) -> str:
     """The measure that decided about a row, how far Hertz is off in it, and its limit; or why it must not be used."""
-    if row["status"] != "converged":
+    if not usable(row):
         return str(row["status"])
     measure = row.get("verdict_measure")
     if measure not in WORDS:
@@ -85,7 +86,7 @@ def deciding_side(record: Record) -> Record:
 def what_would_decide(record: Record) -> str:
     """What decides an open verdict: finer meshes, or better profiles."""
     side, measure = deciding_side(record), record["verdict"]["measure"]
-    if record["status"] != "converged":
+    if not usable(record):
         return f"the result must not be used: {record['status']}"
     of_points = (record["uncertainty_of_profile"] or {}).get(measure, 0.0)
     # a NaN is not less
