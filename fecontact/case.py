@@ -23,10 +23,11 @@ from fecontact.inputs.slots import Part, Slot, by_name, check_inputs, slots
 from fecontact.inputs.texts import INCLINATION_FORMS, inclination_text, parse_inclination, renamed
 from fecontact.material import STEEL, Material, contact_modulus_MPa
 from fecontact.profiles.reading import Reading
+from fecontact.profiles.short_forms import makes_a_wheelset
 
 Group = Literal["place", "profiles", "load", "material", "bodies", "solution", "verdict", "creep"]
 LoadKind = Literal["vertical", "normal"]
-Roll = Literal["given", "touching", "loaded"]
+Roll = Literal["touching", "given", "loaded"]
 SolverChoice = Literal["auto", "pardiso", "amg"]
 
 RESOLUTIONS = {"quick": 6.0, "standard": 9.0, "fine": 13.5}
@@ -80,8 +81,8 @@ _SHIFT = Number(
 _ROLL = Choice(
     group="place",
     label="roll",
-    help="Roll of the wheelset: a given one, that at which both wheels touch their rails, or that with both pressed"
-    " into them by the wheel loads",
+    help="Roll of the wheelset: that at which both wheels touch their rails, that with both pressed into them by the"
+    " wheel loads, or a given one (0 for circles, cylinders and crane rails, which make no wheelset)",
     names=get_args(Roll),
 )
 _ROLL_ANGLE = Number(
@@ -144,6 +145,10 @@ _ROLLING_RADIUS = Number(
     unit="mm",
     remedy="railway wheels have 300 to 625 mm",
 )
+
+
+# of a number that stands in every case in the end
+_NOT_SAID: Any = None
 
 
 def _opposite(described: Text | Number, name: str) -> dict[str, Any]:
@@ -211,9 +216,10 @@ class Case:
     Shift, roll and yaw are those of the wheelset in the frame of its left side, whichever `side` is solved: with equal
     profiles the right wheel is the left one with the opposite signs of all three.
 
-    `roll` is one of three: "given" as `roll_rad`, "touching" for that at which both wheels touch their rails, "loaded"
+    `roll` is one of three: "touching" for that at which both wheels touch their rails, "given" as `roll_rad`, "loaded"
     for that with both pressed into them, by the load of the case or `roll_load_N`, and on the other side that of
-    `opposite`. Where it is not said (None), it is that to which the numbers belong, and "given" without any.
+    `opposite`. Where it is not said (None), it is that to which the numbers belong; without any it is "touching", or
+    "given" as 0 for lines that make no wheelset.
     """
 
     rail: str = field(default="60E1", metadata={"input": _RAIL})
@@ -221,7 +227,7 @@ class Case:
     inclination_rad: float = field(default=INCLINATION_1_40, metadata={"input": _INCLINATION})
     lateral_shift_mm: float = field(default=0.0, metadata={"input": _SHIFT})
     roll: Roll | None = field(default=None, metadata={"input": _ROLL})
-    roll_rad: float = field(default=0.0, metadata={"input": _ROLL_ANGLE})
+    roll_rad: float = field(default=_NOT_SAID, metadata={"input": _ROLL_ANGLE})
     yaw_rad: float = field(default=0.0, metadata={"input": _YAW})
     roll_load_N: float | None = field(default=None, metadata={"input": _ROLL_LOAD})
     flange_climb: bool = field(default=False, metadata={"input": _CLIMB})
@@ -268,10 +274,15 @@ class Case:
         numbers: dict[str, tuple[Roll, str]] = {
             name: ("loaded", f"{load_N / 1e3:g} kN") for name, load_N in loads.items() if load_N is not None
         }
-        if self.roll_rad != 0.0:
-            numbers["roll angle"] = ("given", _angle_text(self.roll_rad))
+        # a roll angle of 0 that stands there already is no contradiction: every case with another roll has it
+        angle: Any = self.roll_rad
+        if angle is not None and (angle != 0.0 or self.roll is None):
+            numbers["roll angle"] = ("given", _angle_text(angle))
         if self.roll is None:
-            object.__setattr__(self, "roll", next((kind for kind, _ in numbers.values()), "given"))
+            without: Roll = "touching" if makes_a_wheelset(self.rail, self.wheel) else "given"
+            object.__setattr__(self, "roll", next((kind for kind, _ in numbers.values()), without))
+        if angle is None:
+            object.__setattr__(self, "roll_rad", 0.0)
         for name, (kind, value) in numbers.items():
             _refuse_other_roll(name, value, kind, self.roll)
 

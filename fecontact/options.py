@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, make_dataclass
 from typing import Annotated, Any, Protocol, get_args
 
@@ -30,7 +30,7 @@ _BRIEF = {
     ("", "lateral_shift_mm"): "Shift of the wheelset in mm, > 0 to the left",
     ("", "load_N"): "Wheel load in kN",
     ("", "inclination_rad"): "Of the rail: 1:40, or none if canted already",
-    ("", "roll"): "given (--roll-mrad), touching or loaded",
+    ("", "roll"): "touching, given (--roll-mrad) or loaded",
     ("", "resolution"): "quick, standard, fine, or sizes in mm: 0.5,0.4",
     ("creep", "friction"): "Coefficient of friction, for creep forces",
     ("criteria", "p_max"): "Largest error of Hertz's peak pressure in %",
@@ -91,7 +91,7 @@ class CaseOption:
 def brief(option: str) -> str:
     """What the first page of help says of an option; empty where it says nothing."""
     found = (
-        _BRIEF[slot.place] + f" [{slot.shown_default}]" * (slot.field != "roll")
+        f"{_BRIEF[slot.place]} [{slot.shown_default}]"
         for slot in INPUTS
         if slot.place in _BRIEF and option in slot.names
     )
@@ -105,7 +105,7 @@ def _refuse_unread(case: Case, values: Iterable[Slot]) -> None:
         return
     # not for a page of help
     from fecontact.profiles.library import is_known
-    from fecontact.profiles.resolve import is_short_form
+    from fecontact.profiles.short_forms import is_short_form
 
     for slot in read:
         own = [spec for body, spec in case.profiles.items() if body.endswith(slot.body)]
@@ -123,27 +123,21 @@ def _number(text: str) -> float | str:
         return text
 
 
-def case_options(
-    *groups: Group, without: Sequence[str] = (), defaults: Mapping[str, str] | None = None
-) -> tuple[CaseOption, ...]:
+def case_options(*groups: Group, without: Sequence[str] = ()) -> tuple[CaseOption, ...]:
     """Options of all inputs of some groups; those for both bodies come before those of one, which override them."""
-    defaults = defaults or {}
     chosen = [slot for slot in INPUTS if slot.group in groups and slot.field not in without]
     common: dict[tuple[str, ...], list[Slot]] = {}
     for slot in chosen:
         if slot.common_names:
             common.setdefault(slot.common_names, []).append(slot)
     return (
-        *(
-            CaseOption(names=names, slots=tuple(slots), help=_help(slots[0], "", defaults))
-            for names, slots in common.items()
-        ),
-        *(CaseOption(names=slot.names, slots=(slot,), help=_help(slot, slot.body, defaults)) for slot in chosen),
+        *(CaseOption(names=names, slots=tuple(slots), help=_help(slots[0], "")) for names, slots in common.items()),
+        *(CaseOption(names=slot.names, slots=(slot,), help=_help(slot, slot.body)) for slot in chosen),
     )
 
 
-def _help(slot: Slot, body: str, defaults: Mapping[str, str]) -> str:
-    described, default = slot.input, f"default {defaults.get(slot.field, slot.shown_default)}"
+def _help(slot: Slot, body: str) -> str:
+    described, default = slot.input, f"default {slot.shown_default}"
     if not slot.body:
         return f"{described.help}: {described.domain}; {default}."
     if not body:
@@ -152,9 +146,7 @@ def _help(slot: Slot, body: str, defaults: Mapping[str, str]) -> str:
     return f"{described.help} ({body}): {described.domain}; {default}{both}."
 
 
-def options_of(
-    *groups: Group, without: Sequence[str] = (), own_defaults: Mapping[str, str] | None = None
-) -> CaseOptions:
+def options_of(*groups: Group, without: Sequence[str] = ()) -> CaseOptions:
     """Options for a command, none of them given; their class is the type of the command's parameter.
 
     Parameters
@@ -163,10 +155,8 @@ def options_of(
         Groups of inputs that the command uses.
     without
         Fields among them that it does not take.
-    own_defaults
-        What the help says of defaults that are the command's own, by field.
     """
-    options = case_options(*groups, without=without, defaults=own_defaults)
+    options = case_options(*groups, without=without)
 
     def case(given: Any) -> Case:
         values = {

@@ -37,7 +37,7 @@ def cases(quick: bool = False) -> list[Case]:
     """A base case and one case a cut plane at each position, then the other resolutions; at `quick` the rail's only."""
     made = []
     for shift in (3.0,) if quick else (3.0, 0.0):
-        base = Case(lateral_shift_mm=shift, refine_degrees_of_freedom=0)
+        base = Case(lateral_shift_mm=shift, roll="given", refine_degrees_of_freedom=0)
         made.append(base)
         moved = CUTS[:2] if quick else CUTS
         made += [replace(base, size=replace(BodySize(), **{cut: 1.5 * getattr(BodySize(), cut)})) for cut in moved]
@@ -100,7 +100,7 @@ def _nodes_checks(quick: bool) -> list[Check]:
     """Measures of patches that are no ellipses, on a half-space with the nodes of the product and with more."""
     made = []
     for shift in NODES_SHIFTS_MM[: 1 if quick else None]:
-        case = Case(lateral_shift_mm=shift)
+        case = Case(lateral_shift_mm=shift, roll="given")
         true_gap = true_gap_of_case(case, place_case(case))
         own, finer = (
             measures_of(

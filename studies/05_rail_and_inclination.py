@@ -41,6 +41,7 @@ def _case(rail: str, inclination: str, shift_mm: float, load_kN: float) -> Case:
         rail=rail,
         inclination_rad=parse_inclination(inclination),
         lateral_shift_mm=shift_mm,
+        roll="given",
         load_N=1e3 * load_kN,
         refine_degrees_of_freedom=0,
     )

@@ -52,6 +52,8 @@ def cases(quick: bool = False) -> list[Case]:
             rail=str(PROFILES / "corner_R10.toml"),
             wheel=str(PROFILES / "fillet_R10-2.toml"),
             inclination_rad=0.0,
+            # a corner and a fillet make no wheelset
+            roll="given",
             load_N=NORMAL_FORCE_N,
             load_kind="normal",
             rail_material=STEEL,

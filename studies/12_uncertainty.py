@@ -75,6 +75,7 @@ def cases(quick: bool = False) -> list[Case]:
                 rail=rail,
                 inclination_rad=INCLINATIONS[slope],
                 lateral_shift_mm=shift,
+                roll="given",
                 load_N=float(rng.choice(LOADS_N)),
                 resolution="quick",
                 refine_degrees_of_freedom=0,

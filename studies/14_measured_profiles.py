@@ -99,7 +99,7 @@ def measured(
 
 
 def _case(shift_mm: float, **more: Any) -> Case:
-    return Case(**{**PAIR, **more}, inclination_rad=atan(1 / 40), lateral_shift_mm=shift_mm)
+    return Case(**{**PAIR, **more}, inclination_rad=atan(1 / 40), lateral_shift_mm=shift_mm, roll="given")
 
 
 def cases(quick: bool = False) -> list[Case]:

@@ -27,7 +27,7 @@ from fecontact.runs.identity import case_id
 from fecontact.runs.study import run_study
 from fecontact.solving.solve import solve
 
-TEMPLATE = Case(resolution="quick", refine_degrees_of_freedom=0)
+TEMPLATE = Case(roll="given", resolution="quick", refine_degrees_of_freedom=0)
 
 
 def study(count: int) -> Study:

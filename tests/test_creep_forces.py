@@ -101,7 +101,7 @@ def test_creepages_of_a_wheelset_that_runs_along_the_track():
 
 @pytest.mark.parametrize("shift", [-4.0, 0.0, 4.0])
 def test_creepages_from_rolling_radius_and_contact_angle(shift):
-    placement = placement_of(Case(lateral_shift_mm=shift))
+    placement = placement_of(Case(lateral_shift_mm=shift, roll="given"))
     found, touch = wheelset_creepages(placement), placement.first
     radius = float(placement.wheel.radius(touch.wheel_u))
     assert found.xi == pytest.approx(1.0 - radius / 460.0, abs=1e-12)
@@ -112,7 +112,7 @@ def test_creepages_from_rolling_radius_and_contact_angle(shift):
 
 @pytest.mark.parametrize("s", [-3.0, 5.0])
 def test_on_curved_surfaces_the_creepage_is_that_of_the_rolling_radius(s):
-    placement = placement_of(Case(lateral_shift_mm=0.25))
+    placement = placement_of(Case(lateral_shift_mm=0.25, roll="given"))
     plane = wheelset_creepages(placement)
     found = curved_creepages(placement, plane, np.linspace(-8.0, 8.0, 321)).at(0.0, s)
     # midway between rail and wheel
@@ -145,7 +145,7 @@ def test_on_a_cone_creepages_are_those_of_the_tangent_plane(angle):
 
 
 def test_a_yawed_wheelset_creeps_sideways():
-    yaw, case = 5e-3, Case(lateral_shift_mm=-4.0, yaw_rad=5e-3)
+    yaw, case = 5e-3, Case(lateral_shift_mm=-4.0, roll="given", yaw_rad=5e-3)
     placement = placement_of(case)
     angle = placement.first.contact_angle_rad
     # it rolls to the field side where it yaws to the left, and creeps back
@@ -185,7 +185,7 @@ def test_curved_surfaces_change_the_force_as_their_mean_creepage_does():
 
 
 def test_what_curved_surfaces_change_is_warned_of():
-    sharp = Case(lateral_shift_mm=-1.0, creep=CREEP)
+    sharp = Case(lateral_shift_mm=-1.0, roll="given", creep=CREEP)
     found = compared(sharp)
     assert found.surface_of_muN > 0.01
     assert f"change forces by up to {1e2 * found.surface_of_muN:.1f} % of mu N; --curved" in found.warnings[0]

@@ -101,7 +101,7 @@ def test_a_deck_fits_calculix_and_names_every_set_once(pair, tmp_path):
 
 
 def test_a_load_along_the_normal_moves_the_rim_along_it(tmp_path):
-    case = Case(lateral_shift_mm=4.0, yaw_rad=5e-3, load_kind="normal", resolution=(2.5, 2.0))
+    case = Case(lateral_shift_mm=4.0, roll="given", yaw_rad=5e-3, load_kind="normal", resolution=(2.5, 2.0))
     pair = mesh_pair(case)
     found = dict(cards(write_mesh(pair, tmp_path / "deck.inp")))
     assert np.linalg.norm(pair.direction) == pytest.approx(1.0)

@@ -121,7 +121,7 @@ def test_a_map_goes_on_with_other_loads_and_friction_and_with_no_other_pair(tmp_
 
 def test_a_run_names_the_files_that_there_are(tmp_path, capsys):
     # both fail at once, so that there is nothing to draw
-    (tmp_path / "two.toml").write_text('lateral_shift_mm = [1.0, 1.5]\n[opposite]\nrail = "54E1"\n')
+    (tmp_path / "two.toml").write_text('roll = "given"\nlateral_shift_mm = [1.0, 1.5]\n[opposite]\nrail = "54E1"\n')
     out = tmp_path / "out"
     assert call(["run", str(tmp_path / "two.toml"), "--out", str(out), "--workers", "1"]) == 3
     (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("Results in")]

@@ -152,9 +152,9 @@ ROWS: dict[tuple[str, str], Row] = {
     ("", "roll_rad"): angle("roll_mrad"),
     ("", "yaw_rad"): angle("yaw_mrad"),
     ("", "roll"): Row(
-        "roll", "--roll", "touching", "touching", "tuching", "tuching",
-        "roll is 'tuching'; allowed: given, touching, loaded; did you mean touching?",
-        ": given, touching, loaded; default given",
+        "roll", "--roll", "given", "given", "tuching", "tuching",
+        "roll is 'tuching'; allowed: touching, given, loaded; did you mean touching?",
+        ": touching, given, loaded; default touching",
     ),
     ("", "roll_load_N"): Row(
         "roll_load_kN", "--roll-load-kn", 80, 80e3, -5, -5000.0,

@@ -228,7 +228,7 @@ def test_the_deviation_from_the_nominal_scales():
 
 
 def test_a_preview_says_what_the_solution_will_begin_with(tmp_path):
-    case = Case(lateral_shift_mm=3.0)
+    case = Case(lateral_shift_mm=3.0, roll="given")
     seen = preview(case)
     _, expected = expect_on_half_space(case, place_case(case))
     assert seen.expected.semi_axis_x_mm == expected.semi_axis_x_mm
@@ -281,7 +281,7 @@ def test_what_was_left_out_is_drawn_with_its_place_and_a_key(tmp_path, monkeypat
     as_is = read(exact, repair=True)
     path = tmp_path / "rail.txt"
     np.savetxt(path, exact, fmt="%.9f")
-    seen = preview(Case(rail=str(path), rail_file=Reading(repair=True), lateral_shift_mm=-4.0))
+    seen = preview(Case(rail=str(path), rail_file=Reading(repair=True), lateral_shift_mm=-4.0, roll="given"))
     measured_figure(line, tmp_path / "a.png")
     profile_figure(as_is, tmp_path / "b.png")
     preview_figure(seen, tmp_path / "c.png")

@@ -142,7 +142,7 @@ def test_each_patch_is_a_contact_of_its_own(two_patches):
 
 
 def test_a_single_touch_point_is_one_ellipse_by_both_theories():
-    case = Case(lateral_shift_mm=-4.0)
+    case = Case(lateral_shift_mm=-4.0, roll="given")
     placement = place_case(case)
     _, expected = expect_on_half_space(case, placement)
     load = judged(case, placement, expected.half_space)

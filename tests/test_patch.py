@@ -572,12 +572,14 @@ def test_nodes_follow_the_narrowest_lobe_and_elements_the_one_that_carries_most(
 @pytest.mark.parametrize(("shift", "peak"), [(-4.0, 1134.0), (2.0, 1504.0)])
 def test_expected_peak_of_the_standard_pair(shift, peak):
     # half-space on the true gap in another programme; a coarse solution to 0.5 %
-    assert measures_of(expected(Case(lateral_shift_mm=shift)).half_space).p_max_MPa == pytest.approx(peak, rel=0.01)
+    assert measures_of(expected(Case(lateral_shift_mm=shift, roll="given")).half_space).p_max_MPa == pytest.approx(
+        peak, rel=0.01
+    )
 
 
 def test_expected_patch_with_yaw_is_turned_over_by_opposite_yaw():
-    one = expected(Case(lateral_shift_mm=6.0, yaw_rad=0.01))
-    other = expected(Case(lateral_shift_mm=6.0, yaw_rad=-0.01))
+    one = expected(Case(lateral_shift_mm=6.0, roll="given", yaw_rad=0.01))
+    other = expected(Case(lateral_shift_mm=6.0, roll="given", yaw_rad=-0.01))
     # the grid starts at one end, so that the mirrored one lies otherwise by up to a step
     step = one.semi_axis_x_mm / 16.0
     assert one.x_low_mm == pytest.approx(-other.x_high_mm, abs=step)
@@ -587,7 +589,7 @@ def test_expected_patch_with_yaw_is_turned_over_by_opposite_yaw():
 
 
 def test_first_guess_does_not_matter():
-    case = Case(lateral_shift_mm=-4.0)
+    case = Case(lateral_shift_mm=-4.0, roll="given")
     true_gap = true_gap_of_case(case, place_case(case))
     small, large = (expected_patch(true_gap, case.load_N, half=True, guess_mm=g) for g in (0.005, 0.3))
     # grids fitted to slightly different boxes

@@ -130,7 +130,7 @@ def test_a_wrong_point_beside_a_junction_is_told():
 ])  # fmt: skip
 def test_what_a_wrong_point_beside_a_junction_does_to_hertz_is_stated(name, shift_mm, step_mm, y_mm, off_mm):
     """Where nothing tells it from the junction: one half of the points is without it, whichever half it is in."""
-    case = Case(rail=name, wheel="S1002", lateral_shift_mm=shift_mm)
+    case = Case(rail=name, wheel="S1002", lateral_shift_mm=shift_mm, roll="given")
     true = hertz_of_case(case, place_case(case)).p0_MPa
     points = points_along(load(name), step_mm)
     k = int(np.argmin(np.abs(points[:, 0] - y_mm)))

@@ -25,7 +25,7 @@ from fecontact.solving.position import hertz_of_case, place_case
 
 ROOT = Path(__file__).parents[1]
 # what is on the other side counts for a wheelset alone: these fail at once
-BAD_STUDY = 'lateral_shift_mm = [1.0, 1.5]\n[opposite]\nrail = "54E1"\n'
+BAD_STUDY = 'roll = "given"\nlateral_shift_mm = [1.0, 1.5]\n[opposite]\nrail = "54E1"\n'
 
 
 def program(*arguments: str, **options) -> subprocess.CompletedProcess[str]:
@@ -48,7 +48,7 @@ def test_a_folder_to_begin_with_can_be_run_as_it_is(tmp_path, capsys):
     given = [
         line
         for line in text.splitlines()
-        if line.startswith(("# roll_mrad", "# yaw", "# gauge", "# young", "# refine"))
+        if line.startswith(("# roll =", "# yaw", "# gauge", "# young", "# refine"))
         # the pair of shift and roll at the end
         and "0.4" not in line
     ]
@@ -85,10 +85,21 @@ def test_checking_a_study_says_how_many_cases_and_what_varies(tmp_path, capsys):
         # two loads of three positions
         ("lateral_shift_mm = [-2, 0, 2]\nload_kN = [50, 100]\n", 3, 3, None),
         # the third one is none
-        ("lateral_shift_mm = [0, 2, 9, 10]\nload_kN = [50, 100]\n", 4, 3, "lateral shift 9 mm: the wheel derails"),
+        (
+            'roll = "given"\nlateral_shift_mm = [0, 2, 9, 10]\nload_kN = [50, 100]\n',
+            4,
+            3,
+            "lateral shift 9 mm: the wheel derails",
+        ),
+        (
+            "lateral_shift_mm = [0, 2, 9, 10]\n",
+            4,
+            3,
+            "lateral shift 9 mm of the wheelset: left side: the wheel derails",
+        ),
         # both wheels of a wheelset, of which the other one stands on another rail
         ('roll = "touching"\n[opposite]\nrail = "54E1"\n', 1, 1, None),
-        ('lateral_shift_mm = [0, 2]\n[opposite]\nrail = "54E1"\n', 2, 1, "give roll = 'touching'"),
+        ('roll = "given"\nlateral_shift_mm = [0, 2]\n[opposite]\nrail = "54E1"\n', 2, 1, "give roll = 'touching'"),
         # nothing is placed where a profile is missing
         ('rail = "rail.csv"\nlateral_shift_mm = [0, 9]\n', 2, 0, "rail.csv"),
         # more than 40: those at both ends, and some between them
@@ -106,7 +117,7 @@ def test_checking_a_study_places_its_wheels(study, positions, placed, problem, t
 
 def test_checking_a_study_says_how_many_positions_were_tried(tmp_path, capsys, monkeypatch):
     path = tmp_path / "mine.toml"
-    path.write_text('lateral_shift_mm = [0, 2, 4]\n[opposite]\nrail = "54E1"\n')
+    path.write_text('roll = "given"\nlateral_shift_mm = [0, 2, 4]\n[opposite]\nrail = "54E1"\n')
     assert call(["check", str(path)]) == 2
     assert "1 of 3 positions were tried, up to the first that is none" in capsys.readouterr().err
     placed = []
@@ -132,11 +143,11 @@ def test_checking_a_study_reads_its_profiles_as_the_study_says(tmp_path):
 @pytest.mark.parametrize(
     "case",
     [
-        Case(lateral_shift_mm=-4.0),
-        Case(lateral_shift_mm=3.0, resolution="standard"),
-        Case(lateral_shift_mm=3.0, resolution="fine"),
-        Case(lateral_shift_mm=3.0, yaw_rad=5e-3),
-        Case(lateral_shift_mm=-4.0, resolution=(1.0, 0.8)),
+        Case(lateral_shift_mm=-4.0, roll="given"),
+        Case(lateral_shift_mm=3.0, roll="given", resolution="standard"),
+        Case(lateral_shift_mm=3.0, roll="given", resolution="fine"),
+        Case(lateral_shift_mm=3.0, roll="given", yaw_rad=5e-3),
+        Case(lateral_shift_mm=-4.0, roll="given", resolution=(1.0, 0.8)),
     ],
 )
 def test_what_a_case_is_expected_to_need_is_near_its_meshes(case):
@@ -298,7 +309,7 @@ def test_a_script_without_a_main_guard_is_not_run_by_its_workers(tmp_path, given
     code = (
         # cases that fail at once
         "import fecontact\nfrom fecontact.case import Opposite\nprint('once')\nother = Opposite(rail='54E1')\n"
-        "cases = [fecontact.Case(lateral_shift_mm=shift, opposite=other) for shift in (1.0, 1.5)]\n"
+        "cases = [fecontact.Case(lateral_shift_mm=shift, roll='given', opposite=other) for shift in (1.0, 1.5)]\n"
         f"print({{row['status'][:30] for row in fecontact.run(cases, {str(tmp_path / 'out')!r}, workers=1).rows}})\n"
     )
     script = tmp_path / "script.py"

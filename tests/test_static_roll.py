@@ -1,4 +1,4 @@
-"""The roll that maps and the first study take, and what tables and pictures say of it and of the other wheel."""
+"""The roll that a case has where none is said, and what tables and pictures say of it and of the other wheel."""
 
 import importlib.util
 from dataclasses import replace
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fecontact.case import Case, Opposite
+from fecontact.case import Case, Opposite, case_from_record, case_record
 from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.map.cells import ApplicabilityMap, MapCell, MapPosition
@@ -18,67 +18,89 @@ from fecontact.outputs.records.map import map_record
 from fecontact.outputs.records.rows import input_columns
 from fecontact.outputs.words.roll import other_wheel_label, roll_words, roll_words_of_rows, shift_label
 from fecontact.outputs.words.series import series
-from fecontact.solving.placing import place_case, with_wheelset
+from fecontact.profiles.library import names, toml_text
+from fecontact.runs.casefile import load_study
+from fecontact.solving.placing import place_case
 
 FIRST_LIGHT = Path(__file__).parents[1] / "studies" / "first_light.py"
 WHEELSET = Case(roll="touching")
+ALONE = Case(roll="given")
 
 
-@pytest.fixture
-def mapped(monkeypatch, tmp_path):
-    """The base case that `fecontact map` makes of its options."""
-    seen = []
-
-    def run_map(case, *_, **__):
-        seen.append(case)
-        raise InputError("seen")
-
-    monkeypatch.setattr("fecontact.runs.map_run.run_map", run_map)
-
-    def of(*options):
-        assert call(["map", "--shifts", "0", "--out", str(tmp_path), *options]) == 2
-        return seen.pop()
-
-    return of
+# options, and the case that they are for every command
+WAYS = [
+    ([], WHEELSET),
+    (["--side", "right"], replace(WHEELSET, side="right")),
+    (["--opposite-wheel", "cylinder:459"], replace(WHEELSET, opposite=Opposite(wheel="cylinder:459"))),
+    (["--roll", "touching"], WHEELSET),
+    (["--roll", "given"], ALONE),
+    # a roll of zero is a roll that is given, too
+    (["--roll-mrad", "0"], ALONE),
+    (["--roll-mrad", "-0.4"], Case(roll="given", roll_rad=-0.4e-3)),
+    (["--rail", "circle:300"], replace(ALONE, rail="circle:300")),
+    (["--rail", "arcs:300/80@2.5"], replace(ALONE, rail="arcs:300/80@2.5")),
+    (["--rail", "a75"], replace(ALONE, rail="a75")),
+    (["--wheel", "cylinder:460"], replace(ALONE, wheel="cylinder:460")),
+    (["--wheel", "cylinder:460", "--roll", "touching"], replace(WHEELSET, wheel="cylinder:460")),
+    (["--roll-load-kn", "80"], Case(roll="loaded", roll_load_N=80e3)),
+    (
+        ["--roll-load-kn", "80", "--opposite-load-kn", "60"],
+        Case(roll="loaded", roll_load_N=80e3, opposite=Opposite(wheel_load_N=60e3)),
+    ),
+]
+COMMANDS = {
+    "fecontact.runs.map_run.run_map": ["map", "--shifts", "0", "--out"],
+    "fecontact.runs.contact_table.table": ["table", "--shifts", "0", "--out"],
+    "fecontact.runs.analytic.theory": ["theory", "strip"],
+    "fecontact.runs.analytic.hertz": ["hertz"],
+    "fecontact.solving.preview.preview": ["place"],
+    "fecontact.solving.solve.solve": ["solve"],
+    "fecontact.solving.meshed_case.mesh_case": ["mesh", "rail", "--out"],
+}
 
 
 @pytest.mark.parametrize(
-    ("options", "case"),
-    [
-        ([], WHEELSET),
-        (["--side", "right"], replace(WHEELSET, side="right")),
-        (["--opposite-wheel", "cylinder:459"], replace(WHEELSET, opposite=Opposite(wheel="cylinder:459"))),
-        (["--roll", "touching"], WHEELSET),
-        (["--roll-mrad", "0"], Case()),
-        (["--roll-mrad", "-0.4"], Case(roll_rad=-0.4e-3)),
-        (["--rail", "circle:300"], Case(rail="circle:300")),
-        (["--rail", "arcs:300/80@2.5"], Case(rail="arcs:300/80@2.5")),
-        (["--wheel", "cylinder:460"], Case(wheel="cylinder:460")),
-        (["--wheel", "cylinder:460", "--roll", "touching"], replace(WHEELSET, wheel="cylinder:460")),
-        (["--roll-load-kn", "80"], Case(roll_load_N=80e3)),
-        (
-            ["--roll-load-kn", "80", "--opposite-load-kn", "60"],
-            Case(roll_load_N=80e3, opposite=Opposite(wheel_load_N=60e3)),
-        ),
-    ],
-    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+    ("options", "case"), WAYS, ids=lambda value: " ".join(value) if isinstance(value, list) else ""
 )
-def test_a_map_rolls_its_wheelset_unless_a_roll_is_given_or_there_is_none(mapped, options, case):
-    assert mapped(*options) == case
+@pytest.mark.parametrize(
+    ("doing", "command"), COMMANDS.items(), ids=lambda value: value if isinstance(value, str) else ""
+)
+def test_every_command_rolls_its_wheelset_unless_a_roll_is_given_or_there_is_none(
+    doing, command, options, case, monkeypatch, tmp_path
+):
+    seen = []
+
+    def do(case, *_, **__):
+        seen.append(case)
+        raise InputError("seen")
+
+    monkeypatch.setattr(doing, do)
+    out = [str(tmp_path / "rail.msh")] if command[-1] == "--out" else []
+    assert call([*command, *out, *options]) == 2
+    (made,) = seen
+    assert made == case
 
 
-def test_a_single_case_keeps_the_roll_that_is_given():
-    assert Case().roll == "given"
-    assert with_wheelset(Case()) == WHEELSET
+def test_a_roll_of_zero_is_given_in_python_and_in_files_as_well(tmp_path):
+    assert Case() == WHEELSET
+    assert Case(roll_rad=0.0) == ALONE
+    (tmp_path / "two.toml").write_text("[[case]]\n[[case]]\nroll_mrad = 0\n")
+    assert load_study(tmp_path / "two.toml").cases == (WHEELSET, ALONE)
+    # what else is changed leaves the roll as it is
+    assert replace(Case(), lateral_shift_mm=3.0) == replace(WHEELSET, lateral_shift_mm=3.0)
+    assert replace(Case(roll_rad=0.0), lateral_shift_mm=3.0).roll == "given"
+    with pytest.raises(InputError, match=r"roll angle is 0\.4 mrad, but the roll is 'touching'.*give roll = 'given'"):
+        replace(Case(), roll_rad=4e-4)
+    for case in (WHEELSET, ALONE, Case(roll_rad=4e-4), Case(roll_load_N=80e3)):
+        assert case_from_record(case_record(case)) == case
 
 
-def test_the_help_of_the_map_says_its_own_default(capsys):
-    texts = {}
-    for command in ("map", "solve"):
-        assert call([command, "--help-all"]) == 0
-        texts[command] = " ".join(capsys.readouterr().out.replace("│", " ").split())
-    assert "given, touching, loaded; default touching; given with --roll-mrad" in texts["map"]
-    assert "given, touching, loaded; default given" in texts["solve"]
+def test_the_rails_without_a_wheelset_are_the_crane_rails():
+    # the standard of a library rail says which it is
+    crane = {name for name in names("rail") if "DIN 536" in toml_text(name)}
+    assert crane == {name for name in names("rail") if Case(rail=name).roll == "given"}
+    assert len(crane) == 7
+    assert all(Case(wheel=name).roll == "touching" for name in names("wheel"))
 
 
 def test_the_first_study_stands_on_both_rails():
@@ -96,9 +118,11 @@ def test_the_first_study_stands_on_both_rails():
     ("case", "words"),
     [
         (WHEELSET, "roll of the wheelset"),
-        (Case(), "roll fixed at 0 mrad"),
+        (Case(), "roll of the wheelset"),
+        (Case(roll_rad=0.0), "roll fixed at 0 mrad"),
         (Case(roll_rad=4e-4), "roll fixed at 0.4 mrad"),
         (Case(rail="circle:300"), "roll fixed at 0 mrad (lines given by their radii make no wheelset)"),
+        (Case(rail="A75"), "roll fixed at 0 mrad (a crane rail makes no wheelset)"),
         (Case(roll="loaded"), "roll of the loaded wheelset"),
         (Case(roll_load_N=80e3), "roll of the wheelset under 80 kN a wheel"),
         (
@@ -119,7 +143,7 @@ def test_what_is_said_of_the_rolls_of_a_table():
     free = [
         input_columns(case, place_case(case)) for case in (replace(WHEELSET, lateral_shift_mm=s) for s in (0.0, 3.0))
     ]
-    fixed = [input_columns(case) for case in (Case(), Case(lateral_shift_mm=3.0), Case(roll_rad=1e-3))]
+    fixed = [input_columns(case) for case in (ALONE, replace(ALONE, lateral_shift_mm=3.0), Case(roll_rad=1e-3))]
     assert free[1]["roll_mrad"] != 0.0
     assert roll_words_of_rows(free) == "roll of the wheelset"
     # as a table on disk has them
@@ -146,7 +170,7 @@ def test_both_sides_of_a_wheelset_are_two_series_whatever_their_rolls():
         for case in (replace(WHEELSET, lateral_shift_mm=shift, side=side) for shift in (0.0, 3.0))
     ]
     assert [one.label for one in series(rows)] == ["left", "right"]
-    alone = [input_columns(Case(lateral_shift_mm=shift)) for shift in (0.0, 3.0)]
+    alone = [input_columns(replace(ALONE, lateral_shift_mm=shift)) for shift in (0.0, 3.0)]
     assert [one.label for one in series([*rows[:2], *alone])] == ["roll of the wheelset", "fixed roll"]
 
 
@@ -157,8 +181,8 @@ def test_both_sides_of_a_wheelset_are_two_series_whatever_their_rolls():
         (replace(WHEELSET, side="right"), "right wheel: lateral", "left wheel: lateral"),
         (replace(WHEELSET, yaw_rad=5e-3), "left wheel: lateral", "right wheel at the opposite yaw: lateral"),
         (replace(WHEELSET, opposite=Opposite(rolling_radius_mm=459.0)), "left wheel: lateral", None),
-        (Case(), "lateral", None),
-        (Case(side="right"), "right wheel: lateral", None),
+        (ALONE, "lateral", None),
+        (replace(ALONE, side="right"), "right wheel: lateral", None),
     ],
 )
 def test_a_map_of_a_symmetric_wheelset_is_both_wheels(case, below, above, monkeypatch):

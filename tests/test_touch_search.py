@@ -199,7 +199,7 @@ def test_touch_points_do_not_depend_on_the_nodes_of_the_search(name, seed, monke
 @pytest.mark.parametrize(
     "case",
     [
-        Case(lateral_shift_mm=15.0),
+        Case(lateral_shift_mm=15.0, roll="given"),
         Case(lateral_shift_mm=6.5, roll="touching"),
         Case(lateral_shift_mm=-60.0, roll="touching", yaw_rad=5e-3),
         pytest.param(Case(lateral_shift_mm=-60.0, roll="touching", flange_climb=True), marks=pytest.mark.slow),
@@ -225,7 +225,7 @@ def test_a_climbing_flange_is_taken_if_it_is_asked_for():
     derailing = pair_with(load("S1002")).placed(8.5, 0.0, 0.0)
     assert "derails" in derailing
     assert derailing.endswith("beyond the steepest place of its flange (--flange-climb takes it nevertheless)")
-    climbing = [place_case(Case(lateral_shift_mm=shift, flange_climb=True)) for shift in (7.0, 8.5, 12.0)]
+    climbing = [place_case(Case(lateral_shift_mm=shift, roll="given", flange_climb=True)) for shift in (7.0, 8.5, 12.0)]
     assert [placed.climbs for placed in climbing] == [False, True, True]
     angles = [placed.first.contact_angle_rad for placed in climbing]
     assert angles == sorted(angles, reverse=True)

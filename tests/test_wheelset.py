@@ -335,17 +335,17 @@ def test_the_found_roll_stands_in_records_and_rows():
 
 def test_an_id_is_that_of_before_where_nothing_of_a_wheelset_is_given():
     # as in the baselines, which were made before
-    case = Case(lateral_shift_mm=0.0, load_N=100e3)
+    case = Case(lateral_shift_mm=0.0, load_N=100e3, roll="given")
     assert case_id(case) == "60E1_S1002_+0.00mm_100kN_a008edc2"
     others = (
-        Case(roll="touching"),
-        Case(side="right"),
+        Case(),
+        Case(roll="given", side="right"),
         Case(roll="touching", opposite=Opposite(rolling_radius_mm=459.0)),
         Case(roll="touching", opposite=Opposite(wheel="S1002")),
         Case(roll="loaded"),
         Case(roll_load_N=8e4),
         Case(roll="loaded", opposite=Opposite(wheel_load_N=8e4)),
-        Case(flange_climb=True),
+        Case(roll="given", flange_climb=True),
     )
     assert len({case_id(one) for one in (case, *others)}) == 9
 
@@ -378,7 +378,7 @@ def test_a_file_on_the_other_side_counts_by_its_content_and_is_kept(tmp_path):
         (Case(roll="touching", track=Track(gauge_mm=1600.0)), "on a gauge 30 to 80 mm narrower.*that much larger"),
         (Case(roll="touching", track=Track(gauge_mm=1000.0)), "nor would it on a gauge up to 80 mm wider or narrower"),
         (Case(roll="touching", opposite=Opposite(rolling_radius_mm=300.0)), "no roll.*check gauge.*diameters of both"),
-        (Case(opposite=Opposite(rolling_radius_mm=459.0)), "give roll = 'touching'"),
+        (Case(roll="given", opposite=Opposite(rolling_radius_mm=459.0)), "give roll = 'touching'"),
     ],
 )
 def test_wheelsets_that_cannot_stand_are_refused_in_one_line(case, says):

@@ -87,7 +87,7 @@ def test_a_yawed_flange_root_touches_ahead_of_the_axle():
     # the touch point runs ahead by R tan(contact angle) yaw, to first order, and further on a steeper flank
     ahead = []
     for shift in (2.0, 5.5):
-        case = Case(lateral_shift_mm=shift, yaw_rad=4e-3)
+        case = Case(lateral_shift_mm=shift, roll="given", yaw_rad=4e-3)
         placement = place_case(case)
         touch, wheel = placement.first, placement.wheel
         below = float(wheel.point(touch.wheel_y_mm, 0.0, 0.0)[0])

@@ -18,13 +18,7 @@ from fecontact.outcome import usable
 
 _EVERY = options_of(*get_args(Group))
 # a map has lists of these two
-_OF_MAP = options_of(
-    *get_args(Group),
-    without=("lateral_shift_mm", "load_N"),
-    own_defaults={
-        "roll": "touching; given with --roll-mrad or a line by its radii alone, such as circle:300",
-    },
-)
+_OF_MAP = options_of(*get_args(Group), without=("lateral_shift_mm", "load_N"))
 if TYPE_CHECKING:
     from fecontact.jobs.engine import RunSettings
     from fecontact.runs.map_run import MapOutcome
@@ -251,11 +245,8 @@ def map_(
     from fecontact.outputs.terminal.maps import print_map
     from fecontact.runs.folders import prepare_for_map
     from fecontact.runs.map_run import run_map
-    from fecontact.solving.placing import with_wheelset
 
     settings, positions, case = how.settings(), parse_numbers(shifts, "shifts"), options.case()
-    if case.roll == "given" and not (options.given("roll") or options.given("roll_rad")):
-        case = with_wheelset(case)
     refuse_measure(case, measure, theory)
     loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
     prepare_for_map(out, case, force=how.force)

@@ -18,7 +18,6 @@ _OF_THEORY = options_of("place", "profiles", "load", "material", without=("yield
 _OF_TABLE = options_of(
     *("place", "profiles", "load", "material", "verdict"),
     without=("lateral_shift_mm", "load_N", "yield_MPa"),
-    own_defaults={"roll": "touching, as for a map"},
 )
 if TYPE_CHECKING:
     TheoryOptions: TypeAlias = CaseOptions
@@ -104,11 +103,8 @@ def table(
     from fecontact.outputs.tables.csv_file import write_csv
     from fecontact.outputs.terminal.contact_table import print_lines
     from fecontact.runs.contact_table import table as made_table
-    from fecontact.solving.placing import with_wheelset
 
     case, positions = options.case(), parse_numbers(shifts, "shifts")
-    if case.roll == "given" and not (options.given("roll") or options.given("roll_rad")):
-        case = with_wheelset(case)
     loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
     tell_notes(unusual([replace(case, load_N=load_N) for load_N in loads_N]))
     rows = made_table(case, positions, loads_N, map_folder=map_)

@@ -9,7 +9,7 @@ from pathlib import Path, PureWindowsPath
 
 from fecontact.profiles.given import SHOWN_DIGITS, GivenProfile
 from fecontact.profiles.library import is_known
-from fecontact.profiles.resolve import is_short_form
+from fecontact.profiles.short_forms import is_short_form
 
 
 def profile_file(spec: str) -> Path | None:

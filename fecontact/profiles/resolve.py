@@ -19,8 +19,7 @@ from fecontact.profiles.readers.table import Source, file_bytes, points_of_colum
 from fecontact.profiles.reading import PLAIN, Reading
 from fecontact.profiles.recognition import line_through
 from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel, two_arc_rail_head
-
-_CIRCLE, _ARCS, _CYLINDER = "circle:", "arcs:", "cylinder:"
+from fecontact.profiles.short_forms import ARCS, CIRCLE, CYLINDER, has_no_gauge_face
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,11 +48,11 @@ def resolve_rail(spec: str, reading: Reading = PLAIN) -> Profile:
     InputError
         No such name or file, or the file does not hold a rail.
     """
-    if spec.lower().startswith(_CIRCLE):
+    if spec.lower().startswith(CIRCLE):
         return circular_rail_head(_number(spec, "circle:300"))
-    if spec.lower().startswith(_ARCS):
+    if spec.lower().startswith(ARCS):
         return two_arc_rail_head(*_arcs(spec))
-    if spec.lower().startswith(_CYLINDER):
+    if spec.lower().startswith(CYLINDER):
         raise InputError(f"{spec!r} is a wheel; a rail may be circle:R or arcs:R/R@D")
     return _resolve(spec, "rail", reading)
 
@@ -66,22 +65,12 @@ def resolve_wheel(spec: str, reading: Reading = PLAIN) -> WheelProfile:
     InputError
         No such name or file, or the file does not hold a wheel.
     """
-    if spec.lower().startswith(_CYLINDER):
+    if spec.lower().startswith(CYLINDER):
         radius = check_positive("radius of the wheel", _number(spec, "cylinder:460"), "mm", "for example cylinder:460")
         return WheelProfile(profile=cylinder_wheel(), rolling_radius_mm=radius)
     if has_no_gauge_face(spec):
         raise InputError(f"{spec!r} is a rail; a wheel may be cylinder:R")
     return WheelProfile(profile=_resolve(spec, "wheel", reading))
-
-
-def is_short_form(spec: str) -> bool:
-    """Whether a text gives a profile by its radii, such as `circle:300`: neither a name nor a file."""
-    return spec.lower().startswith((_CIRCLE, _ARCS, _CYLINDER))
-
-
-def has_no_gauge_face(spec: str) -> bool:
-    """Whether a rail is given by its radii alone: it has no gauge face, its crown lies under the tape circle."""
-    return spec.lower().startswith((_CIRCLE, _ARCS))
 
 
 def _arcs(spec: str) -> tuple[float, float, float]:

@@ -31,7 +31,7 @@ EVALUATING = (
     *("runs/case_store.py", "runs/position_store.py", "runs/work.py"),
 )
 SOLVING_SOURCE = "source of solving"
-# Inputs that are left out of an id where they are the default: it is that of the same case before they were there.
+# Inputs that are left out of an id where they are as in a case before they were there: its id stays what it was.
 _NOT_ALWAYS = ("roll", "roll_load_N", "flange_climb", "side", "opposite")
 _MOST_SHOWN_BYTES = 60
 _COMMON = ("numpy", "scipy", "scikit-fem", "gmsh")
@@ -68,7 +68,7 @@ def _shown(name: str) -> str:
 
 @cache
 def _default_record() -> dict[str, Any]:
-    return case_record(Case())
+    return case_record(Case(roll="given"))
 
 
 def position_id(case: Case, loads_N: Sequence[float]) -> str:

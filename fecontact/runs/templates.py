@@ -18,8 +18,8 @@ wheel = "S1002"               # library name, cylinder:R, or a file
 inclination = "1:40"          # of the rail; "none" if its profile is canted already
 load_kN = [50.0, 100.0]       # wheel load; a list, or a range such as "20:100:20"
 lateral_shift_mm = [-4.0, 4.0]  # of the wheelset, positive towards this rail
-# roll = "touching"           # the roll at which both wheels touch; without it that of roll_mrad
-# roll_mrad = 0.0
+# roll = "touching"           # of the wheelset: both wheels touch their rails, also without this line; or "loaded"
+# roll_mrad = 0.4             # a roll that is given instead; 0.0 is one wheel alone, not rolled
 # yaw_mrad = 0.0
 resolution = "quick"          # quick, standard, fine; or element sizes along x and across such as [0.5, 0.4] in mm
 # refine_degrees_of_freedom = 400000  # finer meshes while a verdict is open and these are not exceeded; 0: never
@@ -36,8 +36,8 @@ judged_by = "all"             # or strength (peak alone), patch (area, a, b, cen
 # young_MPa = 210000.0
 # yield_MPa = 500.0           # warns where the material would yield below the patch
 
-# Shift and roll that belong together are given in tables of their own, which take over all that stands above; then
-# remove lateral_shift_mm above:
+# Shift and roll that were measured together are given in tables of their own, which take over all that stands above;
+# then remove lateral_shift_mm above:
 # [[case]]
 # lateral_shift_mm = -4.0
 # roll_mrad = 0.4

@@ -18,7 +18,7 @@ from fecontact.jobs.job import Job, Work
 from fecontact.outputs.records.results import FOUND_INPUTS
 from fecontact.profiles.identity import content_of, file_of_identity
 from fecontact.profiles.library import is_known
-from fecontact.profiles.resolve import is_short_form
+from fecontact.profiles.short_forms import is_short_form
 from fecontact.runs.identity import case_id, origin_of, position_id
 
 FIELDS, PROFILES = "fields.npz", "profiles"

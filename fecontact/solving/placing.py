@@ -12,7 +12,8 @@ from fecontact.errors import InputError
 from fecontact.geometry.placement import SIGN, Pair, Placement, pair_of, place
 from fecontact.geometry.wheelset import PlacedWheelset, Wheelset, place_wheelset
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.resolve import has_no_gauge_face, is_short_form, resolve_rail, resolve_wheel
+from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.profiles.short_forms import has_no_gauge_face
 from fecontact.solving.loaded_wheelset import place_loaded_wheelset
 
 
@@ -102,20 +103,6 @@ def _track(case: Case, rail: str) -> Track:
     if has_no_gauge_face(rail) and track.rail_crown_y_mm is None:
         return replace(track, rail_crown_y_mm=track.tape_circle_y_mm)
     return track
-
-
-def makes_a_wheelset(case: Case) -> bool:
-    """Whether rail and wheel of a case may be those of a wheelset on its track.
-
-    A line that is given by its radii (`circle:300`, `arcs:300/80@2.5`, `cylinder:460`) is a body for a test: it has
-    neither gauge face nor flange that would say how a wheelset stands.
-    """
-    return not (is_short_form(case.rail) or is_short_form(case.wheel))
-
-
-def with_wheelset(case: Case) -> Case:
-    """The case with the roll at which both wheels touch their rails, or as it is where its lines make no wheelset."""
-    return replace(case, roll="touching") if makes_a_wheelset(case) else case
 
 
 def roll_of_case(case: Case, placement: Placement) -> float:

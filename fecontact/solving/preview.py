@@ -59,7 +59,7 @@ def preview(case: Case) -> Preview:
     >>> import fecontact
     >>> seen = fecontact.place(fecontact.Case(lateral_shift_mm=4.0))
     >>> round(seen.placement.first.rail_y_mm, 1), seen.elements[1] > seen.elements[0]
-    (-13.6, True)
+    (-13.8, True)
 
     Raises
     ------

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from fecontact.case import Case, Opposite
-from fecontact.solving.placing import makes_a_wheelset
+from fecontact.profiles.short_forms import is_crane_rail, makes_a_wheelset
 
 Row = Mapping[str, Any]
 
@@ -26,7 +26,10 @@ def roll_words(case: Case) -> str:
     if case.roll == "touching":
         return OF_WHEELSET
     fixed = f"roll fixed at {1e3 * case.roll_rad:g} mrad"
-    return fixed if makes_a_wheelset(case) else f"{fixed} (lines given by their radii make no wheelset)"
+    if makes_a_wheelset(case.rail, case.wheel):
+        return fixed
+    why = "a crane rail makes" if is_crane_rail(case.rail) else "lines given by their radii make"
+    return f"{fixed} ({why} no wheelset)"
 
 
 def roll_words_of_rows(rows: Sequence[Row]) -> str:
