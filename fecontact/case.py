@@ -30,7 +30,7 @@ LoadKind = Literal["vertical", "normal"]
 Roll = Literal["touching", "given", "loaded"]
 SolverChoice = Literal["auto", "pardiso", "amg"]
 
-RESOLUTIONS = {"quick": 6.0, "standard": 9.0, "fine": 13.5}
+RESOLUTIONS = {"quick": 4.0, "standard": 9.0, "fine": 13.5}
 """Named resolutions: elements a semi-axis of the expected patch, in each direction."""
 # With 16 the area of a patch with a thin tail is read to 0.7 % only.
 NODES_A_SEMI_AXIS = 32

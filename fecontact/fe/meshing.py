@@ -21,7 +21,9 @@ from fecontact.profiles.segments import Line, Segment
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-_SWEEP_RATIO = 1.7
+_SWEEP_RATIO = 2.2
+# Longest element of the sweep, as a part of its length to one side.
+_LONGEST_OF_SWEEP = 0.3
 # Points of an outline closer than this are one point: published coordinates are rounded to micrometres.
 _SAME_POINT_MM = 1e-3
 # Nodes are put on the line; on a steep one heights are known a hundred times worse than places.
@@ -229,7 +231,7 @@ def _sweep_positions(zone: FineZone, end: float, half: bool, cover: int, what: s
             f"{what} of {end:g} mm must reach at least two elements past the contact zone ({start:.2f} mm)"
         )
     count = int(np.ceil(np.log1p((_SWEEP_RATIO - 1.0) * (end - start) / step) / np.log(_SWEEP_RATIO)))
-    steps = np.minimum(step * _SWEEP_RATIO ** np.arange(1, count + 8), 0.2 * end)
+    steps = np.minimum(step * _SWEEP_RATIO ** np.arange(1, count + 8), _LONGEST_OF_SWEEP * end)
     tail = np.cumsum(steps)
     tail = tail[: np.searchsorted(tail, end - start) + 1]
     tail *= (end - start) / tail[-1]

@@ -30,11 +30,16 @@ _TRACE_STEP_MM = 0.1
 
 @dataclass(frozen=True, kw_only=True)
 class Grading:
-    """How elements grow away from the zone: size = step + rate * distance, up to `largest_mm`."""
+    """How elements grow away from the zone: size = step + rate * distance, up to `largest_mm`.
 
-    layer_ratio: float = 1.2
+    So on the outline, whose shape they follow; those inside are as large as it and the zone let them.
+    """
+
+    layer_ratio: float = 1.3
     rate: float = 0.3
     largest_mm: float = 9.0
+    inside_rate: float = 0.5
+    inside_largest_mm: float = 12.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,7 +145,7 @@ def mesh_section(profile: Profile, closure: Floats, base: tuple[int, int], zone:
             f" {zone.high_mm - zone.low_mm:.2f} mm, which is meshed {zone.depth_mm:.2f} mm deep; cut it deeper (rail"
             " depth, rim thickness)"
         )
-    fill_points, fill_quads = _fill(ring)
+    fill_points, fill_quads = _fill(ring, grading)
 
     ids = np.arange(block.shape[0] * columns).reshape(block.shape[:2])
     outer_ids = np.concatenate([[ids[0, -1]], ids.size + np.arange(len(outer) - 2), [ids[0, 0]]])
@@ -272,14 +277,14 @@ def _ignore_broken_pipes() -> None:
         handler(signal.SIGPIPE, int(signal.SIG_IGN))
 
 
-def _fill(ring: Floats) -> tuple[Floats, Integers]:
+def _fill(ring: Floats, grading: Grading) -> tuple[Floats, Integers]:
     """Quadrilaterals inside a closed polygon with an even number of nodes; its nodes come first and in their order.
 
     Recombining triangles to quadrilaterals moves nodes with only the quadrilaterals in view and now and then turns a
     remaining triangle inside out: then without moving nodes, and at last from triangles alone, which never fold.
     """
     for recombine, optimize in ((True, True), (True, False), (False, False)):
-        points, quads = _subdivide(*_gmsh_cells(ring[::2], recombine=recombine, optimize=optimize), ring)
+        points, quads = _subdivide(*_gmsh_cells(ring[::2], grading, recombine=recombine, optimize=optimize), ring)
         if _all_convex(points[quads]):
             break
     return points, quads
@@ -292,11 +297,25 @@ def _all_convex(p: Floats) -> bool:
     return bool(np.all(turn > 0.0) or np.all(turn < 0.0))
 
 
-def _gmsh_cells(corners: Floats, *, recombine: bool, optimize: bool) -> tuple[Floats, Integers, Integers]:
-    """Points, triangles and quadrilaterals inside a closed polygon, whose nodes come first; none are added to it."""
+def _gmsh_cells(
+    corners: Floats, grading: Grading, *, recombine: bool, optimize: bool
+) -> tuple[Floats, Integers, Integers]:
+    """Points, triangles and quadrilaterals inside a closed polygon, whose nodes come first; none are added to it.
+
+    Inside, cells grow away from each side of the polygon.
+    """
     n = len(corners)
+    middles, sides = 0.5 * (corners + np.roll(corners, -1, axis=0)), np.roll(corners, -1, axis=0) - corners
+    lengths = np.hypot(*sides.T)
+
+    def size(dimension: int, tag: int, y: float, z: float, x: float, given: float) -> float:
+        away = np.hypot(middles[:, 0] - y, middles[:, 1] - z)
+        return float(min(np.min(lengths + 2.0 * grading.inside_rate * away), 2.0 * grading.inside_largest_mm))
+
     with _gmsh_session() as gmsh:
         gmsh.option.setNumber("Mesh.Algorithm", 8)
+        gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
+        gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
         gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 1)
         # a poor quadrilateral would fold when it is subdivided; its two triangles never do
         gmsh.option.setNumber("Mesh.RecombineMinimumQuality", 0.3)
@@ -314,7 +333,9 @@ def _gmsh_cells(corners: Floats, *, recombine: bool, optimize: bool) -> tuple[Fl
         geo.synchronize()
         if recombine:
             gmsh.model.mesh.setRecombine(2, 1)
+        gmsh.model.mesh.setSizeCallback(size)
         gmsh.model.mesh.generate(2)
+        gmsh.model.mesh.removeSizeCallback()
         tags, coordinates, _ = gmsh.model.mesh.getNodes()
         order = np.argsort(tags)
         assert np.array_equal(tags[order], np.arange(1, len(tags) + 1))
