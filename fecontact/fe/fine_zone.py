@@ -81,6 +81,7 @@ _BYTES_A_NODE = 8e3
 
 def least_memory_bytes(zone: FineZone) -> float:
     """A lower bound of the memory that both bodies need, from the nodes of the uniform blocks under the zone."""
+    ratio = Grading().layer_ratio
     layers = 0.45 * zone.block_width_mm / min(zone.step_x_mm, zone.step_s_mm)
-    nodes = zone.intervals_x * zone.intervals_s * max(2.0, np.log1p(0.2 * layers) / np.log(1.2))
+    nodes = zone.intervals_x * zone.intervals_s * max(2.0, np.log1p((ratio - 1.0) * layers) / np.log(ratio))
     return float(2.0 * nodes * _BYTES_A_NODE)
