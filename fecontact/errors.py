@@ -27,7 +27,7 @@ class FoldedMesh(InputError):
 
 
 class NotCovered(InputError):
-    """The wheel's surface does not face all of the rail's contact zone; a narrower zone may do."""
+    """A body's surface does not hold, or the wheel's does not face, all of the contact zone; a narrower one may do."""
 
 
 class NotEnoughMemory(InputError):

@@ -212,8 +212,8 @@ def test_bands_hold_the_patches_and_their_margins(two):
     # neighbouring steps grow by the rate of the grading, and by rounding to an even number
     growth = np.diff(s)[1:] / np.diff(s)[:-1]
     assert max(growth.max(), 1.0 / growth.min()) < 1.8
-    # 104 elements before there were bands
-    assert zone.intervals_s < 0.6 * fine_zone(two.expected, two.element_size_mm, Room(joined=True)).intervals_s
+    # 74 elements without bands; margins of four elements, larger than those of finer meshes, are half of what is left
+    assert zone.intervals_s < 0.65 * fine_zone(two.expected, two.element_size_mm, Room(joined=True)).intervals_s
 
 
 def test_bodies_have_the_zone_of_their_bands(two):
@@ -308,10 +308,10 @@ def test_bands_and_one_zone_make_the_same_contact(two):
     """Finite bodies with a band for each patch, and with equal elements all over: what a case printed before."""
     banded, joined = (Meshes(one).solve(one) for one in (two, replace(two, expected=two.expected.joined())))
     assert banded.status == joined.status == "converged"
-    unknowns = [sum(sum(level.degrees_of_freedom.values()) for level in one.solved.levels) for one in (banded, joined)]
+    unknowns = [sum(sum(level.degrees_of_freedom.values()) for level in one.levels) for one in (banded, joined)]
     # 431 and 630 thousand
     assert unknowns[0] < 0.7 * unknowns[1]
-    for own, other in zip(parts_of(banded.fe), parts_of(joined.fe), strict=True):
+    for own, other in zip(parts_of(banded.levels[0].fe), parts_of(joined.levels[0].fe), strict=True):
         # measured 0.09, 0.16 and 0.2 %; the stated uncertainties are 0.1, 0.3 and 0.3 %
         assert own.rung.normal_force_N == pytest.approx(other.rung.normal_force_N, rel=1.5e-3)
         assert own.rung.pressure_MPa.max() == pytest.approx(other.rung.pressure_MPa.max(), rel=3e-3)

@@ -138,8 +138,12 @@ def test_a_layer_left_out_is_seen(position, monkeypatch):
     assert compliance_error(position) > 0.5
 
 
-def test_elements_that_lock_are_seen_by_their_own_contact(position, monkeypatch):
-    """Poisson 0.49 for 0.3: a stiffer material and what locking does to the far field cancel there by chance."""
+def test_elements_that_lock_are_seen_by_their_own_contact(monkeypatch):
+    """Poisson 0.49 for 0.3: a stiffer material and what locking does to the far field cancel there by chance.
+
+    With six elements a semi-axis, that is; with four of them the far field sees 6 %.
+    """
+    position = position_of(replace(ROUND, resolution=(7.16 / 6.25, 5.39 / 6.25)))
     poisson(0.49)(monkeypatch)
     judged = judge_load(Meshes(position).solve(position), position.placement)
     assert abs(judged.level.compliance_error) < COMPLIANCE_LIMIT
@@ -180,9 +184,12 @@ def test_the_side_of_a_head_begins_where_its_corner_has_turned_by_a_sixth_of_a_c
 
 
 def test_what_is_not_told_from_the_sides_of_a_narrow_head_is_not_seen():
-    """A half-space's part of 19 % too much would be read off healthy elements on a tongue of 20 mm; 1.1 % on 25 mm."""
+    """Healthy elements would be read as 19 % too soft on a tongue of 20 mm; 0.7 % are on 30 mm.
+
+    With four elements a semi-axis a head of 25 mm is narrow for them too, and is not seen; with six 1.1 % were read.
+    """
     assert math.isnan(compliance_error(tongue(20)))
-    assert abs(compliance_error(tongue(25))) < 0.75 * COMPLIANCE_LIMIT
+    assert abs(compliance_error(tongue(30))) < 0.75 * COMPLIANCE_LIMIT
 
 
 def test_a_layer_left_out_of_a_narrow_head_is_not_healthy(monkeypatch):
@@ -231,7 +238,8 @@ def test_a_gap_of_the_wrong_sign_on_one_side_leaves_the_verdict_open(position, m
 
 def test_elements_within_the_limit_are_part_of_the_uncertainty(elliptic_quick):
     solved = elliptic_quick.load.solved
-    own = elliptic_quick.load
+    without = (replace(solved.levels[0], compliance_error=0.0), *solved.levels[1:])
+    own = judge_load(replace(solved, levels=without), elliptic_quick.placement)
     for error in (0.5 * COMPLIANCE_LIMIT, -0.99 * COMPLIANCE_LIMIT):
         levels = (replace(solved.levels[0], compliance_error=error), *solved.levels[1:])
         judged = judge_load(replace(solved, levels=levels), elliptic_quick.placement)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fecontact.dimensions import BodySize
-from fecontact.errors import FoldedMesh, InputError
+from fecontact.errors import FoldedMesh, InputError, NotCovered
 from fecontact.fe.body_mesh import BodyMesh, check_mesh
 from fecontact.fe.fine_zone import FineZone
 from fecontact.fe.section import Grading, Section, Stretch, Zone, mesh_section
@@ -168,7 +168,7 @@ def _section_zone(profile: Profile, zone: FineZone, parts: list[tuple[float, flo
         raise FoldedMesh(f"{profile.kind} {profile.name}: two bands of the contact zone meet on its surface")
     low, high = stretches[0].low_mm, stretches[-1].high_mm
     if low <= 0.0 or high >= profile.length_mm:
-        raise InputError(
+        raise NotCovered(
             f"{profile.kind} {profile.name}: the contact zone from {low:.2f} to {high:.2f} mm along the profile leaves"
             f" its running surface (0 to {profile.length_mm:.2f} mm); give a longer line or another lateral position"
         )

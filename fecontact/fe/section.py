@@ -17,7 +17,7 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.errors import InputError
+from fecontact.errors import NotCovered
 from fecontact.profiles.curve import Profile
 
 Floats = NDArray[np.float64]
@@ -32,7 +32,10 @@ _TRACE_STEP_MM = 0.1
 class Grading:
     """How elements grow away from the zone: size = step + rate * distance, up to `largest_mm`.
 
-    So on the outline, whose shape they follow; those inside are as large as it and the zone let them.
+    That is for the outline, whose shape they follow. Inside, a size grows by `inside_rate` of the distance from each
+    side of the outline and of the uniform block, up to `inside_largest_mm`: no contact feels more (S1002 on 60E1, 60E2,
+    cylinders on R 300, R 80 and A120, 100 kN: peak, area and half-widths within 0.09 % of those with 0.2 and 6 mm
+    everywhere, layers that grow by 1.12 and a sweep that grows by 1.4, for 0.4 of the unknowns).
     """
 
     layer_ratio: float = 1.3
@@ -130,7 +133,7 @@ def mesh_section(profile: Profile, closure: Floats, base: tuple[int, int], zone:
 
     Raises
     ------
-    InputError
+    NotCovered
         If the outline crosses itself or the uniform block: gmsh would never come back from it.
     """
     zone_s = lines_of(zone.stretches, grading)
@@ -140,7 +143,7 @@ def mesh_section(profile: Profile, closure: Floats, base: tuple[int, int], zone:
     outer = _graded(trace, (zone.stretches[-1].step_mm, zone.stretches[0].step_mm), grading)
     ring = np.vstack([outer, block[1:, 0], block[-1, 1:], block[-2:0:-1, -1]])
     if _crosses_itself(ring):
-        raise InputError(
+        raise NotCovered(
             f"{profile.kind} {profile.name}: the body is cut too close below its running surface for a contact zone of"
             f" {zone.high_mm - zone.low_mm:.2f} mm, which is meshed {zone.depth_mm:.2f} mm deep; cut it deeper (rail"
             " depth, rim thickness)"

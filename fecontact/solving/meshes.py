@@ -28,9 +28,9 @@ from fecontact.solving.planes import angle_of_normals
 from fecontact.solving.position import Position
 from fecontact.solving.quadratic_rung import quadratic_rung
 
-# The case's own mesh, a coarser one, and two refinements.
-_MOST_MESHES = 4
-# Elements that every mesh of a named resolution has on the semi-axis that they are made for.
+# The case's own mesh, a coarser one, and three refinements.
+_MOST_MESHES = 5
+# Elements that the finest meshes of every named resolution have on the semi-axis that they are made for.
 _FEWEST_ELEMENTS = 4
 # A lobe on its last nodes is measured a little differently than on those that they were made for.
 _MOST_OF_NODES = 0.7
