@@ -495,9 +495,9 @@ def test_a_slide_that_is_not_small_is_warned_of(elliptic_quick, slide_mm, said):
 
 def test_elements_carry_the_load_nearly_as_the_finer_nodes(elliptic_quick):
     fine, coarse = elliptic_quick.load.solved.levels
-    # the elements' own softness: measured 2.0 and 1.6 %
-    assert 0.002 < fine.misfit < 0.03
-    assert 0.002 < coarse.misfit < 0.03
+    # the elements' own size and softness: measured 1.4 and 4.4 %, with 4 and 2.7 of them a semi-axis
+    assert 0.002 < fine.misfit < 0.02
+    assert 0.01 < coarse.misfit < 0.06
 
 
 # --- a conforming pair ------------------------------------------------------------------------------------------
