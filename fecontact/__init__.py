@@ -64,7 +64,7 @@ The story, step by step:
 Many cases are solved by `fecontact.run(CASES, FOLDER)`, shifts and loads by `fecontact.map(CASE, SHIFTS, LOADS,
 FOLDER)`; `fecontact.load(FOLDER)` reads back what they and `fecontact solve --out` wrote, and `fecontact.judge(FOLDER)`
 judges it again. What needs no finite elements: `fecontact.hertz`, `theory`, `table`, `place` and `geometry` of a case,
-`creep` of an ellipse, and the list of `theories`. The commands of these names do the same and print it.
+`creep` of an ellipse, a vehicle in a `curve`, and the list of `theories`. The commands of these names do the same and print it.
 """
 
 from importlib import import_module
@@ -87,17 +87,20 @@ if TYPE_CHECKING:
     from fecontact.profiles.reading import Reading
     from fecontact.runs.analytic import creep, hertz, theories
     from fecontact.runs.contact_table import table
+    from fecontact.runs.curving import curve
     from fecontact.runs.irregular import irregular
     from fecontact.runs.judging import judge
     from fecontact.runs.load import load
     from fecontact.runs.run import run
     from fecontact.solving.preview import preview as place
     from fecontact.solving.solve import CaseResult, solve
+    from fecontact.vehicle.conditions import Conditions
 
 __all__ = [
     "BodySize",
     "Case",
     "CaseResult",
+    "Conditions",
     "Creep",
     "Criteria",
     "Irregularity",
@@ -107,6 +110,7 @@ __all__ = [
     "Track",
     "__version__",
     "creep",
+    "curve",
     "geometry",
     "hertz",
     "irregular",
@@ -128,6 +132,7 @@ __all__ = [
 _HOMES = {
     "BodySize": "dimensions.BodySize",
     "Case": "case.Case",
+    "Conditions": "vehicle.conditions.Conditions",
     "CaseResult": "solving.solve.CaseResult",
     "Creep": "creep.Creep",
     "Criteria": "criteria.Criteria",
@@ -136,6 +141,7 @@ _HOMES = {
     "Opposite": "case.Opposite",
     "Reading": "profiles.reading.Reading",
     "Track": "dimensions.Track",
+    "curve": "runs.curving.curve",
     "hertz": "runs.analytic.hertz",
     "irregular": "runs.irregular.irregular",
     "judge": "runs.judging.judge",

@@ -61,7 +61,7 @@ ROOMS: dict[str, set[str]] = {
     "cli": {"errors", "inputs", "commands"},
     "plot": {"errors", "solving", "outputs"},
     "__init__": {"case", "creep", "criteria", "dimensions", "material", "profiles", "solving", "outputs", "plot"}
-    | {"irregularity"}
+    | {"irregularity", "vehicle"}
     | {"runs"},
     "__main__": {"cli"},
 }

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from cyclopts import Parameter
 
+from fecontact.errors import InputError
 from fecontact.options import CaseOptions, options_of
 
 _OF_VEHICLE = options_of(
     *("place", "profiles", "material"),
     without=(
         *("lateral_shift_mm", "roll_rad", "yaw_rad", "roll", "roll_load_N", "wheel_load_N"),
-        *("side", "flange_climb", "yield_MPa"),
+        *("side", "flange_climb", "yield_MPa", "rolling_radius_mm"),
     ),
 )
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ def curve(
     options: VehicleOptions = _OF_VEHICLE,
     *,
     vehicle: str = "manchester",
+    bogie: str = "leading",
     radii: Annotated[str, Parameter(allow_leading_hyphen=True)] = "300,500,1000,3000",
     theory: str = "overlap",
     friction: float = 0.3,
@@ -39,12 +41,14 @@ def curve(
     json: Annotated[bool, Parameter(negative="")] = False,
     out: Path | None = None,
 ) -> int:
-    """Steady running of a wheelset or a bogie in curves: shift, yaw, forces of all wheels, resistance (no mesh).
+    """Steady running of a wheelset or a bogie in curves: shift, yaw, forces of all wheels, critical speed (no mesh).
 
     Parameters
     ----------
     vehicle
         wheelset (free, 60 kN a wheel), manchester, metro, or a TOML file like those.
+    bogie
+        The leading or the trailing one of the vehicle.
     radii
         Radii in m: numbers and ranges FROM:TO:STEP, separated by commas; positive to the right, where the left wheels
         are the outer ones, negative to the left.
@@ -63,7 +67,7 @@ def curve(
     shares
         Share of the way that each radius has, separated by commas, for what is told of the map; else equal ones.
     map
-        Folder of a map: where all wheels are on it.
+        Folder of a map of the same pair: where all wheels are on it, and which cheap theory holds there.
     workers
         Processes, one a theory.
     json
@@ -77,20 +81,23 @@ def curve(
     from fecontact.outputs.records.curve import curve_rows, curves_record
     from fecontact.outputs.tables.csv_file import write_csv
     from fecontact.outputs.terminal.curve import print_curves
-    from fecontact.runs.curving import curves_of
+    from fecontact.runs.curving import curve as run_curves
     from fecontact.vehicle.conditions import Conditions
 
-    found = curves_of(
+    every = parse_numbers(radii, "radii")
+    parts = parse_numbers(shares, "shares") if shares else [1.0] * len(every)
+    if len(parts) != len(every):
+        raise InputError(f"there are {len(parts)} shares for {len(every)} radii; give one number >= 0 for each")
+    found = run_curves(
         vehicle,
-        options.case(),
-        parse_numbers(radii, "radii"),
+        dict(zip(every, parts, strict=True)) if len(set(every)) == len(every) else every,
+        case=options.case(),
         conditions=Conditions(
             friction=friction, cant_mm=cant_mm, unbalanced_m_s2=unbalanced_m_s2, speed_km_h=speed_km_h
         ),
         theories=theory.split(","),
-        shares=parse_numbers(shares, "shares") if shares else (),
+        bogie=bogie,
         map_folder=map,
-        own_radius=not options.given("rolling_radius_mm"),
         workers=workers,
     )
     record = curves_record(found)
@@ -98,7 +105,7 @@ def curve(
         write_csv(curve_rows(found), out / "curve.csv")
         write_json(out / "curve.json", record)
         curves_figure(found, out / "curve.png")
-        if found.visits:
+        if found.cells:
             visits_figure(found, out / "curve_map.png")
     if json:
         print(json_text(record))
@@ -106,4 +113,4 @@ def curve(
         print_curves(found)
     if out is not None:
         print(f"written: {out}", file=sys.stderr if json else sys.stdout)
-    return 0 if all(run.status != "no equilibrium" for runs in found.runs.values() for run in runs) else 3
+    return 0 if all(run.is_balanced for runs in found.runs.values() for run in runs) else 3

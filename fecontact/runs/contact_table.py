@@ -10,17 +10,10 @@ from fecontact.alone.contact_table import table_lines
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.outputs.records.contact_table import map_columns, ordered, table_row
-from fecontact.outputs.records.results import shown_case_record
-from fecontact.regression.tables import load_table
-from fecontact.runs.load import map_document
+from fecontact.runs.map_rows import map_rows
 
 Record = dict[str, Any]
 
-# Inputs of a case that say which contact it is; the others say how it is solved and judged.
-_CONTACT = (
-    *("rail", "wheel", "inclination_rad", "roll", "roll_rad", "yaw_rad", "roll_load_N", "flange_climb", "side"),
-    *("opposite", "load_kind", "rail_material", "wheel_material", "rolling_radius_mm", "track"),
-)
 # Decimals to which shifts (mm) and loads (kN) are the same.
 _SAME = 6
 
@@ -53,7 +46,7 @@ def table(
     shifts, loads = tuple(map(float, lateral_shifts_mm)), tuple(map(float, loads_N))
     if not shifts or not loads:
         raise InputError("table: give at least one lateral shift and one load")
-    cells = None if map_folder is None else _cells(Path(map_folder), case)
+    cells = None if map_folder is None else {_key(row): row for row in map_rows(Path(map_folder), case)}
     rows = []
     for line in table_lines(case, shifts, loads):
         row = table_row(line)
@@ -61,25 +54,6 @@ def table(
             row |= map_columns(cells.get(_key(row)))
         rows.append(row)
     return ordered(rows)
-
-
-def _cells(folder: Path, case: Case) -> dict[tuple[float, float], Mapping[str, str]]:
-    """Rows of a stored map by shift and load, as it was judged when it was written."""
-    document = map_document(folder)
-    theirs, own = (_contact(one) for one in (document["case"], shown_case_record(case)))
-    different = [name for name in _CONTACT if theirs.get(name) != own.get(name)]
-    if different:
-        told = "; ".join(f"{name} {theirs.get(name)!r} there, {own.get(name)!r} here" for name in different)
-        raise InputError(f"{folder}: it is the map of another contact ({told}); give the same inputs, or another map")
-    return {_key(row): row for row in load_table(folder / "map.csv").rows.values()}
-
-
-def _contact(record: Mapping[str, Any]) -> Record:
-    """The inputs that say which contact it is, without what is said of yielding."""
-    found = {name: record.get(name) for name in _CONTACT}
-    for name in ("rail_material", "wheel_material"):
-        found[name] = {key: value for key, value in (record.get(name) or {}).items() if key != "yield_MPa"}
-    return found
 
 
 def _key(row: Mapping[str, Any]) -> tuple[float, float]:

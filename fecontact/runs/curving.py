@@ -2,86 +2,127 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from csv import DictReader
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fecontact.case import Case
 from fecontact.errors import InputError
+from fecontact.runs.map_rows import map_rows
 from fecontact.solving.placing import wheelset_of_case
-from fecontact.vehicle.conditions import Conditions
+from fecontact.vehicle.conditions import Conditions, straight_line
 from fecontact.vehicle.curve import CurveRun, curves
+from fecontact.vehicle.differences import differences
 from fecontact.vehicle.loaded import conicity_shifts, loaded_conicity, loaded_contacts
-from fecontact.vehicle.model import Vehicle, load_vehicle
-from fecontact.vehicle.normal import normal_theory
-from fecontact.vehicle.visits import Curves, visits_on
+from fecontact.vehicle.model import BOGIES, Vehicle, load_vehicle, with_bogie
+from fecontact.vehicle.normal import DEFAULT_THEORY, normal_theory
+from fecontact.vehicle.stability import StraightTrack, straight_track
+from fecontact.vehicle.visits import Curves, MapCell, visits_on
 
 _AMPLITUDES_MM = (1.0, 2.0, 3.0)
 _LOADED = ("overlap", "half_space")
+# What a map may have other than the vehicle: its wheels stand without yaw, and their radius is seldom the same.
+_OTHER = ("roll", "roll_rad", "roll_load_N", "yaw_rad", "flange_climb", "rolling_radius_mm")
 
 
-def curves_of(
-    vehicle: str,
-    case: Case,
-    radii_m: Sequence[float],
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Task:
+    """A vehicle by one theory."""
+
+    vehicle: Vehicle
+    case: Case
+    radii_m: tuple[float, ...]
+    conditions: Conditions
+    theory: str
+
+
+def curve(
+    vehicle: str | Vehicle = "manchester",
+    radii_m: Sequence[float] | Mapping[float, float] = (300.0, 500.0, 1000.0, 3000.0),
     *,
-    conditions: Conditions,
-    theories: Sequence[str],
-    shares: Sequence[float] = (),
-    map_folder: Path | None = None,
-    own_radius: bool = True,
+    case: Case | None = None,
+    conditions: Conditions | None = None,
+    theories: Sequence[str] = (DEFAULT_THEORY,),
+    bogie: str = BOGIES[0],
+    map_folder: str | Path | None = None,
     workers: int = 1,
 ) -> Curves:
-    """Run a vehicle through curves.
+    """Steady running of a wheelset or a bogie in curves, and its stability on straight track; nothing is meshed.
+
+    >>> import fecontact
+    >>> found = fecontact.curve("wheelset", [1000.0])
+    >>> (run,) = found.runs["overlap"]
+    >>> run.status, round(run.wheelsets[0].lateral_shift_mm, 1)
+    ('equilibrium', 1.8)
 
     Parameters
     ----------
+    vehicle
+        Name of a built-in one, path of a TOML file, or a vehicle.
+    radii_m
+        Positive to the right, negative to the left; as a mapping with the share of the way that each has, else equal.
     case
-        Its profiles, track and materials count.
-    shares
-        What part of the way each radius has; equal parts if there are none.
+        Its profiles, track and materials count; wheels have the vehicle's rolling radius.
+    conditions
+        Friction, cant and speed.
+    theories
+        Of the normal force, by names of `vehicle.normal`; each is held against the last.
+    bogie
+        `leading` or `trailing`.
     map_folder
-        Folder of a map, to see where the wheels are on it.
-    own_radius
-        Whether the wheels have the vehicle's rolling radius instead of the case's.
+        A map of the same pair that `fecontact map` wrote, to see where the wheels are on it.
     workers
         Processes, one a theory.
 
     Raises
     ------
     InputError
-        As `vehicle.curve.curves`, for unknown vehicles and theories, and for maps that cannot be read.
+        For unknown vehicles and theories, radii that the gauge does not let through, speeds at which the vehicle
+        overturns, and maps of another contact.
     """
-    made = load_vehicle(vehicle)
-    if not radii_m:
-        raise InputError("there are no radii; give one or more, for example 300,500,1000")
-    if len(set(radii_m)) != len(radii_m):
-        raise InputError(f"radii are {', '.join(f'{radius:g}' for radius in radii_m)} m; give each of them once")
-    if shares and (len(shares) != len(radii_m) or min(shares) < 0.0 or sum(shares) <= 0.0):
-        raise InputError(f"there are {len(shares)} shares for {len(radii_m)} radii; give one number >= 0 for each")
+    made = with_bogie(load_vehicle(vehicle) if isinstance(vehicle, str) else vehicle, bogie)
+    radii, share = _radii(radii_m)
+    if len(set(theories)) != len(theories) or not theories:
+        raise InputError(f"theories are {', '.join(theories) or 'none'}; give each of them once")
     for theory in theories:
         normal_theory(theory)
-    cells = None if map_folder is None else _cells(map_folder)
-    if own_radius:
-        case = replace(case, rolling_radius_mm=made.wheelset.rolling_radius_mm)
-    tasks = [(made, case, tuple(radii_m), conditions, theory) for theory in theories]
+    case, conditions = case or Case(), conditions or Conditions()
+    cells, notes = ((), ()) if map_folder is None else _cells(Path(map_folder), case, made)
+    case = replace(case, rolling_radius_mm=made.wheelset.rolling_radius_mm)
+    tasks = [_Task(vehicle=made, case=case, radii_m=radii, conditions=conditions, theory=theory) for theory in theories]
     if workers > 1 and len(tasks) > 1:
         with ProcessPoolExecutor(min(workers, len(tasks))) as pool:
             found = list(pool.map(_of_theory, tasks))
     else:
         found = [_of_theory(task) for task in tasks]
-    whole = sum(shares) if shares else float(len(radii_m))
-    runs = dict(zip(theories, found, strict=True))
+    runs = {theory: one[0] for theory, one in zip(theories, found, strict=True)}
+    straight = tuple(one[1] for one in found)
     return Curves(
         vehicle=made,
         conditions=conditions,
-        radii_m=tuple(radii_m),
-        share=tuple(one / whole for one in (shares or [1.0] * len(radii_m))),
+        radii_m=radii,
+        share=share,
         runs=runs,
-        visits=() if cells is None else tuple(visits_on(runs, cells)),
+        straight=straight,
+        differences=differences(runs, straight),
+        cells=cells,
+        visits=visits_on(runs, cells) if cells else (),
+        notes=notes,
     )
+
+
+def _radii(radii_m: Sequence[float] | Mapping[float, float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Radii, and the part of the way that each has."""
+    radii = tuple(float(radius) for radius in radii_m)
+    if not radii:
+        raise InputError("there are no radii; give one or more, for example 300,500,1000")
+    if len(set(radii)) != len(radii):
+        raise InputError(f"radii are {', '.join(f'{radius:g}' for radius in radii)} m; give each of them once")
+    shares = tuple(map(float, radii_m.values())) if isinstance(radii_m, Mapping) else (1.0,) * len(radii)
+    if not (min(shares) >= 0.0 and 0.0 < sum(shares) < float("inf")):
+        raise InputError(f"shares of the way are {', '.join(f'{one:g}' for one in shares)}; allowed: >= 0, and one > 0")
+    return radii, tuple(one / sum(shares) for one in shares)
 
 
 def loaded_conicities(case: Case, wheel_load_N: float) -> list[dict[str, float]]:
@@ -110,33 +151,33 @@ def loaded_conicities(case: Case, wheel_load_N: float) -> list[dict[str, float]]
     ]
 
 
-def _of_theory(task: tuple[Vehicle, Case, tuple[float, ...], Conditions, str]) -> tuple[CurveRun, ...]:
-    vehicle, case, radii, conditions, theory = task
+def _of_theory(task: _Task) -> tuple[tuple[CurveRun, ...], StraightTrack]:
+    materials = (task.case.wheel_material, task.case.rail_material)
+    wheelset = wheelset_of_case(task.case)
     found = curves(
-        vehicle,
-        wheelset_of_case(case),
-        radii,
-        conditions=conditions,
-        theory=theory,
-        materials=(case.wheel_material, case.rail_material),
+        task.vehicle,
+        wheelset,
+        task.radii_m,
+        conditions=task.conditions,
+        theory=task.theory,
+        materials=materials,
     )
-    return tuple(found)
+    line = straight_line(task.conditions, wheelset, materials=materials, theory=task.theory)
+    return tuple(found), straight_track(task.theory, task.vehicle, line)
 
 
-def _cells(folder: Path) -> list[dict[str, str]]:
-    """Rows of a map, with the cheapest theory of forces where that was asked for."""
-    path = folder / "map.csv"
-    if not path.is_file():
-        raise InputError(f"map {folder}: there is no map.csv; give a folder that `fecontact map` wrote")
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = list(DictReader(file))
-    if not rows or not {"lateral_shift_mm", "load_kN", "verdict"} <= set(rows[0]):
-        raise InputError(f"map {path}: it has no shifts, loads and verdicts; give a folder that `fecontact map` wrote")
-    theory = folder / "map_theory.csv"
-    if theory.is_file():
-        with theory.open(encoding="utf-8", newline="") as file:
-            cheapest = {
-                (row["lateral_shift_mm"], row["load_kN"]): row.get("cheapest_theory", "") for row in DictReader(file)
-            }
-        rows = [row | {"cheapest": cheapest.get((row["lateral_shift_mm"], row["load_kN"]), "")} for row in rows]
-    return rows
+def _cells(folder: Path, case: Case, vehicle: Vehicle) -> tuple[tuple[MapCell, ...], tuple[str, ...]]:
+    """Cells of a map of the same contact, and what is other there."""
+    rows = map_rows(folder, case, but_for=_OTHER)
+    if not rows:
+        raise InputError(f"map {folder}: it has no cells; give another one")
+    cells = tuple(
+        MapCell(
+            lateral_shift_mm=float(row["lateral_shift_mm"]),
+            load_kN=float(row["load_kN"]),
+            verdict=row["verdict"] or "failed",
+            cheapest_theory=row.get("theory_cheapest") or "none",
+        )
+        for row in rows
+    )
+    return cells, ("the map's wheels have no yaw",)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from fecontact.creep import FRICTION
 from fecontact.errors import InputError
@@ -117,6 +117,14 @@ def lines_of(
         )
 
     return at
+
+
+def straight_line(
+    conditions: Conditions, wheelset: Wheelset, *, materials: tuple[Material, Material], theory: str = DEFAULT_THEORY
+) -> Line:
+    """Straight track without cant."""
+    at = lines_of(conditions, wheelset, materials=materials, theory=theory, widest_per_mm=math.inf)
+    return replace(at(0.0), speed_m_s=0.0)
 
 
 def _speed_m_s(conditions: Conditions, curvature_per_mm: float, tilt_rad: float, part: float) -> float:

@@ -97,6 +97,11 @@ class CurveRun:
     resistance_N_per_kN: float
     left_over_N: float
 
+    @property
+    def is_balanced(self) -> bool:
+        """Whether its numbers are those of an equilibrium, be it one that derails."""
+        return self.status != "no equilibrium"
+
 
 def curves(
     vehicle: Vehicle,

@@ -35,6 +35,31 @@ _SLOWEST_M_S, _FASTEST_M_S, _SPEEDS = 2.0, 250.0, 60
 _SPEED_WITHIN_M_S = 0.01
 
 
+@dataclass(frozen=True, kw_only=True)
+class StraightTrack:
+    """How a vehicle runs on straight track.
+
+    Attributes
+    ----------
+    critical_speed_km_h
+        From which on an oscillation grows; None if there is none, or no equilibrium.
+    frequency_Hz, wavelength_m
+        Of the least damped oscillation: of hunting, where it begins, or else at `slow_km_h`.
+    slow_wavelength_m
+        At `slow_km_h`, where masses count for nothing: Klingel's, of what the suspension holds together.
+    problem
+        Why there is nothing, or what is to be said.
+    """
+
+    theory: str
+    critical_speed_km_h: float | None = None
+    frequency_Hz: float | None = None
+    wavelength_m: float | None = None
+    slow_km_h: float = 3.6 * _SLOWEST_M_S
+    slow_wavelength_m: float | None = None
+    problem: str = ""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LinearModel:
     """A vehicle linearised about its equilibrium on straight track: what does not hang on the speed.
@@ -131,6 +156,30 @@ def hunting(model: LinearModel, speed_m_s: float) -> Hunting:
     return Hunting(
         speed_m_s=speed_m_s, growth_per_s=float(worst.real), frequency_Hz=float(worst.imag) / (2.0 * math.pi)
     )
+
+
+def straight_track(theory: str, vehicle: Vehicle, line: Line) -> StraightTrack:
+    """Critical speed and wavelengths on a straight line, by a theory that `line` has; without an equilibrium, why."""
+    try:
+        model = linear_model(vehicle, line)
+    except InputError as error:
+        return StraightTrack(theory=theory, problem=str(error))
+    critical, slow = critical_speed_m_s(model), hunting(model, _SLOWEST_M_S)
+    at = slow if critical is None else hunting(model, critical)
+    return StraightTrack(
+        theory=theory,
+        critical_speed_km_h=None if critical is None else 3.6 * critical,
+        frequency_Hz=at.frequency_Hz,
+        wavelength_m=at.wavelength_m,
+        slow_wavelength_m=slow.wavelength_m,
+        problem=_said_of(critical),
+    )
+
+
+def _said_of(critical_m_s: float | None) -> str:
+    if critical_m_s is None:
+        return f"no oscillation grows up to {3.6 * _FASTEST_M_S:g} km/h"
+    return f"an oscillation grows at all speeds from {3.6 * critical_m_s:g} km/h on" * (critical_m_s == _SLOWEST_M_S)
 
 
 def critical_speed_m_s(model: LinearModel) -> float | None:

@@ -2,22 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from fecontact.dimensions import TrackSide
 from fecontact.vehicle.conditions import Conditions
-from fecontact.vehicle.curve import CurveRun, WheelRun, WheelsetRun
+from fecontact.vehicle.curve import CurveRun, WheelRun
+from fecontact.vehicle.differences import Difference
 from fecontact.vehicle.model import Vehicle
+from fecontact.vehicle.stability import StraightTrack
 
-_NO_CELL = "not on the map"
-# Of the smallest steps of the map's shifts, and of its smallest ratio of loads, so far beyond its ends.
+NO_EQUILIBRIUM, NO_CELL = "no equilibrium", "not on the map"
+"""What stands for a verdict where there is none."""
+# So far beyond the ends of a map's shifts, and of its loads as a ratio, the cell at the end still counts.
 _BEYOND_MM, _BEYOND_LOAD = 0.5, 1.25
 
 
 @dataclass(frozen=True, kw_only=True)
+class MapCell:
+    """What a map of the left wheel says at a shift and a load: the verdict of Hertz, and the cheapest theory."""
+
+    lateral_shift_mm: float
+    load_kN: float
+    verdict: str
+    cheapest_theory: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class Visit:
-    """Where a wheel is on a map of the left wheel: its shift there, its load, and what the nearest cell says."""
+    """Where a wheel is on a map of the left wheel: its shift there, its load, its yaw, and the nearest cell."""
 
     theory: str
     radius_m: float
@@ -26,10 +39,17 @@ class Visit:
     lateral_shift_mm: float
     vertical_force_N: float
     yaw_mrad: float
-    cell_shift_mm: float | None
-    cell_load_kN: float | None
-    verdict: str
-    cheapest_theory: str | None
+    cell: MapCell | None
+
+    @property
+    def verdict(self) -> str:
+        """Of the cell."""
+        return NO_CELL if self.cell is None else self.cell.verdict
+
+    @property
+    def cheapest_theory(self) -> str:
+        """The cheapest one that holds in the cell."""
+        return NO_CELL if self.cell is None else self.cell.cheapest_theory
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -42,8 +62,14 @@ class Curves:
         By theory, in the order of the radii.
     share
         What part of the way each radius has.
-    visits
-        All wheels on a map; none without one.
+    straight
+        What each theory says of straight track.
+    differences
+        Each theory against the last.
+    cells, visits
+        Of a map, and all wheels on it; none without one.
+    notes
+        What is to be said of the map.
     """
 
     vehicle: Vehicle
@@ -51,45 +77,45 @@ class Curves:
     radii_m: tuple[float, ...]
     share: tuple[float, ...]
     runs: Mapping[str, tuple[CurveRun, ...]]
+    straight: tuple[StraightTrack, ...] = ()
+    differences: tuple[Difference, ...] = ()
+    cells: tuple[MapCell, ...] = ()
     visits: tuple[Visit, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def visited(self, theory: str) -> Mapping[str, float]:
-        """Share of the way, over all wheels, by what the map says where they are."""
-        own = [visit for visit in self.visits if visit.theory == theory]
-        parts = dict(zip(self.radii_m, self.share, strict=True))
+        """Share of the way, over all wheels, by the verdict where they are; where they have no equilibrium, that."""
+        return self._shares(theory, lambda visit: visit.verdict)
+
+    def sufficient(self, theory: str) -> Mapping[str, float]:
+        """Share of the way, over all wheels, by the cheapest theory that holds where they are."""
+        return self._shares(theory, lambda visit: visit.cheapest_theory)
+
+    def _shares(self, theory: str, of: Callable[[Visit], str]) -> Mapping[str, float]:
         found: dict[str, float] = {}
-        for radius, part in parts.items():
-            here = [visit for visit in own if visit.radius_m == radius]
-            for visit in here:
-                found[visit.verdict] = found.get(visit.verdict, 0.0) + part / len(here)
+        for radius, part in zip(self.radii_m, self.share, strict=True):
+            here = [of(one) for one in self.visits if (one.theory, one.radius_m) == (theory, radius)]
+            for name in here or [NO_EQUILIBRIUM]:
+                found[name] = found.get(name, 0.0) + part / max(len(here), 1)
         return found
 
 
-def visits_on(runs: Mapping[str, Sequence[CurveRun]], cells: Sequence[Mapping[str, str]]) -> list[Visit]:
-    """All wheels of all equilibria on the cells of a map: rows with shift, load, verdict and cheapest theory."""
-    return [
-        _visit(theory, run, number, wheelset, wheel, cells)
+def visits_on(runs: Mapping[str, Sequence[CurveRun]], cells: Sequence[MapCell]) -> tuple[Visit, ...]:
+    """All wheels of all equilibria on the cells of a map."""
+    return tuple(
+        _visit(theory, run, number, wheel, cells)
         for theory, own in runs.items()
         for run in own
-        if run.status == "equilibrium"
+        if run.is_balanced
         for number, wheelset in enumerate(run.wheelsets, start=1)
         for wheel in wheelset.wheels
-    ]
-
-
-def _visit(
-    theory: str, run: CurveRun, number: int, wheelset: WheelsetRun, wheel: WheelRun, cells: Sequence[Mapping[str, str]]
-) -> Visit:
-    """A wheel on the map; the right one is the left one of the mirror image."""
-    sign = 1.0 if wheel.side == "left" else -1.0
-    shift, load = sign * wheelset.lateral_shift_mm, 1e-3 * wheel.vertical_force_N
-    shifts, loads = ([float(cell[key]) for cell in cells] for key in ("lateral_shift_mm", "load_kN"))
-    on_map = (
-        min(shifts) - _BEYOND_MM <= shift <= max(shifts) + _BEYOND_MM
-        and min(loads) / _BEYOND_LOAD <= load <= max(loads) * _BEYOND_LOAD
     )
-    # the nearest shift first: what a load changes is less
-    cell = min(cells, key=lambda one: (abs(float(one["lateral_shift_mm"]) - shift), abs(float(one["load_kN"]) - load)))
+
+
+def _visit(theory: str, run: CurveRun, number: int, wheel: WheelRun, cells: Sequence[MapCell]) -> Visit:
+    """A wheel on the map; the right one is the left one of the mirror image."""
+    wheelset, sign = run.wheelsets[number - 1], 1.0 if wheel.side == "left" else -1.0
+    shift = sign * wheelset.lateral_shift_mm
     return Visit(
         theory=theory,
         radius_m=run.radius_m,
@@ -98,8 +124,17 @@ def _visit(
         lateral_shift_mm=shift,
         vertical_force_N=wheel.vertical_force_N,
         yaw_mrad=sign * wheelset.yaw_mrad,
-        cell_shift_mm=float(cell["lateral_shift_mm"]) if on_map else None,
-        cell_load_kN=float(cell["load_kN"]) if on_map else None,
-        verdict=(cell["verdict"] or "failed") if on_map else _NO_CELL,
-        cheapest_theory=cell.get("cheapest") or None if on_map else None,
+        cell=_nearest(cells, shift, 1e-3 * wheel.vertical_force_N),
     )
+
+
+def _nearest(cells: Sequence[MapCell], shift_mm: float, load_kN: float) -> MapCell | None:
+    """The cell of the nearest shift, and there of the nearest load: what a load changes is less."""
+    shifts, loads = ([getattr(cell, name) for cell in cells] for name in ("lateral_shift_mm", "load_kN"))
+    on_map = (
+        min(shifts) - _BEYOND_MM <= shift_mm <= max(shifts) + _BEYOND_MM
+        and min(loads) / _BEYOND_LOAD <= load_kN <= max(loads) * _BEYOND_LOAD
+    )
+    if not on_map:
+        return None
+    return min(cells, key=lambda cell: (abs(cell.lateral_shift_mm - shift_mm), abs(cell.load_kN - load_kN)))

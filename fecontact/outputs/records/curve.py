@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -18,14 +19,20 @@ def curves_record(found: Curves) -> Record:
         "schema": CURVE_SCHEMA,
         "vehicle": asdict(found.vehicle),
         "conditions": asdict(found.conditions),
+        "differences": [asdict(one) for one in found.differences],
+        "straight_track": [asdict(one) for one in found.straight],
         "curves": [_run_record(run) for runs in found.runs.values() for run in runs],
     }
-    if found.visits:
-        record["visits"] = [asdict(visit) for visit in found.visits]
-        record["visited_percent"] = {
-            theory: {zone: 1e2 * part for zone, part in found.visited(theory).items()} for theory in found.runs
-        }
+    if found.cells:
+        record["visits"] = [asdict(visit) | {"verdict": visit.verdict} for visit in found.visits]
+        record["visited_percent"] = {theory: _percent(found.visited(theory)) for theory in found.runs}
+        record["cheapest_theory_percent"] = {theory: _percent(found.sufficient(theory)) for theory in found.runs}
+        record["map_notes"] = list(found.notes)
     return record
+
+
+def _percent(parts: Mapping[str, float]) -> Record:
+    return {name: 1e2 * part for name, part in parts.items()}
 
 
 def _run_record(run: CurveRun) -> Record:

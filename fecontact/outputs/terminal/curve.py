@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from fecontact.outputs.tables.table import Table, TableRow, columns_of, missing
 from fecontact.outputs.terminal.console import print_notes, print_table, say, standard_console
-from fecontact.outputs.words.curve import ZONES
+from fecontact.outputs.words.curve import ZONES, difference_words, share_words, straight_words
 from fecontact.vehicle.curve import CurveRun, WheelsetRun
 from fecontact.vehicle.model import Vehicle
 from fecontact.vehicle.visits import Curves
@@ -17,15 +17,24 @@ if TYPE_CHECKING:
 
 
 def print_curves(found: Curves, console: Console | None = None) -> None:
-    """Print a table a theory, what theories change, and where the wheels are on the map."""
+    """Print what theories change, a table a theory, straight track, and where the wheels are on the map."""
     console = console or standard_console()
+    for one in found.differences:
+        say(console, difference_words(one))
     for theory, runs in found.runs.items():
         _print_theory(found.vehicle, theory, runs, console)
-    _print_differences(found.runs, console)
-    for theory in found.runs if found.visits else ():
-        parts = found.visited(theory)
-        told = ", ".join(f"{zone} {1e2 * parts[zone]:.0f} %" for zone in ZONES if parts.get(zone))
-        say(console, f"{theory}: of the way of all wheels {told}")
+    for straight in found.straight:
+        say(console, straight_words(straight))
+    if found.cells:
+        _print_map(found, console)
+
+
+def _print_map(found: Curves, console: Console) -> None:
+    for theory in found.runs:
+        say(console, f"{theory}: of the way of all wheels {share_words(found.visited(theory), ZONES)}")
+        say(console, f"{theory}: the cheapest theory that holds there: {share_words(found.sufficient(theory))}")
+    yaw = max((abs(visit.yaw_mrad) for visit in found.visits), default=0.0)
+    print_notes((f"{note}; here up to {yaw:.1f} mrad" for note in found.notes), console)
 
 
 def _print_theory(vehicle: Vehicle, theory: str, runs: Sequence[CurveRun], console: Console) -> None:
@@ -37,17 +46,18 @@ def _print_theory(vehicle: Vehicle, theory: str, runs: Sequence[CurveRun], conso
     for run in runs:
         for number, wheelset in enumerate(run.wheelsets, start=1):
             first = number == 1
-            resists = first and run.status != "no equilibrium"
+            resists = first and run.is_balanced
             cells = [f"{run.radius_m:g}" if first else "", f"{run.speed_km_h:.0f}" if first else "", str(number)]
             cells += [*_cells(run, wheelset), _number(run.resistance_N_per_kN, ".2f") if resists else ""]
             lines.append(TableRow(cells=cells))
-    title = f"{vehicle.name}, normal forces by {theory}; shift > 0 and yaw > 0 to the left"
+    which = "" if vehicle.bogie is None else ", leading bogie" if vehicle.bogie.leads else ", trailing bogie"
+    title = f"{vehicle.name}{which}, normal forces by {theory}; shift > 0 and yaw > 0 to the left"
     print_table(console, Table(title=title, columns=columns_of(*headings), rows=lines))
     print_notes((f"R {run.radius_m:g} m: {run.status}: {'; '.join(run.notes)}" for run in runs if run.notes), console)
 
 
 def _cells(run: CurveRun, wheelset: WheelsetRun) -> list[str]:
-    if run.status == "no equilibrium":
+    if not run.is_balanced:
         return ["none", *[""] * 5]
     left, right = wheelset.wheels
     return [
@@ -56,38 +66,6 @@ def _cells(run: CurveRun, wheelset: WheelsetRun) -> list[str]:
         *(_number(wheel.y_over_q, "+z.2f") for wheel in (left, right)),
         *(" + ".join(f"{1e-3 * patch.normal_force_N:.1f}" for patch in wheel.patches) for wheel in (left, right)),
     ]
-
-
-def _print_differences(runs: Mapping[str, tuple[CurveRun, ...]], console: Console) -> None:
-    """What each theory changes against the last one, wheelset by wheelset, where both have an equilibrium."""
-    *others, reference = runs
-    for theory in others:
-        pairs = [(one, other) for one, other in zip(runs[theory], runs[reference], strict=True) if _both(one, other)]
-        missing = [f"{one.radius_m:g}" for one in runs[theory] if one.status == "no equilibrium"]
-        if missing:
-            say(console, f"{theory} has no equilibrium at R {', '.join(missing)} m")
-        if not pairs:
-            continue
-        shift, at = max(
-            (abs(a.lateral_shift_mm - b.lateral_shift_mm), one.radius_m)
-            for one, other in pairs
-            for a, b in zip(one.wheelsets, other.wheelsets, strict=True)
-        )
-        guiding, where = max(
-            (abs(a.wheels[k].y_over_q - b.wheels[k].y_over_q), one.radius_m)
-            for one, other in pairs
-            for a, b in zip(one.wheelsets, other.wheelsets, strict=True)
-            for k in (0, 1)
-        )
-        say(
-            console,
-            f"{theory} against {reference}: shift differs by up to {shift:.2f} mm (R {at:g} m), Y/Q by up to"
-            f" {guiding:.3f} (R {where:g} m)",
-        )
-
-
-def _both(one: CurveRun, other: CurveRun) -> bool:
-    return "no equilibrium" not in (one.status, other.status)
 
 
 def _number(value: float, form: str) -> str:
