@@ -64,7 +64,8 @@ The story, step by step:
 Many cases are solved by `fecontact.run(CASES, FOLDER)`, shifts and loads by `fecontact.map(CASE, SHIFTS, LOADS,
 FOLDER)`; `fecontact.load(FOLDER)` reads back what they and `fecontact solve --out` wrote, and `fecontact.judge(FOLDER)`
 judges it again. What needs no finite elements: `fecontact.hertz`, `theory`, `table`, `place` and `geometry` of a case,
-`creep` of an ellipse, a vehicle in a `curve`, and the list of `theories`. The commands of these names do the same and print it.
+`creep` of an ellipse, a vehicle in a `curve`, and the list of `theories`. The commands of these names do the same and
+print it.
 """
 
 from importlib import import_module

@@ -37,7 +37,6 @@ def test_the_door_has_what_the_commands_do_and_all_parts_of_a_case():
     commands = {name for name in app if not name.startswith("-")}
     # what they print of a machine, of files and of two sets of results is no function of a case
     others = {
-        "curve",
         "demo",
         "guide",
         "doctor",
@@ -65,7 +64,7 @@ def test_rooms_that_have_the_name_of_a_function_are_called_as_it(tmp_path):
         fecontact.map(Case(), [], [], tmp_path)
 
 
-@pytest.mark.parametrize("module", ["runs.analytic", "runs.wheelset", "solving.preview"])
+@pytest.mark.parametrize("module", ["runs.analytic", "runs.wheelset", "runs.curving", "solving.preview"])
 def test_the_examples_of_functions_have_these_numbers(module):
     done = doctest.testmod(importlib.import_module(f"fecontact.{module}"))
     assert done.attempted >= 2

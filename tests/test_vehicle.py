@@ -2,7 +2,8 @@
 
 import json
 import math
-from dataclasses import replace
+import re
+from dataclasses import FrozenInstanceError, replace
 from functools import cache
 from pathlib import Path
 
@@ -10,12 +11,19 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, fsolve
 
+import fecontact
+from fecontact.case import Case
 from fecontact.cli import call
+from fecontact.comparison.theories import THEORIES
 from fecontact.dimensions import Track
 from fecontact.errors import InputError
+from fecontact.files import write_sealed
 from fecontact.geometry.placement import pair_of
 from fecontact.geometry.wheelset import Wheelset
 from fecontact.material import STEEL, contact_modulus_MPa
+from fecontact.outputs.records.map import MAP_SCHEMA
+from fecontact.outputs.records.results import shown_case_record
+from fecontact.outputs.tables.csv_file import write_csv
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.segments import Line as Segment
@@ -23,13 +31,13 @@ from fecontact.profiles.shapes import circular_rail_head
 from fecontact.theory.creep.kalker import kalker_coefficients
 from fecontact.theory.creep.motion import wheelset_creepages
 from fecontact.vehicle import model
-from fecontact.vehicle.conditions import Conditions
-from fecontact.vehicle.curve import curves, nadal_limit
-from fecontact.vehicle.equilibrium import solve_at, straight_start
+from fecontact.vehicle.conditions import Conditions, lines_of, straight_line
+from fecontact.vehicle.curve import curves, nadal_limit, steepest_rad
+from fecontact.vehicle.equilibrium import path, solve_at, straight_start
 from fecontact.vehicle.loaded import conicity_shifts, loaded_conicity, loaded_contacts
-from fecontact.vehicle.model import Vehicle, built_in_vehicles, load_vehicle
+from fecontact.vehicle.model import Vehicle, built_in_vehicles, load_vehicle, with_bogie
 from fecontact.vehicle.normal import NORMAL_THEORIES
-from fecontact.vehicle.stability import critical_speed_m_s, hunting, linear_model
+from fecontact.vehicle.stability import critical_speed_m_s, eigenvalues, hunting, linear_model
 from fecontact.vehicle.steady import Line, balance, without_rails
 from fecontact.vehicle.surfaces import Overlap, Surfaces
 from fecontact.vehicle.wheel_force import ContactLaw, Motion, wheel_force
@@ -200,6 +208,11 @@ def test_normal_theories_on_a_circle_are_hertz(theory, approach, factor, limit):
         assert pressed.half_length_mm.max() == pytest.approx(math.sqrt(radius * deep), rel=0.02)
 
 
+def test_theories_of_vehicles_are_those_that_are_judged():
+    # overlapping strips are no theory of the pressure; half a junction's ellipse is none of a vehicle
+    assert set(NORMAL_THEORIES) - {"overlap"} == set(THEORIES) - {"hertz_gauge"}
+
+
 # S1002 on 60E1
 
 
@@ -263,6 +276,21 @@ def test_the_half_space_knows_how_a_loaded_wheelset_steers():
     found = loaded_contacts(wheelset(), list(STEERING), 60e3, theory="half_space")
     for contact, (exact, _) in zip(found, STEERING.values(), strict=True):
         assert contact.radius_difference_mm == pytest.approx(exact, rel=0.02), contact.shift_mm
+
+
+@pytest.mark.parametrize(("shift", "exact"), [(0.1, 0.0444), (0.25, 0.1110)])
+def test_the_half_space_of_vehicles_is_that_of_the_ladder(shift, exact):
+    # another program has 0.042 and 0.107; the ladder's half-space on grids of 0.04 mm what is here, 2 um either wheel
+    (found,) = loaded_contacts(wheelset(), [shift], 60e3, theory="half_space")
+    assert found.radius_difference_mm == pytest.approx(exact, abs=1e-3)
+
+
+def test_strips_with_influence_on_each_other_steer_like_the_half_space():
+    found = loaded_contacts(wheelset(), list(STEERING), 60e3, theory="strip")
+    for contact, (exact, _) in zip(found, STEERING.values(), strict=True):
+        # within 0.2 mm where two patches carry, on the flange root
+        limit = 0.06 if contact.shift_mm > 4.6 else 0.02
+        assert contact.radius_difference_mm == pytest.approx(exact, rel=limit), contact.shift_mm
 
 
 def test_overlapping_strips_are_near_to_it():
@@ -404,6 +432,26 @@ def test_the_rails_carry_the_bogie_and_its_half_of_the_body(unbalanced):
     assert outwards == pytest.approx(mass * unbalanced, abs=1e-3)
 
 
+def test_bodies_turn_their_bogies_against_each_other():
+    # the secondary suspension turns the leading bogie outwards, the trailing one inwards
+    made, line = load_vehicle("manchester"), replace(cone_line(-1e-3 / 300.0), speed_m_s=0.0)
+    yaw = [without_rails(np.zeros(13), with_bogie(made, which), line)[-1] for which in ("leading", "trailing")]
+    wanted = 2.0 * 160e3 * 1.0**2 * 9.5 / 300.0
+    assert 0.5 * (yaw[0] - yaw[1]) == pytest.approx(wanted, rel=1e-12)
+    assert wanted == pytest.approx(10.1e3, rel=0.01)
+
+
+def test_a_path_of_slopes_from_before_ends_where_newtons_does():
+    made = load_vehicle("manchester")
+    found = run("manchester", RADII)[2]
+    lines = lines_of(Conditions(), wheelset(), materials=(STEEL, STEEL), widest_per_mm=1e-3 / 3000.0)
+    state = [number for one in found.wheelsets for number in (one.lateral_shift_mm, one.yaw_mrad)]
+    (alone,) = path(made, lines, [-1e-3 / 500.0])
+    anew = solve_at(alone.state + 1e-2, made, lines(-1e-3 / 500.0))
+    assert anew.status == "equilibrium"
+    assert [anew.state[k] for k in (0, 3, 5, 8)] == pytest.approx(state, abs=1e-8)
+
+
 def test_a_wheel_out_of_reach_carries_nothing():
     motion = Motion(shift_mm=0.0, height_mm=470.0, roll_rad=0.0, yaw_rad=0.0, slip=0.0, curvature_per_mm=0.0)
     law = cone_line().law
@@ -427,6 +475,45 @@ def test_a_wheel_out_of_reach_carries_nothing():
 def test_curves_that_cannot_be_run_are_refused(radii, conditions, theory, message):
     with pytest.raises(InputError, match=message):
         curves(load_vehicle("manchester"), wheelset(), radii, theory=theory, conditions=Conditions(**conditions))
+
+
+def test_a_wheelbase_that_does_not_fit_into_the_gauge_is_refused():
+    made = load_vehicle("manchester")
+    assert made.bogie is not None
+    long = replace(made, bogie=replace(made.bogie, frame=replace(made.bogie.frame, half_wheelbase_m=5.0)))
+    # the arrow of 10 m in the clearance: a wheel climbs from 6.5 mm on, and its flange is steepest some mm further
+    with pytest.raises(InputError, match=r"radius is 500 m; allowed: \d+ m .* does not fit into the clearance") as told:
+        curves(long, wheelset(), [500.0])
+    least = float(re.search(r"allowed: (\d+) m", str(told.value)).group(1))
+    assert 5.0**2 / 2.0 / 18e-3 < least < 5.0**2 / 2.0 / 13e-3
+
+
+def test_an_equilibrium_that_derails_is_said_to():
+    made = load_vehicle("manchester")
+    conditions = Conditions(friction=1.0, unbalanced_m_s2=1.0)
+    (one,) = curves(made, wheelset(), [250.0], conditions=conditions)
+    assert one.status == "derails"
+    # the inner wheel has more Y/Q, but no flange at its rail
+    (note,) = one.notes
+    limit = nadal_limit(steepest_rad(wheelset(), "left"), 1.0)
+    assert note == f"wheelset 1, left: Y/Q {one.wheelsets[0].wheels[0].y_over_q:.2f} is beyond Nadal's {limit:.2f}"
+    assert one.wheelsets[0].wheels[1].y_over_q > one.wheelsets[0].wheels[0].y_over_q > limit
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"vehicle": "wheelset", "bogie": "trailing"}, "free wheelset has none"),
+        ({"bogie": "middle"}, "allowed: leading, trailing"),
+        ({"radii_m": []}, "there are no radii"),
+        ({"radii_m": [300.0, 300.0]}, "give each of them once"),
+        ({"radii_m": {300.0: -1.0}}, "shares of the way are -1"),
+        ({"theories": ["overlap", "overlap"]}, "theories are overlap, overlap"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(given, message):
+    with pytest.raises(InputError, match=message):
+        fecontact.curve(**given)
 
 
 @pytest.mark.parametrize("given", [{"friction": 0.0}, {"cant_mm": -1.0}, {"speed_km_h": math.inf}])
@@ -466,17 +553,33 @@ def test_nadals_limit():
 # the command
 
 
-def test_the_command_writes_tables_and_pictures_and_finds_wheels_on_a_map(tmp_path, capsys):
-    cells = [
-        {"lateral_shift_mm": shift, "load_kN": load, "verdict": "HOLDS" if shift < 4.5 else "FAILS"}
-        for shift in range(-6, 7)
-        for load in (50, 70)
-    ]
-    keys = list(cells[0])
-    rows = [",".join(keys), *(",".join(str(cell[key]) for key in keys) for cell in cells)]
-    (tmp_path / "map.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+@pytest.fixture
+def mapped(tmp_path):
+    """A map as `fecontact map` writes it, with planted verdicts: beyond 4.5 mm Hertz fails and strips hold."""
+
+    def write(case: Case) -> Path:
+        cells = [
+            {
+                "lateral_shift_mm": float(shift),
+                "load_kN": load,
+                "verdict": "HOLDS" if shift < 4.5 else "FAILS",
+                "theory_cheapest": "hertz" if shift < 4.5 else "strip",
+            }
+            for shift in range(-6, 7)
+            for load in (50.0, 70.0)
+        ]
+        write_csv(cells, tmp_path / "map.csv")
+        document = {"schema": MAP_SCHEMA, "case": shown_case_record(case), "cells": []}
+        write_sealed(tmp_path / "map.json", document, [tmp_path / "map.csv"])
+        return tmp_path
+
+    return write
+
+
+def test_the_command_writes_tables_and_pictures_and_finds_wheels_on_a_map(mapped, tmp_path, capsys):
+    folder = mapped(Case(roll="touching"))
     given = ["curve", "--vehicle", "wheelset", "--radii", "400,1000", "--theory", "overlap,kik_piotrowski"]
-    code = call([*given, "--map", str(tmp_path), "--shares", "1,3", "--out", str(tmp_path / "out"), "--json"])
+    code = call([*given, "--map", str(folder), "--shares", "1,3", "--out", str(tmp_path / "out"), "--json"])
     record = json.loads(capsys.readouterr().out)
     assert code == 0
     assert [curve["radius_m"] for curve in record["curves"]] == [400.0, 1000.0] * 2
@@ -485,10 +588,49 @@ def test_the_command_writes_tables_and_pictures_and_finds_wheels_on_a_map(tmp_pa
     assert len(wheels[0]["patches"]) == 2
     # at R 400 the left wheel is at 4.9 mm and fails, the right one at -4.9; at R 1000 both hold
     assert record["visited_percent"]["overlap"] == pytest.approx({"HOLDS": 87.5, "FAILS": 12.5})
+    assert record["cheapest_theory_percent"]["overlap"] == pytest.approx({"hertz": 87.5, "strip": 12.5})
+    assert [one["theory"] for one in record["straight_track"]] == ["overlap", "kik_piotrowski"]
     for name in ("curve.csv", "curve.json", "curve.png", "curve_map.png"):
         assert (tmp_path / "out" / name).stat().st_size > 500
     assert call([*given, "--map", str(tmp_path / "out")]) == 2
-    assert "there is no map.csv" in capsys.readouterr().err
-    assert call(given) == 0
-    printed = capsys.readouterr().out
-    assert "overlap against kik_piotrowski: shift differs by up to" in printed
+    assert "map.json" in capsys.readouterr().err
+    assert call([*given, "--map", str(folder), "--rail", "60E2"]) == 2
+    assert "the map of another contact (rail '60E1' there, '60E2' here)" in capsys.readouterr().err
+    assert call([*given, "--shares", "1"]) == 2
+    assert "there are 1 shares for 2 radii" in capsys.readouterr().err
+
+
+def test_what_theories_change_stands_first(capsys):
+    assert call(["curve", "--vehicle", "wheelset", "--radii", "1500", "--theory", "multi_hertz,overlap"]) == 3
+    first, *others = capsys.readouterr().out.splitlines()
+    assert first.startswith("multi_hertz against overlap: no equilibrium at R 1500 m, the critical speed by +")
+    assert any(line.startswith("straight track, overlap: critical speed ") for line in others)
+
+
+def test_the_help_names_every_theory(capsys):
+    call(["curve", "--help"])
+    shown = capsys.readouterr().out
+    assert [name for name in NORMAL_THEORIES if name not in shown] == []
+
+
+def test_python_has_what_the_command_prints():
+    made = load_vehicle("manchester")
+    assert made.bogie is not None
+    found = fecontact.curve(made, {500.0: 1.0, -500.0: 3.0}, conditions=fecontact.Conditions(friction=0.3))
+    assert found.share == (0.25, 0.75)
+    right, left = found.runs["overlap"]
+    assert right.wheelsets == run("manchester", (500.0, -500.0))[0].wheelsets
+    assert left.wheelsets[0].lateral_shift_mm == pytest.approx(-right.wheelsets[0].lateral_shift_mm, abs=1e-10)
+    (straight,) = found.straight
+    line = straight_line(Conditions(), wheelset(), materials=(STEEL, STEEL))
+    model = linear_model(made, line)
+    assert straight.critical_speed_km_h == pytest.approx(3.6 * critical_speed_m_s(model))
+    # of what is there, not of what the program says: at this speed nothing grows and nothing fades
+    rates = eigenvalues(model, straight.critical_speed_km_h / 3.6)
+    worst = rates[np.argmax(rates.real)]
+    assert abs(worst.real) < 1e-2 * abs(worst.imag)
+    assert straight.wavelength_m == pytest.approx(
+        straight.critical_speed_km_h / 3.6 * 2.0 * math.pi / abs(worst.imag), rel=1e-6
+    )
+    with pytest.raises(FrozenInstanceError):
+        found.share = ()

@@ -195,7 +195,9 @@ def _derailing(runs: Sequence[WheelsetRun], wheelset: Wheelset, friction: float)
             steepest = steepest_rad(wheelset, side)
             limit = nadal_limit(steepest, friction)
             main = max(wheel.patches, key=lambda patch: patch.normal_force_N, default=None)
-            if wheel.y_over_q > limit:
+            # the other wheel has its flange away from the rail, and friction alone
+            towards = run.lateral_shift_mm if side == "left" else -run.lateral_shift_mm
+            if wheel.y_over_q > limit and towards > 0.0:
                 notes.append(f"wheelset {number}, {side}: Y/Q {wheel.y_over_q:.2f} is beyond Nadal's {limit:.2f}")
             elif main is not None and main.angle_rad > steepest - _STEEPEST_RAD:
                 notes.append(f"wheelset {number}, {side}: it runs on the steepest place of its flange")

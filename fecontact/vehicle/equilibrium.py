@@ -33,6 +33,8 @@ _WELL_DOWN = 0.3
 _LONGEST_STEP = 0.6
 # Curvature (1/mm) of the first step from straight track, growth of steps, and the smallest part of a curvature.
 _FIRST_STEP, _GROWTH, _SMALLEST_STEP = 5e-8, 2.0, 1e-3
+# Two places on the path have a direction if they are farther apart than this part of their curvature.
+_APART = 0.02
 # Farther (mm, mrad) from where the path leads an equilibrium is taken for one of another path.
 _ON_THE_PATH = 0.5
 _STARTS_MM = (0.0, 4.5, -4.5)
@@ -236,7 +238,9 @@ class _Path:
             start, self._vehicle, self._lines(there), slopes=self._known[-1].slopes, between=there != curvature
         )
         if one.status == "equilibrium" and _near(one.state, start, self._vehicle):
-            self._known = [*self._known[-1:], one]
+            # a direction is not taken from two places that are nearly one
+            before = self._known[-1] if step > _APART * abs(self._here) else self._known[0]
+            self._known = [before, one]
             self._step = _GROWTH * max(step, _FIRST_STEP)
         elif step < max(_SMALLEST_STEP * abs(self._here), 1e-3 * _FIRST_STEP):
             self._broken_at = there
