@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
-from fecontact.outputs.tables.table import missing
 from fecontact.vehicle.differences import Difference
 from fecontact.vehicle.stability import StraightTrack
 from fecontact.vehicle.visits import NO_CELL, NO_EQUILIBRIUM
@@ -18,7 +18,7 @@ def difference_words(one: Difference) -> str:
     parts = []
     if one.without_m:
         parts.append(f"no equilibrium at R {', '.join(f'{radius:g}' for radius in one.without_m)} m")
-    if not missing(one.shift_mm):
+    if math.isfinite(one.shift_mm):
         parts.append(f"shift differs by up to {one.shift_mm:.2f} mm (R {one.shift_at_m:g} m)")
         parts.append(f"Y/Q by up to {one.y_over_q:.3f} (R {one.y_over_q_at_m:g} m)")
     if one.critical_speed is not None:
