@@ -185,13 +185,13 @@ def _draw_series(ax: Axes, group: Sequence[Row], key: str, *, unsure: Any = None
     shift = np.array([float(row["lateral_shift_mm"]) for row in group])
     value = np.array([np.nan if row.get(key) is None else float(row[key]) for row in group])
     good = np.array([usable(row) for row in group])
-    usable = np.where(good, value, np.nan)
+    shown = np.where(good, value, np.nan)
     # NaN breaks the line, so that nobody reads a value between a good and a bad row, or in the midst of a jump
     breaks = [number for number in range(1, len(group)) if _jumps(group[number - 1], group[number])]
-    ax.plot(np.insert(shift, breaks, np.nan), np.insert(usable, breaks, np.nan), lw=1.6, ms=5.5, **style)
+    ax.plot(np.insert(shift, breaks, np.nan), np.insert(shown, breaks, np.nan), lw=1.6, ms=5.5, **style)
     if unsure is not None:
         error = np.array([unsure(row) for row in group])
-        ax.errorbar(shift, usable, yerr=error, fmt="none", ecolor=style["color"], capsize=2.5, lw=1.0)
+        ax.errorbar(shift, shown, yerr=error, fmt="none", ecolor=style["color"], capsize=2.5, lw=1.0)
     ax.plot(shift[~good], value[~good], color=style["color"], marker="x", ms=9, mew=2.0, ls="none")
 
 
