@@ -203,6 +203,13 @@ _REFINE = Number(
     remedy="0 never refines",
 )
 
+_EVIDENCE = Flag(
+    group="solution",
+    label="evidence",
+    help="Refine also until the elements' own nodes know the verdict by themselves, within the refinement limit",
+    alone=True,
+)
+
 
 @by_name
 @dataclass(frozen=True, kw_only=True)
@@ -247,6 +254,7 @@ class Case:
     wheel_file: Reading = field(default_factory=Reading, metadata={"part": Part(group="profiles", body="wheel")})
     creep: Creep = field(default_factory=Creep, metadata={"part": Part(group="creep")})
     refine_degrees_of_freedom: int = field(default=400_000, metadata={"input": _REFINE})
+    evidence: bool = field(default=False, metadata={"input": _EVIDENCE})
 
     library: str | None = field(default=None, metadata={"input": _LIBRARY})
 

@@ -165,6 +165,10 @@ ROWS: dict[tuple[str, str], Row] = {
         "flange_climb", "--flange-climb", True, True, "perhaps", "perhaps",
         "flange climb is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default no",
     ),
+    ("", "evidence"): Row(
+        "evidence", "--evidence", True, True, "perhaps", "perhaps",
+        "evidence is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default no",
+    ),
     ("", "side"): Row(
         "side", "--side", "right", "right", "rigth", "rigth",
         "side is 'rigth'; allowed: left, right; did you mean right?", ": left, right; default left",

@@ -20,13 +20,15 @@ from fecontact.comparison.solved_load import ELEMENTS_OFF
 from fecontact.contact.elements import COMPLIANCE_LIMIT, UnitResponse
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.halfspace import along_normals, half_space_below
+from fecontact.criteria import Criteria
 from fecontact.fe.body_mesh import BodyMesh
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.material import STEEL
 from fecontact.solving import coupled_mesh
 from fecontact.solving.coupled_mesh import couple, coupled_problem
-from fecontact.solving.meshes import Meshes
+from fecontact.solving.meshes import Meshes, is_open
 from fecontact.solving.position import Position, position_of
+from fecontact.solving.solve import solve
 from fecontact.solving.zone import fine_zone
 
 ROUND = Case(
@@ -231,6 +233,45 @@ def test_a_gap_of_the_wrong_sign_on_one_side_leaves_the_verdict_open(position, m
     assert judged.status != "converged"
     assert judged.verdict.answer == "UNRESOLVED"
     assert judged.level.misfit > 0.5
+
+
+# --- the elements by themselves ---------------------------------------------------------------------------------------
+
+
+def test_the_elements_say_by_themselves_what_hertz_is_worth(elliptic_quick):
+    """Their own nodes against Hertz's closed form, which is exact here: by measures read here, not by the judge's."""
+    load = elliptic_quick.load
+    judged, nodal = load.by_elements, load.level.nodal
+    assert (judged.verdict.answer, set(judged.verdict.each)) == ("HOLDS", set(load.case.criteria.limits))
+    x = nodal.pressure.whole().grid.x_mm
+    rows = nodal.pressure.whole().values.sum(axis=1)
+    own_a = np.sqrt(5.0 * np.sum(rows * x**2) / rows.sum())
+    assert load.hertz.a_mm / own_a - 1.0 == pytest.approx(judged.deviation["a_mm"], abs=1e-3)
+    for name, off in judged.deviation.items():
+        if name != "approach_mm":
+            # Hertz is exact but for the depth of the bodies (0.15 %): what he is off by is the elements' own error
+            assert abs(off) < judged.uncertainty[name] + 0.0015
+
+
+@pytest.mark.parametrize(("evidence", "open_"), [(False, False), (True, True)])
+def test_evidence_keeps_a_verdict_open_that_the_own_nodes_do_not_know(elliptic_quick, evidence, open_):
+    solved = elliptic_quick.load.solved
+    # the finer nodes know the peak to 0.3 %, the elements' own to 0.9 %
+    case = replace(solved.case, evidence=evidence, criteria=Criteria(p_max=0.006, judged_by=("p_max",)))
+    assert is_open(case, solved.levels, elliptic_quick.placement, None) is open_
+    judged = judge_load(replace(solved, case=case), elliptic_quick.placement)
+    assert (judged.verdict.answer, judged.by_elements.verdict.answer) == ("HOLDS", "UNRESOLVED")
+
+
+@pytest.mark.slow
+def test_evidence_refines_until_the_own_nodes_know_or_the_budget_is_reached():
+    asked = replace(ROUND, evidence=True, criteria=Criteria(p_max=0.006, judged_by=("p_max",)))
+    known = solve(replace(asked, refine_degrees_of_freedom=400_000)).load
+    assert known.by_elements.verdict.answer == "HOLDS"
+    assert len(known.solved.levels) > 2
+    short = solve(asked).load
+    assert (short.verdict.answer, short.by_elements.verdict.answer) == ("HOLDS", "UNRESOLVED")
+    assert any("refinement stopped: the next meshes would have about" in said for said in short.warnings)
 
 
 # --- status, verdict and uncertainty ----------------------------------------------------------------------------------

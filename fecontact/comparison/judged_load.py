@@ -38,6 +38,8 @@ class JudgedLoad:
         Uncertainty of the relative step of each measure from the half-space to the bodies.
     elements_uncertainty
         Relative uncertainty of the measures on the elements' own nodes, where meshes tell it.
+    by_elements
+        Hertz against the contact on the elements' own nodes alone, on the worse of both sides.
     verdict
         Of Hertz, the worst of both sides: who takes either curvature must be able to rely on it.
     warnings
@@ -58,6 +60,7 @@ class JudgedLoad:
     geometry: PatchGeometry
     bodies_step_uncertainty: Mapping[str, float]
     elements_uncertainty: Mapping[str, float]
+    by_elements: Judgement
     verdict: Verdict
     warnings: tuple[str, ...]
     lobes: tuple[LobeJudgement, ...] = ()

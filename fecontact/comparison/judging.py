@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from typing import Literal
 
 from fecontact.case import Case
 from fecontact.comparison.approximation import Approximation
@@ -29,7 +30,11 @@ from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES, Loaded
 from fecontact.comparison.uncertainty import step_uncertainty
 from fecontact.comparison.verdict import AT_JUNCTION, ELEMENTS, FROM_BEST, PROFILE, Verdict, judge
 from fecontact.comparison.warnings import elements_warnings, junction_warnings, slide_warnings, yield_warnings
+from fecontact.contact.rung import Rung
 from fecontact.geometry.placement import Placement
+
+Evidence = Literal["fe", "elements", "profiles"]
+"""What a theory is held against."""
 
 
 def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str] = THEORIES) -> JudgedLoad:
@@ -43,6 +48,7 @@ def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str]
     """
     case, finest, touch = solved.case, solved.levels[0], placement.first
     judged = judge_hertz(case, solved.levels, placement, solved.point_noise)
+    by_elements = judge_hertz(case, solved.levels, placement, solved.point_noise, by="elements")
     hertz = judged[HERTZ].hertz
     others = [name for name in theories if name not in EITHER_SIDE]
     found, without = _judge_theories(others, solved, placement)
@@ -66,7 +72,8 @@ def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str]
         ladder=ladder,
         geometry=geometry,
         bodies_step_uncertainty=_bodies_step_uncertainty(solved, Approximation.of(hertz)),
-        elements_uncertainty=elements_uncertainties(solved),
+        elements_uncertainty=elements_uncertainties(solved.levels),
+        by_elements=_usable(worst_judgement(by_elements), solved),
         verdict=replace(worst, cause=cause).usable(solved.usable),
         warnings=(),
         lobes=judge_lobes(solved, placement) if others else (),
@@ -85,12 +92,14 @@ def with_creep_laws(load: JudgedLoad, placement: Placement) -> JudgedLoad:
 
 
 def judge_hertz(
-    case: Case, levels: Sequence[Level], placement: Placement, point_noise: PointNoise | None, *, meshes: bool = True
+    case: Case,
+    levels: Sequence[Level],
+    placement: Placement,
+    point_noise: PointNoise | None,
+    *,
+    by: Evidence = "fe",
 ) -> dict[str, Judgement]:
-    """Judge Hertz with the curvature of each side of the first touch point, under the finest level's normal force.
-
-    Without `meshes` as if those were exact: by the uncertainty of the profiles alone.
-    """
+    """Judge Hertz with the curvature of each side of the first touch point, under the finest level's normal force."""
     of_points = {} if point_noise is None else point_noise.uncertainty()
     found = {}
     for name in EITHER_SIDE:
@@ -98,7 +107,7 @@ def judge_hertz(
             Loaded(placement=placement, case=case, normal_force_N=levels[0].fe.normal_force_N)
         )
         if isinstance(made, Approximation):
-            found[name] = judge_theory(case, levels, made, of_points, meshes=meshes)
+            found[name] = judge_theory(case, levels, made, of_points, by=by)
     return found
 
 
@@ -133,7 +142,7 @@ def judge_theory(
     made: Approximation,
     of_points: Mapping[str, float],
     *,
-    meshes: bool = True,
+    by: Evidence = "fe",
 ) -> Judgement:
     """Judge a theory against the finest level, by the criteria of a case.
 
@@ -141,12 +150,26 @@ def judge_theory(
     ----------
     of_points
         What the profiles leave open of each deviation.
-    meshes
-        Whether the uncertainty has the part of the meshes in it.
+    by
+        The contact on the finer nodes, that on the elements' own ones, or the finer one as if its meshes were exact, by
+        the uncertainty of the profiles alone.
     """
-    deviation = deviations_of(levels[0].fe, made)
-    known = uncertainties(levels, lambda rung: values_of(rung, made), deviation)
-    uncertainty = {name: (value if meshes else 0.0) + of_points.get(name, 0.0) for name, value in known.items()}
+
+    def read(rung: Rung) -> dict[str, float]:
+        return values_of(rung, made)
+
+    if by == "elements":
+        deviation = deviations_of(levels[0].on_elements, made)
+        # of (Hertz - FE) / FE, from that of the finite-element measure
+        known = {
+            name: value * abs(1.0 + deviation[name]) if name in MEASURES else value
+            for name, value in elements_uncertainties(levels, read).items()
+        }
+    else:
+        deviation = deviations_of(levels[0].fe, made)
+        known = uncertainties(levels, read, deviation)
+    exact = by == "profiles"
+    uncertainty = {name: (0.0 if exact else value) + of_points.get(name, 0.0) for name, value in known.items()}
     return Judgement(
         approximation=made,
         deviation=deviation,
@@ -156,11 +179,18 @@ def judge_theory(
     )
 
 
+def worst_judgement(judged: Mapping[str, Judgement]) -> Judgement:
+    """The worst of both sides, that of the field side where both are the same."""
+    return max(reversed([*judged.values()]), key=lambda one: FROM_BEST.index(one.verdict.answer))
+
+
 def worst_of(judged: Mapping[str, Judgement]) -> Verdict:
     """The worst verdict of both sides, that of the field side where both are the same."""
-    return max(
-        (one.verdict for one in reversed([*judged.values()])), key=lambda verdict: FROM_BEST.index(verdict.answer)
-    )
+    return worst_judgement(judged).verdict
+
+
+def _usable(judged: Judgement, solved: SolvedLoad) -> Judgement:
+    return replace(judged, verdict=judged.verdict.usable(solved.usable))
 
 
 def _profile_decides(judged: Mapping[str, Judgement], worst: Verdict, noise: PointNoise | None) -> bool:

@@ -163,29 +163,38 @@ def _elements_off(solved: SolvedLoad) -> bool:
     finest, coarser = solved.levels[:2]
     if abs(finest.compliance_error) > COMPLIANCE_LIMIT:
         return True
-    own, fine, before = (measures_of(rung).as_dict() for rung in (finest.on_elements, finest.fe, coarser.fe))
-    unsure = elements_uncertainties(solved)
+    own, fine, before = (_measures(rung) for rung in (finest.on_elements, finest.fe, coarser.fe))
+    unsure = elements_uncertainties(solved.levels)
     return any(
         abs(own[name] / fine[name] - 1.0) > _APART * (unsure[name] + abs(before[name] / fine[name] - 1.0))
         for name in ("p_max_MPa", "a_mm", "b_mm")
     )
 
 
-def elements_uncertainties(solved: SolvedLoad) -> dict[str, float]:
-    """Uncertainty of each measure on the elements' own nodes, from those of its meshes."""
-    finest, rungs = solved.levels[0], [level.on_elements for level in solved.levels]
+def _measures(rung: Rung) -> dict[str, float]:
+    return measures_of(rung).as_dict()
+
+
+def elements_uncertainties(
+    levels: Sequence[Level], read: Callable[[Rung], Mapping[str, float]] = _measures
+) -> dict[str, float]:
+    """Uncertainty of each measure on the elements' own nodes, from those of its meshes; `read` reads them off a rung.
+
+    Relative, or absolute where Hertz has no value of a measure.
+    """
+    finest, rungs = levels[0], [level.on_elements for level in levels]
     patch, (step_x, step_s) = patch_of(rungs[0]), rungs[0].grid.steps_mm
     elements = min(patch.a_mm / step_x, patch.b_mm / step_s / len(patch.lobes))
-    read = [measures_of(rung).as_dict() for rung in rungs]
+    measured = [read(rung) for rung in rungs]
     found = {
         name: elements_uncertainty(
             name,
-            [values[name] for values in read],
+            [values[name] for values in measured],
             elements=elements,
             compliance_error=finest.compliance_error,
             residual=finest.nodal.residual,
         )
-        for name in MEASURES
+        for name in measured[0]
     }
     return {name: value for name, value in found.items() if value is not None}
 

@@ -143,6 +143,7 @@ _NAMED: Mapping[str, str] = {
 _PATTERNS = (
     (r"^theory_(.*_verdict|.*_measure|cheapest)$", TEXT),
     (r"^theory_.*_limit_used$", "fraction of a limit"),
+    (r"^of_elements_verdict(_measure)?$", TEXT),
     # of coarse nodes: what is read moves with the places of single ones
     (r"^of_elements_.*_uncertainty_percent$", "uncertainty"),
     (r"p_max_(step_\w+_)?uncertainty_percent$", "uncertainty of a pressure"),

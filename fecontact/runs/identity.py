@@ -32,7 +32,7 @@ EVALUATING = (
 )
 SOLVING_SOURCE = "source of solving"
 # Inputs that are left out of an id where they are as in a case before they were there: its id stays what it was.
-_NOT_ALWAYS = ("roll", "roll_load_N", "flange_climb", "side", "opposite")
+_NOT_ALWAYS = ("roll", "roll_load_N", "flange_climb", "side", "opposite", "evidence")
 _MOST_SHOWN_BYTES = 60
 _COMMON = ("numpy", "scipy", "scikit-fem", "gmsh")
 _SOLVERS = {"pardiso": ("pypardiso", "mkl"), "amg": ("pyamg",)}

@@ -23,6 +23,7 @@ lateral_shift_mm = [-4.0, 4.0]  # of the wheelset, positive towards this rail
 # yaw_mrad = 0.0
 resolution = "quick"          # quick, standard, fine; or element sizes along x and across such as [0.5, 0.4] in mm
 # refine_degrees_of_freedom = 400000  # finer meshes while a verdict is open and these are not exceeded; 0: never
+# evidence = true             # also until the elements' own nodes know the verdict by themselves
 
 [criteria]                    # Hertz holds within these
 p_max_percent = 5.0           # peak pressure

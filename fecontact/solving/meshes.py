@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.judging import judge_hertz, worst_of
+from fecontact.comparison.judging import Evidence, judge_hertz, worst_of
 from fecontact.comparison.measures import patch_of
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.solved_load import Level, SolvedLoad
@@ -30,6 +30,8 @@ from fecontact.solving.quadratic_rung import quadratic_rung
 
 # The case's own mesh, a coarser one, and three refinements.
 _MOST_MESHES = 5
+# Where the elements' own nodes are to know the verdict too.
+_MOST_FOR_EVIDENCE = 6
 # Elements that the finest meshes of every named resolution have on the semi-axis that they are made for.
 _FEWEST_ELEMENTS = 4
 # A lobe on its last nodes is measured a little differently than on those that they were made for.
@@ -186,13 +188,22 @@ def _few_nodes(position: Position) -> tuple[str, ...]:
 
 
 def is_open(case: Case, levels: Sequence[Level], placement: Placement, noise: PointNoise | None) -> bool:
-    """Whether the verdict on a load is open and another pair of meshes may decide it."""
-    if any(level.status != "converged" for level in levels) or len(levels) == _MOST_MESHES:
+    """Whether the verdict on a load is open and another pair of meshes may decide it.
+
+    With `Case.evidence` also that of the elements' own nodes.
+    """
+    most = _MOST_FOR_EVIDENCE if case.evidence else _MOST_MESHES
+    if any(level.status != "converged" for level in levels) or len(levels) == most:
         return False
     # what the profiles alone leave open no mesh decides
-    if noise is not None and worst_of(judge_hertz(case, levels, placement, noise, meshes=False)).answer == "UNRESOLVED":
+    if noise is not None and _open_by("profiles", case, levels, placement, noise):
         return False
-    return worst_of(judge_hertz(case, levels, placement, noise)).answer == "UNRESOLVED"
+    asked: tuple[Evidence, ...] = ("fe", "elements") if case.evidence else ("fe",)
+    return any(_open_by(one, case, levels, placement, noise) for one in asked)
+
+
+def _open_by(by: Evidence, case: Case, levels: Sequence[Level], placement: Placement, noise: PointNoise | None) -> bool:
+    return worst_of(judge_hertz(case, levels, placement, noise, by=by)).answer == "UNRESOLVED"
 
 
 def would_be_refined(load: JudgedLoad, placement: Placement) -> bool:

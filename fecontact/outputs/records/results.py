@@ -99,6 +99,8 @@ def load_record(load: JudgedLoad) -> Record:
             "sides": [_side_record(side, judged) for side, judged in load.sides.items()],
             "warnings": list(load.warnings),
         },
+        # of the elements' own nodes alone
+        "verdict_elements": _elements_record(load.by_elements),
         "theories": theories_record(load),
         "solver": _solver_record(load),
     }
@@ -130,6 +132,16 @@ def _side_record(side: Side, judged: Judgement) -> Record:
         "measure": judged.verdict.measure,
         "each": dict(judged.verdict.each),
         "hertz": judged.measures.as_dict(),
+        "deviation": {name: float(value) for name, value in judged.deviation.items()},
+        "uncertainty": {name: float(value) for name, value in judged.uncertainty.items()},
+    }
+
+
+def _elements_record(judged: Judgement) -> Record:
+    return {
+        "verdict": judged.verdict.answer,
+        "measure": judged.verdict.measure,
+        "each": dict(judged.verdict.each),
         "deviation": {name: float(value) for name, value in judged.deviation.items()},
         "uncertainty": {name: float(value) for name, value in judged.uncertainty.items()},
     }

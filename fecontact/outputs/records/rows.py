@@ -96,8 +96,9 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
 
 
 def _elements_columns(load: JudgedLoad) -> Row:
-    """The elements' own contact: its measures, and their uncertainties in percent."""
-    row: Row = {}
+    """The elements' own contact: its verdict, its measures, and their uncertainties in percent."""
+    verdict = load.by_elements.verdict
+    row: Row = {"of_elements_verdict": verdict.answer, "of_elements_verdict_measure": verdict.measure}
     measures = load.ladder.rungs["elements"].as_dict()
     for measure, unsure in load.elements_uncertainty.items():
         row[f"of_elements_{measure}"] = measures[measure]

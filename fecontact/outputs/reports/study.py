@@ -21,6 +21,7 @@ from fecontact.outputs.reports.html import folded, heading, items, page, paragra
 from fecontact.outputs.reports.words import GLOSSARY, answer_words, lead_style, measure_terms, question
 from fecontact.outputs.tables.cases import (
     ReportedCase,
+    elements_table,
     ladder_table,
     lobe_table,
     measure_tables,
@@ -203,5 +204,7 @@ def _cases(cases: Sequence[ReportedCase], pictures: str) -> list[str]:
 
 def _measures(record: Mapping[str, Any]) -> str:
     tables = measure_tables(record)
-    tables += [theories_table(record), lobe_table(record), ladder_table(record)] if tables else []
+    tables += (
+        [theories_table(record), lobe_table(record), elements_table(record), ladder_table(record)] if tables else []
+    )
     return "".join(map(table, tables))

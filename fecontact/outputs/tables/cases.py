@@ -173,6 +173,22 @@ def hertz_tables(record: Record) -> list[Table]:
     return tables
 
 
+def elements_table(record: Record) -> Table:
+    """Hertz against the contact on the elements' own nodes alone: what they say by themselves."""
+    judged, verdict = record["verdict_elements"], record["verdict"]
+    limits, own, fine = verdict["limits"], record["rungs"]["elements"], record["fe"]
+    lines = []
+    for measure in limits:
+        words, answer = WORDS[measure], judged["each"][measure]
+        values = (number_text(own[measure]), number_text(fine[measure])) if measure in own else ("", "")
+        off, unsure = (judged[of].get(measure) for of in ("deviation", "uncertainty"))
+        cells = [words.title, *values, words.off(off), words.off(unsure, size=True), words.limit(limits[measure])]
+        lines.append(TableRow(cells=[*cells, answer], tone=_TONES[answer]))
+    columns = columns_of("own nodes", "finer nodes", "Hertz off\nown nodes", "±", "limit", "answer", texts=("answer",))
+    title = f"The elements by themselves: Hertz {judged['verdict']} (verdict: {verdict['verdict']})"
+    return Table(title=title, columns=[Column(heading="measure", kind="text", wraps=True), *columns], rows=lines)
+
+
 def measure_tables(record: Record) -> list[Table]:
     """All measures of a case by each theory."""
     tables = hertz_tables(record)

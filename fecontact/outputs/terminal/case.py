@@ -6,7 +6,14 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from fecontact.comparison.theories import THEORIES
-from fecontact.outputs.tables.cases import effort_table, hertz_tables, ladder_table, lobe_table, theories_table
+from fecontact.outputs.tables.cases import (
+    effort_table,
+    elements_table,
+    hertz_tables,
+    ladder_table,
+    lobe_table,
+    theories_table,
+)
 from fecontact.outputs.terminal.console import print_notes, print_table, say, standard_console
 from fecontact.outputs.terminal.creep import print_creep
 from fecontact.outputs.terminal.hertz import touch_point_table
@@ -27,6 +34,7 @@ def print_case(record: Record, *, console: Console | None = None) -> None:
         print_table(console, table)
     _print_theories(record, console)
     print_table(console, ladder_table(record))
+    print_table(console, elements_table(record))
     _print_verdict(record, console)
     say(
         console,
@@ -77,10 +85,14 @@ def _print_verdict(record: Record, console: Console) -> None:
         if found and found != [measure] * (kind == "UNRESOLVED"):
             say(console, f"{head}: {names_text(found)}")
     elements = [f"{count:.1f}" for count in record["solver"]["elements_a_semi_axis"]]
-    refined = {2: "not refined", 3: "refined once"}.get(len(elements), "refined twice")
+    times = len(elements) - 2
+    refined = ("not refined", "refined once", "refined twice")[times] if times < 3 else f"refined {times} times"
     state = "open" if answer == "UNRESOLVED" else "decided"
     meshes = f"{', '.join(elements[:-1])} and {elements[-1]}"
     say(console, f"{state} on {len(elements)} meshes of {meshes} elements a semi-axis, {refined}")
+    by_elements = record["verdict_elements"]["verdict"]
+    more = "; --evidence refines until they know" * (by_elements == "UNRESOLVED" and not record["case"]["evidence"])
+    say(console, f"the elements by themselves, on their own nodes: Hertz {by_elements}{more}")
     if verdict["unknown"]:
         say(console, unknown_text(verdict["unknown"]))
     elif answer == "UNRESOLVED":
