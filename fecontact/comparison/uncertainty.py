@@ -49,7 +49,7 @@ _ELEMENT_FLOORS = {
     "extent_y_mm": 0.025,
     "centre_over_b": 0.003,
     "valley": 0.01,
-    "separate_load": 0.0005,
+    "separate_load": 0.0004,
     "misplaced_load": 0.005,
 }
 # How much of an error of the compliance the measures of a contact have (Hertz: p0 and area go with the power 2/3 of the
