@@ -162,7 +162,8 @@ def test_all_that_the_readme_shows_can_be_pasted_into_a_fresh_clone(tmp_path):
     kept = ("PATH", "HOME", "LANG", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
     environment = {name: os.environ[name] for name in kept if name in os.environ}
     # MKL is looked for in the environment that pip put it into
-    environment |= {"PYPARDISO_MKL_RT": str(mkl) for mkl in (Path(sys.prefix) / "lib").glob("libmkl_rt.so*")}
+    for mkl in (Path(sys.prefix) / "lib").glob("libmkl_rt.so*"):
+        environment["PYPARDISO_MKL_RT"] = str(mkl)
     done = subprocess.run(
         ["bash", "-c", code], cwd=folder, env=environment, capture_output=True, text=True, timeout=3000
     )

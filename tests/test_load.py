@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from damage import files_without_checksum, unnoticed
 from inline import inline_crew
 from pictures import draw_nothing
 
@@ -20,7 +21,7 @@ from fecontact.comparison.judging import judge_load
 from fecontact.creep import Creep
 from fecontact.errors import InputError
 from fecontact.jobs import workers
-from fecontact.jobs.store import MANIFEST, write_manifest
+from fecontact.jobs.store import MANIFEST, kept_folder, write_manifest
 from fecontact.outputs.records.results import result_record
 from fecontact.outputs.records.rows import case_row, read_row
 from fecontact.outputs.terminal.case import print_case
@@ -31,7 +32,7 @@ from fecontact.runs.case_store import FIELDS, PROFILES, RESULT, ROW, keep_case, 
 from fecontact.runs.casefile import Study, load_study
 from fecontact.runs.identity import case_id, origin_of
 from fecontact.runs.judging import judge_study
-from fecontact.runs.load import load
+from fecontact.runs.load import load, stored_study
 from fecontact.runs.study import run_study
 
 # an arc of R 300 as a file of segments
@@ -310,6 +311,30 @@ def test_a_study_with_a_damaged_case_is_judged_without_it(twice, tmp_path):
     assert bad["id"] == first.name
     assert "rail.vtu is missing; solve it again" in bad["status"]
     assert not judged.all_judged
+
+
+def test_damage_of_every_file_of_a_result_is_noticed(twice, tmp_path):
+    """Also of one that is added to a result some day, unless it is one that nobody reads."""
+    out = shutil.copytree(twice[1] / "out", tmp_path / "out")
+    (case, *_) = sorted((out / "cases").iterdir())
+    assert (case / PROFILES / "rail" / "head.toml").is_file()
+    assert files_without_checksum(case) == set()
+    (case / "case.png").write_bytes(b"")
+    with pytest.raises(InputError, match=r"case\.png is damaged"):
+        load(case)
+    shutil.rmtree(out / "cases")
+    assert unnoticed(out, (lambda: stored_study(out), lambda: load_table(out))) == set()
+
+
+def test_versions_that_a_result_names_are_no_part_of_its_checksums(solved_folder, tmp_path):
+    """Another version is a reason to solve again and none to refuse a result, whoever wrote it there."""
+    folder = shutil.copytree(solved_folder, tmp_path / "one")
+    manifest = json.loads((folder / MANIFEST).read_text())
+    manifest["solved_by"]["numpy"] = "0.1"
+    (folder / MANIFEST).write_text(json.dumps(manifest))
+    assert load(folder).verdict.answer == "HOLDS"
+    kept = kept_folder(folder, manifest["id"], origin_of(load(folder).case))
+    assert "numpy 0.1 -> " in (kept.problem or "")
 
 
 def test_a_case_solved_into_a_folder_of_another_one_is_read_with_its_own_profiles(tmp_path, monkeypatch):

@@ -21,6 +21,7 @@ from typing import ClassVar
 import numpy as np
 import psutil
 import pytest
+from damage import files_without_checksum, unnoticed
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -63,10 +64,12 @@ from fecontact.outputs.records.stored import (
 )
 from fecontact.outputs.reports.map import write_map_report
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.regression.tables import load_table
 from fecontact.runs import position_store
 from fecontact.runs.identity import origin_of, position_id
 from fecontact.runs.judging import judge_map
 from fecontact.runs.load import load as load_results
+from fecontact.runs.load import map_document
 from fecontact.runs.map_run import run_map
 from fecontact.runs.position_store import position_folder, read_position, write_position
 from fecontact.solving.load_sweep import LoadSweep
@@ -1582,6 +1585,16 @@ def test_an_open_load_that_finer_meshes_may_decide_is_not_decided(run, tmp_path)
         sealed(folder, lambda text, most=most: re.sub(r'"refine_degrees_of_freedom": \d+',
             f'"refine_degrees_of_freedom": {most}', text))  # fmt: skip
         assert (work.judged_again(folder) is not None) is (decided and position.limit.narrowed)
+
+
+def test_damage_of_every_file_of_a_map_is_noticed(two, tmp_path):
+    """Also of one that is added to a map some day, unless it is one that nobody reads."""
+    out = shutil.copytree(two[0], tmp_path / "out")
+    (position, *_) = sorted((out / "positions").iterdir())
+    assert files_without_checksum(position) == set()
+    shutil.rmtree(out / "positions")
+    # the stiffness is fitted anew whenever a map is read
+    assert unnoticed(out, (lambda: map_document(out), lambda: load_table(out))) == {"stiffness.csv"}
 
 
 @pytest.mark.parametrize(
