@@ -95,9 +95,10 @@ FUZZ_COUNT ?= 20000
 FUZZ_SEED ?= 1
 # A folder of results that is damaged too, such as that of `make study`.
 FUZZ_RESULTS ?= $(wildcard out/first_light)
-fuzz: setup ## mutate profile files of every format, study files and results; what is not clearly refused or read stays in fuzz_failures/; some minutes
+fuzz: setup ## mutate profile files of every format, study files, results and command lines; what is not clearly refused or read stays in fuzz_failures/; an hour
 	OMP_NUM_THREADS=1 PYTHONPATH=$(CURDIR) $(BIN)/python tests/fuzz_profiles.py --count $(FUZZ_COUNT) --seed $(FUZZ_SEED)
 	OMP_NUM_THREADS=1 PYTHONPATH=$(CURDIR) $(BIN)/python tests/fuzz_results.py $(FUZZ_RESULTS) --seed $(FUZZ_SEED)
+	OMP_NUM_THREADS=1 PYTHONPATH=$(CURDIR) $(BIN)/python tests/fuzz_commands.py --seed $(FUZZ_SEED)
 
 lint: $(INSTALLED) ## ruff check, ruff format --check, mypy
 	$(BIN)/python -m ruff check .

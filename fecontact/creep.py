@@ -78,7 +78,7 @@ class Creep:
         metadata={
             "input": Number(
                 label="limit of the creep force",
-                help="Hertz holds for forces if his creep force is off by less of mu N",
+                help="Hertz holds for forces if its creep force is off by less of mu N",
                 key="force_percent",
                 shown_unit="%",
                 factor=100.0,

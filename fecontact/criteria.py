@@ -45,14 +45,14 @@ class Criteria:
     """
 
     p_max: float = field(
-        default=0.05, metadata=_limit("p_max_MPa", "his peak pressure is off by less", "p_max_percent")
+        default=0.05, metadata=_limit("p_max_MPa", "its peak pressure is off by less", "p_max_percent")
     )
-    area: float = field(default=0.10, metadata=_limit("area_mm2", "his patch area is off by less", "area_percent"))
-    a: float = field(default=0.10, metadata=_limit("a_mm", "his half-width along x is off by less", "a_percent"))
-    b: float = field(default=0.10, metadata=_limit("b_mm", "his half-width across is off by less", "b_percent"))
+    area: float = field(default=0.10, metadata=_limit("area_mm2", "its patch area is off by less", "area_percent"))
+    a: float = field(default=0.10, metadata=_limit("a_mm", "its half-width along x is off by less", "a_percent"))
+    b: float = field(default=0.10, metadata=_limit("b_mm", "its half-width across is off by less", "b_percent"))
     centre: float = field(
         default=0.15,
-        metadata=_limit("centre_over_b", "the centre of pressure is off by less of his half-width b", "centre_over_b"),
+        metadata=_limit("centre_over_b", "the centre of pressure is off by less of its half-width b", "centre_over_b"),
     )
     valley: float = field(
         default=0.10,
@@ -64,7 +64,9 @@ class Criteria:
     )
     misplaced: float = field(
         default=0.10,
-        metadata=_limit("misplaced_load", "less of the load is elsewhere than he has it", "misplaced_load_percent"),
+        metadata=_limit(
+            "misplaced_load", "less of the load is elsewhere than Hertz predicts", "misplaced_load_percent"
+        ),
     )
     judged_by: tuple[str, ...] = field(
         default=("all",),

@@ -1,8 +1,9 @@
-"""A small part of `make fuzz`: mutated profile files end in a refusal or in a line, and in nothing else."""
+"""A small part of `make fuzz`: mutated files and command lines end in a refusal or in a line, and in nothing else."""
 
 import random
 
 import pytest
+from fuzz_commands import fuzz_commands
 from fuzz_profiles import FORMATS, HOSTILE, fuzz, kind_of, mutated, originals
 
 from fecontact.errors import InputError
@@ -17,6 +18,14 @@ def test_mutated_files_are_refused_or_read(ending):
     # both happen, so that the test sees both
     assert found.refused > 10
     assert found.taken > 0
+
+
+def test_command_lines_at_random_end_with_an_exit_code():
+    came, failures = fuzz_commands(40, seed=7)
+    assert failures == []
+    # both happen, so that the test sees both
+    assert came["exit code 2"] > 10
+    assert came["exit code 0"] > 3
 
 
 @pytest.mark.parametrize("ending", FORMATS)

@@ -5,6 +5,7 @@ import csv
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -298,10 +299,32 @@ def test_parts_together_give_the_whole_table(tmp_path, serial):
         assert outcome.conclusion is None
     assert len(table(tmp_path / "study.part-1-of-2.csv")) == 3
     assert not (tmp_path / "study.csv").exists()
+    parts = {path.name for path in tmp_path.glob("*.part-*")}
+    assert parts >= {
+        f"{file}.part-{k}-of-2.{kind}" for k in (1, 2) for file, kind in (("study", "csv"), ("run", "lock"))
+    }
+    # what a part says of itself is not needed: its cases are
+    (tmp_path / "study.part-2-of-2.csv").unlink()
+    (tmp_path / "run.part-1-of-2.lock").unlink()
     whole = run(tmp_path, study(conclude=lambda rows, out: f"{len(rows)} rows"))
     assert whole.conclusion == "5 rows"
     assert len(whole.reused) == 5
     assert len(fake_solve.solves(tmp_path)) == 5
+    assert table(tmp_path / "study.csv") == serial
+    # nothing is left that would look like a part to be put together
+    assert list(tmp_path.glob("*.part-*")) == []
+
+
+def test_a_part_that_lost_a_case_is_noticed_when_all_are_put_together(tmp_path, serial):
+    for number in (1, 2):
+        run(tmp_path, part=(number, 2))
+    lost, damaged = sorted((tmp_path / "cases").iterdir())[:2]
+    shutil.rmtree(lost)
+    (damaged / "row.json").write_text("{}")
+    whole = run(tmp_path)
+    assert len(whole.reused) == 3
+    assert whole.recomputed == {damaged.name: "row.json is damaged (its checksum differs)"}
+    assert sorted(fake_solve.solves(tmp_path)[5:]) == sorted([lost.name, damaged.name])
     assert table(tmp_path / "study.csv") == serial
 
 

@@ -44,7 +44,7 @@ def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) 
             paragraph(question(pair, case.criteria)),
             paragraph(_rolled(case)),
             picture(out / "map.svg", "Where Hertz holds over lateral shift and load."),
-            picture(out / "map_force.svg", "Where he holds for creep forces.") if case.creep.asked else "",
+            picture(out / "map_force.svg", "Where Hertz holds for creep forces.") if case.creep.asked else "",
             picture(out / f"map_{theory}.svg", f"Where {THEORIES[theory].words} holds.") if theory != HERTZ else "",
             heading("If not Hertz, what?"),
             picture(out / "map_theory.svg", "The cheapest theory of the pressure that holds."),

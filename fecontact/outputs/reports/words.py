@@ -11,20 +11,21 @@ from fecontact.outputs.words.measures import WORDS, criteria_text
 Row = Mapping[str, Any]
 
 GLOSSARY = (
-    ("HOLDS, FAILS, UNRESOLVED", "Hertz holds where he is within every limit by more than the uncertainty, fails where"
-     " he is beyond one by more than it, and is unresolved where a limit lies within the uncertainty."),
-    ("Hertz", "His ellipse in closed form, with the curvatures at the first touch point of the rigid bodies, under the"
+    ("HOLDS, FAILS, UNRESOLVED", "Hertz holds where it is within every limit by more than the uncertainty, fails where"
+     " it is beyond one by more than that, and is unresolved where a limit lies within the uncertainty."),
+    ("Hertz", "The ellipse in closed form, with the curvatures at the first touch point of the rigid bodies, under the"
      " normal force that the finite elements carry."),
     ("FE", "Frictionless contact of two finite bodies with the true profiles, by finite elements; the pressure is read"
      " on nodes finer than the elements."),
     ("off by", "(Hertz - FE) / FE of a size; centre, valley, separate and misplaced are those of the finite elements,"
      " and zero for Hertz."),
-    ("±", "Numerical uncertainty: change from mesh to mesh, what the bodies add, reading a field off its nodes, cut"
-     " planes, residuals, and, for profiles given by points, what changes on the other lines that these allow."),
+    ("±", "Numerical uncertainty: change from mesh to mesh, separation of the bodies' compliance from the error of the"
+     " elements, interpolation between nodes, truncation of the bodies, residuals, and, for profiles given by points,"
+     " what changes on the other lines that these allow."),
     ("part of a limit", "The largest of all |off by| / limit: below 1 Hertz is within all limits."),
-    ("ladder", "Hertz, his gap on a half-space, the true gap on a half-space, the true gap between finite bodies. What"
-     " a step moves is physics: the shape of the gap, or the finite bodies."),
-    ("a, b", "Half-widths along x (rolling) and across from the second moments of the pressure: for a Hertz ellipse his"
+    ("ladder", "Hertz, its quadratic gap on a half-space, the true gap on a half-space, the true gap between finite"
+     " bodies. What changes from step to step is the shape of the gap, or the finite bodies."),
+    ("a, b", "Half-widths along x (rolling) and across from the second moments of the pressure: for a Hertz ellipse its"
      " semi-axes."),
     ("junction", "A point of a profile at which its curvature jumps."),
     ("lobe", "A peak of the pressure beside another one, with a valley of 5 % and more between them."),
