@@ -163,7 +163,8 @@ def _check_pair_rows(table: ResultTable, twin: Path, records: Iterable[Mapping[s
         if own != record:
             column = next(column for column in own if own[column] != record[column])
             raise _unequal_pair(
-                f"case {name!r}, column {column!r} is {own[column]!r} in {table.path}, {record[column]!r} in {twin}"
+                f"case {name!r}, column {column!r} is {own[column]!r:.60} in {table.path}, {record[column]!r:.60} in"
+                f" {twin}"
             )
     for name in missing:
         raise _unequal_pair(f"case {name!r} is in {table.path} and not in {twin}")
