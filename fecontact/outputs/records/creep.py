@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fecontact.comparison.creep_comparison import CreepComparison
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.judgement import FORCE
 from fecontact.theory.creep.contact import CreepForce
 from fecontact.theory.creep.on_ellipse import EllipseForces
-
-if TYPE_CHECKING:
-    pass
 
 Record = dict[str, Any]
 

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fecontact.outputs.records.results import shown_case_record, touch_record
 from fecontact.solving.preview import Preview
-
-if TYPE_CHECKING:
-    pass
 
 
 def preview_record(seen: Preview) -> dict[str, Any]:

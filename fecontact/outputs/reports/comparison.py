@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from fecontact.outputs.reports.html import folded, heading, items, page, paragraph, table
 from fecontact.outputs.tables.comparison import (
     case_names,
@@ -15,9 +13,6 @@ from fecontact.outputs.tables.comparison import (
     version_table,
 )
 from fecontact.regression.compare import TableComparison, counted
-
-if TYPE_CHECKING:
-    pass
 
 # More values than these are folded away.
 _MOST_OPEN = 40

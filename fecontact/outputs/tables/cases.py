@@ -10,7 +10,17 @@ from typing import Any
 from fecontact.comparison.theories import EITHER_SIDE, THEORIES
 from fecontact.outcome import has_numbers, usable
 from fecontact.outputs.records.theories import cheapest_words
-from fecontact.outputs.tables.table import Column, Table, TableRow, Tone, columns_of, missing, number_text
+from fecontact.outputs.tables.table import (
+    Column,
+    Table,
+    TableRow,
+    Tone,
+    columns_of,
+    number,
+    number_text,
+    table_of,
+    text,
+)
 from fecontact.outputs.words.measures import WORDS
 from fecontact.outputs.words.pairs import pair_of_row
 from fecontact.outputs.words.verdicts import decided
@@ -51,47 +61,27 @@ def verdict_of(row: Row) -> str:
     return str(row.get("verdict", "failed")) if usable(row) else "failed"
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Number:
-    """A column of numbers of a row. Deviations are Hertz minus finite elements."""
-
-    key: str
-    form: str
-    column: Column
-
-    def text(self, row: Row) -> str:
-        value = row.get(self.key)
-        return "-" if missing(value) else self.form.format(float(value))  # type: ignore[arg-type]
-
-
-def _number(heading: str, key: str, form: str, rank: int = 0, name: str = "") -> _Number:
-    return _Number(key=key, form=form, column=Column(heading=heading, rank=rank, name=name))
-
-
-_PLACE = (
-    _number("shift\nmm", "lateral_shift_mm", "{:+z.2f}"),
-    _number("load\nkN", "load_kN", "{:g}"),
-)
+_PLACE = (number("shift\nmm", "lateral_shift_mm", "{:+z.2f}"), number("load\nkN", "load_kN"))
 _NUMBERS = (
     *_PLACE,
-    _number("p_max\nFE MPa", "p_max_fe_MPa", "{:.0f}", 5, "p_max in MPa"),
-    _number("p_max\ndev %", "p_max_deviation_percent", "{:+z.1f}"),
-    _number("\n± %", "p_max_uncertainty_percent", "{:.1f}", 3, "± of p_max"),
-    _number("area\ndev %", "area_deviation_percent", "{:+z.1f}", 9, "area"),
-    _number("a\ndev %", "a_deviation_percent", "{:+z.1f}", 4, "a"),
-    _number("b\ndev %", "b_deviation_percent", "{:+z.1f}", 8, "b"),
-    _number("centre\nin b", "centre_over_b", "{:+z.2f}", 7, "centre"),
-    _number("valley\n%", "valley_percent", "{:z.1f}", 6, "valley"),
-    _number("mispl.\n%", "misplaced_load_percent", "{:z.1f}", 10, "misplaced"),
+    number("p_max\nFE MPa", "p_max_fe_MPa", "{:.0f}", rank=5, name="p_max in MPa"),
+    number("p_max\ndev %", "p_max_deviation_percent", "{:+z.1f}"),
+    number("\n± %", "p_max_uncertainty_percent", "{:.1f}", rank=3, name="± of p_max"),
+    number("area\ndev %", "area_deviation_percent", "{:+z.1f}", rank=9, name="area"),
+    number("a\ndev %", "a_deviation_percent", "{:+z.1f}", rank=4, name="a"),
+    number("b\ndev %", "b_deviation_percent", "{:+z.1f}", rank=8, name="b"),
+    number("centre\nin b", "centre_over_b", "{:+z.2f}", rank=7, name="centre"),
+    number("valley\n%", "valley_percent", "{:z.1f}", rank=6, name="valley"),
+    number("mispl.\n%", "misplaced_load_percent", "{:z.1f}", rank=10, name="misplaced"),
 )
 _EFFORT = (
-    _number("meshes", "meshes", "{:.0f}", 2, "meshes"),
-    _number("time\ns", "seconds", "{:.0f}", 1, "time"),
+    number("meshes", "meshes", "{:.0f}", rank=2, name="meshes"),
+    number("time\ns", "seconds", "{:.0f}", rank=1, name="time"),
 )
 _PEAKS = (
-    _number("peak FE MPa", "p_max_fe_MPa", "{:.0f}"),
-    _number("peak Hertz MPa", "p_max_hertz_MPa", "{:.0f}"),
-    _number("part of a limit", "limit_used", "{:.2f}"),
+    number("peak FE MPa", "p_max_fe_MPa", "{:.0f}"),
+    number("peak Hertz MPa", "p_max_hertz_MPa", "{:.0f}"),
+    number("part of a limit", "limit_used", "{:.2f}"),
 )
 _SHORT_STATUS = {
     "elements too soft or too stiff": "elements off",
@@ -103,19 +93,16 @@ _SHORT_STATUS = {
 def deviation_table(rows: Sequence[Row], title: str, failing_width: int, *, with_pair: bool = False) -> Table:
     """How far Hertz is off in each case, and by what he fails, in so many characters."""
     theories = any(row.get("theory_cheapest") for row in rows)
-    columns = [Column(heading="rail, wheel", kind="text")] * with_pair + [one.column for one in _NUMBERS]
-    columns += columns_of("verdict", "fails by", texts=("verdict", "fails by"))
-    columns += [Column(heading="cheapest\ntheory", kind="text", name="cheapest theory")] * theories
-    lines = []
-    for row in rows:
-        used = usable(row)
-        cells = [pair_of_row(row)] * with_pair + [one.text(row) for one in _NUMBERS]
+    columns = [
+        *[text("rail, wheel", pair_of_row)] * with_pair,
+        *_NUMBERS,
         # what must not be used has no verdict
-        cells += [str(row.get("verdict", "-")) if used else _short_status(row)]
-        cells += [_failing(row, failing_width), *[str(row.get("theory_cheapest") or "-")] * theories]
-        tone: Tone = "plain" if used else "fails"
-        lines.append(TableRow(cells=[*cells, *(one.text(row) for one in _EFFORT)], tone=tone))
-    return Table(title=title, columns=[*columns, *(one.column for one in _EFFORT)], rows=lines)
+        text("verdict", lambda row: row.get("verdict", "-") if usable(row) else _short_status(row)),
+        text("fails by", lambda row: _failing(row, failing_width)),
+        *[text("cheapest\ntheory", "theory_cheapest", none="-", name="cheapest theory")] * theories,
+        *_EFFORT,
+    ]
+    return table_of(title, columns, rows, lambda row: "plain" if usable(row) else "fails")
 
 
 def _short_status(row: Row) -> str:
@@ -137,31 +124,32 @@ def _failing(row: Row, width: int) -> str:
 
 def verdict_table(cases: Sequence[ReportedCase]) -> Table:
     """All cases with their verdicts and what decided; with those of forces where there are any."""
-    several = len({pair_of_row(case.row) for case in cases}) > 1
-    theories = any(case.row.get("theory_cheapest") for case in cases)
-    forces = any(case.row.get("force_verdict") for case in cases)
-    columns = columns_of("rail and wheel", texts=("rail and wheel",)) * several + [one.column for one in _PLACE]
-    columns += columns_of("Hertz", "decided by", "because", texts=("decided by", "because"), answers=("Hertz",))
-    columns += [one.column for one in _PEAKS]
-    columns += [Column(heading="cheapest theory that holds", kind="text")] * theories
-    columns += columns_of("for forces", "force off by, % of mu N", answers=("for forces",)) * forces
-    lines = []
-    for case in cases:
-        row, answer = case.row, verdict_of(case.row)
-        cells = [pair_of_row(row, " and ")] * several + [one.text(row) for one in _PLACE]
-        cells += [answer, decided(row, case.limits), str(row.get("verdict_cause") or "")]
-        cells += [one.text(row) for one in _PEAKS] + [cheapest_words(row)] * theories
-        cells += _force_cells(row) if forces else ()
-        lines.append(TableRow(cells=cells, tone="fails" if answer == "FAILS" else "plain"))
-    return Table(title="", columns=columns, rows=lines)
+    rows = [{**case.row, "limits": case.limits} for case in cases]
+    several = len({pair_of_row(row) for row in rows}) > 1
+    theories, forces = (any(row.get(name) for row in rows) for name in ("theory_cheapest", "force_verdict"))
+    columns = [
+        *[text("rail and wheel", lambda row: pair_of_row(row, " and "))] * several,
+        *_PLACE,
+        text("Hertz", verdict_of, "answer"),
+        text("decided by", lambda row: decided(row, row["limits"])),
+        text("because", "verdict_cause"),
+        *_PEAKS,
+        *[text("cheapest theory that holds", cheapest_words)] * theories,
+        *[
+            text("for forces", lambda row: row.get("force_verdict") or "failed", "answer"),
+            text("force off by, % of mu N", _force_off, "number"),
+        ]
+        * forces,
+    ]
+    return table_of("", columns, rows, lambda row: "fails" if verdict_of(row) == "FAILS" else "plain")
 
 
-def _force_cells(row: Row) -> tuple[str, str]:
-    """What creep forces say of Hertz, and by how much they are off."""
+def _force_off(row: Row) -> str:
+    """By how much creep forces are off."""
     if not row.get("force_verdict"):
-        return "failed", "-"
+        return "-"
     off, unsure = (float(row[f"force_worst{name}_percent"]) for name in ("", "_uncertainty"))
-    return str(row["force_verdict"]), f"{off:.1f} ± {unsure:.1f}"
+    return f"{off:.1f} ± {unsure:.1f}"
 
 
 def hertz_tables(record: Record) -> list[Table]:
@@ -217,33 +205,37 @@ def _measure_table(record: Record, title: str, name: str, sizes: Record, judged:
     return Table(title=title, columns=[Column(heading="measure", kind="text", wraps=True), *columns], rows=lines)
 
 
+_OF_THEORY = (
+    text("theory", lambda theory: THEORIES[theory["name"]].words),
+    number("p_max\ndev %", lambda theory: theory["deviation"].get("p_max_MPa"), "{:+z.1f}", 1e2, none=""),
+    number("area\ndev %", lambda theory: theory["deviation"].get("area_mm2"), "{:+z.1f}", 1e2, none=""),
+    number("part of\na limit", "limit_used", "{:.2f}", none=""),
+    text("decided by", lambda theory: theory.get("problem") or WORDS[theory["verdict"]["measure"]].name, wraps=True),
+    text("verdict", lambda theory: theory["verdict"]["verdict"]),
+)
+
+
 def theories_table(record: Record) -> Table:
     """The verdict on every theory of the pressure, and why one has no contact."""
-    columns = columns_of("theory", "p_max\ndev %", "area\ndev %", "part of\na limit", texts=("theory",))
-    columns += [Column(heading="decided by", kind="text", wraps=True), Column(heading="verdict", kind="text")]
-    lines = []
-    for name, theory in record["theories"].items():
-        words = THEORIES[name].words
-        if "problem" in theory:
-            lines.append(TableRow(cells=(words, "", "", "", theory["problem"], "none"), tone="dim"))
-            continue
-        verdict, off = theory["verdict"], theory["deviation"]
-        cells = [words, *(f"{1e2 * off[measure]:+z.1f}" for measure in ("p_max_MPa", "area_mm2"))]
-        cells += [f"{theory['limit_used']:.2f}", WORDS[verdict["measure"]].name, verdict["verdict"]]
-        lines.append(TableRow(cells=cells, tone=_TONES[verdict["verdict"]]))
-    return Table(title="Theories of the contact, the cheapest first", columns=columns, rows=lines)
+    none = {"deviation": {}, "verdict": {"verdict": "none"}}
+    theories = [{**none, **theory, "name": name} for name, theory in record["theories"].items()]
+    title = "Theories of the contact, the cheapest first"
+    return table_of(title, _OF_THEORY, theories, lambda theory: _TONES.get(theory["verdict"]["verdict"], "dim"))
+
+
+_LOBE = (
+    number("lobe", "number", "{:.0f}"),
+    number("place across\nmm", "y_mm", "{:+z.1f}"),
+    number("peak\nMPa", "p_max_MPa", "{:.0f}"),
+    number("of the force\n%", "force_share", "{:.1f}", 1e2),
+)
 
 
 def lobe_table(record: Record) -> Table:
     """The lobes of a contact, from the gauge side on."""
     lobes, pieces = record["lobes"], record["pieces"]
     counts = f"{len(lobes)} {'lobe' if len(lobes) == 1 else 'lobes'}, {pieces} {'patch' if pieces == 1 else 'patches'}"
-    lines = [
-        (str(number), f"{one['y_mm']:+z.1f}", f"{one['p_max_MPa']:.0f}", f"{1e2 * one['force_share']:.1f}")
-        for number, one in enumerate(lobes, start=1)
-    ]
-    columns = columns_of("lobe", "place across\nmm", "peak\nMPa", "of the force\n%")
-    return Table(title=counts, columns=columns, rows=[TableRow(cells=cells) for cells in lines])
+    return table_of(counts, _LOBE, [{**lobe, "number": place} for place, lobe in enumerate(lobes, start=1)])
 
 
 def ladder_table(record: Record) -> Table:
@@ -271,30 +263,25 @@ def effort_table(solver: Record) -> Table:
     return Table(title="Time and memory", columns=columns, rows=[TableRow(cells=cells) for cells in lines])
 
 
+_SOLVER = (
+    *_PLACE,
+    text("status", "status"),
+    text("elements a semi-axis", lambda row: ", ".join(f"{count:.1f}" for count in row["elements"]), "number"),
+    number("unknowns", "degrees_of_freedom", "{:.0f}"),
+    text("solver", lambda row: row["path"]),
+    number("residual", "contact_residual", "{:.0e}"),
+    number("load balance", "load_balance", "{:.0e}"),
+    number("seconds", "seconds", "{:.0f}"),
+    number("memory MB", "peak_memory_MB", "{:.0f}"),
+)
+
+
 def solver_table(cases: Sequence[ReportedCase]) -> Table:
     """Meshes, residuals, time and memory of all cases."""
-    texts = ("status", "solver")
-    headings = (
-        "status",
-        "elements a semi-axis",
-        "unknowns",
-        "solver",
-        "residual",
-        "load balance",
-        "seconds",
-        "memory MB",
-    )
     rows = []
     for case in cases:
-        row, solver = case.row, case.record.get("solver", {})
-        elements = ", ".join(f"{count:.1f}" for count in solver.get("elements_a_semi_axis", ()))
-        cells = [*(one.text(row) for one in _PLACE), str(row["status"]), elements]
-        cells += [_text(row, "degrees_of_freedom", "{:.0f}"), str(solver.get("path", "-"))]
-        cells += [_text(solver, name, "{:.0e}") for name in ("contact_residual", "load_balance")]
-        cells += [_text(row, name, "{:.0f}") for name in ("seconds", "peak_memory_MB")]
-        rows.append(TableRow(cells=cells))
-    return Table(title="", columns=[*(one.column for one in _PLACE), *columns_of(*headings, texts=texts)], rows=rows)
-
-
-def _text(of: Record, key: str, form: str) -> str:
-    return "-" if of.get(key) is None else form.format(float(of[key]))
+        solver = case.record.get("solver", {})
+        own = {name: solver.get(name) for name in ("contact_residual", "load_balance")}
+        elements, path = solver.get("elements_a_semi_axis", ()), solver.get("path", "-")
+        rows.append({**case.row, **own, "elements": elements, "path": path})
+    return table_of("", _SOLVER, rows)

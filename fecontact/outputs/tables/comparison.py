@@ -5,14 +5,11 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fecontact.outputs.tables.table import Column, Table, TableRow, columns_of
 from fecontact.outputs.words.pairs import short_name
 from fecontact.regression.compare import ColumnComparison, Difference, TableComparison
-
-if TYPE_CHECKING:
-    pass
 
 Record = dict[str, Any]
 

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
+
+from fecontact.profiles.curve import radius_text
 
 Tone: TypeAlias = Literal["plain", "fails", "open", "dim"]
 """How a row is to be seen: as it is, as what fails or must not be used, as what is open, as what does not decide."""
+Kind: TypeAlias = Literal["number", "text", "answer"]
+Of: TypeAlias = str | Callable[[Any], Any]
+"""What a column takes of an item: the value of a key, or what a function says of it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,13 +30,16 @@ class Column:
         Where there is no room columns with a name are left out, those of the lowest rank first, and named.
     wraps
         Whether its texts may take several lines where there is no room.
+    cell
+        Its text of an item, where the table is made of items (`table_of`).
     """
 
     heading: str
-    kind: Literal["number", "text", "answer"] = "number"
+    kind: Kind = "number"
     rank: int = 0
     name: str = ""
     wraps: bool = False
+    cell: Callable[[Any], str] = str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,6 +72,50 @@ class Table:
         names = [one.name for one in sorted(self.columns, key=lambda column: column.rank) if one.name]
         for count in range(len(names) + 1):
             yield self.without(names[:count]), names[:count]
+
+
+def table_of(
+    title: str, columns: Sequence[Column], items: Iterable[Any], tone: Callable[[Any], Tone] | None = None
+) -> Table:
+    """A table of items, each a line of what its columns say of it."""
+    rows = [
+        TableRow(cells=[column.cell(item) for column in columns], tone="plain" if tone is None else tone(item))
+        for item in items
+    ]
+    return Table(title=title, columns=columns, rows=rows)
+
+
+def number(
+    heading: str, of: Of, form: str = "{:g}", factor: float = 1.0, *, none: str = "-", rank: int = 0, name: str = ""
+) -> Column:
+    """A column of numbers in a format, in so many parts of their unit; `none` where there is no finite one."""
+
+    def cell(item: Any) -> str:
+        value = _value(of, item)
+        return none if missing(value) else form.format(factor * float(value))
+
+    return Column(heading=heading, rank=rank, name=name, cell=cell)
+
+
+def text(
+    heading: str, of: Of, kind: Kind = "text", *, none: str = "", rank: int = 0, name: str = "", wraps: bool = False
+) -> Column:
+    """A column of words; `none` where there are none."""
+
+    def cell(item: Any) -> str:
+        value = _value(of, item)
+        return none if value is None or value == "" else str(value)
+
+    return Column(heading=heading, kind=kind, rank=rank, name=name, wraps=wraps, cell=cell)
+
+
+def radius(heading: str, of: Of, form: str = "{:.1f}", *, rank: int = 0, name: str = "") -> Column:
+    """A column of radii in mm, None of a straight line."""
+    return text(heading, lambda item: radius_text(_value(of, item), form), "number", rank=rank, name=name)
+
+
+def _value(of: Of, item: Any) -> Any:
+    return of(item) if callable(of) else item.get(of)
 
 
 def columns_of(*headings: str, texts: Sequence[str] = (), answers: Sequence[str] = ()) -> list[Column]:

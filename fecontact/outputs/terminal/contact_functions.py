@@ -5,26 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from fecontact.outputs.tables.table import Column, Table, TableRow
+from fecontact.outputs.tables.table import Table, number, radius, table_of, text
 from fecontact.outputs.terminal.console import print_notes, print_table, say, standard_console
-from fecontact.profiles.curve import radius_text
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 _COLUMNS = (
-    Column(heading="shift\nmm"),
-    Column(heading="roll\nmrad"),
-    Column(heading="lift\nmm", rank=2, name="lift"),
-    Column(heading="r left -\nright mm"),
-    Column(heading="y rail\nmm"),
-    Column(heading="y wheel\nmm", rank=4, name="y wheel"),
-    Column(heading="angle\nmrad"),
-    Column(heading="radius\nmm", rank=3, name="rolling radius"),
-    Column(heading="R rail\nmm"),
-    Column(heading="R wheel\nacross mm", rank=5, name="radius of the wheel across"),
-    Column(heading="R wheel\nrolling mm", rank=1, name="radius of the wheel along the rail"),
-    Column(heading="touch\npoints"),
+    number("shift\nmm", "lateral_shift_mm", "{:+z.2f}"),
+    number("roll\nmrad", "roll_mrad", "{:+z.4f}"),
+    number("lift\nmm", "lift_mm", "{:+z.3f}", rank=2, name="lift"),
+    number("r left -\nright mm", "rolling_radius_difference_mm", "{:+z.3f}"),
+    number("y rail\nmm", "rail_y_mm", "{:+z.2f}"),
+    number("y wheel\nmm", "wheel_y_mm", "{:+z.2f}", rank=4, name="y wheel"),
+    number("angle\nmrad", "contact_angle_rad", "{:+z.2f}", 1e3),
+    number("radius\nmm", "rolling_radius_mm", "{:.3f}", rank=3, name="rolling radius"),
+    radius("R rail\nmm", "rail_radius_mm"),
+    radius("R wheel\nacross mm", "wheel_lateral_radius_mm", rank=5, name="radius of the wheel across"),
+    radius("R wheel\nrolling mm", "wheel_rolling_radius_mm", rank=1, name="radius of the wheel along the rail"),
+    text("touch\npoints", lambda row: f"{row['points']}{' junction' * row['at_junction']}", "number"),
 )
 
 
@@ -57,26 +56,10 @@ def print_functions(record: Mapping[str, Any], *, console: Console | None = None
 
 
 def _side_table(record: Mapping[str, Any], side: str) -> Table:
-    rows = [TableRow(cells=_cells(row, side)) for row in record["positions"] if "problem" not in row]
+    """A side of the wheelset at each shift, by its first touch point."""
+    placed = [(row, row[side]["touch_points"]) for row in record["positions"] if "problem" not in row]
     title = f"The {side} wheel on its rail; lengths in mm, radii positive where convex"
-    return Table(title=title, columns=_COLUMNS, rows=rows)
-
-
-def _cells(row: Mapping[str, Any], side: str) -> tuple[str, ...]:
-    points = row[side]["touch_points"]
-    touch = points[0]
-    return (
-        f"{row['lateral_shift_mm']:+z.2f}",
-        f"{row['roll_mrad']:+z.4f}",
-        f"{row['lift_mm']:+z.3f}",
-        f"{row['rolling_radius_difference_mm']:+z.3f}",
-        f"{touch['rail_y_mm']:+z.2f}",
-        f"{touch['wheel_y_mm']:+z.2f}",
-        f"{1e3 * touch['contact_angle_rad']:+z.2f}",
-        f"{touch['rolling_radius_mm']:.3f}",
-        *(radius_text(touch[f"{name}_radius_mm"]) for name in ("rail", "wheel_lateral", "wheel_rolling")),
-        str(len(points)) + (" junction" if touch["at_junction"] else ""),
-    )
+    return table_of(title, _COLUMNS, [{**row, **points[0], "points": len(points)} for row, points in placed])
 
 
 def _print_conicity(conicities: Sequence[Mapping[str, float]], console: Console) -> None:

@@ -5,23 +5,36 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from fecontact.outputs.tables.table import Table, TableRow, columns_of
+from fecontact.outputs.tables.table import Table, number, radius, table_of, text
 from fecontact.outputs.terminal.console import print_notes, print_table, say, standard_console
-from fecontact.profiles.curve import radius_text
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 Record = Mapping[str, Any]
 
-_ELLIPSE = {
-    "p0\nMPa": ("p_max_MPa", "{:.1f}"),
-    "a\nmm": ("a_mm", "{:.3f}"),
-    "b\nmm": ("b_mm", "{:.3f}"),
-    "turned\nmrad": ("orientation_rad", "{:+z.1f}"),
-    "area\nmm²": ("area_mm2", "{:.2f}"),
-    "approach\nmm": ("approach_mm", "{:.5f}"),
-}
+_ELLIPSE = (
+    number("point", lambda one: one["touch_point"] + 1, "{:.0f}"),
+    text("side", "side"),
+    number("F_n\nkN", "normal_force_N", "{:.3f}", 1e-3),
+    number("p0\nMPa", "p_max_MPa", "{:.1f}"),
+    number("a\nmm", "a_mm", "{:.3f}"),
+    number("b\nmm", "b_mm", "{:.3f}"),
+    number("turned\nmrad", "orientation_rad", "{:+z.1f}", 1e3),
+    number("area\nmm²", "area_mm2", "{:.2f}"),
+    number("approach\nmm", "approach_mm", "{:.5f}"),
+)
+_TOUCH = (
+    number("point", "point", "{:.0f}", none=""),
+    number("y rail\nmm", "rail_y_mm", "{:+z.3f}", none=""),
+    number("y wheel\nmm", "wheel_y_mm", "{:+z.3f}", none=""),
+    number("angle\nmrad", "contact_angle_rad", "{:+z.2f}", 1e3, none=""),
+    number("gap\nmm", "vertical_gap_mm", "{:.4f}", none=""),
+    text("side", "side"),
+    radius("R rail\nmm", "rail_radius_mm"),
+    radius("R wheel\nacross mm", "wheel_lateral_radius_mm"),
+    radius("R wheel\nrolling mm", "wheel_rolling_radius_mm"),
+)
 
 
 def print_hertz(record: Record, *, console: Console | None = None) -> None:
@@ -39,15 +52,7 @@ def print_hertz(record: Record, *, console: Console | None = None) -> None:
 
 def ellipse_table(record: Record) -> Table:
     """The ellipse of each touch point, and of each side of a junction."""
-    rows = []
-    for one in record["ellipses"]:
-        cells = ["-"] * (1 + len(_ELLIPSE))
-        if "problem" not in one:
-            of = {**one, "orientation_rad": 1e3 * one["orientation_rad"]}
-            cells = [f"{of['normal_force_N'] / 1e3:.3f}", *(form.format(of[key]) for key, form in _ELLIPSE.values())]
-        rows.append(TableRow(cells=[str(one["touch_point"] + 1), one["side"], *cells]))
-    columns = columns_of("point", "side", "F_n\nkN", *_ELLIPSE, texts=("side",))
-    return Table(title="Hertz's ellipse, each with the whole load", columns=columns, rows=rows)
+    return table_of("Hertz's ellipse, each with the whole load", _ELLIPSE, record["ellipses"])
 
 
 def _shared_text(shared: Record) -> str:
@@ -60,20 +65,10 @@ def _shared_text(shared: Record) -> str:
 
 
 def touch_point_table(record: Record) -> Table:
-    """Where the rigid bodies touch, and the radii there."""
-    rows = []
-    for number, touch in enumerate(record["touch_points"], start=1):
-        position: tuple[str, ...] = (
-            str(number),
-            f"{touch['rail_y_mm']:+z.3f}",
-            f"{touch['wheel_y_mm']:+z.3f}",
-            f"{1e3 * touch['contact_angle_rad']:+z.2f}",
-            f"{touch['vertical_gap_mm']:.4f}",
-        )
-        for curvature in touch["curvatures"]:
-            radii = (curvature[f"{name}_radius_mm"] for name in ("rail", "wheel_lateral", "wheel_rolling"))
-            rows.append(TableRow(cells=[*position, curvature["side"], *map(radius_text, radii)]))
-            position = ("",) * len(position)
-    places = ("point", "y rail\nmm", "y wheel\nmm", "angle\nmrad", "gap\nmm", "side")
-    columns = columns_of(*places, "R rail\nmm", "R wheel\nacross mm", "R wheel\nrolling mm", texts=("side",))
-    return Table(title="Touch points (radii positive where convex)", columns=columns, rows=rows)
+    """Where the rigid bodies touch, and the radii there; of a junction the second side has a line without the place."""
+    lines = [
+        {**({} if second else {**touch, "point": place}), **curvature}
+        for place, touch in enumerate(record["touch_points"], start=1)
+        for second, curvature in enumerate(touch["curvatures"])
+    ]
+    return table_of("Touch points (radii positive where convex)", _TOUCH, lines)

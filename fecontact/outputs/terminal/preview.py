@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from fecontact.outputs.records.preview import junctions_of
 from fecontact.profiles.recognition import Nearest
 from fecontact.solving.preview import Preview
-
-if TYPE_CHECKING:
-    pass
 
 
 def preview_text(seen: Preview) -> str:

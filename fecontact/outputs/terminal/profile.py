@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from fecontact.outputs.tables.table import Column, Table, TableRow, columns_of
+from fecontact.outputs.tables.table import Table, number, radius, table_of, text
 from fecontact.outputs.terminal.console import print_notes, print_table, say, standard_console
 from fecontact.profiles.curve import Profile, radius_mm, radius_text
 from fecontact.profiles.segments import Arc, Line, Segment
@@ -14,24 +14,44 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
+_LIBRARY = (
+    text("name", "name"),
+    text("kind", "kind"),
+    number("y from\nmm", "low", "{:.1f}", none=""),
+    number("y to\nmm", "high", "{:.1f}", none=""),
+    text("junctions", "junctions", "number"),
+    text("certainty", "certainty"),
+    text("source", "source", wraps=True),
+)
+_JUNCTIONS = (
+    number("y mm", lambda one: one.y_mm, "{:.4f}"),
+    number("z mm", lambda one: one.z_mm, "{:.4f}"),
+    radius("R before mm", lambda one: radius_mm(one.curvature_left_per_mm), "{:.2f}"),
+    radius("R after mm", lambda one: radius_mm(one.curvature_right_per_mm), "{:.2f}"),
+    number("kink mrad", lambda one: one.turn_rad, "{:z.3f}", 1e3),
+)
+_SEGMENTS = (
+    text("segment", "number", "number"),
+    text("kind", lambda one: type(one["segment"]).__name__.lower()),
+    *(number(f"{name} mm", name, "{:.4f}") for name in ("y from", "y to", "z from", "z to")),
+    text("R mm", lambda one: _segment_radius(one["segment"]), "number"),
+)
+
+
 def print_library(*, folder: Path | None = None, console: Console | None = None) -> None:
     """Print the profiles of the library and files of a folder, and what else may be given in place of a name."""
     from fecontact.profiles.library import load, names
 
     console = console or standard_console()
-    rows = []
-    for name in names():
-        profile = load(name)
-        ends = (f"{end:.1f}" for end in profile.y_range_mm)
-        cells = (name, profile.kind, *ends, str(len(profile.junctions)), profile.certainty, profile.source)
-        rows.append(TableRow(cells=cells))
+    items: list[dict[str, Any]] = []
+    for profile in map(load, names()):
+        low, high = profile.y_range_mm
+        own = {name: getattr(profile, name) for name in ("name", "kind", "certainty", "source")}
+        items.append({**own, "low": low, "high": high, "junctions": len(profile.junctions)})
     for path in sorted(folder.iterdir()) if folder is not None and folder.is_dir() else ():
         if path.is_file():
-            rows.append(TableRow(cells=(path.stem, "", "", "", "", "", f"file {path.name} of {folder}")))
-    texts = ("name", "kind", "certainty")
-    columns = columns_of("name", "kind", "y from\nmm", "y to\nmm", "junctions", "certainty", texts=texts)
-    columns = [*columns, Column(heading="source", kind="text", wraps=True)]
-    print_table(console, Table(title="Profile library", columns=columns, rows=rows))
+            items.append({"name": path.stem, "source": f"file {path.name} of {folder}"})
+    print_table(console, table_of("Profile library", _LIBRARY, items))
     say(console, "Also: circle:R and arcs:R/R@D (rails), cylinder:R (wheel), all in mm, or the path of a profile file.")
 
 
@@ -49,27 +69,19 @@ def print_profile(profile: Profile, *, console: Console | None = None) -> None:
 
 def junction_table(profile: Profile) -> Table:
     """Where the curvature jumps."""
-    rows = []
-    for junction in profile.junctions:
-        radii = (radius_mm(one) for one in (junction.curvature_left_per_mm, junction.curvature_right_per_mm))
-        cells = [f"{junction.y_mm:.4f}", f"{junction.z_mm:.4f}", *(radius_text(one, "{:.2f}") for one in radii)]
-        rows.append(TableRow(cells=[*cells, f"{1e3 * junction.turn_rad:z.3f}"]))
-    columns = columns_of("y mm", "z mm", "R before mm", "R after mm", "kink mrad")
-    return Table(title="Junctions (radii positive where convex)", columns=columns, rows=rows)
+    return table_of("Junctions (radii positive where convex)", _JUNCTIONS, profile.junctions)
 
 
 def segment_table(profile: Profile) -> Table:
     """The segments of the running surface."""
     import numpy as np
 
-    rows = []
-    for number, segment in enumerate(profile.segments, start=1):
+    items = []
+    for place, segment in enumerate(profile.segments, start=1):
         ends = segment.evaluate(np.array([0.0, 1.0]))
-        positions = (f"{float(value):.4f}" for value in (*ends.y, *ends.z))
-        cells = (str(number), type(segment).__name__.lower(), *positions, _segment_radius(segment))
-        rows.append(TableRow(cells=cells))
-    columns = columns_of("segment", "kind", "y from mm", "y to mm", "z from mm", "z to mm", "R mm", texts=("kind",))
-    return Table(title="Running surface, from the gauge side to the field side", columns=columns, rows=rows)
+        where = dict(zip(("y from", "y to", "z from", "z to"), (*ends.y, *ends.z), strict=True))
+        items.append({"number": place, "segment": segment, **where})
+    return table_of("Running surface, from the gauge side to the field side", _SEGMENTS, items)
 
 
 def _segment_radius(segment: Segment) -> str:

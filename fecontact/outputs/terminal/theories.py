@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from fecontact.outputs.tables.table import Table, TableRow, columns_of
+from fecontact.outputs.tables.table import Table, number, table_of, text
 from fecontact.outputs.terminal.console import print_notes, print_table, say, standard_console
 
 if TYPE_CHECKING:
@@ -17,13 +17,16 @@ _TITLES = {
     "pressure": "Theories of the pressure, from the cheapest",
     "forces": "Laws of creep forces, from the cheapest",
 }
-_PATCH = {
-    "F_n\nkN": ("normal_force_N", 1e-3, ".3f"),
-    "p_max\nMPa": ("p_max_MPa", 1.0, ".1f"),
-    "area\nmm²": ("area_mm2", 1.0, ".2f"),
-    "a\nmm": ("a_mm", 1.0, ".3f"),
-    "b\nmm": ("b_mm", 1.0, ".3f"),
-}
+_PATCH = (
+    text("patch", "patch"),
+    number("F_n\nkN", "normal_force_N", "{:.3f}", 1e-3),
+    number("p_max\nMPa", "p_max_MPa", "{:.1f}"),
+    number("area\nmm²", "area_mm2", "{:.2f}"),
+    number("a\nmm", "a_mm", "{:.3f}"),
+    number("b\nmm", "b_mm", "{:.3f}"),
+    number("approach\nmm", "approach_mm", "{:.5f}", none=""),
+    number("centre s\nmm", lambda patch: patch["centre_mm"][1], "{:+z.3f}"),
+)
 
 
 def print_theories(listed: Record, *, console: Console | None = None) -> None:
@@ -55,15 +58,5 @@ def print_alone(record: Record, *, console: Console | None = None) -> None:
 def _contact_table(record: Record) -> Table:
     """All of the contact, and, where there are several, each patch."""
     patches = record["patches"] if len(record["patches"]) > 1 else []
-    rows = [TableRow(cells=["all", *_cells(record), f"{record['approach_mm']:.5f}", _place(record)])]
-    rows += [TableRow(cells=[str(number), *_cells(one), "", _place(one)]) for number, one in enumerate(patches, 1)]
-    columns = columns_of("patch", *_PATCH, "approach\nmm", "centre s\nmm", texts=("patch",))
-    return Table(title=record["words"], columns=columns, rows=rows)
-
-
-def _cells(of: Record) -> list[str]:
-    return [f"{factor * of[key]:{form}}" for key, factor, form in _PATCH.values()]
-
-
-def _place(of: Record) -> str:
-    return f"{of['centre_mm'][1]:+z.3f}"
+    numbered = ({**patch, "patch": place, "approach_mm": None} for place, patch in enumerate(patches, 1))
+    return table_of(record["words"], _PATCH, [{**record, "patch": "all"}, *numbered])
