@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from fecontact import __version__
 from fecontact.jobs.remaining import duration
@@ -106,6 +107,19 @@ def say(text: str, *, quiet: bool = False) -> None:
     _LOG.info(text)
     if not quiet:
         print(text)
+
+
+def answer(record: object, show: Callable[[Any], object], *, json: bool, **files: Path | None) -> None:
+    """Print a record for a reader, or as JSON and nothing else, and tell of files by what they are."""
+    from fecontact.files import json_text
+
+    if json:
+        print(json_text(record))
+    else:
+        show(record)
+    for what, path in files.items():
+        if path is not None:
+            print(f"{what}: {path}", file=sys.stderr if json else sys.stdout)
 
 
 def log_only(text: str, *, warning: bool = False) -> None:

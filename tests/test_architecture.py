@@ -51,7 +51,7 @@ ROOMS: dict[str, set[str]] = {
     | {"regression", "jobs", "outputs", "material", "theory", "geometry", "dimensions", "vehicle", "alone"}
     | {"irregularity", "outcome"},
     # how long is left
-    "console": {"jobs"},
+    "console": {"files", "jobs"},
     # pages of text
     "guide": {"errors", "inputs"},
     "doctor": set(),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 from cyclopts import Parameter
 
 from fecontact.case import unusual
-from fecontact.console import tell_notes
+from fecontact.console import answer, tell_notes
 from fecontact.options import CaseOptions, options_of
 
 # no stress is looked at, and nothing is solved
@@ -39,17 +39,12 @@ def hertz(options: HertzOptions = _OF_HERTZ, *, json: Annotated[bool, Parameter(
     json
         Print the result as JSON and nothing else.
     """
-    from fecontact.files import json_text
     from fecontact.outputs.terminal.hertz import print_hertz
     from fecontact.runs.analytic import hertz as hertz_of
 
     case = options.case()
     tell_notes(unusual([case]))
-    record = hertz_of(case)
-    if json:
-        print(json_text(record))
-    else:
-        print_hertz(record)
+    answer(hertz_of(case), print_hertz, json=json)
     return 0
 
 
@@ -106,7 +101,6 @@ def creep(
     json
         Print the result as JSON and nothing else.
     """
-    from fecontact.files import json_text
     from fecontact.outputs.terminal.creep import print_ellipse
     from fecontact.runs.analytic import creep as ellipse_forces
 
@@ -120,10 +114,7 @@ def creep(
         poisson=ellipse.poisson,
         theories=theory.split(","),
     )
-    if json:
-        print(json_text(record))
-    else:
-        print_ellipse(record)
+    answer(record, print_ellipse, json=json)
     return 0
 
 
@@ -180,7 +171,6 @@ def geometry(
     out
         File of the picture (PNG).
     """
-    from fecontact.files import json_text
     from fecontact.inputs.texts import parse_numbers
     from fecontact.outputs.records.contact_functions import functions_record
     from fecontact.outputs.terminal.contact_functions import print_functions
@@ -197,10 +187,5 @@ def geometry(
         from fecontact.runs.curving import loaded_conicities
 
         record["loaded_conicity"] = loaded_conicities(case, 1e3 * loaded_kn)
-    if json:
-        print(json_text(record))
-        return 0
-    print_functions(record)
-    if out is not None:
-        print(f"picture: {out}")
+    answer(record, print_functions, json=json, picture=out)
     return 0

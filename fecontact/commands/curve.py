@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from cyclopts import Parameter
 
+from fecontact.console import answer
 from fecontact.errors import InputError
 from fecontact.options import CaseOptions, options_of
 
@@ -75,7 +75,7 @@ def curve(
     out
         Folder for curve.csv, curve.json and pictures.
     """
-    from fecontact.files import json_text, write_json
+    from fecontact.files import write_json
     from fecontact.inputs.texts import parse_numbers
     from fecontact.outputs.figures.curve import curves_figure, visits_figure
     from fecontact.outputs.records.curve import curve_rows, curves_record
@@ -107,10 +107,5 @@ def curve(
         curves_figure(found, out / "curve.png")
         if found.cells:
             visits_figure(found, out / "curve_map.png")
-    if json:
-        print(json_text(record))
-    else:
-        print_curves(found)
-    if out is not None:
-        print(f"written: {out}", file=sys.stderr if json else sys.stdout)
+    answer(record, lambda _: print_curves(found), json=json, written=out)
     return 0 if all(run.is_balanced for runs in found.runs.values() for run in runs) else 3

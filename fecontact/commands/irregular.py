@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from cyclopts import Parameter
 
 from fecontact.case import unusual
-from fecontact.console import many, tell_notes
+from fecontact.console import answer, many, tell_notes
 from fecontact.options import CaseOptions, options_of
 
 _OF_PAIR = options_of("place", "profiles", "load", "material", without=("yaw_rad", "yield_MPa"))
@@ -59,7 +58,7 @@ def irregular(
         Folder for irregular.json and irregular.png.
     """
     from fecontact.errors import InputError
-    from fecontact.files import json_text, write_json
+    from fecontact.files import write_json
     from fecontact.inputs.texts import parse_numbers
     from fecontact.jobs.workers import default_workers
     from fecontact.outputs.figures.irregular import irregular_figure
@@ -84,11 +83,6 @@ def irregular(
     if out is not None:
         write_json(out / "irregular.json", record)
         irregular_figure(record, out / "irregular.png")
-    if json:
-        print(json_text(record))
-    else:
-        print_irregular(record)
-    if out is not None:
-        print(f"written: {out}", file=sys.stderr if json else sys.stdout)
+    answer(record, print_irregular, json=json, written=out)
     solved = record["cells"] if "cells" in record else record["places"]
     return 3 if any(one["problem"] for one in solved) else 0

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 from cyclopts import Parameter
 
 from fecontact.case import unusual
-from fecontact.console import tell_notes
+from fecontact.console import answer, tell_notes
 from fecontact.options import CaseOptions, options_of
 
 # no stress is looked at, and nothing is meshed
@@ -35,14 +35,10 @@ def theories(*, json: Annotated[bool, Parameter(negative="")] = False) -> int:
     json
         Print the list as JSON and nothing else.
     """
-    from fecontact.files import json_text
     from fecontact.outputs.terminal.theories import print_theories
     from fecontact.runs.analytic import theories as listed
 
-    if json:
-        print(json_text(listed()))
-    else:
-        print_theories(listed())
+    answer(listed(), print_theories, json=json)
     return 0
 
 
@@ -58,17 +54,13 @@ def theory(
     json
         Print the result as JSON and nothing else.
     """
-    from fecontact.files import json_text
     from fecontact.outputs.terminal.theories import print_alone
     from fecontact.runs.analytic import theory as alone
 
     case = options.case()
     tell_notes(unusual([case]))
     record = alone(case, name)
-    if json:
-        print(json_text(record))
-    else:
-        print_alone(record)
+    answer(record, print_alone, json=json)
     return 0 if record["status"] == "solved" else 3
 
 
@@ -98,7 +90,6 @@ def table(
     json
         Print the table as JSON and nothing else.
     """
-    from fecontact.files import json_text
     from fecontact.inputs.texts import parse_numbers
     from fecontact.outputs.tables.csv_file import write_csv
     from fecontact.outputs.terminal.contact_table import print_lines
@@ -110,10 +101,5 @@ def table(
     rows = made_table(case, positions, loads_N, map_folder=map_)
     if out is not None:
         write_csv(rows, out)
-    if json:
-        print(json_text(rows))
-    else:
-        print_lines(rows)
-        if out is not None:
-            print(f"table: {out}")
+    answer(rows, print_lines, json=json, table=out)
     return 3 if any(row["problem"] for row in rows) else 0
