@@ -17,6 +17,7 @@ from fecontact.cli import app, call
 from fecontact.guide.pages import page, titles
 from fecontact.regression.tolerances import read_tolerances
 from fecontact.runs.toml_cases import toml_cases
+from fecontact.vehicle.model import load_vehicle
 
 ROOT = Path(__file__).parents[1]
 GUIDE = ROOT / "fecontact" / "guide"
@@ -86,7 +87,7 @@ def test_links_lead_somewhere(page):
 def test_options_and_targets_exist(page):
     known = {*app, *OPTIONS, "--help-all"}
     foreign = r"^(dask|#SBATCH).*$|`[^`]*paraview --[^`]*`|^.*paraview --.*$"
-    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*[a-z]", re.sub(foreign, "", TEXTS[page], flags=re.M)))
+    named = set(re.findall(r"(?<![\w-])--[a-z][a-z0-9-]*[a-z0-9]", re.sub(foreign, "", TEXTS[page], flags=re.M)))
     assert named - known == set()
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
     shown = re.findall(r"(?:`|^ {4})make ([a-z-]+)", TEXTS[page], re.MULTILINE)
@@ -113,7 +114,8 @@ def test_files_that_are_shown_can_be_read(page, tmp_path):
     path = tmp_path / "shown.toml"
     for block in fenced(TEXTS[page], "toml"):
         path.write_text(block, "utf-8")
-        read = read_tolerances if block.startswith("[kinds") else toml_cases
+        shown = {"[kinds": read_tolerances, "name =": lambda vehicle: load_vehicle(str(vehicle))}
+        read = next((reader for begins, reader in shown.items() if block.startswith(begins)), toml_cases)
         read(path)
 
 

@@ -20,6 +20,7 @@ from fecontact.errors import InputError
 from fecontact.files import write_sealed
 from fecontact.geometry.placement import pair_of
 from fecontact.geometry.wheelset import Wheelset
+from fecontact.guide.pages import page
 from fecontact.material import STEEL, contact_modulus_MPa
 from fecontact.outputs.records.map import MAP_SCHEMA
 from fecontact.outputs.records.results import shown_case_record
@@ -634,3 +635,11 @@ def test_python_has_what_the_command_prints():
     )
     with pytest.raises(FrozenInstanceError):
         found.share = ()
+
+
+def test_the_vehicle_of_the_guide_can_be_copied(tmp_path):
+    own = tmp_path / "own.toml"
+    own.write_text(page("curves").partition("```toml\n")[2].partition("```")[0], encoding="utf-8")
+    copied, built_in = load_vehicle(str(own)), load_vehicle("manchester")
+    assert (copied.wheelset, copied.bogie) == (built_in.wheelset, built_in.bogie)
+    assert copied.name == "my coach"
