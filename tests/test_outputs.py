@@ -222,8 +222,8 @@ def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
         "schema", "status", "case", "contact_angle_rad", "touch_points", "normal_force_N", "fe", "hertz", "deviation",
         "uncertainty", "uncertainty_of_profile", "pressure_l2", "overlap", "centre_of_pressure_mm", "lobes", "pieces",
         "hertz_stiffness_GN_per_m15", "rungs", "elements_uncertainty", "steps", "bodies_step_uncertainty", "geometry",
-        "slide_mm", "verdict", "verdict_elements", "theories", "solver", "patches", "hertz_points", "von_mises", "creep",
-        "warnings", "versions",
+        "slide_mm", "verdict", "verdict_elements", "theories", "solver", "patches", "hertz_points", "von_mises",
+        "creep", "warnings", "versions",
     ]  # fmt: skip
     assert record["schema"] == "fecontact/result/4"
     # no mesh tells how uncertain the approach is
