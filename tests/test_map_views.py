@@ -24,7 +24,7 @@ from fecontact.outputs.figures.style import ANSWERS
 from fecontact.outputs.maps.cheapest import theory_view
 from fecontact.outputs.maps.figure import map_figure
 from fecontact.outputs.maps.files import write_map
-from fecontact.outputs.maps.measures import map_view, measure_table, refuse_measure
+from fecontact.outputs.maps.measures import map_answer, map_view, measure_table, refuse_measure
 from fecontact.outputs.maps.verdicts import verdict_view
 from fecontact.outputs.maps.view import CellView
 from fecontact.outputs.records.theories import share_records
@@ -118,7 +118,7 @@ def test_the_cheapest_theory_that_holds(made):
     view = theory_view(made)
     assert [cell.answer for cell in cells_of(view)] == [HERTZ, MULTI_HERTZ, "failed"]
     assert [cell.letter for cell in cells_of(view)] == ["A", "B", "!"]
-    assert [answer for answer, _ in view.answers] == [HERTZ, MULTI_HERTZ, "failed", "UNRESOLVED"]
+    assert [answer for answer, _ in view.answers] == [HERTZ, MULTI_HERTZ, "failed"]
     none = theory_view(failing(made))
     assert [cell.text[0] for cell in cells_of(none)] == ["A", "x", "!"]
     assert ("FAILS", "none holds") in none.answers
@@ -209,3 +209,88 @@ def test_the_cheapest_theory_is_printed_with_its_shares_and_drawn(made, tmp_path
     assert json.loads((tmp_path / "map.json").read_text("utf-8"))["theory_shares"] == json.loads(
         json_text(share_records(made))
     )
+
+
+def verdicts(made, shifts_mm, loads_kN, answers, causes=None):
+    """A map with these verdicts of Hertz, a row of letters for each shift: h holds, f fails, o open, ! lost."""
+    like = made.cells[0].judged
+    names = {"h": "HOLDS", "f": "FAILS", "o": "UNRESOLVED"}
+    positions = []
+    for shift, row in zip(shifts_mm, answers, strict=True):
+        cells = []
+        for load_kN, letter in zip(loads_kN, row, strict=True):
+            if letter == "!":
+                cells.append(MapCell(lateral_shift_mm=shift, load_N=1e3 * load_kN, status="failed: no memory"))
+                continue
+            cause = (causes or {}).get(shift, "second lobe") if letter == "f" else None
+            verdict = Verdict(answer=names[letter], measure="area_mm2", each={"area_mm2": names[letter]}, cause=cause)
+            case = replace(like.case, lateral_shift_mm=shift, load_N=1e3 * load_kN)
+            judged = replace(like, solved=replace(like.solved, case=case), verdict=verdict)
+            cells.append(solved_cell(shift, judged))
+        positions.append(MapPosition(lateral_shift_mm=shift, cells=tuple(cells), limit=load_limit(cells)))
+    return ApplicabilityMap(case=made.case, loads_N=tuple(1e3 * one for one in loads_kN), positions=tuple(positions))
+
+
+def test_the_answer_of_a_map_is_a_few_sentences(made):
+    shifts = [-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0]
+    rows = ["hhh", "hhh", "hhh", "hff", "hhf", "fff", "fhh", "hoh", "!!!"]
+    shown = verdicts(made, shifts, [20, 50, 100], rows, {0.5: "finite bodies"})
+    assert map_answer(shown, "pressure") == [
+        "From -2 to -1 mm Hertz holds at all loads (20 to 100 kN).",
+        "At -0.5 and 0 mm it holds up to 20 and 50 kN, where the pressure has a second lobe.",
+        "At 0.5 mm it fails at all loads, where the finite bodies change the pressure.",
+        "At 1 mm it fails 20, not solved 20 to 50, holds 50 to 100 kN.",
+        "At 1.5 mm it holds 20, open 20 to 100, holds 100 kN.",
+        "At 2 mm there is no result.",
+        "Of 27 cells 1 is open and 3 are without a result.",
+    ]
+    # one that could not be used says nothing of "all loads"
+    partly = verdicts(made, [0.0, 1.0], [20, 50], ["h!", "!f"])
+    assert map_answer(partly, "pressure")[0] == "At 0 mm Hertz holds 20 kN (50 kN: failed: no memory)."
+    assert map_answer(verdicts(made, [0.0], [50], ["h"]), "pressure") == ["At 0 mm Hertz holds at all loads (50 kN)."]
+
+
+def test_the_answer_by_the_cheapest_theory_says_which_where(made):
+    assert map_answer(made, "theory") == [
+        f"The cheapest theory that holds is {THEORIES[HERTZ].words} at -4 mm at all loads.",
+        f"It is {THEORIES[MULTI_HERTZ].words} at 5 mm at all loads.",
+        "Of 3 cells 1 is without a result.",
+    ]
+    assert map_answer(failing(made), "theory")[1:] == [
+        "None holds at 5 mm at all loads.",
+        "Of 3 cells 1 is without a result.",
+    ]
+    text = io.StringIO()
+    print_map(made, "theory", HERTZ, width=80, console=Console(file=text))
+    assert text.getvalue().startswith("The cheapest theory that holds is")
+    assert max(map(len, text.getvalue().partition("shift mm")[0].splitlines())) <= 80
+
+
+def test_columns_are_as_wide_as_the_smallest_step_and_wide_ones_leave_gaps(made, monkeypatch):
+    kept = []
+    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
+    for shifts in ([-4.0, -2.0, 0.0], [0.0, 0.5, 1.0, 4.0], [3.0]):
+        map_figure(verdict_view(verdicts(made, shifts, [50, 100], ["hf"] * len(shifts))), "unused.png")
+    widths = [{round(bar.get_width(), 9) for bar in figure.axes[0].patches} for figure in kept]
+    assert widths == [{1.4}, {0.5}, {1.0}]
+    # what was not solved is hatched and white, and the legend says so
+    white = [bar for bar in kept[0].axes[0].patches if bar.get_hatch()]
+    assert {bar.get_y() for bar in white} == {50.0}
+    assert {bar.get_facecolor() for bar in white} == {(1.0, 1.0, 1.0, 1.0)}
+    told = [text.get_text() for text in kept[0].axes[0].get_legend().get_texts()]
+    assert "not solved: between two verdicts" in told
+    assert "unresolved" not in told
+
+
+def test_load_on_separate_patches_is_told_as_load(made):
+    cell = made.cells[1]
+    load = cell.judged
+    verdict = replace(load.verdict, answer="FAILS", measure="separate_load")
+    judgements = {
+        name: replace(one, deviation={**one.deviation, "separate_load": 0.333}) for name, one in load.judgements.items()
+    }
+    other = replace(load, verdict=verdict, judgements=judgements)
+    position = replace(made.positions[1], cells=(replace(cell, judged=other),))
+    view = verdict_view(replace(made, positions=(position,)))
+    assert cells_of(view)[0].text.split()[0] == "33%"
+    assert "%: load on separate patches" in view.number

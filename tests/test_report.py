@@ -25,6 +25,7 @@ from fecontact.outputs.reports.study_files import write_tables
 from fecontact.outputs.reports.words import answer_words
 from fecontact.outputs.tables.cases import ReportedCase
 from fecontact.outputs.tables.csv_file import write_csv
+from fecontact.outputs.words.measures import WORDS
 from fecontact.runs.case_store import write_case
 from fecontact.solving.solve import CaseResult
 
@@ -72,13 +73,14 @@ def text_of(element: ElementTree.Element) -> str:
 def test_a_report_says_question_answer_and_reason(study):
     page = parsed(study / "report.html")
     head = [text_of(one) for one in page.iter("p")]
-    assert text_of(next(page.iter("h1"))) == "two <shifts>"
-    assert head[0] == "Hertz holds in 1 of 3 cases, fails in 0, is open in 1, 1 could not be used"
-    assert head[1].startswith("May Hertz's ellipse stand for the contact of rail circle:300 and wheel cylinder:460?")
-    assert head[2] == "It is as expected."
+    # the pair, not the name of a file; and the conclusion first
+    assert text_of(next(page.iter("h1"))) == "Rail circle:300 and wheel cylinder:460, 100 kN"
+    assert head[0] == "It is as expected."
+    assert head[1] == "two <shifts>: Hertz holds in 1 of 3 cases, fails in 0, is open in 1, 1 could not be used."
+    assert head[2].startswith("May Hertz's ellipse stand for the contact of rail circle:300 and wheel cylinder:460?")
     assert [text_of(one) for one in page.iter("li") if "to decide it: --resolution standard" in text_of(one)]
     titles = [text_of(one) for one in page.iter("h2")]
-    assert titles == ["The pair", "Verdicts", "Cases", "Meshes and solver", "What made it", "Terms"]
+    assert titles == ["Verdicts", "The pair", "Cases", "Meshes and solver", "What made it", "Terms"]
     lines = [[text_of(cell) for cell in line.iter("td")] for line in next(page.iter("table")).iter("tr")][1:]
     assert [line[:3] for line in lines] == [
         ["-1.00", "100", "HOLDS"], ["+2.50", "100", "UNRESOLVED"], ["+30.00", "100", "failed"],
@@ -92,10 +94,27 @@ def test_pictures_of_the_pair_say_which_case_they_show(study):
     used = [row.get("limit_used", 0.0) for row in rows]
     assert used[1] == max(used) > used[0] > 0.0
     case = f"at +2.50 mm, 100 kN, the case that uses most of a limit ({used[1]:.2f} times the limit)"
-    assert words[:2] == [
+    # after that of the whole study; the relief is a small one
+    assert [one.get("class") for one in parsed(study / "report.html").iter("figure")][:3] == [None, None, "small"]
+    assert words[1:3] == [
         f"Section through the first touch point {case}.",
         f"Pressure on the rail as a relief {case}; orange: the edge of Hertz's ellipse.",
     ]
+
+
+def test_every_measure_that_is_judged_is_defined(study):
+    page = parsed(study / "report.html")
+    told = dict(zip(map(text_of, page.iter("dt")), map(text_of, page.iter("dd")), strict=True))
+    for words in WORDS.values():
+        meaning = told[f"{words.short}: {words.title}"]
+        # not its own name once more
+        assert len(meaning) > 25
+        assert words.title.lower() not in meaning.lower()
+
+
+def test_on_paper_all_measures_are_open(study):
+    style = (study / "report.html").read_text("utf-8").partition("@media print")[2].partition("</style>")[0]
+    assert "details::details-content { content-visibility: visible;" in style
 
 
 def test_numbers_of_a_report_are_those_of_the_result(study):
@@ -162,7 +181,7 @@ def test_a_case_alone_and_a_judged_one_have_a_report(elliptic_quick, tmp_path, m
 
 def test_a_report_can_be_read_on_a_telephone_and_on_a_screen(study, tmp_path):
     found = assert_readable(study / "report.html", tmp_path)
-    assert found["title"] == "two <shifts>: where Hertz holds"
+    assert found["title"] == "Rail circle:300 and wheel cylinder:460, 100 kN: where Hertz holds"
     assert len(found["pictures"]) == 6
     assert not any(is_open for _, is_open in found["folded"])
 

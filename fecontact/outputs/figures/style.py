@@ -29,14 +29,17 @@ EXPECTED = "#f0e442"
 """Colour of an expected patch."""
 PROBLEM = "#cc79a7"
 """Colour of points of a file that were left out or are doubtful."""
-ANSWERS = {"HOLDS": "#56b4e9", "UNRESOLVED": "#f0e442", "FAILS": "#d55e00", "failed": "#c8c8c8"}
-"""Colours of the verdicts, and of what could not be solved."""
+BETWEEN = "between"
+"""In place of a verdict, where none of the loads between two whose verdicts differ was solved."""
+ANSWERS = {"HOLDS": "#56b4e9", "UNRESOLVED": "#f0e442", "FAILS": "#d55e00", "failed": "#c8c8c8", BETWEEN: "#ffffff"}
+"""Colours of the verdicts, of what could not be solved, and of what was not."""
 ANSWER_MARKS = {"HOLDS": "o", "UNRESOLVED": "D", "FAILS": "X", "failed": "s"}
 ANSWER_WORDS = {
     "HOLDS": "Hertz holds",
     "UNRESOLVED": "unresolved",
     "FAILS": "Hertz fails",
     "failed": "could not be solved",
+    BETWEEN: "not solved: between two verdicts",
 }
 SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#999999")
 """Colours of series, which differ in their marks as well."""

@@ -10,7 +10,7 @@ from fecontact.comparison.judgement import FORCE, Judgement, cheapest, first_sta
 from fecontact.comparison.theories import THEORIES
 from fecontact.map.cells import ApplicabilityMap, MapCell
 from fecontact.map.load_limit import stretches
-from fecontact.outputs.figures.style import ANSWERS
+from fecontact.outputs.figures.style import ANSWER_WORDS, ANSWERS, BETWEEN
 from fecontact.outputs.maps.verdicts import force_criterion
 from fecontact.outputs.maps.view import CellView, ColumnView, MapView, part_words
 from fecontact.outputs.records.theories import theories_of_cell
@@ -84,7 +84,7 @@ def theory_view(made: ApplicabilityMap) -> MapView:
 def _view(
     made: ApplicabilityMap, theories: _Theories, title: str, criterion: str, *, number: str, note: str
 ) -> MapView:
-    """A stretch between two loads with different answers is unresolved, as is a load whose answer is open."""
+    """A stretch between two loads with different answers was not solved; a load whose answer is open is unresolved."""
     found = [theories.of(cell) for cell in made.cells]
     shown = {first_standing(one) for one in found if one}
     answers = [(name, f"{theories.letters[name]}  {words}") for name, words in theories.words.items() if name in shown]
@@ -97,14 +97,18 @@ def _view(
         marks.append(("$!$", theories.lost))
     if any(first_standing(one) and cheapest(one) is None for one in found):
         marks.append(("$?$", "open whether it holds"))
+    columns = tuple(_column(position.lateral_shift_mm, position.cells, theories) for position in made.positions)
+    painted = {answer for column in columns for _, _, answer in column.bands}
+    painted |= {cell.answer for column in columns for cell in column.cells}
+    between = [(_OPEN, "unresolved"), (BETWEEN, ANSWER_WORDS[BETWEEN])]
     return MapView(
         case=made.case,
         loads_N=made.loads_N,
-        columns=tuple(_column(position.lateral_shift_mm, position.cells, theories) for position in made.positions),
+        columns=columns,
         title=title,
         criterion=criterion,
         colours={**ANSWERS, **theories.colours},
-        answers=[*answers, (_OPEN, "unresolved")],
+        answers=[*answers, *((answer, words) for answer, words in between if answer in painted)],
         marks=marks,
         number=number,
         notes=[
@@ -122,7 +126,7 @@ def _column(shift_mm: float, cells: tuple[MapCell, ...], theories: _Theories) ->
     known = [(cell.load_kN, cell.answer) for cell in shown if cell.answer != _LOST]
     return ColumnView(
         shift_mm=shift_mm,
-        bands=stretches(known, _OPEN),
+        bands=stretches(known, BETWEEN),
         solved_kN=tuple(cell.load_N / 1e3 for cell in cells if cell.judged is not None),
         cells=shown,
     )

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.outputs.figures.style import ANSWERS, blank_figure, save_figure
+from fecontact.outputs.figures.style import ANSWERS, BETWEEN, blank_figure, save_figure
 from fecontact.outputs.maps.view import CellView, ColumnView, MapView
 from fecontact.outputs.words.pairs import pair_words
 from fecontact.outputs.words.roll import other_wheel_label, roll_words, shift_label
@@ -28,13 +27,17 @@ _SMALLEST_FONT = 5.0
 _LEGEND, _COLUMN, _LINE, _TALLEST = 3.6, 0.75, 0.19, 11.0
 # A number of four characters and a letter need this many columns' inches a point of the font.
 _INCHES_A_POINT = 0.055
+# Columns farther apart than this (mm) have gaps between them, and are so much of a step wide.
+_CLOSE_MM, _PART_OF_WIDE = 0.5, 0.7
+# What was not solved.
+_HATCHED: dict[str, Any] = {BETWEEN: {"hatch": "////", "ec": "0.7"}}
 # In the colour of what holds.
 _DIAMOND: dict[str, Any] = {"ls": "none", "marker": "D", "mfc": ANSWERS["HOLDS"], "mec": "k", "mew": 0.8}
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """Inches of the axes' width, and points of the words, for so many columns."""
+    """Inches of the axes' width, and points of the words, for so many columns side by side."""
 
     columns: int
 
@@ -61,19 +64,22 @@ def map_figure(view: MapView, path: str | Path) -> Path:
     known. Each load of the map has the words of its cell; every other load that was solved is a tick at both sides of
     its column. Of a symmetric wheelset the axis above is that of the other wheel.
     """
-    case, sizes, loads = view.case, Sizes(len(view.columns)), np.array(view.loads_N) / 1e3
+    case, loads = view.case, np.array(view.loads_N) / 1e3
     shifts = np.array([column.shift_mm for column in view.columns])
+    width = _column_width(shifts)
+    sizes = Sizes(1 + round(float(np.ptp(shifts)) / width))
     figure = blank_figure(sizes.width + _LEGEND, _height(loads))
     ax = figure.add_subplot()
-    ends = _load_range(loads)
-    for sides, column in zip(pairwise(_edges(shifts)), view.columns, strict=True):
+    ends, reach = _load_range(loads), 0.5 * width
+    for middle, column in zip(shifts, view.columns, strict=True):
+        sides = (middle - reach, middle + reach)
         # a tick beside a number looks like a minus
         numbered = {cell.load_kN for cell in column.cells} if sizes.has_numbers else set()
         _draw_column(ax, column, view.colours, sides, ends)
         _draw_ticks(ax, [load for load in column.solved_kN if load not in numbered], sides)
         for cell in column.cells:
-            _write(ax, cell, view.colours[cell.answer], 0.5 * (sides[0] + sides[1]), sizes)
-    ax.set_xlim(*_edges(shifts)[[0, -1]])
+            _write(ax, cell, view.colours[cell.answer], middle, sizes)
+    ax.set_xlim(shifts[0] - reach, shifts[-1] + reach)
     ax.set(ylim=ends, yticks=loads)
     ax.legend(
         handles=_handles(view, sizes), loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, fontsize=9
@@ -93,7 +99,10 @@ def _handles(view: MapView, sizes: Sizes) -> list[Any]:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    handles: list[Any] = [Patch(fc=view.colours[answer], ec="0.4", label=words) for answer, words in view.answers]
+    handles: list[Any] = [
+        Patch(fc=view.colours[answer], label=words, **({"ec": "0.4"} | _HATCHED.get(answer, {})))
+        for answer, words in view.answers
+    ]
     if view.diamond:
         handles.append(Line2D([], [], ms=6, label=view.diamond, **_DIAMOND))
     marks = [("$-$", "solved at this load")]
@@ -119,10 +128,15 @@ def _load_range(loads: Floats) -> tuple[float, float]:
     return max(0.0, float(loads[0]) - room), float(loads[-1]) + room
 
 
-def _edges(centres: Floats) -> Floats:
-    """Edges of columns half way between their centres, the outermost as near as the closest; a single one is 1 wide."""
-    reach = 0.5 * float(np.diff(centres).min(initial=math.inf)) if centres.size > 1 else 0.5
-    return np.concatenate([[centres[0] - reach], 0.5 * (centres[:-1] + centres[1:]), [centres[-1] + reach]])
+def _column_width(shifts_mm: Floats) -> float:
+    """Width of every column, in mm: the smallest step between two, of which wide ones leave gaps; a single one has 1.
+
+    What was solved at a shift says nothing of shifts that are farther away than their neighbours usually are.
+    """
+    step = float(np.diff(shifts_mm).min(initial=math.inf))
+    if not math.isfinite(step):
+        return 1.0
+    return step if step <= _CLOSE_MM else max(_CLOSE_MM, _PART_OF_WIDE * step)
 
 
 def _draw_column(
@@ -140,7 +154,7 @@ def _draw_column(
         # the first and the last go on to the frame: nothing is known beyond them, but it is room for words
         bottom = ends[0] if number == 0 else low
         top = ends[1] if number == len(column.bands) - 1 else high
-        ax.bar(bottom=bottom, height=top - bottom, color=colours[answer], **place)
+        ax.bar(bottom=bottom, height=top - bottom, color=colours[answer], **place, **_HATCHED.get(answer, {}))
         if number:
             ax.plot(sides, [low, low], color="k", lw=0.9, solid_capstyle="butt")
     if column.solved_kN:

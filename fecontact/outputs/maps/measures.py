@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Literal, TypeAlias
 
 from fecontact.case import Case
-from fecontact.comparison.theories import HERTZ
+from fecontact.comparison.theories import HERTZ, THEORIES
 from fecontact.errors import InputError
 from fecontact.map.cells import ApplicabilityMap
+from fecontact.outputs.maps.answer import theory_sentences, verdict_sentences
 from fecontact.outputs.maps.cheapest import law_view, theory_view
 from fecontact.outputs.maps.table import map_table
 from fecontact.outputs.maps.verdicts import force_view, verdict_view
@@ -44,6 +45,15 @@ def map_view(made: ApplicabilityMap, measure: MapMeasure, theory: str = HERTZ) -
     if measure == "pressure":
         return verdict_view(made, theory)
     return force_view(made) if measure == "force" else theory_view(made)
+
+
+def map_answer(made: ApplicabilityMap, measure: MapMeasure, theory: str = HERTZ) -> list[str]:
+    """The answer of a map by a measure, in sentences."""
+    if measure == "theory":
+        return theory_sentences(made)
+    name = THEORIES[theory].words if measure == "pressure" else "Hertz's creep force"
+    of_hertz = measure == "pressure" and theory == HERTZ
+    return verdict_sentences(made, map_view(made, measure, theory), name, why=of_hertz)
 
 
 def measure_table(made: ApplicabilityMap, measure: MapMeasure, *, theory: str = HERTZ, width: int | None = None) -> str:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from fecontact.comparison.creep_verdict import PLACE, SHAPE
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.judgement import Judgement
 from fecontact.comparison.theories import HERTZ, THEORIES
 from fecontact.comparison.verdict import AT_JUNCTION, ELEMENTS, PROFILE
 from fecontact.map.cells import ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition
 from fecontact.map.load_limit import stretches
-from fecontact.outputs.figures.style import ANSWER_WORDS, ANSWERS
-from fecontact.outputs.maps.view import CellView, ColumnView, MapView, part_words
+from fecontact.outputs.figures.style import ANSWER_WORDS, ANSWERS, BETWEEN
+from fecontact.outputs.maps.view import Band, CellView, ColumnView, MapView, part_words
 from fecontact.outputs.records.theories import all_ellipses_instead, ellipses_instead, judged_by
 from fecontact.outputs.words.measures import WORDS, limits_text
 
@@ -32,8 +34,12 @@ FORCE_LETTERS: Mapping[str, str] = {PLACE: "P", SHAPE: "F"}
 _FORCE_CAUSES = {PLACE: "centre of pressure beside\nthe touch point", SHAPE: SHAPE}
 _SIGNS = {"HOLDS": "+", "FAILS": "x", "UNRESOLVED": "?", "failed": "!"}
 _SIGN_WORDS = "+ holds, x fails, ? unresolved, !"
-_LIMIT_WORDS = {"HOLDS": "holds", "FAILS": "fails", "UNRESOLVED": "open"}
+_LIMIT_WORDS = {"HOLDS": "holds", "FAILS": "fails", "UNRESOLVED": "open", BETWEEN: "not solved"}
+# A change of the verdict that is known to this part of its load needs no words of what lies between.
+_KNOWN_WELL = 0.05
 _OTHER_HOLDS = "*"
+SEPARATE = "separate_load"
+"""The measure of load on separate patches."""
 
 
 def verdict_view(made: ApplicabilityMap, theory: str = HERTZ) -> MapView:
@@ -73,7 +79,8 @@ def verdict_view(made: ApplicabilityMap, theory: str = HERTZ) -> MapView:
             *_unsolved(made),
             *_letters(CAUSE_LETTERS, {cause: cause for cause in CAUSE_LETTERS if cause in causes}),
         ],
-        number=f"largest part of a limit\nthat {name} uses; off from 1 on",
+        number=f"largest part of a limit\nthat {name} uses; off from 1 on"
+        + "\n%: load on separate patches" * any("%" in cell.text for column in columns for cell in column.cells),
         notes=[*notes, f"{_OTHER_HOLDS} {instead} holds"] if instead else notes,
         diamond=f"{instead}, holds" if instead else "",
     )
@@ -110,12 +117,26 @@ def force_view(made: ApplicabilityMap) -> MapView:
     )
 
 
-def limit_text(limit: LoadLimit) -> str:
-    """At which loads a theory holds, in words."""
+def bands_of(limit: LoadLimit, open_kN: Collection[float]) -> tuple[Band, ...]:
+    """Smallest and largest load (kN) and answer of each stretch of loads, of which those of open verdicts are given.
+
+    A stretch without any of them lies between two loads with different verdicts, and nothing was solved there.
+    """
+    bands = []
+    for one in limit.intervals:
+        low, high, answer = one.low_N / 1e3, one.high_N / 1e3, str(one.answer)
+        if answer == "UNRESOLVED" and not any(low <= load <= high for load in open_kN):
+            answer = BETWEEN
+        bands.append((low, high, answer))
+    return tuple(bands)
+
+
+def limit_text(limit: LoadLimit, open_kN: Collection[float]) -> str:
+    """At which loads a theory holds, in words; `open_kN` as in `bands_of`."""
     parts = [
-        f"{_LIMIT_WORDS[one.answer]} {one.low_N / 1e3:.4g}"
-        + (f" to {one.high_N / 1e3:.4g}" if one.high_N > one.low_N else "")
-        for one in limit.intervals
+        f"{_LIMIT_WORDS[answer]} {low:.4g}" + (f" to {high:.4g}" if high > low else "")
+        for low, high, answer in bands_of(limit, open_kN)
+        if answer != BETWEEN or high - low > _KNOWN_WELL * high
     ]
     text = f"{', '.join(parts)} kN" if parts else f"{limit.reason}"
     return f"{text} ({limit.note})" if limit.note else text
@@ -134,12 +155,14 @@ def force_criterion(made: ApplicabilityMap) -> str:
 
 def _column(position: MapPosition, limit: LoadLimit, cells: Sequence[CellView]) -> ColumnView:
     own = (cell.load_N for cell in position.cells if cell.judged is not None)
+    open_kN = {cell.load_kN for cell in cells if cell.answer == "UNRESOLVED"}
+    open_kN |= {load_N / 1e3 for load_N, answer in limit.tried if answer == "UNRESOLVED"}
     return ColumnView(
         shift_mm=position.lateral_shift_mm,
-        bands=tuple((one.low_N / 1e3, one.high_N / 1e3, one.answer) for one in limit.intervals),
+        bands=bands_of(limit, open_kN),
         solved_kN=tuple(load_N / 1e3 for load_N in (*own, *(load_N for load_N, _ in limit.tried))),
         cells=tuple(cells),
-        limit=limit_text(limit),
+        limit=limit_text(limit, open_kN),
     )
 
 
@@ -168,12 +191,19 @@ def _verdict_cell(cell: MapCell, theory: str) -> CellView:
     return CellView(
         load_kN=cell.load_N / 1e3,
         answer=answer,
-        text=f"{part_words(judged.limit_used)} {letter}".strip() if usable and judged is not None else "!",
+        text=f"{_number(judged)} {letter}".strip() if usable and judged is not None else "!",
         letter=letter if usable and judged is not None else "!",
         printed=_SIGNS[answer] + by + off.rjust(6) + (_OTHER_HOLDS if instead else " "),
         bold=answer == "FAILS",
         diamond=instead,
     )
+
+
+def _number(judged: JudgedLoad | Judgement) -> str:
+    """The part of a limit that is used; of load on separate patches, whose limit is next to nothing, the load."""
+    if judged.verdict.measure != SEPARATE or judged.verdict.answer == "HOLDS":
+        return part_words(judged.limit_used)
+    return f"{1e2 * judged.deviation[SEPARATE]:.2g}%"
 
 
 def _force_cell(cell: MapCell) -> CellView:

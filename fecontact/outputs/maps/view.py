@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 from fecontact.case import Case
 
+Band = tuple[float, float, str]
+"""Smallest and largest load (kN) of a stretch, and its answer."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class CellView:
@@ -50,7 +53,7 @@ class ColumnView:
     """
 
     shift_mm: float
-    bands: Sequence[tuple[float, float, str]]
+    bands: Sequence[Band]
     solved_kN: tuple[float, ...]
     cells: tuple[CellView, ...]
     limit: str = ""

@@ -37,7 +37,7 @@ td.number { text-align: right; font-variant-numeric: tabular-nums; white-space: 
 tr.beyond td:first-child { border-left: 0.35rem solid var(--fails); }
 details { margin: 0.6em 0 1.2em; } summary { cursor: pointer; font-weight: 700; padding: 0.3em 0; }
 dt { font-weight: 700; } dd { margin: 0 0 0.5em 1.2em; }
-@media (max-width: 40rem) {
+@media screen and (max-width: 60rem) {
   table.cards, table.cards tbody, table.cards tr, table.cards td { display: block; }
   table.cards tr.head { display: none; }
   table.cards tr { border: 1px solid var(--line); border-radius: 0.4rem; margin: 0 0 0.7rem; padding: 0.3rem 0.2rem; }
@@ -48,6 +48,7 @@ dt { font-weight: 700; } dd { margin: 0 0 0.5em 1.2em; }
   table.cards td::before { content: attr(data-label); color: #555; overflow-wrap: normal; }
   table.cards .answer { justify-self: start; }
 }
+@media (min-width: 60rem) { figure.small { max-width: 40%; } }
 /* a picture is as wide as the screen, where its words may be too small to read: a tap shows it in its full size, and
    moves it inside of its frame */
 figure label { display: block; overflow-x: auto; }
@@ -56,11 +57,14 @@ figure input { position: absolute; opacity: 0; }
   figure label { cursor: zoom-in; } figure label:has(:checked) { cursor: zoom-out; }
   figure label:has(:focus-visible) { outline: 2px solid var(--holds); }
   figure :checked + img { max-width: none; width: 72rem; }
-  figcaption::after { content: " (Tap the picture for its full size.)"; color: #777; }
+  figcaption::after { content: " (Tap the picture for its full size.)"; color: #666; }
 }
 @media print {
   body { font-size: 10pt; max-width: none; padding: 0; }
   h2 { break-after: avoid; } h3 { break-after: avoid; } figure, tr { break-inside: avoid; }
+  /* what is folded on a screen is open on paper */
+  details::details-content { content-visibility: visible; display: block; height: auto; }
+  details > summary { list-style: none; }
   .scroll { overflow: visible; } * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 }
 """
@@ -120,7 +124,7 @@ def table(of: Table) -> str:
         beyond = ' class="beyond"' if row.tone == "fails" else ""
         lines.append(f"<tr{beyond}>{texts}</tr>\n")
     title = f"<caption>{escape(of.title)}</caption>\n" if of.title else ""
-    head = "".join(f"<th>{escape(name)}</th>" for name in heads)
+    head = "".join(f'<th scope="col">{escape(name)}</th>' for name in heads)
     content = f'{title}<tr class="head">{head}</tr>\n{"".join(lines)}'
     return f'<div class="scroll"><table class="cards">\n{content}</table></div>'
 
@@ -135,15 +139,16 @@ def terms(pairs: Sequence[tuple[str, str]]) -> str:
     return "<dl>" + "".join(f"<dt>{escape(name)}</dt><dd>{escape(text)}</dd>" for name, text in pairs) + "</dl>"
 
 
-def picture(path: Path, words: str, *, width: int = 1600) -> str:
+def picture(path: Path, words: str, *, width: int = 1600, small: bool = False) -> str:
     """A PNG or SVG file as part of the page, with a text for who cannot see it; nothing where the file is not there.
 
+    On a wide screen a small one takes 40 % of it.
     PNG files become WebP of at most `width` pixels, a fifth of their size.
     """
     if not path.is_file():
         return ""
     if path.suffix == ".svg":
-        return _figure("image/svg+xml", path.read_bytes(), words)
+        return _figure("image/svg+xml", path.read_bytes(), words, small=small)
     from PIL import Image
 
     with Image.open(path) as image:
@@ -152,13 +157,14 @@ def picture(path: Path, words: str, *, width: int = 1600) -> str:
             shown = shown.resize((width, round(shown.height * width / shown.width)), Image.Resampling.LANCZOS)
         content = BytesIO()
         shown.save(content, "WEBP", quality=82, method=4)
-    return _figure("image/webp", content.getvalue(), words)
+    return _figure("image/webp", content.getvalue(), words, small=small)
 
 
-def _figure(kind: str, content: bytes, words: str) -> str:
+def _figure(kind: str, content: bytes, words: str, *, small: bool) -> str:
     data = base64.b64encode(content).decode("ascii")
+    of = ' class="small"' if small else ""
     return (
-        '<figure><label><input type="checkbox" aria-label="Show the picture in its full size"/>'
+        f'<figure{of}><label><input type="checkbox" aria-label="Show the picture in its full size"/>'
         f'<img alt="{escape(words)}" src="data:{kind};base64,{data}"/></label>'
         f"<figcaption>{escape(words)}</figcaption></figure>"
     )

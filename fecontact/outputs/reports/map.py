@@ -13,6 +13,7 @@ from fecontact.files import write_text
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap
 from fecontact.outputs.figures.report import ladder_figure, pair_figure, patches_figure
+from fecontact.outputs.maps.measures import map_answer
 from fecontact.outputs.maps.verdicts import CAUSE_LETTERS, force_view, verdict_view
 from fecontact.outputs.records.results import versions
 from fecontact.outputs.records.rows import cell_row
@@ -40,13 +41,15 @@ def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) 
         drawn = Path(folder)
         body = [
             heading(f"Applicability map: {pair}", 1),
-            paragraph(answer_words(verdicts, "cells"), lead_style(verdicts)),
+            paragraph(" ".join(map_answer(made, "pressure")), lead_style(verdicts)),
+            paragraph(f"{answer_words(verdicts, 'cells')}."),
             paragraph(question(pair, case.criteria)),
             paragraph(_rolled(case)),
             picture(out / "map.svg", "Where Hertz holds over lateral shift and load."),
             picture(out / "map_force.svg", "Where Hertz holds for creep forces.") if case.creep.asked else "",
             picture(out / f"map_{theory}.svg", f"Where {THEORIES[theory].words} holds.") if theory != HERTZ else "",
             heading("If not Hertz, what?"),
+            paragraph(" ".join(map_answer(made, "theory"))),
             picture(out / "map_theory.svg", "The cheapest theory of the pressure that holds."),
             table(shares_table(share_records(made))),
             picture(out / "map_law.svg", "The cheapest law of creep forces that holds.") if made.laws_judged else "",

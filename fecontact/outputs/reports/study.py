@@ -105,30 +105,43 @@ def write_study_report(
     verdicts = [verdict_of(row) for row in rows]
     pairs = list(dict.fromkeys(pair_of_row(row, " and ") for row in rows))
     pair = "; ".join(pairs[:4]) + ("; ..." if len(pairs) > 4 else "")
+    title = _title(name, rows)
     with TemporaryDirectory() as folder:
         drawn = Path(folder)
         body = [
-            heading(name, 1),
-            paragraph(_answer(cases), lead_style(verdicts)),
+            heading(title, 1),
+            paragraph(conclusion or _answer(cases), lead_style(verdicts)),
+            paragraph(f"{name}: {_answer(cases)}." if conclusion or title != name else ""),
             paragraph(question(pair, criteria, roll_words_of_rows(rows))),
-            paragraph(conclusion or ""),
-            *_pair_drawn(shown, rows, drawn),
             heading("Verdicts"),
             table(verdict_table(cases)),
             picture(out / "study.svg", "Peak pressure, how far Hertz is off, and the touch point."),
+            *_pair_drawn(shown, rows, drawn),
             _ladder(rows, drawn),
         ]
     body += [
         heading("Cases"),
         *_cases(cases, pictures),
         heading("Meshes and solver"),
-        table(solver_table(cases)),
+        folded("Of each case", table(solver_table(cases))),
         heading("What made it"),
         items([f"{package} {version}" for package, version in versions().items() if version]),
         heading("Terms"),
         terms((*GLOSSARY, *measure_terms())),
     ]
-    return write_text(out / REPORT, page(f"{name}: where Hertz holds", body))
+    return write_text(out / REPORT, page(f"{title}: where Hertz holds", body))
+
+
+def _title(name: str, rows: Sequence[Row]) -> str:
+    """The pair and its loads, or the name of a study of several pairs, and of a single case."""
+    pairs = {pair_of_row(row, " and ") for row in rows}
+    if len(rows) == 1 or len(pairs) != 1:
+        return name
+    loads = sorted({float(row["load_kN"]) for row in rows})
+    (pair,) = pairs
+    return (
+        f"{pair[0].upper()}{pair[1:]}, {' to '.join(f'{load:g}' for load in dict.fromkeys((loads[0], loads[-1])))} kN"
+    )
 
 
 def _answer(cases: Sequence[ReportedCase]) -> str:
@@ -148,7 +161,7 @@ def _pair_drawn(shown: ShownPair | None, rows: Sequence[Row], folder: Path) -> l
     parts = [heading("The pair"), picture(section, f"Section through the first touch point {which}.")]
     if shown.no_scene is None:
         words = f"Pressure on the rail as a relief {which}; orange: the edge of Hertz's ellipse."
-        return [*parts, picture(shown.scene, words)]
+        return [*parts, picture(shown.scene, words, small=True)]
     return [*parts, paragraph(f"There is no picture in three dimensions: {shown.no_scene}.")]
 
 

@@ -25,8 +25,6 @@ GLOSSARY = (
     ("part of a limit", "The largest of all |off by| / limit: below 1 Hertz is within all limits."),
     ("ladder", "Hertz, its quadratic gap on a half-space, the true gap on a half-space, the true gap between finite"
      " bodies. What changes from step to step is the shape of the gap, or the finite bodies."),
-    ("a, b", "Half-widths along x (rolling) and across from the second moments of the pressure: for a Hertz ellipse its"
-     " semi-axes."),
     ("junction", "A point of a profile at which its curvature jumps."),
     ("lobe", "A peak of the pressure beside another one, with a valley of 5 % and more between them."),
     ("L2, overlap", "Of both pressures the norm of their difference over that of FE; of both patches the area that they"
@@ -40,8 +38,10 @@ GLOSSARY = (
 
 
 def measure_terms() -> tuple[tuple[str, str], ...]:
-    """Short names of the measures and what they are."""
-    return tuple((words.short, words.title) for words in WORDS.values() if words.short != words.name)
+    """Names of the measures and what they are."""
+    return tuple(
+        (f"{words.short}: {words.title}", f"{words.meaning[0].upper()}{words.meaning[1:]}.") for words in WORDS.values()
+    )
 
 
 def question(pair: str, criteria: Criteria | None, roll: str = "") -> str:

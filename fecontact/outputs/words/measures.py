@@ -18,6 +18,8 @@ class Words:
     ----------
     short
         Its name in the criteria, or one for a picture.
+    meaning
+        What it is.
     letter
         Of its own, for the cells of a map.
     name, unit
@@ -32,6 +34,7 @@ class Words:
     letter: str
     name: str
     unit: str
+    meaning: str
     off_unit: str = "%"
     signed: bool = True
 
@@ -63,17 +66,81 @@ class Words:
 
 
 WORDS = {
-    "p_max_MPa": Words(short="p_max", letter="p", name="peak pressure", unit="MPa"),
-    "area_mm2": Words(short="area", letter="A", name="area", unit="mm²"),
-    "a_mm": Words(short="a", letter="a", name="half-width a along x", unit="mm"),
-    "b_mm": Words(short="b", letter="b", name="half-width b across", unit="mm"),
-    "extent_x_mm": Words(short="extent x", letter="l", name="full length along x", unit="mm"),
-    "extent_y_mm": Words(short="extent y", letter="w", name="full width across", unit="mm"),
-    "approach_mm": Words(short="approach", letter="d", name="approach, down to the cut planes", unit="mm"),
-    "centre_over_b": Words(short="centre", letter="c", name="centre of pressure across", unit="b", off_unit="b"),
-    "valley": Words(short="valley", letter="v", name="valley between lobes", unit="% of the peak", signed=False),
-    "separate_load": Words(short="separate", letter="s", name="load on separate patches", unit="%", signed=False),
-    "misplaced_load": Words(short="misplaced", letter="m", name="misplaced load", unit="%", signed=False),
+    "p_max_MPa": Words(
+        short="p_max",
+        letter="p",
+        name="peak pressure",
+        unit="MPa",
+        meaning="the largest pressure, read between the nodes",
+    ),
+    "area_mm2": Words(short="area", letter="A", name="area", unit="mm²", meaning="of all patches together, up to where the pressure ends"),
+    "a_mm": Words(
+        short="a",
+        letter="a",
+        name="half-width a along x",
+        unit="mm",
+        meaning="sqrt(5 <x²>) over the pressure, along the rolling direction; the semi-axis of a Hertz ellipse",
+    ),
+    "b_mm": Words(
+        short="b",
+        letter="b",
+        name="half-width b across",
+        unit="mm",
+        meaning="sqrt(5 <s²>) over the pressure, across the rail; the semi-axis of a Hertz ellipse",
+    ),
+    "extent_x_mm": Words(
+        short="extent x",
+        letter="l",
+        name="full length along x",
+        unit="mm",
+        meaning="from one end of the contact to the other along the rolling direction; not judged",
+    ),
+    "extent_y_mm": Words(
+        short="extent y",
+        letter="w",
+        name="full width across",
+        unit="mm",
+        meaning="from one end of the contact to the other across the rail; not judged",
+    ),
+    "approach_mm": Words(
+        short="approach",
+        letter="d",
+        name="approach, down to the cut planes",
+        unit="mm",
+        meaning="how far the bodies come together from the first touch; not judged, since a deeper rail moves it",
+    ),
+    "centre_over_b": Words(
+        short="centre",
+        letter="c",
+        name="centre of pressure across",
+        unit="b",
+        meaning="how far it lies beside the first touch point, across the rail, in half-widths b of the ellipse",
+        off_unit="b",
+    ),
+    "valley": Words(
+        short="valley",
+        letter="v",
+        name="valley between lobes",
+        unit="% of the peak",
+        meaning="by how much the pressure falls between its two highest peaks, over the highest; 0 for an ellipse",
+        signed=False,
+    ),
+    "separate_load": Words(
+        short="separate",
+        letter="s",
+        name="load on separate patches",
+        unit="%",
+        meaning="the part of the load that is carried by patches beside the one that carries most; 0 for an ellipse",
+        signed=False,
+    ),
+    "misplaced_load": Words(
+        short="misplaced",
+        letter="m",
+        name="misplaced load",
+        unit="%",
+        meaning="load that is elsewhere than Hertz has it, with the ellipse moved to the centre of pressure",
+        signed=False,
+    ),
 }
 """The words of every measure."""
 
