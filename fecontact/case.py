@@ -18,9 +18,11 @@ from fecontact.dimensions import BodySize as BodySize
 from fecontact.dimensions import Track as Track
 from fecontact.dimensions import TrackSide
 from fecontact.errors import InputError
-from fecontact.inputs.kinds import Choice, Flag, Number, Text
+from fecontact.inputs.kinds import Choice, Flag, Number, Text, Written
 from fecontact.inputs.slots import Part, Slot, by_name, check_inputs, slots
 from fecontact.inputs.texts import INCLINATION_FORMS, inclination_text, parse_inclination, renamed
+from fecontact.irregularity.shapes import Irregularity
+from fecontact.irregularity.texts import FORMS, irregularity_of, irregularity_text
 from fecontact.material import STEEL, Material, contact_modulus_MPa
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.short_forms import makes_a_wheelset
@@ -149,6 +151,27 @@ _ROLLING_RADIUS = Number(
 
 # of a number that stands in every case in the end
 _NOT_SAID: Any = None
+_RAIL_IRREGULARITY = Written(
+    group="place",
+    label="rail irregularity",
+    help="Material that the rail misses along the track, opening the gap",
+    domain=FORMS,
+    kind=Irregularity,
+    parse=irregularity_of,
+    show=irregularity_text,
+)
+_WHEEL_IRREGULARITY = replace(
+    _RAIL_IRREGULARITY, label="wheel irregularity", help="Material that the wheel misses along its circumference"
+)
+_DISTANCE = Number(
+    group="place",
+    label="distance",
+    help="Distance run along the irregularities to where smooth bodies touch",
+    unit="mm",
+    low=-1e7,
+    high=1e7,
+    remedy="give the place along the wave, the flat (its middle is 0) or the table",
+)
 
 
 def _opposite(described: Text | Number, name: str) -> dict[str, Any]:
@@ -256,6 +279,9 @@ class Case:
     refine_degrees_of_freedom: int = field(default=400_000, metadata={"input": _REFINE})
     evidence: bool = field(default=False, metadata={"input": _EVIDENCE})
 
+    rail_irregularity: Irregularity | None = field(default=None, metadata={"input": _RAIL_IRREGULARITY})
+    wheel_irregularity: Irregularity | None = field(default=None, metadata={"input": _WHEEL_IRREGULARITY})
+    distance_mm: float = field(default=0.0, metadata={"input": _DISTANCE})
     library: str | None = field(default=None, metadata={"input": _LIBRARY})
 
     def __post_init__(self) -> None:
@@ -269,11 +295,19 @@ class Case:
             rail, wheel = (one and in_folder(one, self.library) for one in (self.opposite.rail, self.opposite.wheel))
             object.__setattr__(self, "opposite", replace(self.opposite, rail=rail, wheel=wheel))
             object.__setattr__(self, "library", None)
+        self._check_irregularities()
         self._choose_roll()
         if self.roll == "loaded" and self.load_kind != "vertical" and self.roll_load_N is None:
             raise InputError(
                 f"load kind is {self.load_kind!r}, but the roll of the loaded wheelset is that of vertical wheel loads;"
                 " give load_kind = 'vertical', the wheel load as roll_load_kN, or another roll"
+            )
+
+    def _check_irregularities(self) -> None:
+        if any(line.kind == "imprinted" for line in self.irregularities):
+            raise InputError(
+                "irregularity imprinted: it conforms to the rail and has an edge all around, where there is no Hertz;"
+                " `fecontact irregular` has its approach; give a haversine for a flat that is worn round"
             )
 
     def _choose_roll(self) -> None:
@@ -328,7 +362,12 @@ class Case:
     @property
     def half(self) -> bool:
         """Whether x = 0 is a plane of symmetry."""
-        return self.yaw_rad == 0.0
+        return self.yaw_rad == 0.0 and not self.irregularities
+
+    @property
+    def irregularities(self) -> tuple[Irregularity, ...]:
+        """What rail and wheel have along the track beside their profiles."""
+        return tuple(line for line in (self.rail_irregularity, self.wheel_irregularity) if line is not None)
 
 
 def _angle_text(roll_rad: float) -> str:
@@ -343,6 +382,8 @@ def _refuse_other_roll(name: str, value: str, kind: Roll, roll: Roll | None) -> 
 _FILES = ("rail_file", "wheel_file")
 INPUTS = slots(Case())
 """Every input of a case and of its parts."""
+IRREGULAR = ("rail_irregularity", "wheel_irregularity", "distance_mm")
+"""The inputs of irregular bodies, for commands on smooth ones."""
 PARTS = {part.name: type(getattr(Case(), part.name)) for part in fields(Case) if "part" in part.metadata}
 """The fields of a case that have fields of their own."""
 
@@ -380,11 +421,14 @@ def unusual(cases: Iterable[Case]) -> tuple[str, ...]:
 def case_record(case: Case) -> dict[str, Any]:
     """All inputs of a case; of `resolution` and `element_size_mm` (along x, across) one is None.
 
-    How the files are read is among them where something is said about it.
+    How the files are read is among them where something is said about it, and what is irregular where anything is.
     """
     record: dict[str, Any] = {}
     for name, value in asdict(case).items():
         if name == "library" or (name in _FILES and getattr(case, name) == Reading()):
+            continue
+        # smooth bodies, as they were before there were others
+        if name in IRREGULAR and not value:
             continue
         record[name] = value
         if name == "resolution":
@@ -413,6 +457,9 @@ def case_from_record(record: Mapping[str, Any]) -> Case:
             inputs["resolution"] = (float(along_x), float(across))
         for name in PARTS.keys() & inputs:
             inputs[name] = PARTS[name](**inputs[name])
+        for name in IRREGULAR[:2]:
+            if inputs.get(name) is not None:
+                inputs[name] = Irregularity(**inputs[name])
         return Case(**inputs)
     except InputError:
         raise

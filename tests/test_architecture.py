@@ -24,14 +24,14 @@ ROOMS: dict[str, set[str]] = {
     "creep": {"errors", "inputs"},
     "criteria": {"errors", "inputs"},
     "dimensions": {"errors", "inputs"},
-    "case": {"errors", "inputs", "material", "creep", "criteria", "dimensions", "profiles"},
+    "case": {"errors", "inputs", "material", "creep", "criteria", "dimensions", "profiles", "irregularity"},
     "options": {"errors", "inputs", "case", "profiles"},
     "profiles": {"errors", "files", "inputs"},
     "contact": {"errors"},
     "rolling": {"errors"},
-    "geometry": {"errors", "dimensions", "profiles"},
+    "geometry": {"errors", "dimensions", "profiles", "irregularity"},
     # the exact theory of rolling is one creep theory among the others
-    "theory": {"errors", "material", "geometry", "rolling"},
+    "theory": {"errors", "material", "geometry", "rolling", "irregularity"},
     "fe": {"errors", "material", "dimensions", "profiles", "geometry", "contact"},
     "comparison": {"errors", "case", "creep", "criteria", "geometry", "theory", "contact", "rolling"}
     | {"outcome", "irregularity"},

@@ -22,6 +22,7 @@ from fecontact.guide.pages import page
 from fecontact.inputs.kinds import Flag
 from fecontact.inputs.slots import Slot
 from fecontact.inputs.texts import inclination_text, parse_inclination
+from fecontact.irregularity.shapes import Irregularity
 from fecontact.runs.casefile import load_study
 
 
@@ -133,6 +134,16 @@ def file(body: str) -> dict[tuple[str, str], Row]:
     }  # fmt: skip
 
 
+def irregularity(body: str) -> Row:
+    text = "sine:wavelength_mm=30,amplitude_um=25"
+    return Row(
+        f"{body}_irregularity", f"--{body}-irregularity", text,
+        Irregularity(kind="sine", wavelength_mm=30.0, amplitude_mm=0.025), "imprinted:length_mm=40",
+        Irregularity(kind="imprinted", length_mm=40.0), "it conforms to the rail and has an edge all around",
+        "or table:FILE,distance=mm,opening=um; default none",
+    )  # fmt: skip
+
+
 SETS = "sets strength, patch, all; measures p_max, area, a, b, centre, valley, separate, misplaced; joined by commas"
 
 
@@ -144,6 +155,12 @@ ROWS: dict[tuple[str, str], Row] = {
         "inclination", "--inclination", "1:20", math.atan(1 / 20), "500mrad", 0.5,
         "inclination is 0.5 rad (500 mrad); allowed: -0.35 to 0.35 rad (-350 to 350 mrad)",
         "1.43deg; mrad, -350 to 350; default 1:40",
+    ),
+    ("", "rail_irregularity"): irregularity("rail"),
+    ("", "wheel_irregularity"): irregularity("wheel"),
+    ("", "distance_mm"): Row(
+        "distance_mm", "--distance-mm", 12.5, 12.5, 2e7, 2e7,
+        "distance is 20000000.0 mm; allowed: -10000000 to 10000000 mm", ": mm, -10000000 to 10000000; default 0",
     ),
     ("", "lateral_shift_mm"): Row(
         "lateral_shift_mm", "--shift", -2.5, -2.5, 61, 61.0, "lateral shift is 61.0 mm; allowed: -60 to 60 mm",
@@ -369,6 +386,8 @@ def test_each_command_takes_what_it_uses():
     names = {"--material-name", "--rail-material-name", "--wheel-material-name"}
     assert options("hertz") & every == of_groups("place", "profiles", "load", "material") - stress
     unused = stress | names | {"--solver", "--refine-degrees-of-freedom"}
+    # nor has a mesh what is irregular along the track
+    unused |= {"--rail-irregularity", "--wheel-irregularity", "--distance-mm"}
     assert options("mesh") & every == every - of_groups("verdict", "creep") - unused
 
 

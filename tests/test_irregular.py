@@ -2,19 +2,26 @@
 
 import json
 import math
+import pickle
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import fecontact
-from fecontact.case import Case
+from fecontact.case import Case, case_from_record, case_record
 from fecontact.cli import call
 from fecontact.comparison.irregular import MODELS, judge_place, place_on, truth_on
 from fecontact.comparison.irregular_map import judge_cell, largest_amplitude_mm
+from fecontact.comparison.patch import measure_patch
 from fecontact.errors import InputError
 from fecontact.irregularity.shapes import Irregularity
 from fecontact.irregularity.texts import parse_irregularity
+from fecontact.outputs.records.rows import input_columns
+from fecontact.runs.identity import case_id
+from fecontact.runs.toml_cases import toml_cases
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import expect_on_half_space
 from fecontact.theory.irregular import Pair
 from fecontact.theory.irregular_limits import eq6_limits, filter_of, peak_exponent
 
@@ -324,3 +331,134 @@ def test_amplitudes_that_lift_the_wheel_off_and_lost_contacts_and_edges_are_name
     # a cell that is too steep is one that says why, among others that are solved
     steep = fecontact.irregular(ELLIPTIC, wavelengths_mm=[12.0], amplitudes_mm=[0.01, 0.2])
     assert [cell["problem"] is None for cell in steep["cells"]] == [True, False]
+
+
+# --- irregular bodies of a case ---------------------------------------------------------------------------------------
+
+
+WAVE = sine(50.0, 0.010)
+
+
+def irregular_case(line, distance=0.0, **more):
+    return Case(
+        rail="circle:300",
+        wheel="cylinder:460",
+        inclination_rad=0.0,
+        rail_irregularity=line,
+        distance_mm=distance,
+        **more,
+    )
+
+
+@pytest.mark.parametrize(
+    ("line", "distance", "approach", "peak"),
+    [
+        (WAVE, 0.0, 0.112779, 1210.0),
+        (WAVE, 25.0, 0.095375, 1264.3),
+        (sine(20.0, 0.010), 10.0, 0.100049, 1378.2),
+        # the rigid wheel stands on two crests, the loaded patch is one
+        (sine(30.0, 0.100), 0.0, 0.134966, 1154.8),
+        (Irregularity(kind="haversine", length_mm=52.0, depth_mm=0.434783), 10.0, 0.277650, 1542.7),
+    ],
+)
+def test_the_half_space_of_a_case_has_the_irregularity_in_its_gap(line, distance, approach, peak):
+    _, expected = expect_on_half_space(irregular_case(line, distance))
+    placement, rung = expected.true_gap.placement, expected.half_space
+    # from where smooth bodies touch; nodes of 32 a semi-axis, and circles for parabolas
+    assert rung.approach_mm + placement.along.lowered_mm == pytest.approx(approach, rel=3e-4)
+    assert measure_patch(rung.pressure).p_max_MPa == pytest.approx(peak, rel=1e-3)
+
+
+def test_touch_points_and_hertz_follow_gap_and_irregularity():
+    two = place_case(irregular_case(sine(30.0, 0.100)))
+    touches = place_on(PAIR, FORCE, sine(30.0, 0.100), 0.0).touches
+    assert sorted(touch.x_mm for touch in two.touch_points) == pytest.approx(
+        sorted(touch.x_mm for touch in touches[:2]), rel=1e-5
+    )
+    assert two.along.lowered_mm == pytest.approx(touches[0].gap_mm, abs=1e-6)
+    hertz = fecontact.hertz(irregular_case(WAVE))["hertz"]
+    local = MODELS["local"].under(place_on(PAIR, FORCE, WAVE, 0.0))
+    assert hertz["p_max_MPa"] == pytest.approx(local.p_max_MPa, rel=1e-4)
+
+
+def test_rail_and_wheel_enter_alike_and_add_up():
+    base = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+    half = sine(50.0, 0.005)
+    alone, wheel, both = (
+        fecontact.theory(Case(**base, distance_mm=7.0, **lines), "half_space")
+        for lines in (
+            {"rail_irregularity": WAVE},
+            {"wheel_irregularity": WAVE},
+            {"rail_irregularity": half, "wheel_irregularity": half},
+        )
+    )
+    assert alone["p_max_MPa"] == wheel["p_max_MPa"]
+    assert both["p_max_MPa"] == pytest.approx(alone["p_max_MPa"], rel=1e-9)
+
+
+def test_what_is_irregular_is_solved_whole_and_told_in_the_case():
+    case = irregular_case(WAVE, 3.0)
+    assert (ELLIPTIC.half, case.half) == (True, False)
+    record = case_record(case)
+    assert case_from_record(json.loads(json.dumps(record))) == case
+    # smooth bodies are told as before there were others
+    assert not {"rail_irregularity", "wheel_irregularity", "distance_mm"} & case_record(ELLIPTIC).keys()
+    # a table goes to workers with its points
+    measured = irregular_case(table(lambda s: 1e-4 * s**2))
+    measured.rail_irregularity.opening_mm(0.5)
+    assert pickle.loads(pickle.dumps(measured)) == measured
+    assert case_from_record(json.loads(json.dumps(case_record(measured)))) == measured
+
+
+def test_a_study_has_irregularities_as_texts_or_tables_and_lists_of_distances(tmp_path):
+    path = tmp_path / "waves.toml"
+    path.write_text(
+        'rail = "circle:300"\nwheel = "cylinder:460"\ninclination = "none"\ndistance_mm = "0:25:12.5"\n'
+        'rail_irregularity = "sine:wavelength_mm=50,amplitude_um=10"\n'
+        'wheel_irregularity = {kind = "haversine", length_mm = 80, depth_um = 100}\n'
+    )
+    cases = toml_cases(path)
+    assert [case.distance_mm for case in cases] == [0.0, 12.5, 25.0]
+    assert cases[0].rail_irregularity == WAVE
+    assert cases[0].wheel_irregularity == Irregularity(kind="haversine", length_mm=80.0, depth_mm=0.1)
+    assert len({case_id(case) for case in cases}) == 3
+    assert input_columns(cases[1])["distance_mm"] == 12.5
+    assert input_columns(cases[1])["rail_irregularity"] == "sine:wavelength_mm=50,amplitude_mm=0.01"
+
+
+def test_the_command_line_takes_the_same_text(capsys):
+    words = ("hertz", *WORDS, "--rail-irregularity", "sine:wavelength_mm=50,amplitude_um=10", "--json")
+    assert call(list(words)) == 0
+    assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(fecontact.hertz(irregular_case(WAVE))))
+
+
+def test_edges_ends_of_tables_and_facets_are_refused():
+    chord = Irregularity(kind="chord", length_mm=40.0)
+    with pytest.raises(InputError, match="the wheel stands on an edge of its irregularity"):
+        place_case(irregular_case(chord))
+    with pytest.raises(InputError, match="an edge of the irregularity lies in the patch at 25 mm"):
+        expect_on_half_space(irregular_case(chord, 25.0))
+    with pytest.raises(InputError, match="reaches past the end of the irregularity's table"):
+        expect_on_half_space(irregular_case(table(lambda s: 1e-4 * s), 58.0))
+    with pytest.raises(InputError, match="it conforms to the rail and has an edge all around"):
+        irregular_case(Irregularity(kind="imprinted", length_mm=40.0))
+    with pytest.raises(InputError, match="rail irregularity is 'sine'; allowed: Irregularity"):
+        Case(rail_irregularity="sine")
+
+
+@pytest.mark.slow
+def test_finite_bodies_add_nothing_of_an_irregularity():
+    """What they add to the peak of the smooth pair, within the slope, which its uncertainty has in it."""
+    quick = {"resolution": "quick", "refine_degrees_of_freedom": 0}
+    smooth = fecontact.solve(replace(ELLIPTIC, **quick)).load
+    waves = (
+        (WAVE, 25.0),
+        (sine(20.0, 0.010), 10.0),
+        (Irregularity(kind="haversine", length_mm=52.0, depth_mm=0.434783), 10.0),
+    )
+    for line, distance in waves:
+        load = fecontact.solve(irregular_case(line, distance, **quick)).load
+        added, own = (one.ladder.steps["half_space_to_bodies"]["p_max_MPa"] for one in (smooth, load))
+        assert abs(own - added) < line.largest_slope, line.kind
+        assert load.uncertainty["p_max_MPa"] > line.largest_slope
+        assert load.status == "converged"

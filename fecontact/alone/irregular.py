@@ -47,12 +47,15 @@ def smooth_pair(case: Case) -> SmoothPair:
     Raises
     ------
     InputError
-        As `place_case` does, for a yaw, and where the surfaces conform, so that there is no Hertz.
+        As `place_case` does, for a yaw, for a case that is irregular itself, and where the surfaces conform, so that
+        there is no Hertz.
     """
     if case.yaw_rad != 0.0:
         raise InputError(
             f"yaw is {1e3 * case.yaw_rad:g} mrad; allowed: 0, for the models lie along the track; leave the yaw out"
         )
+    if case.irregularities:
+        raise InputError("rail or wheel of the case is irregular; leave that out, and give it as the irregularity")
     placement = place_case(case)
     touch, force = placement.first, normal_force_of(case, placement)
     curvature = touch.curvature

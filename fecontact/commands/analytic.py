@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from cyclopts import Parameter
 
-from fecontact.case import unusual
+from fecontact.case import IRREGULAR, unusual
 from fecontact.console import answer, tell_notes
 from fecontact.options import CaseOptions, options_of
 
@@ -19,7 +19,7 @@ _OF_PLACE = options_of("place", "profiles", "load", "material", "solution")
 # a table has a list of shifts, finds the roll, and shows both sides
 _OF_TRACK = options_of(
     *("place", "profiles"),
-    without=("lateral_shift_mm", "roll", "roll_rad", "roll_load_N", "wheel_load_N", "side"),
+    without=("lateral_shift_mm", "roll", "roll_rad", "roll_load_N", "wheel_load_N", "side", *IRREGULAR),
 )
 if TYPE_CHECKING:
     HertzOptions: TypeAlias = CaseOptions

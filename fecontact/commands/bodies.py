@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from fecontact.case import unusual
+from fecontact.case import IRREGULAR, unusual
 from fecontact.console import tell_notes
 from fecontact.errors import InputError
 from fecontact.options import CaseOptions, options_of
@@ -13,7 +13,7 @@ from fecontact.options import CaseOptions, options_of
 _OF_FILE = options_of("profiles", without=("library",))
 _OF_MESH = options_of(
     *("place", "profiles", "load", "material", "bodies", "solution"),
-    without=("yield_MPa", "name", "solver", "refine_degrees_of_freedom"),
+    without=("yield_MPa", "name", "solver", "refine_degrees_of_freedom", *IRREGULAR),
 )
 if TYPE_CHECKING:
     from fecontact.profiles.curve import Profile

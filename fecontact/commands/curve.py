@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from cyclopts import Parameter
 
+from fecontact.case import IRREGULAR
 from fecontact.console import answer
 from fecontact.errors import InputError
 from fecontact.options import CaseOptions, options_of
@@ -16,6 +17,7 @@ _OF_VEHICLE = options_of(
     without=(
         *("lateral_shift_mm", "roll_rad", "yaw_rad", "roll", "roll_load_N", "wheel_load_N"),
         *("side", "flange_climb", "yield_MPa", "rolling_radius_mm"),
+        *IRREGULAR,
     ),
 )
 if TYPE_CHECKING:

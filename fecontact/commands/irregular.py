@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from cyclopts import Parameter
 
-from fecontact.case import unusual
+from fecontact.case import IRREGULAR, unusual
 from fecontact.console import answer, many, tell_notes
 from fecontact.options import CaseOptions, options_of
 
-_OF_PAIR = options_of("place", "profiles", "load", "material", without=("yaw_rad", "yield_MPa"))
+_OF_PAIR = options_of("place", "profiles", "load", "material", without=("yaw_rad", "yield_MPa", *IRREGULAR))
 if TYPE_CHECKING:
     PairOptions: TypeAlias = CaseOptions
 else:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from cyclopts import Parameter
 
-from fecontact.case import unusual
+from fecontact.case import IRREGULAR, unusual
 from fecontact.console import answer, tell_notes
 from fecontact.options import CaseOptions, options_of
 
@@ -17,7 +17,7 @@ _OF_THEORY = options_of("place", "profiles", "load", "material", without=("yield
 # a table has lists of these two
 _OF_TABLE = options_of(
     *("place", "profiles", "load", "material", "verdict"),
-    without=("lateral_shift_mm", "load_N", "yield_MPa"),
+    without=("lateral_shift_mm", "load_N", "yield_MPa", *IRREGULAR),
 )
 if TYPE_CHECKING:
     TheoryOptions: TypeAlias = CaseOptions

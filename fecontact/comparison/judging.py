@@ -27,7 +27,7 @@ from fecontact.comparison.solved_load import (
     uncertainties,
 )
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES, Loaded
-from fecontact.comparison.uncertainty import step_uncertainty
+from fecontact.comparison.uncertainty import step_uncertainty, unmeshed_uncertainty
 from fecontact.comparison.verdict import AT_JUNCTION, ELEMENTS, FROM_BEST, PROFILE, Verdict, judge
 from fecontact.comparison.warnings import elements_warnings, junction_warnings, slide_warnings, yield_warnings
 from fecontact.contact.rung import Rung
@@ -169,7 +169,13 @@ def judge_theory(
         deviation = deviations_of(levels[0].fe, made)
         known = uncertainties(levels, read, deviation)
     exact = by == "profiles"
-    uncertainty = {name: (0.0 if exact else value) + of_points.get(name, 0.0) for name, value in known.items()}
+    slope = sum(line.largest_slope for line in case.irregularities)
+    uncertainty = {
+        name: (0.0 if exact else value)
+        + of_points.get(name, 0.0)
+        + unmeshed_uncertainty(name, deviation[name], slope=slope)
+        for name, value in known.items()
+    }
     return Judgement(
         approximation=made,
         deviation=deviation,

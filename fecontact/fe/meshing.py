@@ -93,8 +93,9 @@ def wheel_mesh(
         grading or Grading(),
     )
     x, zone_layers = _sweep_positions(zone, size.rim_half_length_mm, half, _COVER_STEPS, "the rim's half length")
-    theta_0 = float(pose.silhouette(touch.wheel_u)[0])
-    theta = theta_0 + x / float(pose.radius(touch.wheel_u))
+    rolling = float(pose.radius(touch.wheel_u))
+    theta_0 = float(pose.silhouette(touch.wheel_u)[0]) + np.arcsin(placement.ahead_mm / rolling)
+    theta = theta_0 + x / rolling
     radius = pose.rolling_radius_mm - section.points[:, 1]
     points = pose.point(section.points[None, :, 0], radius[None, :], theta[:, None]).reshape(-1, 3)
     # Pappus, for planes joined by straight lines: sin of the step instead of the step

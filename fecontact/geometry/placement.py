@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fecontact.dimensions import Track, TrackSide
 from fecontact.errors import InputError
+from fecontact.geometry.along_track import AlongTrack
 from fecontact.geometry.carrying import climbs_at, why_it_cannot_carry
 from fecontact.geometry.poses import RailPose, WheelPose, place_rail, search_parameters, sign_change
 from fecontact.geometry.touch_points import TouchPoint, touch_point_at
@@ -52,18 +53,25 @@ class PlacedJunction:
 class Placement:
     """A wheel resting on a rail: poses, touch points (the first one carries the rigid wheel) and the true gap.
 
-    `climbs` says that it touches beyond the steepest place of its flange: a lateral force alone holds it there.
+    `climbs` says that it touches beyond the steepest place of its flange: a lateral force alone holds it there. `along`
+    is what both have along the track beside their profiles, if anything (`geometry.irregular`).
     """
 
     rail: RailPose
     wheel: WheelPose
     touch_points: tuple[TouchPoint, ...]
     climbs: bool = False
+    along: AlongTrack | None = None
 
     @property
     def first(self) -> TouchPoint:
         """The touch point of the rigid bodies."""
         return self.touch_points[0]
+
+    @property
+    def ahead_mm(self) -> float:
+        """How far along the track the first touch point is ahead of that of smooth bodies."""
+        return 0.0 if self.along is None else self.first.x_mm - self.along.middle_x_mm
 
     @cached_property
     def first_arc_length_mm(self) -> float:
@@ -146,12 +154,16 @@ class Placement:
     def gap(self, x: ArrayLike, s: ArrayLike) -> Floats:
         """True undeformed gap (mm) along the rail's normal at (x, s); OPEN_GAP_MM where the surfaces never meet."""
         points, normals = self.surface(x, s)
-        return np.nan_to_num(self.wheel.distance_along(points, normals), nan=OPEN_GAP_MM)
+        gap = np.nan_to_num(self.wheel.distance_along(points, normals), nan=OPEN_GAP_MM)
+        if self.along is None:
+            return gap
+        return gap + self.along.opening_mm(points[..., 0]) - self.along.lowered_mm * normals[..., 2]
 
     def tangent_plane_gap(self, x: ArrayLike, t: ArrayLike) -> Floats:
         """True undeformed gap (mm) along the contact normal over the tangent plane at the first touch point.
 
-        x and t (mm) are the coordinates in that plane; NaN where one of the bodies is missing.
+        x and t (mm) are the coordinates in that plane; NaN where one of the bodies is missing. Along a line across, an
+        irregularity is the same everywhere, and not in it.
         """
         x, t = np.broadcast_arrays(np.asarray(x, float), np.asarray(t, float))
         touch, rail = self.first, self.rail

@@ -1,4 +1,4 @@
-"""What an input may be: a number within a range, a text, one of several names, some of them, or yes and no.
+"""What an input may be: a number within a range, a text, a name, some names, yes and no, or a value of its own class.
 
 Each kind reads a value as a user writes it, checks a value as the program holds it, and says what it allows. The first
 message is for a value that cannot be understood, the second for one that is understood and lies outside the range.
@@ -377,7 +377,60 @@ class Flag:
             raise InputError(f"{self.label} is {value!r}; allowed: {self.allowed}")
 
 
-Input = Number | Text | Choice | Names | Flag
+@dataclass(frozen=True, kw_only=True)
+class Written:
+    """A value of a class of its own that is written as a text or a table; other attributes are as those of `Number`.
+
+    Attributes
+    ----------
+    kind, parse, show
+        Its class; the value from what a user wrote; the text that is shown of it.
+    """
+
+    label: str
+    help: str
+    domain: str
+    kind: type
+    parse: Callable[[Any], Any] = field(hash=False)
+    show: Callable[[Any], str] = field(hash=False)
+    key: str = ""
+    group: str = ""
+    options: tuple[str, ...] = ()
+
+    @property
+    def allowed(self) -> str:
+        """What a user may write."""
+        return self.domain
+
+    def shown(self, value: Any) -> str:
+        """A value as a user would write it."""
+        return self.show(value)
+
+    def read(self, value: Any) -> Any:
+        """The value of a text or a table.
+
+        Raises
+        ------
+        InputError
+            If it is none.
+        """
+        return self.parse(value)
+
+    def check(self, value: Any) -> None:
+        """Refuse a value of another class.
+
+        Raises
+        ------
+        InputError
+            With the value and what is allowed.
+        """
+        if not isinstance(value, self.kind):
+            raise InputError(
+                f"{self.label} is {value!r}; allowed: {self.kind.__name__}(...); in files a text: {self.domain}"
+            )
+
+
+Input = Number | Text | Choice | Names | Flag | Written
 
 
 def as_number(value: Any) -> float | None:

@@ -7,18 +7,20 @@ missing: it opens the gap, on the wheel as on the rail.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal, get_args
-
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicSpline
+from itertools import pairwise
+from statistics import median
+from typing import TYPE_CHECKING, Literal, get_args
 
 from fecontact.errors import EXTREME, LARGEST, SMALLEST, InputError
 
-Floats = NDArray[np.float64]
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from fecontact.irregularity.openings import Floats, Opening
+
 Kind = Literal["sine", "chord", "imprinted", "haversine", "table"]
 STEEPEST = 0.05
 """Largest slope of a line that is added to a gap: beyond it a surface turns by more than normals may."""
@@ -72,9 +74,10 @@ class Irregularity:
         if self.kind not in get_args(Kind):
             raise InputError(f"irregularity is {self.kind!r}; allowed: {', '.join(get_args(Kind))}")
         needed, allowed = _NEEDS[self.kind], (*_NEEDS[self.kind], *_MAY.get(self.kind, ()))
+        # of a file of records they come as lists
+        object.__setattr__(self, "points_mm", tuple((float(s), float(e)) for s, e in self.points_mm))
         for name in (*_LENGTHS, "phase_rad", "points_mm"):
-            given = getattr(self, name) not in (None, 0.0, ()) if name in ("phase_rad", "points_mm") else None
-            given = getattr(self, name) is not None if given is None else given
+            given = getattr(self, name) is not None if name in _LENGTHS else bool(getattr(self, name))
             if name in needed and not given:
                 raise InputError(f"irregularity {self.kind}: {name} is missing; give {' and '.join(needed)}")
             if given and name not in allowed:
@@ -87,8 +90,7 @@ class Irregularity:
         if not math.isfinite(self.phase_rad):
             raise InputError(f"irregularity sine: phase_rad is {self.phase_rad!r}; allowed: finite")
         if self.kind == "table":
-            object.__setattr__(self, "points_mm", tuple((float(s), float(e)) for s, e in self.points_mm))
-            _check_points(np.array(self.points_mm))
+            _check_points(self.points_mm)
         if self.largest_slope > STEEPEST:
             raise InputError(
                 f"irregularity {self.kind}: its largest slope is {self.largest_slope:.3g}; allowed: up to {STEEPEST:g},"
@@ -112,17 +114,18 @@ class Irregularity:
             Gap of both bodies without it at a contact in its middle, of the same shape: an imprinted flat is the
             rail's own shape; without it that is the line in the middle of it.
         """
-        s = np.asarray(s_mm, dtype=np.float64)
-        if self.kind == "imprinted" and undisturbed_mm is not None:
-            return np.maximum(0.0, (self.depth_mm or 0.0) - np.asarray(undisturbed_mm))
-        return _OPENINGS[self.kind](self, s)
+        if self.kind != "imprinted" or undisturbed_mm is None:
+            return self._opening(s_mm)
+        # a case has irregularities, and a page of help needs no arrays
+        import numpy as np
+
+        return np.maximum(0.0, (self.depth_mm or 0.0) - np.asarray(undisturbed_mm))
 
     @property
     def largest_slope(self) -> float:
         """Largest |de/ds|; 0 of a flat whose depth is not known yet."""
         if self.kind == "table":
-            s, e = np.array(self.points_mm).T
-            return float(np.abs(np.diff(e) / np.diff(s)).max())
+            return max(map(abs, _slopes(self.points_mm)))
         if self.kind == "sine":
             return 2.0 * math.pi * (self.amplitude_mm or 0.0) / (self.wavelength_mm or math.inf)
         factor = math.pi if self.kind == "haversine" else 4.0
@@ -132,15 +135,15 @@ class Irregularity:
     def height_mm(self) -> float:
         """Largest opening less the smallest."""
         if self.kind == "table":
-            openings = np.array(self.points_mm)[:, 1]
-            return float(np.ptp(openings))
+            openings = [e for _, e in self.points_mm]
+            return max(openings) - min(openings)
         return 2.0 * (self.amplitude_mm or 0.0) if self.kind == "sine" else self.depth_mm or 0.0
 
     @property
     def finest_mm(self) -> float:
         """The shortest length along it that nodes have to follow: a wave, a flat, four points of a table."""
         if self.kind == "table":
-            return 4.0 * float(np.median(np.diff(np.array(self.points_mm)[:, 0])))
+            return 4.0 * median(_steps(self.points_mm))
         return self.wavelength_mm or self.length_mm or math.inf
 
     @property
@@ -151,79 +154,49 @@ class Irregularity:
             return (-half, half)
         if self.kind != "table":
             return ()
-        s, e = np.array(self.points_mm).T
-        jumps = np.abs(np.diff(np.diff(e) / np.diff(s)))
-        return tuple(float(one) for one in s[1:-1][jumps > _KINK])
-
-    def even_about(self, s_mm: float) -> bool:
-        """Whether it is its own mirror image at a distance; of a table it is not looked for."""
-        if self.kind == "table":
-            return False
-        if self.kind == "sine":
-            turns = (s_mm / (self.wavelength_mm or math.inf) + self.phase_rad / (2.0 * math.pi)) * 2.0
-            return abs(turns - round(turns)) < 1e-9
-        return s_mm == 0.0 or abs(s_mm) > 10.0 * (self.length_mm or 0.0)
+        inner = [s for s, _ in self.points_mm[1:-1]]
+        jumps = [abs(after - before) for before, after in pairwise(_slopes(self.points_mm))]
+        return tuple(s for s, jump in zip(inner, jumps, strict=True) if jump > _KINK)
 
     @cached_property
-    def _spline(self) -> CubicSpline:
-        s, e = np.array(self.points_mm).T
-        return CubicSpline(s, e, bc_type="natural")
+    def _opening(self) -> Opening:
+        from fecontact.irregularity.openings import opening_of_flat, opening_of_points, opening_of_sine
+
+        if self.kind == "table":
+            return opening_of_points(self.points_mm)
+        if self.kind == "sine":
+            return opening_of_sine(self.wavelength_mm or math.inf, self.amplitude_mm or 0.0, self.phase_rad)
+        return opening_of_flat(self.length_mm or math.inf, self.depth_mm or 0.0, worn=self.kind == "haversine")
 
 
-def _sine(one: Irregularity, s: Floats) -> Floats:
-    wavelength = one.wavelength_mm or math.inf
-    return np.asarray((one.amplitude_mm or 0.0) * np.cos(2.0 * np.pi * s / wavelength + one.phase_rad))
+def _steps(points: Sequence[tuple[float, float]]) -> list[float]:
+    return [after[0] - before[0] for before, after in pairwise(points)]
 
 
-def _chord(one: Irregularity, s: Floats) -> Floats:
-    return np.maximum(0.0, (one.depth_mm or 0.0) * (1.0 - (2.0 * s / (one.length_mm or math.inf)) ** 2))
+def _slopes(points: Sequence[tuple[float, float]]) -> list[float]:
+    return [(after[1] - before[1]) / (after[0] - before[0]) for before, after in pairwise(points)]
 
 
-def _haversine(one: Irregularity, s: Floats) -> Floats:
-    length = one.length_mm or math.inf
-    inside = np.abs(s) < 0.5 * length
-    return np.where(inside, 0.5 * (one.depth_mm or 0.0) * (1.0 + np.cos(2.0 * np.pi * s / length)), 0.0)
-
-
-def _table(one: Irregularity, s: Floats) -> Floats:
-    first, last = one.points_mm[0][0], one.points_mm[-1][0]
-    return np.asarray(one._spline(np.clip(s, first, last)))
-
-
-_OPENINGS: Mapping[str, Callable[[Irregularity, Floats], Floats]] = {
-    "sine": _sine,
-    "chord": _chord,
-    "imprinted": _chord,
-    "haversine": _haversine,
-    "table": _table,
-}
-
-
-def _check_points(points: Floats) -> None:
+def _check_points(points: Sequence[tuple[float, float]]) -> None:
     """Refuse a table with too few points, points out of order, gaps and steps."""
-    if points.shape[0] < _FEWEST_POINTS or not np.isfinite(points).all():
+    if len(points) < _FEWEST_POINTS or not all(math.isfinite(one) for point in points for one in point):
         raise InputError(
-            f"irregularity table: {points.shape[0]} points; allowed: {_FEWEST_POINTS} and more, all of them finite"
+            f"irregularity table: {len(points)} points; allowed: {_FEWEST_POINTS} and more, all of them finite"
         )
-    s, e = points.T
-    steps = np.diff(s)
-    if not np.all(steps > 0.0):
-        place = s[1:][steps <= 0.0][0]
-        raise InputError(
-            f"irregularity table: distances do not grow at {place:g} mm; sort it, and leave each out twice"
-        )
-    middle = float(np.median(steps))
-    if steps.max() > _WIDEST * middle:
-        at = int(np.argmax(steps))
-        raise InputError(
-            f"irregularity table: a gap of {steps[at]:g} mm from {s[at]:g} to {s[at + 1]:g} mm, where points are"
-            f" {middle:g} mm apart; allowed: {_WIDEST:g} times that; measure it, fill it in, or cut the table there"
-        )
-    slopes = np.abs(np.diff(e) / steps)
-    if slopes.max() > STEEPEST:
-        at = int(np.argmax(slopes))
-        raise InputError(
-            f"irregularity table: a step of {e[at + 1] - e[at]:+.4g} mm from {s[at]:g} to {s[at + 1]:g} mm, a slope of"
-            f" {slopes[at]:.3g}; allowed: up to {STEEPEST:g}; check the units of both columns, smooth it over some mm,"
-            " or give the wheel or rail that has it"
-        )
+    middle = median(_steps(points))
+    for (s, e), (next_s, next_e) in pairwise(points):
+        if next_s <= s:
+            raise InputError(
+                f"irregularity table: distances do not grow at {next_s:g} mm; sort it, and leave nothing in twice"
+            )
+        if next_s - s > _WIDEST * middle:
+            raise InputError(
+                f"irregularity table: a gap of {next_s - s:g} mm from {s:g} to {next_s:g} mm, where points are"
+                f" {middle:g} mm apart; allowed: {_WIDEST:g} times that; measure it, fill it in, or cut the table there"
+            )
+        if abs(slope := (next_e - e) / (next_s - s)) > STEEPEST:
+            raise InputError(
+                f"irregularity table: a step of {next_e - e:+.4g} mm from {s:g} to {next_s:g} mm, a slope of"
+                f" {abs(slope):.3g}; allowed: up to {STEEPEST:g}; check the units of both columns, smooth it over some"
+                " mm, or give the wheel or rail that has it"
+            )

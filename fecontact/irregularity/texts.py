@@ -14,8 +14,8 @@ from fecontact.inputs.texts import nearest
 from fecontact.irregularity.shapes import Irregularity
 
 FORMS = (
-    "sine:wavelength_mm=30,amplitude_um=25[,phase_deg=90], chord:length_mm=40, imprinted:length_mm=40,"
-    " haversine:length_mm=52,depth_mm=0.4, or table:FILE,distance=mm,opening=um"
+    "sine:wavelength_mm=30,amplitude_um=25[,phase_deg=90], chord:length_mm=40, haversine:length_mm=52,depth_mm=0.4, or"
+    " table:FILE,distance=mm,opening=um"
 )
 _UNITS = {"mm": 1.0, "um": 1e-3, "cm": 10.0, "m": 1e3}
 _ANGLES = {"deg": math.pi / 180.0, "rad": 1.0}
@@ -40,6 +40,44 @@ def parse_irregularity(text: str) -> Irregularity:
         name, _, value = item.partition("=")
         values |= quantity(name.strip(), value.strip())
     return Irregularity(kind=kind, **values)  # type: ignore[arg-type]
+
+
+def irregularity_of(value: Any) -> Irregularity:
+    """The irregularity of a text, or of a table of a file with a `kind` and quantities with units in their names.
+
+    Raises
+    ------
+    InputError
+        As `parse_irregularity` and `read_table` do.
+    """
+    if isinstance(value, Irregularity):
+        return value
+    if isinstance(value, str):
+        return parse_irregularity(value)
+    if not isinstance(value, dict) or "kind" not in value:
+        raise InputError(f"irregularity is {value!r}; allowed: {FORMS}, or a table with a kind")
+    rest = {name: one for name, one in value.items() if name != "kind"}
+    if value["kind"] == "table":
+        unknown = rest.keys() - {"file", "distance", "opening"}
+        if unknown or not rest.get("file"):
+            told = ", ".join(sorted(unknown)) or "file is missing"
+            raise InputError(f"irregularity table: {told}; it has file, distance and opening")
+        return read_table(rest["file"], distance_unit=rest.get("distance"), opening_unit=rest.get("opening"))
+    values: dict[str, Any] = {}
+    for name, one in rest.items():
+        values |= quantity(name, one)
+    return Irregularity(kind=value["kind"], **values)
+
+
+def irregularity_text(value: Irregularity) -> str:
+    """An irregularity as a text; of a table how many points it has, for they are not a text."""
+    if value.kind == "table":
+        first, last = value.points_mm[0][0], value.points_mm[-1][0]
+        return f"table of {len(value.points_mm)} points from {first:g} to {last:g} mm"
+    given = {name: getattr(value, name) for name in ("wavelength_mm", "amplitude_mm", "length_mm", "depth_mm")}
+    if value.phase_rad:
+        given["phase_rad"] = value.phase_rad
+    return f"{value.kind}:" + ",".join(f"{name}={one:.12g}" for name, one in given.items() if one is not None)
 
 
 def quantity(name: str, value: Any) -> dict[str, float]:

@@ -21,6 +21,7 @@ SHORT_FORMS: Mapping[str, str] = {
 # What is given, in the order in which one thinks of it.
 _POSITION = ("lateral_shift_mm", "load_kN")
 _INPUTS = (*_POSITION, "rail", "wheel", "inclination_rad", "roll_mrad", "yaw_mrad", "load_kind", "resolution")
+_IRREGULAR = ("rail_irregularity", "wheel_irregularity", "distance_mm")
 # Given only where the resolution has no name; elsewhere they come from the patch.
 _SIZES = ("element_size_x_mm", "element_size_y_mm")
 
@@ -132,7 +133,7 @@ def _further(one: Mapping[str, str], two: Mapping[str, str], columns: Sequence[s
 
     # a column of no known kind may be an input of a table from elsewhere
     others = [column for column in shared if kind_of(column) == "default"]
-    found = differing((*_INPUTS, *others)) or differing(_SIZES)
+    found = differing((*_INPUTS, *_IRREGULAR, *others)) or differing(_SIZES)
     if found:
         return f"add to --match a column in which they differ: {', '.join(found)}"
     return "they differ in no input that both tables have; remove one of them, or leave out --match"

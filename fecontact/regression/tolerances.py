@@ -99,6 +99,8 @@ _TEXTS = (
         "rail",
         "wheel",
         "load_kind",
+        "rail_irregularity",
+        "wheel_irregularity",
         "side",
         "roll",
         "at_junction",
@@ -112,7 +114,7 @@ _TEXTS = (
 _EFFORTS = ("iterations", "degrees_of_freedom", "meshes", "load_balance", "seconds", "peak_memory_MB")
 _INPUTS = (
     *("lateral_shift_mm", "load_kN", "inclination_rad", "roll_mrad", "yaw_mrad"),
-    *("roll_load_kN", "opposite_load_kN"),
+    *("roll_load_kN", "opposite_load_kN", "distance_mm"),
 )
 _NAMED: Mapping[str, str] = {
     **dict.fromkeys(_TEXTS, TEXT),
@@ -124,6 +126,7 @@ _NAMED: Mapping[str, str] = {
     **dict.fromkeys(("mz_hertz_Nmm", "mz_fe_Nmm"), "creep moment"),
     **dict.fromkeys(("xi", "eta"), "creepage"),
     "spin_per_mm": "spin",
+    "lowered_mm": "position",
     "touch_rail_y_mm": "position",
     "touch_wheel_y_mm": "position",
     "touch_points": "count",

@@ -21,7 +21,18 @@ from fecontact.profiles.identity import content_of, profile_file
 _PACKAGE = Path(__file__).parents[1]
 # What solves: a change of it makes stored results those of another version.
 SOLVING = (
-    *("errors.py", "material.py", "case.py", "dimensions.py", "profiles", "geometry", "contact", "fe", "solving"),
+    *(
+        "errors.py",
+        "material.py",
+        "case.py",
+        "dimensions.py",
+        "profiles",
+        "geometry",
+        "contact",
+        "fe",
+        "solving",
+        "irregularity",
+    ),
     *("theory/hertz.py", "theory/springs.py", "theory/touch_hertz.py"),
 )
 # What reads and judges what was solved: after a change of it stored fields are evaluated again.

@@ -168,7 +168,8 @@ def _region(true_gap: TrueGap, reach: float, half: bool) -> tuple[tuple[float, f
     """Bounding box of the surface that comes together when the bodies approach rigidly by `reach`."""
     placement = true_gap.placement
     profile, origin = placement.rail.profile, placement.first_arc_length_mm
-    width = 1.3 * np.sqrt(2.0 * placement.wheel.rolling_radius_mm * reach)
+    height = 0.0 if placement.along is None else placement.along.height_mm
+    width = 1.3 * np.sqrt(2.0 * placement.wheel.rolling_radius_mm * (reach + height))
     x = np.linspace(0.0 if half else -width, width, 15 if half else 29)
     # the profile's own sides and junction steps lie beyond any contact of running wheels
     s = np.arange(1e-6, profile.length_mm, _COARSE_STEP_S_MM) - origin

@@ -9,6 +9,7 @@ import numpy as np
 from fecontact.case import Case
 from fecontact.dimensions import Track
 from fecontact.errors import InputError
+from fecontact.geometry.irregular import with_irregularities
 from fecontact.geometry.placement import SIGN, Pair, Placement, pair_of, place
 from fecontact.geometry.wheelset import PlacedWheelset, Wheelset, place_wheelset
 from fecontact.profiles.curve import Profile
@@ -23,8 +24,15 @@ def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None
     Raises
     ------
     InputError
-        For profiles that cannot be read and positions in which the wheel does not run on the rail.
+        For profiles that cannot be read, positions in which the wheel does not run on the rail, and edges of an
+        irregularity under the wheel.
     """
+    placement = _place_smooth(case, rail, wheel)
+    return with_irregularities(placement, case.irregularities, case.distance_mm) if case.irregularities else placement
+
+
+def _place_smooth(case: Case, rail: Profile | None, wheel: Profile | None) -> Placement:
+    """The placement by the profiles alone."""
     if case.roll != "given":
         return place_wheelset_of_case(case, rail=rail, wheel=wheel).side(case.side)
     if not case.opposite.is_mirror_image:

@@ -26,6 +26,7 @@ Floats = NDArray[np.float64]
 Progress = Callable[[str], None]
 # More than the resolution says, so that its meshes have as many where the patch is a little smaller than expected.
 _ROOM = 0.25
+_ELEMENTS_A_WAVE = 8.0
 MARGIN_ELEMENTS = 4
 """Elements of free room around the expected patch."""
 # Longest element over its width.
@@ -113,7 +114,9 @@ def element_size_mm(case: Case, expected: ExpectedPatch) -> tuple[float, float]:
     if len(expected.parts) > 1:
         own = (min(x, _MOST_SLENDER_APART * s) for x, s in (part.semi_axes_mm for part in expected.parts))
         longest = max(longest, min(own) / count)
-    return min(along_x, longest), min(across, _MOST_SLENDER * along_x)
+    along = expected.true_gap.placement.along
+    wave = math.inf if along is None else along.finest_mm / _ELEMENTS_A_WAVE
+    return min(along_x, longest, wave), min(across, _MOST_SLENDER * along_x)
 
 
 def element_width_mm(element_size_mm: tuple[float, float], part: ExpectedPart) -> float:

@@ -10,21 +10,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from fecontact.irregularity.touching import Opening, Touch, on_edge, touches
 from fecontact.theory.hertz import HertzContact, hertz_ellipse
 from fecontact.theory.springs import hertz_spring_force_N, multi_hertz_approach_mm
 
 Floats = NDArray[np.float64]
-Opening: TypeAlias = Callable[[Floats], Floats]
-
 _GAUSS = np.polynomial.legendre.leggauss(48)
-# Places at which the rigid bodies are looked for touching, over the whole reach.
-_PLACES = 2001
 _HALVINGS = 400
 _SETTLED = 1e-9
 
@@ -45,15 +41,6 @@ class Pair:
             normal_force_N=normal_force_N,
             contact_modulus_MPa=self.contact_modulus_MPa,
         )
-
-
-@dataclass(frozen=True, kw_only=True)
-class Touch:
-    """A place x (mm) where the rigid bodies touch, its gap, and the coefficient A' = A + e''/2 there."""
-
-    x_mm: float
-    gap_mm: float
-    A_per_mm: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,17 +78,7 @@ class Place:
     @cached_property
     def touches(self) -> tuple[Touch, ...]:
         """Where the rigid wheel touches, and every further minimum of the gap, from the lowest up."""
-        x = np.linspace(-self.reach_mm, self.reach_mm, _PLACES)
-        gap = self.pair.A_per_mm * x**2 + self.opening(x)
-        inner = np.flatnonzero((gap[1:-1] <= gap[:-2]) & (gap[1:-1] < gap[2:])) + 1
-        found = [self._touch(x[i - 1 : i + 2], gap[i - 1 : i + 2]) for i in inner]
-        return tuple(sorted(found, key=lambda touch: touch.gap_mm))
-
-    def _touch(self, x: Floats, gap: Floats) -> Touch:
-        """The top of the parabola through three places."""
-        step = float(x[1] - x[0])
-        slope, bend = float(gap[2] - gap[0]) / (2.0 * step), float(gap[0] - 2.0 * gap[1] + gap[2]) / step**2
-        return Touch(x_mm=float(x[1]) - slope / bend, gap_mm=float(gap[1]) - 0.5 * slope**2 / bend, A_per_mm=0.5 * bend)
+        return touches(self.pair.A_per_mm, self.opening, self.reach_mm)
 
     def mean_mm(self, half_length_mm: float) -> float:
         """Mean of e from -a to a."""
@@ -267,7 +244,6 @@ def _height(place: Place) -> float:
 
 def _edge_touched(place: Place) -> str:
     """Why there is no curvature where the bodies touch."""
-    near = 3.0 * place.reach_mm / _PLACES
-    if any(abs(touch.x_mm - kink) < near for touch in place.touches for kink in place.kinks_mm):
+    if on_edge(place.touches, place.kinks_mm, place.reach_mm):
         return "the rigid wheel touches an edge, where there is no curvature"
     return ""

@@ -14,6 +14,7 @@ from fecontact.comparison.measures import MEASURES
 from fecontact.errors import InputError
 from fecontact.files import read_json, write_json
 from fecontact.geometry.placement import Placement
+from fecontact.irregularity.texts import irregularity_text
 from fecontact.map.cells import ApplicabilityMap, MapCell
 from fecontact.outputs.records.creep import creep_columns
 from fecontact.outputs.records.results import STEP_MEASURES, versions
@@ -137,7 +138,20 @@ def input_columns(case: Case, placement: Placement | None = None) -> Row:
     for name, load_N in (("roll_load_kN", case.roll_load_N), ("opposite_load_kN", case.opposite.wheel_load_N)):
         if load_N is not None:
             of_wheelset[name] = load_N / 1e3
-    return row | of_wheelset if case.roll != "given" or case.side != "left" else row
+    if case.roll != "given" or case.side != "left":
+        row |= of_wheelset
+    return row | _irregular_columns(case, placement) if case.irregularities else row
+
+
+def _irregular_columns(case: Case, placement: Placement | None) -> Row:
+    """What rail and wheel have along the track, where on it, and how much lower the rigid wheel stands there."""
+    along = None if placement is None else placement.along
+    shown = {name: getattr(case, name) for name in ("rail_irregularity", "wheel_irregularity")}
+    return {
+        "distance_mm": case.distance_mm,
+        **{name: None if line is None else irregularity_text(line) for name, line in shown.items()},
+        "lowered_mm": None if along is None else along.lowered_mm,
+    }
 
 
 def case_row(result: CaseResult) -> Row:

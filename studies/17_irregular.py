@@ -1,0 +1,131 @@
+"""Down to which wave does Hertz's spring over an irregular wheel or rail (eq. 6) hold, and what do codes take instead?
+
+Corrugation of 20 to 200 mm, wheels out of round, worn flats and welds, on S1002 on 60E1 1:40 at a shift of 3 mm under
+100 kN: eq. 6, the path of the rigid wheel, the mean over the patch, Hertz at the rigid touch points and on a fitted
+parabola, each against the half-space with the irregularity in its gap.
+
+Reference: the half-space, and for the force of low waves the mean over the patch, sin(ka)/(ka), which is exact there.
+Expected: eq. 6 holds from some three lengths of the patch on at 10 um, from six at 50 um; on flats it does not.
+
+`cases()` are two waves and a worn flat by finite elements on R 300, and the smooth pair beside them: what the bodies
+add to the half-space should not know of the irregularity. The tables and the figure alone, in minutes:
+`python studies/17_irregular.py --figure`.
+"""
+
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+from fecontact.case import Case
+from fecontact.irregularity.shapes import Irregularity
+from fecontact.jobs.workers import default_workers
+from fecontact.outputs.figures.irregular import irregular_figure
+from fecontact.regression.checks import Check
+from fecontact.runs.irregular import irregular
+
+CIRCLES: dict[str, Any] = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+REAL = Case(lateral_shift_mm=3.0, inclination_rad=math.atan(1.0 / 40.0))
+WAVELENGTHS_MM = (20.0, 25.0, 30.0, 40.0, 50.0, 60.0, 80.0, 100.0, 120.0, 160.0, 200.0)
+AMPLITUDES_MM = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1)
+# What the vehicle meets: its text, and at which places beside the middle it is looked at.
+EVERYDAY: dict[str, tuple[str, tuple[float, ...]]] = {
+    "corrugation of 30 mm, 25 um": ("sine:wavelength_mm=30,amplitude_um=25", ()),
+    "corrugation of 60 mm, 25 um": ("sine:wavelength_mm=60,amplitude_um=25", ()),
+    "wheel of order 20, 50 um": (f"sine:wavelength_mm={2.0 * math.pi * 460.0 / 20.0:.2f},amplitude_um=50", ()),
+    "wheel of order 6, 300 um": (f"sine:wavelength_mm={2.0 * math.pi * 460.0 / 6.0:.2f},amplitude_um=300", ()),
+    "weld of 100 mm, 150 um": ("haversine:length_mm=100,depth_mm=0.15", ()),
+    "weld of 300 mm, 300 um": ("haversine:length_mm=300,depth_mm=0.3", ()),
+    "worn flat of 52 mm": ("haversine:length_mm=52,depth_mm=0.435", ()),
+    "fresh flat of 40 mm": ("chord:length_mm=40", ()),
+}
+# By finite elements: the wave or flat, where on it, and the peak of the half-space by an independent program.
+BY_ELEMENTS: dict[str, tuple[Irregularity | None, float, float]] = {
+    "smooth": (None, 0.0, 1237.56),
+    "wave of 50 mm": (Irregularity(kind="sine", wavelength_mm=50.0, amplitude_mm=0.010), 25.0, 1264.3),
+    "wave of 20 mm": (Irregularity(kind="sine", wavelength_mm=20.0, amplitude_mm=0.010), 10.0, 1378.2),
+    "worn flat of 52 mm": (Irregularity(kind="haversine", length_mm=52.0, depth_mm=0.434783), 10.0, 1542.7),
+}
+# Nodes of an independent program, 16 to 64 a semi-axis.
+HALF_SPACE_PERCENT = 0.3
+
+
+def cases(quick: bool = False) -> list[Case]:
+    """The smooth pair, two waves and a flat; in quick size the smooth pair and one wave."""
+    every = [
+        Case(**CIRCLES, wheel_irregularity=line, distance_mm=distance, refine_degrees_of_freedom=0)
+        for line, distance, _ in BY_ELEMENTS.values()
+    ]
+    return every[:2] if quick else every
+
+
+def checks(rows: list[dict[str, Any]]) -> list[Check]:
+    """The half-space against an independent program, and the step to the bodies against that of the smooth pair."""
+    found = []
+    for row, (name, (line, distance, expected)) in zip(rows, BY_ELEMENTS.items(), strict=False):
+        found.append(
+            Check(
+                quantity="peak pressure of the half-space, MPa",
+                case=f"{name} at {distance:g} mm",
+                reference="finer nodes, by another program",
+                kind="other code",
+                value=float(row["p_max_half_space_MPa"]),
+                expected=expected,
+                limit_percent=HALF_SPACE_PERCENT,
+            )
+        )
+        if line is not None:
+            smooth, own = (1.0 + 1e-2 * float(one["p_max_step_bodies_percent"]) for one in (rows[0], row))
+            found.append(
+                Check(
+                    quantity="peak pressure with the bodies over that without",
+                    case=f"{name} at {distance:g} mm",
+                    reference="the smooth pair: bodies do not know of it, but for the slope",
+                    kind="invariant",
+                    value=own,
+                    expected=smooth,
+                    limit_percent=1e2 * line.largest_slope,
+                )
+            )
+    return found
+
+
+def conclude(rows: list[dict[str, Any]], out: Path) -> str:
+    """What the bodies add to the half-space, beside what they add to the smooth pair."""
+    added = [float(row["p_max_step_bodies_percent"]) for row in rows]
+    told = [f"{name} {one:+.2f} %" for name, one in zip(BY_ELEMENTS, added, strict=False)]
+    largest = max(abs(one - added[0]) for one in added[1:])
+    return (
+        f"Finite bodies move the peak by {', '.join(told)}: what is irregular changes that by {largest:.2f} % at most,"
+        " and the half-space is enough for it."
+    )
+
+
+def everyday() -> list[str]:
+    """Lines of text: what each model is worth on what a vehicle meets."""
+    lines = ["| irregularity | model | worst force, % | worst peak, % | holds at places, % |", "|---|---|---|---|---|"]
+    for name, (text, places) in EVERYDAY.items():
+        found = irregular(REAL, irregularity=text, positions_mm=places, workers=default_workers())
+        for model, worst in found["worst"].items():
+            force, peak = (
+                "-" if worst[key] is None else f"{1e2 * worst[key]:+.1f}" for key in ("force_error", "peak_error")
+            )
+            lines.append(f"| {name} | {model} | {force} | {peak} | {1e2 * worst['share_within_limit']:.0f} |")
+    return lines
+
+
+def main() -> None:
+    """Print the conclusion of the map and the table, and draw the map."""
+    found = irregular(REAL, wavelengths_mm=WAVELENGTHS_MM, amplitudes_mm=AMPLITUDES_MM, workers=default_workers())
+    print(found["conclusion"])
+    print("\n".join(everyday()))
+    print(irregular_figure(found, Path(__file__).parent / "figures" / "irregular.png"))
+
+
+if __name__ == "__main__":
+    if "--figure" in sys.argv[1:]:
+        main()
+    else:
+        from fecontact.cli import run_script
+
+        run_script(__file__)
