@@ -245,12 +245,13 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Mutate profile files of every format.")
     parser.add_argument("--count", type=int, default=20_000)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--hertz-every", type=int, default=20, help="of how many files one is also smoothed and placed")
     parser.add_argument("--format", choices=FORMATS, action="append")
     given = parser.parse_args()
     failed = 0
     for ending in given.format or FORMATS:
         start = time.perf_counter()
-        found = fuzz(ending, given.count, given.seed, Path("fuzz_failures"))
+        found = fuzz(ending, given.count, given.seed, Path("fuzz_failures"), hertz_every=given.hertz_every)
         failed += len(found.failures)
         print(
             f"{ending:5} {given.count} files: {found.refused} refused, {found.taken} taken, {len(found.failures)}"

@@ -1,0 +1,59 @@
+"""The README as it is pasted into a fresh clone, in its order."""
+
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+import pytest
+from test_documents import ROOT, TEXTS, fenced
+
+README = TEXTS["README.md"]
+
+
+def clone(folder: Path) -> Path:
+    """The files of this repository as they would be committed, with an environment that has the packages of this one.
+
+    `make setup` finds it as one that it has made, so that nothing is downloaded.
+    """
+    try:
+        listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True, text=True).stdout
+    except (OSError, subprocess.CalledProcessError):
+        pytest.skip("no clone of the repository")
+    for name in filter(None, listed.split("\0")):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(ROOT / name, folder / name)
+    subprocess.run([sys.executable, "-m", "venv", folder / ".venv"], check=True)
+    site = next((folder / ".venv" / "lib").glob("python*/site-packages"))
+    (site / "clone.pth").write_text(f"{folder}\n{sysconfig.get_path('purelib')}\n", "utf-8")
+    program = folder / ".venv" / "bin" / "fecontact"
+    # as pip writes it where a path has blanks
+    program.write_text(f'#!/bin/sh\nexec "{folder}/.venv/bin/python" -m fecontact "$@"\n', "utf-8")
+    program.chmod(0o755)
+    for name in (".created", ".installed"):
+        (folder / ".venv" / name).touch()
+    return folder
+
+
+@pytest.mark.slow
+def test_all_that_the_readme_shows_can_be_pasted_into_a_fresh_clone(tmp_path):
+    """In its order; what `make demo` prints is what the README says that it prints."""
+    folder = clone(tmp_path / "a clone")
+    code = "set -e\n" + "".join(f"echo '== block'\n{block}" for block in fenced(README, "console"))
+    kept = ("PATH", "HOME", "LANG", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+    environment = {name: os.environ[name] for name in kept if name in os.environ}
+    # MKL is looked for in the environment that pip put it into
+    for mkl in (Path(sys.prefix) / "lib").glob("libmkl_rt.so*"):
+        environment["PYPARDISO_MKL_RT"] = str(mkl)
+    done = subprocess.run(
+        ["bash", "-c", code], cwd=folder, env=environment, capture_output=True, text=True, timeout=3000
+    )
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    demo = done.stdout.split("== block\n")[1]
+    (shown,) = fenced(README, "text")
+    assert shown in demo
+    for line in demo.splitlines():
+        if line.startswith(("Report:  ", "Picture: ", "ParaView:", "Table:   ")):
+            assert (folder / line.partition(": ")[2].strip()).is_file()
