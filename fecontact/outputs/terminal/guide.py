@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from fecontact.outputs.terminal.console import standard_console
-
 
 def print_titles(titles: Mapping[str, str]) -> None:
     """Print the topics with the titles of their pages."""
@@ -17,7 +15,9 @@ def print_titles(titles: Mapping[str, str]) -> None:
 
 def print_page(text: str) -> None:
     """Print a page in Markdown: laid out on a terminal, as it is into a file or a pipe."""
-    console = standard_console()
+    from rich.console import Console
+
+    console = Console()
     if not console.is_terminal:
         print(text, end="")
         return
