@@ -360,6 +360,11 @@ class Case:
         return _NODES_OF_MORE_ELEMENTS if self.resolution in ("standard", "fine") else NODES_A_SEMI_AXIS
 
     @property
+    def may_yield(self) -> bool:
+        """Whether a yield stress is given, of rail or wheel."""
+        return any(body.yield_MPa is not None for body in (self.rail_material, self.wheel_material))
+
+    @property
     def half(self) -> bool:
         """Whether x = 0 is a plane of symmetry."""
         return self.yaw_rad == 0.0 and not self.irregularities

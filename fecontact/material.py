@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from fecontact.errors import check_positive
+from fecontact.errors import InputError, check_positive
 from fecontact.inputs.kinds import Number, Text
 from fecontact.inputs.slots import by_name, check_inputs
 
@@ -25,7 +25,20 @@ _POISSON = Number(
     symbol="nu",
     remedy="use 0.27 to 0.30 for steel, and a value below 0.5 for a nearly incompressible material",
 )
-_YIELD = Number(label="yield stress", help="Yield stress", unit="MPa", remedy="leave it out (None) if it is not known")
+_YIELD = Number(
+    label="yield stress",
+    help="Uniaxial yield stress; with it the first loading of virgin steel is solved beside the elastic contact",
+    unit="MPa",
+    usual=(100.0, 3000.0),
+    remedy="leave it out (None) if it is not known",
+)
+_TANGENT = Number(
+    label="tangent modulus",
+    help="Slope of the uniaxial stress over the strain beyond the yield stress, 0 for perfectly plastic",
+    unit="MPa",
+    high=500e3,
+    remedy="steels have 0 to a tenth of Young's modulus; it counts where there is a yield stress",
+)
 
 
 def check_poisson(poisson: float) -> float:
@@ -37,7 +50,7 @@ def check_poisson(poisson: float) -> float:
 @by_name
 @dataclass(frozen=True, kw_only=True)
 class Material:
-    """Isotropic linear elastic material, optionally with a yield stress.
+    """Isotropic linear elastic material, optionally with a yield stress and linear hardening beyond it.
 
     Attributes
     ----------
@@ -46,7 +59,9 @@ class Material:
     young_MPa, poisson
         Young's modulus E and Poisson's ratio nu.
     yield_MPa
-        Uniaxial yield stress, or None if unknown.
+        Uniaxial yield stress, or None if unknown: such a body stays elastic.
+    tangent_MPa
+        Slope of the uniaxial stress over the strain beyond it, below Young's modulus; 0 for perfectly plastic.
 
     Raises
     ------
@@ -62,9 +77,15 @@ class Material:
     young_MPa: float = field(metadata={"input": _YOUNG})
     poisson: float = field(metadata={"input": _POISSON})
     yield_MPa: float | None = field(default=None, metadata={"input": _YIELD})
+    tangent_MPa: float = field(default=0.0, metadata={"input": _TANGENT})
 
     def __post_init__(self) -> None:
         check_inputs(self)
+        if self.tangent_MPa >= self.young_MPa:
+            raise InputError(
+                f"tangent modulus is {self.tangent_MPa:g} MPa, not below Young's modulus of {self.young_MPa:g} MPa;"
+                f" {_TANGENT.remedy}"
+            )
 
     @classmethod
     def from_shear(cls, *, name: str, shear_MPa: float, poisson: float, yield_MPa: float | None = None) -> Material:
@@ -85,11 +106,18 @@ class Material:
         return self.young_MPa / (2.0 * (1.0 + self.poisson))
 
     @property
+    def hardening_MPa(self) -> float:
+        """Plastic modulus H = E Et / (E - Et) in MPa: slope of the uniaxial stress over the plastic strain."""
+        return self.young_MPa * self.tangent_MPa / (self.young_MPa - self.tangent_MPa)
+
+    @property
     def lame_MPa(self) -> float:
         """First Lame constant lambda = E nu / ((1 + nu) (1 - 2 nu)) in MPa."""
         return self.young_MPa * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
 
 
+OF_YIELDING = ("yield_MPa", "tangent_MPa")
+"""Fields of a material that say nothing of an elastic contact."""
 STEEL = Material(name="steel", young_MPa=210_000.0, poisson=0.3)
 """Rail and wheel steel, elastic constants only: E 210000 MPa, nu 0.3."""
 

@@ -55,8 +55,8 @@ ROOMS: dict[str, set[str]] = {
     # pages of text
     "guide": {"errors", "inputs"},
     "doctor": set(),
-    "commands": {"errors", "files", "inputs", "case", "creep", "criteria", "options", "profiles", "solving", "theory"}
-    | {"regression", "jobs"}
+    "commands": {"errors", "files", "inputs", "material", "case", "creep", "criteria", "options", "profiles"}
+    | {"regression", "jobs", "solving", "theory"}
     | {"outputs", "console", "doctor", "guide", "runs", "vehicle", "outcome"},
     "cli": {"errors", "inputs", "commands"},
     "plot": {"errors", "solving", "outputs"},

@@ -73,6 +73,10 @@ def material(body: str) -> dict[tuple[str, str], Row]:
             "yield_MPa", f"--{body}-yield-mpa", 500, 500.0, 0, 0.0, f"yield stress is 0.0 MPa; {positive}",
             ": MPa, finite and > 0; default none",
         ),
+        (table, "tangent_MPa"): Row(
+            "tangent_MPa", f"--{body}-tangent-mpa", 4200, 4200.0, -1, -1.0,
+            "tangent modulus is -1.0 MPa; allowed: 0 to 500000 MPa", ": MPa, 0 to 500000; default 0",
+        ),
     }  # fmt: skip
 
 
@@ -382,7 +386,8 @@ def test_each_command_takes_what_it_uses():
     assert options("solve") & every == every
     assert options("map") & every == every - {"--shift", "--lateral-shift-mm", "--load-kn"}
     # no stress is looked at, and a mesh is not solved
-    stress = {"--yield-mpa", "--rail-yield-mpa", "--wheel-yield-mpa"}
+    of_yielding = ("yield-mpa", "tangent-mpa")
+    stress = {f"--{body}{name}" for body in ("", "rail-", "wheel-") for name in of_yielding}
     names = {"--material-name", "--rail-material-name", "--wheel-material-name"}
     assert options("hertz") & every == of_groups("place", "profiles", "load", "material") - stress
     unused = stress | names | {"--solver", "--refine-degrees-of-freedom"}

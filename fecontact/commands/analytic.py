@@ -11,10 +11,11 @@ from cyclopts import Parameter
 
 from fecontact.case import IRREGULAR, unusual
 from fecontact.console import answer, tell_notes
+from fecontact.material import OF_YIELDING
 from fecontact.options import CaseOptions, options_of
 
 # no stress is looked at, and nothing is solved
-_OF_HERTZ = options_of("place", "profiles", "load", "material", without=("yield_MPa",))
+_OF_HERTZ = options_of("place", "profiles", "load", "material", without=OF_YIELDING)
 _OF_PLACE = options_of("place", "profiles", "load", "material", "solution")
 # a table has a list of shifts, finds the roll, and shows both sides
 _OF_TRACK = options_of(

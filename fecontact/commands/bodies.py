@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 from fecontact.case import IRREGULAR, unusual
 from fecontact.console import tell_notes
 from fecontact.errors import InputError
+from fecontact.material import OF_YIELDING
 from fecontact.options import CaseOptions, options_of
 
 _OF_FILE = options_of("profiles", without=("library",))
 _OF_MESH = options_of(
     *("place", "profiles", "load", "material", "bodies", "solution"),
-    without=("yield_MPa", "name", "solver", "refine_degrees_of_freedom", *IRREGULAR),
+    without=(*OF_YIELDING, "name", "solver", "refine_degrees_of_freedom", *IRREGULAR),
 )
 if TYPE_CHECKING:
     from fecontact.profiles.curve import Profile

@@ -10,13 +10,14 @@ from cyclopts import Parameter
 from fecontact.case import IRREGULAR
 from fecontact.console import answer
 from fecontact.errors import InputError
+from fecontact.material import OF_YIELDING
 from fecontact.options import CaseOptions, options_of
 
 _OF_VEHICLE = options_of(
     *("place", "profiles", "material"),
     without=(
         *("lateral_shift_mm", "roll_rad", "yaw_rad", "roll", "roll_load_N", "wheel_load_N"),
-        *("side", "flange_climb", "yield_MPa", "rolling_radius_mm"),
+        *("side", "flange_climb", *OF_YIELDING, "rolling_radius_mm"),
         *IRREGULAR,
     ),
 )

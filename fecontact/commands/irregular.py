@@ -9,9 +9,10 @@ from cyclopts import Parameter
 
 from fecontact.case import IRREGULAR, unusual
 from fecontact.console import answer, many, tell_notes
+from fecontact.material import OF_YIELDING
 from fecontact.options import CaseOptions, options_of
 
-_OF_PAIR = options_of("place", "profiles", "load", "material", without=("yaw_rad", "yield_MPa", *IRREGULAR))
+_OF_PAIR = options_of("place", "profiles", "load", "material", without=("yaw_rad", *OF_YIELDING, *IRREGULAR))
 if TYPE_CHECKING:
     PairOptions: TypeAlias = CaseOptions
 else:

@@ -10,14 +10,15 @@ from cyclopts import Parameter
 
 from fecontact.case import IRREGULAR, unusual
 from fecontact.console import answer, tell_notes
+from fecontact.material import OF_YIELDING
 from fecontact.options import CaseOptions, options_of
 
 # no stress is looked at, and nothing is meshed
-_OF_THEORY = options_of("place", "profiles", "load", "material", without=("yield_MPa",))
+_OF_THEORY = options_of("place", "profiles", "load", "material", without=OF_YIELDING)
 # a table has lists of these two
 _OF_TABLE = options_of(
     *("place", "profiles", "load", "material", "verdict"),
-    without=("lateral_shift_mm", "load_N", "yield_MPa", *IRREGULAR),
+    without=("lateral_shift_mm", "load_N", *OF_YIELDING, *IRREGULAR),
 )
 if TYPE_CHECKING:
     TheoryOptions: TypeAlias = CaseOptions

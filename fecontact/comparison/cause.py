@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fecontact.comparison.ladder import GAP, STEPS
+from fecontact.comparison.ladder import GAP, PLASTIC, STEPS
 from fecontact.comparison.patch import Patch
 from fecontact.contact.rung import Rung
 from fecontact.geometry.placement import Placement
@@ -47,12 +47,18 @@ class PatchGeometry:
     pieces: int
 
 
-def cause_of(steps: Mapping[str, Mapping[str, float]], measure: str, geometry: PatchGeometry) -> str:
-    """Why Hertz is off in a measure, from the step of the ladder that moved it most and from the geometry."""
+def cause_of(
+    steps: Mapping[str, Mapping[str, float]], measure: str, geometry: PatchGeometry, *, plastic: bool = False
+) -> str:
+    """Why Hertz is off in a measure, from the step of the ladder that moved it most and from the geometry.
+
+    With `plastic` off bodies that yield, otherwise off elastic ones.
+    """
     # the load on a second patch jumps to nothing where the two just touch, on one rung or the other; whether there are
     # two at all is told by the valley between them
     told_by = "valley" if measure == "separate_load" else measure
-    moved_most = max((step for step in STEPS if step.cause), key=lambda step: abs(steps[step.name][told_by]))
+    counted = (step for step in STEPS if step.cause and step.name in steps and (plastic or step is not PLASTIC))
+    moved_most = max(counted, key=lambda step: abs(steps[step.name][told_by]))
     return _cause_in_gap(geometry) if moved_most is GAP else moved_most.cause
 
 

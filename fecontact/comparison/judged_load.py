@@ -13,6 +13,7 @@ from fecontact.comparison.creep_comparison import CreepComparison
 from fecontact.comparison.judgement import Judgement
 from fecontact.comparison.ladder import Ladder
 from fecontact.comparison.lobes import LobeJudgement
+from fecontact.comparison.plastic_verdict import PlasticVerdict
 from fecontact.comparison.solved_load import Level, SolvedLoad, Status
 from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE
 from fecontact.comparison.verdict import Verdict
@@ -48,6 +49,8 @@ class JudgedLoad:
         Every lobe and separate patch by itself, in the order of their forces; none where Hertz alone was asked for.
     creep
         Creep forces, where there is a friction and more than Hertz was asked for.
+    plastic
+        The first loading of bodies that may yield, and Hertz against it; None without a yield stress.
     creep_laws
         Each law of creep forces by its name (`creep_theories.CREEP_LAWS`), where they were asked for.
     """
@@ -65,6 +68,7 @@ class JudgedLoad:
     warnings: tuple[str, ...]
     lobes: tuple[LobeJudgement, ...] = ()
     creep: CreepComparison | None = None
+    plastic: PlasticVerdict | None = None
     creep_laws: Mapping[str, Judgement] = field(default_factory=dict)
 
     def __repr__(self) -> str:

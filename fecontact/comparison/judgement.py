@@ -89,6 +89,16 @@ def judged_force(decided: Sequence[ForceAt], limit: float, *, usable: bool = Tru
     )
 
 
+def worst_judgement(judged: Mapping[str, Judgement]) -> Judgement:
+    """The worst of both sides, that of the field side where both are the same."""
+    return max(reversed([*judged.values()]), key=lambda one: FROM_BEST.index(one.verdict.answer))
+
+
+def worst_of(judged: Mapping[str, Judgement]) -> Verdict:
+    """The worst verdict of both sides, that of the field side where both are the same."""
+    return worst_judgement(judged).verdict
+
+
 def first_standing(judged: Mapping[str, Judgement]) -> str | None:
     """The cheapest of theories by cost that does not fail; its answer may be open."""
     return next((name for name, one in judged.items() if one.verdict.answer != "FAILS"), None)

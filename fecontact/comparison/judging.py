@@ -13,10 +13,11 @@ from fecontact.comparison.compare import compare
 from fecontact.comparison.creep_comparison import creep_of
 from fecontact.comparison.creep_theories import judge_creep_laws
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.judgement import Judgement
+from fecontact.comparison.judgement import Judgement, worst_judgement, worst_of
 from fecontact.comparison.ladder import Ladder
 from fecontact.comparison.lobes import judge_lobes
 from fecontact.comparison.measures import FLOORS, MEASURES, deviations_of, patch_of, values_of
+from fecontact.comparison.plastic_verdict import judge_plastic, plastic_warnings
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.solved_load import (
     ELEMENTS_OFF,
@@ -28,8 +29,8 @@ from fecontact.comparison.solved_load import (
 )
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES, Loaded
 from fecontact.comparison.uncertainty import step_uncertainty, unmeshed_uncertainty
-from fecontact.comparison.verdict import AT_JUNCTION, ELEMENTS, FROM_BEST, PROFILE, Verdict, judge
-from fecontact.comparison.warnings import elements_warnings, junction_warnings, slide_warnings, yield_warnings
+from fecontact.comparison.verdict import AT_JUNCTION, ELEMENTS, PROFILE, Verdict, judge
+from fecontact.comparison.warnings import elements_warnings, junction_warnings, slide_warnings
 from fecontact.contact.rung import Rung
 from fecontact.geometry.placement import Placement
 
@@ -64,6 +65,7 @@ def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str]
     if solved.status == ELEMENTS_OFF:
         cause = ELEMENTS
     creep = creep_of(solved, hertz, placement) if others else None
+    plastic = judge_plastic(solved, judged, ladder, geometry, at_junction=touch.at_junction)
     load = JudgedLoad(
         solved=solved,
         judgements=judged | found,
@@ -78,8 +80,9 @@ def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str]
         warnings=(),
         lobes=judge_lobes(solved, placement) if others else (),
         creep=creep,
+        plastic=plastic,
     )
-    of_bodies = (*slide_warnings(finest.slide_mm, comparison), *yield_warnings(case, comparison))
+    of_bodies = (*slide_warnings(finest.slide_mm, comparison), *plastic_warnings(plastic))
     of_meshes = (*solved.limits, *elements_warnings(finest))
     return replace(load, warnings=(*junction_warnings(load.sides), *of_meshes, *of_bodies))
 
@@ -183,16 +186,6 @@ def judge_theory(
         limits=case.criteria.limits,
         verdict=judge(deviation, uncertainty, case.criteria),
     )
-
-
-def worst_judgement(judged: Mapping[str, Judgement]) -> Judgement:
-    """The worst of both sides, that of the field side where both are the same."""
-    return max(reversed([*judged.values()]), key=lambda one: FROM_BEST.index(one.verdict.answer))
-
-
-def worst_of(judged: Mapping[str, Judgement]) -> Verdict:
-    """The worst verdict of both sides, that of the field side where both are the same."""
-    return worst_judgement(judged).verdict
 
 
 def _usable(judged: Judgement, solved: SolvedLoad) -> Judgement:

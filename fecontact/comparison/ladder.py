@@ -37,13 +37,15 @@ GAP = Step(
     cause="shape of the gap",
 )
 BODIES = Step(name="half_space_to_bodies", start="half_space", end="fe", column="bodies", cause="finite bodies")
+PLASTIC = Step(name="bodies_to_plastic", start="fe", end="fe_plastic", column="plastic", cause="plasticity")
 STEPS = (
     Step(name="hertz_to_quadratic", start="hertz", end="half_space_quadratic"),
     GAP,
     BODIES,
     Step(name="elements_to_fe", start="elements", end="fe"),
+    PLASTIC,
 )
-"""All steps, in their order."""
+"""All steps, in their order; the last where bodies may yield."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +55,8 @@ class Ladder:
     `hertz`: closed form. `half_space_quadratic`: Hertz's gap on a discrete half-space, which checks the discretisation.
     `half_space`: the true gap on it. `elements`: the true gap between the finite bodies, on their elements' own nodes.
     `fe`: on finer nodes, with a half-space of the bodies' material in place of what the elements answer near by.
-    `half_space` and `fe` have the same nodes: what lies between them is no matter of discretisation.
+    `fe_plastic`: the first loading of bodies that yield, where a yield stress is given, read as `fe` is.
+    `half_space`, `fe` and `fe_plastic` have the same nodes: what lies between them is no matter of discretisation.
     """
 
     rungs: Mapping[str, Measures]
@@ -76,4 +79,5 @@ class Ladder:
             step.name: {m: rungs[step.end][m] / rungs[step.start][m] - 1.0 for m in MEASURES}
             | {m: beside[step.end][m] - beside[step.start][m] for m in MISFITS}
             for step in STEPS
+            if step.end in rungs
         }

@@ -17,6 +17,7 @@ from fecontact.comparison.measures import MEASURES, measures_of, patch_of
 from fecontact.comparison.patch import lobe_columns
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.uncertainty import elements_uncertainty, uncertainty
+from fecontact.comparison.yielded import Yielded
 from fecontact.contact.elements import COMPLIANCE_LIMIT
 from fecontact.contact.rung import Rung, misfit
 from fecontact.outcome import CONVERGED
@@ -48,6 +49,8 @@ class Level:
         By how much the elements are softer than their material, far from a unit pressure; NaN where it is not seen.
     slide_mm
         How far the wheel goes along the rail under the load, where the surface is steep.
+    yielded
+        The first loading of bodies that may yield; None without a yield stress.
     degrees_of_freedom, elements
         Of rail and wheel.
     enlarged, at_edge
@@ -63,6 +66,7 @@ class Level:
     enlarged: int
     at_edge: bool
     slide_mm: float = 0.0
+    yielded: Yielded | None = None
 
     @property
     def rungs(self) -> dict[str, Rung]:
@@ -134,6 +138,7 @@ class SolvedLoad:
             ("half_space", self.half_space),
             ("elements", self.levels[0].on_elements),
             ("fe", self.levels[0].fe),
+            *(() if (yielded := self.levels[0].yielded) is None else (("fe_plastic", yielded.fe),)),
         )
 
     @property

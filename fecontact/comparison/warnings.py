@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from fecontact.case import Case
 from fecontact.comparison.compare import Comparison
 from fecontact.comparison.judgement import Judgement
 from fecontact.comparison.solved_load import Level
 from fecontact.contact.elements import COMPLIANCE_LIMIT
 from fecontact.geometry.placement import Placement
-from fecontact.theory.axis_stress import first_yield_p0_MPa
 from fecontact.theory.touch_hertz import Side
 
 # Displacements are taken for small beside the patch.
@@ -51,26 +49,6 @@ def slide_warnings(slide_mm: float, comparison: Comparison) -> list[str]:
         f" half-width: beyond {_SMALL_SLIDE:g} of it what is stated for the finite elements does not cover what"
         " displacements do that are not small; a smaller load or a place that is less steep is known better"
     ]
-
-
-def yield_warnings(case: Case, comparison: Comparison) -> list[str]:
-    """First yield below a Hertz ellipse of the finite elements' peak pressure."""
-    found = []
-    for name, material in (("rail", case.rail_material), ("wheel", case.wheel_material)):
-        if material.yield_MPa is None:
-            continue
-        limit = first_yield_p0_MPa(
-            a_mm=comparison.hertz.a_mm,
-            b_mm=comparison.hertz.b_mm,
-            poisson=material.poisson,
-            yield_MPa=material.yield_MPa,
-        )
-        if comparison.fe.p_max_MPa > limit:
-            found.append(
-                f"first yield: the {name} yields below the surface at a peak pressure of {limit:.0f} MPa, it is"
-                f" {comparison.fe.p_max_MPa:.0f} MPa; the verdict is that of elastic bodies"
-            )
-    return found
 
 
 def position_notes(placement: Placement, comparison: Comparison) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.contact.mixing import mixture
 from fecontact.contact.solver import (
     CONTACT_TOLERANCE,
     Compliance,
@@ -69,16 +70,7 @@ def solve_by_correction(
         inner = replace(cheap, gap_mm=problem.gap_mm + opening - model(p))
         q = solve_contact(inner, load_N, start_MPa=p, tolerance=max(1e-3 * residual, 0.1 * tolerance)).pressure_MPa
         solved, changes = [*solved, q][-_DEPTH - 1 :], [*changes, (q - p) * weight][-_DEPTH - 1 :]
-        p = _mix(problem, load_N, solved, changes)
+        mixed = np.maximum(mixture(solved, changes), 0.0)
+        p = mixed if len(solved) == 1 else mixed * (load_N / problem.load_N(mixed))
     rest = solve_contact(problem, load_N, start_MPa=best_p, tolerance=tolerance)
     return replace(rest, compliance_calls=rest.compliance_calls + _MOST_CORRECTIONS)
-
-
-def _mix(problem: ContactProblem, load_N: float, solved: list[Floats], changes: list[Floats]) -> Floats:
-    """Anderson mixing: the combination of solutions whose changes cancel best, made a pressure under the load."""
-    if len(solved) == 1:
-        return solved[0]
-    columns = np.stack([changes[-1] - change for change in changes[:-1]], axis=1)
-    part, *_ = np.linalg.lstsq(columns, changes[-1], rcond=1e-10)
-    mixed = np.maximum(solved[-1] - sum(t * (solved[-1] - q) for t, q in zip(part, solved[:-1], strict=True)), 0.0)
-    return np.asarray(mixed * (load_N / problem.load_N(mixed)))

@@ -38,9 +38,9 @@ class ElasticBody:
         # a factor lives in the memory of the library that made it
         return {**self.__dict__, "solve": _no_factor}
 
-    def displacements(self, nodes: Integers, forces: Floats) -> Floats:
-        """Displacements (n, 3) in mm of all nodes under forces (k, 3) in N on `nodes` (k,)."""
-        load = np.zeros(3 * len(self.mesh.points))
+    def displacements(self, nodes: Integers, forces: Floats, more: Floats | None = None) -> Floats:
+        """Displacements (n, 3) in mm under forces (k, 3) in N on some `nodes` (k,), and `more` (n, 3) on all."""
+        load = np.zeros(3 * len(self.mesh.points)) if more is None else more.reshape(-1).copy()
         np.add.at(load.reshape(-1, 3), nodes, forces)
         return self.solve(load).reshape(-1, 3)
 

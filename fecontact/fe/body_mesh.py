@@ -71,11 +71,15 @@ def mesh_volume(mesh: BodyMesh) -> float:
     return total
 
 
+CORNER_SIGNS = np.array(
+    [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]
+)
+"""Corners of the unit hexahedron from -1 to 1, in VTK order; its Gauss points lie at 1 / sqrt(3) of them."""
+
+
 def shape_gradients(r: float, s: float, t: float) -> Floats:
     """Derivatives (8, 3) of the trilinear shape functions by r, s and t, each from -1 to 1."""
-    signs = np.array(
-        [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]
-    )
+    signs = CORNER_SIGNS
     f = 1.0 + signs * np.array([r, s, t])
     return np.asarray(
         0.125

@@ -40,13 +40,18 @@ class CoupledBodies:
     coupling: csr_matrix
     bands: tuple[slice, ...] = (slice(None),)
 
-    def displacements(self, pressure: Floats) -> tuple[Floats, Floats]:
-        """Displacements (nodes, 3) in mm of rail and wheel under nodal pressures (n,) in MPa, base and driver held."""
+    def displacements(
+        self, pressure: Floats, more: tuple[Floats | None, Floats | None] = (None, None)
+    ) -> tuple[Floats, Floats]:
+        """Displacements (nodes, 3) in mm of rail and wheel under nodal pressures (n,) in MPa, base and driver held.
+
+        `more` are further forces (nodes, 3) in N on rail and wheel.
+        """
         push = pressure[:, None] * self.normals
         on_rail = -self.grid.nodal_area_mm2()[:, None] * push
         return (
-            self.rail.displacements(self.rail_nodes, on_rail),
-            self.wheel.displacements(self.wheel_nodes, self.coupling.T @ push),
+            self.rail.displacements(self.rail_nodes, on_rail, more[0]),
+            self.wheel.displacements(self.wheel_nodes, self.coupling.T @ push, more[1]),
         )
 
     def close(self) -> None:
@@ -56,10 +61,16 @@ class CoupledBodies:
 
     def compliance(self, pressure: Floats) -> Floats:
         """Opening (n,) in mm along the normals, in the mean of the dual functions, under pressures (n,) in MPa."""
-        return np.asarray(np.einsum("nd,nd->n", self.normals, self.parting(pressure)))
+        return self.opening(*self.displacements(pressure))
+
+    def opening(self, u_rail: Floats, u_wheel: Floats) -> Floats:
+        """Opening (n,) in mm, as in `compliance`, of displacements (nodes, 3) in mm of both bodies."""
+        return np.asarray(np.einsum("nd,nd->n", self.normals, self._parting(u_rail, u_wheel)))
 
     def parting(self, pressure: Floats) -> Floats:
         """What the wheel's surface moves more than the rail's (n, 3) in mm, as in `compliance`, in all directions."""
-        u_rail, u_wheel = self.displacements(pressure)
+        return self._parting(*self.displacements(pressure))
+
+    def _parting(self, u_rail: Floats, u_wheel: Floats) -> Floats:
         wheel = (self.coupling @ u_wheel[self.wheel_nodes]) / self.grid.nodal_area_mm2()[:, None]
         return np.asarray(wheel - u_rail[self.rail_nodes])

@@ -44,6 +44,7 @@ EVALUATING = (
 SOLVING_SOURCE = "source of solving"
 # Inputs that are left out of an id where they are as in a case before they were there: its id stays what it was.
 _NOT_ALWAYS = ("roll", "roll_load_N", "flange_climb", "side", "opposite", "evidence")
+_OF_MATERIALS_NOT_ALWAYS = ("tangent_MPa",)
 _MOST_SHOWN_BYTES = 60
 _COMMON = ("numpy", "scipy", "scikit-fem", "gmsh")
 _SOLVERS = {"pardiso": ("pypardiso", "mkl"), "amg": ("pyamg",)}
@@ -61,6 +62,12 @@ def case_id(case: Case) -> str:
         for name, value in case_record(case).items()
         if name not in ("criteria", "creep") and not (name in _NOT_ALWAYS and value == default[name])
     }
+    for material in ("rail_material", "wheel_material"):
+        record[material] = {
+            name: value
+            for name, value in record[material].items()
+            if not (name in _OF_MATERIALS_NOT_ALWAYS and value == default[material][name])
+        }
     files = input_files(case)
     for body, file in files.items():
         # the ending decides how the content is read

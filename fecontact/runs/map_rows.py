@@ -8,6 +8,7 @@ from typing import Any
 
 from fecontact.case import Case
 from fecontact.errors import InputError
+from fecontact.material import OF_YIELDING
 from fecontact.outputs.records.results import shown_case_record
 from fecontact.regression.tables import load_table
 from fecontact.runs.load import map_document
@@ -49,5 +50,5 @@ def _contact(record: Mapping[str, Any]) -> Record:
     """The inputs that say which contact it is, without what is said of yielding."""
     found = {name: record.get(name) for name in _CONTACT}
     for name in ("rail_material", "wheel_material"):
-        found[name] = {key: value for key, value in (record.get(name) or {}).items() if key != "yield_MPa"}
+        found[name] = {key: value for key, value in (record.get(name) or {}).items() if key not in OF_YIELDING}
     return found

@@ -35,7 +35,8 @@ judged_by = "all"             # or strength (peak alone), patch (area, a, b, cen
 
 # [rail_material]
 # young_MPa = 210000.0
-# yield_MPa = 500.0           # warns where the material would yield below the patch
+# yield_MPa = 500.0           # the first loading of virgin steel beside the elastic contact: fecontact guide plastic
+# tangent_MPa = 0.0           # slope beyond it
 
 # Shift and roll that were measured together are given in tables of their own, which take over all that stands above;
 # then remove lateral_shift_mm above:

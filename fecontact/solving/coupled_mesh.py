@@ -25,11 +25,14 @@ from fecontact.fe.linear_solver import choose_solver
 from fecontact.fe.memory import check_memory
 from fecontact.fe.meshing import check_on_profiles, rail_mesh, wheel_mesh
 from fecontact.fe.mortar import mortar_matrix
+from fecontact.fe.section import Grading
 from fecontact.fe.stiffness import stiffness
 from fecontact.geometry.placement import Placement
 from fecontact.solving.expected_patch import SLIDES
+from fecontact.solving.plastic_contact import PlasticContact, YieldingBodies
 from fecontact.solving.position import MARGIN_ELEMENTS, Clock, Position
 from fecontact.solving.true_gap import TrueGap
+from fecontact.solving.yielding import climb, with_variants
 from fecontact.solving.zone import EDGE_ELEMENTS, Room, fine_zone, more_room
 
 Floats = NDArray[np.float64]
@@ -38,6 +41,9 @@ Floats = NDArray[np.float64]
 # way to the edge of the patch.
 _BESIDE = 0.15
 _ENLARGEMENTS = 4
+# How layers grow downwards where steel may yield: a plastic zone reaches down to 1.2 semi-axes at 2.5 yield stresses.
+# Six elements a semi-axis have the peak of a sphere within 0.2 % then, and 1 % too high where layers grow by 1.3.
+_LAYERS_THAT_YIELD = 1.2
 # Sizes of the elements tried one after the other where those of a section fold: another size is another mesh.
 _SIZES_IF_FOLDED = (1.0, 0.97, 0.94, 0.91)
 
@@ -46,8 +52,9 @@ def couple(case: Case, placement: Placement, zone: FineZone, clock: Clock) -> Co
     """Mesh both bodies, couple their surfaces, assemble and factorise them."""
     check_memory(least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements")
     with clock.step("mesh"):
-        rail = rail_mesh(placement, zone, half=case.half, size=case.size)
-        wheel = wheel_mesh(placement, zone, half=case.half, size=case.size)
+        grading = Grading(layer_ratio=_LAYERS_THAT_YIELD) if case.may_yield else None
+        rail = rail_mesh(placement, zone, half=case.half, size=case.size, grading=grading)
+        wheel = wheel_mesh(placement, zone, half=case.half, size=case.size, grading=grading)
         check_on_profiles(placement, rail, wheel)
     # before the factors, which take longest: surfaces that do not face each other need none
     with clock.step("couple"):
@@ -177,6 +184,7 @@ class CoupledMesh:
 
     def __init__(self, position: Position, coarser: float) -> None:
         """Make and couple both bodies; `coarser` multiplies the element sizes."""
+        self.plastic: tuple[YieldingBodies, PlasticContact] | None = None
         self._position, self._coarser = position, coarser
         self._room = Room()
         self._enlarged = 0
@@ -187,26 +195,26 @@ class CoupledMesh:
         """Contact of the position's load between the bodies, and whether the patch is at the edge of the zone."""
         while True:
             with position.clock.step("contact"):
-                true_gap, nodal, added, otherwise = self._contact(position)
+                true_gap, problem, solution = self._contact(position)
+                nodal, added, otherwise = problem.read(solution, true_gap, self.bodies)
             position = replace(position, true_gap=true_gap)
             more = self._more_room(position, nodal, added)
             at_edge = more != self._room
             if not at_edge or self._enlarged == _ENLARGEMENTS:
-                return self._level(position, nodal, (added, otherwise), at_edge=at_edge)
+                level = self._level(position, nodal, (added, otherwise), at_edge=at_edge)
+                return self._with_yield(position, problem, solution, level)
             try:
                 larger = self._couple(more)
             except InputError as error:
                 self.stopped_by = error
-                return self._level(position, nodal, (added, otherwise), at_edge=True)
+                level = self._level(position, nodal, (added, otherwise), at_edge=True)
+                return self._with_yield(position, problem, solution, level)
             self.bodies.close()
             self._take(larger)
             self._room, self._enlarged = more, self._enlarged + 1
 
-    def _contact(self, position: Position) -> tuple[TrueGap, Rung, Field, Field]:
-        """Gap with the slide of the bodies on a steep surface, contact on the elements' nodes, and its openings.
-
-        What the bodies open beyond a half-space of elements, twice, as in `CoupledProblem.read`.
-        """
+    def _contact(self, position: Position) -> tuple[TrueGap, CoupledProblem, ContactSolution]:
+        """Gap with the slide of the bodies on a steep surface, and the contact on the elements' nodes."""
         problem, true_gap, grid = self._problem, position.true_gap, self.bodies.grid
         if true_gap.slide_mm != self._position.true_gap.slide_mm:
             problem = problem.with_gap(grid.weighted_mean(true_gap.gap))
@@ -215,7 +223,30 @@ class CoupledMesh:
             true_gap = replace(true_gap, slide_mm=self._slide_mm(true_gap, solution))
             problem = problem.with_gap(grid.weighted_mean(true_gap.gap))
             solution = problem.solve(position.case.load_N)
-        return true_gap, *problem.read(solution, true_gap, self.bodies)
+        return true_gap, problem, solution
+
+    def _with_yield(
+        self, position: Position, problem: CoupledProblem, solution: ContactSolution, level: Level
+    ) -> Level:
+        """A level with the first loading of bodies that may yield, on the nodes of its rungs."""
+        if not position.case.may_yield or level.status != "converged":
+            return level
+        load_N, true_gap = position.case.load_N, position.true_gap
+
+        def read(solved: ContactSolution, load_N: float) -> tuple[Rung, Rung]:
+            nodal, added, _ = problem.read(solved, true_gap, self.bodies)
+            grid = grid_over(position.expected.half_space.grid, nodal)
+            return nodal, true_gap.solve(grid, load_N, added=added, start=level.fe.pressure)
+
+        with position.clock.step("yield"):
+            elastic = (solution, level.nodal, level.fe)
+            bodies = YieldingBodies.of(self.bodies, problem.bodies, problem.model, solution.pressure_MPa)
+            is_coarse = self._coarser > 1.0
+            found = climb(bodies, elastic, load_N, read, sparing=is_coarse)
+            if is_coarse:
+                found = with_variants(found, bodies, elastic, load_N, read)
+        self.plastic = None if found.contact is None else (bodies, found.contact)
+        return replace(level, yielded=found.yielded)
 
     def _slide_mm(self, true_gap: TrueGap, solution: ContactSolution) -> float:
         """How far the wheel goes along the rail below the patch, less what both bodies give way to it there."""

@@ -66,7 +66,7 @@ class LoadSweep:
         check_positive("load", load_N, "N", "give the wheel load")
         wanted = self._planned.get(load_N) or self._position.for_load(load_N)
         if not refine:
-            wanted = replace(wanted, case=unrefined(wanted.case))
+            wanted = replace(wanted, case=_elastic(unrefined(wanted.case)))
         meshes = self._meshes_for(wanted)
         if self._open is not meshes:
             self.close()
@@ -120,6 +120,12 @@ def _made_for(largest: Position, sharing: Sequence[Position], spare: float) -> P
 def unrefined(case: Case) -> Case:
     """The case without refinement, solved on its first two meshes and no others."""
     return replace(case, refine_degrees_of_freedom=0)
+
+
+def _elastic(case: Case) -> Case:
+    """The case with bodies that never yield."""
+    rail, wheel = (replace(body, yield_MPa=None) for body in (case.rail_material, case.wheel_material))
+    return replace(case, rail_material=rail, wheel_material=wheel)
 
 
 def _placed(case: Case, planned_N: Sequence[float], progress: Progress | None) -> Position:

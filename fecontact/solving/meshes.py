@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.judging import Evidence, judge_hertz, worst_of
+from fecontact.comparison.judgement import worst_of
+from fecontact.comparison.judging import Evidence, judge_hertz
 from fecontact.comparison.measures import patch_of
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.solved_load import Level, SolvedLoad
@@ -27,6 +28,7 @@ from fecontact.solving.measured_lines import point_noise
 from fecontact.solving.planes import angle_of_normals
 from fecontact.solving.position import Position
 from fecontact.solving.quadratic_rung import quadratic_rung
+from fecontact.solving.yielding import nodal_fields
 
 # The case's own mesh, a coarser one, and three refinements.
 _MOST_MESHES = 5
@@ -42,11 +44,13 @@ _MOST_OF_NODES = 0.7
 class SolvedBodies:
     """Both bodies of the finest meshes under a load, and the displacements (n, 3) in mm of their nodes.
 
-    Base held and driver held: the rigid approach is not in them.
+    Base held and driver held: the rigid approach is not in them. Displacements are elastic; `yielded` has arrays at the
+    nodes of a body that has yielded (`yielding.nodal_fields`).
     """
 
     coupled: CoupledBodies
     displacement_mm: dict[str, NDArray[np.float64]]
+    yielded: Mapping[str, Mapping[str, NDArray[np.float64]]] = field(default_factory=dict)
 
 
 class Meshes:
@@ -140,7 +144,11 @@ class Meshes:
             # the coarse mesh comes second, a refinement after it
             if self.bodies is None or coarser < 1.0:
                 rail, wheel = mesh.bodies.displacements(level.nodal.pressure_MPa.ravel())
-                self.bodies = SolvedBodies(coupled=mesh.bodies, displacement_mm={"rail": rail, "wheel": wheel})
+                self.bodies = SolvedBodies(
+                    coupled=mesh.bodies,
+                    displacement_mm={"rail": rail, "wheel": wheel},
+                    yielded={} if mesh.plastic is None else nodal_fields(*mesh.plastic),
+                )
             mesh.close()
         return level
 

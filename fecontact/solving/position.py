@@ -27,6 +27,8 @@ Progress = Callable[[str], None]
 # More than the resolution says, so that its meshes have as many where the patch is a little smaller than expected.
 _ROOM = 0.25
 _ELEMENTS_A_WAVE = 8.0
+MOST_YIELD = 5.0
+"""Elastic peak pressure over the yield stress up to which a first loading is solved."""
 MARGIN_ELEMENTS = 4
 """Elements of free room around the expected patch."""
 # Longest element over its width.
@@ -205,8 +207,27 @@ def expect_on_half_space(case: Case, placement: Placement | None = None) -> tupl
     expected = expected_patch(
         true_gap, case.load_N, half=case.half, nodes=case.nodes_a_semi_axis, guess_mm=1.1 * hertz.approach_mm
     )
+    refuse_fully_plastic(case, float(expected.half_space.pressure_MPa.max()))
     # elements whose size is given have it everywhere
     return hertz, expected if isinstance(case.resolution, str) else expected.joined()
+
+
+def refuse_fully_plastic(case: Case, p_max_MPa: float) -> None:
+    """Refuse yield stresses so low that strains and rotations are large.
+
+    Raises
+    ------
+    InputError
+        If the peak of the elastic pressure is beyond `MOST_YIELD` times a yield stress.
+    """
+    for name, material in (("rail", case.rail_material), ("wheel", case.wheel_material)):
+        if material.yield_MPa is not None and p_max_MPa > MOST_YIELD * material.yield_MPa:
+            raise InputError(
+                f"{name}: yield stress is {material.yield_MPa:g} MPa, and the elastic peak pressure of"
+                f" {p_max_MPa:.0f} MPa is {p_max_MPa / material.yield_MPa:.1f} times that; allowed: up to"
+                f" {MOST_YIELD:g} times, beyond it flows freely and small strains say nothing; take a smaller load, or"
+                " leave the yield stress out"
+            )
 
 
 def true_gap_of_case(case: Case, placement: Placement) -> TrueGap:

@@ -65,12 +65,15 @@ def _section(placement: Placement, of: str) -> tuple[Any, Any]:
 def ladder_figure(rows: Sequence[Row], path: Path) -> Path | None:
     """Draw over the shift what moves the peak pressure away from Hertz; None where no row tells it.
 
-    A panel a step of the ladder, in percent of the peak: from Hertz's gap to the true one on a half-space, and from the
-    half-space to the finite bodies, with its uncertainty.
+    A panel a step of the ladder that all rows have, in percent of the peak: from Hertz's gap to the true one on a
+    half-space, from there to the finite bodies, and to bodies that yield, with its uncertainty.
     """
-    steps = {f"p_max_step_{step.column}": step.cause for step in STEPS if step.column}
-    told = [row for row in rows if usable(row) and all(row.get(f"{name}_percent") is not None for name in steps)]
-    if not told:
+    told = [row for row in rows if usable(row)]
+    every = {f"p_max_step_{step.column}": step.cause for step in STEPS if step.column}
+    steps = {
+        name: cause for name, cause in every.items() if all(row.get(f"{name}_percent") is not None for row in told)
+    }
+    if not told or not steps:
         return None
     figure = blank_figure(9.0, 2.6 * len(steps))
     panels = figure.subplots(len(steps), 1, sharex=True)

@@ -46,6 +46,9 @@ def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
     wheel's displacement has the rigid approach in it (elastic displacement minus approach times direction), so that
     warping both bodies by it makes them meet: the rail's base stays, the wheel's driven surface comes down.
 
+    Where a body has yielded also `equivalent_plastic_strain`, `von_mises_plastic_MPa` and `imprint_mm` (displacement
+    that stays when the load is gone); the other arrays are those of elastic bodies.
+
     Arrays on `contact` and `hertz_ellipse`: see `contact_surface` and `ellipse_line`.
 
     Field data: `TimeValue` (the lateral shift), `lateral_shift_mm`, `load_kN`, `hertz_p0_MPa`, `hertz_a_mm`,
@@ -65,6 +68,9 @@ def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
         "rail": _body(coupled.rail, displacement["rail"], np.zeros(3)),
         "wheel": _body(coupled.wheel, displacement["wheel"], -_approach_mm(result)),
     }
+    for name, body in (("rail", coupled.rail), ("wheel", coupled.wheel)):
+        for array, values in bodies.yielded.get(name, {}).items():
+            meshes[name].point_data[array] = _of_whole(body, values).astype(np.float32)
     for name, file in _BODIES:
         _add_numbers(meshes[name], result)
         write_text(folder / file, _xml_text(meshes[name], Path(file).suffix))
@@ -207,6 +213,15 @@ def _body(body: ElasticBody, displacement: Floats, rigid: Floats) -> Any:
         for number, name in enumerate(names):
             grid.GetPointData().GetArray(array).SetComponentName(number, name)
     return grid
+
+
+def _of_whole(body: ElasticBody, values: Floats) -> Floats:
+    """Scalars (n,) or vectors (n, 3) at the nodes of a body, followed by those of its mirror image."""
+    if not body.mesh.half:
+        return values
+    columns = values.reshape(len(values), -1)
+    signs = _MIRRORED_VECTOR if columns.shape[1] == 3 else np.ones(1)
+    return _Mirror.of_body(body).extended(columns, signs).reshape(-1, *values.shape[1:])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -17,6 +17,7 @@ from fecontact.comparison.lobes import LobeJudgement
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.outputs.records.creep import creep_record
+from fecontact.outputs.records.plastic import plastic_record
 from fecontact.outputs.records.theories import ellipse_record, theories_record, verdict_record
 from fecontact.profiles.curve import radius_mm
 from fecontact.profiles.identity import profile_identity
@@ -101,6 +102,7 @@ def load_record(load: JudgedLoad) -> Record:
         },
         # of the elements' own nodes alone
         "verdict_elements": _elements_record(load.by_elements),
+        **plastic_record(load),
         "theories": theories_record(load),
         "solver": _solver_record(load),
     }

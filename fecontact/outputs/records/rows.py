@@ -17,6 +17,7 @@ from fecontact.geometry.placement import Placement
 from fecontact.irregularity.texts import irregularity_text
 from fecontact.map.cells import ApplicabilityMap, MapCell
 from fecontact.outputs.records.creep import creep_columns
+from fecontact.outputs.records.plastic import plastic_columns
 from fecontact.outputs.records.results import STEP_MEASURES, versions
 from fecontact.outputs.records.theories import theory_columns
 from fecontact.outputs.words.measures import deviation_column
@@ -59,7 +60,7 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
     steps = load.ladder.steps
     for measure in STEP_MEASURES:
         name = measure.rsplit("_", 1)[0]
-        for step in (step for step in STEPS if step.column):
+        for step in (step for step in STEPS if step.column and step.name in steps):
             row[f"{name}_step_{step.column}_percent"] = 1e2 * steps[step.name][measure]
         if measure in load.bodies_step_uncertainty:
             row[f"{name}_step_bodies_uncertainty_percent"] = 1e2 * load.bodies_step_uncertainty[measure]
@@ -91,6 +92,7 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
         "degrees_of_freedom": sum(load.level.degrees_of_freedom.values()),
         "iterations": load.level.nodal.iterations,
         "load_balance": load.fe.load_balance,
+        **plastic_columns(load),
         **creep_columns(load),
         **theory_columns(load),
     }

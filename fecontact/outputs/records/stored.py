@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from fecontact.case import Case
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.solved_load import LEVEL_RUNGS, Level, SolvedLoad
+from fecontact.comparison.yielded import PathPoint, Yielded, YieldedBody
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.rung import Rung
 from fecontact.files import open_regular, write_atomically
@@ -54,6 +55,7 @@ def solved_record(solved: SolvedLoad, arrays: Arrays, prefix: str = "") -> Recor
                 "enlarged": level.enlarged,
                 "slide_mm": level.slide_mm,
                 "at_edge": level.at_edge,
+                **({} if level.yielded is None else _yielded_record(level.yielded, arrays, f"{prefix}level{k}_")),
             }
             for k, level in enumerate(solved.levels)
         ],
@@ -97,6 +99,7 @@ def solved_from_record(record: Mapping[str, Any], arrays: Mapping[str, NDArray[n
                 **{
                     **level,
                     **{name: rung(level[name]) for name in LEVEL_RUNGS},
+                    "yielded": _yielded(level["yielded"], rung) if "yielded" in level else None,
                     # what is no number is none in JSON
                     "compliance_error": math.nan if level["compliance_error"] is None else level["compliance_error"],
                 }
@@ -109,6 +112,31 @@ def solved_from_record(record: Mapping[str, Any], arrays: Mapping[str, NDArray[n
         point_noise=points and _point_noise(points, noise),
         limits=tuple(record["limits"]),
         short_of_memory=record["short_of_memory"],
+    )
+
+
+def _yielded_record(yielded: Yielded, arrays: Arrays, prefix: str) -> Record:
+    rungs = {"fe": yielded.fe, "nodal": yielded.nodal, "fewer_steps": yielded.fewer_steps}
+    return {
+        "yielded": {
+            **{key: value and _rung_record(value, arrays, f"{prefix}yielded_{key}") for key, value in rungs.items()},
+            "bodies": {name: asdict(body) for name, body in yielded.bodies.items()},
+            "path": [asdict(point) for point in yielded.path],
+            "by_band": {name: dict(steps) for name, steps in yielded.by_band.items()},
+            "imprint_mm": yielded.imprint_mm,
+        }
+    }
+
+
+def _yielded(record: Mapping[str, Any], rung: Callable[[Mapping[str, Any]], Rung]) -> Yielded:
+    return Yielded(
+        fe=rung(record["fe"]),
+        nodal=rung(record["nodal"]),
+        fewer_steps=record["fewer_steps"] and rung(record["fewer_steps"]),
+        bodies={name: YieldedBody(**body) for name, body in record["bodies"].items()},
+        path=tuple(PathPoint(**point) for point in record["path"]),
+        by_band=record["by_band"],
+        imprint_mm=record["imprint_mm"],
     )
 
 

@@ -25,6 +25,7 @@ from fecontact.outputs.tables.cases import (
     ladder_table,
     lobe_table,
     measure_tables,
+    plastic_tables,
     solver_table,
     theories_table,
     verdict_of,
@@ -33,7 +34,7 @@ from fecontact.outputs.tables.cases import (
 from fecontact.outputs.words.measures import unknown_text
 from fecontact.outputs.words.pairs import pair_of_row, position_text
 from fecontact.outputs.words.roll import roll_words_of_rows
-from fecontact.outputs.words.verdicts import decided, what_would_decide
+from fecontact.outputs.words.verdicts import decided, plastic_words, what_would_decide
 
 Row = Mapping[str, Any]
 _Row = TypeVar("_Row", bound=Row)
@@ -210,7 +211,12 @@ def _cases(cases: Sequence[ReportedCase], pictures: str) -> list[str]:
             picture(case.picture, words),
             folded("All measures", _measures(case.record)),
         ]
-        said = (_open(case), theory_text(row), *(str(row.get(key) or "") for key in ("verdict_warnings", "warnings")))
+        said = (
+            _open(case),
+            plastic_words(case.record),
+            theory_text(row),
+            *(str(row.get(key) or "") for key in ("verdict_warnings", "warnings")),
+        )
         parts.append(items([one for one in said if one]))
     return parts
 
@@ -220,4 +226,5 @@ def _measures(record: Mapping[str, Any]) -> str:
     tables += (
         [theories_table(record), lobe_table(record), elements_table(record), ladder_table(record)] if tables else []
     )
+    tables += plastic_tables(record) if tables else []
     return "".join(map(table, tables))

@@ -245,12 +245,46 @@ def ladder_table(record: Record) -> Table:
     for name, rung in record["rungs"].items():
         # the other rungs of the same nodes are no better known than what is judged
         unsure = record["elements_uncertainty"] if name == "elements" else {}
+        if name == "fe_plastic":
+            unsure = record["plastic"]["step_uncertainty"]
         cells = (
             number_text(rung[m]) + (f" ± {1e2 * unsure[m]:.1f} %" if m in unsure else "")
             for m in ("p_max_MPa", "area_mm2", "approach_mm")
         )
         lines.append((name.replace("_", " "), *cells))
     return Table(title="Ladder", columns=columns, rows=[TableRow(cells=cells) for cells in lines])
+
+
+def plastic_tables(record: Record) -> list[Table]:
+    """What yielding does to a contact, and Hertz against bodies that yield; none without a yield stress."""
+    plastic = record.get("plastic")
+    if plastic is None:
+        return []
+    columns = columns_of("by plasticity", "±", "yield stress\n-15 %", "+15 %")
+    band = plastic["step_with_yield_stress_15_percent_lower_and_higher"]
+    lines = []
+    for measure, (low, high) in band.items():
+        values = (plastic["step"][measure], plastic["step_uncertainty"][measure], low, high)
+        cells = [WORDS[measure].off(value, size=k == 1) for k, value in enumerate(values)]
+        lines.append(TableRow(cells=[WORDS[measure].name, *cells]))
+    steps = Table(
+        title=f"What yielding changes ({plastic['range']})",
+        columns=[Column(heading="measure", kind="text", wraps=True), *columns],
+        rows=lines,
+    )
+    headings = ("body", "yield stress\nMPa", "tangent\nMPa", "first yield\nkN", "plastic strain\n%", "depth\nmm")
+    rows = [
+        TableRow(
+            cells=[
+                *(name, f"{body['yield_MPa']:g}", f"{body['tangent_MPa']:g}", f"{body['first_yield_N'] / 1e3:.1f}"),
+                *(f"{1e2 * body['largest_strain']:.2f}", f"{body['depth_mm']:.1f}"),
+                f"{body['top_mm']:.1f} to {body['bottom_mm']:.1f}" if body["largest_strain"] else "-",
+            ]
+        )
+        for name, body in plastic["bodies"].items()
+    ]
+    bodies = Table(title="Bodies that yield", columns=columns_of(*headings, "zone\nmm", texts=("body",)), rows=rows)
+    return [steps, bodies] if band else [bodies]
 
 
 def effort_table(solver: Record) -> Table:

@@ -12,13 +12,14 @@ from fecontact.outputs.tables.cases import (
     hertz_tables,
     ladder_table,
     lobe_table,
+    plastic_tables,
     theories_table,
 )
 from fecontact.outputs.terminal.console import print_notes, print_table, say, standard_console
 from fecontact.outputs.terminal.creep import print_creep
 from fecontact.outputs.terminal.hertz import touch_point_table
 from fecontact.outputs.words.measures import names_text, unknown_text
-from fecontact.outputs.words.verdicts import reason_of_record, what_would_decide
+from fecontact.outputs.words.verdicts import plastic_words, reason_of_record, what_would_decide
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -33,8 +34,8 @@ def print_case(record: Record, *, console: Console | None = None) -> None:
     for table in (*hertz_tables(record), lobe_table(record)):
         print_table(console, table)
     _print_theories(record, console)
-    print_table(console, ladder_table(record))
-    print_table(console, elements_table(record))
+    for table in (ladder_table(record), *plastic_tables(record), elements_table(record)):
+        print_table(console, table)
     _print_verdict(record, console)
     say(
         console,
@@ -93,6 +94,8 @@ def _print_verdict(record: Record, console: Console) -> None:
     by_elements = record["verdict_elements"]["verdict"]
     more = "; --evidence refines until they know" * (by_elements == "UNRESOLVED" and not record["case"]["evidence"])
     say(console, f"the elements by themselves, on their own nodes: Hertz {by_elements}{more}")
+    if plastic := plastic_words(record):
+        say(console, plastic)
     if verdict["unknown"]:
         say(console, unknown_text(verdict["unknown"]))
     elif answer == "UNRESOLVED":

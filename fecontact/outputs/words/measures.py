@@ -73,7 +73,13 @@ WORDS = {
         unit="MPa",
         meaning="the largest pressure, read between the nodes",
     ),
-    "area_mm2": Words(short="area", letter="A", name="area", unit="mm²", meaning="of all patches together, up to where the pressure ends"),
+    "area_mm2": Words(
+        short="area",
+        letter="A",
+        name="area",
+        unit="mm²",
+        meaning="of all patches together, up to where the pressure ends",
+    ),
     "a_mm": Words(
         short="a",
         letter="a",

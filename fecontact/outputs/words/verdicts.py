@@ -63,6 +63,18 @@ def reason_of_record(record: Record) -> str:
     )
 
 
+def plastic_words(record: Record) -> str:
+    """Whether Hertz holds against bodies that yield, by which measure, and why not; empty without a yield stress."""
+    if (plastic := record.get("plastic")) is None:
+        return ""
+    verdict, measure = plastic["verdict"], plastic["verdict"]["measure"]
+    off, unsure = (verdict[of].get(measure) for of in ("deviation", "uncertainty"))
+    off_by = off_text(measure, off, unsure, record["verdict"]["limits"][measure], verdict["each"][measure])
+    because = f"; because: {verdict['cause']}" if verdict["cause"] else ""
+    said = f"against bodies that yield: Hertz {verdict['verdict']}; {off_by}{because}"
+    return f"{said}; {verdict['cancelling']}" if verdict["cancelling"] else said
+
+
 def decided(row: Record, limits: Mapping[str, float]) -> str:
     """The measure that decided about a row, how far Hertz is off in it, and its limit; or why it must not be used."""
     if not usable(row):
