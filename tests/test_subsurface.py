@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fecontact.case import Case
 from fecontact.fe.body_mesh import BodyMesh
 from fecontact.fe.section import layer_depths
 from fecontact.fe.stress_peak import peak_on_line, stress_peak
@@ -50,11 +51,15 @@ def test_block_nodes_go_straight_into_the_body(elliptic_quick: CaseResult, name)
 
 
 @pytest.mark.parametrize("body", ["rail", "wheel"])
-def test_the_peak_is_that_of_the_closed_form(elliptic_quick: CaseResult, body):
-    hertz = elliptic_quick.hertz
+def test_the_peak_is_that_of_the_closed_form(solved, body):
+    # six elements a semi-axis; the four of `quick` find the stress within 0.7 %, its depth 3.6 and 4.6 % too small
+    sizes = (7.162 / 6.25, 5.387 / 6.25)
+    made = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resolution=sizes)
+    case: CaseResult = solved(replace(made, refine_degrees_of_freedom=0))
+    hertz = case.hertz
     exact = von_mises_peak(a_mm=hertz.a_mm, b_mm=hertz.b_mm, p0_MPa=hertz.p0_MPa, poisson=0.3)
-    found = elliptic_quick.von_mises[body]
-    # trilinear elements at five elements a semi-axis: measured within 0.8 % and 1.5 %
+    found = case.von_mises[body]
+    # trilinear elements: measured within 0.8 % and 2.5 %
     assert found.von_mises_MPa == pytest.approx(exact.von_mises_MPa, rel=0.02)
     assert found.depth_mm == pytest.approx(exact.depth_mm, rel=0.03)
     assert (found.x_mm, found.y_mm) == pytest.approx((0.0, 750.0), abs=0.2)

@@ -13,9 +13,10 @@ from fecontact.comparison.judging import judge_load
 from fecontact.comparison.measures import CUT_PLANES, FLOORS, MEASURES, MISFITS
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.uncertainty import step_uncertainty, uncertainty
+from fecontact.geometry.placement import Placement
 from fecontact.profiles.reading import Reading
 from fecontact.solving.measured_lines import hertz_uncertainty, point_noise
-from fecontact.solving.position import hertz_of_case, place_case
+from fecontact.solving.position import expect_on_half_space, hertz_of_case, place_case
 from fecontact.solving.solve import solve
 
 # Of reading one field and of a cut plane that is moved out by half, written down a second time.
@@ -177,6 +178,12 @@ def head_of_points(path, radius_mm: float, spacing_mm: float, decimals: int) -> 
     return str(path)
 
 
+def of_own(case: Case, placement: Placement) -> PointNoise | None:
+    """What the points leave open, with the half-space of the profiles as they are solved again."""
+    hertz, expected = expect_on_half_space(case, placement)
+    return point_noise(case, placement, (hertz, expected.half_space))
+
+
 def noise_of_points(rail: str) -> PointNoise | None:
     case = Case(
         rail_file=EXACT_POINTS,
@@ -186,7 +193,7 @@ def noise_of_points(rail: str) -> PointNoise | None:
         load_N=50e3,
         track=Track(rail_crown_y_mm=750.0),
     )
-    return point_noise(case, place_case(case))
+    return of_own(case, place_case(case))
 
 
 def part_of_points(rail: str) -> dict[str, float]:
@@ -227,7 +234,7 @@ def test_the_part_of_points_goes_into_the_uncertainty(tmp_path):
     coarse = {"resolution": (1.6, 0.6), "refine_degrees_of_freedom": 0}
     result = solve(Case(rail=rail, **options, **coarse))
     part = result.load.solved.point_noise.uncertainty()
-    assert part == point_noise(result.case, result.placement).uncertainty()
+    assert part == of_own(result.case, result.placement).uncertainty()
     assert part["p_max_MPa"] > 0.0
     stated = result.load.uncertainty
     assert "approach_mm" not in stated

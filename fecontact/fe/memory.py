@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from fecontact.errors import NotEnoughMemory
 
-# Bytes of a Cholesky factor of n degrees of freedom and of its analysis, from PARDISO's own count on bodies of 26 to
-# 179 thousand: 158 to 187 n^(4/3), the growth of nested dissection in space, and 1.3 kB each.
-_FACTOR_BYTES = 190.0
+# Bytes of a Cholesky factor of n degrees of freedom and of its analysis, from PARDISO's own count on bodies of 11 to
+# 61 thousand: 145 to 163 n^(4/3), the growth of nested dissection in space, and 1.3 kB each.
+_FACTOR_BYTES = 165.0
 _ANALYSIS_BYTES = 1300.0
 # The matrix itself, its assembly and the other body's work beside it.
 USABLE_MEMORY = 0.8

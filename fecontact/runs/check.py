@@ -13,12 +13,12 @@ from fecontact.errors import InputError
 from fecontact.jobs.workers import default_workers
 from fecontact.runs.casefile import load_study
 
-# Unknowns of the first meshes of a half model at `quick`, 60E1 and S1002 where the patch has one lobe (64 to 108
-# thousand in ten positions and pairs), and how they grow with the elements a semi-axis (to 113 to 205 thousand at
-# `fine`). With several lobes they are up to four times as many.
-_UNKNOWNS = 84e3
-_GROWTH, _GROWTH_BEYOND = 1.05, 2.0
-_WHOLE = 1.9
+# Unknowns of the first meshes of a half model at `quick`, 60E1 and S1002 where the patch has one lobe (32 to 41
+# thousand in six positions and pairs), and how they grow with the elements a semi-axis (74 thousand at `standard` and
+# 114 thousand at `fine`, at 3 mm). With several lobes they are up to four times as many.
+_UNKNOWNS = 34e3
+_GROWTH, _GROWTH_BEYOND = 1.02, 2.0
+_WHOLE = 1.95
 _SEVERAL_LOBES = 3.7
 # Seconds and memory of a case with the coarser meshes that it comes with: 5.8 s and 0.8 GB at 80 thousand unknowns,
 # 45 s and 3.7 GB at 312 thousand, by PARDISO on one core of a virtual machine (x86-64, 2026).

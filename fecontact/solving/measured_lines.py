@@ -23,8 +23,11 @@ _DRAWS: tuple[Variant, ...] = tuple(range(6))
 Value = TypeVar("Value")
 
 
-def point_noise(case: Case, placement: Placement) -> PointNoise | None:
-    """Half-spaces that show what profiles given by points leave open; None where both are exact lines."""
+def point_noise(case: Case, placement: Placement, own: tuple[HertzContact, Rung]) -> PointNoise | None:
+    """Half-spaces that show what profiles given by points leave open; None where both are exact lines.
+
+    `own` is Hertz and the half-space of the profiles as they are.
+    """
 
     def solved(placed: Placement) -> tuple[HertzContact, Rung]:
         hertz, expected = expect_on_half_space(case, placed)
@@ -33,7 +36,6 @@ def point_noise(case: Case, placement: Placement) -> PointNoise | None:
     if (found := _on_other_lines(case, placement, solved)) is None:
         return None
     thinned, widths, draws = found
-    own = solved(placement)
     return PointNoise(own=own, thinned=thinned[0] if thinned else own, widths=tuple(widths), draws=tuple(draws))
 
 

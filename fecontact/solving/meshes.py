@@ -26,7 +26,7 @@ from fecontact.solving.expected_patch import followed_mm
 from fecontact.solving.lobe_sizes import lobe_sizes
 from fecontact.solving.measured_lines import point_noise
 from fecontact.solving.planes import angle_of_normals
-from fecontact.solving.position import Position
+from fecontact.solving.position import Position, hertz_of_case
 from fecontact.solving.quadratic_rung import quadratic_rung
 from fecontact.solving.yielding import nodal_fields
 
@@ -80,7 +80,8 @@ class Meshes:
         """
         case, placement = position.case, position.placement
         with position.clock.step("expect the patch"):
-            noise = point_noise(case, placement)
+            own = (hertz_of_case(case, placement), position.expected.half_space)
+            noise = point_noise(case, placement, own)
         self._not_enlarged = []
         levels = [self._level(position, 1.0), self._level(position, MESH_RATIO)]
         stop: InputError | None = None

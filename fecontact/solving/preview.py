@@ -13,13 +13,13 @@ from fecontact.solving.position import MARGIN_ELEMENTS, element_size_mm, expect_
 from fecontact.solving.zone import fine_zone
 from fecontact.theory.hertz import HertzContact
 
-# Unknowns of both bodies for n_x by n_s elements in the zone of a half model: seven meshes of 11 by 22 to 13 by 78
-# elements have 0.9 to 1.07 of it (60E1, a cylinder, A120; quick and standard).
-_UNKNOWNS, _MORE_X, _MORE_S = 143.0, 5.0, 10.0
-# CPU seconds and memory of the elliptic test with 62,712 unknowns and their growth, on one thread by PARDISO
-# (studies/benchmark.py); the second mesh, 1.5 times coarser, and half-spaces take half as long again.
-_BENCHMARK_UNKNOWNS, _BENCHMARK_SECONDS, _SECONDS_POWER, _BOTH_MESHES = 62_712.0, 3.1, 1.29, 1.5
-_BENCHMARK_GB, _GB_POWER = 0.64, 1.06
+# Unknowns of both bodies for n_x by n_s elements in the zone of a half model: eight meshes of 8 by 16 to 13 by 50
+# elements have 0.93 to 1.06 of it (60E1, a cylinder, A120; quick and standard).
+_UNKNOWNS, _MORE_X, _MORE_S = 125.0, 0.2, 14.4
+# CPU seconds and memory of S1002 on 60E1 at 3 mm with 33,900 unknowns and their growth to 86 thousand at 5 mm, on one
+# thread by PARDISO; the second mesh, 1.5 times coarser, and half-spaces take half as long again.
+_BENCHMARK_UNKNOWNS, _BENCHMARK_SECONDS, _SECONDS_POWER, _BOTH_MESHES = 33_900.0, 1.5, 1.4, 1.5
+_BENCHMARK_GB, _GB_POWER = 0.36, 1.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
