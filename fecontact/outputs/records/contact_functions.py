@@ -9,7 +9,7 @@ from fecontact.case import Case, case_record
 from fecontact.geometry.contact_functions import ContactFunctions, rolling_radius_difference_mm
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.wheelset import PlacedWheelset
-from fecontact.profiles.curve import radius_mm
+from fecontact.outputs.records.touch import touch_columns
 from fecontact.profiles.identity import profile_identity
 
 Record = dict[str, Any]
@@ -63,13 +63,7 @@ def _side_record(placement: Placement) -> Record:
                 "rail_y_mm": touch.rail_y_mm,
                 "wheel_y_mm": touch.wheel_y_mm,
                 "ahead_mm": touch.x_mm - float(placement.wheel.point(touch.wheel_y_mm, 0.0, 0.0)[0]),
-                "contact_angle_rad": touch.contact_angle_rad,
-                "vertical_gap_mm": touch.vertical_gap_mm,
-                "rolling_radius_mm": float(placement.wheel.radius(touch.wheel_u)),
-                "at_junction": touch.at_junction,
-                "rail_radius_mm": radius_mm(touch.curvature.rail_per_mm),
-                "wheel_lateral_radius_mm": radius_mm(touch.curvature.wheel_lateral_per_mm),
-                "wheel_rolling_radius_mm": radius_mm(touch.curvature.wheel_rolling_per_mm),
+                **touch_columns(placement, touch),
             }
             for touch in placement.touch_points
         ],

@@ -8,9 +8,7 @@ from typing import Any
 from fecontact.alone.contact_table import TableLine
 from fecontact.comparison.measures import hertz_measures
 from fecontact.comparison.theories import THEORIES
-from fecontact.geometry.placement import Placement
-from fecontact.geometry.touch_points import TouchPoint
-from fecontact.profiles.curve import radius_mm
+from fecontact.outputs.records.touch import touch_columns
 from fecontact.solving.placing import roll_of_case
 from fecontact.theory.hertz import HertzContact
 from fecontact.theory.touch_hertz import HertzPoints
@@ -42,7 +40,7 @@ def table_row(line: TableLine) -> Record:
     if springs is not None:
         row |= {"springs_approach_mm": springs.shared_approach_mm, "springs_p_max_MPa": springs.shared_p_max_MPa}
     for number, touch in enumerate(line.placement.touch_points):
-        columns = _touch_columns(line.placement, touch) | _spring_columns(springs, number)
+        columns = touch_columns(line.placement, touch) | _spring_columns(springs, number)
         row |= {f"touch{number + 1}_{name}": value for name, value in columns.items()}
     return row
 
@@ -69,22 +67,6 @@ def _strip_columns(line: TableLine) -> Record:
         **{f"strip_{name}": sizes[name] for name in _SIZES},
         "strip_centre_mm": strips.contact.centre_mm[1],
         "strip_stiffness_N_per_mm": strips.stiffness_N_per_mm,
-    }
-
-
-def _touch_columns(placement: Placement, touch: TouchPoint) -> Record:
-    """A touch point; its radii are positive where convex, and empty where straight."""
-    curvature = touch.curvature
-    return {
-        "rail_y_mm": touch.rail_y_mm,
-        "wheel_y_mm": touch.wheel_y_mm,
-        "contact_angle_rad": touch.contact_angle_rad,
-        "vertical_gap_mm": touch.vertical_gap_mm,
-        "rolling_radius_mm": float(placement.wheel.radius(touch.wheel_u)),
-        "at_junction": touch.at_junction,
-        "rail_radius_mm": radius_mm(curvature.rail_per_mm),
-        "wheel_lateral_radius_mm": radius_mm(curvature.wheel_lateral_per_mm),
-        "wheel_rolling_radius_mm": radius_mm(curvature.wheel_rolling_per_mm),
     }
 
 

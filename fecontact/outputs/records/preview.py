@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from fecontact.outputs.records.results import shown_case_record, touch_record
+from fecontact.outputs.records.results import shown_case_record
+from fecontact.outputs.records.touch import touch_record
 from fecontact.solving.preview import Preview
 
 

@@ -15,18 +15,17 @@ from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.judgement import Judgement
 from fecontact.comparison.lobes import LobeJudgement
 from fecontact.geometry.placement import Placement
-from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.outputs.records.creep import creep_record
 from fecontact.outputs.records.plastic import plastic_record
 from fecontact.outputs.records.theories import ellipse_record, theories_record, verdict_record
-from fecontact.profiles.curve import radius_mm
+from fecontact.outputs.records.touch import touch_record
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.hertz_alone import HertzAlone
 from fecontact.solving.lobe_sizes import narrowest_semi_axes_mm, semi_axes_of_elements_mm
 from fecontact.solving.meshes import finer_degrees_of_freedom
 from fecontact.solving.placing import roll_of_case
 from fecontact.solving.solve import CaseResult
-from fecontact.theory.touch_hertz import HertzPoints, Side, sides
+from fecontact.theory.touch_hertz import HertzPoints, Side
 
 Record = dict[str, Any]
 
@@ -179,33 +178,6 @@ def _solver_record(load: JudgedLoad) -> Record:
         # to expect of the next finer mesh
         "finer_degrees_of_freedom": finer_degrees_of_freedom(load.solved.levels),
         "zone_enlarged": level.enlarged,
-    }
-
-
-def touch_record(touch: TouchPoint) -> Record:
-    """A touch point with its curvatures: one entry, or two (gauge side, field side) at a junction."""
-    return {
-        "x_mm": touch.x_mm,
-        "y_mm": touch.y_mm,
-        "z_mm": touch.z_mm,
-        "rail_y_mm": touch.rail_y_mm,
-        "wheel_y_mm": touch.wheel_y_mm,
-        "contact_angle_rad": touch.contact_angle_rad,
-        "vertical_gap_mm": touch.vertical_gap_mm,
-        "at_junction": touch.at_junction,
-        "curvatures": [
-            _curvature_record(side, curvature) for side, curvature in zip(sides(touch), touch.curvatures, strict=True)
-        ],
-    }
-
-
-def _curvature_record(side: str, curvature: RelativeCurvature) -> Record:
-    return {
-        "side": side,
-        **asdict(curvature),
-        "rail_radius_mm": radius_mm(curvature.rail_per_mm),
-        "wheel_lateral_radius_mm": radius_mm(curvature.wheel_lateral_per_mm),
-        "wheel_rolling_radius_mm": radius_mm(curvature.wheel_rolling_per_mm),
     }
 
 
