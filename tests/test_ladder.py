@@ -26,7 +26,7 @@ from fecontact.comparison.measures import (
 )
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.solved_load import SolvedLoad, patches_just_part
-from fecontact.comparison.uncertainty import step_uncertainty
+from fecontact.comparison.uncertainty import step_uncertainty, uncertainty
 from fecontact.contact.grid import ContactGrid, hat_functions
 from fecontact.contact.halfspace import half_space_problem
 from fecontact.contact.rung import Rung, misfit
@@ -475,6 +475,9 @@ def test_cut_planes_move_patches_that_share_the_load_by_more():
     moved = {"p_max_MPa": 0.0052, "b_mm": 0.0051, "centre_over_b": 0.0056, "valley": 0.0043, "misplaced_load": 0.00399}
     for name, by in moved.items():
         assert by < step_uncertainty(name, (1.0, 1.0), shared=True) < 1.3 * by
+        # what a deviation is judged by has that part too, beside what reading the pressure leaves open
+        alone, together = (uncertainty(name, (1.0, 1.0), shared=shared) for shared in (False, True))
+        assert together - alone == pytest.approx(step_uncertainty(name, (1.0, 1.0), shared=True) - CUT_PLANES[name])
     assert 0.00163 < step_uncertainty("separate_load", (0.109, 0.109), shared=True) < 0.0022
     assert 0.0039 < step_uncertainty("centre_over_b", (0.1, 0.1)) < 0.005
 

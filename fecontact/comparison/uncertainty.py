@@ -88,13 +88,16 @@ def uncertainty(
         NaN where a value is none; None where meshes do not tell the measure's uncertainty.
     """
     reading = reading_uncertainty(measure, values[0])
-    return (
-        None
-        if reading is None
-        else reading
-        + step_uncertainty(
-            measure, values, otherwise=otherwise, residual=residual, compliance_error=compliance_error, parting=parting
-        )
+    if reading is None:
+        return None
+    return reading + step_uncertainty(
+        measure,
+        values,
+        otherwise=otherwise,
+        residual=residual,
+        compliance_error=compliance_error,
+        parting=parting,
+        shared=shared,
     )
 
 
