@@ -106,9 +106,13 @@ def test_a_constant_opening_moves_the_approach_and_nothing_else(name):
 
 # each model's two questions are inverse to each other
 @pytest.mark.parametrize("name", MODELS)
-@pytest.mark.parametrize("s", [0.0, 4.0, 11.0, 20.0])
-def test_the_force_at_the_approach_under_a_force_is_that_force(name, s):
-    place = place_on(PAIR, FORCE, sine(40.0, 0.012), s)
+@pytest.mark.parametrize(
+    ("line", "s"),
+    # on the crest of the long one the approach is below zero
+    [*((sine(40.0, 0.012), s) for s in (0.0, 4.0, 11.0, 20.0)), *((sine(480.0, 0.3), s) for s in (0.0, 100.0, 240.0))],
+)
+def test_the_force_at_the_approach_under_a_force_is_that_force(name, line, s):
+    place = place_on(PAIR, FORCE, line, s)
     assert MODELS[name].force_N(place, MODELS[name].under(place).approach_mm) == pytest.approx(FORCE, rel=1e-6)
 
 

@@ -363,3 +363,16 @@ def test_15_a_theory_that_says_nothing_of_its_own_is_hertz():
     found = study.judged([row])
     assert found["hertz"] == found["multi_hertz"]
     assert (found["multi_hertz"].holds, found["strip"].holds) == (0, 1)
+
+
+@pytest.mark.slow
+def test_17_irregular(tmp_path):
+    study = module("17_irregular")
+    outcome = run_study(load_study(STUDIES / "17_irregular.py", quick=True), tmp_path, crew=inline_crew())
+    assert outcome.all_converged
+    rows = list(outcome.rows)
+    assert [row["distance_mm"] for row in rows if row.get("distance_mm") is not None] == [25.0]
+    found = study.checks(rows)
+    assert len(found) == 3
+    assert [check for check in found if not check.passed] == []
+    assert "the half-space is enough" in outcome.conclusion

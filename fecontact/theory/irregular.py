@@ -22,6 +22,7 @@ from fecontact.theory.springs import hertz_spring_force_N, multi_hertz_approach_
 Floats = NDArray[np.float64]
 _GAUSS = np.polynomial.legendre.leggauss(48)
 _HALVINGS = 400
+_LOOKED_AT = 201
 _SETTLED = 1e-9
 
 
@@ -136,7 +137,9 @@ def filtered_force_N(place: Place, approach_mm: float) -> float:
     def excess(d: float) -> float:
         return d + place.mean_at(d) - approach_mm
 
-    steps = np.linspace(0.0, approach_mm + place.hertz.approach_mm + 4.0 * _height(place), 120)
+    # at the highest no patch within reach has a mean low enough
+    least = float(place.opening(np.linspace(-place.reach_mm, place.reach_mm, _LOOKED_AT)).min())
+    steps = np.linspace(0.0, max(approach_mm - least, 0.0) + 1e-3 * place.hertz.approach_mm, _LOOKED_AT)
     below = [number for number, d in enumerate(steps) if excess(float(d)) < 0.0]
     if not below:
         return 0.0
@@ -236,10 +239,6 @@ def _shifted(place: Place, gap_mm: float) -> Estimate:
 
 def _spring(place: Place, d_mm: float) -> float:
     return float(hertz_spring_force_N(place.hertz.stiffness_N_per_mm15, d_mm))
-
-
-def _height(place: Place) -> float:
-    return float(np.ptp(place.opening(np.linspace(-place.reach_mm, place.reach_mm, 201))))
 
 
 def _edge_touched(place: Place) -> str:
