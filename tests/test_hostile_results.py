@@ -21,6 +21,7 @@ from fecontact.errors import InputError
 from fecontact.files import SEAL, broken_seal, json_text, read_json, write_json, write_sealed
 from fecontact.jobs.store import MANIFEST, write_manifest
 from fecontact.outputs.records.stored import read_arrays
+from fecontact.outputs.words.pairs import short_name
 from fecontact.runs.case_store import FIELDS, RESULT
 from fecontact.runs.identity import case_id, origin_of
 
@@ -192,6 +193,10 @@ def test_a_long_profile_name_is_cut_in_ids_alone(elliptic_quick, tmp_path, stem)
     name = case_id(case)
     assert len(f".{name}_01234567.0123456789ab.error.txt".encode()) < 255
     assert name.startswith(stem[:10])
+    # a title of a table or a picture has room for it, and tells it from another one that begins alike
+    shown, alike = (short_name(f"{rail.name}@{digest}") for digest in ("01234567", "89abcdef"))
+    assert len(shown) <= 60
+    assert shown != alike
     other = rail.with_name(f"{stem}2.txt")
     if len(other.name.encode()) < 255:
         other.write_text(rail.read_text().replace("-20", "-19.9"))

@@ -24,6 +24,7 @@ import pytest
 from damage import files_without_checksum, unnoticed
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from test_study import dask_cluster
 
 import fecontact
 from fecontact.case import Case, Criteria, Track
@@ -1596,6 +1597,36 @@ def test_an_open_load_that_finer_meshes_may_decide_is_not_decided(run, tmp_path)
         sealed(folder, lambda text, most=most: re.sub(r'"refine_degrees_of_freedom": \d+',
             f'"refine_degrees_of_freedom": {most}', text))  # fmt: skip
         assert (work.judged_again(folder) is not None) is (decided and position.limit.narrowed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlantedPosition:
+    """Work of a position whose loads are planted, as a worker of a cluster does it."""
+
+    case: Case
+    loads_N: tuple[float, ...]
+    name: str
+
+    def __call__(self, folder, finished):
+        write_position(fake_position(self.case, self.loads_N), self.case, folder, self.name)
+        return False
+
+
+def planted_position(case, loads_N, name):
+    return PlantedPosition(case=case, loads_N=tuple(loads_N), name=name)
+
+
+def test_cells_of_all_kinds_come_back_from_a_cluster(run, tmp_path):
+    shifts = [-2.0, 3.0, 4.0]
+    here = run(tmp_path / "here", shifts).made
+    with dask_cluster(tmp_path, 2) as (address, _):
+        settings = RunSettings(scheduler=address)
+        there = run_map(ROUND, shifts, LOADS, tmp_path / "there", settings=settings, work=planted_position).made
+    assert plain(there) == plain(here)
+    assert rows_of(tmp_path / "there" / "map.csv") == rows_of(tmp_path / "here" / "map.csv")
+    # solved and judged both ways, not converged, a load that cannot be solved, and a position that is none
+    assert {cell.verdict for cell in there.cells} >= {"HOLDS", "FAILS"}
+    assert {cell.status.partition(":")[0] for cell in there.cells} == {"converged", "not converged", "failed"}
 
 
 def test_damage_of_every_file_of_a_map_is_noticed(two, tmp_path):

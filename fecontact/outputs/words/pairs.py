@@ -15,10 +15,17 @@ if TYPE_CHECKING:
 Row = Mapping[str, Any]
 
 
+# longer ones leave no room for a picture
+_LONGEST_NAME = 60
+
+
 def short_name(name: str) -> str:
-    """Profile's name, of a file (`NAME.ext@HASH`) without ending and hash."""
+    """Profile's name, of a file (`NAME.ext@HASH`) without ending and hash; of a very long one a part, with the hash."""
     file = file_of_identity(name)
-    return Path(file).stem if file else name
+    if file is None:
+        return name
+    stem = Path(file).stem
+    return stem if len(stem) <= _LONGEST_NAME else f"{stem[: _LONGEST_NAME - 20]}…{name.rpartition('@')[2]}"
 
 
 def inclination_words(inclination_rad: float) -> str:
