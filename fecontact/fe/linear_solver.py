@@ -23,6 +23,11 @@ LinearSolver = Callable[[Floats], Floats]
 # Far below the contact solver's own tolerance, so that its residuals are those of the contact problem.
 AMG_TOLERANCE = 1e-10
 _AMG_ITERATIONS = 400
+# Of both bodies under a single load: from here on multigrid is the cheaper one. Factors or hierarchy and the first load
+# take, in CPU seconds of one core (AMD EPYC, virtual, 2026; cylinder R 460 on R 300), 0.7 and 1.5 with 31 thousand, 2.1
+# and 4.8 with 69, 3.6 and 6.8 with 100, 11.6 and 12.4 with 188; they grow with n^1.8 and n^1 there. A further load takes
+# 0.1 of the first one with factors, 0.6 of it without.
+_MULTIGRID_UNKNOWNS = 200_000
 # The level that is solved directly, with six degrees of freedom a node.
 _COARSEST_NODES = 80
 _MOST_LEVELS = 10
@@ -42,11 +47,14 @@ def pardiso_available() -> bool:
     return pypardiso is not None
 
 
-def choose_solver(wanted: Literal["auto", "pardiso", "amg"], degrees_of_freedom: Sequence[int] = ()) -> SolverName:
+def choose_solver(
+    wanted: Literal["auto", "pardiso", "amg"], degrees_of_freedom: Sequence[int] = (), *, several_loads: bool = True
+) -> SolverName:
     """Name of the solver path to take for bodies with so many degrees of freedom, which are solved at the same time.
 
-    `auto` takes PARDISO where the platform has it and its factors fit into the available memory, otherwise multigrid,
-    which needs a third to a half of it and 1.5 to 1.7 times as long (studies/benchmark.py).
+    `auto` takes PARDISO where the platform has it, its factors fit into the available memory, and it is the cheaper one
+    by size and number of loads (studies/benchmark.py); otherwise multigrid, which needs a third to a half of the
+    memory.
 
     Raises
     ------
@@ -58,7 +66,8 @@ def choose_solver(wanted: Literal["auto", "pardiso", "amg"], degrees_of_freedom:
     if wanted == "auto":
         needed = sum(factor_bytes(count) for count in degrees_of_freedom)
         fits = needed <= USABLE_MEMORY * float(psutil.virtual_memory().available)
-        return "pardiso" if pardiso_available() and fits else "amg"
+        cheaper = several_loads or sum(degrees_of_freedom) <= _MULTIGRID_UNKNOWNS
+        return "pardiso" if pardiso_available() and fits and cheaper else "amg"
     if wanted == "pardiso" and not pardiso_available():
         raise InputError(
             "solver pardiso: MKL cannot be loaded here; pip install pypardiso (x86-64 Linux and Windows), or use auto"

@@ -48,8 +48,10 @@ _LAYERS_THAT_YIELD = 1.2
 _SIZES_IF_FOLDED = (1.0, 0.97, 0.94, 0.91)
 
 
-def couple(case: Case, placement: Placement, zone: FineZone, clock: Clock) -> CoupledBodies:
-    """Mesh both bodies, couple their surfaces, assemble and factorise them."""
+def couple(
+    case: Case, placement: Placement, zone: FineZone, clock: Clock, *, several_loads: bool = False
+) -> CoupledBodies:
+    """Mesh both bodies, couple their surfaces, assemble and factorise them, for one load or for several."""
     check_memory(least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements")
     with clock.step("mesh"):
         grading = Grading(layer_ratio=_LAYERS_THAT_YIELD) if case.may_yield else None
@@ -65,7 +67,12 @@ def couple(case: Case, placement: Placement, zone: FineZone, clock: Clock) -> Co
         local = np.full(len(wheel.points), -1)
         local[wheel_nodes] = np.arange(wheel_nodes.size)
         coupling = mortar_matrix(grid, placement.project(wheel.points[wheel_nodes]), local[wheel.surfaces["contact"]])
-    path = choose_solver(case.solver, [3 * len(mesh.points) for mesh in (rail, wheel)])
+    # bodies that yield are solved many times for one load
+    path = choose_solver(
+        case.solver,
+        [3 * len(mesh.points) for mesh in (rail, wheel)],
+        several_loads=several_loads or case.may_yield,
+    )
     bodies = []
     for mesh, material in ((rail, case.rail_material), (wheel, case.wheel_material)):
         with clock.step("assemble"):
@@ -293,7 +300,9 @@ class CoupledMesh:
             step_x, step_s = (factor * self._coarser * step for step in position.element_size_mm)
             zone = fine_zone(position.expected, (step_x, step_s), room)
             try:
-                return couple(position.case, position.placement, zone, position.clock)
+                return couple(
+                    position.case, position.placement, zone, position.clock, several_loads=position.several_loads
+                )
             except FoldedMesh as error:
                 folded = folded or error
         assert folded is not None

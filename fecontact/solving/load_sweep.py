@@ -114,7 +114,7 @@ def _made_for(largest: Position, sharing: Sequence[Position], spare: float) -> P
         asked = min(one.widest_element_mm(part.s_low_mm, part.s_high_mm) for one in sharing)
         parts.append(replace(part, larger=max(1.0, min(part.larger, asked / spare / across))))
     expected = replace(largest.expected, parts=tuple(parts))
-    return replace(largest, element_size_mm=(along_x, across), expected=expected)
+    return replace(largest, element_size_mm=(along_x, across), expected=expected, several_loads=True)
 
 
 def unrefined(case: Case) -> Case:

@@ -135,6 +135,8 @@ class Position:
     ----------
     element_size_mm
         Along x and across, of the finest meshes that are made at first.
+    several_loads
+        Whether the meshes serve more loads than that of the case.
     """
 
     case: Case
@@ -142,6 +144,7 @@ class Position:
     expected: ExpectedPatch
     element_size_mm: tuple[float, float]
     clock: Clock
+    several_loads: bool = False
 
     def for_load(self, load_N: float) -> Position:
         """The position under another load, with the meshes that it asks for."""
