@@ -12,7 +12,8 @@ for two positions. Expected: inner and trailing wheels between -6 and 2.5 mm, ou
 in curves below 1000 m, on two patches or on the root of the flange and yawed by 1 to 12 mrad.
 
 `cases()` are two outer leading wheels by finite elements with their shift, yaw and vertical force: the Manchester bogie
-at R 500 and the metro's at R 300; without creep forces the normal force is a tenth more than in the curve. Vehicles are run in full size only, in some two minutes; `curves.md` is their table.
+at R 500 and the metro's at R 300; without creep forces the normal force is a tenth more than in the curve. Vehicles are
+run in full size only, in some two minutes; `curves.md` is their table.
 """
 
 from math import atan

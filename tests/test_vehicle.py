@@ -34,13 +34,15 @@ from fecontact.theory.creep.motion import wheelset_creepages
 from fecontact.vehicle import model
 from fecontact.vehicle.conditions import Conditions, lines_of, straight_line
 from fecontact.vehicle.curve import curves, nadal_limit, steepest_rad
+from fecontact.vehicle.differences import differences
 from fecontact.vehicle.equilibrium import path, solve_at, straight_start
 from fecontact.vehicle.loaded import conicity_shifts, loaded_conicity, loaded_contacts
 from fecontact.vehicle.model import Vehicle, built_in_vehicles, load_vehicle, with_bogie
 from fecontact.vehicle.normal import NORMAL_THEORIES
-from fecontact.vehicle.stability import critical_speed_m_s, eigenvalues, hunting, linear_model
+from fecontact.vehicle.stability import StraightTrack, critical_speed_m_s, eigenvalues, hunting, linear_model
 from fecontact.vehicle.steady import Line, balance, without_rails
 from fecontact.vehicle.surfaces import Overlap, Surfaces
+from fecontact.vehicle.visits import Curves, MapCell, Visit
 from fecontact.vehicle.wheel_force import ContactLaw, Motion, wheel_force
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)
@@ -635,6 +637,37 @@ def test_python_has_what_the_command_prints():
     )
     with pytest.raises(FrozenInstanceError):
         found.share = ()
+
+
+def test_shares_of_the_way_add_up_where_a_curve_has_no_equilibrium():
+    def visit(shift: float, cell: MapCell | None) -> Visit:
+        place = {"wheelset": 1, "side": "left", "lateral_shift_mm": shift, "vertical_force_N": 6e4, "yaw_mrad": 0.0}
+        return Visit(theory="hertz", radius_m=500.0, cell=cell, **place)
+
+    cell = MapCell(lateral_shift_mm=1.0, load_kN=60.0, verdict="FAILS", cheapest_theory="strip")
+    found = Curves(
+        vehicle=FREE,
+        conditions=Conditions(),
+        radii_m=(500.0, 300.0),
+        share=(0.6, 0.4),
+        runs={"hertz": ()},
+        visits=(visit(1.0, cell), visit(9.0, None)),
+    )
+    assert found.visited("hertz") == pytest.approx({"FAILS": 0.3, "not on the map": 0.3, "no equilibrium": 0.4})
+    assert found.sufficient("hertz") == pytest.approx({"strip": 0.3, "not on the map": 0.3, "no equilibrium": 0.4})
+
+
+def test_differences_are_the_largest_ones_and_name_their_radius():
+    runs = list(run("manchester", RADII))
+    moved = [replace(one.wheelsets[1], lateral_shift_mm=one.wheelsets[1].lateral_shift_mm - 0.25) for one in runs]
+    other = [*runs[:2], replace(runs[2], wheelsets=(runs[2].wheelsets[0], moved[2])), runs[3]]
+    other[3] = replace(runs[3], status="no equilibrium")
+    straight = [StraightTrack(theory=name, critical_speed_km_h=speed) for name, speed in (("a", 150.0), ("b", 120.0))]
+    (found,) = differences({"a": other, "b": runs}, straight)
+    assert (found.shift_mm, found.shift_at_m) == (pytest.approx(0.25), 500.0)
+    assert found.y_over_q == 0.0
+    assert found.without_m == (300.0,)
+    assert found.critical_speed == pytest.approx(0.25)
 
 
 def test_the_vehicle_of_the_guide_can_be_copied(tmp_path):
