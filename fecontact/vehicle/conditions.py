@@ -122,9 +122,9 @@ def lines_of(
 def straight_line(
     conditions: Conditions, wheelset: Wheelset, *, materials: tuple[Material, Material], theory: str = DEFAULT_THEORY
 ) -> Line:
-    """Straight track without cant."""
-    at = lines_of(conditions, wheelset, materials=materials, theory=theory, widest_per_mm=math.inf)
-    return replace(at(0.0), speed_m_s=0.0)
+    """Straight track without cant, for small motions about it."""
+    line = lines_of(conditions, wheelset, materials=materials, theory=theory, widest_per_mm=math.inf)(0.0)
+    return replace(line, speed_m_s=0.0, law=replace(line.law, normal=normal_theory(theory, fine=True)))
 
 
 def _speed_m_s(conditions: Conditions, curvature_per_mm: float, tilt_rad: float, part: float) -> float:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TypeAlias
 
 import numpy as np
@@ -161,9 +161,9 @@ def _start_of_strips(
     )
 
 
-def half_space(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, ...]:
+def half_space(overlap: Overlap, contact_modulus_MPa: float, *, fine: bool = False) -> tuple[Pressed, ...]:
     """The half-space; separate patches feel each other."""
-    found = pressed_strips(overlap, contact_modulus_MPa)
+    found = pressed_strips(overlap, contact_modulus_MPa, fine=fine)
     if found is None:
         return ()
     s, half_length, force = found
@@ -230,8 +230,8 @@ NORMAL_THEORIES: Mapping[str, NormalTheory] = {
 DEFAULT_THEORY = "overlap"
 
 
-def normal_theory(name: str) -> NormalTheory:
-    """A theory by its name.
+def normal_theory(name: str, *, fine: bool = False) -> NormalTheory:
+    """A theory by its name; `fine` where slopes over small motions are asked for, which only the half-space minds.
 
     Raises
     ------
@@ -243,7 +243,7 @@ def normal_theory(name: str) -> NormalTheory:
             f"theory is {name!r}; allowed: {', '.join(NORMAL_THEORIES)}; a vehicle needs a force over the approach,"
             " which other theories do not have"
         )
-    return NORMAL_THEORIES[name]
+    return partial(half_space, fine=True) if fine and name == "half_space" else NORMAL_THEORIES[name]
 
 
 def _regions(depth: Floats) -> list[tuple[int, int]]:
