@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,7 @@ from fecontact.profiles.identity import profile_identity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
 
 _LEFT, _RIGHT, _UNROLLED = SERIES[:3]
 
@@ -26,13 +28,14 @@ def functions_figure(case: Case, found: ContactFunctions, path: str | Path) -> P
     placed = [one for one in found.positions.values() if not isinstance(one, str)]
     shifts = np.array([one.shift_mm for one in placed])
     difference = np.array([rolling_radius_difference_mm(one) for one in placed])
-    _line(axes[0, 0], shifts, difference, found, "black", "")
+    _line(axes[0, 0], shifts, difference, [jump.shift_mm for jump in found.jumps], "black")
     axes[0, 0].set_ylabel("rolling radius, left - right, mm")
     for side, colour in (("left", _LEFT), ("right", _RIGHT)):
         first = [one.left.first if side == "left" else one.right.first for one in placed]
         places, angles = (np.array([getattr(t, name) for t in first]) for name in ("rail_y_mm", "contact_angle_rad"))
-        _line(axes[0, 1], shifts, places, found, colour, f"{side} rail", side)
-        _line(axes[1, 0], shifts, 1e3 * angles, found, colour, f"{side} wheel", side)
+        jumps = [jump.shift_mm for jump in found.jumps if jump.side == side]
+        _line(axes[0, 1], shifts, places, jumps, colour).set_label(f"{side} rail")
+        _line(axes[1, 0], shifts, 1e3 * angles, jumps, colour).set_label(f"{side} wheel")
     axes[0, 1].set_ylabel("first touch point on the rail, mm\n(> 0: field side)")
     axes[1, 0].set_ylabel("contact angle, mrad")
     for ax in (axes[0, 0], axes[0, 1], axes[1, 0]):
@@ -49,17 +52,13 @@ def functions_figure(case: Case, found: ContactFunctions, path: str | Path) -> P
     return save_figure(figure, Path(path))
 
 
-def _line(
-    ax: Axes, x: np.ndarray, y: np.ndarray, found: ContactFunctions, colour: str, label: str, side: str = ""
-) -> None:
-    """A line that ends at each jump and begins again behind it."""
-    jumps = [jump.shift_mm for jump in found.jumps if side in ("", jump.side)]
+def _line(ax: Axes, x: np.ndarray, y: np.ndarray, jumps: Sequence[float], colour: str) -> Line2D:
+    """A line that ends at each jump and begins again behind it; returns its first piece."""
     pieces = np.searchsorted(jumps, x)
-    for piece in np.unique(pieces):
-        own = pieces == piece
-        ax.plot(x[own], y[own], ".-", color=colour, label=label if piece == pieces[0] else None)
+    drawn = [ax.plot(x[pieces == piece], y[pieces == piece], ".-", color=colour)[0] for piece in np.unique(pieces)]
     for jump in jumps:
         ax.axvline(jump, color=colour, linestyle=":", linewidth=0.8)
+    return drawn[0]
 
 
 def _draw_conicity(ax: Axes, found: ContactFunctions) -> None:

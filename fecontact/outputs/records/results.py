@@ -198,16 +198,7 @@ def versions() -> dict[str, str | None]:
 
 
 def hertz_record(found: HertzAlone) -> Record:
-    """Hertz's theory alone at a case's position: `hertz` is what a result is compared with.
-
-    >>> import fecontact
-    >>> record = fecontact.hertz(fecontact.Case(lateral_shift_mm=4.0))
-    >>> round(record["hertz"]["p_max_MPa"], -1)
-    1500.0
-
-    `ellipses` has every touch point, and both sides of a junction, as if each carried the whole load; where the
-    surfaces conform there is no ellipse, and `problem` says so.
-    """
+    """Hertz's theory alone at a case's position, as `runs.analytic.hertz` tells it."""
     placement = found.placement
     return {
         "schema": "fecontact/hertz/1",
