@@ -141,6 +141,16 @@ def test_the_command_line_writes_both_and_says_that_they_are_half(tmp_path, caps
     assert "*ELEMENT, TYPE=C3D8, ELSET=wheel" in (tmp_path / "deck.inp").read_text()
 
 
+def test_a_deck_has_the_elements_of_solve_unless_others_are_asked_for(pair, tmp_path):
+    path = tmp_path / "deck.inp"
+    for more, kind in (({}, "C3D8"), ({"element": "C3D8I"}, "C3D8I")):
+        text = write_mesh(pair, path, **more).read_text("ascii")
+        assert set(re.findall(r"TYPE=(C3D8\w*)", text)) == {kind}
+        assert text.splitlines()[1].endswith(
+            f"elements {kind} {'as' if kind == 'C3D8' else 'instead of C3D8'} in fecontact.solve"
+        )
+
+
 def pressed_area_mm2(mesh: BodyMesh) -> float:
     """Area of the contact surface seen from above, by the diagonals of its quadrilaterals."""
     p = mesh.points[mesh.surfaces["contact"]]

@@ -157,3 +157,12 @@ def test_an_option_of_files_is_taken_where_one_side_is_a_file(tmp_path, capsys):
     given = ["--rail", str(head), "--rail-units", "mm", "--rail-smoothing-mm", "0", "--wheel", "cylinder:460"]
     assert call(["hertz", *given, "--inclination", "none", "--rail-crown-y-mm", "750", "--json"]) == 0
     assert Path(head).is_file()
+
+
+@pytest.mark.parametrize("command", ["judge", "compare", "view"])
+def test_a_folder_without_results_is_named_with_what_to_give(command, tmp_path, capsys):
+    given = [command, str(tmp_path)] + [str(tmp_path)] * (command == "compare")
+    assert call(given) == 2
+    said = capsys.readouterr().err
+    assert str(tmp_path) in said
+    assert "solve it again" not in said

@@ -157,6 +157,20 @@ def test_miniprof_offsets_are_asked_for(write):
         resolve_rail(turned, Reading(offsets="add"))
 
 
+def test_miniprof_headers_in_quotes_count_as_those_without(write):
+    y, z = head()
+    for number, columns in enumerate(("X,Y,A,C", "N,X,Y,K")):
+        text = miniprof(y, z, columns=columns)
+        for quoted in (f'ColumnDef="{columns}"', f'ColumnDef={columns} "as measured"', f'"ColumnDef={columns}"'):
+            path = write(f"quoted{number}.ban", text.replace(f"ColumnDef={columns}", quoted))
+            assert resolve_rail(str(path), AS_IS).height(y) == pytest.approx(z, abs=1e-8)
+    for key, says in (('AlignDX="2.5"', r"ALIGNDX = 2\.5"), ('Units="furlong"', "Units = 'furlong'")):
+        with pytest.raises(InputError, match=says):
+            resolve_rail(str(write("asked.ban", miniprof(y, z, f"{key}\n"))))
+    inches = write("inches.ban", miniprof(y / 25.4, z / 25.4, 'Units="in"\n'))
+    assert resolve_rail(str(inches), AS_IS).height(y[1:-1]) == pytest.approx(z[1:-1], abs=1e-6)
+
+
 def of_the_instrument(kind, first="ProgramName=MiniProf for Windows\nProgramVer=2.43.73", taper="70.0000", blank="\n"):
     """A library profile as MiniProf for Windows 2.43 writes a measured one: see the reader for where that is known."""
     points = points_along(load("S1002" if kind == "wheel" else "60E1"))

@@ -8,14 +8,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
+from fecontact.case import Case
+from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.profiles.curve import JOINT_GAP_MM, Profile
-from fecontact.profiles.library import load, names, toml_text
+from fecontact.profiles.library import ALIASES, find, load, names, toml_text
 from fecontact.profiles.readers.toml import read_toml
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.segments import Arc, Line, Polynomial, Spline
 from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel
 from fecontact.profiles.writers import profile_text
+from fecontact.solving.placing import place_case
 
 # S (mm), F (mm), dF/dS, radius of curvature (mm, positive where the wheel is concave); F is the depth below the tape
 # circle. Evaluated from the sections of EN 13715 in extended precision; they agree with the S1002 of the Manchester
@@ -484,3 +487,21 @@ def test_a_binary_toml_file_is_refused(tmp_path):
     path.write_bytes(b"\xff\xfe\x00k")
     with pytest.raises(InputError, match="not a text file"):
         read_toml(path)
+
+
+def test_rails_are_found_by_the_names_that_they_had_before(capsys):
+    for alias, name in ALIASES.items():
+        assert find(alias.lower()) == name
+        # the file itself says so
+        assert f"also called {alias}" in toml_text(name)
+        assert resolve_rail(alias) is load(name)
+    # the benchmark's rail is another one
+    assert find("MBench_UIC60") == "MBench_UIC60"
+    assert call(["hertz", "--rail", "UIC60", "--json"]) == 0
+
+
+def test_a_rail_that_ends_above_the_gauge_names_the_options(tmp_path):
+    y = np.arange(-20.0, 20.2, 0.2)
+    np.savetxt(tmp_path / "head.csv", np.column_stack([y, load("60E1").height(y)]), delimiter=",")
+    with pytest.raises(InputError, match=r"--gauge-depth-mm.*--rail-crown-y-mm"):
+        place_case(Case(rail=str(tmp_path / "head.csv")))

@@ -107,7 +107,7 @@ def mesh(
     options: MeshOptions = _OF_MESH,
     *,
     out: Path,
-    element: Literal["C3D8", "C3D8I"] = "C3D8I",
+    element: Literal["C3D8", "C3D8I"] = "C3D8",
 ) -> int:
     """Write the mesh of one body or both, refined about the contact of the given position.
 
@@ -118,7 +118,7 @@ def mesh(
     out
         File to write: .msh (gmsh 4.1), .inp (CalculiX, Abaqus) or .vtu.
     element
-        Type of the elements in .inp; C3D8 is the one that `solve` has.
+        Type of the elements in .inp: C3D8 as `solve` has them, or C3D8I with incompatible modes.
     """
     from fecontact.outputs.meshes.files import write_mesh
     from fecontact.solving.meshed_case import MeshedPair, mesh_case, mesh_pair

@@ -72,7 +72,8 @@ def place_rail(profile: Profile, inclination_rad: float, track: Track) -> RailPo
             raise InputError(
                 f"rail {profile.name}: its gauge side ends {z_top - z[0]:.2f} mm below the highest point, but the gauge"
                 f" is measured {track.gauge_depth_mm:g} mm below it; give a rail line that reaches there, a smaller"
-                " gauge depth, or the position of the rail's crown"
+                " gauge depth (--gauge-depth-mm, gauge_depth_mm in [track]), or the position of the rail's crown"
+                " (--rail-crown-y-mm, rail_crown_y_mm)"
             )
         crown_y = 0.5 * track.gauge_mm - float(at_origin.section(u_gauge)[0])
     return RailPose(profile=profile, inclination_rad=inclination_rad, crown_y_mm=crown_y, crown_z_mm=-z_top)

@@ -16,6 +16,10 @@ from fecontact.errors import InputError
 from fecontact.profiles.curve import Kind, Profile
 from fecontact.profiles.readers.toml import parse_toml
 
+# Names of the UIC, of DIN, and of British standards for rails that EN 13674-1 has under another one.
+ALIASES = {"UIC60": "60E1", "UIC54": "54E1", "S49": "49E1", "U55": "55E1", "BS113A": "56E1"}
+"""Other names of rails, which each file's source says."""
+_BY_ALIAS = {alias.lower(): name for alias, name in ALIASES.items()}
 _DATA = resources.files("fecontact.profiles") / "data"
 
 
@@ -55,11 +59,13 @@ def in_folder(name: str, folder: str | Path) -> str:
 
 def is_known(name: str) -> bool:
     """Whether the library has a profile of this name, in any case of letters."""
-    return name.lower() in {known.lower() for known in names()}
+    return name.lower() in {known.lower() for known in names()} | _BY_ALIAS.keys()
 
 
 def find(name: str, kind: Kind | None = None) -> str:
-    """Name of a profile as the library writes it, from any case of letters, among all or those of one kind.
+    """Name of a profile as the library writes it, from any case of letters or another name of the same rail.
+
+    It is looked for among all or those of one kind.
 
     Raises
     ------
@@ -68,8 +74,9 @@ def find(name: str, kind: Kind | None = None) -> str:
     """
     among = names(kind)
     by_lower = {known.lower(): known for known in among}
-    if name.lower() in by_lower:
-        return by_lower[name.lower()]
+    wanted = _BY_ALIAS.get(name.lower(), name).lower()
+    if wanted in by_lower:
+        return by_lower[wanted]
     near = difflib.get_close_matches(name.lower(), list(by_lower), n=3, cutoff=0.5)
     hint = f"did you mean {' or '.join(by_lower[n] for n in near)}?" if near else f"the library has {', '.join(among)}"
     raise InputError(f"there is no profile {name!r}; {hint}")

@@ -111,6 +111,8 @@ def stored_study(folder: Path) -> StoredStudy:
     InputError
         If it has another layout.
     """
+    if not (folder / "study.json").exists():
+        raise InputError(f"{folder}: there are no results in it; {_REMEDY}")
     document = _sealed(folder / "study.json", STUDY_SCHEMA, "run the study again")
     name, rows = document.get("study"), document.get("rows")
     if not isinstance(name, str) or not isinstance(rows, list) or not all(map(_is_row, rows)):

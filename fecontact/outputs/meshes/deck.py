@@ -26,13 +26,13 @@ _FACES = np.array([[0, 1, 2, 3], [4, 7, 6, 5], [0, 4, 5, 1], [1, 5, 6, 2], [2, 6
 _A_LINE = 8
 
 
-def write_body(mesh: BodyMesh, path: Path, element: ElementType = "C3D8I") -> None:
+def write_body(mesh: BodyMesh, path: Path, element: ElementType = "C3D8") -> None:
     """Write one body: nodes, elements, and for each surface a node set and a surface of element faces."""
     lines = _mesh_lines(mesh, element, first_node=1, first_element=1, prefix="")
-    _write(path, ["*HEADING", f"fecontact {__version__}: {mesh.name}", *_notes(mesh.half), *lines])
+    _write(path, ["*HEADING", f"fecontact {__version__}: {mesh.name}, {_of(element)}", *_notes(mesh.half), *lines])
 
 
-def write_deck(pair: MeshedPair, path: Path, element: ElementType = "C3D8I") -> None:
+def write_deck(pair: MeshedPair, path: Path, element: ElementType = "C3D8") -> None:
     """Write both bodies with numbers and names of their own, supports, frictionless contact and the load.
 
     The supports are those of `fecontact.solve`: the rail fixed at its base and held across at its ends, the wheel's
@@ -52,7 +52,7 @@ def write_deck(pair: MeshedPair, path: Path, element: ElementType = "C3D8I") -> 
     load_point = after + len(wheel.points) + 1
     held = np.union1d(rail.surfaces["fixed"], rail.surfaces["end"])
     lines = [
-        *("*HEADING", f"fecontact {__version__}: {_title(pair.case)}", *_notes(rail.half)),
+        *("*HEADING", f"fecontact {__version__}: {_title(pair.case)}, {_of(element)}", *_notes(rail.half)),
         *_mesh_lines(rail, element, first_node=1, first_element=1, prefix="rail_"),
         *_mesh_lines(wheel, element, first_node=after + 1, first_element=len(rail.hexes) + 1, prefix="wheel_"),
         # each node once, or CalculiX counts the reactions of both sets' common nodes twice
@@ -65,6 +65,11 @@ def write_deck(pair: MeshedPair, path: Path, element: ElementType = "C3D8I") -> 
         *_step_lines(pair, load_point),
     ]
     _write(path, lines)
+
+
+def _of(element: ElementType) -> str:
+    """The elements in words: peaks of others differ by 0.3 to 0.5 % on the same mesh."""
+    return f"elements {element} {'as' if element == 'C3D8' else 'instead of C3D8'} in fecontact.solve"
 
 
 def _write(path: Path, lines: Iterable[str]) -> None:

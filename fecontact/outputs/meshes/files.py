@@ -20,7 +20,7 @@ Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 
-def write_mesh(mesh: BodyMesh | MeshedPair, path: str | Path, *, element: ElementType = "C3D8I") -> Path:
+def write_mesh(mesh: BodyMesh | MeshedPair, path: str | Path, *, element: ElementType = "C3D8") -> Path:
     """Write one body, or both, in the format of the path's ending, in mm and in the track frame.
 
     Names of surfaces are those of `BodyMesh.surfaces`; where both bodies are written that of the body stands before

@@ -108,15 +108,24 @@ def _from_tape_circle(points: Floats, keys: dict[str, str], source: Source) -> t
 def _split(text: str) -> tuple[dict[str, str], str]:
     """Keys in small letters, and the text after them; no keys where the text has no header of a MiniProf file."""
     keys: dict[str, str] = {}
-    lines = [line.split('"')[0] if line.lstrip()[:1] != '"' else line for line in text.splitlines()]
+    lines = text.splitlines()
     titled = bool(lines) and _TITLE.match(lines[0]) is not None
     for number, line in enumerate(lines):
-        line = line.strip().strip('"')
+        line = line.strip()
+        if line.startswith('"'):
+            # a line that is quoted as a whole
+            line = line.strip('"')
         if match := _KEY.fullmatch(line):
-            keys[match[1].lower()] = match[2].strip().strip('"')
-        elif line and not line.startswith(("#", "!")) and (not titled or _is_numbers(line)):
-            return (keys or ({"columndef": "X,Y,*"} if titled else {})), "\n".join(lines[number:])
+            # in quotes, or up to a remark in quotes
+            keys[match[1].lower()] = match[2].removeprefix('"').partition('"')[0].strip()
+        elif (line := _without_remark(line)) and not line.startswith(("#", "!")) and (not titled or _is_numbers(line)):
+            return (keys or ({"columndef": "X,Y,*"} if titled else {})), "\n".join(map(_without_remark, lines[number:]))
     return keys, ""
+
+
+def _without_remark(line: str) -> str:
+    """A line without what it says in quotes behind its values; one that begins with a quote as it is."""
+    return line if line.lstrip().startswith('"') else line.partition('"')[0]
 
 
 def _is_numbers(line: str) -> bool:
