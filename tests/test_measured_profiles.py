@@ -106,6 +106,19 @@ def test_a_worn_rail_is_its_rail_and_its_wear():
     assert feet.off_mm.min() == pytest.approx(-0.6, abs=0.05)
 
 
+def test_what_is_taken_for_granted_of_a_measured_rail_is_said_with_the_way_back():
+    def notes(turn_rad, **reading):
+        line = read(sampled("60E1", 0.01, moved=Registration(turn_rad=turn_rad)), **reading)
+        return " ".join(line.notes)
+
+    kept = "where the curvature of 60E1 jumps, that of the rail is taken to jump too: --rail-nominal none"
+    assert kept in notes(0.0)
+    assert kept not in notes(0.0, nominal="none")
+    for turn_rad, asked in ((0.0, ""), (0.01, ""), (0.025, "1:40"), (-0.0245, "1:40"), (0.05, "1:20")):
+        assert ("canted in the file already? Then give --inclination none" in notes(turn_rad)) == bool(asked)
+        assert f"near {asked}:" in notes(turn_rad) or not asked
+
+
 def test_points_of_no_rail_have_no_nominal():
     y = np.arange(-30.0, 30.0 + 1e-9, 0.2)
     points = np.column_stack((y, -((y / 7.0) ** 2) + 0.01 * np.random.default_rng(0).normal(size=y.size)))

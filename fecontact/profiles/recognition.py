@@ -27,6 +27,8 @@ _FEW_POINTS, _MOST_CLOSE = 60, 3
 _FIRST_STEPS = 6
 # A profile that the points are usually farther off is another one.
 _FARTHEST_MM = 2.0
+# Cants of rails (1:n), and how near to one a turn (as a part of it) makes one ask for it.
+_USUAL_CANT, _CANT_CLOSE = (20, 30, 40), 0.12
 # Points closer than this part of the usual spacing tell nothing about the line between them.
 _CLOSE_TO_SPACING = 0.2
 
@@ -94,7 +96,9 @@ def line_through(given: Points, reading: Reading) -> Profile:
     if not asked and SPLINE_NOISE * noise_of(points) / spacing**2 < _CURVATURE_NOISE_PER_MM:
         return spline_through(given)
     measured = _smoothed(replace(given, points=points), reading)
-    return profile_of(given, segments_of(measured), [_note(measured, reading)], measured)
+    return profile_of(
+        given, segments_of(measured), [_note(measured, reading), *_choices(measured, given.kind)], measured
+    )
 
 
 def _smoothed(given: Points, reading: Reading) -> Measured:
@@ -127,6 +131,26 @@ def _spread(points: Floats) -> Floats:
         if np.hypot(*(points[i] - points[kept[-1]])) >= closest:
             kept.append(i)
     return points[kept]
+
+
+def _choices(made: Measured, kind: Kind) -> list[str]:
+    """What is taken for granted of points that are held against a profile of the library, and how to take it back."""
+    if not made.nominal:
+        return []
+    said = []
+    if load(made.nominal).junctions:
+        said.append(
+            f"where the curvature of {made.nominal} jumps, that of the {kind} is taken to jump too:"
+            f" --{kind}-nominal none takes the points alone"
+        )
+    turn_rad = made.held.registration.turn_rad
+    near = [one for one in _USUAL_CANT if abs(abs(turn_rad) * one - 1.0) < _CANT_CLOSE]
+    if kind == "rail" and near:
+        said.append(
+            f"{made.nominal} lies on the points turned by {1e3 * turn_rad:+.1f} mrad, near 1:{near[0]}:"
+            " is the rail canted in the file already? Then give --inclination none"
+        )
+    return said
 
 
 def _note(made: Measured, reading: Reading) -> str:
