@@ -12,7 +12,11 @@ from fecontact.fe.body_mesh import BodyMesh
 from fecontact.fe.linear_solver import pardiso_available
 from fecontact.fe.plasticity import PlasticLaw, PlasticState, PlasticZone
 from fecontact.fe.stiffness import stiffness
+from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapPosition
+from fecontact.map.position import solved_cell
 from fecontact.material import STEEL, Material
+from fecontact.outputs.maps.verdicts import verdict_view
+from fecontact.outputs.records.map import map_record
 from fecontact.outputs.records.results import load_record
 from fecontact.outputs.records.rows import load_row
 from fecontact.outputs.records.stored import solved_from_record, solved_record
@@ -235,6 +239,19 @@ def test_verdicts_of_elastic_and_of_yielding_bodies_stand_side_by_side(loaded):
     record, row = load_record(load), load_row(load, loaded.placement)
     assert record["plastic"]["verdict"]["verdict"] == row["verdict_plastic"] == "FAILS"
     assert record["rungs"]["fe_plastic"]["p_max_MPa"] == row["p_max_plastic_MPa"] < row["p_max_fe_MPa"]
+
+
+@needs_factors
+def test_a_map_draws_loads_of_first_yield_and_of_plasticity(loaded):
+    load = loaded.load
+    position = MapPosition(lateral_shift_mm=0.0, cells=(solved_cell(0.0, load),), limit=LoadLimit(reason="one load"))
+    made = ApplicabilityMap(case=loaded.case, loads_N=(FORCE,), positions=(position,))
+    first, limit = load.plastic.yielded.first_yield_N, load.plastic.plastic_load_N
+    assert position.yield_loads_N == {"first_yield_N": first, "plastic_load_N": limit}
+    view = verdict_view(made)
+    assert [load_kN for load_kN, _ in view.columns[0].lines] == [first / 1e3, limit / 1e3]
+    assert any("repeated passes are not in it" in note for note in view.notes)
+    assert map_record(made)["yield_loads_N"] == [{"lateral_shift_mm": 0.0, **position.yield_loads_N}]
 
 
 @needs_factors

@@ -13,6 +13,8 @@ from fecontact.geometry.placement import Placement
 from fecontact.outcome import CONVERGED
 from fecontact.solving.stiffness_fit import Stiffness
 
+FIRST_YIELD, PLASTIC_LIMIT = "first_yield_N", "plastic_load_N"
+"""Loads of a position that a map draws where a yield stress is given."""
 CellVerdict = Literal["HOLDS", "FAILS", "UNRESOLVED", "failed"]
 
 
@@ -117,6 +119,20 @@ class MapPosition:
     stiffness: Stiffness | None = None
     tried: tuple[JudgedLoad, ...] = ()
     stopped: MapCell | None = None
+
+    @property
+    def yield_loads_N(self) -> dict[str, float]:
+        """Loads of first yield, and at which yielding alone takes up a limit, as far as they are known.
+
+        From the smallest load that tells each: its meshes are made for a patch next to that one.
+        """
+        found: dict[str, float] = {}
+        told = (cell.usable.plastic for cell in self.cells if cell.usable is not None)
+        for plastic in (one for one in told if one is not None and one.has_yielded):
+            found.setdefault(FIRST_YIELD, plastic.yielded.first_yield_N)
+            if plastic.plastic_load_N is not None:
+                found.setdefault(PLASTIC_LIMIT, plastic.plastic_load_N)
+        return found
 
     @property
     def converged(self) -> bool:

@@ -144,6 +144,8 @@ _NAMED: Mapping[str, str] = {
 }
 # The first that fits; what stands before a unit goes before the unit alone.
 _PATTERNS = (
+    (r"^verdict_plastic|^first_yield_body$|^plastic_load_measure$", TEXT),
+    (r"_plastic_strain_max$", "fraction"),
     (r"^theory_(.*_verdict|.*_measure|cheapest)$", TEXT),
     (r"^theory_.*_limit_used$", "fraction of a limit"),
     (r"^of_elements_verdict(_measure)?$", TEXT),

@@ -31,6 +31,7 @@ _INCHES_A_POINT = 0.055
 _CLOSE_MM, _PART_OF_WIDE = 0.5, 0.7
 # What was not solved.
 _HATCHED: dict[str, Any] = {BETWEEN: {"hatch": "////", "ec": "0.7"}}
+_DASHES = ("--", ":")
 # In the colour of what holds.
 _DIAMOND: dict[str, Any] = {"ls": "none", "marker": "D", "mfc": ANSWERS["HOLDS"], "mec": "k", "mew": 0.8}
 
@@ -76,6 +77,9 @@ def map_figure(view: MapView, path: str | Path) -> Path:
         # a tick beside a number looks like a minus
         numbered = {cell.load_kN for cell in column.cells} if sizes.has_numbers else set()
         _draw_column(ax, column, view.colours, sides, ends)
+        for load, words in column.lines:
+            if ends[0] < load < ends[1]:
+                ax.plot(sides, [load, load], color="k", lw=1.6, ls=_DASHES[view.lines.index(words)])
         _draw_ticks(ax, [load for load in column.solved_kN if load not in numbered], sides)
         for cell in column.cells:
             _write(ax, cell, view.colours[cell.answer], middle, sizes)
@@ -102,6 +106,10 @@ def _handles(view: MapView, sizes: Sizes) -> list[Any]:
     handles: list[Any] = [
         Patch(fc=view.colours[answer], label=words, **({"ec": "0.4"} | _HATCHED.get(answer, {})))
         for answer, words in view.answers
+    ]
+    handles += [
+        Line2D([], [], color="k", lw=1.6, ls=dash, label=words)
+        for words, dash in zip(view.lines, _DASHES, strict=False)
     ]
     if view.diamond:
         handles.append(Line2D([], [], ms=6, label=view.diamond, **_DIAMOND))

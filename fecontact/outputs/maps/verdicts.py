@@ -8,9 +8,18 @@ from collections.abc import Collection, Mapping, Sequence
 from fecontact.comparison.creep_verdict import PLACE, SHAPE
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.judgement import Judgement
+from fecontact.comparison.plastic_verdict import NOT_IN_IT
 from fecontact.comparison.theories import HERTZ, THEORIES
 from fecontact.comparison.verdict import AT_JUNCTION, ELEMENTS, PROFILE
-from fecontact.map.cells import ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition
+from fecontact.map.cells import (
+    FIRST_YIELD,
+    PLASTIC_LIMIT,
+    ApplicabilityMap,
+    LoadInterval,
+    LoadLimit,
+    MapCell,
+    MapPosition,
+)
 from fecontact.map.load_limit import stretches
 from fecontact.outputs.figures.style import ANSWER_WORDS, ANSWERS, BETWEEN
 from fecontact.outputs.maps.view import Band, CellView, ColumnView, MapView, part_words
@@ -32,6 +41,11 @@ CAUSE_LETTERS: Mapping[str, str] = {
 FORCE_LETTERS: Mapping[str, str] = {PLACE: "P", SHAPE: "F"}
 """Marks of the causes of forces."""
 _FORCE_CAUSES = {PLACE: "centre of pressure beside\nthe touch point", SHAPE: SHAPE}
+YIELD_WORDS: Mapping[str, str] = {
+    FIRST_YIELD: "first yield of virgin steel",
+    PLASTIC_LIMIT: "yielding alone takes up a limit\nat first loading",
+}
+"""What the lines of a map stand for where a yield stress is given."""
 _SIGNS = {"HOLDS": "+", "FAILS": "x", "UNRESOLVED": "?", "failed": "!"}
 _SIGN_WORDS = "+ holds, x fails, ? unresolved, !"
 _LIMIT_WORDS = {"HOLDS": "holds", "FAILS": "fails", "UNRESOLVED": "open", BETWEEN: "not solved"}
@@ -66,6 +80,7 @@ def verdict_view(made: ApplicabilityMap, theory: str = HERTZ) -> MapView:
     ]
     if not of_hertz:
         notes.append("where it says nothing of its own it is Hertz")
+    notes += yield_notes(made)
     instead = all_ellipses_instead(made) if of_hertz else ""
     return MapView(
         case=made.case,
@@ -83,7 +98,14 @@ def verdict_view(made: ApplicabilityMap, theory: str = HERTZ) -> MapView:
         + "\n%: load on separate patches" * any("%" in cell.text for column in columns for cell in column.cells),
         notes=[*notes, f"{_OTHER_HOLDS} {instead} holds"] if instead else notes,
         diamond=f"{instead}, holds" if instead else "",
+        lines=[words for words in YIELD_WORDS.values() if any(words in dict(one.lines).values() for one in columns)],
     )
+
+
+def yield_notes(made: ApplicabilityMap) -> list[str]:
+    """Loads of first yield, with what a first loading does not say; none where no yield stress is given."""
+    loads_kN = [loads[FIRST_YIELD] / 1e3 for one in made.positions if FIRST_YIELD in (loads := one.yield_loads_N)]
+    return [f"first yield from {min(loads_kN):.3g} kN on; {NOT_IN_IT}"] if loads_kN else []
 
 
 def force_view(made: ApplicabilityMap) -> MapView:
@@ -163,6 +185,7 @@ def _column(position: MapPosition, limit: LoadLimit, cells: Sequence[CellView]) 
         solved_kN=tuple(load_N / 1e3 for load_N in (*own, *(load_N for load_N, _ in limit.tried))),
         cells=tuple(cells),
         limit=limit_text(limit, open_kN),
+        lines=[(load_N / 1e3, YIELD_WORDS[name]) for name, load_N in position.yield_loads_N.items()],
     )
 
 

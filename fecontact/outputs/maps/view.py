@@ -48,6 +48,8 @@ class ColumnView:
         Smallest and largest load (kN) and answer, by increasing load; none where nothing is known.
     solved_kN
         Loads that were solved; without any there is no border.
+    lines
+        Loads (kN) at which something begins, and what.
     limit
         At which loads it holds, in words; empty where the map has no limits.
     """
@@ -57,6 +59,7 @@ class ColumnView:
     solved_kN: tuple[float, ...]
     cells: tuple[CellView, ...]
     limit: str = ""
+    lines: Sequence[tuple[float, str]] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +78,8 @@ class MapView:
         What a diamond stands for; empty where there is none.
     ticks
         Whether loads that were solved beside those of the map are marked.
+    lines
+        What lines across columns stand for, in the order of their dashes.
     notes
         Lines below the table.
     """
@@ -91,6 +96,7 @@ class MapView:
     notes: Sequence[str]
     diamond: str = ""
     ticks: bool = True
+    lines: Sequence[str] = ()
 
 
 def part_words(used: float) -> str:

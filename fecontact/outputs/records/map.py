@@ -69,11 +69,18 @@ def map_record(made: ApplicabilityMap, provenance: Record | None = None) -> Reco
         "cells": [cell_record(cell) for cell in made.cells],
         "limits": [limit_record(position.lateral_shift_mm, position.limit) for position in made.positions],
         **({"force_limits": _force_limits(made)} if made.case.creep.asked else {}),
+        **yield_record(made),
         "theory_shares": share_records(made),
         "stiffness": [row for position in made.positions for row in stiffness_rows(position)],
         "versions": versions(),
         "provenance": provenance or {},
     }
+
+
+def yield_record(made: ApplicabilityMap) -> Record:
+    """Loads (N) of each position at which it yields first, and at which that takes up a limit; none if none does."""
+    found = [{"lateral_shift_mm": one.lateral_shift_mm, **one.yield_loads_N} for one in made.positions]
+    return {"yield_loads_N": found} if any(one.yield_loads_N for one in made.positions) else {}
 
 
 def cell_record(cell: MapCell) -> Record:

@@ -61,12 +61,14 @@ def plastic_columns(load: JudgedLoad) -> Record:
         columns[f"{name}_step_plastic_uncertainty_percent"] = 1e2 * found.step_uncertainty[measure]
         columns[f"{name}_step_plastic_lower_yield_percent"] = 1e2 * low
         columns[f"{name}_step_plastic_higher_yield_percent"] = 1e2 * high
+    for name, body in found.yielded.bodies.items():
+        columns[f"{name}_yield_MPa"] = body.yield_MPa
+        columns[f"{name}_plastic_strain_max"] = body.largest_strain
     return columns | {
         "first_yield_kN": found.yielded.first_yield_N / 1e3,
         "first_yield_body": found.yielded.first_body,
         "plastic_load_kN": None if found.plastic_load_N is None else found.plastic_load_N / 1e3,
         "plastic_load_measure": found.plastic_measure,
-        "plastic_strain_max": max(body.largest_strain for body in found.yielded.bodies.values()),
         "imprint_mm": found.yielded.imprint_mm,
         "verdict_plastic": found.verdict.answer,
         "verdict_plastic_measure": found.verdict.measure,
