@@ -1,5 +1,6 @@
 """The wheelset over its shift: conicities against published values and closed forms, jumps, and the command."""
 
+import csv
 import json
 import math
 import subprocess
@@ -214,3 +215,20 @@ def test_bad_input_is_one_line(arguments, says, capsys):
     assert out == ""
     assert says in err
     assert len(err.strip().splitlines()) == 1
+
+
+def test_the_geometry_as_a_table_has_the_numbers_of_its_json(tmp_path, capsys):
+    assert call(["geometry", "--shifts", "0,5,30", "--json"]) == 0
+    positions = json.loads(capsys.readouterr().out)["positions"]
+    assert call(["geometry", "--shifts", "0,5,30", "--out", str(tmp_path / "wheelset.csv")]) == 0
+    assert "table:" in capsys.readouterr().out
+    rows = list(csv.DictReader((tmp_path / "wheelset.csv").read_text("utf-8").splitlines()))
+    assert [float(row["lateral_shift_mm"]) for row in rows] == [0.0, 5.0, 30.0]
+    assert float(rows[1]["roll_mrad"]) == pytest.approx(positions[1]["roll_mrad"], rel=1e-12)
+    for side in ("left", "right"):
+        for number, touch in enumerate(positions[1][side]["touch_points"], start=1):
+            for name in ("rail_y_mm", "wheel_y_mm", "contact_angle_rad"):
+                assert float(rows[1][f"{side}_touch{number}_{name}"]) == pytest.approx(touch[name], rel=1e-12)
+    # where it cannot stand the table says so
+    assert rows[2]["problem"]
+    assert rows[2]["roll_mrad"] == ""

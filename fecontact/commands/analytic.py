@@ -170,23 +170,27 @@ def geometry(
     json
         Print the table as JSON and nothing else.
     out
-        File of the picture (PNG).
+        File of the picture (PNG), or of the table (.csv): a line a shift, with the touch points of both wheels.
     """
     from fecontact.inputs.texts import parse_numbers
-    from fecontact.outputs.records.contact_functions import functions_record
+    from fecontact.outputs.records.contact_functions import functions_record, functions_rows
+    from fecontact.outputs.tables.csv_file import write_csv
     from fecontact.outputs.terminal.contact_functions import print_functions
     from fecontact.runs.wheelset import geometry as wheelset_geometry
 
     case = options.case()
     found = wheelset_geometry(case, parse_numbers(shifts, "shifts"))
-    if out is not None:
+    record = functions_record(case, found)
+    as_table = out is not None and out.suffix.lower() == ".csv"
+    if out is not None and as_table:
+        write_csv(functions_rows(record), out)
+    elif out is not None:
         from fecontact.outputs.figures.contact_functions import functions_figure
 
         functions_figure(case, found, out)
-    record = functions_record(case, found)
     if loaded_kn is not None:
         from fecontact.runs.curving import loaded_conicities
 
         record["loaded_conicity"] = loaded_conicities(case, 1e3 * loaded_kn)
-    answer(record, print_functions, json=json, picture=out)
+    answer(record, print_functions, json=json, **{"table" if as_table else "picture": out})
     return 0

@@ -56,6 +56,18 @@ def _position_record(shift: float, placed: PlacedWheelset | str, centred_mm: flo
     }
 
 
+def functions_rows(record: Record) -> list[Record]:
+    """Positions of a record as flat rows: touch points are numbered, those of the left wheel first."""
+    rows = []
+    for position in record["positions"]:
+        row = {name: value for name, value in position.items() if name not in ("left", "right")}
+        for side in ("left", "right"):
+            for number, touch in enumerate(position.get(side, {}).get("touch_points", ()), start=1):
+                row |= {f"{side}_touch{number}_{name}": value for name, value in touch.items()}
+        rows.append(row)
+    return rows
+
+
 def _side_record(placement: Placement) -> Record:
     return {
         "touch_points": [
