@@ -3,6 +3,7 @@
 The contacts are those of the true gap on a half-space, which take the place of the finite elements.
 """
 
+import html
 import io
 import json
 from dataclasses import replace
@@ -28,6 +29,7 @@ from fecontact.outputs.maps.measures import map_answer, map_view, measure_table,
 from fecontact.outputs.maps.verdicts import verdict_view
 from fecontact.outputs.maps.view import CellView
 from fecontact.outputs.records.theories import share_records
+from fecontact.outputs.reports.map import write_map_report
 from fecontact.outputs.tables.theories import shares_table
 from fecontact.outputs.terminal.maps import print_map
 from fecontact.outputs.words.measures import WORDS
@@ -266,13 +268,22 @@ def test_the_answer_by_the_cheapest_theory_says_which_where(made):
     assert max(map(len, text.getvalue().partition("shift mm")[0].splitlines())) <= 80
 
 
+def test_a_report_defines_every_theory_of_its_table(made, tmp_path):
+    text = write_map_report(made, tmp_path).read_text("utf-8")
+    for one in share_records(made):
+        if one["theory"] in THEORIES and one["theory"] != HERTZ:
+            assert f"<dt>{one['words']}</dt><dd>{html.escape(THEORIES[one['theory']].source)}. It takes for" in text
+    # the answer first
+    assert text.index("At -4 mm Hertz holds at all loads") < text.index("May Hertz")
+
+
 def test_columns_are_as_wide_as_the_smallest_step_and_wide_ones_leave_gaps(made, monkeypatch):
     kept = []
     monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
-    for shifts in ([-4.0, -2.0, 0.0], [0.0, 0.5, 1.0, 4.0], [3.0]):
+    for shifts in ([-4.0, -2.0, 0.0], [0.0, 0.5, 1.0, 4.0], [3.0], [0.0, 1.0]):
         map_figure(verdict_view(verdicts(made, shifts, [50, 100], ["hf"] * len(shifts))), "unused.png")
     widths = [{round(bar.get_width(), 9) for bar in figure.axes[0].patches} for figure in kept]
-    assert widths == [{1.4}, {0.5}, {1.0}]
+    assert widths == [{1.0}, {0.5}, {1.0}, {0.7}]
     # what was not solved is hatched and white, and the legend says so
     white = [bar for bar in kept[0].axes[0].patches if bar.get_hatch()]
     assert {bar.get_y() for bar in white} == {50.0}

@@ -27,8 +27,8 @@ _SMALLEST_FONT = 5.0
 _LEGEND, _COLUMN, _LINE, _TALLEST = 3.6, 0.75, 0.19, 11.0
 # A number of four characters and a letter need this many columns' inches a point of the font.
 _INCHES_A_POINT = 0.055
-# Columns farther apart than this (mm) have gaps between them, and are so much of a step wide.
-_CLOSE_MM, _PART_OF_WIDE = 0.5, 0.7
+# Columns farther apart than the first (mm) have gaps between them: so much of a step is their width, at most the last.
+_CLOSE_MM, _PART_OF_WIDE, _WIDEST_MM = 0.5, 0.7, 1.0
 # What was not solved.
 _HATCHED: dict[str, Any] = {BETWEEN: {"hatch": "////", "ec": "0.7"}}
 _DASHES = ("--", ":")
@@ -144,7 +144,7 @@ def _column_width(shifts_mm: Floats) -> float:
     step = float(np.diff(shifts_mm).min(initial=math.inf))
     if not math.isfinite(step):
         return 1.0
-    return step if step <= _CLOSE_MM else max(_CLOSE_MM, _PART_OF_WIDE * step)
+    return step if step <= _CLOSE_MM else min(max(_CLOSE_MM, _PART_OF_WIDE * step), _WIDEST_MM)
 
 
 def _draw_column(

@@ -20,7 +20,7 @@ from fecontact.outputs.records.rows import cell_row
 from fecontact.outputs.records.theories import cheapest_words, share_records, theory_columns
 from fecontact.outputs.reports.html import heading, items, page, paragraph, picture, table, terms
 from fecontact.outputs.reports.study import REPORT
-from fecontact.outputs.reports.words import GLOSSARY, answer_words, lead_style, measure_terms, question
+from fecontact.outputs.reports.words import GLOSSARY, answer_words, lead_style, measure_terms, question, theory_terms
 from fecontact.outputs.tables.table import Table, TableRow, columns_of
 from fecontact.outputs.tables.theories import shares_table
 from fecontact.outputs.words.pairs import pair_words
@@ -64,7 +64,14 @@ def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) 
         heading("What made it"),
         items([f"{package} {version}" for package, version in versions().items() if version]),
         heading("Terms"),
-        terms((*GLOSSARY, *measure_terms(), *((letter, cause) for cause, letter in CAUSE_LETTERS.items()))),
+        terms(
+            (
+                *GLOSSARY,
+                *measure_terms(),
+                *theory_terms(str(one["theory"]) for one in share_records(made) if one["theory"] in THEORIES),
+                *((letter, cause) for cause, letter in CAUSE_LETTERS.items()),
+            )
+        ),
     ]
     return write_text(out / REPORT, page(f"Where Hertz holds: {pair}", body))
 

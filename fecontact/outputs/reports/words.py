@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from fecontact.comparison.theories import EITHER_SIDE, THEORIES
 from fecontact.criteria import Criteria
 from fecontact.outputs.words.measures import WORDS, criteria_text
 
@@ -42,6 +43,12 @@ def measure_terms() -> tuple[tuple[str, str], ...]:
     return tuple(
         (f"{words.short}: {words.title}", f"{words.meaning[0].upper()}{words.meaning[1:]}.") for words in WORDS.values()
     )
+
+
+def theory_terms(names: Iterable[str]) -> tuple[tuple[str, str], ...]:
+    """Theories of the pressure: where each is from, what it takes for granted, and what it costs."""
+    told = ((THEORIES[name].words, THEORIES[name]) for name in names if name not in EITHER_SIDE)
+    return tuple((words, f"{of.source}. It takes for granted: {of.range}. Cost: {of.cost}.") for words, of in told)
 
 
 def question(pair: str, criteria: Criteria | None, roll: str = "") -> str:
