@@ -50,6 +50,7 @@ from fecontact.jobs.workers import Crew
 from fecontact.map.cells import ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition
 from fecontact.map.load_limit import KnownLoad, known_loads, load_limit, next_load
 from fecontact.map.position import solve_position
+from fecontact.map.uses import limits_by_use
 from fecontact.outputs.maps.figure import map_figure
 from fecontact.outputs.maps.table import map_table
 from fecontact.outputs.maps.verdicts import CAUSE_LETTERS, limit_text, verdict_view
@@ -1022,7 +1023,7 @@ def test_the_report_of_a_map_says_limits_and_cells_beside_its_png(tmp_path):
 
     made = fresh_map([0.0, 1.0], LOADS)
     map_figure(verdict_view(made), tmp_path / "map.png")
-    text = write_map_report(made, tmp_path).read_text("utf-8")
+    text = write_map_report(made, tmp_path, uses=limits_by_use(made)).read_text("utf-8")
     page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
     shares, limits, cells = list(page.iter("table"))
     # Hertz, and whatever else was judged, each with the cells where it is the cheapest that holds
@@ -1030,7 +1031,10 @@ def test_the_report_of_a_map_says_limits_and_cells_beside_its_png(tmp_path):
     assert lines[0][0] == "Hertz"
     assert sum(int(line[2]) for line in lines) == len(made.cells)
     lines = [["".join(cell.itertext()) for cell in line] for line in limits.iter("tr")][1:]
-    assert lines == [[f"{p.lateral_shift_mm:+z.2f}", limit_text(p.limit, open_loads(p))] for p in made.positions]
+    # by the same measures, which are all, the last column says the same
+    assert [[*line[:2], line[-1]] for line in lines] == [
+        [f"{p.lateral_shift_mm:+z.2f}", *[limit_text(p.limit, open_loads(p))] * 2] for p in made.positions
+    ]
     lines = [["".join(cell.itertext()) for cell in line] for line in cells.iter("tr")][1:]
     assert [line[:3] for line in lines] == [
         [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", cell.verdict] for cell in made.cells

@@ -15,12 +15,14 @@ from fecontact.case import Case
 from fecontact.comparison.judging import judge_load
 from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.comparison.theories import HERTZ, MULTI_HERTZ, THEORIES
-from fecontact.comparison.verdict import Verdict
+from fecontact.comparison.verdict import FROM_BEST, Verdict, answer_of
+from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.files import json_text
 from fecontact.map.cells import ApplicabilityMap, MapCell, MapPosition
 from fecontact.map.load_limit import load_limit
 from fecontact.map.position import solved_cell
+from fecontact.map.uses import limits_by_use
 from fecontact.outputs.figures.style import ANSWERS
 from fecontact.outputs.maps.cheapest import theory_view
 from fecontact.outputs.maps.figure import map_figure
@@ -269,7 +271,7 @@ def test_the_answer_by_the_cheapest_theory_says_which_where(made):
 
 
 def test_a_report_defines_every_theory_of_its_table(made, tmp_path):
-    text = write_map_report(made, tmp_path).read_text("utf-8")
+    text = write_map_report(made, tmp_path, uses=limits_by_use(made)).read_text("utf-8")
     for one in share_records(made):
         if one["theory"] in THEORIES and one["theory"] != HERTZ:
             assert f"<dt>{one['words']}</dt><dd>{html.escape(THEORIES[one['theory']].source)}. It takes for" in text
@@ -305,3 +307,24 @@ def test_load_on_separate_patches_is_told_as_load(made):
     view = verdict_view(replace(made, positions=(position,)))
     assert cells_of(view)[0].text.split()[0] == "33%"
     assert "%: load on separate patches" in view.number
+
+
+def test_what_a_theory_is_used_for_stands_side_by_side(made, tmp_path):
+    """Each set of measures says what the map says that is judged by it alone."""
+    uses = limits_by_use(made)
+    assert list(uses) == ["strength", "patch", "all"]
+    answers = {
+        use: [[interval.answer for interval in limit.intervals] for limit in limits] for use, limits in uses.items()
+    }
+    assert answers["all"] == [["HOLDS"], ["FAILS"], []]
+    load = made.cells[1].judged
+    for use, measures in (("strength", {"p_max_MPa"}), ("patch", {"area_mm2", "a_mm", "b_mm", "centre_over_b"})):
+        worst = [
+            answer_of(load.deviation[name], load.uncertainty[name], limit)
+            for name, limit in Criteria().limits.items()
+            if name in measures
+        ]
+        assert answers[use][1] == [max(worst, key=FROM_BEST.index)]
+    text = write_map_report(made, tmp_path, uses=uses).read_text("utf-8")
+    assert "patch (area, a, b, centre)" in text
+    assert "strength (p_max)" in text

@@ -19,6 +19,7 @@ from fecontact.comparison.theories import MULTI_HERTZ
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.load_limit import load_limit
 from fecontact.map.position import solved_cell
+from fecontact.map.uses import limits_by_use
 from fecontact.outputs.maps.figure import map_figure
 from fecontact.outputs.maps.table import map_table
 from fecontact.outputs.maps.verdicts import verdict_view
@@ -159,7 +160,7 @@ def test_a_map_marks_where_springs_hold_and_one_ellipse_does_not(made, monkeypat
     assert theory["verdict"]["verdict"] == "HOLDS"
     forces = [one["normal_force_N"] * math.cos(one["contact_angle_rad"]) for one in theory["patches"]]
     assert sum(forces) == pytest.approx(LOAD_N, rel=1e-9)
-    text = write_map_report(made, tmp_path).read_text("utf-8")
+    text = write_map_report(made, tmp_path, uses=limits_by_use(made)).read_text("utf-8")
     page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
     rows = [["".join(cell.itertext()) for cell in line] for line in list(page.iter("table"))[-1].iter("tr")]
     assert [line[-1] for line in rows[1:]] == ["Hertz", "Hertz at all touch points, as springs"]

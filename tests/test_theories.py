@@ -23,6 +23,7 @@ from fecontact.creep import Creep
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.load_limit import load_limit
 from fecontact.map.position import solved_cell
+from fecontact.map.uses import limits_by_use
 from fecontact.outputs.maps.measures import measure_table
 from fecontact.outputs.records.map import map_record
 from fecontact.outputs.records.results import load_record, result_record
@@ -297,7 +298,7 @@ def test_a_further_theory_is_in_maps(judged, tmp_path):
     made = ApplicabilityMap(case=case, loads_N=(case.load_N,), positions=(position,))
     (cell,) = json.loads(json.dumps(map_record(made)))["cells"]
     assert [name for name in cell["load"]["theories"] if name in (HERTZ, "block")] == [HERTZ, "block"]
-    assert "cheapest" in write_map_report(made, tmp_path).read_text("utf-8")
+    assert "cheapest" in write_map_report(made, tmp_path, uses=limits_by_use(made)).read_text("utf-8")
     told = measure_table(made, "pressure", theory="block").splitlines()
     assert told[1].split()[1].startswith("x")
 

@@ -13,6 +13,7 @@ from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.jobs.workers import evaluators
 from fecontact.map.cells import ApplicabilityMap, MapPosition
+from fecontact.map.uses import limits_by_use
 from fecontact.outcome import failed, has_numbers, usable
 from fecontact.outputs.maps.files import write_map
 from fecontact.outputs.maps.measures import MapMeasure, refuse_measure
@@ -197,7 +198,7 @@ def judge_map(
     refuse_measure(made.case, measure, theory)
     if out is not None:
         write_map(made, out, theory=theory)
-        write_map_report(made, out, theory=theory)
+        write_map_report(made, out, uses=limits_by_use(made), theory=theory)
     return made, list(problems.values())
 
 

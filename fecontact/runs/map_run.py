@@ -20,6 +20,7 @@ from fecontact.jobs.store import kept_folder
 from fecontact.jobs.workers import Crew
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.position import failed_position
+from fecontact.map.uses import limits_by_use
 from fecontact.outputs.maps.files import write_map
 from fecontact.outputs.maps.measures import MapMeasure, refuse_measure
 from fecontact.outputs.reports.map import write_map_report
@@ -99,7 +100,7 @@ def run_map(
             raise
         made = run.write()
         if by.settings.part is None and made.positions:
-            write_map_report(made, out, theory=theory)
+            write_map_report(made, out, uses=limits_by_use(made), theory=theory)
     return MapOutcome(made=made, reused=tuple(by.finished.reused), recomputed=by.finished.recomputed)
 
 

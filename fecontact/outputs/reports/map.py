@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.theories import HERTZ, THEORIES
+from fecontact.criteria import Criteria
 from fecontact.files import write_text
 from fecontact.geometry.placement import Placement
-from fecontact.map.cells import ApplicabilityMap
+from fecontact.map.cells import ApplicabilityMap, LoadLimit
 from fecontact.outputs.figures.report import ladder_figure, pair_figure, patches_figure
 from fecontact.outputs.maps.measures import map_answer
-from fecontact.outputs.maps.verdicts import CAUSE_LETTERS, force_view, verdict_view
+from fecontact.outputs.maps.verdicts import CAUSE_LETTERS, force_view, limit_text, verdict_view
 from fecontact.outputs.records.results import versions
 from fecontact.outputs.records.rows import cell_row
 from fecontact.outputs.records.theories import cheapest_words, share_records, theory_columns
@@ -23,6 +25,7 @@ from fecontact.outputs.reports.study import REPORT
 from fecontact.outputs.reports.words import GLOSSARY, answer_words, lead_style, measure_terms, question, theory_terms
 from fecontact.outputs.tables.table import Table, TableRow, columns_of
 from fecontact.outputs.tables.theories import shares_table
+from fecontact.outputs.words.measures import WORDS
 from fecontact.outputs.words.pairs import pair_words
 from fecontact.outputs.words.roll import other_wheel_label, roll_words
 from fecontact.outputs.words.verdicts import verdict_reason
@@ -31,8 +34,13 @@ from fecontact.outputs.words.verdicts import verdict_reason
 _MOST_PATCHES = 24
 
 
-def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) -> Path:
-    """Write `report.html` beside `map.csv`, with the pictures of the map, and that of another theory if it is one."""
+def write_map_report(
+    made: ApplicabilityMap, out: Path, *, uses: Mapping[str, Sequence[LoadLimit]], theory: str = HERTZ
+) -> Path:
+    """Write `report.html` beside `map.csv`, with the pictures of the map, and that of another theory if it is one.
+
+    `uses` are the load limits by each set of measures (`map.uses`), which stand side by side.
+    """
     case = made.case
     pair = pair_words(case, " and ")
     verdicts = [cell.verdict if cell.usable else "failed" for cell in made.cells]
@@ -54,7 +62,7 @@ def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) 
             table(shares_table(share_records(made))),
             picture(out / "map_law.svg", "The cheapest law of creep forces that holds.") if made.laws_judged else "",
             heading("Load limits"),
-            table(_limits(made)),
+            table(_limits(made, uses)),
             heading("The pair"),
             *_pictures(made, shown, drawn),
         ]
@@ -120,13 +128,33 @@ def _pictures(made: ApplicabilityMap, shown: Sequence[tuple[JudgedLoad, Placemen
     return parts
 
 
-def _limits(made: ApplicabilityMap) -> Table:
-    """At which loads Hertz holds at each position, also for forces."""
+def _limits(made: ApplicabilityMap, uses: Mapping[str, Sequence[LoadLimit]]) -> Table:
+    """At which loads Hertz holds at each position, by the map's measures, by each set of them, and for forces."""
     views = [verdict_view(made), *([force_view(made)] if made.case.creep.asked else [])]
-    lines = zip(*(view.columns for view in views), strict=True)
-    columns = columns_of("shift mm", *("Hertz", "for forces")[: len(views)], texts=("Hertz", "for forces"))
-    rows = [TableRow(cells=[f"{of[0].shift_mm:+z.2f}", *(column.limit for column in of)]) for of in lines]
-    return Table(title="", columns=columns, rows=rows)
+    heads = ["as judged here", *(f"{use} ({_set_text(made.case.criteria, use)})" for use in uses)]
+    heads += ["creep forces"] * (len(views) - 1)
+    rows = []
+    for number, column in enumerate(views[0].columns):
+        told = (_limit_cell(limits[number]) for limits in uses.values())
+        rows.append(
+            TableRow(
+                cells=[
+                    f"{column.shift_mm:+z.2f}",
+                    column.limit,
+                    *told,
+                    *(view.columns[number].limit for view in views[1:]),
+                ]
+            )
+        )
+    return Table(title="", columns=columns_of("shift mm", *heads, texts=tuple(heads)), rows=rows)
+
+
+def _set_text(criteria: Criteria, use: str) -> str:
+    return ", ".join(WORDS[measure].short for measure in replace(criteria, judged_by=(use,)).limits)
+
+
+def _limit_cell(limit: LoadLimit) -> str:
+    return limit_text(limit, {load_N / 1e3 for load_N, answer in limit.tried if answer == "UNRESOLVED"})
 
 
 def _cells(made: ApplicabilityMap) -> Table:
