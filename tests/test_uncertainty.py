@@ -30,7 +30,7 @@ REST = {
     "centre_over_b": (0.0003, 0.004),
     "valley": (0.0005, 0.001),
     "separate_load": (0.00005, 0.0),
-    "misplaced_load": (0.0003, 0.0008),
+    "misplaced_load": (0.0008, 0.0008),
 }
 # What is read of the misplaced load of Hertz's own ellipse; where there is more, it adds to its square.
 NOISE = 0.0014
