@@ -23,7 +23,7 @@ LinearSolver = Callable[[Floats], Floats]
 # Far below the contact solver's own tolerance, so that its residuals are those of the contact problem.
 AMG_TOLERANCE = 1e-10
 _AMG_ITERATIONS = 400
-# Of both bodies under a single load: from here on multigrid is the cheaper one. Factors or hierarchy and the first load
+# Of both bodies under a single load: from here on multigrid is the cheaper one. Factors or hierarchy and first load
 # take, in CPU seconds of one core (AMD EPYC, virtual, 2026; cylinder R 460 on R 300), 0.7 and 1.5 with 31 thousand, 2.1
 # and 4.8 with 69, 3.6 and 6.8 with 100, 11.6 and 12.4 with 188; they grow with n^1.8 and n^1 there. A further load takes
 # 0.1 of the first one with factors, 0.6 of it without.
