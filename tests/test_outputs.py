@@ -270,7 +270,7 @@ def test_a_result_record_has_exactly_these_keys(record, elliptic_quick):
         "finer_degrees_of_freedom", "zone_enlarged",
     ]  # fmt: skip
     # a quarter of an element more than `quick` says, and a mesh that is 1.5 times as coarse
-    assert record["solver"]["elements_a_semi_axis"] == pytest.approx([6.25, 6.25 / 1.5])
+    assert record["solver"]["elements_a_semi_axis"] == pytest.approx([4.25, 4.25 / 1.5])
     assert record["solver"]["elements_a_semi_axis_of_narrowest_lobe"] == record["solver"]["elements_a_semi_axis"]
     # json_text refuses anything that is not plain; what is no number (no junction on this head) is null
     plain = json.loads(json_text(record), parse_constant=pytest.fail)
@@ -471,7 +471,7 @@ def test_the_contact_has_its_row_as_field_data_and_the_bodies_only_numbers(vtk_f
     assert list(found["verdict"]) == ["HOLDS"]
     annotation = next(iter(found["annotation"])).splitlines()
     assert annotation[0] == "rail circle:300, wheel cylinder:460; shift +0.00 mm; vertical load 100 kN"
-    assert annotation[1].startswith("Hertz HOLDS: nearest to its limit: misplaced load 0.")
+    assert annotation[1].startswith("Hertz HOLDS: nearest to its limit: peak pressure -0.")
     assert " +- 0." in annotation[1]
     # meshio ends the process on a text, so this line is the test
     assert set(meshio.read(vtk_folder / "rail.vtu").point_data) == {"displacement_mm", "stress_MPa", "von_mises_MPa"}
@@ -574,10 +574,10 @@ def test_the_other_arrays_belong_to_the_same_points(vtk_folder, elliptic_quick):
     data = surface.point_data
     x, s = elliptic_quick.placement.project(np.asarray(surface.points)).T
     at_nodes = elliptic_quick.hertz.pressure_MPa(x, s)
-    # away from the edge the mean over a cell differs by (h/a)^2 and more, h/a being 1/6 here
+    # away from the edge the mean over a cell differs by (h/a)^2 and more, h/a being 1/4.25 here
     inside = at_nodes > 0.6 * at_nodes.max()
-    assert inside.sum() > 50
-    np.testing.assert_allclose(data["hertz_pressure_MPa"][inside], at_nodes[inside], rtol=0.03)
+    assert inside.sum() > 30
+    np.testing.assert_allclose(data["hertz_pressure_MPa"][inside], at_nodes[inside], rtol=0.055)
     difference = data["contact_pressure_MPa"] - data["hertz_pressure_MPa"]
     np.testing.assert_allclose(data["pressure_difference_MPa"], difference, atol=1e-9)
     np.testing.assert_array_equal(data["in_contact"], data["contact_pressure_MPa"] > 0.0)
@@ -947,9 +947,9 @@ def test_a_case_that_holds_says_how_close_and_on_which_meshes(record):
     lines = case_lines(record)
     (verdict,) = [line for line in lines if line.startswith("verdict: ")]
     assert re.fullmatch(
-        r"verdict: Hertz HOLDS; nearest to its limit: misplaced load 0\.\d\d % ± 0\.\d\d % \(limit < 10 %\)", verdict
+        r"verdict: Hertz HOLDS; nearest to its limit: peak pressure -0\.\d\d % ± 0\.\d\d % \(limit ±5 %\)", verdict
     )
-    assert "decided on 2 meshes of 6.2 and 4.2 elements a semi-axis, not refined" in lines
+    assert "decided on 2 meshes of 4.2 and 2.8 elements a semi-axis, not refined" in lines
     assert "1 lobe, 1 patch" in lines
     misfit = 100.0 * record["solver"]["misfit"]
     off = 100.0 * record["solver"]["elements_compliance_error"]
@@ -981,13 +981,14 @@ def test_an_open_case_says_what_would_decide_it(elliptic_quick):
     more = record["solver"]["finer_degrees_of_freedom"]
     assert more > record["solver"]["degrees_of_freedom"]["rail"] + record["solver"]["degrees_of_freedom"]["wheel"]
     assert [line for line in lines if line.startswith("verdict: Hertz UNRESOLVED; open: peak pressure -0.")]
-    assert "open on 2 meshes of 6.2 and 4.2 elements a semi-axis, not refined" in lines
+    assert "open on 2 meshes of 4.2 and 2.8 elements a semi-axis, not refined" in lines
     assert f"to decide it: --resolution standard or fine, or --refine-degrees-of-freedom {more}" in lines
     # where the limit allowed finer meshes, something else kept them away: a larger one is of no use
     allowed = case_lines(judged_by(elliptic_quick, strict, refine_degrees_of_freedom=more))
     assert "to decide it: --resolution standard or fine" in allowed
     finest = case_lines(judged_by(elliptic_quick, strict, resolution="fine", refine_degrees_of_freedom=more))
-    assert [line for line in finest if line.startswith("to decide it: --resolution with sizes below 1.1")]
+    sizes = ",".join(f"{size:.3g}" for size in record["solver"]["element_size_mm"])
+    assert [line for line in finest if line.startswith(f"to decide it: --resolution with sizes below {sizes}")]
     # meshes do not take away what the profiles leave open
     noisy = case_lines(record | {"uncertainty_of_profile": {"p_max_MPa": 0.004}})
     assert [line for line in noisy if "points of the profiles leave 0.40 % open" in line]
