@@ -18,6 +18,8 @@ from fecontact.errors import InputError
 from fecontact.irregularity.shapes import Irregularity
 from fecontact.irregularity.texts import parse_irregularity
 from fecontact.outputs.records.rows import input_columns
+from fecontact.outputs.words.cases import case_words
+from fecontact.outputs.words.pairs import position_text
 from fecontact.runs.identity import case_id
 from fecontact.runs.toml_cases import toml_cases
 from fecontact.solving.placing import place_case
@@ -428,6 +430,9 @@ def test_a_study_has_irregularities_as_texts_or_tables_and_lists_of_distances(tm
     assert len({case_id(case) for case in cases}) == 3
     assert input_columns(cases[1])["distance_mm"] == 12.5
     assert input_columns(cases[1])["rail_irregularity"] == "sine:wavelength_mm=50,amplitude_mm=0.01"
+    assert position_text(input_columns(cases[1])) == "+0.00 mm, 100 kN, at 12.5 mm"
+    told = case_words(cases[1], place_case(cases[1]))
+    assert "at 12.5 mm of rail sine:wavelength_mm=50,amplitude_mm=0.01, wheel haversine:length_mm=80" in told
 
 
 def test_the_command_line_takes_the_same_text(capsys):

@@ -126,7 +126,8 @@ def run_study(
 def _label(case: Case, cases: tuple[Case, ...]) -> str:
     """What a case is called while it is solved: position and load, and the pair where there are several."""
     pair = "" if len({(one.rail, one.wheel) for one in cases}) == 1 else f"{case.wheel} on {case.rail} "
-    return f"{pair}{case.lateral_shift_mm:+z.2f} mm {case.load_N / 1e3:g} kN"
+    along = f" at {case.distance_mm:g} mm" if case.irregularities else ""
+    return f"{pair}{case.lateral_shift_mm:+z.2f} mm {case.load_N / 1e3:g} kN{along}"
 
 
 def _by_name(named: list[tuple[str, Case]]) -> dict[str, Case]:

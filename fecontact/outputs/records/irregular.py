@@ -140,7 +140,7 @@ def _conclusion(record: Record, limit: float) -> str:
     """From which wavelength on eq. 6 holds, in lengths of the patch, by amplitude."""
     told = []
     for row in record["from_wavelengths"]:
-        wavelength, amplitude = row["wavelength_mm"]["eq6"], f"{1e3 * row['amplitude_mm']:g} um"
+        wavelength, amplitude = row["wavelength_mm"]["eq6"], f"{1e3 * row['amplitude_mm']:.3g} um"
         if wavelength is None:
             told.append(f"at {amplitude} on none of these waves")
         else:

@@ -62,8 +62,8 @@ def verdict_of(row: Row) -> str:
 
 
 _PLACE = (number("shift\nmm", "lateral_shift_mm", "{:+z.2f}"), number("load\nkN", "load_kN"))
+_DISTANCE = number("distance\nmm", "distance_mm")
 _NUMBERS = (
-    *_PLACE,
     number("p_max\nFE MPa", "p_max_fe_MPa", "{:.0f}", rank=5, name="p_max in MPa"),
     number("p_max\ndev %", "p_max_deviation_percent", "{:+z.1f}"),
     number("\n± %", "p_max_uncertainty_percent", "{:.1f}", rank=3, name="± of p_max"),
@@ -95,6 +95,7 @@ def deviation_table(rows: Sequence[Row], title: str, failing_width: int, *, with
     theories = any(row.get("theory_cheapest") for row in rows)
     columns = [
         *[text("rail, wheel", pair_of_row)] * with_pair,
+        *_places(rows),
         *_NUMBERS,
         # what must not be used has no verdict
         text("verdict", lambda row: row.get("verdict", "-") if usable(row) else _short_status(row)),
@@ -103,6 +104,11 @@ def deviation_table(rows: Sequence[Row], title: str, failing_width: int, *, with
         *_EFFORT,
     ]
     return table_of(title, columns, rows, lambda row: "plain" if usable(row) else "fails")
+
+
+def _places(rows: Sequence[Row]) -> list[Column]:
+    """Shift and load, and along what is irregular the distance."""
+    return [*_PLACE, *[_DISTANCE] * any(row.get("distance_mm") is not None for row in rows)]
 
 
 def _short_status(row: Row) -> str:
@@ -129,7 +135,7 @@ def verdict_table(cases: Sequence[ReportedCase]) -> Table:
     theories, forces = (any(row.get(name) for row in rows) for name in ("theory_cheapest", "force_verdict"))
     columns = [
         *[text("rail and wheel", lambda row: pair_of_row(row, " and "))] * several,
-        *_PLACE,
+        *_places(rows),
         text("Hertz", verdict_of, "answer"),
         text("decided by", lambda row: decided(row, row["limits"])),
         text("because", "verdict_cause"),

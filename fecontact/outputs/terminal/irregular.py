@@ -36,10 +36,10 @@ def print_irregular(record: Record, *, console: Console | None = None) -> None:
         f" {100 * own['peak_error']:+.2f} % (peak) from Hertz without the irregularity",
     )
     print_notes(record["notes"], console)
-    problems = {
-        one["problem"] for one in (record["cells"] if "cells" in record else record["places"]) if one["problem"]
-    }
-    print_notes(sorted(problems), console)
+    kind = "cells" if "cells" in record else "places"
+    found = [one["problem"] for one in record[kind] if one["problem"]]
+    problems = [f"{len(found)} of {len(record[kind])} {kind} have no solution; the first: {found[0]}"] if found else []
+    print_notes(problems, console)
     if "conclusion" in record:
         say(console, record["conclusion"])
 

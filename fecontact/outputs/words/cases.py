@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fecontact.case import Case
 from fecontact.geometry.placement import Placement
+from fecontact.irregularity.texts import irregularity_text
 from fecontact.outputs.words.pairs import pair_words
 from fecontact.solving.placing import roll_of_case
 
@@ -16,7 +17,10 @@ def case_words(case: Case, placement: Placement) -> str:
         turned = f" of the wheelset, {case.side} side, roll {roll:+z.4g} mrad{turned}"
     elif roll:
         turned = f", roll {roll:+.4g} mrad{turned}"
+    lines = (("rail", case.rail_irregularity), ("wheel", case.wheel_irregularity))
+    irregular = ", ".join(f"{body} {irregularity_text(line)}" for body, line in lines if line is not None)
     return (
         f"{pair_words(case)};"
         f" shift {case.lateral_shift_mm:+z.2f} mm{turned}; {case.load_kind} load {case.load_N / 1e3:.4g} kN"
+        + (f"; at {case.distance_mm:g} mm of {irregular}" if irregular else "")
     )

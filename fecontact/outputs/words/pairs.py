@@ -49,5 +49,6 @@ def pair_text(rail: str, wheel: str, inclination_rad: float, between: str) -> st
 
 
 def position_text(row: Row) -> str:
-    """Shift and load of a row."""
-    return f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN"
+    """Shift and load of a row, and along what is irregular the distance."""
+    along = "" if row.get("distance_mm") is None else f", at {row['distance_mm']:g} mm"
+    return f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN{along}"
