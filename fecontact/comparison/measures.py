@@ -123,8 +123,8 @@ class Misfit:
         cut_planes=0.0,
     )
     # cells at the edge of the patch are wholly in contact or not: so much is read for Hertz's own ellipse. Of 135 exact
-    # contacts on four elements a semi-axis 86 % were inside a floor of 0.0003, slender patches most of the others; inside
-    # this one 97 %, and all of 125 others (studies/12_uncertainty.py)
+    # contacts on four elements a semi-axis 86 % were inside a floor of 0.0003, slender patches most of the others;
+    # inside this one 97 %, and all of 125 others (studies/12_uncertainty.py)
     misplaced_load: float = _misfit(
         lambda patch, rung, theory: _misplaced_load(rung, theory),
         floor=0.0008,

@@ -25,8 +25,8 @@ AMG_TOLERANCE = 1e-10
 _AMG_ITERATIONS = 400
 # Of both bodies under a single load: from here on multigrid is the cheaper one. Factors or hierarchy and first load
 # take, in CPU seconds of one core (AMD EPYC, virtual, 2026; cylinder R 460 on R 300), 0.7 and 1.5 with 31 thousand, 2.1
-# and 4.8 with 69, 3.6 and 6.8 with 100, 11.6 and 12.4 with 188; they grow with n^1.8 and n^1 there. A further load takes
-# 0.1 of the first one with factors, 0.6 of it without.
+# and 4.8 with 69, 3.6 and 6.8 with 100, 11.6 and 12.4 with 188; they grow with n^1.8 and n^1 there. A further load
+# takes 0.1 of the first one with factors, 0.6 of it without.
 _MULTIGRID_UNKNOWNS = 200_000
 # The level that is solved directly, with six degrees of freedom a node.
 _COARSEST_NODES = 80
