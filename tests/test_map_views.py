@@ -3,6 +3,7 @@
 The contacts are those of the true gap on a half-space, which take the place of the finite elements.
 """
 
+import csv
 import html
 import io
 import json
@@ -11,6 +12,7 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
+import fecontact
 from fecontact.case import Case
 from fecontact.comparison.judging import judge_load
 from fecontact.comparison.solved_load import Level, SolvedLoad
@@ -209,10 +211,51 @@ def test_the_cheapest_theory_is_printed_with_its_shares_and_drawn(made, tmp_path
         "map_theory.png": "the cheapest theory that holds",
         "map_multi_hertz.png": f"where {THEORIES[MULTI_HERTZ].words} holds",
     }
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["map.csv", "map.json"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["contacts.csv", "map.csv", "map.json"]
     assert json.loads((tmp_path / "map.json").read_text("utf-8"))["theory_shares"] == json.loads(
         json_text(share_records(made))
     )
+
+
+def contacts(folder):
+    return list(csv.DictReader((folder / "contacts.csv").read_text("utf-8").splitlines()))
+
+
+def numbers(row, *names):
+    return [float(row[name]) for name in names]
+
+
+def test_contacts_of_a_map_are_those_of_theories_alone(made, tmp_path, monkeypatch):
+    monkeypatch.setattr("fecontact.outputs.maps.files.map_figure", lambda view, path: None)
+    write_map(made, tmp_path)
+    single, several, lost = contacts(tmp_path)
+    assert [row["cheapest_theory"] for row in (single, several, lost)] == [HERTZ, MULTI_HERTZ, ""]
+    assert [row["verdict"] for row in (single, several, lost)] == ["HOLDS", "FAILS", "failed"]
+    assert {name for name, value in lost.items() if value} == {"lateral_shift_mm", "load_kN", "status", "verdict"}
+    # touch points and springs of a table are found from the pair and the load alone; pressures on a round rail have
+    # other directions than the touch point, so that their normal force is some 1e-5 off
+    alone = fecontact.table(made.case, [-4.0, 5.0], [LOAD_N])
+    for row, same in zip((single, several), alone, strict=True):
+        shared = [name for name in row if name.startswith("touch") and isinstance(same.get(name), float)]
+        assert numbers(row, *shared) == pytest.approx([same[name] for name in shared], rel=2e-5)
+        # a half-space in place of the finite elements is where strips are; its nodes are few on the narrow patch
+        assert float(row["fe_p_max_MPa"]) == pytest.approx(same["strip_p_max_MPa"], rel=2e-3)
+        assert numbers(row, "fe_a_mm", "fe_b_mm") == pytest.approx([same["strip_a_mm"], same["strip_b_mm"]], rel=0.05)
+        assert float(row["fe_centre_mm"]) == pytest.approx(same["strip_centre_mm"], abs=0.02)
+    # a patch lies where its touch point was found, the centre of pressure as far beside it on both profiles
+    places = ("rail_y_mm", "wheel_y_mm", "contact_angle_rad")
+    touch = numbers(single, *(f"touch1_{name}" for name in places))
+    assert numbers(single, *(f"patch1_{name}" for name in places)) == pytest.approx(touch, abs=1e-9)
+    centre = numbers(single, "fe_centre_rail_y_mm", "fe_centre_wheel_y_mm")
+    assert [one - at for one, at in zip(centre, touch, strict=False)] == pytest.approx(
+        [float(single["fe_centre_mm"])] * 2, abs=1e-4
+    )
+    # the patch of the larger force comes first: it is that of the second touch point
+    forces = numbers(several, "touch1_spring_force_N", "touch2_spring_force_N")
+    shares = numbers(several, "patch2_load_share", "patch1_load_share")
+    assert shares == pytest.approx([force / sum(forces) for force in forces])
+    assert several["patch1_rail_y_mm"] == several["touch2_rail_y_mm"]
+    assert (single["patch1_load_share"], single["patch2_load_share"]) == ("1.0", "")
 
 
 def verdicts(made, shifts_mm, loads_kN, answers, causes=None):

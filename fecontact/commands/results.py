@@ -41,8 +41,9 @@ def judge(
     theory
         Of a map, the theory of the pressure that is printed, and drawn as map_NAME.png.
     out
-        Folder for report.html, tables and pictures of the new verdicts (study.csv and study.json, or map.csv, map.json,
-        map.png and map_theory.png, with friction map_force.png, of laws of forces map_law.csv and map_law.png).
+        Folder for report.html, tables and pictures of the new verdicts (study.csv and study.json, or map.csv,
+        contacts.csv, map.json, map.png and map_theory.png, with friction map_force.png, of laws of forces map_law.csv
+        and map_law.png).
     """
     from fecontact.outputs.words.measures import criteria_text
     from fecontact.runs.judging import JudgedMap

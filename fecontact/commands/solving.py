@@ -231,9 +231,10 @@ def map_(
     loads_kn
         Wheel loads in kN, likewise.
     out
-        Folder for map.csv, stiffness.csv, map.json, map.png and map_theory.png (the cheapest theory of the pressure
-        that holds; with friction also map_force.png, where Hertz holds for creep forces), written after each shift, and
-        for each shift a folder in positions/ from which a later map with the same inputs and loads takes it.
+        Folder for map.csv, contacts.csv (the theory to use, with its patches), stiffness.csv, map.json, map.png and
+        map_theory.png (the cheapest theory of the pressure that holds; with friction also map_force.png, where Hertz
+        holds for creep forces), written after each shift, and for each shift a folder in positions/ from which a later
+        map with the same inputs and loads takes it.
     measure
         What the printed map is about: where the pressure holds; with --friction Hertz's creep force; or the cheapest
         theory that holds, with friction also the cheapest law of creep forces (map_law.csv, map_law.png).
@@ -266,7 +267,7 @@ def map_(
         }
         print_reasons(f"{len(lost)} of {count(len(outcome.made.cells), 'cell')} without a usable result", lost)
         pictures = ("map.png", "map_theory.png", f"map_{theory}.png", "map_force.png", "map_law.png")
-        _tell_files(out, ("report.html", "map.csv", "stiffness.csv", "map.json", *pictures), "", how)
+        _tell_files(out, ("report.html", "map.csv", "contacts.csv", "stiffness.csv", "map.json", *pictures), "", how)
         if how.part is None and not (out / "stiffness.csv").is_file():
             say("No stiffness.csv: a fit over the load needs three loads or more at a shift", quiet=how.quiet)
     return 0 if outcome.made.all_solved else 3

@@ -121,16 +121,15 @@ def judge_lobes(solved: SolvedLoad, placement: Placement) -> tuple[LobeJudgement
 
 def _judge(part: Part, solved: SolvedLoad, placement: Placement, half_space: Sequence[Part]) -> LobeJudgement:
     patch = patch_of(part.rung)
-    profile = placement.rail.profile
-    u = profile.at_arc_length(placement.first_arc_length_mm + patch.centre_y_mm)
+    rail_y, _, angle = placement.on_profiles(patch.centre_x_mm, patch.centre_y_mm)
     number = _touch_below(part, placement)
     on_half_space = _same(half_space, part)
     measured = _measures(part)
     judgement = LobeJudgement(
         normal_force_N=part.rung.normal_force_N,
         centre_mm=(patch.centre_x_mm, patch.centre_y_mm),
-        rail_y_mm=float(profile.evaluate(u).y),
-        contact_angle_rad=float(placement.rail.section(u)[2]),
+        rail_y_mm=rail_y,
+        contact_angle_rad=angle,
         separate=part.separate,
         touch_point=number,
         touch=None if number is None else placement.touch_points[number],

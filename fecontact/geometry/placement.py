@@ -97,6 +97,17 @@ class Placement:
                     found.append(PlacedJunction(profile=profile, junction=junction, s_mm=float(arc)))
         return tuple(found)
 
+    def on_profiles(self, x: float, s: float) -> tuple[float, float, float]:
+        """Places (mm) across the rail's and the wheel's own profile at surface coordinates (mm), and the rail's angle.
+
+        On the wheel it is the point that faces the rail along the rail's normal, NaN where there is none.
+        """
+        u = self.rail.profile.at_arc_length(s + self.first_arc_length_mm)
+        point, normal = self.surface(x, s)
+        facing = point + self.wheel.distance_along(point, normal) * normal
+        wheel_y = (facing - self.wheel.centre_mm) @ self.wheel.axes[:, 1] - self.wheel.tape_circle_y_mm
+        return float(self.rail.profile.evaluate(u).y), float(wheel_y), float(self.rail.section(u)[2])
+
     def side_mm(self, s: float) -> float:
         """How far (mm) it is along the rail's surface from a place to the nearer side of the head.
 

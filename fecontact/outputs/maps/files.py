@@ -10,6 +10,7 @@ from fecontact.map.cells import ApplicabilityMap
 from fecontact.outputs.maps.cheapest import law_view, theory_view
 from fecontact.outputs.maps.figure import map_figure
 from fecontact.outputs.maps.verdicts import force_view, verdict_view
+from fecontact.outputs.records.contact_table import judged_row, ordered
 from fecontact.outputs.records.map import Record, law_row, map_record, stiffness_rows
 from fecontact.outputs.records.rows import cell_row
 from fecontact.outputs.tables.csv_file import write_csv
@@ -28,11 +29,14 @@ def write_map(
 
     NAME.csv, NAME.json, NAME.png (Hertz) and NAME_theory.png (the cheapest theory of the pressure that holds); of
     another `theory` NAME_THEORY.png; with friction NAME_force.png, and where laws of forces were judged NAME_law.csv
-    and NAME_law.png. For the whole map stiffness.csv, if it has any.
+    and NAME_law.png. For the whole map contacts.csv, lines of a contact table with the theory to use, and
+    stiffness.csv, if it has any.
     """
     rows = [cell_row(cell, position.placement) for position in made.positions for cell in position.cells]
     write_csv(rows, out / f"{name}.csv")
     if name == "map":
+        lines = [judged_row(cell, position.placement) for position in made.positions for cell in position.cells]
+        write_csv(ordered(lines), out / "contacts.csv")
         stiffness = [row for position in made.positions for row in stiffness_rows(position)]
         if stiffness:
             write_csv(stiffness, out / "stiffness.csv")

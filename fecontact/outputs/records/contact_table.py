@@ -1,13 +1,19 @@
-"""Lines of a contact table as flat rows with units in their keys."""
+"""Lines of a contact table, and cells of a map as lines of one, as flat rows with units in their keys."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
 from fecontact.alone.contact_table import TableLine
-from fecontact.comparison.measures import hertz_measures
-from fecontact.comparison.theories import THEORIES
+from fecontact.comparison.approximation import TheoryPatch
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.measures import Measures, hertz_measures
+from fecontact.comparison.theories import HERTZ, MULTI_HERTZ, THEORIES
+from fecontact.geometry.placement import Placement
+from fecontact.map.cells import MapCell
+from fecontact.outputs.records.theories import cheapest_name, theories_of
 from fecontact.outputs.records.touch import touch_columns
 from fecontact.solving.placing import roll_of_case
 from fecontact.theory.hertz import HertzContact
@@ -15,8 +21,9 @@ from fecontact.theory.touch_hertz import HertzPoints
 
 Record = dict[str, Any]
 
-# as Hertz and the strips both have them
+# as each contact has them
 _SIZES = ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "approach_mm")
+_NUMBERED = re.compile(r"(patch|touch)(\d+)_")
 
 
 def table_row(line: TableLine) -> Record:
@@ -39,18 +46,100 @@ def table_row(line: TableLine) -> Record:
     springs = line.points
     if springs is not None:
         row |= {"springs_approach_mm": springs.shared_approach_mm, "springs_p_max_MPa": springs.shared_p_max_MPa}
-    for number, touch in enumerate(line.placement.touch_points):
-        columns = touch_columns(line.placement, touch) | _spring_columns(springs, number)
-        row |= {f"touch{number + 1}_{name}": value for name, value in columns.items()}
-    return row
+    return row | _touches(line.placement, {n: _spring_columns(springs, n) for n in range(row["touch_points"])})
+
+
+def judged_row(cell: MapCell, placement: Placement | None) -> Record:
+    """A cell of a map as a line: verdict, cheapest theory that holds with its patches, ellipses, finite elements.
+
+    Places `*_centre_mm` are along the rail's surface from the first touch point. Where no theory is known to hold, and
+    in a cell that may not be used, there are no patches.
+    """
+    row: Record = {
+        "lateral_shift_mm": cell.lateral_shift_mm,
+        "load_kN": cell.load_N / 1e3,
+        "status": cell.status,
+        "verdict": cell.verdict,
+    }
+    load = cell.usable
+    if load is None or placement is None:
+        return row
+    theories = theories_of(load)
+    name = cheapest_name(theories)
+    row |= {
+        "roll_mrad": 1e3 * roll_of_case(load.case, placement),
+        "normal_force_N": load.normal_force_N,
+        "cheapest_theory": name,
+        **_sizes("fe", load.comparison.fe),
+        **_centre("fe", placement, (load.comparison.patch.centre_x_mm, load.comparison.patch.centre_y_mm)),
+        "touch_points": len(placement.touch_points),
+    }
+    found = theories[name].approximation if name in theories else None
+    if found is not None:
+        row |= {
+            "theory_status": found.status,
+            **_sizes("theory", theories[name].measures),
+            **_centre("theory", placement, found.centre_mm),
+            "theory_patches": len(found.patches),
+        }
+        for number, patch in enumerate(found.patches, start=1):
+            columns = _patch_columns(patch, placement, found.normal_force_N)
+            row |= {f"patch{number}_{key}": value for key, value in columns.items()}
+    return row | _touches(placement, _judged_springs(load, placement))
+
+
+def _touches(placement: Placement, springs: Mapping[int, Record]) -> Record:
+    """Columns of all touch points, numbered from 1, each with those of its spring."""
+    return {
+        f"touch{number + 1}_{name}": value
+        for number, touch in enumerate(placement.touch_points)
+        for name, value in (touch_columns(placement, touch) | springs.get(number, {})).items()
+    }
+
+
+def _sizes(of: str, measures: Measures) -> Record:
+    sizes = measures.as_dict()
+    return {f"{of}_{name}": sizes[name] for name in _SIZES}
+
+
+def _centre(of: str, placement: Placement, centre_mm: tuple[float, float]) -> Record:
+    rail_y, wheel_y, _ = placement.on_profiles(*centre_mm)
+    return {f"{of}_centre_mm": centre_mm[1], f"{of}_centre_rail_y_mm": rail_y, f"{of}_centre_wheel_y_mm": wheel_y}
+
+
+def _patch_columns(patch: TheoryPatch, placement: Placement, whole_N: float) -> Record:
+    """A patch at its touch point, or at its centre of pressure where the theory knows of none."""
+    touch = patch.touch
+    if touch is None:
+        rail_y, wheel_y, angle = placement.on_profiles(*patch.centre_mm)
+    else:
+        rail_y, wheel_y, angle = touch.rail_y_mm, touch.wheel_y_mm, touch.contact_angle_rad
+    return {
+        "rail_y_mm": rail_y,
+        "wheel_y_mm": wheel_y,
+        "contact_angle_rad": angle,
+        "load_share": patch.normal_force_N / whole_N,
+        "a_mm": patch.a_mm,
+        "b_mm": patch.b_mm,
+        "p_max_MPa": patch.p_max_MPa,
+    }
+
+
+def _judged_springs(load: JudgedLoad, placement: Placement) -> dict[int, Record]:
+    """Ellipses that share the load by touch point; Hertz's where it takes all of it, none where a point has none."""
+    if MULTI_HERTZ in load.without:
+        return {}
+    judged = load.judgements.get(MULTI_HERTZ, load.judgements[HERTZ])
+    patches = () if judged.approximation is None else judged.approximation.patches
+    ellipses = {patch.touch_point or 0: patch.hertz for patch in patches}
+    return {number: _ellipse_columns(ellipses.get(number)) for number in range(len(placement.touch_points))}
 
 
 def _hertz_columns(hertz: HertzContact) -> Record:
     """The ellipse at the first touch point with the whole load; N grows with the approach as its power of 1.5."""
-    sizes = hertz_measures(hertz).as_dict()
     return {
         "hertz_normal_force_N": hertz.normal_force_N,
-        **{f"hertz_{name}": sizes[name] for name in _SIZES},
+        **_sizes("hertz", hertz_measures(hertz)),
         "hertz_stiffness_N_per_mm": 1.5 * hertz.normal_force_N / hertz.approach_mm,
     }
 
@@ -59,12 +148,11 @@ def _strip_columns(line: TableLine) -> Record:
     strips = line.strips
     if strips is None:
         return {"strip_status": "no contact"}
-    sizes = strips.measures.as_dict()
     return {
         "strip_status": strips.contact.status,
         "strip_patches": len(strips.contact.patches),
         "strip_normal_force_N": strips.contact.normal_force_N,
-        **{f"strip_{name}": sizes[name] for name in _SIZES},
+        **_sizes("strip", strips.measures),
         "strip_centre_mm": strips.contact.centre_mm[1],
         "strip_stiffness_N_per_mm": strips.stiffness_N_per_mm,
     }
@@ -75,11 +163,14 @@ def _spring_columns(points: HertzPoints | None, number: int) -> Record:
     found = [one for one in points.points if one.touch_point == number and one.side != "gauge"] if points else []
     if not found or found[0].whole is None:
         return {}
-    spring = {"spring_N_per_mm15": found[0].whole.stiffness_N_per_mm15}
-    shared = found[0].shared
+    return {"spring_N_per_mm15": found[0].whole.stiffness_N_per_mm15} | _ellipse_columns(found[0].shared)
+
+
+def _ellipse_columns(shared: HertzContact | None) -> Record:
+    """The force that a touch point takes, and its ellipse; None where it takes none."""
     if shared is None:
-        return spring | {"spring_force_N": 0.0}
-    return spring | {
+        return {"spring_force_N": 0.0}
+    return {
         "spring_force_N": shared.normal_force_N,
         "ellipse_a_mm": shared.a_mm,
         "ellipse_b_mm": shared.b_mm,
@@ -88,9 +179,9 @@ def _spring_columns(points: HertzPoints | None, number: int) -> Record:
 
 
 def ordered(rows: list[Record]) -> list[Record]:
-    """Rows with all columns that any has, touch points last."""
+    """Rows with all columns that any has, patches and touch points last, by their numbers."""
     columns = list(dict.fromkeys(name for row in rows for name in row))
-    columns.sort(key=lambda name: name.partition("_")[0] if name.startswith("touch") and name != "touch_points" else "")
+    columns.sort(key=lambda name: (found[1], int(found[2])) if (found := _NUMBERED.match(name)) else ("", 0))
     return [{name: row.get(name) for name in columns} for row in rows]
 
 

@@ -176,9 +176,7 @@ def ellipse_record(hertz: HertzContact) -> Record:
 
 def theory_columns(load: JudgedLoad) -> Record:
     """Columns of a row: the cheapest theory that holds, and each theory but Hertz that says something of its own."""
-    theories = theories_of(load)
-    known = cheapest(theories)
-    columns: Record = {"theory_cheapest": known or ("UNRESOLVED" if first_standing(theories) else "none")}
+    columns: Record = {"theory_cheapest": cheapest_name(theories_of(load))}
     for name, judged in other_theories(load).items():
         columns[f"theory_{name}_verdict"] = judged.verdict.answer
         columns[f"theory_{name}_measure"] = judged.verdict.measure
@@ -186,6 +184,11 @@ def theory_columns(load: JudgedLoad) -> Record:
         for measure, short in (("p_max_MPa", "p_max"), ("area_mm2", "area")):
             columns[f"theory_{name}_{short}_deviation_percent"] = 1e2 * judged.deviation[measure]
     return columns
+
+
+def cheapest_name(theories: Mapping[str, Judgement]) -> str:
+    """The cheapest of theories that holds, UNRESOLVED where it is open which, `none` where all fail."""
+    return cheapest(theories) or ("UNRESOLVED" if first_standing(theories) else "none")
 
 
 def theory_text(row: Mapping[str, Any]) -> str:
