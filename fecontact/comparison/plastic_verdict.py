@@ -21,8 +21,8 @@ NOT_IN_IT = "first loading of virgin steel: shakedown, residual stress, friction
 _OF_THE_STEPS = 0.5
 # What corrections leave of the peak, relative.
 _OF_CORRECTIONS = 1e-4
-# Of the von Mises peak: beside its change from mesh to mesh it is read to so much.
-_OF_STRESS = 0.01
+# Of the von Mises peak: points of elements see 1 to 2 % too much below spheres, where two meshes agree.
+_OF_STRESS = 0.02
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

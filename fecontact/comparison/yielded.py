@@ -39,7 +39,8 @@ class YieldedBody:
     Attributes
     ----------
     first_yield_N
-        Load at which it yields first; from the third power of the stress where the load is less.
+        Load at which it yields first, where plastic strain is followed; from the third root of the load, as below an
+        ellipse, where the load is less.
     largest_strain, x_mm, y_mm, depth_mm
         Largest equivalent plastic strain, and where; 0 of a body that has not yielded.
     top_mm, bottom_mm

@@ -57,7 +57,7 @@ def climb(
     solution, nodal, fe = elastic
     loaded = bodies.virgin(load_N, solution)
     if max(bodies.yield_used(loaded)) <= 1.0:
-        found = Yielded(fe=fe, nodal=nodal, bodies=_bodies(bodies, loaded, None), by_band={})
+        found = Yielded(fe=fe, nodal=nodal, bodies=_bodies(bodies, loaded, loaded, None), by_band={})
         return Climb(yielded=found, contact=None)
     start = bodies.first_yield(loaded)
     way = bodies.climb(start, load_N)
@@ -68,7 +68,7 @@ def climb(
     found = Yielded(
         fe=on_finer,
         nodal=on_nodes,
-        bodies=_bodies(bodies, start, last),
+        bodies=_bodies(bodies, start, loaded, last),
         path=() if sparing else _path(bodies, way, (fe, on_finer), read),
         fewer_steps=None,
         by_band={},
@@ -135,22 +135,36 @@ def _steps(elastic: Rung, plastic: Rung) -> dict[str, float]:
     return {name: after[name] / before[name] - 1.0 for name in MEASURES}
 
 
-def _bodies(bodies: YieldingBodies, start: PlasticContact, last: PlasticContact | None) -> dict[str, YieldedBody]:
-    """Of each body that may yield: first yield from an elastic contact near it, the rest from the last contact."""
+def _bodies(
+    bodies: YieldingBodies, start: PlasticContact, loaded: PlasticContact, last: PlasticContact | None
+) -> dict[str, YieldedBody]:
+    """Of each body that may yield: first yield from elastic contacts near it and under the load, then the last.
+
+    The points that flow tell first yield. Stress at the nodes is a mean of the elements around, which sees too little
+    of a patch that is narrow beside them; it serves where a body is so far from yield that no points may flow.
+    """
     found: dict[str, YieldedBody] = {}
+    power, at_points = _power(bodies, start, loaded), bodies.yield_used(start)
     for k, body in enumerate((bodies.coupled.rail, bodies.coupled.wheel)):
         law = bodies.zones[k].law
         if math.isinf(law.yield_MPa):
             continue
-        used = stress_peak(body, start.displacements_mm[k]).von_mises_MPa / law.yield_MPa
+        used = at_points[k] or stress_peak(body, start.displacements_mm[k]).von_mises_MPa / law.yield_MPa
         one = YieldedBody(
             yield_MPa=law.yield_MPa,
             tangent_MPa=body.material.tangent_MPa,
-            # a stress goes with the third root of the load below an ellipse; start is near where the first body yields
-            first_yield_N=start.load_N * used**-3.0,
+            first_yield_N=start.load_N * used ** (-1.0 / power),
         )
         found[body.mesh.name] = one if last is None else _extent(one, body.mesh, bodies.zones[k], last.states[k])
     return found
+
+
+def _power(bodies: YieldingBodies, start: PlasticContact, loaded: PlasticContact) -> float:
+    """The power of the load with which stress rises from first yield on; a third, as below ellipses, where none is."""
+    if start is loaded:
+        return 1.0 / 3.0
+    rises = max(bodies.yield_used(loaded)) / max(bodies.yield_used(start))
+    return math.log(rises) / math.log(loaded.load_N / start.load_N)
 
 
 def _extent(one: YieldedBody, mesh: BodyMesh, zone: PlasticZone, state: PlasticState) -> YieldedBody:
