@@ -109,6 +109,14 @@ def say(text: str, *, quiet: bool = False) -> None:
         print(text)
 
 
+def announce(*lines: str, quiet: bool = False) -> None:
+    """Print what is to come before it begins, or keep it for the log."""
+    for line in lines:
+        _LOG.info(line)
+        if not quiet:
+            print(line, file=sys.stderr, flush=True)
+
+
 def answer(record: object, show: Callable[[Any], object], *, json: bool, **files: Path | None) -> None:
     """Print a record for a reader, or as JSON and nothing else, and tell of files by what they are."""
     from fecontact.files import json_text

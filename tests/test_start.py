@@ -17,11 +17,13 @@ from fecontact.cli import _system_error, call
 from fecontact.console import log_only, logged, many, print_reasons, say, solving
 from fecontact.errors import InputError
 from fecontact.runs.casefile import load_study
-from fecontact.runs.check import _memory_GB, _seconds, _unknowns, check_study
+from fecontact.runs.check import check_study
+from fecontact.runs.cost import _memory_GB, _seconds, _unknowns, cost_of
 from fecontact.runs.demo import SPHERE, demo_study, demo_words, exact_peak_MPa
 from fecontact.runs.study import StudyOutcome
 from fecontact.solving.meshed_case import mesh_pair
 from fecontact.solving.position import hertz_of_case, place_case
+from fecontact.solving.preview import preview
 
 ROOT = Path(__file__).parents[1]
 # what is on the other side counts for a wheelset alone: these fail at once
@@ -169,8 +171,38 @@ def test_a_study_costs_more_if_verdicts_stay_open(tmp_path):
     path.write_text("load_kN = '10:100:10'\n")
     found = check_study(path)
     assert found.cases == 10
-    assert found.most_seconds > 3.0 * found.seconds
-    assert found.most_memory_GB > 2.0 * found.memory_GB
+    assert found.cost.most_seconds > 3.0 * found.cost.seconds
+    assert found.cost.most_memory_GB > 2.0 * found.cost.memory_GB
+
+
+def test_expected_times_of_a_map_and_of_a_position_are_those_that_were_measured():
+    """CPU seconds of `map --shifts=-4,3 --loads-kn 50,100 --workers 1` and of `solve --shift 3`, on one core."""
+    cells = [Case(lateral_shift_mm=shift, load_N=load) for shift in (-4.0, 3.0) for load in (50e3, 100e3)]
+    assert 1 / 1.5 < cost_of(cells, 1).seconds / 12.1 < 1.5
+    seen = preview(Case(lateral_shift_mm=3.0))
+    # 2.9 s of the user, 0.5 s of the system; 0.34 GB at its peak
+    assert 1 / 1.5 < seen.cpu_seconds / 3.4 < 1.5
+    assert 1 / 1.5 < seen.memory_GB / 0.34 < 1.5
+
+
+def test_a_map_says_what_it_takes_before_it_begins(tmp_path, monkeypatch, capsys):
+    seen = []
+
+    def stopped(*arguments, **more):
+        seen.append(capsys.readouterr().err)
+        raise InputError("that was before it")
+
+    monkeypatch.setattr("fecontact.runs.map_run.run_map", stopped)
+    asked = ["map", "--shifts=-4,3", "--loads-kn", "50,100", "--out", str(tmp_path / "map"), "--workers", "1"]
+    for more in ((), ("--friction", "0.3"), ("--quiet",)):
+        assert call([*asked, *more]) == 2
+        capsys.readouterr()
+    told, with_forces, quiet = seen
+    assert "4 cells: about 12 s with 1 worker and 0.3 GB a worker" in told
+    assert "forces take" not in told
+    assert "forces take some 2 s a cell more" in with_forces
+    assert quiet == ""
+    assert (tmp_path / "map" / "run.log").read_text("utf-8").count("4 cells: about 12 s") == 3
 
 
 def test_the_demo_has_the_exact_sphere():

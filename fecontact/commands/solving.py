@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
 
 from cyclopts import Parameter
 
-from fecontact.case import Group, unusual
-from fecontact.console import count, log_only, logged, many, print_reasons, say, solving, tell_notes, width
+from fecontact.case import Case, Group, unusual
+from fecontact.console import announce, count, log_only, logged, many, print_reasons, say, solving, tell_notes, width
 from fecontact.options import PANELS, CaseOptions, options_of
 from fecontact.outcome import usable
 
@@ -252,7 +252,9 @@ def map_(
     loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
     prepare_for_map(out, case, force=how.force)
     with logged(out / f"run{settings.part_suffix}.log"):
-        tell_notes(unusual([replace(case, load_N=load_N) for load_N in loads_N]))
+        cells = [replace(case, load_N=load_N) for load_N in loads_N]
+        tell_notes(unusual(cells))
+        _tell_cost(cells, len(positions), out, how)
         with many("positions", quiet=how.quiet) as progress:
             outcome = run_map(
                 *(case, positions, loads_N, out), measure=measure, theory=theory, settings=settings, progress=progress
@@ -271,6 +273,19 @@ def map_(
         if how.part is None and not (out / "stiffness.csv").is_file():
             say("No stiffness.csv: a fit over the load needs three loads or more at a shift", quiet=how.quiet)
     return 0 if outcome.made.all_solved else 3
+
+
+def _tell_cost(loads: Sequence[Case], positions: int, out: Path, how: RunOptions) -> None:
+    """Say about what a map takes before it begins: every load at every position."""
+    from fecontact.jobs.workers import default_workers
+    from fecontact.runs.cost import cost_of
+
+    cost = cost_of(list(loads) * positions, how.workers or min(default_workers(), positions))
+    forces = "; forces take some 2 s a cell more, laws of them as much again" * loads[0].creep.asked
+    finished = "; finished positions are taken as they are" * (out / "positions").is_dir()
+    expected, *short = cost.words
+    cells = count(len(loads) * positions, "cell")
+    announce(f"{cells}: {expected}{forces}{finished}", *short, quiet=how.quiet)
 
 
 def validate(

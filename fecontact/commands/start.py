@@ -9,7 +9,6 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from fecontact.console import count, many, tell_notes
-from fecontact.jobs.remaining import duration
 
 
 def demo(*, out: Path = Path("out/demo")) -> int:
@@ -64,13 +63,8 @@ def check(file: Path, *, quick: Annotated[bool, Parameter(negative="")] = False)
 
     found = check_study(file, quick=quick)
     print(f"{file}: {count(found.cases, 'case')}, {', '.join(found.varied) or 'nothing varied'}")
-    print(
-        f"about {duration(found.seconds)} with {count(found.workers, 'worker')} and {found.memory_GB:.1f} GB a worker,"
-        f" patches of a single lobe; up to {duration(found.most_seconds)} and {found.most_memory_GB:.1f} GB where they"
-        " have several or verdicts stay open"
-    )
-    if found.most_memory_GB * found.workers > found.available_GB:
-        print(f"{found.available_GB:.1f} GB are available: fewer --workers may be needed")
+    for line in found.cost.words:
+        print(line)
     tell_notes(found.notes)
     for problem in found.problems:
         print(f"error: {problem}", file=sys.stderr)
