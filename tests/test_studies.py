@@ -376,3 +376,47 @@ def test_17_irregular(tmp_path):
     assert len(found) == 3
     assert [check for check in found if not check.passed] == []
     assert "the half-space is enough" in outcome.conclusion
+
+
+@pytest.mark.slow
+def test_19_yielding(tmp_path):
+    study = module("19_yielding")
+    outcome = run_study(load_study(STUDIES / "19_yielding.py", quick=True), tmp_path, crew=inline_crew())
+    assert outcome.all_converged
+    (wheel, _) = outcome.rows
+    # Hertz is right of elastic bodies here, and 27 % off those that yield; first yield is at 25 kN
+    assert (wheel["verdict"], wheel["verdict_plastic"]) == ("HOLDS", "FAILS")
+    assert study.box(wheel) == (False, True)
+    assert "repeated passes are not in it" in wheel["verdict_warnings"]
+    checks = study.checks(list(outcome.rows))
+    assert [check.quantity for check in checks] == [
+        "force over that of first yield",
+        "p_max over that of elastic bodies",
+        "area over that of elastic bodies",
+    ]
+    assert [check for check in checks if not check.passed] == []
+    assert "The claim with both clauses is right in 1 of 1 decided cases." in outcome.conclusion
+    assert (tmp_path / "yielding.png").is_file()
+
+
+# Axisymmetric elements: elastic peak over yield stress, approach over that of elastic half-spaces. At 4.0, beyond the
+# jump of the formula, 3.6 % are left.
+@pytest.mark.parametrize(
+    ("ratio", "approach", "limit"), [(2.0, 1.005, 0.01), (2.5, 1.023, 0.01), (3.5, 1.078, 0.025), (4.0, 1.109, 0.04)]
+)
+def test_19_force_over_interference_of_known_spheres(ratio, approach, limit):
+    study = module("19_yielding")
+    held = study.sphere(ratio, "quick")
+    elastic = study.elastic_approach_mm()
+    # Johnson (1985), eq. 3.24: the cube of the approach is 9 F^2 / (16 R E*^2)
+    modulus = held.contact_modulus_MPa
+    assert elastic**3 == pytest.approx(9.0 * study.FORCE_N**2 / (16.0 * study.RADIUS_MM * modulus**2), rel=1e-9)
+    # bodies that end give way by more as a whole, yielding or not
+    row = {
+        "rail_yield_MPa": held.rail_material.yield_MPa,
+        "approach_fe_mm": 0.946 * elastic,
+        "approach_plastic_mm": (approach - 1.0 + 0.946) * elastic,
+    }
+    w, force = study.interference(row)
+    assert w == pytest.approx(approach * (ratio / 1.615) ** 2, rel=1e-3)
+    assert force / study.kogut_etsion(w) == pytest.approx(1.0, abs=limit)
