@@ -1,4 +1,4 @@
-"""By which measures Hertz is judged, and how far he may be off and still hold."""
+"""By which measures Hertz is judged, and how far it may be off and still hold."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _SETS = {
 @by_name
 @dataclass(frozen=True, kw_only=True)
 class Criteria:
-    """How far Hertz may be off the finite elements and still hold, and by which measures he is judged.
+    """How far Hertz may be off the finite elements and still hold, and by which measures it is judged.
 
     Limits of peak pressure, area and half-widths are relative; that of the centre of pressure is in Hertz's half-width
     b; those of the valley between two lobes, of the load on separate patches and of the misplaced load are parts of the

@@ -119,7 +119,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
             )
     decided = [row for row in rows if row["verdict"] == "FAILS"]
     count = Counter(str(row["verdict_measure"]) for row in decided)
-    lines.append("What decides where he fails: " + ", ".join(f"{name} {n}" for name, n in count.most_common()) + ".")
+    lines.append("What decides where it fails: " + ", ".join(f"{name} {n}" for name, n in count.most_common()) + ".")
     return "\n".join(lines)
 
 

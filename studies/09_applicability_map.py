@@ -4,7 +4,7 @@ The left wheel of a wheelset that rolls until both wheels touch; the right wheel
 Reference: the finite elements of this package at every position and load, each on two meshes or more. Expected: Hertz
 holds on the tread away from the junction R 300 / R 80 (-2 mm and less, 4 mm and more) up to a load at which the patch
 grows across it, fails at all loads where two parts of the head carry the wheel at once (about 0 to 2 mm), and at the
-gauge corner. Near -0.5 mm peak and area alone would let him hold again above a load at which he fails.
+gauge corner. Near -0.5 mm peak and area alone would let it hold again above a load at which it fails.
 
 `python studies/09_applicability_map.py` makes the map: positions are solved in parallel, the factors of a position
 serve all its loads, and the load limit of each position is found by bisection. `fecontact run` of this file solves

@@ -9,7 +9,7 @@ follow the curved surfaces. The positions have the roll at which both wheels of 
 spin are those of one axle that turns as a whole.
 
 Reference (analytic, exact theory of the half-space under the same pressure). Expected: where Hertz holds in pressure,
-his forces are within 5 % of mu N of those of the real patch. Where he fails the forces need not, and from -1 to 1 mm
+its forces are within 5 % of mu N of those of the real patch. Where it fails the forces need not, and from -1 to 1 mm
 they do: the centre of pressure lies millimetres from the touch point, and the spin about that is a longitudinal
 creepage there that Hertz does not know.
 """
@@ -144,7 +144,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Where Hertz holds in pressure he holds in force."""
+    """Where Hertz holds in pressure it holds in force."""
     return [
         Check(
             quantity="creep force of Hertz, % of mu N",

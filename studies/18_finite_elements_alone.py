@@ -4,7 +4,7 @@ The pressure that verdicts are made of is that of finer nodes, with a half-space
 elements answer near by. Here the elements speak alone: their own contact at 4, 9 and 13.5 elements a semi-axis, beside
 the finer nodes' one and beside Hertz.
 
-Reference: the finer nodes, and Hertz where he is exact (R 300 and R 80 on a cylinder of R 460, 100 kN; limits as in
+Reference: the finer nodes, and Hertz where it is exact (R 300 and R 80 on a cylinder of R 460, 100 kN; limits as in
 study 01, and what means over the elements around a node read). Expected: with more elements their own contact comes to
 that of the finer nodes, inside the uncertainty that is stated for it, and where their own verdict is known it is that
 of the finer nodes.
@@ -25,7 +25,7 @@ from fecontact.regression.checks import Check
 Row = dict[str, Any]
 
 SHIFTS_MM = (-6.0, -4.0, -2.0, -1.0, -0.5, 0.0, 1.0, 3.0, 4.0)
-# Cells of the README's map in which Hertz holds, under loads a tenth below those at which he fails there.
+# Cells of the README's map in which Hertz holds, under loads a tenth below those at which it fails there.
 NEAR_LIMITS = ((-1.5, 95e3), (-1.0, 53e3), (2.5, 48e3), (3.0, 82e3), (3.5, 129e3), (4.5, 102e3))
 EXACT = ("circle:300", "circle:80")
 MEASURES = {"p_max_MPa": "peak", "area_mm2": "area", "a_mm": "a", "b_mm": "b"}
@@ -162,7 +162,7 @@ def figure(rows: list[Row], path: Path) -> None:
 
 
 def checks(rows: list[Row]) -> list[Check]:
-    """Own contact inside its stated uncertainty everywhere, and beside Hertz where he is exact."""
+    """Own contact inside its stated uncertainty everywhere, and beside Hertz where it is exact."""
     made = []
     for row in rows:
         where = (

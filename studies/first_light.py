@@ -2,10 +2,10 @@
 
 Reference: the finite elements of this package, for the left wheel at nine lateral positions of a wheelset that rolls
 until both its wheels touch; beyond 6 mm to either side it cannot stand. Expected: Hertz holds at -6, -4 and -2 mm and
-at 4 mm, where the patch stays on one curvature. At -0.5 mm his peak pressure and his area are right by chance: the
+at 4 mm, where the patch stays on one curvature. At -0.5 mm its peak pressure and its area are right by chance: the
 patch has two lobes, and a sixth of the load is elsewhere. Between 0 and 2 mm the patch lies across the R300/R80
-junction, and his peak is a fifth too low on one side of the jump and a third too high on the other; at 3 mm a thin tail
-makes his area alone too small.
+junction, and its peak is a fifth too low on one side of the jump and a third too high on the other; at 3 mm a thin tail
+makes its area alone too small.
 """
 
 from pathlib import Path

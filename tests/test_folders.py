@@ -2,6 +2,8 @@
 
 import errno
 import json
+import re
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -41,6 +43,19 @@ def test_a_result_that_cannot_be_written_is_printed_all_the_same(solve, tmp_path
     out, err = capsys.readouterr()
     assert json.loads(out)["status"] == "converged"
     assert "case.vtm: No space left on device; make room, or choose a folder on another disk" in err
+
+
+@pytest.mark.parametrize(("solved_s", "told"), [(0.5, True), (50.0, False)])
+def test_files_that_take_a_tenth_of_a_solve_are_told(solved_s, told, elliptic_quick, tmp_path, capsys, monkeypatch):
+    result = replace(elliptic_quick, effort=replace(elliptic_quick.effort, seconds={"mesh": solved_s}))
+    monkeypatch.setattr("fecontact.solving.solve.solve", lambda case, progress: result)
+    monkeypatch.setattr("fecontact.runs.case_store.keep_case", lambda *_: time.sleep(0.2))
+    monkeypatch.setattr("fecontact.runs.reports.report_case", lambda *_: None)
+    assert call(["solve", *PAIR, "--json", "--out", str(tmp_path / "out")]) == 0
+    said = re.search(r"^files, pictures and report took (\S+) s, the solution (\S+) s$", capsys.readouterr().err, re.M)
+    assert (said is not None) is told
+    # a machine that others use sleeps longer, not shorter
+    assert said is None or (0.2 <= float(said[1]) < 2.0 and float(said[2]) == solved_s)
 
 
 @pytest.mark.parametrize(

@@ -957,7 +957,7 @@ def test_a_case_that_holds_says_how_close_and_on_which_meshes(record):
         f"the elements' own nodes carry {misfit:.1f} % of the load elsewhere: they are coarser; their compliance is"
         f" {off:+.1f} % off that of a half-space"
     ) in lines
-    assert not [line for line in lines if line.startswith(("he fails", "open", "to decide"))]
+    assert not [line for line in lines if line.startswith(("it fails", "open", "to decide"))]
 
 
 def test_a_case_that_fails_names_all_measures_that_fail(flattened):
@@ -966,7 +966,7 @@ def test_a_case_that_fails_names_all_measures_that_fail(flattened):
     lines = case_lines(record)
     failing = [name for name, answer in record["verdict"]["each"].items() if answer == "FAILS"]
     assert failing == ["p_max_MPa", "centre_over_b", "misplaced_load"]
-    assert "he fails by: peak pressure, centre of pressure across, misplaced load" in lines
+    assert "it fails by: peak pressure, centre of pressure across, misplaced load" in lines
     (verdict,) = [line for line in lines if line.startswith("verdict: ")]
     assert verdict.startswith("verdict: Hertz FAILS; furthest beyond its limit: peak pressure +")
     assert verdict.endswith(f"; because: {record['verdict']['cause']}")

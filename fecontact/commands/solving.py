@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -80,6 +81,8 @@ class RunOptions:
 
 
 _AS_USUAL = RunOptions()
+# Part of the time of a solution from which on that of its files is said.
+_MUCH_KEPT = 0.1
 
 
 def solve(
@@ -115,7 +118,12 @@ def solve(
     with solving() as progress:
         result = solve_case(case, progress=progress)
         # what was solved is kept before it is shown: what it is shown on may be full, or closed
+        begun = time.perf_counter()
         lost = None if out is None else _keep(result, out)
+        kept_s = time.perf_counter() - begun
+    solved_s = sum(result.effort.seconds.values())
+    if kept_s > _MUCH_KEPT * solved_s:
+        announce(f"files, pictures and report took {kept_s:.1f} s, the solution {solved_s:.1f} s")
     record = result_record(result)
     if json:
         print(json_text(record), flush=True)

@@ -1,4 +1,4 @@
-"""Why Hertz is off where he is: the step of the ladder that moved a measure most, and what the profiles do below it."""
+"""Why Hertz is off where it is: the step of the ladder that moved a measure most, and what the profiles do below it."""
 
 from __future__ import annotations
 

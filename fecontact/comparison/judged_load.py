@@ -30,7 +30,7 @@ class JudgedLoad:
     ----------
     judgements
         Each theory by its name (`theories.THEORIES`), as far as it was asked for and has a contact. Hertz is always
-        there, with two entries where the touch point lies at a curvature junction, so that his ellipse is not defined.
+        there, with two entries where the touch point lies at a curvature junction, so that its ellipse is not defined.
     without
         Why a theory that was asked for has none.
     comparison, ladder, geometry

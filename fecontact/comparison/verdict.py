@@ -28,7 +28,7 @@ class Verdict:
     each
         The answer of every measure that is judged.
     cause
-        Why Hertz is off where he is, by more than a limit; `profile` where the measured profile leaves it open.
+        Why Hertz is off where it is, by more than a limit; `profile` where the measured profile leaves it open.
     unknown
         Measures that the result does not tell.
     """

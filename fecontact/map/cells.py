@@ -53,7 +53,7 @@ class LoadLimit:
 
     @property
     def F_max_N(self) -> float | None:
-        """The load up to which Hertz holds from the smallest on; None where he does not there, or holds at all."""
+        """The load up to which Hertz holds from the smallest on; None where it does not there, or holds at all."""
         if len(self.intervals) < 2 or self.intervals[0].answer != "HOLDS":
             return None
         return self.intervals[0].high_N

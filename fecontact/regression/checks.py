@@ -49,7 +49,7 @@ class Check:
 
 
 def hertz_check(row: Mapping[str, Any], measure: str, case: str, limit_percent: float) -> Check:
-    """A measure of a row, such as `p_max_MPa`, against Hertz, where his theory is exact."""
+    """A measure of a row, such as `p_max_MPa`, against Hertz, where its theory is exact."""
     name, _, unit = measure.rpartition("_")
     return Check(
         quantity=f"{name}, {unit}",

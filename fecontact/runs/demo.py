@@ -1,4 +1,4 @@
-"""A first example: a position at which Hertz's peak is right and his patch is not, and a sphere, where all is."""
+"""A first example: a position at which Hertz's peak is right and its patch is not, and a sphere, where all is."""
 
 from __future__ import annotations
 

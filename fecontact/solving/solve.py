@@ -77,7 +77,7 @@ class CaseResult:
 
     @property
     def verdict(self) -> Verdict:
-        """Whether Hertz holds, by which measure, and why he does not."""
+        """Whether Hertz holds, by which measure, and why it does not."""
         return self.load.verdict
 
     @property

@@ -43,7 +43,7 @@ class Stiffness:
     Attributes
     ----------
     c1_mm_per_N23, c2_mm_per_N
-        Contact, which Hertz knows, and bulk compliance of the bodies down to their cut planes, which he does not. It is
+        Contact, which Hertz knows, and bulk compliance of the bodies down to their cut planes, which it does not. It is
         negative where the cut planes hold more than the bodies' shape gives away: Hertz's half-spaces reach further.
     covariance (2, 2)
         Of c1 and c2; NaN for two points.

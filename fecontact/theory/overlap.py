@@ -16,7 +16,7 @@ def overlap_strips(
 ) -> tuple[Floats, Floats]:
     """Half lengths (n,) and forces over width (n,) of strips: sqrt(2 depth / curvature), and (pi/2) C E* depth.
 
-    With C = 4/pi load and lengths are Hertz's of a circle, at half of his approach; C = 1.2 is the usual fit over the
+    With C = 4/pi load and lengths are Hertz's of a circle, at half of its approach; C = 1.2 is the usual fit over the
     patches of wheels on rails. Continuous in all positions, whatever touches.
 
     Parameters

@@ -44,7 +44,7 @@ def study_figure(
 ) -> Path:
     """Draw a study over the lateral shift: peak pressures, how far Hertz is off, and where the wheel touches the rail.
 
-    How far he is off is drawn with its uncertainty for each measure that decides, in parts of its limit, where there is
+    How far it is off is drawn with its uncertainty for each measure that decides, in parts of its limit, where there is
     one series and one set of criteria; otherwise for peak and area, in percent. One colour and mark for each series;
     more of them than there are colours are not named. Neighbours between which the contact jumps are not joined by a
     line. A row whose status is not `converged` is a cross that no line

@@ -109,7 +109,7 @@ def yield_notes(made: ApplicabilityMap) -> list[str]:
 
 
 def force_view(made: ApplicabilityMap) -> MapView:
-    """Where Hertz holds for creep forces, with the part of the limit of forces that he uses.
+    """Where Hertz holds for creep forces, with the part of the limit of forces that it uses.
 
     Load limits are as sharp as the loads that were solved for those of pressure. What was not solved has no forces.
     """

@@ -45,7 +45,7 @@ def judged_by(load: JudgedLoad | None, theory: str) -> JudgedLoad | Judgement | 
 
 
 def ellipses_instead(load: JudgedLoad | None) -> str | None:
-    """The theory of ellipses that holds where the single one of Hertz does not; None where he does, or none holds."""
+    """The theory of ellipses that holds where the single one of Hertz does not; None where it does, or none holds."""
     if load is None or not load.usable or load.verdict.answer == "HOLDS":
         return None
     others = other_theories(load).items()
@@ -192,7 +192,7 @@ def cheapest_name(theories: Mapping[str, Judgement]) -> str:
 
 
 def theory_text(row: Mapping[str, Any]) -> str:
-    """What a row says of the theory to take where Hertz does not hold; empty where he does, and without one."""
+    """What a row says of the theory to take where Hertz does not hold; empty where it does, and without one."""
     name = str(row.get("theory_cheapest"))
     if name not in THEORIES or name in EITHER_SIDE:
         return ""

@@ -91,7 +91,7 @@ _SHORT_STATUS = {
 
 
 def deviation_table(rows: Sequence[Row], title: str, failing_width: int, *, with_pair: bool = False) -> Table:
-    """How far Hertz is off in each case, and by what he fails, in so many characters."""
+    """How far Hertz is off in each case, and by what it fails, in so many characters."""
     theories = any(row.get("theory_cheapest") for row in rows)
     columns = [
         *[text("rail, wheel", pair_of_row)] * with_pair,

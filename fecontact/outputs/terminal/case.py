@@ -80,7 +80,7 @@ def _print_verdict(record: Record, console: Console) -> None:
     verdict = record["verdict"]
     answer, measure = verdict["verdict"], verdict["measure"]
     say(console, f"verdict: Hertz {answer}; {reason_of_record(record)}")
-    for kind, head in (("FAILS", "he fails by"), ("UNRESOLVED", "open are")):
+    for kind, head in (("FAILS", "it fails by"), ("UNRESOLVED", "open are")):
         found = [name for name, one in verdict["each"].items() if one == kind]
         # the measure that is open is named already
         if found and found != [measure] * (kind == "UNRESOLVED"):
