@@ -286,14 +286,15 @@ def test_the_answer_of_a_map_is_a_few_sentences(made):
         "From -2 to -1 mm Hertz holds at all loads (20 to 100 kN).",
         "At -0.5 and 0 mm it holds up to 20 and 50 kN, where the pressure has a second lobe.",
         "At 0.5 mm it fails at all loads, where the finite bodies change the pressure.",
-        "At 1 mm it fails 20, not solved 20 to 50, holds 50 to 100 kN.",
-        "At 1.5 mm it holds 20, open 20 to 100, holds 100 kN.",
+        "At 1 mm it fails 20, is not solved 20 to 50, holds 50 to 100 kN.",
+        "At 1.5 mm it holds 20, is open 20 to 100, holds 100 kN.",
         "At 2 mm there is no result.",
         "Of 27 cells 1 is open and 3 are without a result.",
     ]
     # one that could not be used says nothing of "all loads"
     partly = verdicts(made, [0.0, 1.0], [20, 50], ["h!", "!f"])
     assert map_answer(partly, "pressure")[0] == "At 0 mm Hertz holds 20 kN (50 kN: failed: no memory)."
+    assert map_answer(verdicts(made, [0.0], [20, 50], ["oo"]), "pressure")[0] == "At 0 mm Hertz is open 20 to 50 kN."
     assert map_answer(verdicts(made, [0.0], [50], ["h"]), "pressure") == ["At 0 mm Hertz holds at all loads (50 kN)."]
 
 

@@ -56,7 +56,7 @@ def verdict_sentences(made: ApplicabilityMap, view: MapView, name: str, *, why: 
         said.append(f"{_places(view, chosen)} {{it}} fails at all loads{_because(cause)}")
     for at, (kind, _) in enumerate(kinds):
         if kind == "mixed":
-            said.append(f"at {columns[at].shift_mm:g} mm {{it}} {columns[at].limit}")
+            said.append(f"at {columns[at].shift_mm:g} mm {{it}} {_spoken(columns[at].limit)}")
     if lost := [at for at, (kind, _) in enumerate(kinds) if kind == "lost"]:
         said.append(f"{_places(view, lost)} there is no result")
     sentences = [f"{_capital(text.format(it=name if first == 0 else 'it'))}." for first, text in enumerate(said)]
@@ -107,6 +107,13 @@ def _kind(column: ColumnView, first_kN: float, last_kN: float) -> str:
         return {"HOLDS": "all", "FAILS": "no"}.get(answers[0], "mixed")
     holding = [answer == "HOLDS" for answer in answers]
     return "up to" if begins and holding[0] and not any(holding[1:]) and len(holding) > 1 else "mixed"
+
+
+def _spoken(limit: str) -> str:
+    """Load limits as a table has them, with the verbs of a sentence."""
+    told, unit, note = limit.partition(" kN")
+    parts = [f"is {one}" if one.startswith(("open", "not solved")) else one for one in told.split(", ")]
+    return f"{', '.join(parts)}{unit}{note}"
 
 
 def _cause(position: MapPosition) -> str:
