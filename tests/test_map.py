@@ -1692,7 +1692,7 @@ def test_judge_command_of_a_map(run, tmp_path, capsys):
     assert call(["judge", str(tmp_path / "map"), "--p-max-percent", "3", "--out", str(tmp_path / "out")]) == 0
     said = capsys.readouterr().out
     assert "4 cells judged by" in said
-    assert "holds 10 to 50, open 50 to 100, fails 100 to 150 kN" in said
+    assert "holds 10 to 50, not solved 50 to 100, fails 100 to 150 kN" in said
     assert [row["verdict"] for row in rows_of(tmp_path / "out" / "map.csv")] == ["HOLDS", "HOLDS", "FAILS", "FAILS"]
     assert call(["judge", str(tmp_path / "map"), "--out", str(tmp_path / "map")]) == 2
     assert "stay as they are" in capsys.readouterr().err
