@@ -473,6 +473,15 @@ def test_dask_workers_of_another_version_solve_nothing_and_others_do_their_jobs(
         (said,) = [record.getMessage() for record in caplog.records if "not like" in record.getMessage()]
         assert "fecontact 0.1.0 -> 99" in said
         assert "go to other workers" in said
+        # a job alone, with the scheduler's turn at each of both workers, is not handed to the same one for ever
+        for load in (100.0, 110.0):
+            with ThreadPoolExecutor(1) as runner:
+                running = runner.submit(run, tmp_path / f"{load}", study((load,)), scheduler=address)
+                try:
+                    assert statuses(running.result(timeout=60)) == ["converged"]
+                except TimeoutError:
+                    processes[0].kill()
+                    raise
         # none is left that could
         processes[2].kill()
         wait_until(lambda: _workers(address) == 1)

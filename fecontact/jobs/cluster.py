@@ -82,11 +82,19 @@ class _Run:
     def __call__(self, job: Job) -> Done:
         if problem := worker_problem(self._lock, self._threads) or unlike(job):
             distributed: Any = import_module("distributed")
-            distributed.get_worker().log_event(_TOPIC, problem)
-            # it is free again at once, and would be handed the same job
+            worker = distributed.get_worker()
+            worker.log_event(_TOPIC, problem)
             time.sleep(_PAUSE_S)
+            worker.loop.add_callback(_step_aside, worker)
             raise distributed.Reschedule
         return run_job(job)
+
+
+def _step_aside(worker: Any) -> None:
+    """Take no job for a while: of idle workers the scheduler hands a job that is given back to the same one again."""
+    status = import_module("distributed.core").Status
+    worker.status = status.paused
+    worker.loop.call_later(_PAUSE_S, partial(setattr, worker, "status", status.running))
 
 
 class _Heard:
