@@ -1889,11 +1889,11 @@ def test_planned_loads_share_meshes_with_enough_elements_for_each(meshes):
     assert [on.open for on in meshes] == [False, True]
     for load_N, one in solved.items():
         assert one[1].case.load_N == load_N
-        # on the case's own meshes what it asks for, and 4 on the coarser ones
-        assert elements_a_semi_axis(one) >= 6.0
-        assert elements_a_semi_axis(one) / MESH_RATIO >= 4.0
+        # on the case's own meshes what it asks for, and 2.7 on the coarser ones
+        assert elements_a_semi_axis(one) >= 4.0
+        assert elements_a_semi_axis(one) / MESH_RATIO >= 4.0 / 1.5
     # and not many more than the largest needs
-    assert elements_a_semi_axis(solved[150e3]) < 1.5 * 6.5
+    assert elements_a_semi_axis(solved[150e3]) < 1.5 * 4.25
     # the kept meshes serve a load that comes back
     assert sweep.solve(100e3)[0] is meshes[0]
     sweep.close()
@@ -1908,7 +1908,7 @@ def test_an_unplanned_load_goes_to_the_smallest_meshes_that_have_its_elements(me
     assert on is meshes[0]
     assert len(meshes) == 1
     # below all planned ones there are too few elements
-    assert elements_a_semi_axis(sweep.solve(20e3)) >= 6.0
+    assert elements_a_semi_axis(sweep.solve(20e3)) >= 4.0
     assert groups_N(sweep) == (150e3, 50e3)
     # above all of them the patch is larger
     on, _ = sweep.solve(200e3)
@@ -1924,7 +1924,7 @@ def test_meshes_for_a_load_between_two_planned_ones_serve_all_that_lies_between_
     solved = [sweep.solve(load_N) for load_N in (30e3, 49e3, 21e3, 35e3, 50e3, 20.1e3)]
     assert groups_N(sweep) == (150e3, 20e3, 50e3)
     assert {on for on, _ in solved} == {meshes[2]}
-    assert all(elements_a_semi_axis(one) >= 6.0 for one in solved)
+    assert all(elements_a_semi_axis(one) >= 4.0 for one in solved)
     # those of the load below stay its own, with fewer elements
     assert sweep.solve(20e3)[0] is meshes[1]
 
@@ -1933,7 +1933,7 @@ def test_meshes_for_a_wide_gap_have_the_elements_of_the_load_that_is_there(meshe
     """From 10 to 50 kN the elements differ by 1.7: the smallest would have the largest on three times as many."""
     sweep = LoadSweep(QUICK, LOADS)
     solved = [sweep.solve(load_N) for load_N in (150e3, 10e3, 30e3, 40e3, 15e3)]
-    assert all(elements_a_semi_axis(one) >= 6.0 for one in solved)
+    assert all(elements_a_semi_axis(one) >= 4.0 for one in solved)
     assert groups_N(sweep) == (150e3, 10e3, 50e3, 50e3)
     assert solved[3][0] is meshes[2]
 

@@ -246,8 +246,8 @@ def test_a_preview_says_what_the_solution_will_begin_with(tmp_path):
     _, expected = expect_on_half_space(case, place_case(case))
     assert seen.expected.semi_axis_x_mm == expected.semi_axis_x_mm
     assert seen.hertz_uncertainty is None
-    # the mesh of this case has 28,980 and 44,682 unknowns
-    assert seen.degrees_of_freedom == pytest.approx(73_662, rel=0.1)
+    # the mesh of this case has 12,390 and 20,688 unknowns
+    assert seen.degrees_of_freedom == pytest.approx(33_078, rel=0.1)
     text = preview_text(seen)
     assert "curvature junctions below it: rail at +2.35 mm" in text
     record = json.loads(json.dumps(preview_record(seen)))

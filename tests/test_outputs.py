@@ -30,6 +30,7 @@ from fecontact.errors import InputError
 from fecontact.fe.body_mesh import BodyMesh, mesh_volume
 from fecontact.fe.stress import nodal_stress, von_mises
 from fecontact.files import json_text, write_atomically, write_json, write_text
+from fecontact.irregularity.shapes import Irregularity
 from fecontact.material import Material
 from fecontact.outputs.figures.case import case_figure, draw_case
 from fecontact.outputs.figures.pressure import PressureFields
@@ -183,6 +184,11 @@ CASES = [
         creep=Creep(friction=0.35, xi=1e-3, spin_per_mm=-1e-4),
         refine_degrees_of_freedom=0,
         evidence=True,
+        rail_irregularity=Irregularity(kind="sine", wavelength_mm=60.0, amplitude_mm=0.02, phase_rad=0.3),
+        wheel_irregularity=Irregularity(
+            kind="table", points_mm=((0.0, 0.0), (40.0, 0.01), (80.0, 0.0), (120.0, 0.02), (160.0, 0.0))
+        ),
+        distance_mm=33.0,
     ),
     # instead of a roll
     Case(roll="touching"),

@@ -203,8 +203,8 @@ def test_a_layer_left_out_of_a_narrow_head_is_not_healthy(monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize("factor", [1.0, 1.2, 0.8])
 def test_gross_faults_on_a_narrow_head_are_seen_by_the_own_contact(monkeypatch, factor):
-    plain = CoupledBodies.parting
-    monkeypatch.setattr(CoupledBodies, "parting", lambda self, pressure: factor * plain(self, pressure))
+    plain = CoupledBodies._parting
+    monkeypatch.setattr(CoupledBodies, "_parting", lambda self, rail, wheel: factor * plain(self, rail, wheel))
     narrow = tongue(20)
     judged = judge_load(Meshes(narrow).solve(narrow), narrow.placement)
     assert (judged.verdict.answer, judged.verdict.cause) == (
@@ -305,8 +305,8 @@ def test_elements_beyond_the_limit_leave_the_verdict_open(elliptic_quick, error)
 @pytest.mark.parametrize("factor", [1.0, 1.015, 1.03, 1.2])
 def test_status_or_uncertainty_covers_what_soft_elements_do(position, elliptic_quick, monkeypatch, factor):
     """Elements too soft by a factor: the fine pressure and their own, against those of healthy ones."""
-    plain = CoupledBodies.parting
-    monkeypatch.setattr(CoupledBodies, "parting", lambda self, pressure: factor * plain(self, pressure))
+    plain = CoupledBodies._parting
+    monkeypatch.setattr(CoupledBodies, "_parting", lambda self, rail, wheel: factor * plain(self, rail, wheel))
     judged = judge_load(Meshes(position).solve(position), position.placement)
     assert (judged.status == ELEMENTS_OFF) == (factor >= 1.03)
     healthy = measures_of(elliptic_quick.load.fe).as_dict()
