@@ -1960,6 +1960,7 @@ class AnyPosition:
     element_size_mm: tuple[float, float]
     sizes: tuple[tuple[float, float], ...]
     expected: OnePatch = OnePatch()
+    several_loads: bool = False
 
     placement = None
     clock = Clock(None)

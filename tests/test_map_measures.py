@@ -47,6 +47,7 @@ class Judged:
     creep_laws: dict = field(default_factory=dict)
     status: str = "converged"
     usable: bool = True
+    plastic: None = None
     case: Case = CASE
     verdict: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(answer="HOLDS", cause=None))
     # whose forces are asked for again is told by these two

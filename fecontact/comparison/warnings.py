@@ -34,7 +34,7 @@ def elements_warnings(level: Level) -> list[str]:
         return []
     return [
         "the compliance of the elements is not checked: there are too few of them around the patch, or the head is"
-        f" narrow for their size; {COMPLIANCE_LIMIT:.0%} of it is taken for its uncertainty, more elements"
+        f" narrow or round for their size; {COMPLIANCE_LIMIT:.0%} of it is taken for its uncertainty, more elements"
         " (--resolution) show it"
     ]
 

@@ -281,17 +281,17 @@ class CoupledMesh:
         self.bodies.close()
 
     def _couple(self, room: Room) -> CoupledBodies:
-        """Couple the bodies over the expected patch and a margin, a narrower one where the wheel faces no wider one."""
+        """Couple the bodies over the expected patch and a margin, a narrower one where a head bears no wider one."""
         step_s = self._coarser * self._position.element_size_mm[1]
-        not_covered: NotCovered | None = None
+        too_wide: NotCovered | FoldedMesh | None = None
         for less in range(MARGIN_ELEMENTS - EDGE_ELEMENTS + 1):
             narrower = replace(room, s_low=room.s_low - less * step_s, s_high=room.s_high - less * step_s)
             try:
                 return self._couple_over(narrower)
-            except NotCovered as error:
-                not_covered = not_covered or error
-        assert not_covered is not None
-        raise not_covered
+            except (NotCovered, FoldedMesh) as error:
+                too_wide = too_wide or error
+        assert too_wide is not None
+        raise too_wide
 
     def _couple_over(self, room: Room) -> CoupledBodies:
         position = self._position
