@@ -45,8 +45,8 @@ _FAR_NODES = 14.0
 # 46 %. On the flange root, whose head is wide, 0.48 % are left and the error is 1.5 %.
 _WIDE_NODES = 16.0
 _MOST_LEFT = 0.002
-# Nor is it one where normals turn by more than this (rad) within the fit: on a corner of R 10, 0.8 rad on four elements a
-# semi-axis, healthy ones read 35 %. On the flange root they turn by 0.5.
+# Nor is it one where normals turn by more than this (rad) within the fit: on a corner of R 10, 0.8 rad with four
+# elements a semi-axis, healthy ones read 35 %. On the flange root they turn by 0.5.
 _MOST_TURN_RAD = 0.6
 
 

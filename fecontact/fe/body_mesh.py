@@ -103,8 +103,8 @@ def check_mesh(mesh: BodyMesh) -> None:
     worst = float(corner_jacobians(mesh).min())
     if worst <= 0.0:
         raise FoldedMesh(
-            f"{mesh.name}: the mesh folds (smallest Jacobian {worst:.3g} mm^3); use a finer or coarser resolution, another cut,"
-            " or check the profile for sharp corners next to the contact zone"
+            f"{mesh.name}: the mesh folds (smallest Jacobian {worst:.3g} mm^3); use a finer or coarser resolution,"
+            " another cut, or check the profile for sharp corners next to the contact zone"
         )
     volume = mesh_volume(mesh)
     assert abs(volume - mesh.volume_mm3) < 1e-9 * volume, (
