@@ -458,8 +458,10 @@ def test_every_command_notes_what_is_not_usual_before_it_begins(command, capsys,
         "run": ["run", str(tmp_path / "one.toml"), *out],
     }
     assert call(words.get(command, [command, "--load-kn", "1e5"])) == 2
-    note, error = capsys.readouterr().err.splitlines()
+    note, *cost, error = capsys.readouterr().err.splitlines()
     assert note.startswith("note: load is 100000 kN; usual are 1 to 1000")
+    # what a map will take is said before it begins
+    assert [line.split(":")[0] for line in cost] == (["2 cells"] if command == "map" else [])
     assert error == "error: begun"
 
 

@@ -48,7 +48,10 @@ dt { font-weight: 700; } dd { margin: 0 0 0.5em 1.2em; }
   table.cards td::before { content: attr(data-label); color: #555; overflow-wrap: normal; }
   table.cards .answer { justify-self: start; }
 }
-@media (min-width: 60rem) { figure.small { max-width: 40%; } }
+@media (min-width: 60rem) {
+  figure.small { max-width: 40%; } figure.small:has(:checked) { max-width: none; }
+  figure.small label { cursor: zoom-in; }
+}
 /* a picture is as wide as the screen, where its words may be too small to read: a tap shows it in its full size, and
    moves it inside of its frame */
 figure label { display: block; overflow-x: auto; }
