@@ -1603,21 +1603,8 @@ def test_an_open_load_that_finer_meshes_may_decide_is_not_decided(run, tmp_path)
         assert (work.judged_again(folder) is not None) is (decided and position.limit.narrowed)
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlantedPosition:
-    """Work of a position whose loads are planted, as a worker of a cluster does it."""
-
-    case: Case
-    loads_N: tuple[float, ...]
-    name: str
-
-    def __call__(self, folder, finished):
-        write_position(fake_position(self.case, self.loads_N), self.case, folder, self.name)
-        return False
-
-
 def planted_position(case, loads_N, name):
-    return PlantedPosition(case=case, loads_N=tuple(loads_N), name=name)
+    return PlantedWork(case=case, loads_N=tuple(loads_N), name=name)
 
 
 def test_cells_of_all_kinds_come_back_from_a_cluster(run, tmp_path):

@@ -207,7 +207,28 @@ def truth_on(
     InputError, ConvergenceError
         As `place_on` and `contact_on_gap` do.
     """
+    return _truth(place_on(pair, normal_force_N, irregularity, s_mm), irregularity, s_mm, nodes)
+
+
+def judge_place(pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm: float) -> JudgedPlace:
+    """All models at a distance along an irregularity beside the half-space.
+
+    Raises
+    ------
+    InputError, ConvergenceError
+        As `truth_on` does.
+    """
     place = place_on(pair, normal_force_N, irregularity, s_mm)
+    truth = _truth(place, irregularity, s_mm)
+    return JudgedPlace(
+        s_mm=s_mm,
+        truth=truth,
+        models={name: _judged(model, place, truth) for name, model in MODELS.items()},
+    )
+
+
+def _truth(place: Place, irregularity: Irregularity, s_mm: float, nodes: int | None = None) -> Truth:
+    pair = place.pair
 
     def gap(x: Floats, y: Floats) -> Floats:
         across = pair.B_per_mm * y**2
@@ -217,7 +238,7 @@ def truth_on(
 
     solved = contact_on_gap(
         gap,
-        normal_force_N,
+        place.normal_force_N,
         pair.contact_modulus_MPa,
         reach_mm=1.2 * place.hertz.approach_mm,
         far_mm=(
@@ -239,23 +260,6 @@ def truth_on(
         x_mm=x,
         y_mm=solved.pressure.grid.s_mm,
         pressure_MPa=solved.pressure.values,
-    )
-
-
-def judge_place(pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm: float) -> JudgedPlace:
-    """All models at a distance along an irregularity beside the half-space.
-
-    Raises
-    ------
-    InputError, ConvergenceError
-        As `truth_on` does.
-    """
-    place = place_on(pair, normal_force_N, irregularity, s_mm)
-    truth = truth_on(pair, normal_force_N, irregularity, s_mm)
-    return JudgedPlace(
-        s_mm=s_mm,
-        truth=truth,
-        models={name: _judged(model, place, truth) for name, model in MODELS.items()},
     )
 
 

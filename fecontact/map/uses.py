@@ -25,7 +25,7 @@ def limits_by_use(made: ApplicabilityMap) -> dict[str, tuple[LoadLimit, ...]]:
 
 def _limit(position: MapPosition, criteria: Criteria) -> LoadLimit:
     loads = [*position.tried, *(cell.judged for cell in position.cells if cell.judged is not None)]
-    usable = sorted((one for one in loads if one.status == "converged"), key=lambda one: one.load_N)
+    usable = sorted((one for one in loads if one.usable), key=lambda one: one.load_N)
     known: Sequence[tuple[float, Answer]] = [(one.load_N, _answer(one, criteria)) for one in usable]
     return LoadLimit(
         intervals=tuple(

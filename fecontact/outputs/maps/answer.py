@@ -119,7 +119,7 @@ def _spoken(limit: str) -> str:
 def _cause(position: MapPosition) -> str:
     """Why Hertz fails at the smallest load at which it does; empty where it nowhere does, or nobody knows."""
     loads = [*position.tried, *(cell.judged for cell in position.cells if cell.judged is not None)]
-    failing = [one for one in loads if one.status == "converged" and one.verdict.answer == "FAILS"]
+    failing = [one for one in loads if one.usable and one.verdict.answer == "FAILS"]
     return min(failing, key=lambda one: one.load_N).verdict.cause or "" if failing else ""
 
 
