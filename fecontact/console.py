@@ -13,7 +13,6 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
 
 from fecontact import __version__
 from fecontact.jobs.remaining import duration
@@ -115,19 +114,6 @@ def announce(*lines: str, quiet: bool = False) -> None:
         _LOG.info(line)
         if not quiet:
             print(line, file=sys.stderr, flush=True)
-
-
-def answer(record: object, show: Callable[[Any], object], *, json: bool, **files: Path | None) -> None:
-    """Print a record for a reader, or as JSON and nothing else, and tell of files by what they are."""
-    from fecontact.files import json_text
-
-    if json:
-        print(json_text(record))
-    else:
-        show(record)
-    for what, path in files.items():
-        if path is not None:
-            print(f"{what}: {path}", file=sys.stderr if json else sys.stdout)
 
 
 def log_only(text: str, *, warning: bool = False) -> None:

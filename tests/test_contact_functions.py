@@ -16,7 +16,8 @@ from fecontact.geometry.contact_functions import contact_functions, harmonic_con
 from fecontact.geometry.placement import pair_of
 from fecontact.geometry.wheelset import Wheelset
 from fecontact.outputs.records.contact_functions import functions_record
-from fecontact.outputs.terminal.contact_functions import print_functions
+from fecontact.outputs.terminal.console import show
+from fecontact.outputs.terminal.contact_functions import functions_lines
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Line
 from fecontact.profiles.shapes import circular_rail_head
@@ -146,7 +147,7 @@ ALONG = "radius of the wheel along the rail"
 def test_the_table_fits_its_width_and_names_what_it_has_no_room_for(standard, width, without):
     record = functions_record(Case(), standard)
     console = Console(width=width, force_terminal=True, color_system=None, file=StringIO())
-    print_functions(record, console=console)
+    show(functions_lines(record), console)
     table, _, rest = console.file.getvalue().partition("The right wheel")
     assert rest
     assert "…" not in table

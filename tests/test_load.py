@@ -24,7 +24,8 @@ from fecontact.jobs import workers
 from fecontact.jobs.store import MANIFEST, kept_folder, write_manifest
 from fecontact.outputs.records.results import result_record
 from fecontact.outputs.records.rows import case_row, read_row
-from fecontact.outputs.terminal.case import print_case
+from fecontact.outputs.terminal.case import case_lines
+from fecontact.outputs.terminal.console import show
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.runs import identity, judging
@@ -135,7 +136,7 @@ def test_friction_gives_creep_forces_from_stored_fields(elliptic_quick, solved_f
     told = record["creep"]["theories"]["rolling_half_space"]
     assert told["fe"]["fx_N"] == pytest.approx(float(row["fx_fe_N"]), rel=1e-9)
     assert told["deviation_of_muN"] < 5e-3
-    print_case(record)
+    show(case_lines(record))
     assert "for forces Hertz HOLDS" in " ".join(capsys.readouterr().out.split())
     # the stored case itself stays without, and without friction nothing is told of creepages
     assert load(solved_folder).case == elliptic_quick.case

@@ -35,7 +35,8 @@ from fecontact.outputs.maps.view import CellView
 from fecontact.outputs.records.theories import share_records
 from fecontact.outputs.reports.map import write_map_report
 from fecontact.outputs.tables.theories import shares_table
-from fecontact.outputs.terminal.maps import print_map
+from fecontact.outputs.terminal.console import show
+from fecontact.outputs.terminal.maps import map_lines
 from fecontact.outputs.words.measures import WORDS
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
@@ -192,12 +193,12 @@ def test_the_shares_of_theories(made):
 
 def test_the_cheapest_theory_is_printed_with_its_shares_and_drawn(made, tmp_path, monkeypatch):
     text = io.StringIO()
-    print_map(made, "theory", HERTZ, width=100, console=Console(file=text, width=100))
+    show(map_lines(made, "theory", HERTZ, width=100), Console(file=text, width=100))
     shown = text.getvalue()
     assert "the cheapest theory that holds, and the largest part of a limit that it uses" in shown
     assert "The cheapest theory that holds, and where each holds" in shown
     alone = io.StringIO()
-    print_map(made, "pressure", MULTI_HERTZ, width=100, console=Console(file=alone, width=100))
+    show(map_lines(made, "pressure", MULTI_HERTZ, width=100), Console(file=alone, width=100))
     assert "where each holds" not in alone.getvalue()
     titles = {}
     monkeypatch.setattr(
@@ -309,7 +310,7 @@ def test_the_answer_by_the_cheapest_theory_says_which_where(made):
         "Of 3 cells 1 is without a result.",
     ]
     text = io.StringIO()
-    print_map(made, "theory", HERTZ, width=80, console=Console(file=text))
+    show(map_lines(made, "theory", HERTZ, width=80), Console(file=text))
     assert text.getvalue().startswith("The cheapest theory that holds is")
     assert max(map(len, text.getvalue().partition("shift mm")[0].splitlines())) <= 80
 

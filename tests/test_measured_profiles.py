@@ -16,7 +16,7 @@ from fecontact.errors import InputError
 from fecontact.outputs.figures.preview import measured_figure, preview_figure
 from fecontact.outputs.figures.profile import profile_figure
 from fecontact.outputs.records.preview import preview_record
-from fecontact.outputs.terminal.preview import nearest_text, preview_text
+from fecontact.outputs.terminal.preview import nearest_text, preview_lines
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load
 from fecontact.profiles.noise import noise_of
@@ -248,7 +248,7 @@ def test_a_preview_says_what_the_solution_will_begin_with(tmp_path):
     assert seen.hertz_uncertainty is None
     # the mesh of this case has 12,390 and 20,688 unknowns
     assert seen.degrees_of_freedom == pytest.approx(33_078, rel=0.1)
-    text = preview_text(seen)
+    text = "\n".join(preview_lines(seen))
     assert "curvature junctions below it: rail at +2.35 mm" in text
     record = json.loads(json.dumps(preview_record(seen)))
     assert record["hertz"]["p_max_MPa"] == pytest.approx(1585.4, abs=0.1)

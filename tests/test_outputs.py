@@ -51,9 +51,10 @@ from fecontact.outputs.records.stored import (
 from fecontact.outputs.reports.study_files import _write_collections, study_figures
 from fecontact.outputs.tables import csv_file as tables
 from fecontact.outputs.terminal import rows as printed_rows
-from fecontact.outputs.terminal.case import print_case
-from fecontact.outputs.terminal.hertz import print_hertz
-from fecontact.outputs.terminal.profile import print_library, print_profile
+from fecontact.outputs.terminal.case import case_lines
+from fecontact.outputs.terminal.console import show
+from fecontact.outputs.terminal.hertz import hertz_lines
+from fecontact.outputs.terminal.profile import library_lines, profile_lines
 from fecontact.outputs.words.measures import WORDS, criteria_text
 from fecontact.outputs.words.series import series
 from fecontact.profiles.library import load
@@ -815,7 +816,7 @@ def test_csv_has_a_column_for_every_key_in_a_stable_order(record, flat, tmp_path
 
 def table_text(rows: list[dict], width: int) -> list[str]:
     text = io.StringIO()
-    printed_rows.print_rows(rows, console=Console(file=text, width=width, no_color=True))
+    show(printed_rows.rows_lines(rows), Console(file=text, width=width, no_color=True))
     return text.getvalue().splitlines()
 
 
@@ -880,9 +881,9 @@ def test_the_list_of_failing_measures_has_the_room_that_there_is(flat):
     assert "\x1b" not in "".join(table_text([everything], 120))
 
 
-def case_lines(record: dict, width: int = 120) -> list[str]:
+def shown_case(record: dict, width: int = 120) -> list[str]:
     text = io.StringIO()
-    print_case(record, console=Console(file=text, width=width, no_color=True))
+    show(case_lines(record), Console(file=text, width=width, no_color=True))
     return [" ".join(line.split()) for line in text.getvalue().splitlines()]
 
 
@@ -918,7 +919,7 @@ def flattened(elliptic_quick: CaseResult) -> CaseResult:
 
 
 def test_a_case_prints_every_measure_with_its_limit_and_answer(record):
-    lines = case_lines(record)
+    lines = shown_case(record)
     start = lines.index("Hertz against finite elements")
     shown = {line.rpartition(")")[0] + ")": line.rpartition(")")[2].split() for line in lines[start + 2 : start + 13]}
     judged = {
@@ -950,7 +951,7 @@ def test_a_case_prints_every_measure_with_its_limit_and_answer(record):
 
 
 def test_a_case_that_holds_says_how_close_and_on_which_meshes(record):
-    lines = case_lines(record)
+    lines = shown_case(record)
     (verdict,) = [line for line in lines if line.startswith("verdict: ")]
     assert re.fullmatch(
         r"verdict: Hertz HOLDS; nearest to its limit: peak pressure -0\.\d\d % ± 0\.\d\d % \(limit ±5 %\)", verdict
@@ -969,7 +970,7 @@ def test_a_case_that_holds_says_how_close_and_on_which_meshes(record):
 def test_a_case_that_fails_names_all_measures_that_fail(flattened):
     record = result_record(flattened)
     assert record["verdict"]["verdict"] == "FAILS"
-    lines = case_lines(record)
+    lines = shown_case(record)
     failing = [name for name, answer in record["verdict"]["each"].items() if answer == "FAILS"]
     assert failing == ["p_max_MPa", "centre_over_b", "misplaced_load"]
     assert "it fails by: peak pressure, centre of pressure across, misplaced load" in lines
@@ -983,30 +984,30 @@ def test_a_case_that_fails_names_all_measures_that_fail(flattened):
 def test_an_open_case_says_what_would_decide_it(elliptic_quick):
     strict = Criteria(p_max=0.002)
     record = judged_by(elliptic_quick, strict)
-    lines = case_lines(record)
+    lines = shown_case(record)
     more = record["solver"]["finer_degrees_of_freedom"]
     assert more > record["solver"]["degrees_of_freedom"]["rail"] + record["solver"]["degrees_of_freedom"]["wheel"]
     assert [line for line in lines if line.startswith("verdict: Hertz UNRESOLVED; open: peak pressure -0.")]
     assert "open on 2 meshes of 4.2 and 2.8 elements a semi-axis, not refined" in lines
     assert f"to decide it: --resolution standard or fine, or --refine-degrees-of-freedom {more}" in lines
     # where the limit allowed finer meshes, something else kept them away: a larger one is of no use
-    allowed = case_lines(judged_by(elliptic_quick, strict, refine_degrees_of_freedom=more))
+    allowed = shown_case(judged_by(elliptic_quick, strict, refine_degrees_of_freedom=more))
     assert "to decide it: --resolution standard or fine" in allowed
-    finest = case_lines(judged_by(elliptic_quick, strict, resolution="fine", refine_degrees_of_freedom=more))
+    finest = shown_case(judged_by(elliptic_quick, strict, resolution="fine", refine_degrees_of_freedom=more))
     sizes = ",".join(f"{size:.3g}" for size in record["solver"]["element_size_mm"])
     assert [line for line in finest if line.startswith(f"to decide it: --resolution with sizes below {sizes}")]
     # meshes do not take away what the profiles leave open
-    noisy = case_lines(record | {"uncertainty_of_profile": {"p_max_MPa": 0.004}})
+    noisy = shown_case(record | {"uncertainty_of_profile": {"p_max_MPa": 0.004}})
     assert [line for line in noisy if "points of the profiles leave 0.40 % open" in line]
     assert not [line for line in noisy if line.startswith("to decide it")]
-    unknown = case_lines(record | {"uncertainty_of_profile": {"p_max_MPa": math.nan}})
+    unknown = shown_case(record | {"uncertainty_of_profile": {"p_max_MPa": math.nan}})
     assert [line for line in unknown if "points of the profiles leave - open" in line]
 
 
 def test_a_case_that_did_not_converge_is_not_called_decided(elliptic_quick):
     load = changed_fe(elliptic_quick, status="not converged").load
     record = result_record(replace(elliptic_quick, load=judge_load(load.solved, elliptic_quick.placement)))
-    lines = case_lines(record)
+    lines = shown_case(record)
     assert "the result must not be used: not converged" in lines
     assert not [line for line in lines if line.startswith(("decided", "to decide"))]
 
@@ -1018,7 +1019,7 @@ def test_measures_that_a_result_does_not_have_are_said_and_open(record):
         of["each"]["valley"], of["measure"] = "UNRESOLVED", "valley"
     verdict |= {"verdict": "UNRESOLVED", "unknown": ["valley"]}
     del verdict["sides"][0]["deviation"]["valley"], verdict["sides"][0]["uncertainty"]["valley"]
-    lines = case_lines(record | {"verdict": verdict})
+    lines = shown_case(record | {"verdict": verdict})
     assert "verdict: Hertz UNRESOLVED; open: valley between lobes - ± - (limit < 10 %)" in lines
     assert "the stored result does not have valley between lobes; solve it again to judge by them" in lines
     assert "valley between lobes (% of the peak) - 0 - - < 10 % UNRESOLVED" in lines
@@ -1031,7 +1032,7 @@ def test_both_sides_of_a_junction_have_their_own_table_and_the_worse_decides(rec
     gauge["each"]["area_mm2"], gauge["deviation"]["area_mm2"] = "FAILS", -0.5
     verdict |= {"verdict": "FAILS", "measure": "area_mm2", "each": gauge["each"], "cause": "some cause"}
     verdict["sides"] = [gauge, field | {"side": "field"}]
-    lines = case_lines(record | {"verdict": verdict})
+    lines = shown_case(record | {"verdict": verdict})
     starts = [
         lines.index(f"Hertz against finite elements, with the curvature of the {side} side")
         for side in ("gauge", "field")
@@ -1045,7 +1046,7 @@ def test_both_sides_of_a_junction_have_their_own_table_and_the_worse_decides(rec
 
 
 def test_measures_that_nobody_asks_for_are_shown_and_not_judged(elliptic_quick):
-    lines = case_lines(judged_by(elliptic_quick, Criteria(judged_by=("strength",))))
+    lines = shown_case(judged_by(elliptic_quick, Criteria(judged_by=("strength",))))
     peak, area = (next(line for line in lines if line.startswith(head)) for head in ("peak pressure (", "area ("))
     assert peak.endswith(" ±5 % HOLDS")
     assert area.endswith(" % not judged")
@@ -1053,7 +1054,7 @@ def test_measures_that_nobody_asks_for_are_shown_and_not_judged(elliptic_quick):
 
 def test_a_case_can_be_read_on_a_narrow_terminal(record):
     text = io.StringIO()
-    print_case(record, console=Console(file=text, width=80, no_color=True))
+    show(case_lines(record), Console(file=text, width=80, no_color=True))
     lines = text.getvalue().splitlines()
     start = lines.index(next(line for line in lines if line.startswith("Hertz against finite elements")))
     table = lines[start : start + 20]
@@ -1066,10 +1067,10 @@ def test_every_table_fits_a_terminal(record, flat, width):
     """A terminal draws lines and spaces, which a pipe does not get."""
     text = io.StringIO()
     console = Console(file=text, width=width, no_color=True, force_terminal=True)
-    printed_rows.print_rows([flat | {"p_max_deviation_percent": -43.21}], console=console)
-    print_case(record, console=console)
-    print_hertz(hertz_record(hertz_alone(Case(lateral_shift_mm=0.0))), console=console)
-    print_profile(load("60E1"), console=console)
+    show(printed_rows.rows_lines([flat | {"p_max_deviation_percent": -43.21}]), console)
+    show(case_lines(record), console)
+    show(hertz_lines(hertz_record(hertz_alone(Case(lateral_shift_mm=0.0)))), console)
+    show(profile_lines(load("60E1")), console)
     plain = re.sub(r"\x1b\[[0-9;]*m", "", text.getvalue())
     assert "…" not in plain
     assert max(len(line.rstrip()) for line in plain.splitlines()) <= width
@@ -1078,10 +1079,10 @@ def test_every_table_fits_a_terminal(record, flat, width):
 
 
 def test_details_hertz_and_profiles_print_their_numbers(record, capsys):
-    print_case(record)
-    print_hertz(hertz_record(hertz_alone(Case(lateral_shift_mm=0.0))))
-    print_library()
-    print_profile(load("60E1"))
+    show(case_lines(record))
+    show(hertz_lines(hertz_record(hertz_alone(Case(lateral_shift_mm=0.0)))))
+    show(library_lines())
+    show(profile_lines(load("60E1")))
     text = capsys.readouterr().out
     for part in ("half-width a along x (mm)", "7.1617", "1237.6", "straight", "-10.425", "1722.", "S1002", "-26.0265"):
         assert part in text

@@ -28,7 +28,8 @@ from fecontact.outputs.records.rows import load_row
 from fecontact.outputs.records.theories import other_theories, theory_text
 from fecontact.outputs.reports.map import write_map_report
 from fecontact.outputs.tables.csv_file import write_csv
-from fecontact.outputs.terminal.rows import print_rows
+from fecontact.outputs.terminal.console import show
+from fecontact.outputs.terminal.rows import rows_lines
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.regression.tolerances import KINDS, LATER, TEXT, kind_of
@@ -115,7 +116,7 @@ def test_every_column_has_a_known_kind(two):
 
 def printed(rows, width=200):
     text = io.StringIO()
-    print_rows(rows, console=Console(file=text, width=width))
+    show(rows_lines(rows), Console(file=text, width=width))
     return text.getvalue()
 
 

@@ -30,8 +30,9 @@ from fecontact.outputs.records.results import load_record, result_record
 from fecontact.outputs.records.rows import load_row
 from fecontact.outputs.reports.map import write_map_report
 from fecontact.outputs.reports.study import reported_case, write_study_report
-from fecontact.outputs.terminal.case import print_case
-from fecontact.outputs.terminal.rows import print_rows
+from fecontact.outputs.terminal.case import case_lines
+from fecontact.outputs.terminal.console import show
+from fecontact.outputs.terminal.rows import rows_lines
 from fecontact.regression.tolerances import KINDS, LATER, TEXT, kind_of
 from fecontact.runs.case_store import write_case
 from fecontact.solving.placing import place_case
@@ -243,9 +244,9 @@ def another(monkeypatch):
     return entry
 
 
-def printed(show, *given):
+def printed(lines, *given):
     text = io.StringIO()
-    show(*given, console=Console(file=text, width=250))
+    show(lines(*given), Console(file=text, width=250))
     return text.getvalue()
 
 
@@ -278,14 +279,14 @@ def test_a_further_theory_is_in_all_that_tells_of_a_case(judged, tmp_path):
     assert told["deviation"] == dict(found.deviation)
     assert told["verdict"]["verdict"] == "FAILS"
     assert told["patches"][0]["p_max_MPa"] == found.approximation.patches[0].p_max_MPa
-    assert WORDS in printed(print_case, record)
+    assert WORDS in printed(case_lines, record)
     row = write_case(judged, tmp_path / "cases" / "one", "one")
     assert (row["theory_block_verdict"], row["theory_block_measure"]) == ("FAILS", "p_max_MPa")
     assert row["theory_block_p_max_deviation_percent"] == 1e2 * found.deviation["p_max_MPa"]
     assert row["theory_block_limit_used"] == found.limit_used > 1.0
     # where Hertz holds there is none to take in his place
     assert row["theory_cheapest"] == HERTZ
-    assert "the cheapest theory that holds" not in printed(print_rows, [row])
+    assert "the cheapest theory that holds" not in printed(rows_lines, [row])
     write_study_report("one", [reported_case(row, tmp_path / "cases" / "one")], tmp_path)
     report = (tmp_path / "report.html").read_text("utf-8").replace("&#x27;", "'")
     assert WORDS in report
@@ -318,7 +319,7 @@ def test_a_theory_that_has_no_contact_says_why(judged, another, monkeypatch):
     assert load.without == {"block": "no block fits"}
     record = result_record(replace(judged, load=load))
     assert record["theories"]["block"] == {"problem": "no block fits"}
-    text = printed(print_case, record)
+    text = printed(case_lines, record)
     assert WORDS in text
     assert "no block fits" in text
     assert not [name for name in load_row(load, judged.placement) if name.startswith("theory_block_")]

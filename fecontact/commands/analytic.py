@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 from cyclopts import Parameter
 
 from fecontact.case import IRREGULAR, unusual
-from fecontact.console import answer, tell_notes
+from fecontact.console import tell_notes
 from fecontact.material import OF_YIELDING
 from fecontact.options import CaseOptions, options_of
+from fecontact.outputs.terminal.console import answer
 
 # no stress is looked at, and nothing is solved
 _OF_HERTZ = options_of("place", "profiles", "load", "material", without=OF_YIELDING)
@@ -40,12 +41,12 @@ def hertz(options: HertzOptions = _OF_HERTZ, *, json: Annotated[bool, Parameter(
     json
         Print the result as JSON and nothing else.
     """
-    from fecontact.outputs.terminal.hertz import print_hertz
+    from fecontact.outputs.terminal.hertz import hertz_lines
     from fecontact.runs.analytic import hertz as hertz_of
 
     case = options.case()
     tell_notes(unusual([case]))
-    answer(hertz_of(case), print_hertz, json=json)
+    answer(hertz_of(case), hertz_lines, json=json)
     return 0
 
 
@@ -102,7 +103,7 @@ def creep(
     json
         Print the result as JSON and nothing else.
     """
-    from fecontact.outputs.terminal.creep import print_ellipse
+    from fecontact.outputs.terminal.creep import ellipse_lines
     from fecontact.runs.analytic import creep as ellipse_forces
 
     record = ellipse_forces(
@@ -115,7 +116,7 @@ def creep(
         poisson=ellipse.poisson,
         theories=theory.split(","),
     )
-    answer(record, print_ellipse, json=json)
+    answer(record, ellipse_lines, json=json)
     return 0
 
 
@@ -134,16 +135,15 @@ def place(
     json
         Print the result as JSON and nothing else.
     """
-    from fecontact.files import json_text
     from fecontact.outputs.figures.preview import preview_figure
     from fecontact.outputs.records.preview import preview_record
-    from fecontact.outputs.terminal.preview import preview_text
+    from fecontact.outputs.terminal.preview import preview_lines
     from fecontact.solving.preview import preview
 
     case = options.case()
     tell_notes(unusual([case]))
     seen = preview(case)
-    print(json_text(preview_record(seen)) if json else preview_text(seen), flush=True)
+    answer(preview_record(seen), lambda _: preview_lines(seen), json=json)
     if out is not None:
         preview_figure(seen, out)
         print(f"picture: {out}", file=sys.stderr if json else sys.stdout)
@@ -175,7 +175,7 @@ def geometry(
     from fecontact.inputs.texts import parse_numbers
     from fecontact.outputs.records.contact_functions import functions_record, functions_rows
     from fecontact.outputs.tables.csv_file import write_csv
-    from fecontact.outputs.terminal.contact_functions import print_functions
+    from fecontact.outputs.terminal.contact_functions import functions_lines
     from fecontact.runs.wheelset import geometry as wheelset_geometry
 
     case = options.case()
@@ -192,5 +192,5 @@ def geometry(
         from fecontact.runs.curving import loaded_conicities
 
         record["loaded_conicity"] = loaded_conicities(case, 1e3 * loaded_kn)
-    answer(record, print_functions, json=json, **{"table" if as_table else "picture": out})
+    answer(record, functions_lines, json=json, **{"table" if as_table else "picture": out})
     return 0

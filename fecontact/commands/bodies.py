@@ -10,6 +10,7 @@ from fecontact.console import tell_notes
 from fecontact.errors import InputError
 from fecontact.material import OF_YIELDING
 from fecontact.options import CaseOptions, options_of
+from fecontact.outputs.terminal.console import show
 
 _OF_FILE = options_of("profiles", without=("library",))
 _OF_MESH = options_of(
@@ -50,12 +51,12 @@ def profiles(
     library
         Folder of profiles of your own.
     """
-    from fecontact.outputs.terminal.profile import print_library, print_profile
+    from fecontact.outputs.terminal.profile import library_lines, profile_lines
     from fecontact.profiles.library import in_folder
     from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 
     if name is None:
-        print_library(folder=library)
+        show(library_lines(library))
         return 0
     case = options.case()
     found = name if library is None else in_folder(name, library)
@@ -71,7 +72,7 @@ def profiles(
                 profile = resolve_wheel(found, case.wheel_file).profile
             except InputError:
                 raise as_rail from None
-    print_profile(profile)
+    show(profile_lines(profile))
     _print_measured(profile)
     if out is None:
         print("--out FILE.png draws its line and curvature")

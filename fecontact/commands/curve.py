@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 from cyclopts import Parameter
 
 from fecontact.case import IRREGULAR
-from fecontact.console import answer
 from fecontact.errors import InputError
 from fecontact.material import OF_YIELDING
 from fecontact.options import CaseOptions, options_of
+from fecontact.outputs.terminal.console import answer
 
 _OF_VEHICLE = options_of(
     *("place", "profiles", "material"),
@@ -83,7 +83,7 @@ def curve(
     from fecontact.outputs.figures.curve import curves_figure, visits_figure
     from fecontact.outputs.records.curve import curve_rows, curves_record
     from fecontact.outputs.tables.csv_file import write_csv
-    from fecontact.outputs.terminal.curve import print_curves
+    from fecontact.outputs.terminal.curve import curves_lines
     from fecontact.runs.curving import curve as run_curves
     from fecontact.vehicle.conditions import Conditions
 
@@ -110,5 +110,5 @@ def curve(
         curves_figure(found, out / "curve.png")
         if found.cells:
             visits_figure(found, out / "curve_map.png")
-    answer(record, lambda _: print_curves(found), json=json, written=out)
+    answer(record, lambda _: curves_lines(found), json=json, written=out)
     return 0 if all(run.is_balanced for runs in found.runs.values() for run in runs) else 3

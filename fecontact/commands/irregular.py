@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 from cyclopts import Parameter
 
 from fecontact.case import IRREGULAR, unusual
-from fecontact.console import answer, many, tell_notes
+from fecontact.console import many, tell_notes
 from fecontact.material import OF_YIELDING
 from fecontact.options import CaseOptions, options_of
+from fecontact.outputs.terminal.console import answer
 
 _OF_PAIR = options_of("place", "profiles", "load", "material", without=("yaw_rad", *OF_YIELDING, *IRREGULAR))
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ def irregular(
     from fecontact.inputs.texts import parse_numbers
     from fecontact.jobs.workers import default_workers
     from fecontact.outputs.figures.irregular import irregular_figure
-    from fecontact.outputs.terminal.irregular import print_irregular
+    from fecontact.outputs.terminal.irregular import irregular_lines
     from fecontact.runs.irregular import irregular as judged
 
     if irregularity and table:
@@ -84,6 +85,6 @@ def irregular(
     if out is not None:
         write_json(out / "irregular.json", record)
         irregular_figure(record, out / "irregular.png")
-    answer(record, print_irregular, json=json, written=out)
+    answer(record, irregular_lines, json=json, written=out)
     solved = record["cells"] if "cells" in record else record["places"]
     return 3 if any(one["problem"] for one in solved) else 0

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from fecontact.console import count, width
 from fecontact.options import CaseOptions, options_of
+from fecontact.outputs.terminal.console import show
 
 _OF_VERDICT = options_of("verdict", "creep")
 if TYPE_CHECKING:
@@ -61,11 +62,9 @@ def judge(
 def _print_judged(judged: JudgedStudy) -> str:
     """Print the rows and what has changed; a line with the criteria is left to say."""
     from fecontact.outputs.terminal.creep import force_lines
-    from fecontact.outputs.terminal.rows import print_rows
+    from fecontact.outputs.terminal.rows import rows_lines
 
-    print_rows(judged.rows)
-    for line in force_lines(judged.rows):
-        print(line)
+    show((*rows_lines(judged.rows), *force_lines(judged.rows)))
     for name, (before, now) in judged.changed.items():
         print(f"{name}: {before} -> {now}")
     cases, changed = count(len(judged.rows), "case"), count(len(judged.changed), "verdict")
@@ -75,10 +74,10 @@ def _print_judged(judged: JudgedStudy) -> str:
 
 def _print_judged_map(judged: JudgedMap, measure: MapMeasure, theory: str) -> str:
     """Print the map and what cannot be judged; a line with the criteria is left to say."""
-    from fecontact.outputs.terminal.maps import print_map
+    from fecontact.outputs.terminal.maps import map_lines
 
     made = judged.map
-    print_map(made, measure, theory, width=width())
+    show(map_lines(made, measure, theory, width=width()))
     for problem in judged.problems:
         print(f"not judged: {problem}", file=sys.stderr)
     return f"{count(len(made.cells), 'cell')} judged by {{criteria}}"
@@ -132,7 +131,7 @@ def compare(
     from fecontact.files import write_json, write_text
     from fecontact.outputs.records.comparison import comparison_record
     from fecontact.outputs.reports.comparison import comparison_html
-    from fecontact.outputs.terminal.comparison import print_comparison
+    from fecontact.outputs.terminal.comparison import comparison_lines
     from fecontact.regression.compare import compare_tables
     from fecontact.regression.tables import load_table
     from fecontact.regression.tolerances import read_tolerances
@@ -145,7 +144,7 @@ def compare(
         write_json(json, comparison_record(comparison))
     if html is not None:
         write_text(html, comparison_html(comparison))
-    print_comparison(comparison)
+    show(comparison_lines(comparison))
     return 0 if comparison.same else 1
 
 
@@ -169,11 +168,11 @@ def baseline_update(
     allow_failed
         Take cases that failed or did not converge as well.
     """
-    from fecontact.outputs.terminal.comparison import print_comparison
+    from fecontact.outputs.terminal.comparison import comparison_lines
     from fecontact.regression.baselines import update_baseline
 
     update = update_baseline(study_result, baselines, reason=reason, allow_failed=allow_failed)
     if update.comparison is not None:
-        print_comparison(update.comparison)
+        show(comparison_lines(update.comparison))
     print(f"{update.path}: {update.text}")
     return 0

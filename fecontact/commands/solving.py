@@ -16,6 +16,7 @@ from fecontact.case import Case, Group, unusual
 from fecontact.console import announce, count, log_only, logged, many, print_reasons, say, solving, tell_notes, width
 from fecontact.options import PANELS, CaseOptions, options_of
 from fecontact.outcome import usable
+from fecontact.outputs.terminal.console import show
 
 _EVERY = options_of(*get_args(Group))
 # a map has lists of these two
@@ -106,8 +107,8 @@ def solve(
     from fecontact.files import json_text
     from fecontact.outputs.records.results import result_record
     from fecontact.outputs.records.rows import case_row
-    from fecontact.outputs.terminal.case import print_case
-    from fecontact.outputs.terminal.rows import print_rows
+    from fecontact.outputs.terminal.case import case_lines
+    from fecontact.outputs.terminal.rows import rows_lines
     from fecontact.runs.folders import prepare_for_case
     from fecontact.solving.solve import solve as solve_case
 
@@ -128,8 +129,7 @@ def solve(
     if json:
         print(json_text(record), flush=True)
     else:
-        print_rows([case_row(result)])
-        print_case(record)
+        show((*rows_lines([case_row(result)]), *case_lines(record)))
     if lost is not None:
         raise lost
     return 0 if result.load.usable else 3
@@ -166,7 +166,7 @@ def run(
     quick
         The small version of the study.
     """
-    from fecontact.outputs.terminal.rows import print_rows
+    from fecontact.outputs.terminal.rows import rows_lines
     from fecontact.runs.casefile import load_study
     from fecontact.runs.folders import prepare_for_study
     from fecontact.runs.study import run_study
@@ -178,7 +178,7 @@ def run(
         with many("cases", quiet=how.quiet) as progress:
             outcome = run_study(loaded, out, settings=settings, progress=progress)
         if not how.quiet:
-            print_rows(outcome.rows)
+            show(rows_lines(outcome.rows))
         _log_rows(outcome.rows)
         _tell_reused(outcome, "cases", how)
         if outcome.conclusion:
@@ -251,7 +251,7 @@ def map_(
     """
     from fecontact.inputs.texts import parse_numbers
     from fecontact.outputs.maps.measures import refuse_measure
-    from fecontact.outputs.terminal.maps import print_map
+    from fecontact.outputs.terminal.maps import map_lines
     from fecontact.runs.folders import prepare_for_map
     from fecontact.runs.map_run import run_map
 
@@ -268,7 +268,7 @@ def map_(
                 *(case, positions, loads_N, out), measure=measure, theory=theory, settings=settings, progress=progress
             )
         if not how.quiet:
-            print_map(outcome.made, measure, theory, width=width())
+            show(map_lines(outcome.made, measure, theory, width=width()))
         _tell_reused(outcome, "positions", how)
         lost = {
             f"{cell.lateral_shift_mm:+g} mm, {cell.load_N / 1e3:g} kN": str(cell.status)

@@ -9,6 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from fecontact.console import count, many, tell_notes
+from fecontact.outputs.terminal.console import show
 
 
 def demo(*, out: Path = Path("out/demo")) -> int:
@@ -19,14 +20,14 @@ def demo(*, out: Path = Path("out/demo")) -> int:
     out
         Folder for the results.
     """
-    from fecontact.outputs.terminal.rows import print_rows
+    from fecontact.outputs.terminal.rows import rows_lines
     from fecontact.runs.demo import demo_study, demo_words
     from fecontact.runs.study import run_study
 
     print("A wheel on a rail, and a sphere on a plane, for which Hertz's theory is exact:", flush=True)
     with many("cases") as progress:
         outcome = run_study(demo_study(), out, progress=progress)
-    print_rows(outcome.rows)
+    show(rows_lines(outcome.rows))
     print(demo_words(out, outcome))
     return 0 if outcome.all_converged else 3
 

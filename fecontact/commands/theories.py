@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 from cyclopts import Parameter
 
 from fecontact.case import IRREGULAR, unusual
-from fecontact.console import answer, tell_notes
+from fecontact.console import tell_notes
 from fecontact.material import OF_YIELDING
 from fecontact.options import CaseOptions, options_of
+from fecontact.outputs.terminal.console import answer
 
 # no stress is looked at, and nothing is meshed
 _OF_THEORY = options_of("place", "profiles", "load", "material", without=OF_YIELDING)
@@ -36,10 +37,10 @@ def theories(*, json: Annotated[bool, Parameter(negative="")] = False) -> int:
     json
         Print the list as JSON and nothing else.
     """
-    from fecontact.outputs.terminal.theories import print_theories
+    from fecontact.outputs.terminal.theories import theories_lines
     from fecontact.runs.analytic import theories as listed
 
-    answer(listed(), print_theories, json=json)
+    answer(listed(), theories_lines, json=json)
     return 0
 
 
@@ -55,13 +56,13 @@ def theory(
     json
         Print the result as JSON and nothing else.
     """
-    from fecontact.outputs.terminal.theories import print_alone
+    from fecontact.outputs.terminal.theories import alone_lines
     from fecontact.runs.analytic import theory as alone
 
     case = options.case()
     tell_notes(unusual([case]))
     record = alone(case, name)
-    answer(record, print_alone, json=json)
+    answer(record, alone_lines, json=json)
     return 0 if record["status"] == "solved" else 3
 
 
@@ -93,7 +94,7 @@ def table(
     """
     from fecontact.inputs.texts import parse_numbers
     from fecontact.outputs.tables.csv_file import write_csv
-    from fecontact.outputs.terminal.contact_table import print_lines
+    from fecontact.outputs.terminal.contact_table import contact_table_lines
     from fecontact.runs.contact_table import table as made_table
 
     case, positions = options.case(), parse_numbers(shifts, "shifts")
@@ -102,5 +103,5 @@ def table(
     rows = made_table(case, positions, loads_N, map_folder=map_)
     if out is not None:
         write_csv(rows, out)
-    answer(rows, print_lines, json=json, table=out)
+    answer(rows, contact_table_lines, json=json, table=out)
     return 3 if any(row["problem"] for row in rows) else 0

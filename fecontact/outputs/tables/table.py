@@ -52,11 +52,21 @@ class TableRow:
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """Columns, and lines of them."""
+    """Columns, and lines of them.
+
+    Attributes
+    ----------
+    shorter
+        The same table with shorter texts, to be shown where there is no room before columns are left out.
+    roomy_width
+        Characters of a terminal from which on there is more space between columns.
+    """
 
     title: str
     columns: Sequence[Column]
     rows: Sequence[TableRow]
+    shorter: Sequence[Table] = ()
+    roomy_width: int = 100
 
     def without(self, names: Sequence[str]) -> Table:
         """The same table without some of the columns that have a name."""
@@ -68,10 +78,12 @@ class Table:
         )
 
     def narrower(self) -> Iterator[tuple[Table, list[str]]]:
-        """The table, then without one column after the other, each with the names of those that are left out."""
+        """The table, shorter ones, then without one column after the other, with the names of those left out."""
+        *before, shortest = (self, *self.shorter)
+        yield from ((table, []) for table in before)
         names = [one.name for one in sorted(self.columns, key=lambda column: column.rank) if one.name]
         for count in range(len(names) + 1):
-            yield self.without(names[:count]), names[:count]
+            yield shortest.without(names[:count]), names[:count]
 
 
 def table_of(

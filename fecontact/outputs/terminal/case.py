@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fecontact.comparison.theories import THEORIES
 from fecontact.outputs.tables.cases import (
@@ -15,99 +15,74 @@ from fecontact.outputs.tables.cases import (
     plastic_tables,
     theories_table,
 )
-from fecontact.outputs.terminal.console import print_notes, print_table, say, standard_console
-from fecontact.outputs.terminal.creep import print_creep
+from fecontact.outputs.terminal.console import Lines, notes
+from fecontact.outputs.terminal.creep import creep_lines
 from fecontact.outputs.terminal.hertz import touch_point_table
 from fecontact.outputs.words.measures import names_text, unknown_text
 from fecontact.outputs.words.verdicts import plastic_words, reason_of_record, what_would_decide
 
-if TYPE_CHECKING:
-    from rich.console import Console
-
 Record = Mapping[str, Any]
 
 
-def print_case(record: Record, *, console: Console | None = None) -> None:
-    """Print a result record: touch points, all measures of both solutions, warnings."""
-    console = console or standard_console()
-    print_table(console, touch_point_table(record))
-    for table in (*hertz_tables(record), lobe_table(record)):
-        print_table(console, table)
-    _print_theories(record, console)
-    for table in (ladder_table(record), *plastic_tables(record), elements_table(record)):
-        print_table(console, table)
-    _print_verdict(record, console)
-    say(
-        console,
-        f"beside the verdict: L2 difference of the pressures {1e2 * record['pressure_l2']:.1f} %, overlap of the"
-        f" patches {record['overlap']:.3f}",
-    )
-    solver, off = record["solver"], record["solver"]["elements_compliance_error"]
-    say(
-        console,
-        f"the elements' own nodes carry {1e2 * solver['misfit']:.1f} % of the load elsewhere: they are coarser; their"
-        f" compliance is {'not seen' if off is None else f'{1e2 * off:+.1f} % off that of a half-space'}",
-    )
-    say(
-        console,
-        f"normal force {record['normal_force_N'] / 1e3:.3f} kN,"
-        f" Hertz stiffness {record['hertz_stiffness_GN_per_m15']:.2f} GN/m^1.5",
-    )
-    if record["creep"] is not None:
-        print_creep(record["creep"], console)
-    peaks = record["von_mises"].items()
-    say(
-        console,
-        "largest von Mises stress: "
-        + ", ".join(
-            f"{name} {p['von_mises_MPa']:.0f} MPa {p['depth_mm']:.2f} mm below its surface" for name, p in peaks
-        ),
-    )
-    _print_work(record["solver"], console)
-    print_notes([*record["verdict"]["warnings"], *record["warnings"]], console)
-
-
-def _print_theories(record: Record, console: Console) -> None:
-    """Print the verdict on every theory of the pressure, and what is to be known of some."""
-    print_table(console, theories_table(record))
+def case_lines(record: Record) -> Lines:
+    """A result record: touch points, all measures of both solutions, verdict, work, warnings."""
+    yield from (touch_point_table(record), *hertz_tables(record), lobe_table(record), theories_table(record))
     for name, theory in record["theories"].items():
         if theory.get("notes"):
-            say(console, f"{THEORIES[name].words} is {theory['status']}: {'; '.join(theory['notes'])}")
+            yield f"{THEORIES[name].words} is {theory['status']}: {'; '.join(theory['notes'])}"
+    yield from (ladder_table(record), *plastic_tables(record), elements_table(record))
+    yield from _verdict_lines(record)
+    yield (
+        f"beside the verdict: L2 difference of the pressures {1e2 * record['pressure_l2']:.1f} %, overlap of the"
+        f" patches {record['overlap']:.3f}"
+    )
+    solver, off = record["solver"], record["solver"]["elements_compliance_error"]
+    yield (
+        f"the elements' own nodes carry {1e2 * solver['misfit']:.1f} % of the load elsewhere: they are coarser; their"
+        f" compliance is {'not seen' if off is None else f'{1e2 * off:+.1f} % off that of a half-space'}"
+    )
+    yield (
+        f"normal force {record['normal_force_N'] / 1e3:.3f} kN,"
+        f" Hertz stiffness {record['hertz_stiffness_GN_per_m15']:.2f} GN/m^1.5"
+    )
+    if record["creep"] is not None:
+        yield from creep_lines(record["creep"])
+    yield "largest von Mises stress: " + ", ".join(
+        f"{name} {peak['von_mises_MPa']:.0f} MPa {peak['depth_mm']:.2f} mm below its surface"
+        for name, peak in record["von_mises"].items()
+    )
+    degrees = ", ".join(f"{name} {count}" for name, count in solver["degrees_of_freedom"].items())
+    yield (
+        f"solver {solver['path']}: degrees of freedom {degrees}; {solver['iterations']} iterations, residuals contact"
+        f" {solver['contact_residual']:.0e}, penetration {solver['penetration_residual']:.0e}, load balance"
+        f" {solver['load_balance']:.0e}"
+    )
+    yield effort_table(solver)
+    yield from notes([*record["verdict"]["warnings"], *record["warnings"]])
 
 
-def _print_verdict(record: Record, console: Console) -> None:
-    """Print the answer, what decided it and why, on which meshes, and what would decide an open one."""
+def _verdict_lines(record: Record) -> Lines:
+    """The answer, what decided it and why, on which meshes, and what would decide an open one."""
     verdict = record["verdict"]
     answer, measure = verdict["verdict"], verdict["measure"]
-    say(console, f"verdict: Hertz {answer}; {reason_of_record(record)}")
+    yield f"verdict: Hertz {answer}; {reason_of_record(record)}"
     for kind, head in (("FAILS", "it fails by"), ("UNRESOLVED", "open are")):
         found = [name for name, one in verdict["each"].items() if one == kind]
         # the measure that is open is named already
         if found and found != [measure] * (kind == "UNRESOLVED"):
-            say(console, f"{head}: {names_text(found)}")
+            yield f"{head}: {names_text(found)}"
     elements = [f"{count:.1f}" for count in record["solver"]["elements_a_semi_axis"]]
     times = len(elements) - 2
     refined = ("not refined", "refined once", "refined twice")[times] if times < 3 else f"refined {times} times"
     state = "open" if answer == "UNRESOLVED" else "decided"
     meshes = f"{', '.join(elements[:-1])} and {elements[-1]}"
-    say(console, f"{state} on {len(elements)} meshes of {meshes} elements a semi-axis, {refined}")
+    yield f"{state} on {len(elements)} meshes of {meshes} elements a semi-axis, {refined}"
     by_elements = record["verdict_elements"]["verdict"]
     more = "; --evidence refines until they know" * (by_elements == "UNRESOLVED" and not record["case"]["evidence"])
-    say(console, f"the elements by themselves, on their own nodes: Hertz {by_elements}{more}")
+    yield f"the elements by themselves, on their own nodes: Hertz {by_elements}{more}"
     if plastic := plastic_words(record):
-        say(console, plastic)
+        yield plastic
     if verdict["unknown"]:
-        say(console, unknown_text(verdict["unknown"]))
+        yield unknown_text(verdict["unknown"])
     elif answer == "UNRESOLVED":
-        say(console, what_would_decide(record))
-
-
-def _print_work(solver: Record, console: Console) -> None:
-    degrees = ", ".join(f"{name} {count}" for name, count in solver["degrees_of_freedom"].items())
-    say(
-        console,
-        f"solver {solver['path']}: degrees of freedom {degrees}; {solver['iterations']} iterations, residuals contact"
-        f" {solver['contact_residual']:.0e}, penetration {solver['penetration_residual']:.0e}, load balance"
-        f" {solver['load_balance']:.0e}",
-    )
-    print_table(console, effort_table(solver))
+        yield what_would_decide(record)

@@ -1,23 +1,54 @@
-"""What all that is printed on the terminal shares: where it goes, its tables, its lines, and how numbers look."""
+"""What is printed on the terminal: tables and lines in their order, where they go, and how they look."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
-
-from fecontact.outputs.tables.table import Table
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 if TYPE_CHECKING:
     from rich.console import Console, JustifyMethod
     from rich.table import Table as RichTable
 
+    from fecontact.outputs.tables.table import Table
+
+Lines: TypeAlias = "Iterator[Table | str]"
+"""Tables and lines in the order in which they are printed."""
+
 # Width of a table that goes to a file or a pipe.
 _PLAIN_WIDTH = 120
-# Terminals that are narrower have columns closer together.
-_ROOMY_WIDTH = 100
 
 
-def standard_console() -> Console:
+def answer(record: object, lines: Callable[[Any], Iterable[Table | str]], *, json: bool, **files: Path | None) -> None:
+    """Print what lines say of a record, or the record as JSON and nothing else, and tell of files by what they are."""
+    from fecontact.files import json_text
+
+    if json:
+        print(json_text(record))
+    else:
+        show(lines(record))
+    for what, path in files.items():
+        if path is not None:
+            print(f"{what}: {path}", file=sys.stderr if json else sys.stdout)
+
+
+def show(lines: Iterable[Table | str], console: Console | None = None) -> None:
+    """Print tables and lines on standard output, or on a console."""
+    console = console or _standard_console()
+    for line in lines:
+        if isinstance(line, str):
+            _say(console, line)
+        else:
+            _print_table(console, line)
+
+
+def notes(texts: Iterable[str]) -> Iterator[str]:
+    """What is to be known beside the numbers."""
+    return (f"note: {text}" for text in texts)
+
+
+def _standard_console() -> Console:
     """Standard output: as wide as the terminal, or `_PLAIN_WIDTH` and without any colour where there is none."""
     from rich.console import Console
 
@@ -25,25 +56,23 @@ def standard_console() -> Console:
     return console if console.is_terminal else Console(width=_PLAIN_WIDTH, no_color=True, highlight=False)
 
 
-def print_table(console: Console, table: Table, *, roomy_width: int = _ROOMY_WIDTH) -> None:
-    """Print a table, and name the columns that find no room."""
-    print_first_that_fits(console, table.narrower(), roomy_width=roomy_width)
+def _say(console: Console, text: str) -> None:
+    # not as markup: profile names and notes may have brackets
+    console.print(text, markup=False, soft_wrap=not console.is_terminal)
 
 
-def print_first_that_fits(
-    console: Console, tables: Iterable[tuple[Table, Sequence[str]]], *, roomy_width: int = _ROOMY_WIDTH
-) -> None:
-    """Print the first of some tables that finds room, or the last, and name the columns that it leaves out."""
+def _print_table(console: Console, table: Table) -> None:
+    """Print the first form of a table that finds room, or the last, and name the columns that it leaves out."""
     from rich.measure import Measurement
 
     unbounded = console.options.update(max_width=10_000)
-    for table, without in tables:
-        shown, left_out = _rendered(console, table, roomy_width), without
-        if Measurement.get(console, unbounded, shown).maximum - _slack(table) <= console.width:
+    for narrower, without in table.narrower():
+        shown, left_out = _rendered(console, narrower), without
+        if Measurement.get(console, unbounded, shown).maximum - _slack(narrower) <= console.width:
             break
     console.print(shown)
     if left_out:
-        say(console, f"no room for: {', '.join(left_out)}")
+        _say(console, f"no room for: {', '.join(left_out)}")
 
 
 def _slack(table: Table) -> int:
@@ -56,8 +85,8 @@ def _slack(table: Table) -> int:
     )
 
 
-def _rendered(console: Console, table: Table, roomy_width: int) -> RichTable:
-    """A table on a terminal with rules, and with columns closer together if it is narrower than that width."""
+def _rendered(console: Console, table: Table) -> RichTable:
+    """A table on a terminal with rules, and with columns closer together if it is not roomy."""
     from rich import box
     from rich.table import Table as RichTable
     from rich.text import Text
@@ -68,7 +97,7 @@ def _rendered(console: Console, table: Table, roomy_width: int) -> RichTable:
         title_style="bold",
         box=box.SIMPLE_HEAD if console.is_terminal else None,
         # the box has a space between columns as well
-        padding=(0, 1) if not console.is_terminal or console.width >= roomy_width else (0, 1, 0, 0),
+        padding=(0, 1) if not console.is_terminal or console.width >= table.roomy_width else (0, 1, 0, 0),
         pad_edge=False,
     )
     for column in table.columns:
@@ -81,15 +110,3 @@ def _rendered(console: Console, table: Table, roomy_width: int) -> RichTable:
 
 
 _STYLES = {"plain": "", "fails": "red", "open": "yellow", "dim": "dim"}
-
-
-def say(console: Console, text: str) -> None:
-    """Print a line."""
-    # not as markup: profile names and notes may have brackets
-    console.print(text, markup=False, soft_wrap=not console.is_terminal)
-
-
-def print_notes(notes: Iterable[str], console: Console) -> None:
-    """Print what is to be known beside the numbers."""
-    for note in notes:
-        say(console, f"note: {note}")

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import Any
 
 from fecontact.outputs.tables.table import Table, number, radius, table_of, text
-from fecontact.outputs.terminal.console import print_notes, print_table, say, standard_console
-
-if TYPE_CHECKING:
-    from rich.console import Console
+from fecontact.outputs.terminal.console import Lines, notes
 
 _COLUMNS = (
     number("shift\nmm", "lateral_shift_mm", "{:+z.2f}"),
@@ -27,32 +24,33 @@ _COLUMNS = (
 )
 
 
-def print_functions(record: Mapping[str, Any], *, console: Console | None = None) -> None:
-    """Print a geometry record: a table of the left side, and of the right one where it is not its mirror image."""
-    console = console or standard_console()
+def functions_lines(record: Mapping[str, Any]) -> Lines:
+    """A geometry record: a table of the left side, and of the right one where it is not its mirror image."""
     mirrored = record["symmetric"] and record["case"]["yaw_rad"] == 0.0
     sides = ("left",) if mirrored else ("left", "right")
     for side in sides:
-        print_table(console, _side_table(record, side))
+        yield _side_table(record, side)
     if mirrored:
-        say(console, "The right wheel at a shift is the left one at the opposite shift.")
+        yield "The right wheel at a shift is the left one at the opposite shift."
     for jump in (jump for jump in record["jumps"] if jump["side"] in sides):
-        say(
-            console,
+        yield (
             f"jump at {jump['shift_mm']:+z.3f} mm: the {jump['side']} rail is touched first at y ="
-            f" {jump['from_rail_y_mm']:+z.2f} mm below it, at {jump['to_rail_y_mm']:+z.2f} mm above it",
+            f" {jump['from_rail_y_mm']:+z.2f} mm below it, at {jump['to_rail_y_mm']:+z.2f} mm above it"
         )
-    _print_conicity(record["equivalent_conicity"], console)
+    if conicities := record["equivalent_conicity"]:
+        yield (
+            "equivalent conicity by amplitude, harmonic linearisation without roll (with it in brackets): "
+            + ", ".join(f"{one['amplitude_mm']:g} mm {one['unrolled']:.3f} ({one['rolled']:.3f})" for one in conicities)
+        )
     for row in record.get("loaded_conicity", ()):
-        say(
-            console,
+        yield (
             f"loaded, {row['wheel_load_N'] / 1e3:g} kN a wheel, {row['amplitude_mm']:g} mm: conicity"
-            f" {row['overlap']:.3f} by overlapping strips, {row['half_space']:.3f} by the half-space",
+            f" {row['overlap']:.3f} by overlapping strips, {row['half_space']:.3f} by the half-space"
         )
-    problems = [row for row in record["positions"] if "problem" in row]
-    for row in problems:
-        say(console, f"no position at {row['lateral_shift_mm']:+z.2f} mm: {row['problem']}")
-    print_notes(record["warnings"], console)
+    for row in record["positions"]:
+        if "problem" in row:
+            yield f"no position at {row['lateral_shift_mm']:+z.2f} mm: {row['problem']}"
+    yield from notes(record["warnings"])
 
 
 def _side_table(record: Mapping[str, Any], side: str) -> Table:
@@ -60,14 +58,3 @@ def _side_table(record: Mapping[str, Any], side: str) -> Table:
     placed = [(row, row[side]["touch_points"]) for row in record["positions"] if "problem" not in row]
     title = f"The {side} wheel on its rail; lengths in mm, radii positive where convex"
     return table_of(title, _COLUMNS, [{**row, **points[0], "points": len(points)} for row, points in placed])
-
-
-def _print_conicity(conicities: Sequence[Mapping[str, float]], console: Console) -> None:
-    if not conicities:
-        return
-    parts = (f"{one['amplitude_mm']:g} mm {one['unrolled']:.3f} ({one['rolled']:.3f})" for one in conicities)
-    say(
-        console,
-        "equivalent conicity by amplitude, harmonic linearisation without roll (with it in brackets): "
-        + ", ".join(parts),
-    )

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from fecontact.outputs.tables.table import Table, number, table_of, text
-from fecontact.outputs.terminal.console import print_table, say, standard_console
-
-if TYPE_CHECKING:
-    from rich.console import Console
+from fecontact.outputs.tables.table import number, table_of, text
+from fecontact.outputs.terminal.console import Lines
 
 Record = Mapping[str, Any]
 
@@ -34,16 +31,10 @@ _TEXTS = {
 }
 
 
-def print_lines(rows: Sequence[Record], *, console: Console | None = None) -> None:
-    """Print a line each, and below what is missing."""
-    console = console or standard_console()
-    print_table(console, lines_table(rows))
+def contact_table_lines(rows: Sequence[Record]) -> Lines:
+    """The most important columns of a contact table, those of a map where it was asked, and what is missing."""
+    told = {heading: key for heading, key in _TEXTS.items() if not key.startswith("map") or (rows and key in rows[0])}
+    yield table_of("Contact table", [*_NUMBERS, *(text(*one, none="-") for one in told.items())], rows)
     for row in rows:
         if row["problem"]:
-            say(console, f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN: {row['problem']}")
-
-
-def lines_table(rows: Sequence[Record]) -> Table:
-    """The most important columns of a contact table, those of a map where it was asked."""
-    told = {heading: key for heading, key in _TEXTS.items() if not key.startswith("map") or (rows and key in rows[0])}
-    return table_of("Contact table", [*_NUMBERS, *(text(*one, none="-") for one in told.items())], rows)
+            yield f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN: {row['problem']}"

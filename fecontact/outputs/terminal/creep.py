@@ -2,45 +2,57 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import Any
 
-from fecontact.outputs.records.creep import Record
-from fecontact.outputs.tables.table import Table, TableRow, columns_of
-from fecontact.outputs.terminal.console import print_table, say, standard_console
+from fecontact.outputs.tables.table import Column, Of, Table, number, table_of, text
+from fecontact.outputs.terminal.console import Lines
 
-if TYPE_CHECKING:
-    from rich.console import Console
+Record = Mapping[str, Any]
+
+_SIDES = {"hertz": "Hertz", "fe": "FE"}
 
 
-def force_lines(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+def _force(heading: str, of: Of, form: str, factor: float = 1.0) -> Column:
+    """A column of forces, of which a theory has none where it has a problem."""
+    known = number(heading, of, form, factor, none="")
+    return replace(known, cell=lambda force: "none" if "problem" in force else known.cell(force))
+
+
+_FORCE = (
+    text("theory", "name"),
+    _force("Fx\nkN", "fx_N", "{:+.3f}", 1e-3),
+    _force("Fy\nkN", "fy_N", "{:+.3f}", 1e-3),
+    _force("Mz\nN m", "mz_Nmm", "{:+.2f}", 1e-3),
+    _force("|F|\n% of mu N", lambda force: math.hypot(force["fx_N"], force["fy_N"]) / force["limit_N"], "{:.1f}", 1e2),
+    _force("adhesion\nmm²", "adhesion_area_mm2", "{:.1f}"),
+    _force("power/speed\nN", "power_per_speed_N", "{:.2f}"),
+)
+
+
+def force_lines(rows: Sequence[Record]) -> Lines:
     """One line a row that has a verdict of forces."""
-    lines = []
     for row in rows:
         if row.get("force_verdict"):
             off, unsure = row["force_worst_percent"], row["force_worst_uncertainty_percent"]
-            lines.append(f"{row['id']}: {_force_verdict(row['force_verdict'], off, unsure, row.get('force_cause'))}")
-    return lines
+            yield f"{row['id']}: {_force_verdict(row['force_verdict'], off, unsure, row.get('force_cause'))}"
 
 
-def print_creep(record: Record, console: Console) -> None:
-    """Print the forces of a result record."""
-    limit, verdict = record["limit_N"], record["verdict"]
-    forces: dict[str, Record] = {}
-    for theory, found in record["theories"].items():
-        forces |= {f"{theory}, Hertz": found["hertz"], f"{theory}, FE": found["fe"]}
-    title = f"creep forces at {_creepages_text(record['creepages'])}, mu N {limit / 1e3:.2f} kN"
-    print_table(console, force_table(title, forces, limit))
-    _print_problems({theory: found["fe"] for theory, found in record["theories"].items()}, console)
-    off = {name: found["deviation_of_muN"] for name, found in record["theories"].items()}
+def creep_lines(record: Record) -> Lines:
+    """The forces of a result record."""
+    verdict, theories = record["verdict"], record["theories"]
+    sides = {f"{theory}, {of}": found[side] for theory, found in theories.items() for side, of in _SIDES.items()}
+    yield _force_table("creep forces", record, sides)
+    yield from _problems({theory: found["fe"] for theory, found in theories.items()})
+    off = {name: found["deviation_of_muN"] for name, found in theories.items()}
     told = ", ".join(f"{name} {1e2 * value:.1f}" for name, value in off.items() if value is not None)
-    say(console, f"Hertz is off in force by, % of mu N: {told}")
+    yield f"Hertz is off in force by, % of mu N: {told}"
     off_percent, unsure = 1e2 * verdict["deviation_of_muN"], 1e2 * verdict["uncertainty_of_muN"]
-    limit_percent, at = 1e2 * verdict["limit_of_muN"], _creepages_text(verdict["at"])
-    within = f" (limit {limit_percent:g} %), at {at}"
-    say(console, _force_verdict(verdict["verdict"], off_percent, unsure, verdict["cause"], within))
-    for warning in record["warnings"]:
-        say(console, f"warning: {warning}")
+    within = f" (limit {1e2 * verdict['limit_of_muN']:g} %), at {_creepages_text(verdict['at'])}"
+    yield _force_verdict(verdict["verdict"], off_percent, unsure, verdict["cause"], within)
+    yield from (f"warning: {warning}" for warning in record["warnings"])
 
 
 def _force_verdict(answer: str, off: float, unsure: float, cause: str | None, within: str = "") -> str:
@@ -49,20 +61,15 @@ def _force_verdict(answer: str, off: float, unsure: float, cause: str | None, wi
     return f"for forces Hertz {answer}, off by at most {off:.1f} ± {unsure:.1f} % of mu N{within}{because}"
 
 
-def print_ellipse(record: Record, console: Console | None = None) -> None:
-    """Print the forces on an ellipse."""
-    console, limit = console or standard_console(), record["limit_N"]
-    title = f"forces on the wheel at {_creepages_text(record['creepages'])}, mu N {limit / 1e3:.2f} kN"
-    print_table(console, force_table(title, record["theories"], limit))
-    _print_problems(record["theories"], console)
-    for warning in record["warnings"]:
-        say(console, f"warning: {warning}")
+def ellipse_lines(record: Record) -> Lines:
+    """The forces on an ellipse."""
+    yield _force_table("forces on the wheel", record, record["theories"])
+    yield from _problems(record["theories"])
+    yield from (f"warning: {warning}" for warning in record["warnings"])
 
 
-def _print_problems(theories: Mapping[str, Record], console: Console) -> None:
-    for theory, force in theories.items():
-        if "problem" in force:
-            say(console, f"{theory}: {force['problem']}")
+def _problems(theories: Mapping[str, Record]) -> Lines:
+    return (f"{theory}: {force['problem']}" for theory, force in theories.items() if "problem" in force)
 
 
 def _creepages_text(creepages: Record) -> str:
@@ -70,20 +77,8 @@ def _creepages_text(creepages: Record) -> str:
     return f"xi {xi:.3f} %, eta {eta:.3f} %, spin {spin:.3g}/mm"
 
 
-def force_table(title: str, forces: Mapping[str, Record], limit_N: float) -> Table:
+def _force_table(what: str, record: Record, forces: Mapping[str, Record]) -> Table:
     """Forces by the names of their theories."""
-    headings = ("Fx\nkN", "Fy\nkN", "Mz\nN m", "|F|\n% of mu N", "adhesion\nmm²", "power/speed\nN")
-    rows = []
-    for name, force in forces.items():
-        cells = ["none"] * len(headings)
-        if "problem" not in force:
-            size = float((force["fx_N"] ** 2 + force["fy_N"] ** 2) ** 0.5)
-            cells = [f"{force['fx_N'] / 1e3:+.3f}", f"{force['fy_N'] / 1e3:+.3f}"]
-            cells += [_shown(force["mz_Nmm"], 1e-3, "+.2f"), f"{1e2 * size / limit_N:.1f}"]
-            cells += [_shown(force["adhesion_area_mm2"], 1.0, ".1f"), _shown(force["power_per_speed_N"], 1.0, ".2f")]
-        rows.append(TableRow(cells=[name, *cells]))
-    return Table(title=title, columns=columns_of("theory", *headings, texts=("theory",)), rows=rows)
-
-
-def _shown(value: float | None, factor: float, form: str) -> str:
-    return "" if value is None else f"{factor * value:{form}}"
+    limit_N = record["limit_N"]
+    title = f"{what} at {_creepages_text(record['creepages'])}, mu N {limit_N / 1e3:.2f} kN"
+    return table_of(title, _FORCE, ({**force, "name": name, "limit_N": limit_N} for name, force in forces.items()))

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fecontact.outputs.tables.table import Table, number, radius, table_of, text
-from fecontact.outputs.terminal.console import print_notes, print_table, say, standard_console
-
-if TYPE_CHECKING:
-    from rich.console import Console
+from fecontact.outputs.terminal.console import Lines, notes
 
 Record = Mapping[str, Any]
 
@@ -37,22 +34,16 @@ _TOUCH = (
 )
 
 
-def print_hertz(record: Record, *, console: Console | None = None) -> None:
-    """Print a Hertz record: touch points and the ellipse of each, and of each side of a junction."""
-    console = console or standard_console()
-    print_table(console, touch_point_table(record))
-    print_table(console, ellipse_table(record))
+def hertz_lines(record: Record) -> Lines:
+    """A Hertz record: touch points and the ellipse of each, and of each side of a junction."""
+    yield touch_point_table(record)
+    yield table_of("Hertz's ellipse, each with the whole load", _ELLIPSE, record["ellipses"])
     if len(record["shared"]["ellipses"]) > 1:
-        say(console, _shared_text(record["shared"]))
+        yield _shared_text(record["shared"])
     for ellipse in record["ellipses"]:
         if "problem" in ellipse:
-            say(console, f"point {ellipse['touch_point'] + 1}, {ellipse['side']} side: {ellipse['problem']}")
-    print_notes(record["warnings"], console)
-
-
-def ellipse_table(record: Record) -> Table:
-    """The ellipse of each touch point, and of each side of a junction."""
-    return table_of("Hertz's ellipse, each with the whole load", _ELLIPSE, record["ellipses"])
+            yield f"point {ellipse['touch_point'] + 1}, {ellipse['side']} side: {ellipse['problem']}"
+    yield from notes(record["warnings"])
 
 
 def _shared_text(shared: Record) -> str:

@@ -5,38 +5,34 @@ from __future__ import annotations
 import numpy as np
 
 from fecontact.outputs.records.preview import junctions_of
+from fecontact.outputs.terminal.console import Lines, notes
 from fecontact.profiles.recognition import Nearest
 from fecontact.solving.preview import Preview
 
 
-def preview_text(seen: Preview) -> str:
+def preview_lines(seen: Preview) -> Lines:
     """A preview in lines."""
     patch, (dx, ds) = seen.expected, seen.element_size_mm
-    lines = [
-        f"touch point {k}: rail y {touch.rail_y_mm:+.2f} mm, wheel y {touch.wheel_y_mm:+.2f} mm, contact angle"
-        f" {1e3 * touch.contact_angle_rad:+.1f} mrad, gap {1e3 * touch.vertical_gap_mm:.1f} um"
-        for k, touch in enumerate(seen.placement.touch_points, start=1)
-    ]
-    hertz = f"Hertz: p0 {seen.hertz.p0_MPa:.1f} MPa, a {seen.hertz.a_mm:.3f} mm, b {seen.hertz.b_mm:.3f} mm"
-    if seen.hertz_uncertainty is not None:
-        hertz += f"; {uncertainty_text(seen.hertz_uncertainty)}"
-    lines.append(hertz)
-    lines.append(
+    for place, touch in enumerate(seen.placement.touch_points, start=1):
+        yield (
+            f"touch point {place}: rail y {touch.rail_y_mm:+.2f} mm, wheel y {touch.wheel_y_mm:+.2f} mm, contact angle"
+            f" {1e3 * touch.contact_angle_rad:+.1f} mrad, gap {1e3 * touch.vertical_gap_mm:.1f} um"
+        )
+    unsure = "" if seen.hertz_uncertainty is None else f"; {uncertainty_text(seen.hertz_uncertainty)}"
+    yield f"Hertz: p0 {seen.hertz.p0_MPa:.1f} MPa, a {seen.hertz.a_mm:.3f} mm, b {seen.hertz.b_mm:.3f} mm{unsure}"
+    yield (
         f"expected patch: {patch.x_high_mm - patch.x_low_mm:.2f} mm along x, {patch.s_high_mm - patch.s_low_mm:.2f} mm"
         f" across, from {patch.s_low_mm:+.2f} to {patch.s_high_mm:+.2f} mm of the touch point"
     )
     reached = [one for one in junctions_of(seen) if patch.s_low_mm <= one["distance_mm"] <= patch.s_high_mm]
-    lines.append(
-        "curvature junctions below it: "
-        + (", ".join(f"{one['profile']} at {one['distance_mm']:+.2f} mm" for one in reached) or "none")
-    )
-    lines.append(
+    told = ", ".join(f"{one['profile']} at {one['distance_mm']:+.2f} mm" for one in reached)
+    yield f"curvature junctions below it: {told or 'none'}"
+    yield (
         f"elements {dx:.3g} by {ds:.3g} mm, {seen.elements[0]} by {seen.elements[1]} in the fine zone: about"
         f" {round(seen.degrees_of_freedom, -3)} unknowns, {seen.cpu_seconds:.0f} CPU s and {seen.memory_GB:.1f} GB;"
         f" more where the verdict is open, up to {seen.case.refine_degrees_of_freedom} unknowns"
     )
-    notes = (*seen.placement.rail.profile.notes, *seen.placement.wheel.profile.notes)
-    return "\n".join((*lines, *(f"note: {note}" for note in notes)))
+    yield from notes((*seen.placement.rail.profile.notes, *seen.placement.wheel.profile.notes))
 
 
 def uncertainty_text(part: dict[str, float]) -> str:

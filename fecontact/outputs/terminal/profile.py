@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from fecontact.outputs.tables.table import Table, number, radius, table_of, text
-from fecontact.outputs.terminal.console import print_notes, print_table, say, standard_console
+from fecontact.outputs.tables.table import number, radius, table_of, text
+from fecontact.outputs.terminal.console import Lines, notes
 from fecontact.profiles.curve import Profile, radius_mm, radius_text
 from fecontact.profiles.segments import Arc, Line, Segment
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
 
 _LIBRARY = (
     text("name", "name"),
@@ -38,11 +34,10 @@ _SEGMENTS = (
 )
 
 
-def print_library(*, folder: Path | None = None, console: Console | None = None) -> None:
-    """Print the profiles of the library and files of a folder, and what else may be given in place of a name."""
+def library_lines(folder: Path | None = None) -> Lines:
+    """The profiles of the library and files of a folder, and what else may be given in place of a name."""
     from fecontact.profiles.library import load, names
 
-    console = console or standard_console()
     items: list[dict[str, Any]] = []
     for profile in map(load, names()):
         low, high = profile.y_range_mm
@@ -51,37 +46,26 @@ def print_library(*, folder: Path | None = None, console: Console | None = None)
     for path in sorted(folder.iterdir()) if folder is not None and folder.is_dir() else ():
         if path.is_file():
             items.append({"name": path.stem, "source": f"file {path.name} of {folder}"})
-    print_table(console, table_of("Profile library", _LIBRARY, items))
-    say(console, "Also: circle:R and arcs:R/R@D (rails), cylinder:R (wheel), all in mm, or the path of a profile file.")
+    yield table_of("Profile library", _LIBRARY, items)
+    yield "Also: circle:R and arcs:R/R@D (rails), cylinder:R (wheel), all in mm, or the path of a profile file."
 
 
-def print_profile(profile: Profile, *, console: Console | None = None) -> None:
-    """Print the segments and the junctions of a profile."""
-    console = console or standard_console()
-    low, high = profile.y_range_mm
-    say(console, f"{profile.kind} {profile.name}: y from {low:.3f} to {high:.3f} mm, {profile.length_mm:.2f} mm long")
-    if profile.source:
-        say(console, f"source: {profile.source}")
-    print_notes(profile.notes, console)
-    print_table(console, segment_table(profile))
-    print_table(console, junction_table(profile))
-
-
-def junction_table(profile: Profile) -> Table:
-    """Where the curvature jumps."""
-    return table_of("Junctions (radii positive where convex)", _JUNCTIONS, profile.junctions)
-
-
-def segment_table(profile: Profile) -> Table:
-    """The segments of the running surface."""
+def profile_lines(profile: Profile) -> Lines:
+    """The segments of a profile, and the junctions where its curvature jumps."""
     import numpy as np
 
+    low, high = profile.y_range_mm
+    yield f"{profile.kind} {profile.name}: y from {low:.3f} to {high:.3f} mm, {profile.length_mm:.2f} mm long"
+    if profile.source:
+        yield f"source: {profile.source}"
+    yield from notes(profile.notes)
     items = []
     for place, segment in enumerate(profile.segments, start=1):
         ends = segment.evaluate(np.array([0.0, 1.0]))
         where = dict(zip(("y from", "y to", "z from", "z to"), (*ends.y, *ends.z), strict=True))
         items.append({"number": place, "segment": segment, **where})
-    return table_of("Running surface, from the gauge side to the field side", _SEGMENTS, items)
+    yield table_of("Running surface, from the gauge side to the field side", _SEGMENTS, items)
+    yield table_of("Junctions (radii positive where convex)", _JUNCTIONS, profile.junctions)
 
 
 def _segment_radius(segment: Segment) -> str:

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from fecontact.outputs.tables.table import Table, number, table_of, text
-from fecontact.outputs.terminal.console import print_notes, print_table, say, standard_console
-
-if TYPE_CHECKING:
-    from rich.console import Console
+from fecontact.outputs.tables.table import number, table_of, text
+from fecontact.outputs.terminal.console import Lines, notes
 
 Record = Mapping[str, Any]
 
@@ -29,34 +26,23 @@ _PATCH = (
 )
 
 
-def print_theories(listed: Record, *, console: Console | None = None) -> None:
-    """Print what each theory is, where it is from, what it takes for granted, and what differs from its source."""
-    console = console or standard_console()
+def theories_lines(listed: Record) -> Lines:
+    """What each theory is, where it is from, what it takes for granted, and what differs from its source."""
     for kind, theories in listed.items():
-        say(console, f"{_TITLES[kind]}:")
+        yield f"{_TITLES[kind]}:"
         for name, theory in theories.items():
-            say(console, f"  {name}: {theory['words']}; {theory['cost']}")
-            say(console, f"      source: {theory['source']}")
-            say(console, f"      range: {theory['range']}")
-            if theory.get("differs"):
-                say(console, f"      differs: {theory['differs']}")
+            yield f"  {name}: {theory['words']}; {theory['cost']}"
+            yield from (f"      {key}: {theory[key]}" for key in ("source", "range", "differs") if theory.get(key))
 
 
-def print_alone(record: Record, *, console: Console | None = None) -> None:
-    """Print what a theory says at a position, and each of its patches."""
-    console = console or standard_console()
+def alone_lines(record: Record) -> Lines:
+    """What a theory says at a position, and each of its patches where there are several."""
     if record["problem"] is None:
-        print_table(console, _contact_table(record))
-    say(console, f"status: {record['status']}")
-    for note in filter(None, (record["problem"], *record["notes"])):
-        say(console, f"{note}")
+        patches = record["patches"] if len(record["patches"]) > 1 else []
+        numbered = ({**patch, "patch": place, "approach_mm": None} for place, patch in enumerate(patches, 1))
+        yield table_of(record["words"], _PATCH, [{**record, "patch": "all"}, *numbered])
+    yield f"status: {record['status']}"
+    yield from filter(None, (record["problem"], *record["notes"]))
     if record["solutions"] > 1:
-        say(console, f"approaches that carry the force: {record['solutions']}")
-    print_notes(record["warnings"], console)
-
-
-def _contact_table(record: Record) -> Table:
-    """All of the contact, and, where there are several, each patch."""
-    patches = record["patches"] if len(record["patches"]) > 1 else []
-    numbered = ({**patch, "patch": place, "approach_mm": None} for place, patch in enumerate(patches, 1))
-    return table_of(record["words"], _PATCH, [{**record, "patch": "all"}, *numbered])
+        yield f"approaches that carry the force: {record['solutions']}"
+    yield from notes(record["warnings"])
