@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal, get_args
 
 from fecontact.errors import InputError
-from fecontact.outputs.figures.case import draw_case
-from fecontact.outputs.figures.pressure import draw_pressure
+from fecontact.outputs.figures.case import case_inches, draw_case
+from fecontact.outputs.figures.pressure import PressureFields, draw_pressure
 from fecontact.solving.solve import CaseResult
 
 if TYPE_CHECKING:
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 __all__ = ["case"]
 
 Field = Literal["finite elements", "Hertz", "finite elements minus Hertz"]
-_INCHES = (15.0, 10.5)
 
 
 def case(result: CaseResult, axes: Axes | None = None, *, field: Field = "finite elements") -> Figure | SubFigure:
@@ -47,6 +46,7 @@ def case(result: CaseResult, axes: Axes | None = None, *, field: Field = "finite
     # pyplot, so that its show() finds it
     from matplotlib import pyplot
 
-    figure = pyplot.figure(figsize=_INCHES, layout="constrained")
-    draw_case(figure, result.load, result.placement)
+    fields = PressureFields.of(result.load)
+    figure = pyplot.figure(figsize=case_inches(fields))
+    draw_case(figure, result.load, result.placement, fields)
     return figure

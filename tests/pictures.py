@@ -8,7 +8,8 @@ import pytest
 def draw_nothing(patch: pytest.MonkeyPatch, *, of_studies: bool = False) -> None:
     """Leave out the pictures of cases and reports, and those of studies if they are not asked for."""
     patch.setattr("fecontact.outputs.figures.case.case_figure", _empty_files)
-    patch.setattr("fecontact.runs.study.report_study", lambda study, rows, out, criteria, conclusion: None)
+    patch.setattr("fecontact.runs.study.study_pair", lambda study, rows, out: None)
+    patch.setattr("fecontact.runs.study.report_study", lambda study, rows, out, criteria, conclusion, shown: None)
     if not of_studies:
         patch.setattr("fecontact.runs.study.study_figures", lambda rows, out, rail, criteria: ())
 

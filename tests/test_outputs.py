@@ -9,7 +9,7 @@ import subprocess
 import sys
 import warnings
 from dataclasses import fields, replace
-from itertools import pairwise
+from itertools import combinations, pairwise
 from pathlib import Path
 
 import meshio
@@ -32,10 +32,11 @@ from fecontact.fe.stress import nodal_stress, von_mises
 from fecontact.files import json_text, write_atomically, write_json, write_text
 from fecontact.irregularity.shapes import Irregularity
 from fecontact.material import Material
-from fecontact.outputs.figures.case import case_figure, draw_case
+from fecontact.outputs.figures.case import case_figure, case_inches, draw_case
 from fecontact.outputs.figures.pressure import PressureFields
 from fecontact.outputs.figures.profile import profile_figure
 from fecontact.outputs.figures.study import study_figure
+from fecontact.outputs.figures.style import blank_figure
 from fecontact.outputs.meshes.files import write_mesh
 from fecontact.outputs.paraview.vtk import contact_surface, write_case_vtk, write_contact_vtk, write_pvd
 from fecontact.outputs.records.results import hertz_record, load_record, result_record, shown_case_record
@@ -1195,16 +1196,20 @@ def test_one_series_is_drawn_in_parts_of_its_limits(flat, monkeypatch):
     assert off.get_ylim()[1] > 3.0
 
 
-def case_axes(result: CaseResult) -> list:
+def drawn_case(result: CaseResult):
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(15.0, 10.0))
+    figure = Figure(figsize=case_inches(PressureFields.of(result.load)))
     draw_case(figure, result.load, result.placement)
-    return figure.axes
+    return figure
+
+
+def case_axes(result: CaseResult) -> list:
+    return drawn_case(result).axes
 
 
 def test_the_words_of_a_case_figure_have_the_verdict_and_every_answer(flattened):
-    texts = [text.get_text() for ax in case_axes(flattened) for text in ax.texts]
+    texts = [text.get_text() for text in drawn_case(flattened).texts]
     verdict = flattened.verdict
     assert " Hertz FAILS " in texts
     (reason,) = [text for text in texts if text.startswith("furthest beyond its limit: peak pressure ")]
@@ -1248,9 +1253,29 @@ def test_a_case_figure_has_both_outlines_where_the_numbers_have_them(elliptic_qu
         assert np.ptp(edge[:, 1]) == pytest.approx(fe.extent_x_mm, abs=step)
 
 
-def test_lobes_are_numbered_where_they_are_and_no_patch_leaves_a_third_empty(elliptic_quick):
-    from fecontact.outputs.figures.case import _height, _map_height
+@pytest.mark.parametrize(("a_mm", "b_mm"), [(5.5, 5.5), (30.0, 6.0), (6.0, 40.0), (40.0, 5.5)])
+def test_nothing_in_a_case_figure_hides_another_thing_or_is_cut_off(elliptic_quick, a_mm, b_mm):
+    """With pressures of five digits and a sign, the widest that there are."""
+    from matplotlib.transforms import Bbox
 
+    result = changed_hertz(elliptic_quick, a_mm=a_mm, b_mm=b_mm)
+    load = result.load
+    fe = replace(load.fe.pressure, values=20.0 * load.fe.pressure.values)
+    fields = PressureFields(grid=fe.grid, fe=fe.values, hertz=0.0 * fe.values, ellipse=load.hertz)
+    figure = blank_figure(*case_inches(fields))
+    draw_case(figure, load, result.placement, fields)
+    figure.draw_without_rendering()
+    things = [*figure.axes, *figure.texts]
+    boxes = {str(thing): thing.get_tightbbox() for thing in things}
+    whole = Bbox([[0.0, 0.0], figure.canvas.get_width_height()])
+    for name, box in boxes.items():
+        assert whole.x0 <= box.x0 < box.x1 <= whole.x1, name
+        assert whole.y0 <= box.y0 < box.y1 <= whole.y1, name
+    for one, other in combinations(boxes, 2):
+        assert not boxes[one].overlaps(boxes[other]), (one, other)
+
+
+def test_lobes_are_numbered_where_they_are_and_no_patch_leaves_a_third_empty(elliptic_quick):
     # two lobes side by side: the pressure without its middle
     whole = elliptic_quick.load.fe.pressure
     middle = np.abs(whole.grid.s_mm) < 0.5
@@ -1263,10 +1288,9 @@ def test_lobes_are_numbered_where_they_are_and_no_patch_leaves_a_third_empty(ell
         (str(k), pytest.approx(lobe.y_mm)) for k, lobe in enumerate(lobes, start=1)
     ]
     # a wide patch has low maps, and a low picture
-    for b in (3.0, 11.0, 40.0):
-        fields = PressureFields.of(changed_hertz(elliptic_quick, b_mm=b).load)
-        assert _height(fields) - _map_height(fields) < 6.0
-    assert _map_height(fields) < 1.5
+    heights = [case_inches(PressureFields.of(changed_hertz(elliptic_quick, b_mm=b).load))[1] for b in (3.0, 11.0, 40.0)]
+    assert heights == sorted(heights, reverse=True)
+    assert heights[-1] < 7.5
 
 
 def test_pictures_have_the_same_bytes_as_svg(elliptic_quick, tmp_path):

@@ -53,7 +53,7 @@ def study(elliptic_quick: CaseResult, tmp_path_factory: pytest.TempPathFactory) 
     study_figure(rows, out / "study.png")
     write_tables("two", 3, rows, out / "study")
     shown = shown_pair(rows[1], elliptic_quick.placement, out / "cases" / "at2.5", out)
-    assert shown.no_scene is None
+    assert shown.no_scene() is None
     write_study_report("two <shifts>", reported(out, rows), out, shown=shown, conclusion="It is as expected.")
     return out
 
@@ -228,7 +228,9 @@ def test_a_scene_that_cannot_be_drawn_is_a_reason_and_no_error(study, elliptic_q
     # a process that ends by a signal says nothing
     monkeypatch.setattr(scene.sys, "executable", "/bin/false")
     assert write_scene(study / "cases" / "at-1", tmp_path / "none.png") == "exit code 1"
-    shown = ShownPair(row=LOST, placement=elliptic_quick.placement, scene=study / "pair.png", no_scene="no library")
+    shown = ShownPair(
+        row=LOST, placement=elliptic_quick.placement, scene=study / "pair.png", no_scene=lambda: "no library"
+    )
     write_study_report("x", [ReportedCase(row=LOST)], tmp_path, shown=shown)
     text = (tmp_path / "report.html").read_text("utf-8")
     assert "There is no picture in three dimensions: no library." in text
@@ -258,17 +260,18 @@ def test_only_the_worst_of_many_cases_have_pictures(study, monkeypatch):
     assert "1 of 3 cases, those that use most of a limit; all are in cases/ID/case.png." in text_of(page)
 
 
-def test_the_ladder_is_drawn_only_of_what_tells_it(study, tmp_path):
-    assert ladder_figure([LOST], tmp_path / "ladder.png") is None
+def test_the_ladder_is_drawn_only_of_what_tells_it(study):
+    assert ladder_figure([LOST]) is None
     rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
-    assert ladder_figure(rows, tmp_path / "ladder.png") == tmp_path / "ladder.png"
+    figure = ladder_figure(rows)
+    assert figure is not None
+    # of each step a mark a case
+    assert all(len(line.get_xdata()) == 2 for ax in figure.axes for line in ax.get_lines() if line.get_marker() == "o")
 
 
-def test_patches_in_small_name_their_verdicts(elliptic_quick, monkeypatch):
-    kept = []
-    monkeypatch.setattr("fecontact.outputs.figures.report.save_figure", lambda figure, path: kept.append(figure))
-    patches_figure([(elliptic_quick.load, elliptic_quick.placement)] * 5, "unused.png")
-    titles = [ax.get_title() for ax in kept[0].axes if ax.get_title()]
+def test_patches_in_small_name_their_verdicts(elliptic_quick):
+    figure = patches_figure([(elliptic_quick.load, elliptic_quick.placement)] * 5)
+    titles = [ax.get_title() for ax in figure.axes if ax.get_title()]
     assert titles == ["+0.00 mm, 100 kN: HOLDS"] * 5
 
 

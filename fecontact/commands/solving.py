@@ -137,12 +137,10 @@ def solve(
 
 def _keep(result: CaseResult, out: Path) -> OSError | None:
     """Write a result with its report; what the system refused, for afterwards, since the numbers are there."""
-    from fecontact.runs.case_store import keep_case
-    from fecontact.runs.reports import report_case
+    from fecontact.runs.reports import keep_with_report
 
     try:
-        keep_case(result, out)
-        report_case(result, out)
+        keep_with_report(result, out)
     except OSError as error:
         return error
     return None

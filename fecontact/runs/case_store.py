@@ -57,29 +57,31 @@ def case_work(case: Case, name: str, settings: Mapping[str, Any]) -> StoredWork[
     return StoredWork(store=CASES, case=case, name=name, settings=settings)
 
 
-def keep_case(result: CaseResult, folder: Path) -> None:
-    """Put the files of a solved case into a folder, as `load` and `judge` read them; other files there stay."""
+def keep_case(result: CaseResult, folder: Path, stored: Mapping[str, Any] | None = None) -> None:
+    """Put the files of a solved case into a folder, as `load` and `judge` read them; other files there stay.
+
+    `stored` is what `store_fields` returned if it has been called already.
+    """
     case = result.case
     name = case_id(case)
-    write_case(result, folder, name)
+    write_case(result, folder, name, stored)
     own = [folder / file for file in _FILES]
     own += [folder / PROFILES / body / file["name"] for body, file in input_files(case).items()]
     write_manifest(folder, own, name, origin_of(case))
 
 
-def write_case(result: CaseResult, folder: Path, name: str) -> Row:
-    """Write all files of one case into a folder and return its row."""
+def write_case(result: CaseResult, folder: Path, name: str, stored: Mapping[str, Any] | None = None) -> Row:
+    """Write all files of one case into a folder and return its row; `stored` as for `keep_case`."""
     folder.mkdir(parents=True, exist_ok=True)
     copy_profiles(result.case, folder)
-    return _write(result, case_work(result.case, name, {}), folder, None)
+    stored = stored or store_fields(result, folder)
+    return _write_judged(result, case_work(result.case, name, {}), folder, stored)
 
 
-def _write(result: CaseResult, work: StoredWork[CaseResult], folder: Path, finished: Path | None) -> Row:
-    from fecontact.outputs.paraview.vtk import write_case_vtk, write_contact_vtk
+def store_fields(result: CaseResult, folder: Path) -> Mapping[str, Any]:
+    """Write meshes and fields of a solved case into a folder, and return what its record has to have of them."""
+    from fecontact.outputs.paraview.vtk import write_case_vtk
 
-    if finished is not None:
-        write_contact_vtk(result, folder)
-        return _write_judged(result, work, folder, read_json(finished / RESULT)["stored"])
     write_case_vtk(result, folder)
     arrays: Arrays = {}
     stored = {
@@ -87,7 +89,16 @@ def _write(result: CaseResult, work: StoredWork[CaseResult], folder: Path, finis
         "load": solved_record(result.load.solved, arrays),
     }
     write_arrays(folder / FIELDS, arrays)
-    return _write_judged(result, work, folder, stored)
+    return stored
+
+
+def _write(result: CaseResult, work: StoredWork[CaseResult], folder: Path, finished: Path | None) -> Row:
+    from fecontact.outputs.paraview.vtk import write_contact_vtk
+
+    if finished is None:
+        return _write_judged(result, work, folder, store_fields(result, folder))
+    write_contact_vtk(result, folder)
+    return _write_judged(result, work, folder, read_json(finished / RESULT)["stored"])
 
 
 def _write_judged(result: CaseResult, work: StoredWork[CaseResult], folder: Path, stored: Mapping[str, Any]) -> Row:

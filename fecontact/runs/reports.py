@@ -11,29 +11,39 @@ from fecontact.criteria import Criteria
 from fecontact.outcome import usable
 from fecontact.outputs.figures.case import case_figure
 from fecontact.outputs.figures.study import study_figure
+from fecontact.outputs.paraview.scene import begin_scene
 from fecontact.outputs.records.results import result_record
 from fecontact.outputs.records.rows import Row, read_row
-from fecontact.outputs.reports.study import most_used, reported_case, shown_pair, write_study_report
+from fecontact.outputs.reports.study import PAIR, ShownPair, most_used, reported_case, shown_pair, write_study_report
 from fecontact.outputs.tables.cases import ReportedCase
 from fecontact.outputs.words.cases import case_words
-from fecontact.runs.case_store import ROW, case_folder, read_case
+from fecontact.runs.case_store import ROW, case_folder, keep_case, read_case, store_fields
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id
 from fecontact.solving.placing import place_case
 from fecontact.solving.solve import CaseResult
 
-# Each takes a second or two to draw, and judging shall not take minutes.
+# Each takes up to a second to draw, and judging shall not take minutes.
 _MOST_JUDGED_PICTURES = 12
 
 
-def report_study(
-    study: Study, rows: Sequence[Row], out: Path, criteria: Criteria | None, conclusion: str | None
-) -> Path:
-    """Write the report of a study that lies in `out`, with the pair of the case that uses most of a limit."""
-    shown = None
+def study_pair(study: Study, rows: Sequence[Row], out: Path) -> ShownPair | None:
+    """The pair of the case that uses most of a limit, of a study that lies in `out`; None where no case can be used."""
     for row in most_used(_usable(rows), 1):
         case = next(case for case in study.cases if case_id(case) == row["id"])
-        shown = shown_pair(row, place_case(case), case_folder(out, str(row["id"])), out)
+        return shown_pair(row, place_case(case), case_folder(out, str(row["id"])), out)
+    return None
+
+
+def report_study(
+    study: Study,
+    rows: Sequence[Row],
+    out: Path,
+    criteria: Criteria | None,
+    conclusion: str | None,
+    shown: ShownPair | None,
+) -> Path:
+    """Write the report of a study that lies in `out`."""
     return write_study_report(
         study.name,
         [reported_case(row, case_folder(out, str(row["id"]))) for row in rows],
@@ -44,14 +54,17 @@ def report_study(
     )
 
 
-def report_case(result: CaseResult, folder: Path) -> Path:
-    """Write the report of a case into the folder that has its files."""
+def keep_with_report(result: CaseResult, folder: Path) -> Path:
+    """Put the files of a solved case into a folder, as `case_store.keep_case` does, and its report."""
+    stored = store_fields(result, folder)
+    scene = begin_scene(folder, folder / PAIR)
+    keep_case(result, folder, stored)
     row = read_row(folder / ROW)
     return write_study_report(
         case_words(result.case, result.placement),
         [reported_case(row, folder)],
         folder,
-        shown=shown_pair(row, result.placement, folder, folder),
+        shown=ShownPair(row=row, placement=result.placement, scene=folder / PAIR, no_scene=scene),
         criteria=result.case.criteria,
     )
 

@@ -23,7 +23,7 @@ from fecontact.profiles.resolve import resolve_rail
 from fecontact.runs.case_store import ROW, case_folder, case_work
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id, with_absolute_paths
-from fecontact.runs.reports import report_study
+from fecontact.runs.reports import report_study, study_pair
 from fecontact.runs.work import job_of
 
 _TABLES_EVERY_S = 2.0
@@ -110,10 +110,12 @@ def run_study(
                 table.write()
         rows = table.write()
         whole = settings.part is None
+        # in a process of its own, beside the other pictures
+        shown = study_pair(study, rows, out) if whole else None
         collections = study_figures(rows, out, _only_rail(study.cases), _only_criteria(study.cases)) if whole else ()
         conclusion = _conclude(study, rows, out) if whole else None
         if whole:
-            report_study(study, rows, out, _only_criteria(study.cases), conclusion)
+            report_study(study, rows, out, _only_criteria(study.cases), conclusion, shown)
     return StudyOutcome(
         rows=tuple(rows),
         conclusion=conclusion,

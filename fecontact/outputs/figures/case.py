@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,21 +37,27 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-_WIDTH = 15.0
-# Inches of a map's frame where three stand side by side, and its lowest and largest height.
-_MAP_WIDTH, _LEAST_HEIGHT, _MOST_HEIGHT = 3.7, 1.3, 4.4
-# Room in inches for the head, for titles and labels of a row of maps, for the cuts, and for what a map has beside it.
-_HEAD, _LABELS, _CUTS, _BESIDE = 0.55, 1.15, 4.2, 1.75
-# The words need this width.
-_WORDS = 4.2
+# All in inches. A picture is so wide, and a map's frame where three stand side by side; a map's lowest and largest
+# height.
+_WIDTH, _MAP_WIDTH, _LEAST_HEIGHT, _MOST_HEIGHT = 15.0, 3.05, 1.3, 4.4
+# Room for the head, for the title of a row of maps and what is below it, for the cuts, and for what a map has on its
+# left and beside it in all.
+_HEAD, _TITLE, _BELOW, _CUTS, _LEFT, _BESIDE = 0.65, 0.4, 0.75, 4.2, 0.85, 1.75
+# What the words need.
+_WORDS = 4.35
 
 
 def case_figure(result: CaseResult, path: str | Path) -> Path:
     """Draw one case as PNG, and as SVG beside it; see `draw_case`."""
     fields = PressureFields.of(result.load)
-    figure = blank_figure(_WIDTH, _height(fields))
+    figure = blank_figure(*case_inches(fields))
     draw_case(figure, result.load, result.placement, fields)
     return save_figure(figure, path)
+
+
+def case_inches(fields: PressureFields) -> tuple[float, float]:
+    """Width and height of the picture of a case."""
+    return _WIDTH, _HEAD + _TITLE + _map_height(fields) + _BELOW + _CUTS
 
 
 def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: PressureFields | None = None) -> None:
@@ -58,31 +65,37 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
 
     Maps show the rail's surface around the first touch point: finite elements, Hertz (same scale) and their difference,
     with the outlines of both patches. Cuts go through the peak of the finite elements; below the lateral one is the
-    rail, true to scale.
+    rail, true to scale. All stand where `case_inches` has room for them: to lay them out takes as long as to draw them.
     """
     fields = fields or PressureFields.of(load)
-    tall, height = _is_tall(fields), _map_height(fields)
-    rows = figure.add_gridspec(3, 1, height_ratios=(_HEAD, height + _LABELS, _CUTS))
-    _draw_head(figure.add_subplot(rows[0]), load, placement)
-    widths = [height / _ratio(fields) + _BESIDE] * 3 if tall else [1.0] * 3
-    rest = [_WIDTH - sum(widths)] if tall else []
-    maps = rows[1].subgridspec(1, 3 + len(rest), width_ratios=widths + rest)
+    figure.set_layout_engine(None)
+    (width, height), tall, of_map = case_inches(fields), _is_tall(fields), _map_height(fields)
+
+    def axes(left: float, bottom: float, wide: float, high: float, **more: Any) -> Axes:
+        return figure.add_axes((left / width, bottom / height, wide / width, high / height), **more)
+
+    def write(left: float, top: float, text: str, **style: Any) -> None:
+        figure.text(left / width, top / height, text, va="top", **style)
+
+    _write_head(write, height, load, placement)
+    wide = of_map / _ratio(fields) if tall else _MAP_WIDTH
+    step = wide + _BESIDE if tall else width / 3.0
     for number, kind in enumerate(("finite elements", "Hertz", "finite elements minus Hertz")):
-        ax = figure.add_subplot(maps[0, number])
+        ax = axes(number * step + _LEFT, _CUTS + _BELOW, wide, of_map)
         draw_pressure(ax, load, kind, fields)
         for place in _junctions(placement, "rail"):
             # on the dark ground of a pressure and on the light one of a difference
             ax.axvline(float(place), color="0.6", ls=":", lw=1.2, label="_rail junction")
         ax.set_xlim(fields.limits_mm(across=True))
-    cuts = rows[2].subgridspec(1, 2 if tall else 3)
-    across = cuts[0, 0].subgridspec(2, 1, height_ratios=(3.0, 1.0))
-    lateral = figure.add_subplot(across[0])
+    words_left = 3.0 * step + 0.15 if tall else width - _WORDS
+    of_cut = 0.5 * (width if tall else words_left)
+    lateral = axes(_LEFT, 1.75, of_cut - _LEFT - 0.1, 2.0)
     draw_lateral_cut(lateral, load, placement, fields)
-    _draw_rail(figure.add_subplot(across[1], sharex=lateral), placement, fields)
-    draw_rolling_cut(figure.add_subplot(cuts[0, 1]), load, fields)
-    words = figure.add_subplot(maps[0, 3] if tall else cuts[0, 2])
-    words.axis("off")
-    words.text(0.0, 1.0, _case_text(load, placement), va="top", family="monospace", fontsize=8.2, linespacing=1.5)
+    _draw_rail(axes(_LEFT, 0.75, of_cut - _LEFT - 0.1, 0.8, sharex=lateral), placement, fields)
+    draw_rolling_cut(axes(of_cut + _LEFT, 0.75, of_cut - _LEFT - 0.2, 3.0), load, fields)
+    words_top = _CUTS + _BELOW + of_map if tall else _CUTS - 0.4
+    text = _case_text(load, placement)
+    write(words_left, words_top, text, family="monospace", fontsize=8.2, linespacing=1.5)
 
 
 def _ratio(fields: PressureFields) -> float:
@@ -100,24 +113,14 @@ def _map_height(fields: PressureFields) -> float:
     return float(np.clip(_MAP_WIDTH * _ratio(fields), _LEAST_HEIGHT, _MOST_HEIGHT))
 
 
-def _height(fields: PressureFields) -> float:
-    return _HEAD + _map_height(fields) + _LABELS + _CUTS
-
-
-def _draw_head(ax: Axes, load: JudgedLoad, placement: Placement) -> None:
+def _write_head(write: Callable[..., None], top: float, load: JudgedLoad, placement: Placement) -> None:
     """Verdict and why, and what was solved, over the whole width."""
-    ax.axis("off")
     answer = load.verdict.answer
-    ax.text(
-        *(0.005, 0.9, f" Hertz {answer} "),
-        va="top",
-        fontsize=15,
-        weight="bold",
-        bbox={"fc": ANSWERS[answer], "ec": "0.2", "boxstyle": "round,pad=0.35"},
-    )
-    after = 0.02 + 0.0105 * len(f"Hertz {answer}")
-    ax.text(after, 1.05, case_words(load.case, placement), va="top", fontsize=13)
-    ax.text(after, 0.42, verdict_reason(load), va="top", fontsize=11)
+    box = {"fc": ANSWERS[answer], "ec": "0.2", "boxstyle": "round,pad=0.35"}
+    write(0.18, top - 0.22, f" Hertz {answer} ", fontsize=15, weight="bold", bbox=box)
+    after = 0.45 + 0.155 * len(f"Hertz {answer}")
+    write(after, top - 0.12, case_words(load.case, placement), fontsize=13)
+    write(after, top - 0.42, verdict_reason(load), fontsize=11)
 
 
 def draw_lateral_cut(
@@ -139,7 +142,8 @@ def draw_lateral_cut(
         shown = junctions[(junctions > low) & (junctions < high)]
         for number, position in enumerate(shown):
             ax.axvline(float(position), color=colour, ls=style, lw=1.3, label=name if number == 0 else None, zorder=0)
-    ax.set(title=f"lateral cut at x = {grid.x_mm[i]:z.2f} mm", xlim=(low, high))
+    ax.set_title(f"lateral cut at x = {grid.x_mm[i]:z.2f} mm", y=1.0)
+    ax.set_xlim(low, high)
     if label:
         ax.set(xlabel=f"{ACROSS}\n{SIDES}")
     else:
@@ -153,7 +157,8 @@ def draw_rolling_cut(ax: Axes, load: JudgedLoad, fields: PressureFields | None =
     j, grid = fields.peak[1], fields.grid
     x = np.linspace(grid.x_mm[0], grid.x_mm[-1], 400)
     _draw_cut(ax, (grid.x_mm, fields.fe[:, j]), (x, fields.ellipse.pressure_MPa(x, grid.s_mm[j])))
-    ax.set(xlabel=ROLLING, title=f"rolling cut at s = {grid.s_mm[j]:z.2f} mm", xlim=fields.limits_mm(across=False))
+    ax.set_title(f"rolling cut at s = {grid.s_mm[j]:z.2f} mm", y=1.0)
+    ax.set(xlabel=ROLLING, xlim=fields.limits_mm(across=False))
     ax.legend(loc="best", fontsize=9)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,35 +70,43 @@ def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields 
     of the finite elements are numbered, the highest first.
     """
     fields = fields or PressureFields.of(load)
-    of: dict[str, tuple[Floats, dict[str, Any], str]] = {}
-    top = fields.top_MPa
-    of["finite elements"] = (fields.fe, {"cmap": PRESSURE, "vmin": 0.0, "vmax": top}, _NO_PRESSURE)
-    of["Hertz"] = (fields.hertz, {"cmap": PRESSURE, "vmin": 0.0, "vmax": top}, _NO_PRESSURE)
-    difference = fields.fe - fields.hertz
-    most = float(np.abs(difference).max()) or 1.0
-    of["finite elements minus Hertz"] = (
-        difference,
-        {"cmap": DIFFERENCE, "vmin": -most, "vmax": most},
-        _NO_DIFFERENCE,
+    is_difference = kind == "finite elements minus Hertz"
+    values = {"finite elements": fields.fe, "Hertz": fields.hertz}.get(kind, fields.fe - fields.hertz)
+    top = (float(np.abs(values).max()) or 1.0) if is_difference else fields.top_MPa
+    ground = _NO_DIFFERENCE if is_difference else _NO_PRESSURE
+    image = ax.imshow(
+        values,
+        origin="lower",
+        interpolation="bilinear",
+        cmap=DIFFERENCE if is_difference else PRESSURE,
+        vmin=-top if is_difference else 0.0,
+        vmax=top,
+        extent=(*_cell_edges(fields.grid.s_mm), *_cell_edges(fields.grid.x_mm)),
     )
-    values, scale, ground = of[kind]
-    image = ax.pcolormesh(fields.grid.s_mm, fields.grid.x_mm, values, shading="gouraud", rasterized=True, **scale)
-    if ground == _NO_DIFFERENCE:
+    if is_difference:
         # both ends of the colour map are dark in grey: dashed where Hertz presses more
-        levels = most * np.array([-0.75, -0.5, -0.25, 0.25, 0.5, 0.75])
+        levels = top * np.array([-0.75, -0.5, -0.25, 0.25, 0.5, 0.75])
         ax.contour(fields.grid.s_mm, fields.grid.x_mm, values, levels=levels, colors="0.25", linewidths=0.6)
     _draw_outlines(ax, fields)
     _draw_lobes(ax, load, fields)
     for colour, width in (("black", 3.0), ("white", 1.4)):
         ax.plot(0.0, 0.0, "+", color=colour, ms=9, mew=width, label="_first touch point")
-    ax.set(title=kind, xlabel=f"{ACROSS}\n{SIDES}", ylabel=ROLLING, aspect="equal", facecolor=ground)
+    # a place that is given is not looked for in each drawing
+    ax.set_title(kind, y=1.0)
+    ax.set(xlabel=f"{ACROSS}\n{SIDES}", ylabel=ROLLING, aspect="equal", facecolor=ground)
     (s_low, s_high), (x_low, x_high) = fields.limits_mm(across=True), fields.limits_mm(across=False)
     ax.set(xlim=(s_low, s_high), ylim=(x_low, x_high))
     if x_high - x_low > _NARROW * (s_high - s_low):
         # more numbers would overlap
         ax.locator_params(axis="x", nbins=3)
     bar = ax.figure.colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.045, 1.0)))
-    bar.set_label("difference in MPa" if ground == _NO_DIFFERENCE else "pressure in MPa")
+    bar.set_label("difference in MPa" if is_difference else "pressure in MPa")
+
+
+def _cell_edges(nodes_mm: Floats) -> tuple[float, float]:
+    """Where the cells of the first and of the last of equally spaced nodes end."""
+    half = 0.5 * float(nodes_mm[1] - nodes_mm[0])
+    return float(nodes_mm[0]) - half, float(nodes_mm[-1]) + half
 
 
 def _draw_outlines(ax: Axes, fields: PressureFields) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,12 +13,13 @@ from fecontact.geometry.placement import Placement
 from fecontact.outcome import usable
 from fecontact.outputs.figures.case import draw_lateral_cut
 from fecontact.outputs.figures.pressure import PressureFields, draw_pressure
-from fecontact.outputs.figures.style import HERTZ, RAIL, SERIES, WHEEL, blank_figure, finish, legend_beside, save_figure
+from fecontact.outputs.figures.style import HERTZ, RAIL, SERIES, WHEEL, blank_figure, finish, legend_beside
 from fecontact.outputs.words.roll import SHIFT
 from fecontact.outputs.words.series import series
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Row = Mapping[str, Any]
 
@@ -27,7 +27,7 @@ Row = Mapping[str, Any]
 _ABOUT_MM = 75.0
 
 
-def pair_figure(placement: Placement, path: Path) -> Path:
+def pair_figure(placement: Placement) -> Figure:
     """Draw rail and wheel in section through the first touch point, true to scale, with all touch points."""
     first = placement.first
     lines = []
@@ -49,7 +49,7 @@ def pair_figure(placement: Placement, path: Path) -> Path:
     ax.set(aspect="equal", xlabel="y in mm, from the track centre  (gauge side ←  → field side)", ylabel="z in mm")
     legend_beside(ax)
     finish(ax)
-    return save_figure(figure, path)
+    return figure
 
 
 def _section(placement: Placement, of: str) -> tuple[Any, Any]:
@@ -62,7 +62,7 @@ def _section(placement: Placement, of: str) -> tuple[Any, Any]:
     return y, z
 
 
-def ladder_figure(rows: Sequence[Row], path: Path) -> Path | None:
+def ladder_figure(rows: Sequence[Row]) -> Figure | None:
     """Draw over the shift what moves the peak pressure away from Hertz; None where no row tells it.
 
     A panel a step of the ladder that all rows have, in percent of the peak: from Hertz's gap to the true one on a
@@ -90,7 +90,7 @@ def ladder_figure(rows: Sequence[Row], path: Path) -> Path | None:
     finish(*panels)
     if panels[0].get_legend_handles_labels()[0]:
         legend_beside(panels[0])
-    return save_figure(figure, path)
+    return figure
 
 
 def _draw_step(ax: Axes, rows: Sequence[Row], name: str, colour: str, label: str | None) -> None:
@@ -103,7 +103,7 @@ def _draw_step(ax: Axes, rows: Sequence[Row], name: str, colour: str, label: str
         ax.errorbar(shifts, values, yerr=np.array(unsure, dtype=float), fmt="none", ecolor="0.2", capsize=3, lw=1.0)
 
 
-def patches_figure(loads: Sequence[tuple[JudgedLoad, Placement]], path: Path) -> Path:
+def patches_figure(loads: Sequence[tuple[JudgedLoad, Placement]]) -> Figure:
     """Draw the pressure and the lateral cut of several loads in small, each with its shift, load and verdict."""
     columns = min(4, len(loads))
     lines = -(-len(loads) // columns)
@@ -124,4 +124,4 @@ def patches_figure(loads: Sequence[tuple[JudgedLoad, Placement]], path: Path) ->
         below.set(title="", xlabel="s across in mm")
         if number:
             below.get_legend().remove()
-    return save_figure(figure, path)
+    return figure

@@ -6,8 +6,11 @@ colour has a meaning a mark, a dash or a word has it too.
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from fecontact.files import write_atomically
 
@@ -15,8 +18,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
+    from PIL.Image import Image
 
 DPI = 130
+# Of 9: more takes up to five times as long for some per cent.
+_COMPRESSED = 4
 # Logarithmic axes that end at less than so many times where they begin have numbers between the decades.
 _NARROW = 300.0
 FE, HERTZ = "#0072b2", "#d55e00"
@@ -87,33 +93,43 @@ def plain_log(ax: Axes, which: str = "xy") -> None:
 
 def save_figure(figure: Figure, path: str | Path) -> Path:
     """Write a figure as PNG, and as SVG of the same name beside it: the same bytes every time."""
+    svg = svg_of(figure)
+    write_atomically(Path(path).with_suffix(".svg"), lambda temporary: temporary.write_bytes(svg))
+    image = image_of(figure)
+    return write_atomically(path, lambda temporary: image.save(temporary, compress_level=_COMPRESSED, dpi=(DPI, DPI)))
+
+
+def svg_of(figure: Figure) -> bytes:
+    """A figure as SVG."""
     from matplotlib import rc_context
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
+    _settle(figure)
+    content = BytesIO()
     # no version and no date in the files: the picture is all that may differ between two runs
+    unsaid = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     with rc_context({"svg.hashsalt": "fecontact", "figure.autolayout": False, "figure.constrained_layout.use": False}):
-        _settle(figure)
-        write_atomically(
-            Path(path).with_suffix(".svg"),
-            lambda temporary: FigureCanvasSVG(figure).print_figure(
-                temporary,
-                dpi=DPI,
-                format="svg",
-                metadata={"Date": None, "Creator": None, "Format": None, "Type": None},
-            ),
-        )
-    return write_atomically(
-        path,
-        lambda temporary: FigureCanvasAgg(figure).print_figure(
-            temporary, dpi=DPI, format="png", metadata={"Software": None}
-        ),
-    )
+        FigureCanvasSVG(figure).print_figure(content, dpi=DPI, format="svg", metadata=unsaid)
+    return content.getvalue()
+
+
+def image_of(figure: Figure) -> Image:
+    """A figure as pixels, without the alpha channel of matplotlib's own files, which nobody sees and takes as long."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL.Image import fromarray
+
+    _settle(figure)
+    canvas: Any = FigureCanvasAgg(figure)
+    canvas.draw()
+    return fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
 
 
 def _settle(figure: Figure) -> None:
     """Lay a figure out once and keep it: the layout's last digits differ from run to run, and get into an SVG."""
-    figure.draw_without_rendering()
+    engine = figure.get_layout_engine()
+    if engine is None:
+        return
+    engine.execute(figure)
     # with an engine that does nothing ("none") every file would be drawn twice
     figure.set_layout_engine(None)
     for ax in figure.axes:

@@ -8,6 +8,8 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +31,14 @@ _BAR: dict[str, Any] = {
     **{"position_x": 0.87, "position_y": 0.06, "width": 0.07, "height": 0.5},
     **{"title_font_size": 26, "label_font_size": 24},
 }
+
+
+def begin_scene(case_folder: Path, path: Path) -> Callable[[], str | None]:
+    """Begin `write_scene` beside what is done meanwhile; the function waits for it and returns the same."""
+    pool = ThreadPoolExecutor(1)
+    begun = pool.submit(write_scene, case_folder, path)
+    pool.shutdown(wait=False)
+    return begun.result
 
 
 def write_scene(case_folder: Path, path: Path, *, seconds: float = _SECONDS) -> str | None:

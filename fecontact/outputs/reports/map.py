@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
@@ -15,12 +14,13 @@ from fecontact.files import write_text
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap, LoadLimit
 from fecontact.outputs.figures.report import ladder_figure, pair_figure, patches_figure
+from fecontact.outputs.figures.style import image_of, svg_of
 from fecontact.outputs.maps.measures import map_answer
 from fecontact.outputs.maps.verdicts import CAUSE_LETTERS, force_view, limit_text, verdict_view
 from fecontact.outputs.records.results import versions
 from fecontact.outputs.records.rows import cell_row
 from fecontact.outputs.records.theories import cheapest_words, share_records, theory_columns
-from fecontact.outputs.reports.html import heading, items, page, paragraph, picture, table, terms
+from fecontact.outputs.reports.html import drawing, heading, items, page, paragraph, picture, pixels, table, terms
 from fecontact.outputs.reports.study import REPORT
 from fecontact.outputs.reports.words import GLOSSARY, answer_words, lead_style, measure_terms, question, theory_terms
 from fecontact.outputs.tables.table import Table, TableRow, columns_of
@@ -45,28 +45,24 @@ def write_map_report(
     pair = pair_words(case, " and ")
     verdicts = [cell.verdict if cell.usable else "failed" for cell in made.cells]
     shown = _largest_loads(made)
-    with TemporaryDirectory() as folder:
-        drawn = Path(folder)
-        body = [
-            heading(f"Applicability map: {pair}", 1),
-            paragraph(" ".join(map_answer(made, "pressure")), lead_style(verdicts)),
-            paragraph(f"{answer_words(verdicts, 'cells')}."),
-            paragraph(question(pair, case.criteria)),
-            paragraph(_rolled(case)),
-            picture(out / "map.svg", "Where Hertz holds over lateral shift and load."),
-            picture(out / "map_force.svg", "Where Hertz holds for creep forces.") if case.creep.asked else "",
-            picture(out / f"map_{theory}.svg", f"Where {THEORIES[theory].words} holds.") if theory != HERTZ else "",
-            heading("If not Hertz, what?"),
-            paragraph(" ".join(map_answer(made, "theory"))),
-            picture(out / "map_theory.svg", "The cheapest theory of the pressure that holds."),
-            table(shares_table(share_records(made))),
-            picture(out / "map_law.svg", "The cheapest law of creep forces that holds.") if made.laws_judged else "",
-            heading("Load limits"),
-            table(_limits(made, uses)),
-            heading("The pair"),
-            *_pictures(made, shown, drawn),
-        ]
-    body += [
+    body = [
+        heading(f"Applicability map: {pair}", 1),
+        paragraph(" ".join(map_answer(made, "pressure")), lead_style(verdicts)),
+        paragraph(f"{answer_words(verdicts, 'cells')}."),
+        paragraph(question(pair, case.criteria)),
+        paragraph(_rolled(case)),
+        picture(out / "map.svg", "Where Hertz holds over lateral shift and load."),
+        picture(out / "map_force.svg", "Where Hertz holds for creep forces.") if case.creep.asked else "",
+        picture(out / f"map_{theory}.svg", f"Where {THEORIES[theory].words} holds.") if theory != HERTZ else "",
+        heading("If not Hertz, what?"),
+        paragraph(" ".join(map_answer(made, "theory"))),
+        picture(out / "map_theory.svg", "The cheapest theory of the pressure that holds."),
+        table(shares_table(share_records(made))),
+        picture(out / "map_law.svg", "The cheapest law of creep forces that holds.") if made.laws_judged else "",
+        heading("Load limits"),
+        table(_limits(made, uses)),
+        heading("The pair"),
+        *_pictures(made, shown),
         heading("Cells"),
         table(_cells(made)),
         heading("What made it"),
@@ -101,30 +97,24 @@ def _largest_loads(made: ApplicabilityMap) -> list[tuple[JudgedLoad, Placement]]
     return found[::step]
 
 
-def _pictures(made: ApplicabilityMap, shown: Sequence[tuple[JudgedLoad, Placement]], folder: Path) -> list[str]:
+def _pictures(made: ApplicabilityMap, shown: Sequence[tuple[JudgedLoad, Placement]]) -> list[str]:
     parts = []
     if shown:
         load, middle = shown[len(shown) // 2]
         at = load.case.lateral_shift_mm
-        path = pair_figure(middle, folder / "pair.png")
-        parts.append(
-            picture(
-                path.with_suffix(".svg"),
-                f"Section through the first touch point at {at:+z.2f} mm, the middle one of the positions shown below.",
-            )
-        )
+        words = f"Section through the first touch point at {at:+z.2f} mm, the middle one of the positions shown below."
+        parts.append(drawing(svg_of(pair_figure(middle)), words))
     largest = [
         cell_row(position.cells[-1], position.placement) | {"rail": made.case.rail, "wheel": made.case.wheel}
         for position in made.positions
         if position.cells
     ]
-    if (ladder := ladder_figure(largest, folder / "ladder.png")) is not None:
+    if (ladder := ladder_figure(largest)) is not None:
         words = "The ladder at the largest load: what the shape of the gap, and then the finite bodies, change."
-        parts += [heading("Shape of the gap, or finite bodies?"), picture(ladder.with_suffix(".svg"), words)]
+        parts += [heading("Shape of the gap, or finite bodies?"), drawing(svg_of(ladder), words)]
     if shown:
-        path = patches_figure(shown, folder / "patches.png")
         words = "Pressure at the largest load of each position: solid the patch, dashed Hertz; below, cut across."
-        parts += [heading("Pressure"), picture(path, words, width=2400)]
+        parts += [heading("Pressure"), pixels(image_of(patches_figure(shown)), words, width=2400)]
     return parts
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 from fecontact.criteria import Criteria
@@ -14,10 +14,11 @@ from fecontact.files import read_json, write_text
 from fecontact.geometry.placement import Placement
 from fecontact.outcome import usable
 from fecontact.outputs.figures.report import ladder_figure, pair_figure
-from fecontact.outputs.paraview.scene import write_scene
+from fecontact.outputs.figures.style import svg_of
+from fecontact.outputs.paraview.scene import begin_scene
 from fecontact.outputs.records.results import versions
 from fecontact.outputs.records.theories import theory_text
-from fecontact.outputs.reports.html import folded, heading, items, page, paragraph, picture, table, terms
+from fecontact.outputs.reports.html import drawing, folded, heading, items, page, paragraph, picture, table, terms
 from fecontact.outputs.reports.words import GLOSSARY, answer_words, lead_style, measure_terms, question
 from fecontact.outputs.tables.cases import (
     ReportedCase,
@@ -39,25 +40,25 @@ from fecontact.outputs.words.verdicts import decided, plastic_words, what_would_
 Row = Mapping[str, Any]
 _Row = TypeVar("_Row", bound=Row)
 
-REPORT = "report.html"
+REPORT, PAIR = "report.html", "pair.png"
 MOST_PICTURES = 40
 """More pictures make a page of tens of megabytes."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ShownPair:
-    """The case whose pair is drawn: in section, and in three dimensions as `scene`, or why there is no such picture."""
+    """The case whose pair is drawn: in section, and as `scene`; `no_scene` waits for it and says why there is none."""
 
     row: Row
     placement: Placement
     scene: Path
-    no_scene: str | None = None
+    no_scene: Callable[[], str | None]
 
 
 def shown_pair(row: Row, placement: Placement, folder: Path, out: Path) -> ShownPair:
-    """The pair of a case that lies in a folder; its picture in three dimensions is put into `out`."""
-    scene = out / "pair.png"
-    return ShownPair(row=row, placement=placement, scene=scene, no_scene=write_scene(folder, scene))
+    """The pair of a case that lies in a folder; its picture in three dimensions is begun, and put into `out`."""
+    scene = out / PAIR
+    return ShownPair(row=row, placement=placement, scene=scene, no_scene=begin_scene(folder, scene))
 
 
 def reported_case(row: Row, folder: Path) -> ReportedCase:
@@ -107,8 +108,9 @@ def write_study_report(
     pairs = list(dict.fromkeys(pair_of_row(row, " and ") for row in rows))
     pair = "; ".join(pairs[:4]) + ("; ..." if len(pairs) > 4 else "")
     title = _title(name, rows)
-    with TemporaryDirectory() as folder:
-        drawn = Path(folder)
+    # pictures become smaller ones beside what is drawn
+    with ThreadPoolExecutor() as beside:
+        told = _begin_pictures(cases, beside)
         body = [
             heading(title, 1),
             paragraph(conclusion or _answer(cases), lead_style(verdicts)),
@@ -117,12 +119,12 @@ def write_study_report(
             heading("Verdicts"),
             table(verdict_table(cases)),
             picture(out / "study.svg", "Peak pressure, how far Hertz is off, and the touch point."),
-            *_pair_drawn(shown, rows, drawn),
-            _ladder(rows, drawn),
+            *_pair_drawn(shown, rows),
+            _ladder(rows),
         ]
     body += [
         heading("Cases"),
-        *_cases(cases, pictures),
+        *_cases(cases, told, pictures),
         heading("Meshes and solver"),
         folded("Of each case", table(solver_table(cases))),
         heading("What made it"),
@@ -153,17 +155,17 @@ def _answer(cases: Sequence[ReportedCase]) -> str:
     return f"Hertz {verdict_of(row)}: {decided(row, cases[0].limits)}{cause}"
 
 
-def _pair_drawn(shown: ShownPair | None, rows: Sequence[Row], folder: Path) -> list[str]:
+def _pair_drawn(shown: ShownPair | None, rows: Sequence[Row]) -> list[str]:
     """Both pictures of the pair, each with the words that say which case it is."""
     if shown is None:
         return []
     which = _which(shown.row, rows)
-    section = pair_figure(shown.placement, folder / "pair.png").with_suffix(".svg")
-    parts = [heading("The pair"), picture(section, f"Section through the first touch point {which}.")]
-    if shown.no_scene is None:
-        words = f"Pressure on the rail as a relief {which}; orange: the edge of Hertz's ellipse."
-        return [*parts, picture(shown.scene, words, small=True)]
-    return [*parts, paragraph(f"There is no picture in three dimensions: {shown.no_scene}.")]
+    section = drawing(svg_of(pair_figure(shown.placement)), f"Section through the first touch point {which}.")
+    parts = [heading("The pair"), section]
+    if (reason := shown.no_scene()) is not None:
+        return [*parts, paragraph(f"There is no picture in three dimensions: {reason}.")]
+    words = f"Pressure on the rail as a relief {which}; orange: the edge of Hertz's ellipse."
+    return [*parts, picture(shown.scene, words, small=True)]
 
 
 def _which(row: Row, rows: Sequence[Row]) -> str:
@@ -186,29 +188,38 @@ def _open(case: ReportedCase) -> str:
     return unknown_text(unknown) if unknown else what_would_decide(case.record)
 
 
-def _ladder(rows: Sequence[Row], folder: Path) -> str:
+def _ladder(rows: Sequence[Row]) -> str:
     # a single case is no line over the shift
-    path = ladder_figure(rows, folder / "ladder.png") if len(rows) > 1 else None
+    figure = ladder_figure(rows) if len(rows) > 1 else None
     words = "The ladder: by how much the shape of the gap, and then the finite bodies, change the peak pressure."
-    return "" if path is None else picture(path.with_suffix(".svg"), words)
+    return "" if figure is None else drawing(svg_of(figure), words)
 
 
-def _cases(cases: Sequence[ReportedCase], pictures: str) -> list[str]:
-    """A picture and all measures of each case; of many, of those that use most of a limit."""
-    have = [case for case in cases if case.picture is not None]
-    used = {str(row["id"]) for row in most_used((case.row for case in have), MOST_PICTURES)}
+def _begin_pictures(cases: Sequence[ReportedCase], beside: Executor) -> dict[str, Future[str]]:
+    """The picture of each case, by its id; of many, of those that use most of a limit."""
+    have = {str(case.row["id"]): case for case in cases if case.picture is not None}
+    most = [str(row["id"]) for row in most_used((case.row for case in have.values()), MOST_PICTURES)]
+    return {name: beside.submit(_case_picture, have[name]) for name in most}
+
+
+def _case_picture(case: ReportedCase) -> str:
+    words = f"{decided(case.row, {})}. Dashed: Hertz's ellipse; solid: the patch of the finite elements."
+    return "" if case.picture is None else picture(case.picture, words)
+
+
+def _cases(cases: Sequence[ReportedCase], drawn: Mapping[str, Future[str]], pictures: str) -> list[str]:
+    """Picture and all measures of the cases that are drawn, and where those of the others are."""
     solved = sum(usable(case.row) for case in cases)
     parts = []
-    if len(used) < max(solved, len(have)):
-        parts.append(paragraph(f"{len(used)} of {len(cases)} cases, those that use most of a limit; {pictures}."))
-    for case in have:
+    if len(drawn) < max(solved, sum(case.picture is not None for case in cases)):
+        parts.append(paragraph(f"{len(drawn)} of {len(cases)} cases, those that use most of a limit; {pictures}."))
+    for case in cases:
         row = case.row
-        if str(row["id"]) not in used or case.picture is None:
+        if str(row["id"]) not in drawn:
             continue
-        words = f"{decided(row, {})}. Dashed: Hertz's ellipse; solid: the patch of the finite elements."
         parts += [
             heading(f"{pair_of_row(row, ' and ')}, {position_text(row)}: {verdict_of(row)}", 3),
-            picture(case.picture, words),
+            drawn[str(row["id"])].result(),
             folded("All measures", _measures(case.record)),
         ]
         said = (
