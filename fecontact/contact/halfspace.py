@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import irfft2, next_fast_len, rfft2
+from scipy.fft import dct, fft, idct, ifft, irfft, next_fast_len, rfft
 
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.solver import Compliance, ContactProblem
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 
 
 def half_space_problem(
@@ -79,29 +80,39 @@ def convolution(kernel: Floats, shape: tuple[int, int], *, half: bool, least_spe
     ----------
     kernel (rows, 2 nodes_s - 1)
         Response at x offsets 0 to rows - 1 and s offsets 1 - nodes_s to nodes_s - 1 steps from a node of unit pressure;
-        the same on the opposite side of it. rows is nodes_x, or 2 nodes_x - 1 in a half model.
+        the same on the opposite side of it. rows is nodes_x, or 2 nodes_x - 1 in a half model, where it is even in x.
     least_spectrum
         Lower bound of its spectrum, relative to the largest value; above zero the compliance is positive definite.
     """
     nodes_x, nodes_s = shape
-    rows = 2 * nodes_x - 1 if half else nodes_x
-    padded = (next_fast_len(2 * rows - 1, real=True), next_fast_len(2 * nodes_s - 1, real=True))
-    wrapped = np.zeros(padded)
+    rows = kernel.shape[0]
+    length_s = next_fast_len(2 * nodes_s - 1, real=True)
+    # cosines alone where all is even in x: a quarter of the time
+    length_x = next_fast_len(rows - 1, real=True) + 1 if half else next_fast_len(2 * rows - 1)
+
+    def forward(of_nodes: Floats) -> Complexes:
+        along_x = dct(of_nodes, 1, length_x, axis=0) if half else of_nodes
+        spectrum = rfft(along_x, length_s)
+        return np.asarray(spectrum if half else fft(spectrum, length_x, axis=0))
+
+    def back(spectrum: Complexes) -> Floats:
+        along_x = spectrum if half else ifft(spectrum, axis=0)[:nodes_x]
+        of_nodes = irfft(along_x, length_s)[:, :nodes_s]
+        return np.asarray(idct(of_nodes, 1, axis=0)[:nodes_x] if half else of_nodes)
+
+    wrapped = np.zeros((length_x, length_s))
     wrapped[:rows, :nodes_s] = kernel[:, nodes_s - 1 :]
-    wrapped[:rows, -(nodes_s - 1) :] = kernel[:, : nodes_s - 1]
-    # the opposite side: both offsets change sign
-    wrapped[-(rows - 1) :, :nodes_s] = kernel[:0:-1, nodes_s - 1 :: -1]
-    wrapped[-(rows - 1) :, -(nodes_s - 1) :] = kernel[:0:-1, : nodes_s - 1 : -1]
+    wrapped[:rows, 1 - nodes_s :] = kernel[:, : nodes_s - 1]
+    if not half:
+        # the opposite side: both offsets change sign
+        wrapped[1 - rows :, :nodes_s] = kernel[:0:-1, nodes_s - 1 :: -1]
+        wrapped[1 - rows :, 1 - nodes_s :] = kernel[:0:-1, : nodes_s - 1 : -1]
     # real, since opposite sides are equal
-    spectrum = rfft2(wrapped).real
+    spectrum = forward(wrapped).real
     spectrum = np.maximum(spectrum, least_spectrum * spectrum.max())
 
     def apply(pressure: Floats) -> Floats:
-        p = pressure.reshape(nodes_x, nodes_s)
-        if half:
-            p = np.concatenate([p[:0:-1], p])
-        u = irfft2(rfft2(p, padded) * spectrum, padded)[:rows, :nodes_s]
-        return np.ascontiguousarray(u[rows - nodes_x :]).ravel()
+        return np.ascontiguousarray(back(forward(pressure.reshape(nodes_x, nodes_s)) * spectrum)).ravel()
 
     return apply
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 from collections import deque
 from collections.abc import Callable, Sequence
+from importlib.metadata import PackageNotFoundError, files
 from typing import Any, Literal
 
 import numpy as np
@@ -20,6 +22,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 SolverName = Literal["pardiso", "amg"]
 LinearSolver = Callable[[Floats], Floats]
+_MKL_PATH = "PYPARDISO_MKL_RT"
 # Far below the contact solver's own tolerance, so that its residuals are those of the contact problem.
 AMG_TOLERANCE = 1e-10
 _AMG_ITERATIONS = 400
@@ -41,10 +44,21 @@ _INDEPENDENT = 1e-12
 def pardiso_available() -> bool:
     """Whether MKL PARDISO can be loaded on this machine."""
     try:
-        import pypardiso
+        return _pypardiso() is not None
     except (ImportError, OSError):
         return False
-    return pypardiso is not None
+
+
+def _pypardiso() -> Any:
+    """The package, told where MKL is: it asks the compiler and lists all of the environment, twice in 0.5 s."""
+    if _MKL_PATH not in os.environ:
+        with contextlib.suppress(PackageNotFoundError):
+            for path in files("mkl") or ():
+                if path.name.startswith(("libmkl_rt.", "mkl_rt.")):
+                    os.environ[_MKL_PATH] = str(path.locate())
+    import pypardiso
+
+    return pypardiso
 
 
 def choose_solver(
@@ -77,11 +91,8 @@ def choose_solver(
 
 
 def _pardiso() -> Any:
-    from pypardiso import PyPardisoSolver
-
-    solver = PyPardisoSolver(mtype=2)
-    # the search for the library takes longer than a small solution: the next solver is told where it was found
-    os.environ.setdefault("PYPARDISO_MKL_RT", solver.libmkl._name)
+    solver = _pypardiso().PyPardisoSolver(mtype=2)
+    os.environ.setdefault(_MKL_PATH, solver.libmkl._name)
     # own values: nested dissection, no refinement of the solution (with it a solution takes 2.6 times as long, and
     # Cholesky needs none: errors are of rounding size without it)
     solver.iparm[0], solver.iparm[1] = 1, 2
