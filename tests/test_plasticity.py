@@ -21,6 +21,7 @@ from fecontact.outputs.records.map import map_record
 from fecontact.outputs.records.results import load_record
 from fecontact.outputs.records.rows import load_row
 from fecontact.outputs.records.stored import solved_from_record, solved_record
+from fecontact.solving import plastic_contact
 
 YIELDS = replace(STEEL, yield_MPa=450.0, tangent_MPa=4200.0)
 # crossed cylinders of one radius touch as a sphere of that radius touches a plane
@@ -212,6 +213,14 @@ def test_the_load_is_balanced_and_every_step_converges(loaded):
     assert [point.load_N for point in yielded.path] == sorted(point.load_N for point in yielded.path)
     assert yielded.path[-1].load_N == FORCE
     assert all(point.corrections <= 14 and point.change < 1e-4 for point in yielded.path)
+
+
+@needs_factors
+def test_first_yield_that_is_not_found_is_said(monkeypatch):
+    monkeypatch.setattr(plastic_contact, "_SEARCHES", 0)
+    load = solve(replace(sphere(2.5), resolution="quick")).load
+    assert (load.status, load.plastic.status, load.plastic.verdict.answer) == ("converged", "not converged", "UNRESOLVED")
+    assert any("what it does to the contact was not solved: not converged" in warning for warning in load.warnings)
 
 
 @needs_factors

@@ -631,6 +631,12 @@ def test_what_theories_change_stands_first(capsys):
     assert any(line.startswith("straight track, overlap: critical speed ") for line in others)
 
 
+def test_a_vehicle_that_derails_is_no_success(capsys):
+    given = ["curve", "--radii", "250", "--friction", "1", "--unbalanced-m-s2", "1"]
+    assert call(given) == 3
+    assert "is beyond Nadal's" in capsys.readouterr().out
+
+
 def test_the_help_names_every_theory(capsys):
     call(["curve", "--help"])
     shown = capsys.readouterr().out

@@ -379,6 +379,7 @@ def test_a_file_on_the_other_side_counts_by_its_content_and_is_kept(tmp_path):
         (Case(roll="touching", track=Track(gauge_mm=1000.0)), "nor would it on a gauge up to 80 mm wider or narrower"),
         (Case(roll="touching", opposite=Opposite(rolling_radius_mm=300.0)), "no roll.*check gauge.*diameters of both"),
         (Case(roll="given", opposite=Opposite(rolling_radius_mm=459.0)), "give roll = 'touching'"),
+        (replace(Case(), rail="circle:300"), "'touching', but S1002 on circle:300 .* no wheelset; give roll = 'given'"),
     ],
 )
 def test_wheelsets_that_cannot_stand_are_refused_in_one_line(case, says):

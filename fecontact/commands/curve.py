@@ -111,4 +111,4 @@ def curve(
         if found.cells:
             visits_figure(found, out / "curve_map.png")
     answer(record, lambda _: curves_lines(found), json=json, written=out)
-    return 0 if all(run.is_balanced for runs in found.runs.values() for run in runs) else 3
+    return 0 if all(run.status == "equilibrium" for runs in found.runs.values() for run in runs) else 3

@@ -14,7 +14,7 @@ from fecontact.geometry.placement import SIGN, Pair, Placement, pair_of, place
 from fecontact.geometry.wheelset import PlacedWheelset, Wheelset, place_wheelset
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.profiles.short_forms import has_no_gauge_face
+from fecontact.profiles.short_forms import has_no_gauge_face, makes_a_wheelset
 from fecontact.solving.loaded_wheelset import place_loaded_wheelset
 
 
@@ -61,9 +61,18 @@ def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Pr
         As `place_case`, for both sides, and as `place_loaded_wheelset` where the roll is that under the load.
     """
     wheelset = wheelset_of_case(case, rail=rail, wheel=wheel)
-    if case.roll == "loaded":
-        return place_loaded_wheelset(wheelset, case)
-    return place_wheelset(wheelset, case.lateral_shift_mm, case.yaw_rad)
+    try:
+        if case.roll == "loaded":
+            return place_loaded_wheelset(wheelset, case)
+        return place_wheelset(wheelset, case.lateral_shift_mm, case.yaw_rad)
+    except InputError as error:
+        if makes_a_wheelset(case.rail, case.wheel):
+            raise
+        # a case that was made from another one has that one's roll
+        raise InputError(
+            f"roll is {case.roll!r}, but {case.wheel} on {case.rail} has no place in the track where both wheels could"
+            " touch: circles, cylinders and crane rails make no wheelset; give roll = 'given'"
+        ) from error
 
 
 def wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Wheelset:

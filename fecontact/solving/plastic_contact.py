@@ -122,18 +122,25 @@ class YieldingBodies:
         return rail, wheel
 
     def first_yield(self, loaded: PlasticContact) -> PlasticContact:
-        """The elastic contact just below first yield, from one under a larger load, by secants of the logarithms."""
+        """The elastic contact just below first yield, from one under a larger load, by secants of the logarithms.
+
+        The last of a few where none is, which `is_first_yield` tells.
+        """
         power, before, here = 1.0 / 3.0, None, loaded
         for _ in range(_SEARCHES):
             used = max(self.yield_used(here))
             if before is not None:
                 power = math.log(used / before[1]) / math.log(here.load_N / before[0])
-            if before is not None and _BELOW_YIELD**2 < used <= 1.0:
+            if before is not None and _is_below_yield(used):
                 break
             before = (here.load_N, used)
             load_N = here.load_N * (_BELOW_YIELD / used) ** (1.0 / power)
             here = self.elastic(load_N, here.solution.pressure_MPa)
         return here
+
+    def is_first_yield(self, contact: PlasticContact) -> bool:
+        """Whether an elastic contact is just below first yield."""
+        return _is_below_yield(max(self.yield_used(contact)))
 
     def climb(self, start: PlasticContact, load_N: float, steps: int = STEPS) -> list[PlasticContact]:
         """Contacts under rising loads, in equal steps from a start up to a load; the start is not among them."""
@@ -227,6 +234,10 @@ class YieldingBodies:
             pressure=np.sqrt(self.problem.area_mm2 * float(self.model(unit)[highest])),
             plastic=(both * self.zones[0].weights, both * self.zones[1].weights),
         )
+
+
+def _is_below_yield(used: float) -> bool:
+    return _BELOW_YIELD**2 < used <= 1.0
 
 
 def _zone(body: ElasticBody, displacements: Floats) -> PlasticZone:

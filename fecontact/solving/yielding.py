@@ -45,7 +45,7 @@ def climb(
     *,
     sparing: bool,
 ) -> Climb:
-    """Load bodies up to a load.
+    """Load bodies up to a load; not converged where the climb does not reach it, or first yield was not found.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def climb(
     way = bodies.climb(start, load_N)
     last = way[-1]
     on_nodes, on_finer = read(last.solution, load_N)
-    if last.load_N != load_N or not bodies.holds(last):
+    if last.load_N != load_N or not bodies.holds(last) or not bodies.is_first_yield(start):
         on_nodes = replace(on_nodes, status="not converged")
     found = Yielded(
         fe=on_finer,
