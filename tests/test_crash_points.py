@@ -1,14 +1,14 @@
 """Killed, or without power, at every single file operation: nothing is lost, and the same command goes on.
 
-The stand-in solver of `fake_solve` runs in this process. Each operation on a file is counted; at a chosen one the run
-ends as `kill -9` ends it, with nothing said and nothing cleaned up, and is started again.
+The stand-in solver of `fake_solve` runs in this process. What is on the disk before each operation on a file is kept: it
+is what `kill -9` leaves there, with nothing said and nothing cleaned up. From each of them the run is started again.
 """
 
-import contextlib
 import os
 import shutil
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import fake_solve
@@ -22,42 +22,54 @@ from fecontact.runs.map_run import run_map
 from fecontact.runs.study import run_study
 
 
-class Killed(BaseException):
-    """Ends the process; nobody who cleans up has a say, see `_dead`."""
+@dataclass(frozen=True, kw_only=True)
+class Point:
+    """What is on the disk just before an operation."""
+
+    folder: Path
+    # of these the content was never synced
+    unsynced: frozenset[str]
+    # whether it is what the point before had, which was followed by a sync alone
+    as_before: bool
 
 
 class Disk:
-    """Counts the operations that change the disk, ends the run at one of them, and knows what has reached it."""
+    """Keeps what is on the disk before each operation that changes it, and knows what has reached it."""
 
     def __init__(self, folder: Path) -> None:
-        self.folder, self.count, self.at, self.dead = folder, 0, -1, False
+        self.folder, self.watching, self.points = folder, False, list[Point]()
         self.unsynced: set[str] = set()
+        self.synced = False
 
-    def operation(self, path: object) -> None:
+    def operation(self, path: object, *, syncs: bool = False) -> None:
         """One operation is about to be done."""
-        if not str(path).startswith(str(self.folder)):
+        if not self.watching or not str(path).startswith(str(self.folder)):
             return
-        if self.dead or self.count == self.at:
-            # what is still run on the way out changes nothing any more, as in a process that is gone
-            self.dead = True
-            raise Killed
-        self.count += 1
+        kept = shutil.copytree(self.folder, self.folder.parent / "points" / str(len(self.points)))
+        self.points.append(Point(folder=kept, unsynced=frozenset(self.unsynced), as_before=self.synced))
+        self.synced = syncs
 
-    def power_cut(self) -> None:
-        """Files whose content was never synced are empty."""
-        for path in self.folder.rglob("*"):
-            if path.is_file() and str(path) in self.unsynced:
-                path.write_bytes(b"")
+    def back_to(self, point: Point, *, power_cut: bool) -> bool:
+        """Have what was there at a point, without what was never synced; whether it differs from what was tried."""
+        shutil.rmtree(self.folder)
+        shutil.copytree(point.folder, self.folder)
+        if not power_cut:
+            return not point.as_before
+        lost = [path for path in map(Path, point.unsynced) if path.is_file() and path.stat().st_size]
+        for path in lost:
+            path.write_bytes(b"")
+        return bool(lost)
 
 
 @pytest.fixture
-def disk(tmp_path, monkeypatch) -> Iterator[Disk]:
+def disk(tmp_path, monkeypatch) -> Disk:
     watched = Disk(tmp_path / "out")
     (tmp_path / "out").mkdir()
     opened, renamed = Path.open, {name: getattr(os, name) for name in ("rename", "replace")}
 
     def open_(path, mode="r", *arguments, **more):
-        if set(mode) & set("wax+"):
+        # what the stand-in notes for the test is none of the run's files
+        if set(mode) & set("wax+") and path.name != "solves.txt":
             watched.operation(path)
             watched.unsynced.add(str(path))
         return opened(path, mode, *arguments, **more)
@@ -65,7 +77,7 @@ def disk(tmp_path, monkeypatch) -> Iterator[Disk]:
     def fsync(number):
         name = os.readlink(f"/proc/self/fd/{number}")
         # it is only told: no power will be cut
-        watched.operation(name)
+        watched.operation(name, syncs=True)
         watched.unsynced.discard(name)
 
     def moved(name):
@@ -112,8 +124,7 @@ def disk(tmp_path, monkeypatch) -> Iterator[Disk]:
     monkeypatch.setattr("fecontact.runs.study.report_study", lambda *arguments: None)
     monkeypatch.setattr("fecontact.runs.map_run.write_map_report", lambda *arguments, **more: None)
     monkeypatch.setattr("fecontact.runs.study._TABLES_EVERY_S", 0.0)
-    yield watched
-    watched.dead = False
+    return watched
 
 
 def run_fake_study(out: Path, *, force: bool = False) -> None:
@@ -139,41 +150,28 @@ def content(out: Path) -> dict[str, object]:
     return found
 
 
-@pytest.mark.parametrize(
-    ("run", "cut"),
-    [
-        (run_fake_study, "kill"),
-        (run_fake_study, "power"),
-        (run_forced_study, "kill"),
-        (run_fake_map, "kill"),
-        (run_fake_map, "power"),
-    ],
-)
-def test_a_run_that_ends_at_any_file_operation_goes_on(disk, run, cut):
-    out, before = disk.folder, disk.folder.parent / "before"
+@pytest.mark.parametrize("run", [run_fake_study, run_forced_study, run_fake_map])
+def test_a_run_that_ends_at_any_file_operation_goes_on(disk, run):
+    out = disk.folder
     if run is run_forced_study:
         run_fake_study(out)
-    shutil.copytree(out, before)
-    disk.count = 0
+    disk.watching = True
     run(out)
-    points, whole = disk.count, content(out)
-    assert points > 30
-    for at in range(points):
-        disk.at, disk.dead = -1, False
-        shutil.rmtree(out)
-        shutil.copytree(before, out)
-        disk.count, disk.at = 0, at
-        disk.unsynced.clear()
-        with contextlib.suppress(Killed):
+    disk.watching = False
+    whole = content(out)
+    assert len(disk.points) > 30
+    tried = Counter[str]()
+    for at, point in enumerate(disk.points):
+        for cut in ("kill",) if run is run_forced_study else ("kill", "power"):
+            if not disk.back_to(point, power_cut=cut == "power"):
+                continue
+            tried[cut] += 1
+            finished = {path.name for store in ("cases", "positions") for path in (out / store).glob("[!.]*")}
+            begun = len(fake_solve.solves(out))
             run(out)
-        assert disk.dead, at
-        disk.at, disk.dead = -1, False
-        finished = {path.name for store in ("cases", "positions") for path in (out / store).glob("[!.]*")}
-        if cut == "power":
-            disk.power_cut()
-        begun = len(fake_solve.solves(out))
-        run(out)
-        assert content(out) == whole, at
-        if run is run_fake_study:
-            # what was finished is not solved again; by force it is, as are positions whose loads failed
-            assert len(fake_solve.solves(out)) - begun <= 2 - len(finished), at
+            assert content(out) == whole, (at, cut)
+            if run is run_fake_study:
+                # what was finished is not solved again; by force it is, as are positions whose loads failed
+                assert len(fake_solve.solves(out)) - begun <= 2 - len(finished), (at, cut)
+    assert tried["kill"] > 20
+    assert tried["power"] > 20 or run is run_forced_study
