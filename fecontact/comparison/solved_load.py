@@ -141,7 +141,8 @@ class SolvedLoad:
             *(() if (yielded := self.levels[0].yielded) is None else (("fe_plastic", yielded.fe),)),
         )
 
-    @property
+    # asked again for every row and verdict, also of a map that is written after each of its positions
+    @cached_property
     def status(self) -> Status:
         """`converged` if all solutions are, on all meshes; otherwise why the load must not be used."""
         for level in self.levels:
