@@ -79,6 +79,10 @@ from fecontact.solving.position import Clock, expect_on_half_space, hertz_of_cas
 from fecontact.solving.stiffness_fit import fit_stiffness
 
 LOADS = (10e3, 50e3, 100e3, 150e3)
+# by none of them a verdict changes between -2 and 1 mm: no limit is looked for
+FEW_LOADS = LOADS[:3]
+# at 0 mm one lies between both, and at -1 and 1 mm none
+TWO_SIDES = LOADS[2:]
 SHIFTS = (-2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0)
 # coarse enough for a load to be made in milliseconds: its meshes are never made
 ROUND = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
@@ -578,25 +582,62 @@ def run(monkeypatch):
     return fake_run
 
 
-def stored_map(out, shifts=SHIFTS):
+def stored_map(out, shifts=SHIFTS, loads=LOADS, progress=None):
     """Folder of a map, and the map."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(position_store, "solve_position", fake_position)
         patch.setattr("fecontact.outputs.maps.files.map_figure", no_figure)
         patch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
-        return out, fake_run(out, shifts).made
+        return out, fake_run(out, shifts, loads=loads, progress=progress).made
+
+
+@dataclass
+class Watched:
+    """A whole map, what was told of it while it was made, and the positions of its file each time."""
+
+    out: Path
+    told: list
+    written: list
+    made: ApplicabilityMap | None = None
+    left_open: int = 0
+
+    def __call__(self, done, count, what):
+        self.told.append((done, count, what.partition(";")[0]))
+        if done:
+            self.written.append(json.loads((self.out / "map.json").read_text("utf-8"))["lateral_shifts_mm"])
 
 
 @pytest.fixture(scope="module")
-def kept(tmp_path_factory):
+def watched(tmp_path_factory):
+    """A whole map with its making; shifts that are asked for twice, or in another order, are solved once."""
+    seen = Watched(tmp_path_factory.mktemp("map"), [], [])
+    FakeSweep.open = 0
+    _, seen.made = stored_map(seen.out, (3.0, *SHIFTS, 0.0), progress=seen)
+    seen.left_open = FakeSweep.open
+    return seen
+
+
+@pytest.fixture(scope="module")
+def kept(watched):
     """A whole map, for what only looks at it."""
-    return stored_map(tmp_path_factory.mktemp("map"))
+    return watched.out, watched.made
 
 
 @pytest.fixture(scope="module")
 def two(tmp_path_factory):
     """A map of two positions, to be copied before it is damaged."""
-    return stored_map(tmp_path_factory.mktemp("two"), [0.0, 1.0])
+    return stored_map(tmp_path_factory.mktemp("two"), [0.0, 1.0], FEW_LOADS)
+
+
+@pytest.fixture(scope="module")
+def made_one(tmp_path_factory):
+    return stored_map(tmp_path_factory.mktemp("one"), [0.0])
+
+
+@pytest.fixture
+def one(made_one, tmp_path):
+    """A folder with a map of one position that has a limit, to be changed."""
+    return shutil.copytree(made_one[0], tmp_path, dirs_exist_ok=True)
 
 
 @pytest.fixture(scope="module")
@@ -731,17 +772,20 @@ def test_a_position_short_of_memory_anywhere_knows_it(what):
 # --- maps as they are made ------------------------------------------------------------------------------------------
 
 
-def test_map_has_a_cell_for_every_position_and_load(run, tmp_path):
-    heard = []
-    made = run(tmp_path, (3.0, *SHIFTS, 0.0), progress=lambda *args: heard.append(args)).made
+def test_map_has_a_cell_for_every_position_and_load(watched):
+    made = watched.made
     assert made.lateral_shifts_mm == SHIFTS
     assert [(c.lateral_shift_mm, c.load_N) for c in made.cells] == [(s, f) for s in SHIFTS for f in LOADS]
     names = [position_id(replace(ROUND, lateral_shift_mm=shift), LOADS) for shift in SHIFTS]
-    begun = [(done, count, text.partition(";")[0]) for done, count, text in heard]
-    assert begun == [(k, 7, f"solving {shift:+z.2f} mm") for k, shift in enumerate(SHIFTS[::-1])]
-    assert sorted(path.name for path in (tmp_path / "positions").iterdir()) == sorted(names)
-    assert FakeSweep.open == 0
+    # from the gauge corner on, where a position takes longest
+    assert watched.told == [(k, 7, f"solving {shift:+z.2f} mm") for k, shift in enumerate(SHIFTS[::-1])]
+    assert sorted(path.name for path in (watched.out / "positions").iterdir()) == sorted(names)
+    assert watched.left_open == 0
     assert not made.all_solved
+
+
+def test_files_are_written_after_each_position(watched):
+    assert watched.written == [list(SHIFTS[-k:]) for k in range(1, 7)]
 
 
 def test_map_says_what_could_not_be_solved(kept):
@@ -774,33 +818,21 @@ def test_map_needs_positions_and_loads(run, tmp_path):
     assert FakeSweep.solved == []
 
 
-def test_files_are_written_after_each_position(run, tmp_path):
-    seen = []
-
-    def look(done, count, what):
-        if done:
-            seen.append(json.loads((tmp_path / "map.json").read_text("utf-8"))["lateral_shifts_mm"])
-
-    run(tmp_path, progress=look)
-    # from the gauge corner on, where a position takes longest
-    assert seen == [list(SHIFTS[-k:]) for k in range(1, 7)]
-
-
 def rows_of(path):
     with path.open(newline="") as file:
         return list(csv.DictReader(file))
 
 
-def test_map_files_with_png(run, tmp_path):
-    made = run(tmp_path).made
-    rows = rows_of(tmp_path / "map.csv")
+def test_map_files(kept):
+    out, made = kept
+    rows = rows_of(out / "map.csv")
     assert len(rows) == len(made.cells)
     assert rows[-1]["verdict"] == "failed"
     assert rows[-1]["p_max_deviation_percent"] == ""
     assert rows[-1]["p_max_fe_MPa"] == ""
     assert float(rows[9]["p_max_deviation_percent"]) == pytest.approx(2.0, abs=0.05)
     assert (rows[-1]["lateral_shift_mm"], rows[-1]["load_kN"]) == ("4.0", "150.0")
-    record = json.loads((tmp_path / "map.json").read_text("utf-8"))
+    record = json.loads((out / "map.json").read_text("utf-8"))
     assert record["schema"] == "fecontact/map/4"
     assert record["criteria"] == json.loads(json_text(asdict(Criteria())))
     assert len(record["cells"]) == len(rows)
@@ -821,6 +853,10 @@ def test_map_files_with_png(run, tmp_path):
     assert record["provenance"]["evaluated_by"] == dict(made_by.evaluated_by)
     assert record["provenance"]["input_files"] == {}
     assert list(record["provenance"]["positions"].values()) == list(SHIFTS)
+
+
+def test_a_map_is_drawn_as_png_while_it_is_made(run, tmp_path):
+    run(tmp_path, [0.0], loads=LOADS[:1])
     assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -1065,15 +1101,15 @@ def test_positions_of_several_workers_are_those_of_one(run, tmp_path, monkeypatc
         if done:
             seen.append(json.loads((tmp_path / "map.json").read_text("utf-8"))["lateral_shifts_mm"])
 
-    outcome = run(tmp_path, [3.0, -2.0, 0.0, 1.0], crew=in_process(3), progress=look)
-    alone = fresh_map([-2.0, 0.0, 1.0, 3.0])
+    outcome = run(tmp_path, [3.0, -2.0, 0.0, 1.0], loads=FEW_LOADS, crew=in_process(3), progress=look)
+    alone = fresh_map([-2.0, 0.0, 1.0, 3.0], FEW_LOADS)
     # in the order of the shifts, whichever is finished first
     assert outcome.made.lateral_shifts_mm == (-2.0, 0.0, 1.0, 3.0)
     assert all(shifts == sorted(shifts) for shifts in seen)
     # no more is told to be under way than there are workers
     assert heard
     assert all(1 <= what.count(" mm") <= 3 for what in heard)
-    name = position_id(replace(ROUND, lateral_shift_mm=1.0), LOADS)
+    name = position_id(replace(ROUND, lateral_shift_mm=1.0), FEW_LOADS)
     said = f"failed: RuntimeError: a fault of the program; see {name}.error.txt"
     for got, expected in zip(plain(outcome.made)["cells"], plain(alone)["cells"], strict=True):
         if got["lateral_shift_mm"] == 1.0:
@@ -1176,19 +1212,19 @@ def test_a_worker_that_dies_costs_its_position_and_no_other(tmp_path, workers):
     made = run_map(
         ROUND,
         [-1.0, 0.0, 1.0],
-        LOADS,
+        FEW_LOADS,
         tmp_path,
         settings=RunSettings(workers=workers),
         work=DeadlyWork.of,
     ).made
     assert [p.converged for p in made.positions] == [True, False, True]
     assert {cell.status for cell in made.positions[1].cells} == {"failed: its process died twice (out of memory?)"}
-    fresh = plain(fresh_map([-1.0, 1.0]))
+    fresh = plain(fresh_map([-1.0, 1.0], FEW_LOADS))
     found = plain(made)
     assert [cell for cell in found["cells"] if cell["lateral_shift_mm"]] == fresh["cells"]
     assert [limit for limit in found["limits"] if limit["lateral_shift_mm"]] == fresh["limits"]
     # and is tried again by the next run, which has the others
-    names = [position_id(replace(ROUND, lateral_shift_mm=shift), LOADS) for shift in (-1.0, 1.0)]
+    names = [position_id(replace(ROUND, lateral_shift_mm=shift), FEW_LOADS) for shift in (-1.0, 1.0)]
     assert sorted(path.name for path in (tmp_path / "positions").iterdir()) == sorted(names)
 
 
@@ -1202,35 +1238,36 @@ def test_a_position_short_of_memory_beside_others_is_solved_again_alone(run, tmp
         return fake_position(case, loads_N)
 
     monkeypatch.setattr(position_store, "solve_position", hungry)
-    made = run(tmp_path, [-1.0, 0.0, 1.0], crew=in_process(2)).made
+    made = run(tmp_path, [-1.0, 0.0, 1.0], loads=TWO_SIDES, crew=in_process(2)).made
     assert sorted(order) == [-1.0, 0.0, 0.0, 1.0]
     assert order[-1] == 0.0
     assert made.all_solved
     FakeSweep.short_of_memory = set()
-    assert plain(made) == plain(fresh_map([-1.0, 0.0, 1.0]))
+    assert plain(made) == plain(fresh_map([-1.0, 0.0, 1.0], TWO_SIDES))
 
 
 def test_what_is_short_of_memory_alone_says_so_and_is_tried_again_by_the_next_run(run, tmp_path):
     FakeSweep.short_of_memory = {"load"}
-    made = run(tmp_path, [-1.0, 0.0]).made
-    assert FakeSweep.solved.count(0.0) == len(LOADS)
+    made = run(tmp_path, [-1.0, 0.0], loads=FEW_LOADS).made
+    assert FakeSweep.solved.count(0.0) == len(FEW_LOADS)
     assert all("needs about 4.5 GB of memory" in cell.status for cell in made.positions[1].cells)
     assert made.positions[1].short_of_memory
     # a larger machine
     FakeSweep.short_of_memory, FakeSweep.solved = set(), []
-    outcome = run(tmp_path, [-1.0, 0.0])
+    outcome = run(tmp_path, [-1.0, 0.0], loads=FEW_LOADS)
     assert set(FakeSweep.solved) == {0.0}
-    assert plain(outcome.made) == plain(fresh_map([-1.0, 0.0]))
+    assert plain(outcome.made) == plain(fresh_map([-1.0, 0.0], FEW_LOADS))
 
 
 def test_finished_positions_are_taken_from_their_folders(run, tmp_path):
-    first = run(tmp_path)
+    shifts = [-2.0, 0.0, 1.0, 3.0]
+    first = run(tmp_path, shifts, loads=LOADS[::3])
     assert (first.reused, first.recomputed) == ((), {})
-    files = {name: (tmp_path / name).read_bytes() for name in ("map.csv", "map.json", "stiffness.csv")}
+    files = {name: (tmp_path / name).read_bytes() for name in ("map.csv", "map.json", "contacts.csv")}
     FakeSweep.solved = []
-    again = run(tmp_path)
+    again = run(tmp_path, shifts, loads=LOADS[::3])
     # positions with a load that failed or did not converge are tried again
-    assert [name.split("_")[2] for name in again.reused] == ["+2.00mm", "+1.00mm", "+0.00mm", "-1.00mm"]
+    assert [name.split("_")[2] for name in again.reused] == ["+1.00mm", "+0.00mm"]
     assert again.recomputed == {}
     assert set(FakeSweep.solved) == {-2.0, 3.0}
     assert map_record(again.made) == map_record(first.made)
@@ -1238,15 +1275,15 @@ def test_finished_positions_are_taken_from_their_folders(run, tmp_path):
 
 
 def test_force_solves_all_again(run, tmp_path):
-    run(tmp_path, [0.0, 1.0])
+    run(tmp_path, [0.0, 1.0], loads=LOADS[:1])
     FakeSweep.solved = []
-    outcome = run(tmp_path, [0.0, 1.0], force=True)
+    outcome = run(tmp_path, [0.0, 1.0], loads=LOADS[:1], force=True)
     assert set(FakeSweep.solved) == {0.0, 1.0}
     assert (outcome.reused, outcome.recomputed) == ((), {})
 
 
 def test_parts_together_are_the_whole_map(run, tmp_path):
-    shifts, loads = [-1.0, 0.0, 1.0, 2.0], [50e3, 100e3]
+    shifts, loads = [-1.0, 0.0, 1.0, 2.0], LOADS[:2]
     whole = run(tmp_path / "whole", shifts, loads=loads).made
     FakeSweep.solved = []
     parts = [run(tmp_path / "parts", shifts, loads=loads, part=(k, 2)).made for k in (1, 2)]
@@ -1263,14 +1300,14 @@ def test_parts_together_are_the_whole_map(run, tmp_path):
 
 def test_positions_of_other_inputs_or_loads_stay_beside_each_other(run, tmp_path):
     shifts = [-1.0, 0.0]
-    before = run(tmp_path, shifts).made
-    others = [(replace(ROUND, load_kind="normal"), LOADS), (replace(ROUND, resolution="fine"), LOADS)]
-    for case, loads in [*others, (ROUND, LOADS[1:])]:
+    before = run(tmp_path, shifts, loads=FEW_LOADS).made
+    others = [(replace(ROUND, load_kind="normal"), FEW_LOADS), (replace(ROUND, resolution="fine"), FEW_LOADS)]
+    for case, loads in [*others, (ROUND, FEW_LOADS[1:])]:
         FakeSweep.solved = []
         assert run(tmp_path, shifts, case, loads).reused == ()
         assert set(FakeSweep.solved) == set(shifts)
     FakeSweep.solved = []
-    again = run(tmp_path, shifts)
+    again = run(tmp_path, shifts, loads=FEW_LOADS)
     assert len(again.reused) == 2
     assert FakeSweep.solved == []
     assert plain(again.made) == plain(before)
@@ -1278,18 +1315,18 @@ def test_positions_of_other_inputs_or_loads_stay_beside_each_other(run, tmp_path
 
 
 def test_other_criteria_are_judged_again_without_solving(run, tmp_path):
-    run(tmp_path, [0.0, 1.0])
+    run(tmp_path, [0.0, 1.0], loads=TWO_SIDES)
     # all loads hold by these: there is no limit to look for
     case = replace(ROUND, criteria=Criteria(p_max=0.9, area=0.95))
     FakeSweep.solved = []
-    outcome = run(tmp_path, [0.0, 1.0], case)
+    outcome = run(tmp_path, [0.0, 1.0], case, TWO_SIDES)
     assert FakeSweep.solved == []
     assert (
         list(outcome.recomputed.values())
         == ["evaluated by another version: criterion p_max 0.05 -> 0.9, criterion area 0.1 -> 0.95"] * 2
     )
     assert outcome.reused == ()
-    fresh = fresh_map([0.0, 1.0], case=case)
+    fresh = fresh_map([0.0, 1.0], TWO_SIDES, case)
     assert cells_of(outcome.made) == cells_of(fresh)
     assert {cell.verdict for cell in outcome.made.cells} == {"HOLDS"}
     assert json.loads((tmp_path / "map.json").read_text("utf-8"))["criteria"] == json.loads(
@@ -1297,14 +1334,13 @@ def test_other_criteria_are_judged_again_without_solving(run, tmp_path):
     )
     # whoever reads the folder now reads these verdicts
     assert plain(load_results(tmp_path)) == plain(outcome.made)
-    assert run(tmp_path, [0.0, 1.0], case).recomputed == {}
+    assert run(tmp_path, [0.0, 1.0], case, TWO_SIDES).recomputed == {}
 
 
-def test_criteria_whose_limit_lies_elsewhere_are_solved_for(run, tmp_path):
-    before = run(tmp_path, [0.0]).made.limits
+def test_criteria_whose_limit_lies_elsewhere_are_solved_for(run, made_one, one):
+    before = made_one[1].limits
     case = replace(ROUND, criteria=Criteria(p_max=0.03, area=0.2))
-    FakeSweep.solved = []
-    outcome = run(tmp_path, [0.0], case)
+    outcome = run(one, [0.0], case)
     assert set(FakeSweep.solved) == {0.0}
     # searched for by these criteria, as if there had been no others
     assert outcome.made.limits == fresh_map([0.0], case=case).limits
@@ -1312,8 +1348,8 @@ def test_criteria_whose_limit_lies_elsewhere_are_solved_for(run, tmp_path):
     assert outcome.made.limits[0].narrowed
 
 
-def folder_of(out, shift_mm):
-    return position_folder(out, position_id(replace(ROUND, lateral_shift_mm=shift_mm), LOADS))
+def folder_of(out, shift_mm, loads=LOADS):
+    return position_folder(out, position_id(replace(ROUND, lateral_shift_mm=shift_mm), loads))
 
 
 def sealed(folder, change):
@@ -1352,23 +1388,21 @@ DAMAGES = [
 def test_a_folder_that_cannot_be_used_is_named_and_solved_again(run, two, tmp_path, damage, says):
     kept_whole, before = two
     shutil.copytree(kept_whole, tmp_path, dirs_exist_ok=True)
-    folder = folder_of(tmp_path, 0.0)
+    folder = folder_of(tmp_path, 0.0, FEW_LOADS)
     damage(folder)
-    outcome = run(tmp_path, [0.0, 1.0])
+    outcome = run(tmp_path, [0.0, 1.0], loads=FEW_LOADS)
     assert list(outcome.recomputed) == [folder.name]
     assert says in outcome.recomputed[folder.name]
     assert set(FakeSweep.solved) == {0.0}
-    assert outcome.reused == (folder_of(tmp_path, 1.0).name,)
+    assert outcome.reused == (folder_of(tmp_path, 1.0, FEW_LOADS).name,)
     assert plain(outcome.made) == plain(before)
-    assert run(tmp_path, [0.0, 1.0]).recomputed == {}
+    assert run(tmp_path, [0.0, 1.0], loads=FEW_LOADS).recomputed == {}
 
 
-def test_another_layout_is_solved_again_also_with_other_criteria(run, tmp_path):
-    run(tmp_path, [0.0])
-    sealed(folder_of(tmp_path, 0.0), lambda text: text.replace("map-position/3", "map-position/2"))
-    FakeSweep.solved = []
+def test_another_layout_is_solved_again_also_with_other_criteria(run, one):
+    sealed(folder_of(one, 0.0), lambda text: text.replace("map-position/3", "map-position/2"))
     case = replace(ROUND, criteria=Criteria(p_max=0.03))
-    assert plain(run(tmp_path, [0.0], case).made) == plain(fresh_map([0.0], case=case))
+    assert plain(run(one, [0.0], case).made) == plain(fresh_map([0.0], case=case))
     assert FakeSweep.solved
 
 
@@ -1385,7 +1419,7 @@ def test_a_number_that_was_none_is_read_as_none(run, tmp_path, monkeypatch):
         return replace(position, cells=(replace(cell, judged=judged), *position.cells[1:]))
 
     monkeypatch.setattr(position_store, "solve_position", with_few_points)
-    made = run(tmp_path, [0.0]).made
+    made = run(tmp_path, [0.0], loads=LOADS[:1]).made
     assert math.isnan(made.cells[0].judged.uncertainty["a_mm"])
     assert made.cells[0].verdict == "UNRESOLVED"
     assert rows_of(tmp_path / "map.csv")[0]["a_uncertainty_percent"] == ""
@@ -1537,10 +1571,9 @@ def test_other_criteria_give_the_verdicts_of_a_new_evaluation(kept, tmp_path, cr
         assert plain(made) == plain(stored)
 
 
-def test_a_limit_by_other_criteria_is_found_among_the_loads_that_were_solved(run, tmp_path):
+def test_a_limit_by_other_criteria_is_found_among_the_loads_that_were_solved(one):
     """At 0 mm Hertz deviates by 4 % at 100 kN: 5 % were looked for around 125 kN, and nothing below 100 kN."""
-    run(tmp_path, [0.0])
-    made, _ = judge_map(tmp_path, Criteria(p_max=0.03, area=0.2))
+    made, _ = judge_map(one, Criteria(p_max=0.03, area=0.2))
     (limit,) = made.limits
     assert [(one.low_N, one.high_N, one.answer) for one in limit.intervals] == [
         (10e3, 50e3, "HOLDS"),
@@ -1566,9 +1599,8 @@ def test_a_limit_by_other_criteria_is_found_among_the_loads_that_were_solved(run
     ],
     ids=["other limit", "all hold", "all fail", "other measures"],
 )
-def test_a_stored_position_is_decided_if_a_new_solution_would_have_no_more_loads(run, tmp_path, criteria, decided):
-    run(tmp_path, [0.0])
-    folder = folder_of(tmp_path, 0.0)
+def test_a_stored_position_is_decided_if_a_new_solution_would_have_no_more_loads(one, criteria, decided):
+    folder = folder_of(one, 0.0)
     # what the own criteria leave open no finer mesh is allowed to decide
     case = replace(ROUND, criteria=criteria, refine_degrees_of_freedom=0)
     work = position_store.position_work(case, LOADS, folder.name)
@@ -1589,9 +1621,8 @@ def test_a_position_whose_search_stopped_is_not_decided(run, tmp_path):
     assert work.judged_again(folder) is None
 
 
-def test_an_open_load_that_finer_meshes_may_decide_is_not_decided(run, tmp_path):
-    run(tmp_path, [0.0])
-    folder = folder_of(tmp_path, 0.0)
+def test_an_open_load_that_finer_meshes_may_decide_is_not_decided(one):
+    folder = folder_of(one, 0.0)
     for most, decided in ((0, True), (10**7, False)):
         case = replace(ROUND, criteria=Criteria(p_max=0.06), refine_degrees_of_freedom=most)
         position = read_position(folder, criteria=case.criteria)
@@ -1647,7 +1678,7 @@ def test_damage_of_every_file_of_a_map_is_noticed(two, tmp_path):
 def test_a_position_that_cannot_be_judged_is_named_and_no_verdict_is_made_up(two, tmp_path, damage, says):
     kept_whole, whole = two
     shutil.copytree(kept_whole, tmp_path, dirs_exist_ok=True)
-    folder = folder_of(tmp_path, 0.0)
+    folder = folder_of(tmp_path, 0.0, FEW_LOADS)
     damage(folder)
     made, problems = judge_map(tmp_path, Criteria())
     (problem,) = problems
@@ -1659,29 +1690,28 @@ def test_a_position_that_cannot_be_judged_is_named_and_no_verdict_is_made_up(two
     assert {cell.status for cell in first.cells} == {f"failed: {problem}"}
     assert all(cell.judged is None for cell in first.cells)
     assert first.limit.F_max_N is None
-    assert [cell_record(cell) for cell in second.cells] == cells_of(whole)[len(LOADS) :]
+    assert [cell_record(cell) for cell in second.cells] == cells_of(whole)[len(FEW_LOADS) :]
     assert not made.all_solved
     with pytest.raises(InputError, match=re.escape(problem)):
         fecontact.load(tmp_path)
     assert call(["judge", str(tmp_path)]) == 3
 
 
-def test_a_map_of_another_layout_is_refused(run, tmp_path):
-    run(tmp_path, [0.0])
-    edited(tmp_path / "map.json", lambda text: text.replace("fecontact/map/4", "fecontact/map/3"))
+def test_a_map_of_another_layout_is_refused(one):
+    edited(one / "map.json", lambda text: text.replace("fecontact/map/4", "fecontact/map/3"))
     for read in (fecontact.load, lambda folder: judge_map(folder, Criteria())):
         with pytest.raises(InputError, match="its layout is not fecontact/map/4; make the map again"):
-            read(tmp_path)
+            read(one)
 
 
-def test_judge_command_of_a_map(run, tmp_path, capsys):
-    run(tmp_path / "map", [0.0])
-    assert call(["judge", str(tmp_path / "map"), "--p-max-percent", "3", "--out", str(tmp_path / "out")]) == 0
+def test_judge_command_of_a_map(made_one, tmp_path, capsys):
+    kept_map = str(made_one[0])
+    assert call(["judge", kept_map, "--p-max-percent", "3", "--out", str(tmp_path / "out")]) == 0
     said = capsys.readouterr().out
     assert "4 cells judged by" in said
     assert "holds 10 to 50, not solved 50 to 100, fails 100 to 150 kN" in said
     assert [row["verdict"] for row in rows_of(tmp_path / "out" / "map.csv")] == ["HOLDS", "HOLDS", "FAILS", "FAILS"]
-    assert call(["judge", str(tmp_path / "map"), "--out", str(tmp_path / "map")]) == 2
+    assert call(["judge", kept_map, "--out", kept_map]) == 2
     assert "stay as they are" in capsys.readouterr().err
     # what was judged has no positions of its own
     assert call(["judge", str(tmp_path / "out")]) == 2
@@ -1696,7 +1726,7 @@ def test_profiles_that_are_files_are_kept_with_a_position(run, tmp_path, monkeyp
     case = replace(ROUND, rail=str(head), track=Track(rail_crown_y_mm=Track().tape_circle_y_mm))
     placement = place_case(case)
     monkeypatch.setitem(globals(), "placement_of", lambda shift_mm: placement)
-    made = run(tmp_path / "map", [0.0], case).made
+    made = run(tmp_path / "map", [0.0], case, LOADS[:1]).made
     shown = map_record(made)["case"]
     head.unlink()
     read = fecontact.load(tmp_path / "map")
@@ -1790,11 +1820,10 @@ def test_stiffness_of_a_known_law():
 
 def test_standard_error_covers_the_scatter():
     rng = np.random.default_rng(1)
-    ratios = []
+    ratios, exact = [], [point(float(load)) for load in np.linspace(10e3, 150e3, 8)]
     for _ in range(200):
         noisy = []
-        for load in np.linspace(10e3, 150e3, 8):
-            p = point(float(load))
+        for p in exact:
             fe = p.comparison.fe
             fe = replace(fe, approach_mm=fe.approach_mm * (1.0 + 1e-3 * rng.standard_normal()))
             noisy.append(replace(p, comparison=replace(p.comparison, fe=fe)))
