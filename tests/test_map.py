@@ -1,9 +1,11 @@
 """Loads with the factors reused, contact stiffness, the applicability map with its limits, its run and its files."""
 
 import csv
+import hashlib
 import json
 import math
 import os
+import pickle
 import re
 import shutil
 import subprocess
@@ -533,6 +535,18 @@ class FakeSweep:
         FakeSweep.open -= 1
 
 
+JUDGED = {}
+
+
+def judged_once(solved, placement, theories):
+    """Positions are read in every test, a tenth of a second a load: what is the same to the last bit is judged once."""
+    values = pickle.dumps((solved, json_text(placement_record(placement)), tuple(theories)))
+    key = hashlib.sha256(values).digest()
+    if key not in JUDGED:
+        JUDGED[key] = judge_load(solved, placement, theories)
+    return JUDGED[key]
+
+
 def no_figure(made, path, **_):
     return Path(path)
 
@@ -547,6 +561,7 @@ def _as_new(request, monkeypatch):
         monkeypatch.setattr("fecontact.outputs.maps.files.map_figure", no_figure)
     monkeypatch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
     monkeypatch.setattr("fecontact.runs.judging.write_map_report", no_figure)
+    monkeypatch.setattr(position_store, "judge_load", judged_once)
 
 
 def fake_position(case, loads_N):
