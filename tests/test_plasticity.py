@@ -219,7 +219,11 @@ def test_the_load_is_balanced_and_every_step_converges(loaded):
 def test_first_yield_that_is_not_found_is_said(monkeypatch):
     monkeypatch.setattr(plastic_contact, "_SEARCHES", 0)
     load = solve(replace(sphere(2.5), resolution="quick")).load
-    assert (load.status, load.plastic.status, load.plastic.verdict.answer) == ("converged", "not converged", "UNRESOLVED")
+    assert (load.status, load.plastic.status, load.plastic.verdict.answer) == (
+        "converged",
+        "not converged",
+        "UNRESOLVED",
+    )
     assert any("what it does to the contact was not solved: not converged" in warning for warning in load.warnings)
 
 

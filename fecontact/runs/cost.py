@@ -8,18 +8,14 @@ from dataclasses import dataclass
 
 from fecontact.case import RESOLUTIONS, Case
 from fecontact.jobs.remaining import duration
+from fecontact.solving.cost import WHOLE, cpu_seconds, memory_GB
 
 # Unknowns of the first meshes of a half model at `quick`, 60E1 and S1002 where the patch has one lobe (32 to 41
 # thousand in six positions and pairs), and how they grow with the elements a semi-axis (74 thousand at `standard` and
 # 114 thousand at `fine`, at 3 mm). With several lobes they are up to four times as many.
 _UNKNOWNS = 34e3
 _GROWTH, _GROWTH_BEYOND = 1.02, 2.0
-_WHOLE = 1.95
 _SEVERAL_LOBES = 3.7
-# Seconds and memory of a case with the coarser meshes that it comes with: 5.8 s and 0.8 GB at 80 thousand unknowns,
-# 45 s and 3.7 GB at 312 thousand, by PARDISO on one core of a virtual machine (x86-64, 2026).
-_SECONDS, _SECONDS_GROWTH = 5.8, 1.45
-_MEMORY_GB, _MEMORY_GROWTH = 0.85, 1.08
 _START_S = 5.0
 # Semi-axes (mm) of a patch under 100 kN: only for element sizes that are given in mm.
 _SEMI_AXES_MM = (6.5, 4.5)
@@ -74,10 +70,10 @@ def cost_of(cases: Sequence[Case], workers: int) -> Cost:
     ]
     return Cost(
         workers=workers,
-        seconds=_START_S + sum(map(_seconds, usual)) / workers,
-        memory_GB=max(map(_memory_GB, usual)),
-        most_seconds=_START_S + sum(map(_seconds, most)) / workers,
-        most_memory_GB=max(map(_memory_GB, most)),
+        seconds=_START_S + sum(map(cpu_seconds, usual)) / workers,
+        memory_GB=max(map(memory_GB, usual)),
+        most_seconds=_START_S + sum(map(cpu_seconds, most)) / workers,
+        most_memory_GB=max(map(memory_GB, most)),
         available_GB=psutil.virtual_memory().available / 1e9,
     )
 
@@ -90,12 +86,4 @@ def _unknowns(case: Case) -> float:
         count = math.sqrt(math.prod(axis / step for axis, step in zip(axes, case.resolution, strict=True)))
     relative, finest = count / RESOLUTIONS["quick"], RESOLUTIONS["fine"] / RESOLUTIONS["quick"]
     grown = min(relative, finest) ** _GROWTH * max(1.0, relative / finest) ** _GROWTH_BEYOND
-    return float(_UNKNOWNS * grown * (1.0 if case.half else _WHOLE))
-
-
-def _seconds(unknowns: float) -> float:
-    return float(_SECONDS * (unknowns / 80e3) ** _SECONDS_GROWTH)
-
-
-def _memory_GB(unknowns: float) -> float:
-    return float(_MEMORY_GB * (unknowns / 80e3) ** _MEMORY_GROWTH)
+    return float(_UNKNOWNS * grown * (1.0 if case.half else WHOLE))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from fecontact.case import Case
 from fecontact.geometry.placement import Placement
+from fecontact.solving.cost import START_SECONDS, WHOLE, cpu_seconds, memory_GB
 from fecontact.solving.expected_patch import ExpectedPatch
 from fecontact.solving.measured_lines import hertz_uncertainty
 from fecontact.solving.placing import place_case
@@ -16,12 +17,6 @@ from fecontact.theory.hertz import HertzContact
 # Unknowns of both bodies for n_x by n_s elements in the zone of a half model: eight meshes of 8 by 16 to 13 by 50
 # elements have 0.93 to 1.06 of it (60E1, a cylinder, A120; quick and standard).
 _UNKNOWNS, _MORE_X, _MORE_S = 125.0, 0.2, 14.4
-# CPU seconds and memory of S1002 on 60E1 at 3 mm with 33,900 unknowns and their growth to 86 thousand at 5 mm, on one
-# thread by PARDISO; the second mesh, 1.5 times coarser, and half-spaces take half as long again. The program's start
-# and the position take what `place` does.
-_BENCHMARK_UNKNOWNS, _BENCHMARK_SECONDS, _SECONDS_POWER, _BOTH_MESHES = 33_900.0, 1.5, 1.4, 1.5
-_START_SECONDS = 0.9
-_BENCHMARK_GB, _GB_POWER = 0.36, 1.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -77,8 +72,7 @@ def preview(case: Case) -> Preview:
     # patches far apart have fewer between them
     if (zone := fine_zone(expected, sizes)).bands:
         across = zone.intervals_s
-    unknowns = _UNKNOWNS * (along_x + _MORE_X) * (across + _MORE_S) * (1.0 if case.half else 2.0)
-    growth = unknowns / _BENCHMARK_UNKNOWNS
+    unknowns = _UNKNOWNS * (along_x + _MORE_X) * (across + _MORE_S) * (1.0 if case.half else WHOLE)
     return Preview(
         case=case,
         placement=placement,
@@ -88,6 +82,6 @@ def preview(case: Case) -> Preview:
         element_size_mm=sizes,
         elements=(along_x, across),
         degrees_of_freedom=int(unknowns),
-        cpu_seconds=_START_SECONDS + _BOTH_MESHES * _BENCHMARK_SECONDS * growth**_SECONDS_POWER,
-        memory_GB=_BENCHMARK_GB * growth**_GB_POWER,
+        cpu_seconds=START_SECONDS + cpu_seconds(unknowns),
+        memory_GB=memory_GB(unknowns),
     )
