@@ -64,8 +64,8 @@ class Level:
     degrees_of_freedom: Mapping[str, int]
     elements: Mapping[str, int]
     enlarged: int
-    at_edge: bool
     slide_mm: float = 0.0
+    at_edge: bool
     yielded: Yielded | None = None
 
     @property
@@ -124,9 +124,9 @@ class SolvedLoad:
     case: Case
     levels: tuple[Level, ...]
     half_space: Rung
+    turned: Rung | None = None
     quadratic: Rung
     point_noise: PointNoise | None
-    turned: Rung | None = None
     limits: tuple[str, ...] = ()
     short_of_memory: bool = False
 

@@ -84,9 +84,9 @@ class Yielded:
 
     fe: Rung
     nodal: Rung
+    fewer_steps: Rung | None = None
     bodies: Mapping[str, YieldedBody]
     path: tuple[PathPoint, ...] = ()
-    fewer_steps: Rung | None = None
     by_band: Mapping[str, Mapping[str, float]]
     imprint_mm: float = 0.0
 

@@ -7,28 +7,25 @@ bit.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, fields
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from functools import cache
 from pathlib import Path
-from typing import Any
+from types import UnionType
+from typing import Any, get_args, get_origin, get_type_hints
 from zipfile import ZipFile, ZipInfo
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.case import Case
-from fecontact.comparison.point_noise import PointNoise
-from fecontact.comparison.solved_load import LEVEL_RUNGS, Level, SolvedLoad
-from fecontact.comparison.yielded import PathPoint, Yielded, YieldedBody
+from fecontact.comparison.solved_load import SolvedLoad
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.rung import Rung
 from fecontact.files import open_regular, write_atomically
 from fecontact.geometry.placement import Placement
-from fecontact.geometry.poses import RailPose, WheelPose
-from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.theory.hertz import HertzContact
 
 Record = dict[str, Any]
 Arrays = dict[str, NDArray[np.float64]]
@@ -37,43 +34,23 @@ Arrays = dict[str, NDArray[np.float64]]
 _MOST_UNPACKED = 20
 _ALWAYS_BYTES = 100_000_000
 _FEWEST_NODES = 2
+_kinds = cache(get_type_hints)
 _RUNG_FIELDS = ("pressure_MPa", "gap_mm")
 _RUNG_NUMBERS = tuple(f.name for f in fields(Rung) if f.name not in ("grid", *_RUNG_FIELDS))
+# What is known of a line that measured points allow.
+_OF_LINE = ("hertz", "half_space")
+# Fields with another name among the arrays.
+_NAMES = {"levels": "level", "own": "points", "point_noise": ""}
 
 
 def solved_record(solved: SolvedLoad, arrays: Arrays, prefix: str = "") -> Record:
     """A solved load without its case; puts its fields into `arrays` under names that begin with `prefix`."""
-    noise = solved.point_noise
-    return {
-        "load_N": solved.case.load_N,
-        "levels": [
-            {
-                **{name: _rung_record(rung, arrays, f"{prefix}level{k}_{name}") for name, rung in level.rungs.items()},
-                "compliance_error": level.compliance_error,
-                "degrees_of_freedom": dict(level.degrees_of_freedom),
-                "elements": dict(level.elements),
-                "enlarged": level.enlarged,
-                "slide_mm": level.slide_mm,
-                "at_edge": level.at_edge,
-                **({} if level.yielded is None else _yielded_record(level.yielded, arrays, f"{prefix}level{k}_")),
-            }
-            for k, level in enumerate(solved.levels)
-        ],
-        "half_space": _rung_record(solved.half_space, arrays, f"{prefix}half_space"),
-        "turned": solved.turned and _rung_record(solved.turned, arrays, f"{prefix}turned"),
-        "quadratic": _rung_record(solved.quadratic, arrays, f"{prefix}quadratic"),
-        "point_noise": noise
-        and {
-            "own": _noise_record(noise.own, arrays, f"{prefix}points"),
-            "thinned": noise.thinned and _noise_record(noise.thinned, arrays, f"{prefix}thinned"),
-            **{
-                name: [one and _noise_record(one, arrays, f"{prefix}{name}{k}") for k, one in enumerate(every)]
-                for name, every in (("widths", noise.widths), ("draws", noise.draws))
-            },
-        },
-        "limits": list(solved.limits),
-        "short_of_memory": solved.short_of_memory,
-    }
+    own = {one.name: getattr(solved, one.name) for one in fields(solved) if one.name != "case"}
+    record = _fields(own, arrays, prefix.rstrip("_"))
+    for level in record["levels"]:
+        if level["yielded"] is None:
+            del level["yielded"]
+    return {"load_N": solved.case.load_N, **record}
 
 
 def solved_from_record(record: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]], case: Case) -> SolvedLoad:
@@ -84,85 +61,56 @@ def solved_from_record(record: Mapping[str, Any], arrays: Mapping[str, NDArray[n
     KeyError, TypeError
         If the record has another layout.
     """
-
-    def rung(of: Mapping[str, Any]) -> Rung:
-        return _rung(of, arrays)
-
-    def noise(of: Mapping[str, Any] | None) -> tuple[HertzContact, Rung] | None:
-        return None if of is None else (HertzContact(**of["hertz"]), rung(of["half_space"]))
-
-    points = record["point_noise"]
-    return SolvedLoad(
-        case=case,
-        levels=tuple(
-            Level(
-                **{
-                    **level,
-                    **{name: rung(level[name]) for name in LEVEL_RUNGS},
-                    "yielded": _yielded(level["yielded"], rung) if "yielded" in level else None,
-                    # what is no number is none in JSON
-                    "compliance_error": math.nan if level["compliance_error"] is None else level["compliance_error"],
-                }
-            )
-            for level in record["levels"]
-        ),
-        half_space=rung(record["half_space"]),
-        turned=record["turned"] and rung(record["turned"]),
-        quadratic=rung(record["quadratic"]),
-        point_noise=points and _point_noise(points, noise),
-        limits=tuple(record["limits"]),
-        short_of_memory=record["short_of_memory"],
-    )
+    own = {one.name: record[one.name] for one in fields(SolvedLoad) if one.name != "case"}
+    found: SolvedLoad = _value(SolvedLoad, {**own, "case": case}, arrays)
+    return found
 
 
-def _yielded_record(yielded: Yielded, arrays: Arrays, prefix: str) -> Record:
-    rungs = {"fe": yielded.fe, "nodal": yielded.nodal, "fewer_steps": yielded.fewer_steps}
-    return {
-        "yielded": {
-            **{key: value and _rung_record(value, arrays, f"{prefix}yielded_{key}") for key, value in rungs.items()},
-            "bodies": {name: asdict(body) for name, body in yielded.bodies.items()},
-            "path": [asdict(point) for point in yielded.path],
-            "by_band": {name: dict(steps) for name, steps in yielded.by_band.items()},
-            "imprint_mm": yielded.imprint_mm,
-        }
-    }
+def _plain(value: Any, arrays: Arrays, name: str) -> Any:
+    """A value as JSON has it, dataclasses by their fields; what is on a grid goes into `arrays` under a name."""
+    if isinstance(value, Rung):
+        arrays[f"{name}_x_mm"], arrays[f"{name}_s_mm"] = value.grid.x_mm, value.grid.s_mm
+        arrays |= {f"{name}_{field}": getattr(value, field) for field in _RUNG_FIELDS}
+        return {"arrays": name, "half": value.grid.half, **{key: getattr(value, key) for key in _RUNG_NUMBERS}}
+    if is_dataclass(value):
+        own = {one.name: getattr(value, one.name) for one in fields(value) if one.name != "profile"}
+        return _fields(own, arrays, name)
+    if isinstance(value, Mapping):
+        return {key: _plain(one, arrays, name) for key, one in value.items()}
+    if isinstance(value, tuple):
+        # a line that points allow
+        if any(isinstance(one, Rung) for one in value):
+            return {key: _plain(one, arrays, name) for key, one in zip(_OF_LINE, value, strict=True)}
+        return [_plain(one, arrays, f"{name}{place}") for place, one in enumerate(value)]
+    return value.tolist() if isinstance(value, np.ndarray) else value
 
 
-def _yielded(record: Mapping[str, Any], rung: Callable[[Mapping[str, Any]], Rung]) -> Yielded:
-    return Yielded(
-        fe=rung(record["fe"]),
-        nodal=rung(record["nodal"]),
-        fewer_steps=record["fewer_steps"] and rung(record["fewer_steps"]),
-        bodies={name: YieldedBody(**body) for name, body in record["bodies"].items()},
-        path=tuple(PathPoint(**point) for point in record["path"]),
-        by_band=record["by_band"],
-        imprint_mm=record["imprint_mm"],
-    )
+def _fields(own: Mapping[str, Any], arrays: Arrays, name: str) -> Record:
+    """Fields of a value, each with a name of its own among the arrays."""
+    parts = {key: (name, _NAMES.get(key, key)) for key in own}
+    return {key: _plain(one, arrays, "_".join(filter(None, parts[key]))) for key, one in own.items()}
 
 
-def _point_noise(
-    record: Mapping[str, Any], read: Callable[[Mapping[str, Any] | None], tuple[HertzContact, Rung] | None]
-) -> PointNoise:
-    own = read(record["own"])
-    assert own is not None
-    return PointNoise(
-        own=own,
-        thinned=read(record["thinned"]),
-        widths=tuple(read(one) for one in record["widths"]),
-        draws=tuple(read(one) for one in record["draws"]),
-    )
-
-
-def _noise_record(solved: tuple[HertzContact, Rung], arrays: Arrays, name: str) -> Record:
-    hertz, rung = solved
-    return {"hertz": asdict(hertz), "half_space": _rung_record(rung, arrays, name)}
-
-
-def _rung_record(rung: Rung, arrays: Arrays, name: str) -> Record:
-    arrays[f"{name}_x_mm"], arrays[f"{name}_s_mm"] = rung.grid.x_mm, rung.grid.s_mm
-    for field in _RUNG_FIELDS:
-        arrays[f"{name}_{field}"] = getattr(rung, field)
-    return {"arrays": name, "half": rung.grid.half, **{key: getattr(rung, key) for key in _RUNG_NUMBERS}}
+def _value(kind: Any, plain: Any, arrays: Mapping[str, NDArray[np.float64]]) -> Any:
+    """A value of a kind from what `_plain` made of it."""
+    if isinstance(kind, type) and isinstance(plain, kind):
+        return plain
+    if kind is Rung:
+        return _rung(plain, arrays)
+    if isinstance(kind, type) and is_dataclass(kind):
+        kinds = _kinds(kind)
+        return kind(**{key: _value(kinds[key], one, arrays) for key, one in plain.items()})
+    origin, of = get_origin(kind), get_args(kind)
+    if origin is UnionType:
+        return None if plain is None else _value(of[0], plain, arrays)
+    if origin is tuple and of[-1] is not Ellipsis:
+        return tuple(_value(one, plain[key], arrays) for key, one in zip(_OF_LINE, of, strict=True))
+    if origin is tuple:
+        return tuple(_value(of[0], one, arrays) for one in plain)
+    if origin is Mapping:
+        return {key: _value(of[1], one, arrays) for key, one in plain.items()}
+    # what is no number is none in JSON
+    return np.array(plain) if origin is np.ndarray else math.nan if kind is float and plain is None else plain
 
 
 def _rung(record: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> Rung:
@@ -210,22 +158,7 @@ def _array(archive: ZipFile, member: ZipInfo) -> NDArray[np.float64]:
 
 def placement_record(placement: Placement) -> Record:
     """Where both bodies stand and touch, without their profiles."""
-    rail, wheel = placement.rail, placement.wheel
-    return {
-        "rail": {
-            "inclination_rad": rail.inclination_rad,
-            "crown_y_mm": rail.crown_y_mm,
-            "crown_z_mm": rail.crown_z_mm,
-        },
-        "wheel": {
-            "rolling_radius_mm": wheel.rolling_radius_mm,
-            "tape_circle_y_mm": wheel.tape_circle_y_mm,
-            "axes": wheel.axes.tolist(),
-            "centre_mm": wheel.centre_mm.tolist(),
-        },
-        "touch_points": [asdict(touch) for touch in placement.touch_points],
-        "climbs": placement.climbs,
-    }
+    return {name: _plain(getattr(placement, name), {}, name) for name in ("rail", "wheel", "touch_points", "climbs")}
 
 
 def placement_from_record(record: Mapping[str, Any], rail: Profile, wheel: Profile) -> Placement:
@@ -236,22 +169,9 @@ def placement_from_record(record: Mapping[str, Any], rail: Profile, wheel: Profi
     KeyError, TypeError
         If the record has another layout.
     """
-    array: Callable[[Any], NDArray[np.float64]] = np.array
-    on_axle = record["wheel"]
-    return Placement(
-        rail=RailPose(profile=rail, **record["rail"]),
-        wheel=WheelPose(
-            profile=wheel,
-            **{**on_axle, "axes": array(on_axle["axes"]), "centre_mm": array(on_axle["centre_mm"])},
-        ),
-        touch_points=tuple(
-            TouchPoint(
-                **{**touch, "curvatures": tuple(RelativeCurvature(**curvature) for curvature in touch["curvatures"])}
-            )
-            for touch in record["touch_points"]
-        ),
-        climbs=record["climbs"],
-    )
+    poses = {"rail": {**record["rail"], "profile": rail}, "wheel": {**record["wheel"], "profile": wheel}}
+    found: Placement = _value(Placement, {**record, **poses}, {})
+    return found
 
 
 def stored_placement(case: Case, record: Mapping[str, Any]) -> Placement:

@@ -13,7 +13,8 @@ from fecontact.regression.compare import ColumnComparison, Difference, TableComp
 
 Record = dict[str, Any]
 
-
+# Terminals that are narrower have columns closer together.
+_ROOMY_WIDTH = 110
 _COLUMNS = (
     Column(heading="column", kind="text"),
     Column(heading="differ", rank=1, name="how many differ"),
@@ -34,7 +35,7 @@ def column_table(title: str, columns: Sequence[ColumnComparison], names: Mapping
         head = (one.column, f"{one.differing}/{one.cases}")
         cells = (*head, *_difference_cells(one.worst, names, unknown=one.kind)[1:])
         rows.append(TableRow(cells=cells, tone="fails" if one.differing else "plain"))
-    return Table(title=title, columns=_COLUMNS, rows=rows)
+    return Table(title=title, columns=_COLUMNS, rows=rows, roomy_width=_ROOMY_WIDTH)
 
 
 def value_table(title: str, differences: Sequence[Difference], names: Mapping[str, str]) -> Table:
