@@ -3,29 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
+from fecontact.outputs.records.plain import Record, picked
 from fecontact.regression.compare import ColumnComparison, Difference, TableComparison
-
-Record = dict[str, Any]
 
 
 def comparison_record(comparison: TableComparison) -> Record:
     """The whole comparison; numbers that are infinite (nothing was allowed) become null in the file."""
     return {
         "schema": "fecontact/comparison/1",
-        "same": comparison.same,
-        "verdict": comparison.verdict,
-        "baseline": str(comparison.baseline.path),
-        "new": str(comparison.new.path),
-        "matched_by": list(comparison.baseline.key),
-        "cases": list(comparison.cases),
-        "missing_cases": list(comparison.missing_cases),
-        "extra_cases": list(comparison.extra_cases),
-        "missing_columns": list(comparison.missing_columns),
-        "extra_columns": list(comparison.extra_columns),
-        "later_columns": list(comparison.later_columns),
-        "default_tolerance_columns": list(comparison.unknown_columns),
+        **picked(comparison, "same verdict"),
+        "baseline": comparison.baseline.path,
+        "new": comparison.new.path,
+        "matched_by": comparison.baseline.key,
+        **picked(comparison, "cases missing_cases extra_cases missing_columns extra_columns later_columns"),
+        "default_tolerance_columns": comparison.unknown_columns,
         "versions": _pairs_record(comparison.versions.items()),
         "settings": _pairs_record(comparison.settings.items()),
         "columns": [_column_record(column) for column in comparison.columns],
@@ -39,13 +31,9 @@ def _pairs_record(pairs: Iterable[tuple[str, tuple[str, str]]]) -> Record:
 
 
 def _column_record(column: ColumnComparison) -> Record:
-    tolerance = column.tolerance
     return {
-        "column": column.column,
-        "kind": column.kind,
-        "tolerance": None
-        if tolerance is None
-        else {"relative": tolerance.relative, "absolute": tolerance.absolute, "reason": tolerance.reason},
+        **picked(column, "column kind"),
+        "tolerance": None if column.tolerance is None else picked(column.tolerance, "relative absolute reason"),
         "cases": column.cases,
         "differing": column.differing if column.compared else None,
         "worst": _difference_record(column.worst),
@@ -54,11 +42,7 @@ def _column_record(column: ColumnComparison) -> Record:
 
 def _difference_record(difference: Difference) -> Record:
     return {
-        "column": difference.column,
-        "case": difference.case,
-        "baseline": difference.baseline,
-        "new": difference.new,
-        "difference": difference.difference,
+        **picked(difference, "column case baseline new difference"),
         "tolerance": difference.allowed,
         "times_tolerance": difference.excess,
     }

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Any
 
 from fecontact.case import Case, case_record
 from fecontact.geometry.contact_functions import ContactFunctions, rolling_radius_difference_mm
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.wheelset import PlacedWheelset
+from fecontact.outputs.records.plain import Record, picked
 from fecontact.outputs.records.touch import touch_columns
 from fecontact.profiles.identity import profile_identity
-
-Record = dict[str, Any]
 
 GEOMETRY_SCHEMA = "fecontact/geometry/1"
 _INPUTS = ("rail", "wheel", "inclination_rad", "yaw_rad", "rolling_radius_mm", "track", "opposite", "flange_climb")
@@ -72,8 +70,7 @@ def _side_record(placement: Placement) -> Record:
     return {
         "touch_points": [
             {
-                "rail_y_mm": touch.rail_y_mm,
-                "wheel_y_mm": touch.wheel_y_mm,
+                **picked(touch, "rail_y_mm wheel_y_mm"),
                 "ahead_mm": touch.x_mm - float(placement.wheel.point(touch.wheel_y_mm, 0.0, 0.0)[0]),
                 **touch_columns(placement, touch),
             }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Any
 
 from fecontact.alone.contact_table import TableLine
 from fecontact.comparison.approximation import TheoryPatch
@@ -13,16 +12,15 @@ from fecontact.comparison.measures import Measures, hertz_measures
 from fecontact.comparison.theories import HERTZ, MULTI_HERTZ, THEORIES
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import MapCell
+from fecontact.outputs.records.plain import Record, picked
 from fecontact.outputs.records.theories import cheapest_name, theories_of
 from fecontact.outputs.records.touch import touch_columns
 from fecontact.solving.placing import roll_of_case
 from fecontact.theory.hertz import HertzContact
 from fecontact.theory.touch_hertz import HertzPoints
 
-Record = dict[str, Any]
-
 # as each contact has them
-_SIZES = ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "approach_mm")
+_SIZES = "p_max_MPa area_mm2 a_mm b_mm approach_mm"
 _NUMBERED = re.compile(r"(patch|touch)(\d+)_")
 
 
@@ -98,8 +96,7 @@ def _touches(placement: Placement, springs: Mapping[int, Record]) -> Record:
 
 
 def _sizes(of: str, measures: Measures) -> Record:
-    sizes = measures.as_dict()
-    return {f"{of}_{name}": sizes[name] for name in _SIZES}
+    return {f"{of}_{name}": float(value) for name, value in picked(measures, _SIZES).items()}
 
 
 def _centre(of: str, placement: Placement, centre_mm: tuple[float, float]) -> Record:
@@ -109,20 +106,12 @@ def _centre(of: str, placement: Placement, centre_mm: tuple[float, float]) -> Re
 
 def _patch_columns(patch: TheoryPatch, placement: Placement, whole_N: float) -> Record:
     """A patch at its touch point, or at its centre of pressure where the theory knows of none."""
-    touch = patch.touch
-    if touch is None:
-        rail_y, wheel_y, angle = placement.on_profiles(*patch.centre_mm)
+    names = "rail_y_mm wheel_y_mm contact_angle_rad"
+    if patch.touch is None:
+        where = dict(zip(names.split(), placement.on_profiles(*patch.centre_mm), strict=True))
     else:
-        rail_y, wheel_y, angle = touch.rail_y_mm, touch.wheel_y_mm, touch.contact_angle_rad
-    return {
-        "rail_y_mm": rail_y,
-        "wheel_y_mm": wheel_y,
-        "contact_angle_rad": angle,
-        "load_share": patch.normal_force_N / whole_N,
-        "a_mm": patch.a_mm,
-        "b_mm": patch.b_mm,
-        "p_max_MPa": patch.p_max_MPa,
-    }
+        where = picked(patch.touch, names)
+    return {**where, "load_share": patch.normal_force_N / whole_N, **picked(patch, "a_mm b_mm p_max_MPa")}
 
 
 def _judged_springs(load: JudgedLoad, placement: Placement) -> dict[int, Record]:

@@ -3,34 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Any
 
-from fecontact.comparison.creep_comparison import CreepComparison
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.judgement import FORCE
+from fecontact.outputs.records.plain import Record, picked
 from fecontact.theory.creep.contact import CreepForce
 from fecontact.theory.creep.on_ellipse import EllipseForces
-
-Record = dict[str, Any]
-
 
 CREEP_SCHEMA = "fecontact/creep/1"
 
 
 def creep_record(load: JudgedLoad) -> Record | None:
     """Creep forces of a judged load; None where no friction is given."""
-    return None if load.creep is None else _comparison_record(load.creep)
-
-
-def _comparison_record(found: CreepComparison) -> Record:
-    judged, worst = found.verdict, found.verdict.decided[0]
+    found = load.creep
+    if found is None:
+        return None
+    judged = found.verdict
+    decided = [
+        (asdict(at.creepages), {"deviation_of_muN": at.deviation, "uncertainty_of_muN": at.uncertainty})
+        for at in judged.decided
+    ]
+    worst_at, worst = decided[0]
     return {
-        "friction": found.friction,
-        "limit_N": found.limit_N,
+        **picked(found, "friction limit_N"),
         "creepages": asdict(found.creepages),
         "centre_creepages": asdict(found.centre_creepages),
-        "curved": found.curved,
-        "surface_of_muN": found.surface_of_muN,
+        **picked(found, "curved surface_of_muN"),
         "theories": {
             theory: {
                 "hertz": _force_record(found.hertz[theory]),
@@ -42,21 +40,13 @@ def _comparison_record(found: CreepComparison) -> Record:
         },
         "verdict": {
             "verdict": judged.verdict.answer,
-            "deviation_of_muN": worst.deviation,
-            "uncertainty_of_muN": worst.uncertainty,
+            **worst,
             "limit_of_muN": judged.limits[FORCE],
             "cause": judged.verdict.cause,
-            "at": asdict(worst.creepages),
-            "decided": [
-                {
-                    "creepages": asdict(at.creepages),
-                    "deviation_of_muN": at.deviation,
-                    "uncertainty_of_muN": at.uncertainty,
-                }
-                for at in judged.decided
-            ],
+            "at": worst_at,
+            "decided": [{"creepages": creepages, **off} for creepages, off in decided],
         },
-        "warnings": list(found.warnings),
+        "warnings": found.warnings,
     }
 
 
@@ -72,12 +62,7 @@ def creep_columns(load: JudgedLoad) -> Record:
     found = load.creep
     if found is None:
         return {}
-    row: Record = {
-        "friction": found.friction,
-        "xi": found.creepages.xi,
-        "eta": found.creepages.eta,
-        "spin_per_mm": found.creepages.spin_per_mm,
-    }
+    row = {"friction": found.friction, **picked(found.creepages, "xi eta spin_per_mm")}
     theory = "rolling_half_space"
     for side, forces in (("hertz", found.hertz), ("fe", found.fe)):
         force = forces[theory]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Any
 
+from fecontact.outputs.records.plain import Record, picked
 from fecontact.vehicle.curve import CurveRun, WheelRun
 from fecontact.vehicle.visits import Curves
 
-Record = dict[str, Any]
 CURVE_SCHEMA = "fecontact/curve/1"
+_OF_WHEELSET = "lateral_shift_mm yaw_mrad roll_mrad"
+_OF_WHEEL = "side normal_force_N lateral_force_N vertical_force_N y_over_q"
 
 
 def curves_record(found: Curves) -> Record:
@@ -37,61 +38,30 @@ def _percent(parts: Mapping[str, float]) -> Record:
 
 def _run_record(run: CurveRun) -> Record:
     return {
-        "theory": run.theory,
-        "radius_m": run.radius_m,
-        "status": run.status,
-        "notes": list(run.notes),
-        "speed_km_h": run.speed_km_h,
-        "unbalanced_m_s2": run.unbalanced_m_s2,
-        "pull_N": run.pull_N,
-        "power_per_speed_N": run.power_per_speed_N,
-        "resistance_N_per_kN": run.resistance_N_per_kN,
-        "left_over_N": run.left_over_N,
+        **picked(run, "theory radius_m status notes speed_km_h unbalanced_m_s2 pull_N power_per_speed_N"),
+        **picked(run, "resistance_N_per_kN left_over_N"),
         "wheelsets": [
-            {
-                "lateral_shift_mm": wheelset.lateral_shift_mm,
-                "yaw_mrad": wheelset.yaw_mrad,
-                "roll_mrad": wheelset.roll_mrad,
-                "wheels": [_wheel_record(wheel) for wheel in wheelset.wheels],
-            }
+            picked(wheelset, _OF_WHEELSET) | {"wheels": [_wheel_record(wheel) for wheel in wheelset.wheels]}
             for wheelset in run.wheelsets
         ],
     }
 
 
 def _wheel_record(wheel: WheelRun) -> Record:
-    return {
-        "side": wheel.side,
-        "normal_force_N": wheel.normal_force_N,
-        "lateral_force_N": wheel.lateral_force_N,
-        "vertical_force_N": wheel.vertical_force_N,
-        "y_over_q": wheel.y_over_q,
-        "patches": [asdict(patch) for patch in wheel.patches],
-    }
+    return picked(wheel, _OF_WHEEL) | {"patches": [asdict(patch) for patch in wheel.patches]}
 
 
 def curve_rows(found: Curves) -> list[Record]:
     """One row a theory, radius, wheelset and wheel."""
     return [
         {
-            "theory": run.theory,
-            "radius_m": run.radius_m,
-            "status": run.status,
-            "speed_km_h": run.speed_km_h,
-            "unbalanced_m_s2": run.unbalanced_m_s2,
+            **picked(run, "theory radius_m status speed_km_h unbalanced_m_s2"),
             "wheelset": number,
-            "lateral_shift_mm": wheelset.lateral_shift_mm,
-            "yaw_mrad": wheelset.yaw_mrad,
-            "roll_mrad": wheelset.roll_mrad,
-            "side": wheel.side,
-            "normal_force_N": wheel.normal_force_N,
-            "lateral_force_N": wheel.lateral_force_N,
-            "vertical_force_N": wheel.vertical_force_N,
-            "y_over_q": wheel.y_over_q,
+            **picked(wheelset, _OF_WHEELSET),
+            **picked(wheel, _OF_WHEEL),
             "patches": len(wheel.patches),
             "patch_forces_N": " ".join(f"{patch.normal_force_N:.0f}" for patch in wheel.patches),
-            "resistance_N_per_kN": run.resistance_N_per_kN,
-            "left_over_N": run.left_over_N,
+            **picked(run, "resistance_N_per_kN left_over_N"),
             "notes": "; ".join(run.notes),
         }
         for runs in found.runs.values()

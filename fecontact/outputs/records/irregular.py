@@ -6,16 +6,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from itertools import groupby
-from typing import Any
 
 from fecontact.alone.irregular import SmoothPair
 from fecontact.comparison.irregular import MODELS, JudgedPlace
-from fecontact.comparison.irregular_map import PHASES, Cell, CellModel, largest_amplitude_mm, shortest_wavelength_mm
+from fecontact.comparison.irregular_map import PHASES, Cell, largest_amplitude_mm, shortest_wavelength_mm
 from fecontact.irregularity.shapes import Irregularity
+from fecontact.outputs.records.plain import Record, picked
 from fecontact.outputs.records.results import shown_case_record, versions
 from fecontact.theory.irregular_limits import eq6_limits
-
-Record = dict[str, Any]
 
 SCHEMA = "fecontact/irregular/1"
 
@@ -74,18 +72,12 @@ def _head(smooth: SmoothPair, limit: float) -> Record:
         "case": shown_case_record(smooth.case, smooth.placement),
         "pair": {
             **asdict(pair),
-            "normal_force_N": hertz.normal_force_N,
-            "a_mm": hertz.a_mm,
-            "b_mm": hertz.b_mm,
-            "approach_mm": hertz.approach_mm,
+            **picked(hertz, "normal_force_N a_mm b_mm approach_mm"),
             "p_max_MPa": hertz.p0_MPa,
             "stiffness_N_per_mm15": hertz.stiffness_N_per_mm15,
         },
-        "models": {
-            name: {key: getattr(model, key) for key in ("words", "cost", "source", "range")}
-            for name, model in MODELS.items()
-        },
-        "half_space": {"approach_error": smooth.approach_error, "peak_error": smooth.peak_error},
+        "models": {name: picked(model, "words cost source range") for name, model in MODELS.items()},
+        "half_space": picked(smooth, "approach_error peak_error"),
         "limit": limit,
         "notes": list(smooth.notes),
         "versions": versions(),
@@ -94,24 +86,16 @@ def _head(smooth: SmoothPair, limit: float) -> Record:
 
 def _cell_record(cell: Cell, smooth: SmoothPair, limit: float) -> Record:
     return {
-        "wavelength_mm": cell.wavelength_mm,
-        "amplitude_mm": cell.amplitude_mm,
+        **picked(cell, "wavelength_mm amplitude_mm"),
         "patch_lengths": 0.5 * cell.wavelength_mm / smooth.hertz.a_mm,
         "approaches": cell.amplitude_mm / smooth.hertz.approach_mm,
-        "models": {name: _errors(one, limit) for name, one in cell.models.items()},
+        "models": {
+            name: _known(one, "force_error peak_error") | {"holds": one.holds(limit)}
+            for name, one in cell.models.items()
+        },
         "cheapest": next((name for name, one in cell.models.items() if one.holds(limit)), None),
-        "p_max_MPa": _number(cell.p_max_MPa),
-        "pieces": cell.pieces,
-        "residual": _number(cell.residual),
+        **_known(cell, "p_max_MPa pieces residual"),
         "problem": cell.problem or None,
-    }
-
-
-def _errors(one: CellModel, limit: float) -> Record:
-    return {
-        "force_error": _number(one.force_error),
-        "peak_error": _number(one.peak_error),
-        "holds": one.holds(limit),
     }
 
 
@@ -159,24 +143,19 @@ def _place_record(
     record: Record = {"s_mm": s_mm, "opening_mm": float(line.opening_mm(s_mm))}
     if isinstance(place, str):
         return record | {"models": {}, "problem": place}
-    truth, load = place.truth, smooth.hertz.normal_force_N
+    truth = place.truth
     models = {}
     for name, one in place.models.items():
-        within = abs(one.force_error) <= limit and abs(one.peak_error) <= limit
+        errors = (one.force_error, one.peak_error)
         models[name] = {
-            "force_N": _number(one.force_N),
-            "force_error": _number(one.force_error),
-            "peak_error": _number(one.peak_error),
-            "approach_mm": _number(one.approach_mm),
-            "holds": within,
+            **_known(one, "force_N force_error peak_error approach_mm"),
+            "holds": all(abs(error) <= limit for error in errors),
             "problem": one.problem or None,
         }
     return record | {
-        "load_N": load,
-        "approach_mm": truth.approach_mm,
-        "p_max_MPa": truth.p_max_MPa,
-        "area_mm2": truth.patch.area_mm2,
-        "pieces": truth.patch.pieces,
+        "load_N": smooth.hertz.normal_force_N,
+        **picked(truth, "approach_mm p_max_MPa"),
+        **picked(truth.patch, "area_mm2 pieces"),
         "residual": truth.residual,
         "models": models,
         "problem": None,
@@ -196,5 +175,6 @@ def _worst_record(name: str, places: Mapping[float, JudgedPlace], limit: float) 
     return record | {"share_within_limit": len(good) / len(places)}
 
 
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+def _known(value: object, names: str) -> Record:
+    """Numbers of a value by their names, None where one is not finite."""
+    return {name: number if math.isfinite(number) else None for name, number in picked(value, names).items()}

@@ -3,23 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from fecontact.comparison.creep_theories import REAL
 from fecontact.comparison.judgement import FORCE, cheapest
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
+from fecontact.outputs.records.plain import Record, picked
 from fecontact.outputs.records.results import load_record, shown_case_record, versions
 from fecontact.outputs.records.theories import share_records
 from fecontact.outputs.words.roll import roll_words
-
-Floats = NDArray[np.float64]
-
-
-Record = dict[str, Any]
-
 
 MAP_SCHEMA = "fecontact/map/4"
 
@@ -64,8 +55,7 @@ def map_record(made: ApplicabilityMap, provenance: Record | None = None) -> Reco
         "case": {k: v for k, v in shown_case_record(made.case).items() if k not in ("lateral_shift_mm", "load_N")},
         "roll": roll_words(made.case),
         "criteria": asdict(made.case.criteria),
-        "lateral_shifts_mm": list(made.lateral_shifts_mm),
-        "loads_N": list(made.loads_N),
+        **picked(made, "lateral_shifts_mm loads_N"),
         "cells": [cell_record(cell) for cell in made.cells],
         "limits": [limit_record(position.lateral_shift_mm, position.limit) for position in made.positions],
         **({"force_limits": _force_limits(made)} if made.case.creep.asked else {}),
@@ -86,11 +76,7 @@ def yield_record(made: ApplicabilityMap) -> Record:
 def cell_record(cell: MapCell) -> Record:
     """A cell with all that is known of it."""
     return {
-        "lateral_shift_mm": cell.lateral_shift_mm,
-        "load_N": cell.load_N,
-        "status": cell.status,
-        "verdict": cell.verdict,
-        "cause": cell.cause,
+        **picked(cell, "lateral_shift_mm load_N status verdict cause"),
         "load": None if cell.judged is None else load_record(cell.judged),
     }
 
@@ -105,8 +91,7 @@ def limit_record(shift_mm: float, limit: LoadLimit) -> Record:
         "lateral_shift_mm": shift_mm,
         "F_max_N": limit.F_max_N,
         "intervals": [asdict(interval) for interval in limit.intervals],
-        "reason": limit.reason,
-        "note": limit.note,
+        **picked(limit, "reason note"),
         "tried": [{"load_N": load, "verdict": verdict} for load, verdict in limit.tried],
     }
 

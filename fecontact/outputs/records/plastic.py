@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Any
 
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.ladder import PLASTIC
 from fecontact.comparison.measures import MEASURES
 from fecontact.comparison.plastic_verdict import NOT_IN_IT
-
-Record = dict[str, Any]
+from fecontact.outputs.records.plain import Record, picked
+from fecontact.outputs.records.theories import answer_record
 
 
 def plastic_record(load: JudgedLoad) -> Record:
@@ -29,19 +28,16 @@ def plastic_record(load: JudgedLoad) -> Record:
             "plastic_load_N": found.plastic_load_N,
             "plastic_load_measure": found.plastic_measure,
             "step": load.ladder.steps[PLASTIC.name],
-            "step_uncertainty": dict(found.step_uncertainty),
-            "step_with_yield_stress_15_percent_lower_and_higher": {k: list(v) for k, v in found.band.items()},
+            "step_uncertainty": found.step_uncertainty,
+            "step_with_yield_stress_15_percent_lower_and_higher": found.band,
             "bodies": {name: asdict(body) for name, body in found.yielded.bodies.items()},
             "imprint_mm": found.yielded.imprint_mm,
             "path": [asdict(point) for point in found.yielded.path],
             "verdict": {
-                "verdict": found.verdict.answer,
-                "measure": found.verdict.measure,
-                "each": dict(found.verdict.each),
+                **answer_record(found.verdict),
                 "cause": found.verdict.cause,
                 "cancelling": found.cancelling,
-                "deviation": dict(worst.deviation),
-                "uncertainty": dict(worst.uncertainty),
+                **picked(worst, "deviation uncertainty"),
             },
         }
     }

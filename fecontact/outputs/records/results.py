@@ -7,17 +7,16 @@ import platform
 from dataclasses import asdict
 from functools import cache
 from importlib import metadata
-from typing import Any
 
 from fecontact import __version__
 from fecontact.case import Case, case_record
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.judgement import Judgement
 from fecontact.comparison.lobes import LobeJudgement
 from fecontact.geometry.placement import Placement
 from fecontact.outputs.records.creep import creep_record
+from fecontact.outputs.records.plain import Record, picked
 from fecontact.outputs.records.plastic import plastic_record
-from fecontact.outputs.records.theories import ellipse_record, theories_record, verdict_record
+from fecontact.outputs.records.theories import answer_record, ellipse_record, theories_record, verdict_record
 from fecontact.outputs.records.touch import touch_record
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.hertz_alone import HertzAlone
@@ -25,9 +24,7 @@ from fecontact.solving.lobe_sizes import narrowest_semi_axes_mm, semi_axes_of_el
 from fecontact.solving.meshes import finer_degrees_of_freedom
 from fecontact.solving.placing import roll_of_case
 from fecontact.solving.solve import CaseResult
-from fecontact.theory.touch_hertz import HertzPoints, Side
-
-Record = dict[str, Any]
+from fecontact.theory.touch_hertz import HertzPoints
 
 _PACKAGES = ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "pyvista", "vtk", "pypardiso", "pyamg", "matplotlib")
 RESULT_SCHEMA = "fecontact/result/4"
@@ -72,35 +69,38 @@ def load_record(load: JudgedLoad) -> Record:
         "normal_force_N": load.normal_force_N,
         "fe": comparison.fe.as_dict(),
         "hertz": comparison.hertz.as_dict(),
-        "deviation": {name: float(value) for name, value in load.deviation.items()},
-        "uncertainty": {name: float(value) for name, value in load.uncertainty.items()},
+        **picked(load, "deviation uncertainty"),
         # the part of it that is the measured profile's, and no mesh takes away; None where both are exact lines
         "uncertainty_of_profile": None if load.solved.point_noise is None else load.solved.point_noise.uncertainty(),
-        "pressure_l2": comparison.pressure_l2,
-        "overlap": comparison.overlap,
+        **picked(comparison, "pressure_l2 overlap"),
         "centre_of_pressure_mm": [comparison.patch.centre_x_mm, comparison.patch.centre_y_mm],
         "lobes": [asdict(lobe) for lobe in comparison.patch.lobes],
         "pieces": comparison.patch.pieces,
         "hertz_stiffness_GN_per_m15": load.hertz.stiffness_GN_per_m15,
         "rungs": {name: rung.as_dict() for name, rung in load.ladder.rungs.items()},
         # relative, of the elements' own contact
-        "elements_uncertainty": {name: float(value) for name, value in load.elements_uncertainty.items()},
+        "elements_uncertainty": load.elements_uncertainty,
         "steps": load.ladder.steps,
-        "bodies_step_uncertainty": {name: float(value) for name, value in load.bodies_step_uncertainty.items()},
+        "bodies_step_uncertainty": load.bodies_step_uncertainty,
         "geometry": asdict(load.geometry),
         "slide_mm": load.level.slide_mm,
         "verdict": {
-            "verdict": load.verdict.answer,
-            "measure": load.verdict.measure,
-            "each": dict(load.verdict.each),
+            **answer_record(load.verdict),
             "limits": load.case.criteria.limits,
-            "cause": load.verdict.cause,
-            "unknown": list(load.verdict.unknown),
-            "sides": [_side_record(side, judged) for side, judged in load.sides.items()],
-            "warnings": list(load.warnings),
+            **picked(load.verdict, "cause unknown"),
+            "sides": [
+                {
+                    "side": side,
+                    **answer_record(judged.verdict),
+                    "hertz": judged.measures.as_dict(),
+                    **picked(judged, "deviation uncertainty"),
+                }
+                for side, judged in load.sides.items()
+            ],
+            "warnings": load.warnings,
         },
         # of the elements' own nodes alone
-        "verdict_elements": _elements_record(load.by_elements),
+        "verdict_elements": answer_record(load.by_elements.verdict) | picked(load.by_elements, "deviation uncertainty"),
         **plastic_record(load),
         "theories": theories_record(load),
         "solver": _solver_record(load),
@@ -110,41 +110,12 @@ def load_record(load: JudgedLoad) -> Record:
 def patch_record(one: LobeJudgement) -> Record:
     """A separate patch, or a lobe of one, with Hertz's ellipse at the nearest touch point under its own force."""
     return {
-        "normal_force_N": one.normal_force_N,
-        "contact_angle_rad": one.contact_angle_rad,
-        "rail_y_mm": one.rail_y_mm,
-        "centre_mm": list(one.centre_mm),
-        "separate": one.separate,
-        "touch_point": one.touch_point,
+        **picked(one, "normal_force_N contact_angle_rad rail_y_mm centre_mm separate touch_point"),
         "touch_rail_y_mm": None if one.touch is None else one.touch.rail_y_mm,
-        "fe": one.fe,
-        "rungs": dict(one.rungs),
+        **picked(one, "fe rungs"),
         "hertz": None if one.hertz is None else ellipse_record(one.hertz),
-        "deviation": dict(one.deviation),
-        "uncertainty": dict(one.uncertainty),
+        **picked(one, "deviation uncertainty"),
         "verdict": None if one.verdict is None else verdict_record(one.verdict),
-    }
-
-
-def _side_record(side: Side, judged: Judgement) -> Record:
-    return {
-        "side": side,
-        "verdict": judged.verdict.answer,
-        "measure": judged.verdict.measure,
-        "each": dict(judged.verdict.each),
-        "hertz": judged.measures.as_dict(),
-        "deviation": {name: float(value) for name, value in judged.deviation.items()},
-        "uncertainty": {name: float(value) for name, value in judged.uncertainty.items()},
-    }
-
-
-def _elements_record(judged: Judgement) -> Record:
-    return {
-        "verdict": judged.verdict.answer,
-        "measure": judged.verdict.measure,
-        "each": dict(judged.verdict.each),
-        "deviation": {name: float(value) for name, value in judged.deviation.items()},
-        "uncertainty": {name: float(value) for name, value in judged.uncertainty.items()},
     }
 
 
@@ -159,18 +130,14 @@ def _elements(load: JudgedLoad, semi_axes_mm: tuple[float, float]) -> list[float
 def _solver_record(load: JudgedLoad) -> Record:
     level, nodal, half_space = load.level, load.level.nodal, load.solved.half_space
     return {
-        "iterations": nodal.iterations,
-        "compliance_calls": nodal.compliance_calls,
-        "contact_residual": nodal.contact_residual,
-        "penetration_residual": nodal.penetration_residual,
+        **picked(nodal, "iterations compliance_calls contact_residual penetration_residual"),
         "load_balance": load.fe.load_balance,
         "misfit": level.misfit,
         # relative; None where there are too few elements to see it
         "elements_compliance_error": None if math.isnan(level.compliance_error) else level.compliance_error,
-        "degrees_of_freedom": dict(level.degrees_of_freedom),
-        "elements": dict(level.elements),
-        "element_size_mm": list(nodal.grid.steps_mm),
-        "node_spacing_mm": list(load.fe.grid.steps_mm),
+        **picked(level, "degrees_of_freedom elements"),
+        "element_size_mm": nodal.grid.steps_mm,
+        "node_spacing_mm": load.fe.grid.steps_mm,
         "meshes": len(load.solved.levels),
         # of the lobe that elements are made for, and of the narrowest one that is not small
         "elements_a_semi_axis": _elements(load, semi_axes_of_elements_mm(half_space)),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TypeAlias
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
@@ -17,6 +17,7 @@ from fecontact.geometry.placement import Placement
 from fecontact.irregularity.texts import irregularity_text
 from fecontact.map.cells import ApplicabilityMap, MapCell
 from fecontact.outputs.records.creep import creep_columns
+from fecontact.outputs.records.plain import Record, picked
 from fecontact.outputs.records.plastic import plastic_columns
 from fecontact.outputs.records.results import STEP_MEASURES, versions
 from fecontact.outputs.records.theories import theory_columns
@@ -25,7 +26,7 @@ from fecontact.profiles.identity import profile_identity
 from fecontact.solving.placing import roll_of_case
 from fecontact.solving.solve import CaseResult
 
-Row = dict[str, Any]
+Row: TypeAlias = Record
 
 ROW_SCHEMA = "fecontact/row/1"
 MEASURED_COLUMNS = ("seconds", "peak_memory_MB")
@@ -64,9 +65,8 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
             row[f"{name}_step_{step.column}_percent"] = 1e2 * steps[step.name][measure]
         if measure in load.bodies_step_uncertainty:
             row[f"{name}_step_bodies_uncertainty_percent"] = 1e2 * load.bodies_step_uncertainty[measure]
-    for name in ("junction_distance_mm", "junction_distance_over_b", "curvature_variation", "normal_turn_rad"):
-        row[name] = getattr(load.geometry, name)
     return row | {
+        **picked(load.geometry, "junction_distance_mm junction_distance_over_b curvature_variation normal_turn_rad"),
         "junction_in_patch": load.geometry.junction_in_patch,
         "verdict": load.verdict.answer,
         "verdict_measure": load.verdict.measure,
@@ -131,8 +131,7 @@ def input_columns(case: Case, placement: Placement | None = None) -> Row:
         "wheel": profile_identity(case.wheel),
         "lateral_shift_mm": case.lateral_shift_mm,
         "load_kN": case.load_N / 1e3,
-        "load_kind": case.load_kind,
-        "inclination_rad": case.inclination_rad,
+        **picked(case, "load_kind inclination_rad"),
         "roll_mrad": None if case.roll != "given" and placement is None else 1e3 * roll,
         "yaw_mrad": 1e3 * case.yaw_rad,
     }
@@ -171,12 +170,7 @@ def case_row(result: CaseResult) -> Row:
 
 def cell_row(cell: MapCell, placement: Placement | None) -> Row:
     """A cell of a map as a flat row, with the columns of a case as far as it has them."""
-    head: Row = {
-        "lateral_shift_mm": cell.lateral_shift_mm,
-        "load_kN": cell.load_N / 1e3,
-        "status": cell.status,
-        "verdict": cell.verdict,
-    }
+    head = {"lateral_shift_mm": cell.lateral_shift_mm, "load_kN": cell.load_N / 1e3, **picked(cell, "status verdict")}
     return head if cell.judged is None or placement is None else head | load_row(cell.judged, placement)
 
 

@@ -13,9 +13,8 @@ from fecontact.comparison.measures import Measures, hertz_measures
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, OF_ELLIPSES, THEORIES
 from fecontact.comparison.verdict import Verdict
 from fecontact.map.cells import ApplicabilityMap, MapCell
+from fecontact.outputs.records.plain import Record, picked
 from fecontact.theory.hertz import HertzContact
-
-Record = dict[str, Any]
 
 
 def other_theories(load: JudgedLoad) -> dict[str, Judgement]:
@@ -109,8 +108,7 @@ def judgement_record(judged: Judgement) -> Record:
     assert contact is not None
     return {
         **contact_record(contact, judged.measures),
-        "deviation": dict(judged.deviation),
-        "uncertainty": dict(judged.uncertainty),
+        **picked(judged, "deviation uncertainty"),
         "verdict": verdict_record(judged.verdict),
         "limit_used": judged.limit_used,
     }
@@ -120,46 +118,29 @@ def contact_record(contact: Approximation, measures: Measures) -> Record:
     """What a theory of the pressure says of a contact."""
     return {
         **measures.as_dict(),
-        "centre_mm": list(contact.centre_mm),
-        "overlapping": contact.overlapping,
-        "status": contact.status,
-        "notes": list(contact.notes),
-        "solutions": contact.solutions,
+        **picked(contact, "centre_mm overlapping status notes solutions"),
         "patches": [_patch_record(one) for one in contact.patches],
     }
 
 
 def _patch_record(patch: TheoryPatch) -> Record:
-    touch = patch.touch
-    where: Record = (
-        {}
-        if touch is None
-        else {
-            "touch_point": patch.touch_point,
-            "touch_rail_y_mm": touch.rail_y_mm,
-            "contact_angle_rad": touch.contact_angle_rad,
-        }
-    )
-    where["centre_mm"] = list(patch.centre_mm)
+    where: Record = {"centre_mm": patch.centre_mm}
+    if (touch := patch.touch) is not None:
+        at = {"touch_point": patch.touch_point, "touch_rail_y_mm": touch.rail_y_mm}
+        where = {**at, "contact_angle_rad": touch.contact_angle_rad, **where}
     if patch.hertz is not None:
         return where | ellipse_record(patch.hertz)
-    return where | {
-        "normal_force_N": patch.normal_force_N,
-        "p_max_MPa": patch.p_max_MPa,
-        "area_mm2": patch.area_mm2,
-        "a_mm": patch.a_mm,
-        "b_mm": patch.b_mm,
-    }
+    return where | picked(patch, "normal_force_N p_max_MPa area_mm2 a_mm b_mm")
+
+
+def answer_record(verdict: Verdict) -> Record:
+    """The answer of a verdict, what decided it, and the answer of each measure."""
+    return {"verdict": verdict.answer, **picked(verdict, "measure each")}
 
 
 def verdict_record(verdict: Verdict) -> Record:
     """A verdict without its limits and its cause."""
-    return {
-        "verdict": verdict.answer,
-        "measure": verdict.measure,
-        "each": dict(verdict.each),
-        "unknown": list(verdict.unknown),
-    }
+    return answer_record(verdict) | picked(verdict, "unknown")
 
 
 def ellipse_record(hertz: HertzContact) -> Record:
@@ -167,10 +148,7 @@ def ellipse_record(hertz: HertzContact) -> Record:
     return {
         "normal_force_N": hertz.normal_force_N,
         **hertz_measures(hertz).as_dict(),
-        "orientation_rad": hertz.orientation_rad,
-        "A_per_mm": hertz.A_per_mm,
-        "B_per_mm": hertz.B_per_mm,
-        "stiffness_GN_per_m15": hertz.stiffness_GN_per_m15,
+        **picked(hertz, "orientation_rad A_per_mm B_per_mm stiffness_GN_per_m15"),
     }
 
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Any
 
 from fecontact.alone.position import TheoryAlone
 from fecontact.comparison.creep_theories import CREEP_LAWS
 from fecontact.comparison.theories import THEORIES, Theory
 from fecontact.errors import InputError
+from fecontact.outputs.records.plain import Record, picked
 from fecontact.outputs.records.results import shown_case_record, versions
 from fecontact.outputs.records.theories import contact_record
-
-Record = dict[str, Any]
 
 SCHEMA = "fecontact/theory/1"
 
@@ -38,7 +36,7 @@ def theories_listed() -> Record:
 
 
 def _theory_record(theory: Theory) -> Record:
-    return {name: getattr(theory, name) for name in ("words", "cost", "source", "range", "differs")}
+    return picked(theory, "words cost source range differs")
 
 
 def alone_record(found: TheoryAlone) -> Record:

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Any
 
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
+from fecontact.outputs.records.plain import Record, picked
 from fecontact.profiles.curve import radius_mm
 from fecontact.theory.touch_hertz import sides
-
-Record = dict[str, Any]
 
 _RADII = ("rail", "wheel_lateral", "wheel_rolling")
 
 
 def touch_record(touch: TouchPoint) -> Record:
     """A touch point with its curvatures: one entry, or two (gauge side, field side) at a junction."""
-    places = ("x_mm", "y_mm", "z_mm", "rail_y_mm", "wheel_y_mm", "contact_angle_rad", "vertical_gap_mm", "at_junction")
     return {
-        **{name: getattr(touch, name) for name in places},
+        **picked(touch, "x_mm y_mm z_mm rail_y_mm wheel_y_mm contact_angle_rad vertical_gap_mm at_junction"),
         "curvatures": [
             {"side": side, **asdict(curvature), **_radii(curvature)}
             for side, curvature in zip(sides(touch), touch.curvatures, strict=True)
@@ -29,9 +26,8 @@ def touch_record(touch: TouchPoint) -> Record:
 
 def touch_columns(placement: Placement, touch: TouchPoint) -> Record:
     """A touch point in numbers alone, with the radii of one side of a junction."""
-    places = ("rail_y_mm", "wheel_y_mm", "contact_angle_rad", "vertical_gap_mm")
     return {
-        **{name: getattr(touch, name) for name in places},
+        **picked(touch, "rail_y_mm wheel_y_mm contact_angle_rad vertical_gap_mm"),
         "rolling_radius_mm": float(placement.wheel.radius(touch.wheel_u)),
         "at_junction": touch.at_junction,
         **_radii(touch.curvature),
