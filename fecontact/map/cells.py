@@ -73,6 +73,11 @@ class MapCell:
     short_of_memory: bool = False
 
     @property
+    def load_kN(self) -> float:
+        """The load in kN."""
+        return self.load_N / 1e3
+
+    @property
     def usable(self) -> JudgedLoad | None:
         """What was solved, where it may be used."""
         return self.judged if self.status == CONVERGED else None

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import groupby
 
-from fecontact.comparison.judgement import cheapest, first_standing
 from fecontact.comparison.theories import THEORIES
 from fecontact.comparison.verdict import AT_JUNCTION
-from fecontact.map.cells import ApplicabilityMap, MapCell, MapPosition
+from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.outputs.figures.style import BETWEEN
 from fecontact.outputs.maps.view import ColumnView, MapView
-from fecontact.outputs.records.theories import theories_of_cell
 
 _WHY = {
     "finite bodies": "the finite bodies change the pressure",
@@ -22,8 +20,6 @@ _WHY = {
     "curvature varies over the patch": "the curvature varies over the patch",
     AT_JUNCTION: "the curvature jumps at the touch point",
 }
-# What a theory is at a load, beside one that holds.
-_OPEN, _NONE, _LOST = "open", "none", "lost"
 
 
 def verdict_sentences(made: ApplicabilityMap, view: MapView, name: str, *, why: bool) -> list[str]:
@@ -38,61 +34,59 @@ def verdict_sentences(made: ApplicabilityMap, view: MapView, name: str, *, why: 
     why
         Whether the causes are those of this theory.
     """
-    loads, columns = _load_range(made.loads_N), list(view.columns)
     ends_kN = (min(made.loads_N) / 1e3, max(made.loads_N) / 1e3)
-    kinds = [
-        (_kind(column, *ends_kN), _cause(position) if why else "")
-        for column, position in zip(columns, made.positions, strict=True)
-    ]
-    said = []
-    if chosen := [at for at, (kind, _) in enumerate(kinds) if kind == "all"]:
-        said.append(f"{_places(view, chosen)} {{it}} holds at all loads ({loads})")
-    for cause in _causes(kinds, "up to"):
-        chosen = [at for at, kind in enumerate(kinds) if kind == ("up to", cause)]
-        ends = _joined([f"{columns[at].bands[0][1]:.3g}" for at in chosen])
-        said.append(f"{_places(view, chosen, runs=False)} {{it}} holds up to {ends} kN{_because(cause)}")
-    for cause in _causes(kinds, "no"):
-        chosen = [at for at, kind in enumerate(kinds) if kind == ("no", cause)]
-        said.append(f"{_places(view, chosen)} {{it}} fails at all loads{_because(cause)}")
-    for at, (kind, _) in enumerate(kinds):
+    groups: dict[tuple[str, str], list[int]] = {}
+    for at, (position, column) in enumerate(zip(made.positions, view.columns, strict=True)):
+        kind = _kind(column, *ends_kN)
+        of = _because(position) if why and kind in ("up to", "no") else ""
         if kind == "mixed":
-            said.append(f"at {columns[at].shift_mm:g} mm {{it}} {_spoken(columns[at].limit)}")
-    if lost := [at for at, (kind, _) in enumerate(kinds) if kind == "lost"]:
-        said.append(f"{_places(view, lost)} there is no result")
+            of = f"at {column.shift_mm:g} mm {{it}} {_spoken(column.limit)}"
+        groups.setdefault((kind, of), []).append(at)
+    said = [
+        _said(kind, of, chosen, view)
+        for wanted in ("all", "up to", "no", "mixed", "lost")
+        for (kind, of), chosen in groups.items()
+        if kind == wanted
+    ]
     sentences = [f"{_capital(text.format(it=name if first == 0 else 'it'))}." for first, text in enumerate(said)]
-    return sentences + _counted(cell.answer for column in columns for cell in column.cells)
+    return sentences + _counted(view)
 
 
-def theory_sentences(made: ApplicabilityMap) -> list[str]:
-    """Which theory of the pressure is the cheapest that holds, and where."""
-    answers = [[_theory_at(cell) for cell in position.cells] for position in made.positions]
+def _said(kind: str, of: str, chosen: Sequence[int], view: MapView) -> str:
+    """What is said of shifts of a kind; `of` is why, or all of it."""
+    shifts = [column.shift_mm for column in view.columns]
+    if kind == "mixed":
+        return of
+    if kind == "up to":
+        ends = _joined([f"{view.columns[at].bands[0][1]:.3g}" for at in chosen])
+        return f"at {_joined([f'{shifts[at]:g}' for at in chosen])} mm {{it}} holds up to {ends} kN{of}"
+    all_loads = f"{{it}} holds at all loads ({_load_range(view.loads_N)})"
+    what = {"all": all_loads, "no": f"{{it}} fails at all loads{of}", "lost": "there is no result"}
+    return f"{_runs(shifts, chosen)} {what[kind]}"
+
+
+def theory_sentences(view: MapView) -> list[str]:
+    """Which theory of the pressure is the cheapest that holds, and where, from the map of it."""
     found: list[str] = []
     for name, theory in THEORIES.items():
-        if where := _where(made, answers, name):
+        if where := _where(view, name):
             found.append(f"{'It' if found else 'The cheapest theory that holds'} is {theory.words} {where}.")
-    if where := _where(made, answers, _NONE):
+    if where := _where(view, "FAILS"):
         found.append(f"None holds {where}.")
-    return found + _counted(answer for column in answers for answer in column)
+    return found + _counted(view)
 
 
-def _theory_at(cell: MapCell) -> str:
-    judged = theories_of_cell(cell)
-    if not judged:
-        return _LOST
-    return cheapest(judged) or (_NONE if first_standing(judged) is None else _OPEN)
-
-
-def _where(made: ApplicabilityMap, answers: Sequence[Sequence[str]], name: str) -> str:
+def _where(view: MapView, name: str) -> str:
     """Shifts and loads at which this is the answer, shifts with the same loads together."""
-    shifts = [position.lateral_shift_mm for position in made.positions]
+    shifts = [column.shift_mm for column in view.columns]
     at_loads = {
-        number: tuple(load_N for load_N, answer in zip(made.loads_N, own, strict=True) if answer == name)
-        for number, own in enumerate(answers)
+        number: tuple(load_N for load_N, cell in zip(view.loads_N, column.cells, strict=True) if cell.answer == name)
+        for number, column in enumerate(view.columns)
     }
     parts = []
     for loads in sorted({loads for loads in at_loads.values() if loads}, key=lambda loads: (-len(loads), loads)):
         places = _runs(shifts, [number for number, own in at_loads.items() if own == loads])
-        where = "at all loads" if loads == made.loads_N else _load_list(made.loads_N, loads)
+        where = "at all loads" if loads == view.loads_N else _load_list(view.loads_N, loads)
         parts.append(f"{places} {where}")
     return "; ".join(parts)
 
@@ -116,35 +110,20 @@ def _spoken(limit: str) -> str:
     return f"{', '.join(parts)}{unit}{note}"
 
 
-def _cause(position: MapPosition) -> str:
+def _because(position: MapPosition) -> str:
     """Why Hertz fails at the smallest load at which it does; empty where it nowhere does, or nobody knows."""
     loads = [*position.tried, *(cell.judged for cell in position.cells if cell.judged is not None)]
     failing = [one for one in loads if one.usable and one.verdict.answer == "FAILS"]
-    return min(failing, key=lambda one: one.load_N).verdict.cause or "" if failing else ""
-
-
-def _causes(kinds: Iterable[tuple[str, str]], wanted: str) -> list[str]:
-    return list(dict.fromkeys(cause for kind, cause in kinds if kind == wanted))
-
-
-def _because(cause: str) -> str:
+    cause = min(failing, key=lambda one: one.load_N).verdict.cause if failing else None
     return f", where {_WHY.get(cause, cause)}" if cause else ""
 
 
-def _counted(answers: Iterable[str]) -> list[str]:
+def _counted(view: MapView) -> list[str]:
     """How many cells are open or lost; nothing where none is."""
-    found = list(answers)
-    counts = {
-        "open": sum(answer in ("UNRESOLVED", _OPEN) for answer in found),
-        "without a result": sum(answer in ("failed", _LOST) for answer in found),
-    }
+    found = [cell.answer for column in view.columns for cell in column.cells]
+    counts = {"open": found.count("UNRESOLVED"), "without a result": found.count("failed")}
     said = [f"{count} {'is' if count == 1 else 'are'} {words}" for words, count in counts.items() if count]
     return [f"Of {len(found)} cells {' and '.join(said)}."] if said else []
-
-
-def _places(view: MapView, chosen: Sequence[int], *, runs: bool = True) -> str:
-    shifts = [column.shift_mm for column in view.columns]
-    return _runs(shifts, chosen) if runs else f"at {_joined([f'{shifts[at]:g}' for at in chosen])} mm"
 
 
 def _runs(shifts_mm: Sequence[float], chosen: Sequence[int]) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import chain, repeat
+from string import ascii_uppercase
 
 from fecontact.comparison.creep_theories import CREEP_LAWS, REAL
 from fecontact.comparison.judgement import FORCE, Judgement, cheapest, first_standing
@@ -36,11 +38,10 @@ _OPEN, _NONE, _LOST = "UNRESOLVED", "FAILS", "failed"
 
 @dataclass(frozen=True, kw_only=True)
 class _Theories:
-    """Theories that are shown: their judgements in a cell, and of each its letter, colour, words and number."""
+    """Theories that are shown: their judgements in a cell, and of each its letter and colour, words and number."""
 
     of: Callable[[MapCell], Mapping[str, Judgement]]
-    letters: Mapping[str, str]
-    colours: Mapping[str, str]
+    marks: Mapping[str, tuple[str, str]]
     words: Mapping[str, str]
     number: Callable[[str, Judgement], str]
     lost: str
@@ -51,8 +52,7 @@ def law_view(made: ApplicabilityMap) -> MapView:
     within = force_criterion(made)
     laws = _Theories(
         of=lambda cell: {} if cell.judged is None else cell.judged.creep_laws,
-        letters={name: letter for name, (letter, _) in _LAWS.items()},
-        colours={name: colour for name, (_, colour) in _LAWS.items()},
+        marks=_LAWS,
         words={name: law.words for name, law in CREEP_LAWS.items()},
         number=lambda name, judged: "" if name == REAL else f"{1e2 * judged.deviation[FORCE]:.1f}",
         lost="no forces: not solved",
@@ -64,12 +64,12 @@ def law_view(made: ApplicabilityMap) -> MapView:
 
 def theory_view(made: ApplicabilityMap) -> MapView:
     """The cheapest theory of the pressure that holds, and the largest part of a limit that it uses."""
-    found = [theories_of_cell(cell) for cell in made.cells]
-    names = [name for name in THEORIES if any(name in one for one in found)]
+    judged = {name for cell in made.cells for name in theories_of_cell(cell)}
+    names = [name for name in THEORIES if name in judged]
+    colours = chain(_PRESSURE_COLOURS, repeat(_PRESSURE_COLOURS[-1]))
     theories = _Theories(
         of=theories_of_cell,
-        letters={name: chr(ord("A") + number) for number, name in enumerate(names)},
-        colours={name: _PRESSURE_COLOURS[min(number, len(_PRESSURE_COLOURS) - 1)] for number, name in enumerate(names)},
+        marks=dict(zip(names, zip(ascii_uppercase, colours, strict=False), strict=False)),
         words={name: THEORIES[name].words for name in names},
         number=lambda _, judged: part_words(judged.limit_used),
         lost="could not be solved",
@@ -85,36 +85,30 @@ def _view(
     made: ApplicabilityMap, theories: _Theories, title: str, criterion: str, *, number: str, note: str
 ) -> MapView:
     """A stretch between two loads with different answers was not solved; a load whose answer is open is unresolved."""
-    found = [theories.of(cell) for cell in made.cells]
-    shown = {first_standing(one) for one in found if one}
-    answers = [(name, f"{theories.letters[name]}  {words}") for name, words in theories.words.items() if name in shown]
-    marks = []
-    if None in shown:
-        answers.append((_NONE, "none holds"))
-        marks.append(("$x$", "none holds"))
-    if {} in found:
-        answers.append((_LOST, theories.lost))
-        marks.append(("$!$", theories.lost))
-    if any(first_standing(one) and cheapest(one) is None for one in found):
-        marks.append(("$?$", "open whether it holds"))
     columns = tuple(_column(position.lateral_shift_mm, position.cells, theories) for position in made.positions)
-    painted = {answer for column in columns for _, _, answer in column.bands}
-    painted |= {cell.answer for column in columns for cell in column.cells}
-    between = [(_OPEN, "unresolved"), (BETWEEN, ANSWER_WORDS[BETWEEN])]
+    given = {cell.answer for column in columns for cell in column.cells}
+    painted = given | {answer for column in columns for _, _, answer in column.bands}
+    standing = {first_standing(theories.of(cell)) for cell in made.cells}
+    letters = {name: f"{theories.marks[name][0]}  {words}" for name, words in theories.words.items()}
+    others = {_NONE: "none holds", _LOST: theories.lost, _OPEN: "unresolved", BETWEEN: ANSWER_WORDS[BETWEEN]}
+    marks = {_NONE: ("$x$", "none holds"), _LOST: ("$!$", theories.lost), _OPEN: ("$?$", "open whether it holds")}
     return MapView(
         case=made.case,
         loads_N=made.loads_N,
         columns=columns,
         title=title,
         criterion=criterion,
-        colours={**ANSWERS, **theories.colours},
-        answers=[*answers, *((answer, words) for answer, words in between if answer in painted)],
-        marks=marks,
+        colours={**ANSWERS, **{name: colour for name, (_, colour) in theories.marks.items()}},
+        answers=[
+            *((name, words) for name, words in letters.items() if name in standing),
+            *((answer, words) for answer, words in others.items() if answer in painted),
+        ],
+        marks=[mark for answer, mark in marks.items() if answer in given],
         number=number,
         notes=[
             note,
-            ", ".join(f"{theories.letters[name]} {words}" for name, words in theories.words.items()),
-            f"? open whether it holds{', x none holds' * (None in shown)}, ! {theories.lost}",
+            ", ".join(f"{theories.marks[name][0]} {words}" for name, words in theories.words.items()),
+            f"? open whether it holds{', x none holds' * (_NONE in given)}, ! {theories.lost}",
         ],
         # every load that was solved has its number
         ticks=False,
@@ -127,17 +121,17 @@ def _column(shift_mm: float, cells: tuple[MapCell, ...], theories: _Theories) ->
     return ColumnView(
         shift_mm=shift_mm,
         bands=stretches(known, BETWEEN),
-        solved_kN=tuple(cell.load_N / 1e3 for cell in cells if cell.judged is not None),
+        solved_kN=tuple(cell.load_kN for cell in cells if cell.judged is not None),
         cells=shown,
     )
 
 
 def _cell(cell: MapCell, theories: _Theories) -> CellView:
-    judged, load_kN = theories.of(cell), cell.load_N / 1e3
+    judged, load_kN = theories.of(cell), cell.load_kN
     name, holds = first_standing(judged), cheapest(judged)
     if name is None:
         text = "x" if judged else "!"
         return CellView(load_kN=load_kN, answer=_NONE if judged else _LOST, text=text, letter=text, printed=text)
-    letter = theories.letters[name] + "?" * (holds is None)
+    letter = theories.marks[name][0] + "?" * (holds is None)
     text = f"{letter} {theories.number(name, judged[name])}".strip()
     return CellView(load_kN=load_kN, answer=holds or _OPEN, text=text, letter=letter, printed=text)

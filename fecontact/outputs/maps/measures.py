@@ -49,11 +49,11 @@ def map_view(made: ApplicabilityMap, measure: MapMeasure, theory: str = HERTZ) -
 
 def map_answer(made: ApplicabilityMap, measure: MapMeasure, theory: str = HERTZ) -> list[str]:
     """The answer of a map by a measure, in sentences."""
+    view = map_view(made, measure, theory)
     if measure == "theory":
-        return theory_sentences(made)
+        return theory_sentences(view)
     name = THEORIES[theory].words if measure == "pressure" else "Hertz's creep force"
-    of_hertz = measure == "pressure" and theory == HERTZ
-    return verdict_sentences(made, map_view(made, measure, theory), name, why=of_hertz)
+    return verdict_sentences(made, view, name, why=measure == "pressure" and theory == HERTZ)
 
 
 def measure_table(made: ApplicabilityMap, measure: MapMeasure, *, theory: str = HERTZ, width: int | None = None) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from functools import partial
 
 from fecontact.comparison.creep_verdict import PLACE, SHAPE
 from fecontact.comparison.judged_load import JudgedLoad
@@ -202,22 +203,21 @@ def _limit_of(position: MapPosition, theory: str) -> LoadLimit:
 
 
 def _verdict_cell(cell: MapCell, theory: str) -> CellView:
-    judged, usable = judged_by(cell.judged, theory), cell.usable is not None
+    judged, of_hertz = judged_by(cell.judged, theory), theory == HERTZ
     answer = "failed" if judged is None else judged.verdict.answer
-    letter = "" if theory != HERTZ or cell.cause is None else CAUSE_LETTERS[cell.cause]
-    instead = theory == HERTZ and ellipses_instead(cell.judged) is not None
-    # no measure leaves open what did not converge
-    decided = judged is not None and usable and answer != "HOLDS"
-    by = WORDS[judged.verdict.measure].letter if judged is not None and decided else " "
-    percent = math.nan if judged is None or not usable else 1e2 * judged.deviation["p_max_MPa"]
+    shown = partial(CellView, load_kN=cell.load_kN, answer=answer, bold=answer == "FAILS")
+    if judged is None or not cell.usable:
+        # no measure leaves open what did not converge
+        return shown(text="!", letter="!", printed=_SIGNS[answer] + " " * 8)
+    letter = CAUSE_LETTERS[cell.cause] if of_hertz and cell.cause is not None else ""
+    instead = of_hertz and ellipses_instead(cell.judged) is not None
+    by = " " if answer == "HOLDS" else WORDS[judged.verdict.measure].letter
+    percent = 1e2 * judged.deviation["p_max_MPa"]
     off = f"{percent:+z.1f}" if math.isfinite(percent) else ""
-    return CellView(
-        load_kN=cell.load_N / 1e3,
-        answer=answer,
-        text=f"{_number(judged)} {letter}".strip() if usable and judged is not None else "!",
-        letter=letter if usable and judged is not None else "!",
+    return shown(
+        text=f"{_number(judged)} {letter}".strip(),
+        letter=letter,
         printed=_SIGNS[answer] + by + off.rjust(6) + (_OTHER_HOLDS if instead else " "),
-        bold=answer == "FAILS",
         diamond=instead,
     )
 
@@ -230,7 +230,7 @@ def _number(judged: JudgedLoad | Judgement) -> str:
 
 
 def _force_cell(cell: MapCell) -> CellView:
-    force, load_kN = cell.force, cell.load_N / 1e3
+    force, load_kN = cell.force, cell.load_kN
     if force is None:
         return CellView(load_kN=load_kN, answer="failed", text="!", letter="!", printed="!")
     answer, letter = force.verdict.answer, FORCE_LETTERS.get(force.verdict.cause or "", "")

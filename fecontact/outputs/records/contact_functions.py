@@ -9,7 +9,7 @@ from fecontact.geometry.contact_functions import ContactFunctions, rolling_radiu
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.wheelset import PlacedWheelset
 from fecontact.outputs.records.plain import Record, picked
-from fecontact.outputs.records.touch import touch_columns
+from fecontact.outputs.records.touch import profile_notes, touch_columns
 from fecontact.profiles.identity import profile_identity
 
 GEOMETRY_SCHEMA = "fecontact/geometry/1"
@@ -36,8 +36,7 @@ def functions_record(case: Case, found: ContactFunctions) -> Record:
 
 def _notes(found: ContactFunctions) -> list[str]:
     placed = next(one for one in found.positions.values() if not isinstance(one, str))
-    profiles = [side.profile for one in (placed.left, placed.right) for side in (one.rail, one.wheel)]
-    return list(dict.fromkeys(note for profile in profiles for note in profile.notes))
+    return list(dict.fromkeys((*profile_notes(placed.left), *profile_notes(placed.right))))
 
 
 def _position_record(shift: float, placed: PlacedWheelset | str, centred_mm: float) -> Record:

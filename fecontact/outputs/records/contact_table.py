@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from fecontact.alone.contact_table import TableLine
 from fecontact.comparison.approximation import TheoryPatch
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.measures import Measures, hertz_measures
+from fecontact.comparison.measures import hertz_measures
 from fecontact.comparison.theories import HERTZ, MULTI_HERTZ, THEORIES
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import MapCell
@@ -38,7 +38,7 @@ def table_row(line: TableLine) -> Record:
         "touch_points": len(line.placement.touch_points),
         "cheapest_theory": line.cheapest,
         "cheapest_theory_status": line.cheapest_status,
-        **(_hertz_columns(line.hertz) if line.hertz is not None else {}),
+        **_hertz_columns(line.hertz),
         **_strip_columns(line),
     }
     springs = line.points
@@ -53,12 +53,7 @@ def judged_row(cell: MapCell, placement: Placement | None) -> Record:
     Places `*_centre_mm` are along the rail's surface from the first touch point. Where no theory is known to hold, and
     in a cell that may not be used, there are no patches.
     """
-    row: Record = {
-        "lateral_shift_mm": cell.lateral_shift_mm,
-        "load_kN": cell.load_N / 1e3,
-        "status": cell.status,
-        "verdict": cell.verdict,
-    }
+    row = picked(cell, "lateral_shift_mm load_kN status verdict")
     load = cell.usable
     if load is None or placement is None:
         return row
@@ -68,7 +63,7 @@ def judged_row(cell: MapCell, placement: Placement | None) -> Record:
         "roll_mrad": 1e3 * roll_of_case(load.case, placement),
         "normal_force_N": load.normal_force_N,
         "cheapest_theory": name,
-        **_sizes("fe", load.comparison.fe),
+        **picked(load.comparison.fe, _SIZES, "fe_"),
         **_centre("fe", placement, (load.comparison.patch.centre_x_mm, load.comparison.patch.centre_y_mm)),
         "touch_points": len(placement.touch_points),
     }
@@ -76,7 +71,7 @@ def judged_row(cell: MapCell, placement: Placement | None) -> Record:
     if found is not None:
         row |= {
             "theory_status": found.status,
-            **_sizes("theory", theories[name].measures),
+            **picked(theories[name].measures, _SIZES, "theory_"),
             **_centre("theory", placement, found.centre_mm),
             "theory_patches": len(found.patches),
         }
@@ -93,10 +88,6 @@ def _touches(placement: Placement, springs: Mapping[int, Record]) -> Record:
         for number, touch in enumerate(placement.touch_points)
         for name, value in (touch_columns(placement, touch) | springs.get(number, {})).items()
     }
-
-
-def _sizes(of: str, measures: Measures) -> Record:
-    return {f"{of}_{name}": float(value) for name, value in picked(measures, _SIZES).items()}
 
 
 def _centre(of: str, placement: Placement, centre_mm: tuple[float, float]) -> Record:
@@ -124,11 +115,13 @@ def _judged_springs(load: JudgedLoad, placement: Placement) -> dict[int, Record]
     return {number: _ellipse_columns(ellipses.get(number)) for number in range(len(placement.touch_points))}
 
 
-def _hertz_columns(hertz: HertzContact) -> Record:
+def _hertz_columns(hertz: HertzContact | None) -> Record:
     """The ellipse at the first touch point with the whole load; N grows with the approach as its power of 1.5."""
+    if hertz is None:
+        return {}
     return {
         "hertz_normal_force_N": hertz.normal_force_N,
-        **_sizes("hertz", hertz_measures(hertz)),
+        **picked(hertz_measures(hertz), _SIZES, "hertz_"),
         "hertz_stiffness_N_per_mm": 1.5 * hertz.normal_force_N / hertz.approach_mm,
     }
 
@@ -137,12 +130,13 @@ def _strip_columns(line: TableLine) -> Record:
     strips = line.strips
     if strips is None:
         return {"strip_status": "no contact"}
+    contact = strips.contact
     return {
-        "strip_status": strips.contact.status,
-        "strip_patches": len(strips.contact.patches),
-        "strip_normal_force_N": strips.contact.normal_force_N,
-        **_sizes("strip", strips.measures),
-        "strip_centre_mm": strips.contact.centre_mm[1],
+        "strip_status": contact.status,
+        "strip_patches": len(contact.patches),
+        "strip_normal_force_N": contact.normal_force_N,
+        **picked(strips.measures, _SIZES, "strip_"),
+        "strip_centre_mm": contact.centre_mm[1],
         "strip_stiffness_N_per_mm": strips.stiffness_N_per_mm,
     }
 
@@ -159,12 +153,8 @@ def _ellipse_columns(shared: HertzContact | None) -> Record:
     """The force that a touch point takes, and its ellipse; None where it takes none."""
     if shared is None:
         return {"spring_force_N": 0.0}
-    return {
-        "spring_force_N": shared.normal_force_N,
-        "ellipse_a_mm": shared.a_mm,
-        "ellipse_b_mm": shared.b_mm,
-        "ellipse_p_max_MPa": shared.p0_MPa,
-    }
+    sizes = picked(shared, "a_mm b_mm", "ellipse_")
+    return {"spring_force_N": shared.normal_force_N, **sizes, "ellipse_p_max_MPa": shared.p0_MPa}
 
 
 def ordered(rows: list[Record]) -> list[Record]:

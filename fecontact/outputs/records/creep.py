@@ -46,7 +46,7 @@ def creep_record(load: JudgedLoad) -> Record | None:
             "at": worst_at,
             "decided": [{"creepages": creepages, **off} for creepages, off in decided],
         },
-        "warnings": found.warnings,
+        "warnings": list(found.warnings),
     }
 
 

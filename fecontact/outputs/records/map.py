@@ -98,11 +98,7 @@ def limit_record(shift_mm: float, limit: LoadLimit) -> Record:
 
 def law_row(cell: MapCell) -> Record:
     """A cell with the cheapest law of creep forces that holds, and how far each is off."""
-    row: Record = {
-        "lateral_shift_mm": cell.lateral_shift_mm,
-        "load_kN": cell.load_N / 1e3,
-        "status": cell.status,
-    }
+    row = picked(cell, "lateral_shift_mm load_kN status")
     laws = {} if cell.judged is None else cell.judged.creep_laws
     if laws:
         row["cheapest_theory"] = cheapest(laws) or "UNRESOLVED"

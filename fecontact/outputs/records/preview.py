@@ -7,13 +7,13 @@ from typing import Any
 
 from fecontact.outputs.records.plain import picked
 from fecontact.outputs.records.results import shown_case_record
-from fecontact.outputs.records.touch import touch_record
+from fecontact.outputs.records.touch import profile_notes, touch_record
 from fecontact.solving.preview import Preview
 
 
 def preview_record(seen: Preview) -> dict[str, Any]:
     """Everything that a preview says, with units in the keys."""
-    patch, profiles = seen.expected, (seen.placement.rail.profile, seen.placement.wheel.profile)
+    patch = seen.expected
     sizes = picked(patch, "x_low_mm x_high_mm s_low_mm s_high_mm semi_axis_x_mm semi_axis_s_mm")
     return {
         "schema": "fecontact/place/1",
@@ -24,7 +24,7 @@ def preview_record(seen: Preview) -> dict[str, Any]:
         "expected_patch": sizes | {"parts": [asdict(part) for part in patch.parts]},
         **picked(seen, "element_size_mm elements degrees_of_freedom cpu_seconds memory_GB"),
         "junctions": junctions_of(seen),
-        "notes": [note for profile in profiles for note in profile.notes],
+        "notes": profile_notes(seen.placement),
     }
 
 

@@ -17,7 +17,7 @@ from fecontact.outputs.records.creep import creep_record
 from fecontact.outputs.records.plain import Record, picked
 from fecontact.outputs.records.plastic import plastic_record
 from fecontact.outputs.records.theories import answer_record, ellipse_record, theories_record, verdict_record
-from fecontact.outputs.records.touch import touch_record
+from fecontact.outputs.records.touch import profile_notes, touch_record
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.hertz_alone import HertzAlone
 from fecontact.solving.lobe_sizes import narrowest_semi_axes_mm, semi_axes_of_elements_mm
@@ -97,7 +97,7 @@ def load_record(load: JudgedLoad) -> Record:
                 }
                 for side, judged in load.sides.items()
             ],
-            "warnings": load.warnings,
+            "warnings": list(load.warnings),
         },
         # of the elements' own nodes alone
         "verdict_elements": answer_record(load.by_elements.verdict) | picked(load.by_elements, "deviation uncertainty"),
@@ -136,8 +136,8 @@ def _solver_record(load: JudgedLoad) -> Record:
         # relative; None where there are too few elements to see it
         "elements_compliance_error": None if math.isnan(level.compliance_error) else level.compliance_error,
         **picked(level, "degrees_of_freedom elements"),
-        "element_size_mm": nodal.grid.steps_mm,
-        "node_spacing_mm": load.fe.grid.steps_mm,
+        "element_size_mm": list(nodal.grid.steps_mm),
+        "node_spacing_mm": list(load.fe.grid.steps_mm),
         "meshes": len(load.solved.levels),
         # of the lobe that elements are made for, and of the narrowest one that is not small
         "elements_a_semi_axis": _elements(load, semi_axes_of_elements_mm(half_space)),
@@ -176,7 +176,7 @@ def hertz_record(found: HertzAlone) -> Record:
         "hertz": ellipse_record(found.hertz),
         **points_record(found.points),
         "uncertainty_of_profile": found.uncertainty_of_profile,
-        "warnings": [*placement.rail.profile.notes, *placement.wheel.profile.notes],
+        "warnings": profile_notes(placement),
         "versions": versions(),
     }
 
@@ -185,11 +185,7 @@ def points_record(points: HertzPoints) -> Record:
     """Hertz at every touch point: with the whole load, and under its share of it."""
     return {
         "ellipses": [
-            {
-                "touch_point": p.touch_point,
-                "side": p.side,
-                **({"problem": p.problem} if p.whole is None else ellipse_record(p.whole)),
-            }
+            picked(p, "touch_point side") | ({"problem": p.problem} if p.whole is None else ellipse_record(p.whole))
             for p in points.points
         ],
         "shared": {

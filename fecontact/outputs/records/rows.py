@@ -48,8 +48,7 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
         **input_columns(case, placement),
         "normal_force_kN": load.normal_force_N / 1e3,
         "contact_angle_mrad": 1e3 * first.contact_angle_rad,
-        "touch_rail_y_mm": first.rail_y_mm,
-        "touch_wheel_y_mm": first.wheel_y_mm,
+        **picked(first, "rail_y_mm wheel_y_mm", "touch_"),
         "at_junction": first.at_junction,
         "touch_points": len(placement.touch_points),
     }
@@ -77,8 +76,7 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
         "p_max_half_space_MPa": load.ladder.rungs["half_space"].p_max_MPa,
         "pressure_l2_percent": 1e2 * comparison.pressure_l2,
         "overlap": comparison.overlap,
-        "centre_x_mm": comparison.patch.centre_x_mm,
-        "centre_y_mm": comparison.patch.centre_y_mm,
+        **picked(comparison.patch, "centre_x_mm centre_y_mm"),
         "lobes": len(comparison.patch.lobes),
         "pieces": comparison.patch.pieces,
         "hertz_stiffness_GN_per_m15": load.hertz.stiffness_GN_per_m15,
@@ -147,10 +145,10 @@ def input_columns(case: Case, placement: Placement | None = None) -> Row:
 def _irregular_columns(case: Case, placement: Placement | None) -> Row:
     """What rail and wheel have along the track, where on it, and how much lower the rigid wheel stands there."""
     along = None if placement is None else placement.along
-    shown = {name: getattr(case, name) for name in ("rail_irregularity", "wheel_irregularity")}
+    lines = picked(case, "rail_irregularity wheel_irregularity")
     return {
         "distance_mm": case.distance_mm,
-        **{name: None if line is None else irregularity_text(line) for name, line in shown.items()},
+        **{name: None if line is None else irregularity_text(line) for name, line in lines.items()},
         "lowered_mm": None if along is None else along.lowered_mm,
     }
 
@@ -170,7 +168,7 @@ def case_row(result: CaseResult) -> Row:
 
 def cell_row(cell: MapCell, placement: Placement | None) -> Row:
     """A cell of a map as a flat row, with the columns of a case as far as it has them."""
-    head = {"lateral_shift_mm": cell.lateral_shift_mm, "load_kN": cell.load_N / 1e3, **picked(cell, "status verdict")}
+    head = picked(cell, "lateral_shift_mm load_kN status verdict")
     return head if cell.judged is None or placement is None else head | load_row(cell.judged, placement)
 
 

@@ -63,36 +63,25 @@ def share_records(made: ApplicabilityMap) -> list[Record]:
     The last lines are the cells where it is open which, where none holds, and those that may not be used.
     """
     cells = [theories_of_cell(cell) for cell in made.cells]
-    names = [name for name in THEORIES if any(name in one for one in cells)]
+    answers = [cheapest_name(one) if one else "failed" for one in cells]
+
+    def counted(of: str, count: int) -> Record:
+        return {f"{of}_cells": count, f"{of}_percent": 100.0 * count / len(cells) if cells else 0.0}
+
     found: list[Record] = []
-    for name in names:
-        first = [one[name].limit_used for one in cells if cheapest(one) == name]
-        holding = sum(name in one and one[name].verdict.answer == "HOLDS" for one in cells)
+    for name in (name for name in THEORIES if any(name in one for one in cells)):
+        used = [one[name].limit_used for one, answer in zip(cells, answers, strict=True) if answer == name]
         found.append(
             {
                 "theory": name,
-                "words": THEORIES[name].words,
-                "cost": THEORIES[name].cost,
-                "cheapest_cells": len(first),
-                "cheapest_percent": _percent(len(first), len(cells)),
-                "largest_limit_used": max(first, default=None),
-                "holds_cells": holding,
-                "holds_percent": _percent(holding, len(cells)),
+                **picked(THEORIES[name], "words cost"),
+                **counted("cheapest", len(used)),
+                "largest_limit_used": max(used, default=None),
+                **counted("holds", sum(name in one and one[name].verdict.answer == "HOLDS" for one in cells)),
             }
         )
-    others = {
-        "UNRESOLVED": sum(first_standing(one) is not None and cheapest(one) is None for one in cells),
-        "none": sum(bool(one) and first_standing(one) is None for one in cells),
-        "failed": sum(not one for one in cells),
-    }
-    return found + [
-        {"theory": name, "cheapest_cells": count, "cheapest_percent": _percent(count, len(cells))}
-        for name, count in others.items()
-    ]
-
-
-def _percent(part: int, whole: int) -> float:
-    return 100.0 * part / whole if whole else 0.0
+    others = ("UNRESOLVED", "none", "failed")
+    return found + [{"theory": name, **counted("cheapest", answers.count(name))} for name in others]
 
 
 def theories_record(load: JudgedLoad) -> Record:
@@ -124,7 +113,7 @@ def contact_record(contact: Approximation, measures: Measures) -> Record:
 
 
 def _patch_record(patch: TheoryPatch) -> Record:
-    where: Record = {"centre_mm": patch.centre_mm}
+    where = picked(patch, "centre_mm")
     if (touch := patch.touch) is not None:
         at = {"touch_point": patch.touch_point, "touch_rail_y_mm": touch.rail_y_mm}
         where = {**at, "contact_angle_rad": touch.contact_angle_rad, **where}

@@ -11,6 +11,7 @@ from fecontact.errors import InputError
 from fecontact.outputs.records.plain import Record, picked
 from fecontact.outputs.records.results import shown_case_record, versions
 from fecontact.outputs.records.theories import contact_record
+from fecontact.outputs.records.touch import profile_notes
 
 SCHEMA = "fecontact/theory/1"
 
@@ -54,6 +55,6 @@ def alone_record(found: TheoryAlone) -> Record:
         "given_normal_force_N": found.normal_force_N,
         "problem": found.problem,
         **said,
-        "warnings": [*placement.rail.profile.notes, *placement.wheel.profile.notes],
+        "warnings": profile_notes(placement),
         "versions": versions(),
     }

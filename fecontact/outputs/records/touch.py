@@ -13,6 +13,11 @@ from fecontact.theory.touch_hertz import sides
 _RADII = ("rail", "wheel_lateral", "wheel_rolling")
 
 
+def profile_notes(placement: Placement) -> list[str]:
+    """What is to be known of both profiles."""
+    return [*placement.rail.profile.notes, *placement.wheel.profile.notes]
+
+
 def touch_record(touch: TouchPoint) -> Record:
     """A touch point with its curvatures: one entry, or two (gauge side, field side) at a junction."""
     return {

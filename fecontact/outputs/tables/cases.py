@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from fecontact.comparison.theories import EITHER_SIDE, THEORIES
 from fecontact.outcome import has_numbers, usable
 from fecontact.outputs.records.theories import cheapest_words
 from fecontact.outputs.tables.table import (
     Column,
+    Record,
     Table,
     TableRow,
     Tone,
@@ -24,9 +24,6 @@ from fecontact.outputs.tables.table import (
 from fecontact.outputs.words.measures import WORDS
 from fecontact.outputs.words.pairs import pair_of_row
 from fecontact.outputs.words.verdicts import decided
-
-Row = Mapping[str, Any]
-Record = Mapping[str, Any]
 
 _TONES: Mapping[str, Tone] = {"HOLDS": "plain", "UNRESOLVED": "open", "FAILS": "fails"}
 
@@ -45,7 +42,7 @@ class ReportedCase:
         File of its picture; None where there is none.
     """
 
-    row: Row
+    row: Record
     record: Record = field(default_factory=dict)
     picture: Path | None = None
 
@@ -56,7 +53,7 @@ class ReportedCase:
         return found
 
 
-def verdict_of(row: Row) -> str:
+def verdict_of(row: Record) -> str:
     """Its verdict; `failed` where the result must not be used."""
     return str(row.get("verdict", "failed")) if usable(row) else "failed"
 
@@ -90,7 +87,7 @@ _SHORT_STATUS = {
 }
 
 
-def deviation_table(rows: Sequence[Row], title: str, failing_width: int, *, with_pair: bool = False) -> Table:
+def deviation_table(rows: Sequence[Record], title: str, failing_width: int, *, with_pair: bool = False) -> Table:
     """How far Hertz is off in each case, and by what it fails, in so many characters."""
     theories = any(row.get("theory_cheapest") for row in rows)
     columns = [
@@ -106,17 +103,17 @@ def deviation_table(rows: Sequence[Row], title: str, failing_width: int, *, with
     return table_of(title, columns, rows, lambda row: "plain" if usable(row) else "fails")
 
 
-def _places(rows: Sequence[Row]) -> list[Column]:
+def _places(rows: Sequence[Record]) -> list[Column]:
     """Shift and load, and along what is irregular the distance."""
     return [*_PLACE, *[_DISTANCE] * any(row.get("distance_mm") is not None for row in rows)]
 
 
-def _short_status(row: Row) -> str:
+def _short_status(row: Record) -> str:
     status = str(row["status"])
     return _SHORT_STATUS.get(status, status) if has_numbers(row) else "no result"
 
 
-def _failing(row: Row, width: int) -> str:
+def _failing(row: Record, width: int) -> str:
     """Short names of the measures that fail, the one that decided first; those that find no room are counted."""
     measures, first = str(row.get("verdict_failing") or "").split(), row.get("verdict_measure")
     names = [WORDS[measure].short for measure in sorted(measures, key=lambda measure: measure != first)]
@@ -150,7 +147,7 @@ def verdict_table(cases: Sequence[ReportedCase]) -> Table:
     return table_of("", columns, rows, lambda row: "fails" if verdict_of(row) == "FAILS" else "plain")
 
 
-def _force_off(row: Row) -> str:
+def _force_off(row: Record) -> str:
     """By how much creep forces are off."""
     if not row.get("force_verdict"):
         return "-"
@@ -261,36 +258,38 @@ def ladder_table(record: Record) -> Table:
     return Table(title="Ladder", columns=columns, rows=[TableRow(cells=cells) for cells in lines])
 
 
+_YIELDED = (
+    text("body", "name"),
+    number("yield stress\nMPa", "yield_MPa"),
+    number("tangent\nMPa", "tangent_MPa"),
+    number("first yield\nkN", "first_yield_N", "{:.1f}", 1e-3),
+    number("plastic strain\n%", "largest_strain", "{:.2f}", 1e2),
+    number("depth\nmm", "depth_mm", "{:.1f}"),
+    text("zone\nmm", lambda body: _zone(body) if body["largest_strain"] else "-", "number"),
+)
+
+
+def _zone(body: Record) -> str:
+    return f"{body['top_mm']:.1f} to {body['bottom_mm']:.1f}"
+
+
 def plastic_tables(record: Record) -> list[Table]:
     """What yielding does to a contact, and Hertz against bodies that yield; none without a yield stress."""
     plastic = record.get("plastic")
     if plastic is None:
         return []
-    columns = columns_of("by plasticity", "±", "yield stress\n-15 %", "+15 %")
+    steps, unsure = plastic["step"], plastic["step_uncertainty"]
     band = plastic["step_with_yield_stress_15_percent_lower_and_higher"]
-    lines = []
-    for measure, (low, high) in band.items():
-        values = (plastic["step"][measure], plastic["step_uncertainty"][measure], low, high)
-        cells = [WORDS[measure].off(value, size=k == 1) for k, value in enumerate(values)]
-        lines.append(TableRow(cells=[WORDS[measure].name, *cells]))
-    steps = Table(
-        title=f"What yielding changes ({plastic['range']})",
-        columns=[Column(heading="measure", kind="text", wraps=True), *columns],
-        rows=lines,
-    )
-    headings = ("body", "yield stress\nMPa", "tangent\nMPa", "first yield\nkN", "plastic strain\n%", "depth\nmm")
-    rows = [
-        TableRow(
-            cells=[
-                *(name, f"{body['yield_MPa']:g}", f"{body['tangent_MPa']:g}", f"{body['first_yield_N'] / 1e3:.1f}"),
-                *(f"{1e2 * body['largest_strain']:.2f}", f"{body['depth_mm']:.1f}"),
-                f"{body['top_mm']:.1f} to {body['bottom_mm']:.1f}" if body["largest_strain"] else "-",
-            ]
-        )
-        for name, body in plastic["bodies"].items()
+    columns = [
+        text("measure", lambda measure: WORDS[measure].name, wraps=True),
+        text("by plasticity", lambda measure: WORDS[measure].off(steps[measure]), "number"),
+        text("±", lambda measure: WORDS[measure].off(unsure[measure], size=True), "number"),
+        text("yield stress\n-15 %", lambda measure: WORDS[measure].off(band[measure][0]), "number"),
+        text("+15 %", lambda measure: WORDS[measure].off(band[measure][1]), "number"),
     ]
-    bodies = Table(title="Bodies that yield", columns=columns_of(*headings, "zone\nmm", texts=("body",)), rows=rows)
-    return [steps, bodies] if band else [bodies]
+    changes = [table_of(f"What yielding changes ({plastic['range']})", columns, band)] if band else []
+    bodies = ({**body, "name": name} for name, body in plastic["bodies"].items())
+    return [*changes, table_of("Bodies that yield", _YIELDED, bodies)]
 
 
 def effort_table(solver: Record) -> Table:

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 from fecontact.files import write_text
-from fecontact.outputs.tables.table import missing
-
-Record = Mapping[str, Any]
+from fecontact.outputs.tables.table import Record, missing
 
 
 def write_csv(rows: Iterable[Record], path: str | Path) -> Path:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeAlias
 
@@ -11,6 +11,8 @@ from fecontact.profiles.curve import radius_text
 
 Tone: TypeAlias = Literal["plain", "fails", "open", "dim"]
 """How a row is to be seen: as it is, as what fails or must not be used, as what is open, as what does not decide."""
+Record: TypeAlias = Mapping[str, Any]
+"""What a table is made of: a record of results, or a row."""
 Kind: TypeAlias = Literal["number", "text", "answer"]
 Of: TypeAlias = str | Callable[[Any], Any]
 """What a column takes of an item: the value of a key, or what a function says of it."""

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
-from fecontact.outputs.tables.table import Table, number, table_of, text
-
-Record = Mapping[str, Any]
+from fecontact.outputs.tables.table import Record, Table, number, table_of, text
 
 _OTHERS = {"UNRESOLVED": "open whether a cheaper one holds", "none": "none holds", "failed": "could not be solved"}
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from fecontact.comparison.theories import THEORIES
 from fecontact.outputs.tables.cases import (
     effort_table,
@@ -15,13 +12,12 @@ from fecontact.outputs.tables.cases import (
     plastic_tables,
     theories_table,
 )
+from fecontact.outputs.tables.table import Record
 from fecontact.outputs.terminal.console import Lines, notes
 from fecontact.outputs.terminal.creep import creep_lines
 from fecontact.outputs.terminal.hertz import touch_point_table
 from fecontact.outputs.words.measures import names_text, unknown_text
 from fecontact.outputs.words.verdicts import plastic_words, reason_of_record, what_would_decide
-
-Record = Mapping[str, Any]
 
 
 def case_lines(record: Record) -> Lines:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
-from fecontact.outputs.tables.table import Table, number, radius, table_of, text
+from fecontact.outputs.tables.table import Record, Table, number, radius, table_of, text
 from fecontact.outputs.terminal.console import Lines, notes
 
 _COLUMNS = (
@@ -24,7 +21,7 @@ _COLUMNS = (
 )
 
 
-def functions_lines(record: Mapping[str, Any]) -> Lines:
+def functions_lines(record: Record) -> Lines:
     """A geometry record: a table of the left side, and of the right one where it is not its mirror image."""
     mirrored = record["symmetric"] and record["case"]["yaw_rad"] == 0.0
     sides = ("left",) if mirrored else ("left", "right")
@@ -53,7 +50,7 @@ def functions_lines(record: Mapping[str, Any]) -> Lines:
     yield from notes(record["warnings"])
 
 
-def _side_table(record: Mapping[str, Any], side: str) -> Table:
+def _side_table(record: Record, side: str) -> Table:
     """A side of the wheelset at each shift, by its first touch point."""
     placed = [(row, row[side]["touch_points"]) for row in record["positions"] if "problem" not in row]
     title = f"The {side} wheel on its rail; lengths in mm, radii positive where convex"

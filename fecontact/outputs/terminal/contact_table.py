@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
-from fecontact.outputs.tables.table import number, table_of, text
+from fecontact.outputs.tables.table import Record, number, table_of, text
 from fecontact.outputs.terminal.console import Lines
-
-Record = Mapping[str, Any]
 
 _NUMBERS = (
     number("shift\nmm", "lateral_shift_mm", "{:+z.2f}"),

@@ -5,12 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
-from fecontact.outputs.tables.table import Column, Of, Table, number, table_of, text
+from fecontact.outputs.tables.table import Column, Of, Record, Table, number, table_of, text
 from fecontact.outputs.terminal.console import Lines
-
-Record = Mapping[str, Any]
 
 _SIDES = {"hertz": "Hertz", "fe": "FE"}
 

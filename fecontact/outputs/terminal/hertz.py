@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
-from fecontact.outputs.tables.table import Table, number, radius, table_of, text
+from fecontact.outputs.tables.table import Record, Table, number, radius, table_of, text
 from fecontact.outputs.terminal.console import Lines, notes
-
-Record = Mapping[str, Any]
 
 _ELLIPSE = (
     number("point", lambda one: one["touch_point"] + 1, "{:.0f}"),

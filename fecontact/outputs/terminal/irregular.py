@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import partial
-from typing import Any
 
-from fecontact.outputs.tables.table import Table, number, table_of, text
+from fecontact.outputs.tables.table import Record, Table, number, table_of, text
 from fecontact.outputs.terminal.console import Lines, notes
-
-Record = Mapping[str, Any]
 
 _WORST = (
     text("model", "name"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fecontact.outputs.records.preview import junctions_of
+from fecontact.outputs.records.touch import profile_notes
 from fecontact.outputs.terminal.console import Lines, notes
 from fecontact.profiles.recognition import Nearest
 from fecontact.solving.preview import Preview
@@ -32,7 +33,7 @@ def preview_lines(seen: Preview) -> Lines:
         f" {round(seen.degrees_of_freedom, -3)} unknowns, {seen.cpu_seconds:.0f} CPU s and {seen.memory_GB:.1f} GB;"
         f" more where the verdict is open, up to {seen.case.refine_degrees_of_freedom} unknowns"
     )
-    yield from notes((*seen.placement.rail.profile.notes, *seen.placement.wheel.profile.notes))
+    yield from notes(profile_notes(seen.placement))
 
 
 def uncertainty_text(part: dict[str, float]) -> str:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 from fecontact.outcome import usable
 from fecontact.outputs.records.theories import theory_text
 from fecontact.outputs.tables.cases import deviation_table
-from fecontact.outputs.tables.table import Table
+from fecontact.outputs.tables.table import Record, Table
 from fecontact.outputs.terminal.console import Lines
 from fecontact.outputs.words.pairs import pair_of_row, position_text
 from fecontact.outputs.words.roll import roll_words_of_rows
-
-Record = Mapping[str, Any]
 
 _KEY = "dev %: what Hertz is off; valley: between lobes; mispl.: load elsewhere"
 # More of them are one table, with the pair in its first column.

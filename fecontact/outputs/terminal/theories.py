@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
-from fecontact.outputs.tables.table import number, table_of, text
+from fecontact.outputs.tables.table import Record, number, table_of, text
 from fecontact.outputs.terminal.console import Lines, notes
-
-Record = Mapping[str, Any]
 
 _TITLES = {
     "pressure": "Theories of the pressure, from the cheapest",

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from fecontact.profiles.identity import file_of_identity, profile_identity
 
 if TYPE_CHECKING:
     from fecontact.case import Case
 
-Row = Mapping[str, Any]
+Row: TypeAlias = Mapping[str, Any]
 
 
 # longer ones leave no room for a picture

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from fecontact.case import Case, Opposite
+from fecontact.outputs.words.pairs import Row
 from fecontact.profiles.short_forms import is_crane_rail, makes_a_wheelset
-
-Row = Mapping[str, Any]
 
 SHIFT = "lateral shift of the wheelset in mm  (positive: towards this rail)"
 """Label of an axis over the shift."""

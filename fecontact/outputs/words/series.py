@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
-from fecontact.outputs.words.pairs import short_name
-
-Row = Mapping[str, Any]
+from fecontact.outputs.words.pairs import Row, short_name
 
 # A series has one of each; of the latter only where its cases would not be told apart by their shift (the roll may
 # follow from it).
