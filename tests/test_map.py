@@ -1492,6 +1492,32 @@ def test_a_solved_load_comes_back_to_the_last_bit(tmp_path, noise, thinned):
         assert all(math.isnan(value) for value in read.point_noise.uncertainty().values())
 
 
+def test_what_was_stored_before_is_found_by_its_names():
+    """Another name of a field would leave stored results without it."""
+    hertz = hertz_of_case(ROUND, placement_of(0.0))
+    line = (hertz, planted_rung(hertz, 5, 0.02))
+    points = PointNoise(own=line, thinned=line, widths=(line,), draws=(line, None))
+    solved, arrays = planted_solved(ROUND, point_noise=points, turned=planted_rung(hertz, 6, 0.03)), {}
+    record = solved_record(solved, arrays, "load0_")
+    rungs = {f"level{k}_{name}" for k in range(len(solved.levels)) for name in ("nodal", "fe", "otherwise")}
+    rungs |= {"half_space", "turned", "quadratic", "points", "thinned", "widths0", "draws0"}
+    parts = ("x_mm", "s_mm", "pressure_MPa", "gap_mm")
+    assert set(arrays) == {f"load0_{rung}_{part}" for rung in rungs for part in parts}
+    assert list(record) == [
+        *("load_N", "levels", "half_space", "turned", "quadratic", "point_noise", "limits", "short_of_memory")
+    ]
+    assert set(record["point_noise"]["own"]) == {"hertz", "half_space"}
+    assert record["point_noise"]["draws"][1] is None
+    assert "yielded" not in record["levels"][0]
+
+
+def test_a_stored_load_with_what_nobody_knows_is_refused():
+    record = solved_record(planted_solved(ROUND), arrays := {})
+    record["levels"][0]["half_as_wide"] = 1.0
+    with pytest.raises(KeyError, match="half_as_wide"):
+        solved_from_record(record, arrays, ROUND)
+
+
 def test_stored_arrays_are_the_same_bytes_each_time(tmp_path):
     arrays = {}
     solved_record(planted_solved(ROUND), arrays)

@@ -6,20 +6,10 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from fecontact.comparison.theories import THEORIES
-from fecontact.comparison.verdict import AT_JUNCTION
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.outputs.figures.style import BETWEEN
+from fecontact.outputs.maps.verdicts import CAUSES
 from fecontact.outputs.maps.view import ColumnView, MapView
-
-_WHY = {
-    "finite bodies": "the finite bodies change the pressure",
-    "second patch": "a second patch takes load",
-    "second lobe": "the pressure has a second lobe",
-    "curvature change within the patch": "the patch reaches a change of curvature",
-    "conformity": "the surfaces conform",
-    "curvature varies over the patch": "the curvature varies over the patch",
-    AT_JUNCTION: "the curvature jumps at the touch point",
-}
 
 
 def verdict_sentences(made: ApplicabilityMap, view: MapView, name: str, *, why: bool) -> list[str]:
@@ -115,7 +105,7 @@ def _because(position: MapPosition) -> str:
     loads = [*position.tried, *(cell.judged for cell in position.cells if cell.judged is not None)]
     failing = [one for one in loads if one.usable and one.verdict.answer == "FAILS"]
     cause = min(failing, key=lambda one: one.load_N).verdict.cause if failing else None
-    return f", where {_WHY.get(cause, cause)}" if cause else ""
+    return f", where {CAUSES[cause][1]}" if cause else ""
 
 
 def _counted(view: MapView) -> list[str]:

@@ -27,21 +27,20 @@ from fecontact.outputs.maps.view import Band, CellView, ColumnView, MapView, par
 from fecontact.outputs.records.theories import all_ellipses_instead, ellipses_instead, judged_by
 from fecontact.outputs.words.measures import WORDS, limits_text
 
-CAUSE_LETTERS: Mapping[str, str] = {
-    "finite bodies": "B",
-    "second patch": "S",
-    "second lobe": "L",
-    "curvature change within the patch": "J",
-    "conformity": "C",
-    "curvature varies over the patch": "V",
-    AT_JUNCTION: "U",
-    PROFILE: "P",
-    ELEMENTS: "E",
+CAUSES: Mapping[str, tuple[str, str]] = {
+    "finite bodies": ("B", "the finite bodies change the pressure"),
+    "second patch": ("S", "a second patch takes load"),
+    "second lobe": ("L", "the pressure has a second lobe"),
+    "curvature change within the patch": ("J", "the patch reaches a change of curvature"),
+    "conformity": ("C", "the surfaces conform"),
+    "curvature varies over the patch": ("V", "the curvature varies over the patch"),
+    AT_JUNCTION: ("U", "the curvature jumps at the touch point"),
+    PROFILE: ("P", PROFILE),
+    ELEMENTS: ("E", ELEMENTS),
 }
-"""Marks of the causes."""
-FORCE_LETTERS: Mapping[str, str] = {PLACE: "P", SHAPE: "F"}
-"""Marks of the causes of forces."""
-_FORCE_CAUSES = {PLACE: "centre of pressure beside\nthe touch point", SHAPE: SHAPE}
+"""Marks of the causes, and what is said of them in a sentence."""
+CAUSE_LETTERS = {cause: letter for cause, (letter, _) in CAUSES.items()}
+_FORCE_CAUSES = {PLACE: ("P", "centre of pressure beside\nthe touch point"), SHAPE: ("F", SHAPE)}
 YIELD_WORDS: Mapping[str, str] = {
     FIRST_YIELD: "first yield of virgin steel",
     PLASTIC_LIMIT: "yielding alone takes up a limit\nat first loading",
@@ -93,7 +92,7 @@ def verdict_view(made: ApplicabilityMap, theory: str = HERTZ) -> MapView:
         answers=_answers(columns, name),
         marks=[
             *_unsolved(made),
-            *_letters(CAUSE_LETTERS, {cause: cause for cause in CAUSE_LETTERS if cause in causes}),
+            *(_mark(letter, cause) for cause, letter in CAUSE_LETTERS.items() if cause in causes),
         ],
         number=f"largest part of a limit\nthat {name} uses; off from 1 on"
         + "\n%: load on separate patches" * any("%" in cell.text for column in columns for cell in column.cells),
@@ -130,12 +129,12 @@ def force_view(made: ApplicabilityMap) -> MapView:
         answers=_answers(columns, THEORIES[HERTZ].words),
         marks=[
             *_unsolved(made),
-            *_letters(FORCE_LETTERS, {cause: words for cause, words in _FORCE_CAUSES.items() if cause in causes}),
+            *(_mark(letter, words) for cause, (letter, words) in _FORCE_CAUSES.items() if cause in causes),
         ],
         number="part of the limit that\nHertz uses; off from 1 on",
         notes=[
             f"{_SIGN_WORDS} no forces: not solved; part of the limit of {within}",
-            f"off by {', '.join(f'{letter} {cause}' for cause, letter in FORCE_LETTERS.items())}",
+            f"off by {', '.join(f'{letter} {cause}' for cause, (letter, _) in _FORCE_CAUSES.items())}",
         ],
     )
 
@@ -233,7 +232,7 @@ def _force_cell(cell: MapCell) -> CellView:
     force, load_kN = cell.force, cell.load_kN
     if force is None:
         return CellView(load_kN=load_kN, answer="failed", text="!", letter="!", printed="!")
-    answer, letter = force.verdict.answer, FORCE_LETTERS.get(force.verdict.cause or "", "")
+    answer, letter = force.verdict.answer, _FORCE_CAUSES.get(force.verdict.cause or "", ("", ""))[0]
     part = part_words(force.limit_used)
     return CellView(
         load_kN=load_kN,
@@ -256,5 +255,5 @@ def _unsolved(made: ApplicabilityMap) -> list[tuple[str, str]]:
     return [] if made.all_solved else [("$!$", "not to be used")]
 
 
-def _letters(letters: Mapping[str, str], words: Mapping[str, str]) -> list[tuple[str, str]]:
-    return [(rf"$\mathbf{{{letters[cause]}}}$", said) for cause, said in words.items()]
+def _mark(letter: str, words: str) -> tuple[str, str]:
+    return rf"$\mathbf{{{letter}}}$", words
