@@ -27,51 +27,44 @@ def off_text(
     return f"{nearest}{words.name} {words.off(deviation)} ± {words.off(uncertainty, size=True)}{within}"
 
 
-def reason_text(off: str, side: str, cause: str | None) -> str:
+def _off(judged: Record, verdict: Record, limits: Record) -> str:
+    """How far a judged theory is off in the measure that decided a verdict."""
+    measure = verdict["measure"]
+    off, unsure = (judged[of].get(measure) for of in ("deviation", "uncertainty"))
+    return off_text(measure, off, unsure, limits[measure], verdict["each"][measure])
+
+
+def _because(cause: str | None) -> str:
+    return f"; because: {cause}" if cause else ""
+
+
+def _reason(verdict: Record) -> str:
     """What decided a verdict, with which curvature, and why."""
-    at = "" if side == "both" else f", with the curvature of the {side} side"
-    return f"{off}{at}" + (f"; because: {cause}" if cause else "")
+    side = _deciding_side(verdict)
+    at = "" if side["side"] == "both" else f", with the curvature of the {side['side']} side"
+    return f"{_off(side, verdict, verdict['limits'])}{at}{_because(verdict['cause'])}"
 
 
 def verdict_reason(load: JudgedLoad) -> str:
     """What decided the verdict, how far Hertz is off in it, and why, in one line."""
     if not load.usable:
         return f"not to be used: {load.status}"
-    verdict = load.verdict
-    # the side whose verdict it is, that of the field side where both are the same
-    side, judged = next(
-        (side, judged)
-        for side, judged in reversed([*load.sides.items()])
-        if (judged.verdict.each, judged.verdict.measure) == (verdict.each, verdict.measure)
-    )
-    measure = verdict.measure
-    off, unsure = (of.get(measure) for of in (judged.deviation, judged.uncertainty))
-    return reason_text(
-        off_text(measure, off, unsure, load.case.criteria.limits[measure], verdict.each[measure]), side, verdict.cause
-    )
+    sides = [{"side": side, **vars(judged), **vars(judged.verdict)} for side, judged in load.sides.items()]
+    return _reason({**vars(load.verdict), "limits": load.case.criteria.limits, "sides": sides})
 
 
 def reason_of_record(record: Record) -> str:
     """The same of a result record, also of what must not be used."""
-    verdict, side = record["verdict"], deciding_side(record)
-    measure = verdict["measure"]
-    off, unsure = (side[of].get(measure) for of in ("deviation", "uncertainty"))
-    return reason_text(
-        off_text(measure, off, unsure, verdict["limits"][measure], verdict["each"][measure]),
-        side["side"],
-        verdict["cause"],
-    )
+    return _reason(record["verdict"])
 
 
 def plastic_words(record: Record) -> str:
     """Whether Hertz holds against bodies that yield, by which measure, and why not; empty without a yield stress."""
     if (plastic := record.get("plastic")) is None:
         return ""
-    verdict, measure = plastic["verdict"], plastic["verdict"]["measure"]
-    off, unsure = (verdict[of].get(measure) for of in ("deviation", "uncertainty"))
-    off_by = off_text(measure, off, unsure, record["verdict"]["limits"][measure], verdict["each"][measure])
-    because = f"; because: {verdict['cause']}" if verdict["cause"] else ""
-    said = f"against bodies that yield: Hertz {verdict['verdict']}; {off_by}{because}"
+    verdict = plastic["verdict"]
+    off = _off(verdict, verdict, record["verdict"]["limits"])
+    said = f"against bodies that yield: Hertz {verdict['verdict']}; {off}{_because(verdict['cause'])}"
     return f"{said}; {verdict['cancelling']}" if verdict["cancelling"] else said
 
 
@@ -87,9 +80,8 @@ def decided(row: Record, limits: Mapping[str, float]) -> str:
     return off_text(measure, off, unsure, limits.get(measure))
 
 
-def deciding_side(record: Record) -> Record:
+def _deciding_side(verdict: Record) -> Record:
     """The side whose verdict it is, that of the field side where both are the same."""
-    verdict = record["verdict"]
     decided = (verdict["each"], verdict["measure"])
     side: Record = next(s for s in reversed(verdict["sides"]) if (s["each"], s["measure"]) == decided)
     return side
@@ -97,7 +89,7 @@ def deciding_side(record: Record) -> Record:
 
 def what_would_decide(record: Record) -> str:
     """What decides an open verdict: finer meshes, or better profiles."""
-    side, measure = deciding_side(record), record["verdict"]["measure"]
+    side, measure = _deciding_side(record["verdict"]), record["verdict"]["measure"]
     if not usable(record):
         return f"the result must not be used: {record['status']}"
     of_points = (record["uncertainty_of_profile"] or {}).get(measure, 0.0)
