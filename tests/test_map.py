@@ -54,6 +54,7 @@ from fecontact.map.load_limit import KnownLoad, known_loads, load_limit, next_lo
 from fecontact.map.position import solve_position
 from fecontact.map.uses import limits_by_use
 from fecontact.outputs.maps.figure import map_figure
+from fecontact.outputs.maps.files import write_map
 from fecontact.outputs.maps.table import map_table
 from fecontact.outputs.maps.verdicts import CAUSE_LETTERS, limit_text, verdict_view
 from fecontact.outputs.records.map import cell_record, limit_record, map_record
@@ -608,24 +609,21 @@ def stored_map(out, shifts=SHIFTS, loads=LOADS, progress=None):
 
 @dataclass
 class Watched:
-    """A whole map, what was told of it while it was made, and the positions of its file each time."""
+    """A whole map, and what was told of it while it was made."""
 
     out: Path
     told: list
-    written: list
     made: ApplicabilityMap | None = None
     left_open: int = 0
 
     def __call__(self, done, count, what):
         self.told.append((done, count, what.partition(";")[0]))
-        if done:
-            self.written.append(json.loads((self.out / "map.json").read_text("utf-8"))["lateral_shifts_mm"])
 
 
 @pytest.fixture(scope="module")
 def watched(tmp_path_factory):
     """A whole map with its making; shifts that are asked for twice, or in another order, are solved once."""
-    seen = Watched(tmp_path_factory.mktemp("map"), [], [])
+    seen = Watched(tmp_path_factory.mktemp("map"), [])
     FakeSweep.open = 0
     _, seen.made = stored_map(seen.out, (3.0, *SHIFTS, 0.0), progress=seen)
     seen.left_open = FakeSweep.open
@@ -799,10 +797,6 @@ def test_map_has_a_cell_for_every_position_and_load(watched):
     assert not made.all_solved
 
 
-def test_files_are_written_after_each_position(watched):
-    assert watched.written == [list(SHIFTS[-k:]) for k in range(1, 7)]
-
-
 def test_map_says_what_could_not_be_solved(kept):
     _, made = kept
     assert {c.status for c in made.cells if c.lateral_shift_mm == 4.0} == {"failed: the wheel is off the rail"}
@@ -831,6 +825,30 @@ def test_map_needs_positions_and_loads(run, tmp_path):
     with pytest.raises(InputError, match="lateral shift is 99"):
         run(tmp_path, [0.0, 99.0])
     assert FakeSweep.solved == []
+
+
+@pytest.mark.parametrize(("part", "known"), [(1e9, (1, 2)), (1e-9, (1, 1))])
+def test_files_are_written_after_each_position_that_took_much_longer(part, known, run, tmp_path, monkeypatch):
+    monkeypatch.setattr("fecontact.runs.map_run._PART_FOR_TABLES", part)
+    seen, pictures = [], []
+
+    def look(done, count, what):
+        if done:
+            seen.append(json.loads((tmp_path / "map.json").read_text("utf-8"))["lateral_shifts_mm"])
+
+    def write(*given, drawn, **more):
+        pictures.append(drawn)
+        write_map(*given, drawn=False, **more)
+
+    monkeypatch.setattr("fecontact.runs.map_run.write_map", write)
+    shifts = [-1.0, 0.0, 1.0]
+    run(tmp_path, shifts, loads=FEW_LOADS, progress=look)
+    # from the gauge corner on, where a position takes longest
+    assert seen == [shifts[-k:] for k in known]
+    assert json.loads((tmp_path / "map.json").read_text("utf-8"))["lateral_shifts_mm"] == shifts
+    # pictures take longer: a map of seconds has them at its end
+    assert pictures[-1]
+    assert not any(pictures[:-1])
 
 
 def rows_of(path):

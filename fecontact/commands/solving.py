@@ -239,7 +239,7 @@ def map_(
     out
         Folder for map.csv, contacts.csv (the theory to use, with its patches), stiffness.csv, map.json, map.png and
         map_theory.png (the cheapest theory of the pressure that holds; with friction also map_force.png, where Hertz
-        holds for creep forces), written after each shift, and for each shift a folder in positions/ from which a later
+        holds for creep forces), written while it is made, and for each shift a folder in positions/ from which a later
         map with the same inputs and loads takes it.
     measure
         What the printed map is about: where the pressure holds; with --friction Hertz's creep force; or the cheapest

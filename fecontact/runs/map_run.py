@@ -29,8 +29,9 @@ from fecontact.runs.position_store import has_open_loads, position_folder, posit
 from fecontact.runs.work import job_of
 
 MakeWork = Callable[[Case, Sequence[float], str], Work]
-# A picture takes a second or two, from those who solve.
-_DRAWN_EVERY_S = 60.0
+# Pictures are drawn while a map is made, but in its first minute; tables take so small a part of the time: what they
+# cost grows with the positions, and it is taken from those who solve.
+_DRAWN_EVERY_S, _PART_FOR_TABLES = 60.0, 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,7 +124,7 @@ class _Run:
         self._by, self._work, self._theory, self._creep_laws = by, work, theory, creep_laws
         self._shifts = {position_id(case, loads_N): shift for shift, case in cases.items()}
         self._positions: dict[float, MapPosition] = {}
-        self._drawn_at = -math.inf
+        self._drawn_at, self._tables_at = time.monotonic(), -math.inf
 
     def solve(self) -> None:
         """Solve what is not finished."""
@@ -139,10 +140,12 @@ class _Run:
         """Write the files of the map, or of the part, with the positions that are known."""
         found = tuple(self._positions[shift] for shift in sorted(self._positions))
         made = ApplicabilityMap(case=self._base, loads_N=self._loads, positions=found)
-        name = f"map{self._by.settings.part_suffix}"
+        name, begun = f"map{self._by.settings.part_suffix}", time.monotonic()
         write_map(made, self._out, name, theory=self._theory, provenance=self._provenance(), drawn=drawn)
+        now = time.monotonic()
+        self._tables_at = now + (now - begun) / _PART_FOR_TABLES
         if drawn:
-            self._drawn_at = time.monotonic()
+            self._drawn_at = now
         return made
 
     def _provenance(self) -> dict[str, Any]:
@@ -176,6 +179,9 @@ class _Run:
         if done.name in self._by.finished.reused:
             # it is drawn with the next one that is solved, or at the end
             return
+        now = time.monotonic()
+        if now < self._tables_at:
+            return
         # a full disk now may have room at the end
         with contextlib.suppress(OSError):
-            self.write(drawn=time.monotonic() - self._drawn_at > _DRAWN_EVERY_S)
+            self.write(drawn=now - self._drawn_at > _DRAWN_EVERY_S)
