@@ -30,6 +30,7 @@ import numpy as np
 from fecontact.case import RESOLUTIONS, Case
 from fecontact.comparison.measures import CUT_PLANES, MEASURES, deviations, measures_of, misfit_of
 from fecontact.comparison.uncertainty import MESH_RATIO, elements_uncertainty, uncertainty
+from fecontact.comparison.uncertainty import Solved as Stated
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.rung import Rung
 from fecontact.fe.coupling import CoupledBodies
@@ -326,7 +327,7 @@ def _held(case: ExactCase, resolution: str, solved: tuple[Solved, Solved]) -> He
     stated = {}
     for name in JUDGED:
         *values, other = (of[name] for of in read)
-        known = uncertainty(name, values, otherwise=other, residual=finest.residual)
+        known = uncertainty(name, values, Stated(residual=finest.residual), otherwise=other)
         stated[name] = (known - CUT_PLANES[name]) * (abs(1.0 + deviation[name]) if name in MEASURES else 1.0)
     return Held(
         of=SETS[int(case.testing)],

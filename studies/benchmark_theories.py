@@ -23,7 +23,7 @@ from fecontact.theory.hertz import hertz_ellipse
 from fecontact.theory.kik_piotrowski import kik_piotrowski, kik_piotrowski_at
 from fecontact.theory.kpec import kpec, kpec_at
 from fecontact.theory.strip import strip, strip_at
-from fecontact.theory.strip_method import solve_strips
+from fecontact.theory.strip_method import Line, Load, Search, solve_strips
 from fecontact.theory.stripes import stripes, stripes_at
 
 CASE = Case(lateral_shift_mm=0.25, roll="touching")
@@ -45,9 +45,10 @@ def milliseconds(call: Callable[[], object]) -> float:
 
 def from_step_before(line: GapLine, force: float, strips: int) -> Callable[[], object]:
     """The strips, from their contact under 95 % of the force."""
-    of_line = (line.surface_mm, line.f_mm, line.A_per_mm, line.contact_modulus_MPa)
-    before = solve_strips(*of_line, force=0.95 * force, strips=strips)
-    return partial(solve_strips, *of_line, force=force, strips=strips, start=before)
+    flat, search = 1.0 + 0.0 * line.f_mm, Search(strips=strips)
+    of_line = Line(t=line.surface_mm, f=line.f_mm, A=line.A_per_mm, E=line.contact_modulus_MPa, closing=flat)
+    before = solve_strips(of_line, Load(force=0.95 * force), search)
+    return partial(solve_strips, of_line, Load(force=force), search, start=before)
 
 
 def main() -> None:

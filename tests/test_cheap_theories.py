@@ -23,7 +23,7 @@ from fecontact.theory.kik_piotrowski import kik_piotrowski, kik_piotrowski_at
 from fecontact.theory.kpec import kpec, kpec_at
 from fecontact.theory.strip import gap_line_under_load, strip, strip_at
 from fecontact.theory.strip_contact import StripContact
-from fecontact.theory.strip_method import Strips, influence, solve_strips
+from fecontact.theory.strip_method import Line, Load, Search, Strips, influence, solve_strips
 from fecontact.theory.stripes import stripes, stripes_at
 
 A = 1.0 / 920.0
@@ -325,9 +325,9 @@ def test_no_force_and_no_approach_are_refused(name, bad):
 # --- the strip method ---------------------------------------------------------------------------------------------
 
 
-def solved(line: GapLine, force: float, **options: object) -> Strips:
-    of_line = (line.t_mm, line.f_mm, line.A_per_mm, line.contact_modulus_MPa)
-    return solve_strips(*of_line, force=force, **options)
+def solved(line: GapLine, force: float, search: Search | None = None, start: Strips | None = None) -> Strips:
+    flat = Line(t=line.t_mm, f=line.f_mm, A=line.A_per_mm, E=line.contact_modulus_MPa, closing=np.ones_like(line.t_mm))
+    return solve_strips(flat, Load(force=force), search or Search(), start=start)
 
 
 def test_influence_is_the_integral_over_a_strip():
@@ -372,9 +372,9 @@ def test_a_wrong_influence_is_seen(fault, monkeypatch):
 @pytest.mark.parametrize("gap", GAPS)
 def test_a_start_from_another_load_ends_at_the_same_contact(gap):
     line = line_of(GAPS[gap], -15.0, 15.0, 1500)
-    cold = solved(line, 80e3, tolerance=1e-3)
+    cold = solved(line, 80e3, Search(tolerance=1e-3))
     for before in (20e3, 76e3, 200e3):
-        warm = solved(line, 80e3, start=solved(line, before), tolerance=1e-3)
+        warm = solved(line, 80e3, Search(tolerance=1e-3), start=solved(line, before))
         assert warm.converged
         assert warm.approach == pytest.approx(cold.approach, rel=1e-3)
         peak = float((warm.c * np.sqrt(warm.q)).max())

@@ -25,8 +25,8 @@ from fecontact.comparison.measures import (
     patch_of,
 )
 from fecontact.comparison.point_noise import PointNoise
-from fecontact.comparison.solved_load import SolvedLoad, patches_just_part
-from fecontact.comparison.uncertainty import step_uncertainty, uncertainty
+from fecontact.comparison.solved_load import SolvedLoad, just_parts
+from fecontact.comparison.uncertainty import Solved, step_uncertainty, uncertainty
 from fecontact.contact.grid import ContactGrid, hat_functions
 from fecontact.contact.halfspace import half_space_problem
 from fecontact.contact.rung import Rung, misfit
@@ -463,10 +463,10 @@ def two_lobes(between: float, free: int) -> Rung:
 )
 def test_patches_that_just_part_are_known_less_well(between, free, part):
     rung = two_lobes(between, free)
-    assert patches_just_part([two_lobes(0.5, 0), rung]) == part
+    assert just_parts(rung) == part
     # b was off by 1.07 of the change there
     change, cuts = 0.01, CUT_PLANES["b_mm"]
-    found = step_uncertainty("b_mm", (5.0, 5.0 * (1.0 + change)), parting=part)
+    found = step_uncertainty("b_mm", (5.0, 5.0 * (1.0 + change)), Solved(parting=part))
     assert found == pytest.approx((1.5 if part else 1.0) * change + cuts, rel=1e-9)
 
 
@@ -474,16 +474,18 @@ def test_cut_planes_move_patches_that_share_the_load_by_more():
     """A rail cut at 90 in place of 60 mm: two patches at 5 mm, 50 kN, and the centre on the gauge corner at 6 mm."""
     moved = {"p_max_MPa": 0.0052, "b_mm": 0.0051, "centre_over_b": 0.0056, "valley": 0.0043, "misplaced_load": 0.00399}
     for name, by in moved.items():
-        assert by < step_uncertainty(name, (1.0, 1.0), shared=True) < 1.3 * by
+        assert by < step_uncertainty(name, (1.0, 1.0), Solved(shared=True)) < 1.3 * by
         # what a deviation is judged by has that part too, beside what reading the pressure leaves open
-        alone, together = (uncertainty(name, (1.0, 1.0), shared=shared) for shared in (False, True))
-        assert together - alone == pytest.approx(step_uncertainty(name, (1.0, 1.0), shared=True) - CUT_PLANES[name])
-    assert 0.00163 < step_uncertainty("separate_load", (0.109, 0.109), shared=True) < 0.0022
+        alone, together = (uncertainty(name, (1.0, 1.0), Solved(shared=shared)) for shared in (False, True))
+        assert together - alone == pytest.approx(
+            step_uncertainty(name, (1.0, 1.0), Solved(shared=True)) - CUT_PLANES[name]
+        )
+    assert 0.00163 < step_uncertainty("separate_load", (0.109, 0.109), Solved(shared=True)) < 0.0022
     assert 0.0039 < step_uncertainty("centre_over_b", (0.1, 0.1)) < 0.005
 
 
 def test_a_single_hill_parts_from_nothing(elliptic_quick):
-    assert not patches_just_part(level.fe for level in elliptic_quick.load.solved.levels)
+    assert not any(just_parts(level.fe) for level in elliptic_quick.load.solved.levels)
 
 
 @pytest.mark.parametrize(("slide_mm", "said"), [(0.0, False), (0.09, False), (0.11, True), (-0.3, True)])

@@ -12,7 +12,7 @@ from fecontact.case import Case, Track
 from fecontact.comparison.judging import judge_load
 from fecontact.comparison.measures import CUT_PLANES, FLOORS, MEASURES, MISFITS
 from fecontact.comparison.point_noise import PointNoise
-from fecontact.comparison.uncertainty import step_uncertainty, uncertainty
+from fecontact.comparison.uncertainty import Solved, step_uncertainty, uncertainty
 from fecontact.geometry.placement import Placement
 from fecontact.profiles.reading import Reading
 from fecontact.solving.measured_lines import hertz_uncertainty, point_noise
@@ -62,7 +62,7 @@ def test_a_size_is_known_to_its_last_change_and_what_no_mesh_takes_away(name):
     # a change of 2 % of the finest value, whatever its unit and sign
     for finest in (1000.0, 2e-3, -5.0):
         for change in (0.02, -0.02):
-            found = uncertainty(name, (finest, finest * (1.0 + change)), residual=1e-4)
+            found = uncertainty(name, (finest, finest * (1.0 + change)), Solved(residual=1e-4))
             assert found == pytest.approx(READING[name] + 0.02 + CUTS[name] + 1e-4, rel=1e-9)
 
 
@@ -71,7 +71,7 @@ def test_what_hertz_has_none_of_is_known_absolutely(name):
     # relative to nothing: most are zero on the finest mesh
     for values in ((0.0, 0.02), (0.02, 0.0), (-0.3, -0.32)):
         rest = read(name, values[0]) + CUTS[name] + 1e-4
-        assert uncertainty(name, values, residual=1e-4) == pytest.approx(0.02 + rest, rel=1e-9)
+        assert uncertainty(name, values, Solved(residual=1e-4)) == pytest.approx(0.02 + rest, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", READING)
@@ -95,13 +95,15 @@ def test_the_noise_of_the_misplaced_load_adds_to_its_square():
     residual=st.floats(0.0, 0.1),
 )
 def test_a_step_on_the_same_nodes_has_no_reading_in_it(name, values, residual):
-    whole = uncertainty(name, values, residual=residual)
+    whole = uncertainty(name, values, Solved(residual=residual))
     reading = read(name, values[0])
-    assert whole - step_uncertainty(name, values, residual=residual) == pytest.approx(reading, rel=1e-9, abs=1e-15)
+    assert whole - step_uncertainty(name, values, Solved(residual=residual)) == pytest.approx(
+        reading, rel=1e-9, abs=1e-15
+    )
     # neither less than the rest nor less than the last change, and the meshes before do not matter
     assert whole >= reading + residual
     assert whole >= abs(values[0] - values[1]) / (values[0] if name in SIZES else 1.0)
-    assert whole == uncertainty(name, values[:2], residual=residual)
+    assert whole == uncertainty(name, values[:2], Solved(residual=residual))
 
 
 @pytest.mark.parametrize("name", READING)

@@ -16,15 +16,15 @@ from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.judgement import Judgement, worst_judgement, worst_of
 from fecontact.comparison.ladder import Ladder
 from fecontact.comparison.lobes import judge_lobes
-from fecontact.comparison.measures import FLOORS, MEASURES, deviations_of, patch_of, values_of
+from fecontact.comparison.measures import FLOORS, MEASURES, deviations_of, values_of
 from fecontact.comparison.plastic_verdict import judge_plastic, plastic_warnings
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.solved_load import (
     ELEMENTS_OFF,
     Level,
     SolvedLoad,
+    as_solved,
     elements_uncertainties,
-    patches_just_part,
     uncertainties,
 )
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES, Loaded
@@ -220,20 +220,11 @@ def _bodies_step_uncertainty(solved: SolvedLoad, hertz: Approximation) -> dict[s
     on_half_space, otherwise = values_of(solved.half_space, hertz), values_of(finest.otherwise, hertz)
     turned = on_half_space if solved.turned is None else values_of(solved.turned, hertz)
     levels = [values_of(level.fe, hertz) for level in solved.levels]
-    parting, shared = patches_just_part(level.fe for level in solved.levels), patch_of(finest.fe).pieces > 1
-    found = {}
+    known, found = as_solved(solved.levels), {}
     for name, flat in on_half_space.items():
         if FLOORS[name] is not None:
             values = [one[name] for one in levels]
             ratio, size = (values[0] / flat, abs(flat)) if name in MEASURES else (1.0, 1.0)
-            of_meshes = step_uncertainty(
-                name,
-                values,
-                otherwise=otherwise[name],
-                residual=finest.fe.residual,
-                compliance_error=finest.compliance_error,
-                parting=parting,
-                shared=shared,
-            )
+            of_meshes = step_uncertainty(name, values, known, otherwise=otherwise[name])
             found[name] = abs(ratio) * (of_meshes + abs(turned[name] - flat) / size)
     return found

@@ -5,7 +5,7 @@ So that one that was stored is judged again in milliseconds, with other criteria
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Literal
@@ -16,7 +16,7 @@ from fecontact.case import Case
 from fecontact.comparison.measures import MEASURES, measures_of, patch_of
 from fecontact.comparison.patch import lobe_columns
 from fecontact.comparison.point_noise import PointNoise
-from fecontact.comparison.uncertainty import elements_uncertainty, uncertainty
+from fecontact.comparison.uncertainty import Solved, elements_uncertainty, uncertainty
 from fecontact.comparison.yielded import Yielded
 from fecontact.contact.elements import COMPLIANCE_LIMIT
 from fecontact.contact.rung import Rung, misfit
@@ -211,31 +211,28 @@ def uncertainties(
     """Uncertainty of each deviation, where meshes tell it; `read` reads all measures off a rung."""
     finest = levels[0]
     measured, otherwise = [read(level.fe) for level in levels], read(finest.otherwise)
-    parting, shared = patches_just_part(level.fe for level in levels), patch_of(finest.fe).pieces > 1
-    found = {}
+    solved, found = as_solved(levels), {}
     for name in deviation:
-        values = [one[name] for one in measured]
-        known = uncertainty(
-            name,
-            values,
-            otherwise=otherwise[name],
-            residual=finest.fe.residual,
-            compliance_error=finest.compliance_error,
-            parting=parting,
-            shared=shared,
-        )
+        known = uncertainty(name, [one[name] for one in measured], solved, otherwise=otherwise[name])
         if known is not None:
             # of (Hertz - FE) / FE, from that of the finite-element measure
             found[name] = known * abs(1.0 + deviation[name]) if name in MEASURES else known
     return found
 
 
-def patches_just_part(rungs: Iterable[Rung]) -> bool:
-    """Whether on any mesh two lobes hang together by little pressure, or patches lie apart by little."""
-    return any(_just_parts(rung) for rung in rungs)
+def as_solved(levels: Sequence[Level]) -> Solved:
+    """What the uncertainty of measures of the finest level hangs on beside them."""
+    finest = levels[0]
+    return Solved(
+        residual=finest.fe.residual,
+        compliance_error=finest.compliance_error,
+        parting=any(just_parts(level.fe) for level in levels),
+        shared=patch_of(finest.fe).pieces > 1,
+    )
 
 
-def _just_parts(rung: Rung) -> bool:
+def just_parts(rung: Rung) -> bool:
+    """Whether two lobes hang together by little pressure, or patches lie apart by little."""
     ridge = rung.pressure_MPa.max(axis=0)
     below = np.flatnonzero(ridge)
     columns = lobe_columns(rung.pressure.whole().values)

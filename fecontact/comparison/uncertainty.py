@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from fecontact.comparison.measures import CUT_PLANES, FLOORS, MEASURES, NOISE
 from fecontact.contact.elements import COMPLIANCE_LIMIT
@@ -60,15 +61,31 @@ _OF_THE_EDGE = ("area_mm2", "extent_x_mm", "extent_y_mm")
 _OF_MODULUS = {name: 0.5 if name in ("a_mm", "b_mm", "extent_x_mm", "extent_y_mm") else 1.0 for name in _ELEMENT_FLOORS}
 
 
+@dataclass(frozen=True, kw_only=True)
+class Solved:
+    """What is known of a contact on some meshes beside its measures.
+
+    Attributes
+    ----------
+    residual
+        Relative residual of the contact solution.
+    compliance_error
+        Of the elements, relative; the largest that is not refused where it is NaN.
+    parting, shared
+        Whether patches just come apart, and whether several of them share the load.
+    """
+
+    residual: float = 0.0
+    compliance_error: float = 0.0
+    parting: bool = False
+    shared: bool = False
+
+
+_EXACTLY = Solved()
+
+
 def uncertainty(
-    measure: str,
-    values: Sequence[float],
-    *,
-    otherwise: float | None = None,
-    residual: float = 0.0,
-    compliance_error: float = 0.0,
-    parting: bool = False,
-    shared: bool = False,
+    measure: str, values: Sequence[float], solved: Solved = _EXACTLY, *, otherwise: float | None = None
 ) -> float | None:
     """Uncertainty of a measure on the finest mesh: relative, or absolute where Hertz has no value of it.
 
@@ -78,12 +95,6 @@ def uncertainty(
         The measure on two or more meshes, the finest first, each MESH_RATIO coarser than the one before.
     otherwise
         The measure on the finest one with another idea of what is the elements' and what the bodies'.
-    residual
-        Relative residual of the contact solution.
-    compliance_error
-        Of the elements, relative; the largest that is not refused where it is NaN.
-    parting, shared
-        Whether patches just come apart, and whether several of them share the load.
 
     Returns
     -------
@@ -93,15 +104,7 @@ def uncertainty(
     reading = reading_uncertainty(measure, values[0])
     if reading is None:
         return None
-    return reading + step_uncertainty(
-        measure,
-        values,
-        otherwise=otherwise,
-        residual=residual,
-        compliance_error=compliance_error,
-        parting=parting,
-        shared=shared,
-    )
+    return reading + step_uncertainty(measure, values, solved, otherwise=otherwise)
 
 
 def reading_uncertainty(measure: str, value: float) -> float | None:
@@ -114,14 +117,7 @@ def reading_uncertainty(measure: str, value: float) -> float | None:
 
 
 def step_uncertainty(
-    measure: str,
-    values: Sequence[float],
-    *,
-    otherwise: float | None = None,
-    residual: float = 0.0,
-    compliance_error: float = 0.0,
-    parting: bool = False,
-    shared: bool = False,
+    measure: str, values: Sequence[float], solved: Solved = _EXACTLY, *, otherwise: float | None = None
 ) -> float:
     """Uncertainty of the step of a measure from the half-space to the bodies, which have the same nodes.
 
@@ -132,15 +128,15 @@ def step_uncertainty(
         return math.nan
     size = abs(values[0]) if measure in MEASURES else 1.0
     change, told_apart = abs(values[0] - values[1]) / size, abs(values[0] - other) / size
-    of_change = _WHERE_PATCHES_PART if parting else _OF_THE_CHANGE
+    of_change = _WHERE_PATCHES_PART if solved.parting else _OF_THE_CHANGE
     # what Hertz has no value of may be nothing at all, on soft elements too
-    of_elements = _OF_THE_COMPLIANCE * _at_most(compliance_error) * abs(values[0]) / size
+    of_elements = _OF_THE_COMPLIANCE * _at_most(solved.compliance_error) * abs(values[0]) / size
     return (
         of_change * change
         + _OF_THE_PARTING * told_apart
-        + _cut_planes(measure, values[0], shared)
+        + _cut_planes(measure, values[0], solved.shared)
         + of_elements
-        + residual
+        + solved.residual
     )
 
 

@@ -60,9 +60,9 @@ def solve_by_correction(
     best, best_p = np.inf, p
     for calls in range(1, _MOST_CORRECTIONS + 1):
         opening = problem.compliance(p)
-        state = solution_at(problem, load_N, p, opening, tolerance=tolerance, iterations=calls, calls=calls)
+        state = solution_at(problem, load_N, p, opening, tolerance)
         if state.status == "converged":
-            return state
+            return replace(state, iterations=calls, compliance_calls=calls)
         residual = max(state.contact_residual, state.penetration_residual)
         if residual < best:
             best, best_p = residual, p

@@ -7,7 +7,7 @@ each other), the undeformed gap and the load, so that every kind of compliance i
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -126,9 +126,9 @@ def solve_contact(
     iteration = 0
     while True:
         iteration += 1
-        state = solution_at(problem, load_N, p, opening, tolerance=tolerance, iterations=iteration, calls=calls)
+        state = solution_at(problem, load_N, p, opening, tolerance)
         if state.status == "converged" or iteration == iterations:
-            return state
+            return replace(state, iterations=iteration, compliance_calls=calls)
         active, gap = state.in_contact, state.gap_mm
         if state.contact_residual <= tolerance:
             # the nodes in contact are settled (a single one always is): those that overlap decide about the step
@@ -161,16 +161,12 @@ def solve_contact(
 
 
 def solution_at(
-    problem: ContactProblem,
-    load_N: float,
-    pressure: Floats,
-    opening: Floats,
-    *,
-    tolerance: float,
-    iterations: int,
-    calls: int,
+    problem: ContactProblem, load_N: float, pressure: Floats, opening: Floats, tolerance: float
 ) -> ContactSolution:
-    """Pressures (n,) under a load as a solution: approach, gap and residuals with the opening (n,) that they cause."""
+    """Pressures (n,) under a load as a solution: approach, gap and residuals with the opening (n,) that they cause.
+
+    It has cost one iteration, and one application of the compliance.
+    """
     total = problem.gap_mm + opening
     active = pressure > 0.0
     approach = _mean(problem, total, active)
@@ -182,8 +178,8 @@ def solution_at(
         pressure_MPa=pressure,
         gap_mm=gap,
         approach_mm=approach,
-        iterations=iterations,
-        compliance_calls=calls,
+        iterations=1,
+        compliance_calls=1,
         contact_residual=contact,
         penetration_residual=penetration,
         load_balance=abs(problem.load_N(pressure) / load_N - 1.0),

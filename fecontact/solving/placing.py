@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fecontact.case import Case
+from fecontact.case import Case, Opposite
 from fecontact.dimensions import Track
 from fecontact.errors import InputError
 from fecontact.geometry.irregular import with_irregularities
@@ -78,38 +78,21 @@ def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Pr
 def wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Wheelset:
     """Both wheels of a case over both rails; the opposite side is the mirror image where nothing else is given."""
     other = case.opposite
-    own = _pair(case, case.rail, case.wheel, case.rolling_radius_mm, rail, wheel)
+    own = _pair(case, Opposite(), rail, wheel)
     if other.is_mirror_image:
         return Wheelset.of(own, own)
-    across = _pair(
-        case,
-        other.rail or case.rail,
-        other.wheel or case.wheel,
-        other.rolling_radius_mm or case.rolling_radius_mm,
-        None if other.rail else rail,
-        None if other.wheel else wheel,
-        radius_counts=other.rolling_radius_mm is not None,
-    )
+    across = _pair(case, other, None if other.rail else rail, None if other.wheel else wheel)
     return Wheelset.of(own, across) if case.side == "left" else Wheelset.of(across, own)
 
 
-def _pair(
-    case: Case,
-    rail: str,
-    wheel: str,
-    radius_mm: float,
-    rail_line: Profile | None,
-    wheel_line: Profile | None,
-    *,
-    radius_counts: bool = False,
-) -> Pair:
-    """One side; `radius_counts` where the radius was given for it, and not with the text of a wheel."""
-    resolved = resolve_wheel(wheel, case.wheel_file)
+def _pair(case: Case, side: Opposite, rail_line: Profile | None, wheel_line: Profile | None) -> Pair:
+    """A side that has what is not its own from the case; a radius of its own is before that of a wheel's text."""
+    rail, resolved = side.rail or case.rail, resolve_wheel(side.wheel or case.wheel, case.wheel_file)
     return pair_of(
         rail_line or resolve_rail(rail, case.rail_file),
         wheel_line or resolved.profile,
         inclination_rad=case.inclination_rad,
-        rolling_radius_mm=radius_mm if radius_counts else resolved.rolling_radius_mm or radius_mm,
+        rolling_radius_mm=side.rolling_radius_mm or resolved.rolling_radius_mm or case.rolling_radius_mm,
         track=_track(case, rail),
         flange_climb=case.flange_climb,
     )

@@ -45,4 +45,4 @@ def analyn_at(line: GapLine, approach_mm: float, *, curvature_smoothing_mm: floa
     a = np.sqrt(own.part_x * left / line.A_per_mm)
     root = np.divide(left, a, out=np.zeros_like(a), where=inside)
     pressure = line.contact_modulus_MPa * root / own.integral
-    return strip_contact("analyn", line, approach_mm, a, pressure, line.concave_notes(inside))
+    return strip_contact(line, approach_mm, a, pressure, line.concave_notes(inside))

@@ -56,7 +56,7 @@ def equivalent_ellipse_at(line: GapLine, approach_mm: float, *, level: float | N
     below = len(regions(line.f_mm < part * approach_mm))
     if below > 1:
         out.append(f"{below} separate regions below the level, of which the ellipse has one")
-    return strip_contact("equivalent_ellipse", line, approach_mm, a * root, peak * root, out)
+    return strip_contact(line, approach_mm, a * root, peak * root, out)
 
 
 def _parabola(line: GapLine, level_mm: float) -> tuple[float, float, EllipseShape, list[str]]:

@@ -59,7 +59,7 @@ def kik_piotrowski_at(line: GapLine, approach_mm: float, *, shape_correction: bo
     out = end_notes(line, found[0][0], found[-1][1])
     if len(found) > 1:
         out.append(f"{len(found)} separate regions, which the papers do not add up")
-    return strip_contact("kik_piotrowski", line, approach_mm, half_length, pressure, out)
+    return strip_contact(line, approach_mm, half_length, pressure, out)
 
 
 def pressure_factor(line: GapLine, half_length_mm: Floats, place: int, deflection_mm: float) -> float:

@@ -60,4 +60,4 @@ def kpec_at(line: GapLine, approach_mm: float) -> StripContact:
         out.append(f"{len(below)} separate regions below half the approach, through which one parabola is laid")
     if len(regions(a > 0.0)) > 1:
         out.append("the patch falls into parts")
-    return strip_contact("kpec", line, approach_mm, a, pressure, out)
+    return strip_contact(line, approach_mm, a, pressure, out)

@@ -10,7 +10,7 @@ from fecontact.errors import InputError, check_positive
 from fecontact.geometry.placement import Placement
 from fecontact.theory.gap_line import GapLine, gap_line
 from fecontact.theory.strip_contact import StripContact
-from fecontact.theory.strip_method import solve_strips
+from fecontact.theory.strip_method import Line, Load, Search, solve_strips
 
 STRIPS = 100
 _FEWEST_STRIPS = 20
@@ -19,7 +19,7 @@ _FEWEST_STRIPS = 20
 def strip(line: GapLine, normal_force_N: float, *, strips: int = STRIPS) -> StripContact:
     """The strip method under a normal force; as `strip_at`."""
     check_positive("normal force", normal_force_N, "N", "give the compressive force")
-    return _solved(line, strips, normal_force_N, None)
+    return _solved(line, strips, Load(force=normal_force_N))
 
 
 def strip_at(line: GapLine, approach_mm: float, *, strips: int = STRIPS) -> StripContact:
@@ -36,21 +36,22 @@ def strip_at(line: GapLine, approach_mm: float, *, strips: int = STRIPS) -> Stri
     approach, so that there is one solution.
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
-    return _solved(line, strips, None, approach_mm)
+    return _solved(line, strips, Load(approach=approach_mm))
 
 
-def _solved(line: GapLine, strips: int, force: float | None, approach: float | None) -> StripContact:
+def _solved(line: GapLine, strips: int, load: Load) -> StripContact:
     if strips < _FEWEST_STRIPS:
         raise InputError(f"number of strips is {strips}; allowed: {_FEWEST_STRIPS} and more; 100 are good to 0.1 %")
     found = solve_strips(
-        line.surface_mm,
-        line.f_mm,
-        line.A_per_mm,
-        line.contact_modulus_MPa,
-        force=force,
-        approach=approach,
-        closing=np.cos(line.turned_rad),
-        strips=strips,
+        Line(
+            t=line.surface_mm,
+            f=line.f_mm,
+            A=line.A_per_mm,
+            E=line.contact_modulus_MPa,
+            closing=np.cos(line.turned_rad),
+        ),
+        load,
+        Search(strips=strips),
     )
     half_length = np.sqrt(found.q)
     notes = []
@@ -59,7 +60,6 @@ def _solved(line: GapLine, strips: int, force: float | None, approach: float | N
     if not found.converged:
         notes.append(f"sweeps did not end: c and q still change by {100.0 * found.change:.1f} %")
     return StripContact(
-        theory="strip",
         status="not converged" if not found.converged else "out of range" if notes else "solved",
         notes=tuple(notes),
         solutions=1,

@@ -35,7 +35,6 @@ class StripContact:
         a(t) and p(0, t), both 0 outside the patch.
     """
 
-    theory: str
     status: TheoryStatus
     notes: tuple[str, ...]
     solutions: int
@@ -88,14 +87,13 @@ class StripContact:
 
 
 def strip_contact(
-    theory: str, line: GapLine, approach_mm: float, half_length_mm: Floats, centre_pressure_MPa: Floats, out: list[str]
+    line: GapLine, approach_mm: float, half_length_mm: Floats, centre_pressure_MPa: Floats, out: list[str]
 ) -> StripContact:
     """Contact of strips on the places of a line; `out` are the reasons why the theory is out of its range."""
     notes = list(out)
     if half_length_mm[0] > 0.0 or half_length_mm[-1] > 0.0:
         notes.append("the patch reaches the end of the line; give a longer one")
     return StripContact(
-        theory=theory,
         status="out of range" if notes else "solved",
         notes=tuple(notes),
         solutions=1,

@@ -110,48 +110,76 @@ class Strips:
     at_end: bool = False
 
 
-def solve_strips(
-    t: Floats,
-    f: Floats,
-    A: float,
-    E: float,
-    *,
-    force: float | None = None,
-    approach: float | None = None,
-    closing: Floats | None = None,
-    strips: int = 100,
-    start: Strips | None = None,
-    tolerance: float = 4e-3,
-    most_sweeps: int = _SWEEPS,
-) -> Strips:
-    """Contact on a line under a force (N) or at an approach (mm), one of which is given.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Line:
+    """A line across both bodies.
 
-    Parameters
+    Attributes
     ----------
     t, f (n,)
         Places across, increasing (mm), and the gap there at x = 0 (mm), its minimum 0. Between them it is linear.
-    closing (n,)
-        Cosine between the surface's normal and the approach, where it is not one plane; 1 everywhere if not given.
-        Places then count along the surface, the gap and the force along the approach.
     A
         Half the relative curvature along the rail (1/mm), cos(contact angle) / (2 rolling radius).
     E
         Contact modulus (MPa), 1/E = (1 - nu1^2)/E1 + (1 - nu2^2)/E2.
+    closing (n,)
+        Cosine between the surface's normal and the approach, 1 everywhere on one plane. Elsewhere places count along
+        the surface, the gap and the force along the approach.
+    """
+
+    t: Floats
+    f: Floats
+    A: float
+    E: float
+    closing: Floats
+
+    def at(self, t: Floats) -> tuple[Floats, Floats]:
+        """Gap and closing at places."""
+        return np.interp(t, self.t, self.f), np.interp(t, self.t, self.closing)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Load:
+    """A force (N), or an approach (mm), one of which is given."""
+
+    force: float | None = None
+    approach: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search:
+    """How well a contact is found.
+
+    Attributes
+    ----------
     strips
         Number across the patch.
-    start
-        A contact of nearly this load and place: saves the first solution on few strips.
     tolerance
         Largest change of c and q in the last sweep, weighted by force; the default is good to some 0.1 % of the peak.
     most_sweeps
         With a tolerance of 0 so many: from a start that hangs on the line smoothly, forces do.
     """
-    line = _Line(t=t, f=f, A=A, E=E, closing=np.ones_like(t) if closing is None else closing)
-    load = _Load(force=force, approach=approach)
-    found = _first_solution(line, load, tolerance) if start is None else start
+
+    strips: int = 100
+    tolerance: float = 4e-3
+    most_sweeps: int = _SWEEPS
+
+
+_USUAL = Search()
+
+
+def solve_strips(line: Line, load: Load, search: Search = _USUAL, *, start: Strips | None = None) -> Strips:
+    """Contact on a line under a load.
+
+    Parameters
+    ----------
+    start
+        A contact of nearly this load and place: saves the first solution on few strips.
+    """
+    found = _first_solution(line, load, search.tolerance) if start is None else start
     spans = _spans(line, found, load)
     for _ in range(_REGRIDS):
-        found = _swept(line, _carried(found, *_grid(spans, strips)), load, tolerance, most_sweeps)
+        found = _swept(line, _carried(found, *_grid(spans, search.strips)), load, search)
         beside = _overlapping(line, found)
         if not beside:
             return replace(found, at_end=_at_end(line, found))
@@ -193,41 +221,24 @@ def _off_strip(q: Floats, distance2: Floats) -> tuple[Floats, Floats, Floats]:
     return u2, slope, total
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Line:
-    t: Floats
-    f: Floats
-    A: float
-    E: float
-    closing: Floats
-
-    def at(self, t: Floats) -> tuple[Floats, Floats]:
-        """Gap and closing at places."""
-        return np.interp(t, self.t, self.f), np.interp(t, self.t, self.closing)
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Load:
-    """A force or an approach."""
-
-    force: float | None
-    approach: float | None
-
-
-def _swept(line: _Line, strips: Strips, load: _Load, tolerance: float, most: int = _SWEEPS) -> Strips:
+def _swept(line: Line, strips: Strips, load: Load, search: Search) -> Strips:
     """Newton's steps for q and d, and c after each of them, until both stay."""
     t, h, c = strips.t, strips.h, strips.c
     d = strips.approach if load.approach is None else load.approach
     f, closing = line.at(t)
     distance2, opened = (t[:, None] - t) ** 2, _OPEN * h**2
     q, change, sweep = np.maximum(strips.q, opened), np.inf, 0
-    while change > tolerance and sweep < most:
+    while change > search.tolerance and sweep < search.most_sweeps:
         sweep += 1
         J, slope, curving, u2 = influence(q, distance2, h)
         weight = h * c / (np.pi * line.E)
         gap = J @ weight + closing * (f - d)
         closed = (q > opened) | (gap < 0.0)
-        step, closer = _newton(slope * weight, gap, closed, q, weight, closing, load, line.E)
+        force = None
+        if load.force is not None:
+            along = weight * closing
+            force = _Force(along=along, missing=2.0 * load.force / (np.pi**2 * line.E) - float(along @ q))
+        step, closer = _newton(slope * weight, gap, closed, closing, force)
         after = np.maximum(q + np.minimum(step, 0.5 * q.max()), opened)
         step, q, d = after - q, after, d + closer
         # the sum of (5) after the step: its derivative to q is (dJ/dq - J / u^2) / u^2
@@ -239,7 +250,7 @@ def _swept(line: _Line, strips: Strips, load: _Load, tolerance: float, most: int
         # the mean over what a strip's pressure bends, by force
         factor = ((share * ratio) @ curving / (share @ curving)) ** _BOLDNESS
         change = float(np.sqrt(share @ (factor - 1.0) ** 2) + np.sqrt(share @ (step / q.max()) ** 2) + abs(closer) / d)
-        if change > tolerance:
+        if change > search.tolerance:
             c = c * factor
     return replace(
         strips,
@@ -249,29 +260,34 @@ def _swept(line: _Line, strips: Strips, load: _Load, tolerance: float, most: int
         force=float(0.5 * np.pi * (h * c * closing) @ np.where(q > opened, q, 0.0)),
         sweeps=sweep,
         change=change,
-        converged=change <= tolerance,
+        converged=change <= search.tolerance,
     )
 
 
-def _newton(
-    slope: Floats, gap: Floats, closed: Bools, q: Floats, weight: Floats, closing: Floats, load: _Load, E: float
-) -> tuple[Floats, float]:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Force:
+    """A given force, over half of pi^2 E: what each q (n,) adds to it, and what is missing."""
+
+    along: Floats
+    missing: float
+
+
+def _newton(slope: Floats, gap: Floats, closed: Bools, closing: Floats, force: _Force | None) -> tuple[Floats, float]:
     """Steps of q (n,), none of open strips, and of the approach; `slope` (n, n) is that of the gap to q."""
     n, opened = gap.size, np.flatnonzero(~closed)
-    size = n if load.force is None else n + 1
+    size = n if force is None else n + 1
     matrix, right = np.empty((size, size)), np.empty(size)
     matrix[:n, :n], right[:n] = slope, -gap
-    if load.force is not None:
-        along = weight * closing
-        matrix[:n, n], matrix[n, :n], matrix[n, n] = -closing, along, 0.0
-        right[n] = 2.0 * load.force / (np.pi**2 * E) - along @ q
+    if force is not None:
+        matrix[:n, n], matrix[n, :n], matrix[n, n] = -closing, force.along, 0.0
+        right[n] = force.missing
     matrix[opened] = 0.0
     matrix[opened, opened], right[opened] = 1.0, 0.0
     step = np.linalg.solve(matrix, right)
-    return np.asarray(step[:n], dtype=np.float64), 0.0 if load.force is None else float(step[n])
+    return np.asarray(step[:n], dtype=np.float64), 0.0 if force is None else float(step[n])
 
 
-def _first_solution(line: _Line, load: _Load, tolerance: float) -> Strips:
+def _first_solution(line: Line, load: Load, tolerance: float) -> Strips:
     """Few strips over all that comes into reach, from springs: c as on a circle, half the approach left to the gap."""
     c = 4.0 / np.pi * line.E * line.A
     if load.approach is not None:
@@ -290,7 +306,7 @@ def _first_solution(line: _Line, load: _Load, tolerance: float) -> Strips:
     first = Strips(t=t, h=h, q=q, c=factor, approach=d, force=0.0, sweeps=0, change=np.inf, converged=False)
     for patch in _patches(first):
         factor[patch] = line.E * line.A * factor_of_ellipse(2.0 * np.sqrt(q[patch].max()) / (h[patch].sum()))
-    return _swept(line, first, load, 4.0 * tolerance)
+    return _swept(line, first, load, Search(tolerance=4.0 * tolerance))
 
 
 def factor_of_ellipse(ratio: float) -> float:
@@ -315,7 +331,7 @@ def _carried(found: Strips, t: Floats, h: Floats) -> Strips:
     return replace(found, t=t, h=h, q=q, c=np.interp(t, found.t, found.c))
 
 
-def _spans(line: _Line, found: Strips, load: _Load) -> list[Span]:
+def _spans(line: Line, found: Strips, load: Load) -> list[Span]:
     """Where the patches of a contact of nearly this load will be, and a margin."""
     # widths grow with the third root of the force and the second of the approach
     grown = 1.0
@@ -338,7 +354,7 @@ def _patches(found: Strips) -> list[NDArray[np.intp]]:
     return np.split(inside, np.flatnonzero(apart) + 1)
 
 
-def _at_end(line: _Line, found: Strips) -> bool:
+def _at_end(line: Line, found: Strips) -> bool:
     inside = np.flatnonzero(found.q)
     low = found.t[inside] - 0.51 * found.h[inside] <= line.t[0]
     high = found.t[inside] + 0.51 * found.h[inside] >= line.t[-1]
@@ -355,7 +371,7 @@ def _joined(spans: list[Span]) -> list[Span]:
     return joined
 
 
-def _runs(line: _Line, wanted: Bools) -> list[Span]:
+def _runs(line: Line, wanted: Bools) -> list[Span]:
     """Spans of the line where something holds, half a step beyond it to both sides."""
     places = np.flatnonzero(wanted)
     room = 0.5 * (line.t[-1] - line.t[0]) / (line.t.size - 1)
@@ -365,7 +381,7 @@ def _runs(line: _Line, wanted: Bools) -> list[Span]:
     ]
 
 
-def _overlapping(line: _Line, found: Strips) -> list[Span]:
+def _overlapping(line: Line, found: Strips) -> list[Span]:
     """Where the bodies overlap beside the strips; an elastic opening only helps, so that few places are in question."""
     near = line.f < found.approach
     reach = 0.5 * found.h

@@ -46,4 +46,4 @@ def stripes_at(line: GapLine, approach_mm: float, *, curvature_smoothing_mm: flo
     a = own.axis_ratio * np.sqrt(overlap / np.maximum(line.B_per_mm, LEAST_B_PER_MM))
     root = np.divide(overlap, a, out=np.zeros_like(f), where=inside)
     pressure = line.contact_modulus_MPa * root / (own.integral * own.part_t)
-    return strip_contact("stripes", line, approach_mm, a, pressure, line.concave_notes(inside))
+    return strip_contact(line, approach_mm, a, pressure, line.concave_notes(inside))

@@ -96,7 +96,7 @@ def solve_at(
                 break
             slopes = None
             continue
-        part, trial = _damped(state, step, vehicle, line, size, parts=_HALVINGS if fresh else 1)
+        part, trial = _damped(lambda place: balance(place, vehicle, line), state, step, size, _HALVINGS if fresh else 1)
         found = float(np.linalg.norm(trial.residual_N))
         if not fresh and found > _WELL_DOWN * size:
             # from the better of both places with slopes of its own
@@ -134,12 +134,12 @@ def _step(slopes: Floats, residual: Floats, vehicle: Vehicle) -> Floats | None:
 
 
 def _damped(
-    state: Floats, step: Floats, vehicle: Vehicle, line: Line, size: float, *, parts: int
+    balance_at: Callable[[Floats], Balance], state: Floats, step: Floats, size: float, parts: int
 ) -> tuple[float, Balance]:
     """The part of a step, halved some times, that leaves enough less over, or else the best one; and the balance."""
     best: tuple[float, float, Balance] | None = None
     for part in 0.5 ** np.arange(parts):
-        trial = balance(state + part * step, vehicle, line)
+        trial = balance_at(state + part * step)
         found = float(np.linalg.norm(trial.residual_N))
         if best is None or found < best[0]:
             best = (found, float(part), trial)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +11,8 @@ from fecontact.errors import InputError, check_positive
 from fecontact.geometry.contact_functions import harmonic_conicity
 from fecontact.geometry.wheelset import Wheelset
 from fecontact.material import STEEL, Material, contact_modulus_MPa
-from fecontact.vehicle.normal import DEFAULT_THEORY, NormalTheory, normal_theory
-from fecontact.vehicle.surfaces import Surfaces
+from fecontact.vehicle.normal import DEFAULT_THEORY, Pressed, normal_theory
+from fecontact.vehicle.surfaces import Overlap, Surfaces
 
 _ITERATIONS = 60
 # Of the wheel load, and in mm and mrad.
@@ -23,6 +23,26 @@ _SHIFT_STEP_MM = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
+class LoadedWheel:
+    """A wheel under a vertical load.
+
+    Attributes
+    ----------
+    radius_mm
+        Rolling radius at the centre of pressure.
+    centre_mm
+        Lateral position of that, from the middle towards the wheel's own rail.
+    patches
+        Number of separate patches.
+    """
+
+    load_N: float
+    radius_mm: float
+    centre_mm: float
+    patches: int
+
+
+@dataclass(frozen=True, kw_only=True)
 class LoadedContact:
     """A wheelset at a shift with both wheels under one vertical load.
 
@@ -30,36 +50,20 @@ class LoadedContact:
     ----------
     height_mm, roll_mrad
         Of the axle.
-    left_radius_mm, right_radius_mm
-        Rolling radii at the centres of pressure.
-    left_centre_mm, right_centre_mm
-        Lateral positions of those, each from the middle towards its own rail.
-    left_patches, right_patches
-        Numbers of separate patches.
+    left, right
+        Both wheels.
     """
 
     shift_mm: float
     height_mm: float
     roll_mrad: float
-    left_radius_mm: float
-    right_radius_mm: float
-    left_centre_mm: float
-    right_centre_mm: float
-    left_patches: int
-    right_patches: int
+    left: LoadedWheel
+    right: LoadedWheel
 
     @property
     def radius_difference_mm(self) -> float:
         """Rolling radius of the left wheel less that of the right one."""
-        return self.left_radius_mm - self.right_radius_mm
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Wheel:
-    load_N: float
-    radius_mm: float
-    centre_mm: float
-    patches: int
+        return self.left.radius_mm - self.right.radius_mm
 
 
 def loaded_contacts(
@@ -79,15 +83,16 @@ def loaded_contacts(
     """
     check_positive("wheel load", wheel_load_N, "N", "give the vertical load of one wheel")
     left = Surfaces(pair=wheelset.left.pair)
-    sides = (left, left if wheelset.symmetric else Surfaces(pair=wheelset.right.pair))
+    right = left if wheelset.symmetric else Surfaces(pair=wheelset.right.pair)
     normal, modulus = normal_theory(theory), contact_modulus_MPa(*materials)
+    loaded = _Loaded(left=left, right=right, pressed=lambda overlap: normal(overlap, modulus), load_N=wheel_load_N)
     found: dict[float, LoadedContact] = {}
     # from the middle outwards on either side, each from the one before it
     for direction in (1.0, -1.0):
         guess: tuple[float, float] | None = None
         for shift in sorted({one for one in shifts_mm if one * direction >= 0.0}, key=abs):
             guess = _start(wheelset, shift) if guess is None else guess
-            found[shift] = _loaded(sides, shift, wheel_load_N, normal, modulus, guess)
+            found[shift] = loaded.at(shift, guess)
             guess = (found[shift].height_mm, found[shift].roll_mrad)
     return [found[shift] for shift in shifts_mm]
 
@@ -113,68 +118,55 @@ def _start(wheelset: Wheelset, shift: float) -> tuple[float, float]:
     return stand.left.axle_mm - _PRESSED_MM, 1e3 * stand.roll_rad
 
 
-def _loaded(
-    sides: tuple[Surfaces, Surfaces],
-    shift: float,
-    load: float,
-    normal: NormalTheory,
-    modulus: float,
-    guess: tuple[float, float],
-) -> LoadedContact:
-    """Newton's method for height and roll."""
-    at = np.array(guess)
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Loaded:
+    """Both sides, what presses them, and the load of each."""
 
-    def wheels(place: np.ndarray) -> tuple[_Wheel, _Wheel]:
-        left = _wheel(sides[0], shift, float(place[0]), 1e-3 * float(place[1]), normal, modulus)
-        return left, _wheel(sides[1], -shift, float(place[0]), -1e-3 * float(place[1]), normal, modulus)
+    left: Surfaces
+    right: Surfaces
+    pressed: Callable[[Overlap], tuple[Pressed, ...]]
+    load_N: float
 
-    for _ in range(_ITERATIONS):
-        here = wheels(at)
-        missing = np.array([one.load_N - load for one in here])
-        if float(np.abs(missing).max()) < _MET * load:
-            break
-        slopes = np.stack(
-            [
-                (np.array([one.load_N - load for one in wheels(at + _STEP * unit)]) - missing) / _STEP
-                for unit in np.eye(2)
-            ],
-            axis=1,
+    def at(self, shift: float, guess: tuple[float, float]) -> LoadedContact:
+        """Newton's method for height and roll."""
+        at, load = np.array(guess), self.load_N
+        for _ in range(_ITERATIONS):
+            left, right = self._wheels(shift, at)
+            missing = np.array([left.load_N - load, right.load_N - load])
+            if float(np.abs(missing).max()) < _MET * load:
+                break
+            slopes = np.stack(
+                [
+                    (np.array([one.load_N - load for one in self._wheels(shift, at + _STEP * unit)]) - missing) / _STEP
+                    for unit in np.eye(2)
+                ],
+                axis=1,
+            )
+            if abs(float(np.linalg.det(slopes))) < 1.0:
+                # a wheel that does not touch: lower
+                at = at - np.array([_LONGEST_STEP, 0.0])
+                continue
+            step = np.linalg.solve(slopes, -missing)
+            at = at + step * min(1.0, _LONGEST_STEP / float(np.abs(step).max()))
+        else:
+            raise InputError(f"lateral shift {shift:g} mm: no height and roll carry {load:g} N on both wheels")
+        return LoadedContact(shift_mm=shift, height_mm=float(at[0]), roll_mrad=float(at[1]), left=left, right=right)
+
+    def _wheels(self, shift: float, place: np.ndarray) -> tuple[LoadedWheel, LoadedWheel]:
+        height, roll = float(place[0]), 1e-3 * float(place[1])
+        left, right = self.left.overlap(shift, height, roll, 0.0), self.right.overlap(-shift, height, -roll, 0.0)
+        return self._wheel(left), self._wheel(right)
+
+    def _wheel(self, overlap: Overlap | None) -> LoadedWheel:
+        pressed = () if overlap is None else self.pressed(overlap)
+        if overlap is None or not pressed:
+            return LoadedWheel(load_N=0.0, radius_mm=float("nan"), centre_mm=float("nan"), patches=0)
+        s = np.concatenate([one.s_mm for one in pressed])
+        force = np.concatenate([one.force_N_per_mm * one.width_mm for one in pressed])
+        share = force / force.sum()
+        return LoadedWheel(
+            load_N=float(force @ np.cos(np.interp(s, overlap.s_mm, overlap.angle_rad))),
+            radius_mm=float(share @ np.interp(s, overlap.s_mm, overlap.radius_mm)),
+            centre_mm=float(share @ np.interp(s, overlap.s_mm, overlap.place_mm[:, 1])),
+            patches=len(pressed),
         )
-        if abs(float(np.linalg.det(slopes))) < 1.0:
-            # a wheel that does not touch: lower
-            at = at - np.array([_LONGEST_STEP, 0.0])
-            continue
-        step = np.linalg.solve(slopes, -missing)
-        at = at + step * min(1.0, _LONGEST_STEP / float(np.abs(step).max()))
-    else:
-        raise InputError(f"lateral shift {shift:g} mm: no height and roll carry {load:g} N on both wheels")
-    left, right = here
-    return LoadedContact(
-        shift_mm=shift,
-        height_mm=float(at[0]),
-        roll_mrad=float(at[1]),
-        left_radius_mm=left.radius_mm,
-        right_radius_mm=right.radius_mm,
-        left_centre_mm=left.centre_mm,
-        right_centre_mm=right.centre_mm,
-        left_patches=left.patches,
-        right_patches=right.patches,
-    )
-
-
-def _wheel(
-    surfaces: Surfaces, shift: float, height: float, roll: float, normal: NormalTheory, modulus: float
-) -> _Wheel:
-    overlap = surfaces.overlap(shift, height, roll, 0.0)
-    pressed = () if overlap is None else normal(overlap, modulus)
-    if overlap is None or not pressed:
-        return _Wheel(load_N=0.0, radius_mm=float("nan"), centre_mm=float("nan"), patches=0)
-    s = np.concatenate([one.s_mm for one in pressed])
-    force = np.concatenate([one.force_N_per_mm * one.width_mm for one in pressed])
-    share = force / force.sum()
-    return _Wheel(
-        load_N=float(force @ np.cos(np.interp(s, overlap.s_mm, overlap.angle_rad))),
-        radius_mm=float(share @ np.interp(s, overlap.s_mm, overlap.radius_mm)),
-        centre_mm=float(share @ np.interp(s, overlap.s_mm, overlap.place_mm[:, 1])),
-        patches=len(pressed),
-    )

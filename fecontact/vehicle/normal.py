@@ -24,7 +24,7 @@ from fecontact.theory.kik_piotrowski import kik_piotrowski_at
 from fecontact.theory.kpec import kpec_at
 from fecontact.theory.overlap import overlap_strips
 from fecontact.theory.strip_contact import StripContact
-from fecontact.theory.strip_method import Strips, factor_of_ellipse, solve_strips
+from fecontact.theory.strip_method import Line, Load, Search, Strips, factor_of_ellipse, solve_strips
 from fecontact.theory.stripes import stripes_at
 from fecontact.vehicle.half_space import pressed_strips
 from fecontact.vehicle.surfaces import Overlap
@@ -114,16 +114,10 @@ def strip(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, ...]:
     # a circle drops by x^2 / (2 r) straight down, whatever the plane
     along = 0.5 / float(overlap.radius_mm[deepest])
     contact = solve_strips(
-        overlap.s_mm,
-        down[deepest] - down,
-        along,
-        contact_modulus_MPa,
-        approach=float(down[deepest]),
-        closing=closing,
-        strips=_STRIPS,
+        Line(t=overlap.s_mm, f=down[deepest] - down, A=along, E=contact_modulus_MPa, closing=closing),
+        Load(approach=float(down[deepest])),
+        Search(strips=_STRIPS, tolerance=0.0, most_sweeps=_SWEEPS),
         start=_start_of_strips(overlap.s_mm, down, runs, along, contact_modulus_MPa),
-        tolerance=0.0,
-        most_sweeps=_SWEEPS,
     )
     force = 0.5 * np.pi * contact.c * contact.q
     return tuple(
