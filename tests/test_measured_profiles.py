@@ -13,7 +13,7 @@ from fecontact.case import Case, Track
 from fecontact.cli import call
 from fecontact.comparison.point_noise import spread
 from fecontact.errors import InputError
-from fecontact.outputs.figures.preview import measured_figure, preview_figure
+from fecontact.outputs.figures.preview import preview_figure
 from fecontact.outputs.figures.profile import profile_figure
 from fecontact.outputs.records.preview import preview_record
 from fecontact.outputs.terminal.preview import nearest_text, preview_lines
@@ -277,7 +277,7 @@ def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):
 def test_the_picture_of_a_measured_line(tmp_path):
     line = read(sampled("60E1", 0.01))
     assert isinstance(line, Profile)
-    assert measured_figure(line, tmp_path / "line.png").stat().st_size > 10_000
+    assert profile_figure(line, tmp_path / "line.png").stat().st_size > 10_000
 
 
 def test_what_was_left_out_is_drawn_with_its_place_and_a_key(tmp_path, monkeypatch):
@@ -295,7 +295,7 @@ def test_what_was_left_out_is_drawn_with_its_place_and_a_key(tmp_path, monkeypat
     path = tmp_path / "rail.txt"
     np.savetxt(path, exact, fmt="%.9f")
     seen = preview(Case(rail=str(path), rail_file=Reading(repair=True), lateral_shift_mm=-4.0, roll="given"))
-    measured_figure(line, tmp_path / "a.png")
+    profile_figure(line, tmp_path / "a.png")
     profile_figure(as_is, tmp_path / "b.png")
     preview_figure(seen, tmp_path / "c.png")
     for figure, (y, z) in zip(drawn, (points[200], exact[80], seen.placement.rail.point(*exact[80])), strict=True):

@@ -88,10 +88,9 @@ def profiles(
 
 def _profile_picture(profile: Profile, path: Path) -> Path:
     """Line and curvature; with its points, where it was made from some."""
-    from fecontact.outputs.figures.preview import measured_figure
     from fecontact.outputs.figures.profile import profile_figure
 
-    return profile_figure(profile, path) if profile.measured is None else measured_figure(profile, path)
+    return profile_figure(profile, path)
 
 
 def _print_measured(profile: Profile) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from fecontact.outputs.figures.style import (
     MARKS,
+    POINTS,
     PROBLEM,
     RAIL,
     RAIL_JUNCTION,
@@ -21,6 +22,7 @@ from fecontact.outputs.figures.style import (
 )
 from fecontact.outputs.words.pairs import short_name
 from fecontact.profiles.curve import Profile
+from fecontact.profiles.measured import Measured
 from fecontact.profiles.problems import Problem
 from fecontact.profiles.segments import Floats
 
@@ -38,32 +40,55 @@ _LEAST_WIDTH = 0.045
 
 
 def profile_figure(profile: Profile, path: str | Path) -> Path:
-    """Draw a profile: its line, and its curvature (positive where convex) over y, with the junctions marked."""
-    figure = blank_figure(10.0, 8.0)
-    line, curvature = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 1.0))
-    colour = RAIL if profile.kind == "rail" else WHEEL
-    for number in range(len(profile.segments)):
+    """Draw a profile: its line, and its curvature (positive where convex) over y, with the junctions marked.
+
+    Of a smoothed line also the points, what they are off it, and twice the noise of its curvature.
+    """
+    measured, colour = profile.measured, RAIL if profile.kind == "rail" else WHEEL
+    ratios = (1.0, 1.0) if measured is None else (1.0, 0.8, 1.1)
+    figure = blank_figure(10.5, 4.0 + 2.0 * len(ratios))
+    line, *points, bent = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
+    for number, segment in enumerate(profile.segments):
         # a hair inside the ends, so that each segment shows its own curvature up to them
-        p = profile.evaluate(number + np.linspace(1e-9, 1.0 - 1e-9, 200))
-        line.plot(p.y, p.z, color=colour, lw=2.0)
-        curvature.plot(p.y, profile.convex_sign * p.curvature_per_mm, color=colour, lw=2.0)
+        p = profile.evaluate(number + np.linspace(1e-9, 1.0 - 1e-9, 300))
+        curvature = profile.convex_sign * p.curvature_per_mm
+        line.plot(p.y, p.z, color=colour, lw=1.8)
+        bent.plot(p.y, curvature, color=colour, lw=1.8)
+        if measured is not None:
+            s = np.linspace(getattr(segment, "s_from", 0.0), getattr(segment, "s_to", 0.0), p.y.size)
+            noise = 2.0 * np.interp(s, measured.s_mm, measured.curvature_noise_per_mm)
+            bent.fill_between(p.y, curvature - noise, curvature + noise, color=colour, alpha=0.25, lw=0)
     for junction in profile.junctions:
         line.plot(junction.y_mm, junction.z_mm, "o", color=RAIL_JUNCTION, ms=5)
-        for ax in (line, curvature):
+        for ax in (line, bent):
             ax.axvline(junction.y_mm, color=RAIL_JUNCTION, lw=0.8, ls=":", zorder=0)
     # curvatures of a head span four decades of either sign
-    curvature.set_yscale("symlog", linthresh=1e-3)
-    curvature.margins(y=0.08)
-    curvature.axhline(0.0, color="0.5", lw=0.8)
-    line.set(title=f"{profile.kind} {short_name(profile.name)}", ylabel="z (up) in mm")
-    curvature.set(
-        ylabel="curvature in 1/mm, convex positive\n(linear within ±0.001, magnitudes beyond)",
+    bent.set_yscale("symlog", linthresh=1e-3)
+    bent.margins(y=0.08)
+    bent.axhline(0.0, color="0.5", lw=0.8)
+    band = "" if measured is None else ", band: twice its noise"
+    bent.set(
+        ylabel=f"curvature in 1/mm, convex positive\n(linear within ±0.001, magnitudes beyond{band})",
         xlabel=f"y in mm\n{SIDES}",
     )
+    of = "" if measured is None else _draw_points(line, points[0], measured)
+    line.set(title=f"{profile.kind} {short_name(profile.name)}{of}", ylabel="z (up) in mm")
     _write_radii(line, profile)
     draw_problems(line, profile)
-    finish(line, curvature)
+    finish(line, *points, bent)
     return save_figure(figure, path)
+
+
+def _draw_points(line: Axes, off: Axes, measured: Measured) -> str:
+    """The points that a line was smoothed from, and what they are off it; returns what the line is."""
+    y, z = measured.points.T
+    line.plot(y, z, ".", color=POINTS, ms=2)
+    off.plot(y, 1e3 * measured.residual_mm, ".", color=POINTS, ms=3)
+    for level in (-2e3 * measured.noise_mm, 0.0, 2e3 * measured.noise_mm):
+        off.axhline(level, color="0.5", lw=0.8, ls="-" if level == 0.0 else "--")
+    off.set(ylabel="points off the line in um\n(dashed: twice the noise)")
+    of = f"deviation from {measured.nominal}" if measured.nominal else "line"
+    return f": {of} smoothed over {measured.width_mm:.3g} mm"
 
 
 def draw_problems(

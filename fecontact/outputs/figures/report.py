@@ -13,7 +13,7 @@ from fecontact.geometry.placement import Placement
 from fecontact.outcome import usable
 from fecontact.outputs.figures.case import draw_lateral_cut
 from fecontact.outputs.figures.pressure import PressureFields, draw_pressure
-from fecontact.outputs.figures.style import HERTZ, RAIL, SERIES, WHEEL, blank_figure, finish, legend_beside
+from fecontact.outputs.figures.style import SERIES, blank_figure, finish, legend_beside
 from fecontact.outputs.words.roll import SHIFT
 from fecontact.outputs.words.series import series
 
@@ -22,44 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Row = Mapping[str, Any]
-
-# Of the wheel what lies this far about the touch point is drawn.
-_ABOUT_MM = 75.0
-
-
-def pair_figure(placement: Placement) -> Figure:
-    """Draw rail and wheel in section through the first touch point, true to scale, with all touch points."""
-    first = placement.first
-    lines = []
-    for of in ("rail", "wheel"):
-        y, z = _section(placement, of)
-        near = np.abs(y - first.y_mm) < _ABOUT_MM
-        lines.append((y[near], z[near]))
-    extent = float(np.ptp(np.concatenate([z for _, z in lines])))
-    figure = blank_figure(10.0, max(2.0, 1.4 + 7.5 * extent / (2.0 * _ABOUT_MM)))
-    ax = figure.add_subplot()
-    for number, (of, (y, z)) in enumerate(zip(("rail", "wheel"), lines, strict=True)):
-        end = float(np.min(z)) - 8.0 if of == "rail" else float(np.max(z)) + 10.0
-        ax.fill_between(y, z, end, color=("0.82", "0.9")[number], lw=0.0)
-        ax.plot(y, z, color=(RAIL, WHEEL)[number], lw=1.8, label=of)
-    for number, touch in enumerate(placement.touch_points):
-        label = "touch point" if number == 0 else ("further touch points" if number == 1 else None)
-        mark: dict[str, Any] = {"mfc": HERTZ if number == 0 else "white", "mec": HERTZ, "ms": 8, "zorder": 5}
-        ax.plot(touch.y_mm, touch.z_mm, "o", label=label, **mark)
-    ax.set(aspect="equal", xlabel="y in mm, from the track centre  (gauge side ←  → field side)", ylabel="z in mm")
-    legend_beside(ax)
-    finish(ax)
-    return figure
-
-
-def _section(placement: Placement, of: str) -> tuple[Any, Any]:
-    profile = (placement.rail if of == "rail" else placement.wheel).profile
-    u = np.linspace(0.0, len(profile.segments) - 1e-9, 1500)
-    if of == "rail":
-        y, z, _ = placement.rail.section(u)
-        return y, z
-    _, _, y, z = placement.wheel.silhouette(u)
-    return y, z
 
 
 def ladder_figure(rows: Sequence[Row]) -> Figure | None:

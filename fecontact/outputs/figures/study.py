@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,6 +36,8 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Row = Mapping[str, Any]
+# A row whose numbers must not be used.
+_BAD: Mapping[str, Any] = {"marker": "x", "ms": 9, "mew": 2.0, "ls": "none"}
 
 
 def study_figure(
@@ -75,11 +76,14 @@ def study_figure(
         # an underscore keeps a line out of the legend
         kept = "" if shown or number == 0 else "_"
         fe, hertz = f"{kept}FE{label}", f"{kept}Hertz{label}"
-        of_fe = {"color": FE if single else colour, "marker": mark}
-        of_hertz = {"color": HERTZ if single else colour, "marker": mark, "ls": "--", "mfc": "white"}
-        _draw_series(peak, group, "p_max_fe_MPa", unsure=_peak_error, label=fe, **of_fe)
-        _draw_series(peak, group, "p_max_hertz_MPa", label=hertz, **of_hertz)
-        _draw_series(touch, group, "touch_rail_y_mm", color="0.2" if single else colour, marker=mark)
+        of_fe: dict[str, Any] = {"color": FE if single else colour, "marker": mark}
+        of_hertz: dict[str, Any] = {"color": HERTZ if single else colour, "marker": mark, "ls": "--", "mfc": "white"}
+        value = _numbers(group, "p_max_fe_MPa")
+        unsure = 1e-2 * _numbers(group, "p_max_uncertainty_percent") * value
+        _draw_series(peak, group, value, unsure, label=fe, **of_fe)
+        _draw_series(peak, group, _numbers(group, "p_max_hertz_MPa"), label=hertz, **of_hertz)
+        places = _numbers(group, "touch_rail_y_mm")
+        _draw_series(touch, group, places, color="0.2" if single else colour, marker=mark)
         _draw_without_value(peak, group)
         if not single or criteria is None:
             _draw_deviations(off, group, colour, mark, (f"{kept}peak{label}", f"{kept}area{label}"))
@@ -92,32 +96,17 @@ def study_figure(
     return save_figure(figure, path)
 
 
-def _peak_error(row: Row) -> float:
-    """Uncertainty of the finite elements' peak in MPa."""
-    percent, value = row.get("p_max_uncertainty_percent"), row.get("p_max_fe_MPa")
-    return np.nan if percent is None or value is None else 1e-2 * float(percent) * float(value)
+def _numbers(rows: Sequence[Row], column: str) -> Floats:
+    """A column of rows, NaN where there is no number."""
+    return np.array([np.nan if row.get(column) is None else float(row[column]) for row in rows])
 
 
 def _draw_deviations(ax: Axes, group: Sequence[Row], colour: str, mark: str, labels: tuple[str, str]) -> None:
     for measure, label, style in zip(
         ("p_max", "area"), labels, ({"ls": "-"}, {"ls": ":", "mfc": "white"}), strict=True
     ):
-        unsure = _Column(f"{measure}_uncertainty_percent")
-        _draw_series(
-            ax, group, f"{measure}_deviation_percent", unsure=unsure, color=colour, marker=mark, label=label, **style
-        )
-
-
-@dataclass(frozen=True)
-class _Column:
-    """A number of a row by its column, NaN where there is none."""
-
-    name: str
-    factor: float = 1.0
-
-    def __call__(self, row: Row) -> float:
-        value = row.get(self.name)
-        return np.nan if value is None else self.factor * float(value)
+        value, unsure = (_numbers(group, f"{measure}_{of}_percent") for of in ("deviation", "uncertainty"))
+        _draw_series(ax, group, value, unsure, color=colour, marker=mark, label=label, **style)
 
 
 def _finish_deviations(ax: Axes, criteria: Criteria | None) -> None:
@@ -134,17 +123,10 @@ def _draw_used_limits(ax: Axes, group: Sequence[Row], criteria: Criteria) -> Non
     """How far Hertz is off in every measure that decides, in parts of its limit, each with its uncertainty."""
     for number, (measure, limit) in enumerate(criteria.limits.items()):
         column, unsure, factor = deviation_column(measure)
-        used = [
-            {**row, "used": None if row.get(column) is None else abs(float(row[column])) / (factor * limit)}
-            for row in group
-        ]
-        style = {
-            "color": SERIES[number % len(SERIES)],
-            "marker": MARKS[number % len(MARKS)],
-            "ls": "-" if number % 2 else "--",
-        }
-        error = _Column(unsure, 1.0 / (factor * limit))
-        _draw_series(ax, used, "used", unsure=error, label=WORDS[measure].short, **style)
+        used, error = (np.abs(_numbers(group, name)) / (factor * limit) for name in (column, unsure))
+        style = {"color": SERIES[number % len(SERIES)], "marker": MARKS[number % len(MARKS)]}
+        dash = "-" if number % 2 else "--"
+        _draw_series(ax, group, used, error, label=WORDS[measure].short, ls=dash, **style)
     ax.axhspan(0.0, 1.0, color="0.93", zorder=0)
     ax.axhline(1.0, color="0.3", lw=1.0, zorder=1)
     for side, words in (("bottom", "beyond the limit"), ("top", "within the limit")):
@@ -181,34 +163,26 @@ def _draw_answers(ax: Axes, rows: Sequence[Row]) -> None:
         ax.add_artist(legend).set_clip_on(False)
 
 
-def _draw_series(ax: Axes, group: Sequence[Row], key: str, *, unsure: Any = None, **style: Any) -> None:
-    shift = np.array([float(row["lateral_shift_mm"]) for row in group])
-    value = np.array([np.nan if row.get(key) is None else float(row[key]) for row in group])
-    good = np.array([usable(row) for row in group])
-    shown = np.where(good, value, np.nan)
+def _draw_series(ax: Axes, group: Sequence[Row], value: Floats, unsure: Floats | None = None, **style: Any) -> None:
+    shift, good = _numbers(group, "lateral_shift_mm"), np.array([usable(row) for row in group])
+    shown, breaks = np.where(good, value, np.nan), _jumps(group)
     # NaN breaks the line, so that nobody reads a value between a good and a bad row, or in the midst of a jump
-    breaks = [number for number in range(1, len(group)) if _jumps(group[number - 1], group[number])]
     ax.plot(np.insert(shift, breaks, np.nan), np.insert(shown, breaks, np.nan), lw=1.6, ms=5.5, **style)
     if unsure is not None:
-        error = np.array([unsure(row) for row in group])
-        ax.errorbar(shift, shown, yerr=error, fmt="none", ecolor=style["color"], capsize=2.5, lw=1.0)
-    ax.plot(shift[~good], value[~good], color=style["color"], marker="x", ms=9, mew=2.0, ls="none")
+        ax.errorbar(shift, shown, yerr=unsure, fmt="none", ecolor=style["color"], capsize=2.5, lw=1.0)
+    ax.plot(shift[~good], value[~good], color=style["color"], **_BAD)
 
 
-def _jumps(before: Row, after: Row) -> bool:
-    """Whether one touch point lies outside of the other's Hertz ellipse: between the two anything may be."""
-    (first, second), widths = (
-        [_Column(name)(row) for row in (before, after)] for name in ("touch_rail_y_mm", "b_hertz_mm")
-    )
+def _jumps(group: Sequence[Row]) -> NDArray[np.int64]:
+    """Numbers of the rows before which a touch point leaves the Hertz ellipse of either: anything may be between."""
+    touch, width = _numbers(group, "touch_rail_y_mm"), _numbers(group, "b_hertz_mm")
     # a number that is not known (NaN) is no jump
-    return abs(second - first) > min(widths)
+    return 1 + np.flatnonzero(np.abs(np.diff(touch)) > np.minimum(width[1:], width[:-1]))
 
 
 def _draw_without_value(ax: Axes, group: Sequence[Row]) -> None:
     lost = [float(row["lateral_shift_mm"]) for row in group if row.get("p_max_fe_MPa") is None]
-    ax.plot(
-        lost, [0.04] * len(lost), transform=ax.get_xaxis_transform(), color="0.2", marker="x", ms=9, mew=2.0, ls="none"
-    )
+    ax.plot(lost, [0.04] * len(lost), transform=ax.get_xaxis_transform(), color="0.2", **_BAD)
 
 
 def _finish_study(peak: Axes, off: Axes, touch: Axes, rows: Sequence[Row], rail: Profile | None) -> None:
@@ -225,11 +199,10 @@ def _finish_study(peak: Axes, off: Axes, touch: Axes, rows: Sequence[Row], rail:
         _draw_junction_levels(touch, rail)
     touch.set(xlabel=SHIFT, ylabel="touch point on the rail\ny in mm  (gauge side negative)")
     if any(not usable(row) for row in rows):
-        peak.plot([], [], color="0.2", marker="x", ms=9, mew=2.0, ls="none", label="not usable")
+        peak.plot([], [], color="0.2", label="not usable", **_BAD)
     for ax in (peak, off):
-        handles, _ = ax.get_legend_handles_labels()
-        if ax is peak or ax.get_legend() is None:
-            legend_beside(ax) if handles else None
+        if ax.get_legend_handles_labels()[0] and (ax is peak or ax.get_legend() is None):
+            legend_beside(ax)
     finish(peak, off, touch)
 
 

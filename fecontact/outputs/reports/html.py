@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 from collections.abc import Sequence
 from html import escape
+from importlib.resources import files
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,77 +15,16 @@ from fecontact.outputs.tables.table import Column, Table
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-_STYLE = """
-:root { --line: #d5d9de; --soft: #f4f6f8; --text: #1c2126; --holds: #56b4e9; --open: #f0e442; --fails: #d55e00; }
-* { box-sizing: border-box; }
-body { font: 16px/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; color: var(--text); margin: 0 auto;
-       max-width: 82rem; padding: 1rem clamp(0.8rem, 3vw, 2.5rem) 4rem; overflow-wrap: break-word; }
-h1 { font-size: 1.55rem; line-height: 1.25; margin: 0.6em 0 0.3em; }
-h2 { font-size: 1.2rem; margin: 2em 0 0.4em; border-bottom: 2px solid var(--line); }
-h3 { font-size: 1.05rem; margin: 1.6em 0 0.4em; }
-p, ul, dl { max-width: 52rem; }
-.lead, .same, .different { font-size: 1.15rem; border-left: 0.4rem solid var(--line); padding-left: 0.8rem; }
-.lead.holds, .same { border-color: var(--holds); }
-.lead.fails, .different { border-color: var(--fails); }
-.answer { font-weight: 700; padding: 0 0.4em; border: 1px solid #333; border-radius: 0.3em; white-space: nowrap;
-          color: #000; }
-.HOLDS { background: var(--holds); } .UNRESOLVED { background: var(--open); } .FAILS { background: var(--fails); }
-.failed { background: #c8c8c8; }
-img { display: block; max-width: 100%; height: auto; margin: 0.6rem 0; }
-figure { margin: 0.8rem 0; } figcaption { color: #444; font-size: 0.92rem; max-width: 52rem; }
-.scroll { overflow-x: auto; }
-table { border-collapse: collapse; margin: 0.5em 0 1.2em; font-size: 0.93rem; }
-caption { text-align: left; font-weight: 700; padding: 0.3em 0; }
-th, td { border-bottom: 1px solid var(--line); padding: 0.25em 0.7em; text-align: left; vertical-align: top; }
-th { background: var(--soft); }
-td.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
-tr.beyond td:first-child { border-left: 0.35rem solid var(--fails); }
-details { margin: 0.6em 0 1.2em; } summary { cursor: pointer; font-weight: 700; padding: 0.3em 0; }
-dt { font-weight: 700; } dd { margin: 0 0 0.5em 1.2em; }
-@media screen and (max-width: 60rem) {
-  table.cards, table.cards tbody, table.cards tr, table.cards td { display: block; }
-  table.cards tr.head { display: none; }
-  table.cards tr { border: 1px solid var(--line); border-radius: 0.4rem; margin: 0 0 0.7rem; padding: 0.3rem 0.2rem; }
-  table.cards, table.cards caption { width: 100%; } table.cards caption { display: block; }
-  table.cards td { border: 0; padding: 0.1em 0.6em; display: grid; grid-template-columns: 8em 1fr; gap: 0.6em;
-                   text-align: left; white-space: normal; overflow-wrap: anywhere; }
-  table.cards td:empty { display: none; }
-  table.cards td::before { content: attr(data-label); color: #555; overflow-wrap: normal; }
-  table.cards .answer { justify-self: start; }
-}
-@media (min-width: 60rem) {
-  figure.small { max-width: 40%; } figure.small:has(:checked) { max-width: none; }
-  figure.small label { cursor: zoom-in; }
-}
-/* a picture is as wide as the screen, where its words may be too small to read: a tap shows it in its full size, and
-   moves it inside of its frame */
-figure label { display: block; overflow-x: auto; }
-figure input { position: absolute; opacity: 0; }
-@media screen and (max-width: 70rem) {
-  figure label { cursor: zoom-in; } figure label:has(:checked) { cursor: zoom-out; }
-  figure label:has(:focus-visible) { outline: 2px solid var(--holds); }
-  figure :checked + img { max-width: none; width: 72rem; }
-  figcaption::after { content: " (Tap the picture for its full size.)"; color: #666; }
-}
-@media print {
-  body { font-size: 10pt; max-width: none; padding: 0; }
-  h2 { break-after: avoid; } h3 { break-after: avoid; } figure, tr { break-inside: avoid; }
-  /* what is folded on a screen is open on paper */
-  details::details-content { content-visibility: visible; display: block; height: auto; }
-  details > summary { list-style: none; }
-  .scroll { overflow: visible; } * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
-}
-"""
-
 
 def page(title: str, body: Sequence[str]) -> str:
     """A whole page, well-formed XML as well; parts of the body are HTML already."""
+    style = (files("fecontact.outputs.reports") / "style.css").read_text("utf-8")
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8"/>\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1"/>\n'
         # without it a browser asks the server for one
         '<link rel="icon" href="data:,"/>\n'
-        f"<title>{escape(title)}</title>\n<style>{_STYLE}</style>\n</head>\n<body>\n"
+        f"<title>{escape(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n"
         + "\n".join(part for part in body if part)
         + "\n</body>\n</html>\n"
     )

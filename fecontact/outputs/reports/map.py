@@ -13,16 +13,16 @@ from fecontact.criteria import Criteria
 from fecontact.files import write_text
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import ApplicabilityMap, LoadLimit
-from fecontact.outputs.figures.report import ladder_figure, pair_figure, patches_figure
+from fecontact.outputs.figures.report import ladder_figure, patches_figure
+from fecontact.outputs.figures.section import pair_figure
 from fecontact.outputs.figures.style import image_of, svg_of
 from fecontact.outputs.maps.measures import map_answer
 from fecontact.outputs.maps.verdicts import CAUSE_LETTERS, force_view, limit_text, verdict_view
-from fecontact.outputs.records.results import versions
 from fecontact.outputs.records.rows import cell_row
 from fecontact.outputs.records.theories import cheapest_words, share_records, theory_columns
-from fecontact.outputs.reports.html import drawing, heading, items, page, paragraph, picture, pixels, table, terms
-from fecontact.outputs.reports.study import REPORT
-from fecontact.outputs.reports.words import GLOSSARY, answer_words, lead_style, measure_terms, question, theory_terms
+from fecontact.outputs.reports.html import drawing, heading, page, paragraph, picture, pixels, table
+from fecontact.outputs.reports.study import REPORT, closing
+from fecontact.outputs.reports.words import answer_words, lead_style, question, theory_terms
 from fecontact.outputs.tables.table import Table, TableRow, columns_of
 from fecontact.outputs.tables.theories import shares_table
 from fecontact.outputs.words.measures import WORDS
@@ -65,16 +65,9 @@ def write_map_report(
         *_pictures(made, shown),
         heading("Cells"),
         table(_cells(made)),
-        heading("What made it"),
-        items([f"{package} {version}" for package, version in versions().items() if version]),
-        heading("Terms"),
-        terms(
-            (
-                *GLOSSARY,
-                *measure_terms(),
-                *theory_terms(str(one["theory"]) for one in share_records(made) if one["theory"] in THEORIES),
-                *((letter, cause) for cause, letter in CAUSE_LETTERS.items()),
-            )
+        *closing(
+            *theory_terms(str(one["theory"]) for one in share_records(made) if one["theory"] in THEORIES),
+            *((letter, cause) for cause, letter in CAUSE_LETTERS.items()),
         ),
     ]
     return write_text(out / REPORT, page(f"Where Hertz holds: {pair}", body))

@@ -13,7 +13,8 @@ from fecontact.errors import InputError
 from fecontact.files import read_json, write_text
 from fecontact.geometry.placement import Placement
 from fecontact.outcome import usable
-from fecontact.outputs.figures.report import ladder_figure, pair_figure
+from fecontact.outputs.figures.report import ladder_figure
+from fecontact.outputs.figures.section import pair_figure
 from fecontact.outputs.figures.style import svg_of
 from fecontact.outputs.paraview.scene import begin_scene
 from fecontact.outputs.records.results import versions
@@ -127,12 +128,16 @@ def write_study_report(
         *_cases(cases, told, pictures),
         heading("Meshes and solver"),
         folded("Of each case", table(solver_table(cases))),
-        heading("What made it"),
-        items([f"{package} {version}" for package, version in versions().items() if version]),
-        heading("Terms"),
-        terms((*GLOSSARY, *measure_terms())),
+        *closing(),
     ]
     return write_text(out / REPORT, page(f"{title}: where Hertz holds", body))
+
+
+def closing(*more: tuple[str, str]) -> list[str]:
+    """What every report ends with: versions and terms, those of all and `more`."""
+    packages = [f"{package} {version}" for package, version in versions().items() if version]
+    told = terms((*GLOSSARY, *measure_terms(), *more))
+    return [heading("What made it"), items(packages), heading("Terms"), told]
 
 
 def _title(name: str, rows: Sequence[Row]) -> str:
