@@ -1,7 +1,7 @@
 """Killed, or without power, at every single file operation: nothing is lost, and the same command goes on.
 
-The stand-in solver of `fake_solve` runs in this process. What is on the disk before each operation on a file is kept: it
-is what `kill -9` leaves there, with nothing said and nothing cleaned up. From each of them the run is started again.
+The stand-in solver of `fake_solve` runs in this process. What is on the disk before each operation on a file is kept:
+it is what `kill -9` leaves there, with nothing said and nothing cleaned up. From each of them the run is started again.
 """
 
 import os

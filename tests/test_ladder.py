@@ -309,7 +309,7 @@ def test_verdict_at_a_junction():
 
 @pytest.fixture
 def centred(solved) -> CaseResult:
-    return solved(Case(lateral_shift_mm=0.0, refine_degrees_of_freedom=0))
+    return solved(Case(lateral_shift_mm=0.0, roll="given", refine_degrees_of_freedom=0))
 
 
 def test_hertz_fails_at_the_centred_position(centred):

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -124,6 +125,11 @@ def test_friction_gives_creep_forces_from_stored_fields(elliptic_quick, solved_f
     assert call(["judge", str(solved_folder), "--friction", "0.3", "--xi", "0.001", "--out", str(out)]) == 0
     assert "for forces Hertz HOLDS, off by at most" in " ".join(capsys.readouterr().out.split())
     (row,) = load_table(out).rows.values()
+    page = ElementTree.fromstring((out / "report.html").read_text("utf-8").removeprefix("<!DOCTYPE html>\n"))
+    heads, line = (["".join(cell.itertext()) for cell in one] for one in list(next(page.iter("table")).iter("tr"))[:2])
+    told = dict(zip(heads, line, strict=True))
+    assert told["for forces"] == "HOLDS"
+    assert told["force off by, % of mu N"].startswith(f"{float(row['force_worst_percent']):.1f} ±")
     # Hertz is exact here: what is left are nodes, cells and the elements
     assert row["force_verdict"] == "HOLDS"
     assert float(row["force_worst_percent"]) < 0.5

@@ -27,8 +27,7 @@ def measured(name, cant, *, cut, seed=0, noise_mm=0.005, step_mm=0.3):
 
 
 # the five of 17 that a filter by the middles of both heads missed oftenest, and the benchmark's own rail
-@pytest.mark.parametrize("cut", [False, True])
-@pytest.mark.parametrize("cant", CANTS[1:])
+@pytest.mark.parametrize(("cant", "cut"), [(CANTS[1], True), (CANTS[2], False)])
 @pytest.mark.parametrize("name", ["60E1", "60E2", "A65", "54E4", "56E1", "MBench_UIC60"])
 def test_the_nominal_of_a_canted_rail_is_found(name, cant, cut):
     assert nearest(measured(name, cant, cut=cut), "rail")[0].name == name

@@ -119,7 +119,6 @@ def test_healthy_elements_are_those_of_their_material(position):
     ("plant", "expected"),
     [
         pytest.param(modulus(1.03), 0.03, id="3 % too soft"),
-        pytest.param(modulus(1.05), 0.05, id="5 % too soft"),
         pytest.param(modulus(1.2), 0.2, id="20 % too soft"),
         pytest.param(modulus(1.0 / 1.03), -0.03 / 1.03, id="3 % too stiff"),
         # 1 - nu^2 of the half-space below a pressure
@@ -219,7 +218,7 @@ def test_a_body_that_does_not_stand_where_it_was_placed_is_refused(position, mon
         compliance_error(position)
 
 
-def test_a_gap_of_the_wrong_sign_on_one_side_leaves_the_verdict_open(position, monkeypatch):
+def test_a_gap_of_the_wrong_sign_on_one_side_leaves_the_verdict_open(monkeypatch):
     plain = coupled_mesh.coupled_problem
 
     def planted(true_gap, bodies):
@@ -228,7 +227,9 @@ def test_a_gap_of_the_wrong_sign_on_one_side_leaves_the_verdict_open(position, m
         return problem.with_gap(np.where(s < 0.0, -1.0, 1.0) * problem.bodies.gap_mm)
 
     monkeypatch.setattr(coupled_mesh, "coupled_problem", planted)
-    judged = judge_load(Meshes(position).solve(position), position.placement)
+    # three elements a semi-axis are enough for that
+    coarse = position_of(replace(ROUND, resolution=(2.4, 2.2)))
+    judged = judge_load(Meshes(coarse).solve(coarse), coarse.placement)
     # the patch runs to the edge, and what the elements carry is elsewhere altogether
     assert judged.status != "converged"
     assert judged.verdict.answer == "UNRESOLVED"
@@ -302,7 +303,7 @@ def test_elements_beyond_the_limit_leave_the_verdict_open(elliptic_quick, error)
     assert (judged.verdict.answer, judged.verdict.cause) == ("UNRESOLVED", "elements")
 
 
-@pytest.mark.parametrize("factor", [1.0, 1.015, 1.03, 1.2])
+@pytest.mark.parametrize("factor", [1.015, 1.03, 1.2])
 def test_status_or_uncertainty_covers_what_soft_elements_do(position, elliptic_quick, monkeypatch, factor):
     """Elements too soft by a factor: the fine pressure and their own, against those of healthy ones."""
     plain = CoupledBodies._parting

@@ -55,10 +55,12 @@ def check(result: CaseResult) -> None:
 FACTS = [
     (-4.0, "HOLDS", -0.3, -2.1, 0.6, -2.5, -0.07, 0.0, 4.8),
     pytest.param(-2.0, "HOLDS", -0.1, -4.8, 1.7, -6.0, -0.11, 0.0, 7.1, marks=pytest.mark.slow),
-    (-1.0, "FAILS", 1.3, -9.4, 5.4, -17.0, -0.19, 15.0, 12.5),
+    # a second lobe is at 0 mm as well
+    pytest.param(-1.0, "FAILS", 1.3, -9.4, 5.4, -17.0, -0.19, 15.0, 12.5, marks=pytest.mark.slow),
     (0.0, "FAILS", -21.0, 3.1, 2.6, -11.5, -0.26, 22.0, 15.5),
     (3.0, "FAILS", 1.7, -12.9, 2.2, -9.7, 0.03, 0.0, 5.6),
-    (4.0, "HOLDS", 0.0, -2.5, 0.2, -1.4, -0.03, 0.0, 2.9),
+    # he holds at -4 mm as well
+    pytest.param(4.0, "HOLDS", 0.0, -2.5, 0.2, -1.4, -0.03, 0.0, 2.9, marks=pytest.mark.slow),
 ]
 
 
@@ -200,8 +202,8 @@ COARSE = Case(
 
 
 @needs_pardiso
-def test_both_solver_paths_agree():
-    direct, multigrid = (solve(replace(COARSE, solver=name)) for name in ("pardiso", "amg"))
+def test_both_solver_paths_agree(solved):
+    direct, multigrid = solved(COARSE), solve(replace(COARSE, solver="amg"))
     assert (direct.effort.path, multigrid.effort.path) == ("pardiso", "amg")
     np.testing.assert_array_equal(direct.grid.s_mm, multigrid.grid.s_mm)
     # the same iterations on the same problem; multigrid solves to 1e-10 of the load
@@ -227,8 +229,8 @@ def test_a_solve_ends_well_where_no_system_keeps_the_largest_memory(monkeypatch)
     assert known <= peak_memory_MB()
 
 
-def test_full_model_without_yaw_is_the_half_model():
-    half, full = solve(COARSE), solve(replace(COARSE, yaw_rad=1e-9))
+def test_full_model_without_yaw_is_the_half_model(solved):
+    half, full = solved(COARSE), solve(replace(COARSE, yaw_rad=1e-9))
     assert half.load.fe.grid.half
     assert not full.load.fe.grid.half
     check(half)

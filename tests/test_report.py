@@ -162,18 +162,13 @@ def test_a_case_alone_and_a_judged_one_have_a_report(elliptic_quick, tmp_path, m
     # section, scene and the case itself: one point is no line over the shift
     assert len(words) == 3
     assert words[0] == "Section through the first touch point at +0.00 mm, 100 kN."
-    # by a limit that the elements' own error comes near, and with forces
+    # by a limit that the elements' own error comes near; with forces a stored case is judged in test_load
     given = ["judge", str(tmp_path / "one"), "--out", str(tmp_path / "again")]
-    assert call([*given, "--misplaced-load-percent", "0.01", "--friction", "0.3", "--xi", "0.001"]) == 0
+    assert call([*given, "--misplaced-load-percent", "0.01"]) == 0
     page = parsed(tmp_path / "again" / "report.html")
     assert next(text_of(one) for one in page.iter("p")).startswith("Hertz UNRESOLVED: misplaced load")
     # the picture is not the one of the old verdict
     assert "(limit < 0.01 %)" in text_of(page)
-    heads, line = (list(one) for one in list(next(page.iter("table")).iter("tr"))[:2])
-    told = dict(zip(map(text_of, heads), map(text_of, line), strict=True))
-    (row,) = json.loads((tmp_path / "again" / "study.json").read_text("utf-8"))["rows"]
-    assert told["for forces"] == row["force_verdict"] == "HOLDS"
-    assert told["force off by, % of mu N"].startswith(f"{row['force_worst_percent']:.1f} ±")
     assert {path.name for path in (tmp_path / "again").iterdir()} == {
         "study.csv", "study.json", "pair.png", "report.html",
     }  # fmt: skip

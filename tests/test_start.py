@@ -336,13 +336,14 @@ def test_a_study_says_what_failed_once_more_at_its_end(tmp_path):
     assert all(line.strip() in log for line in end[end.index("2 of 2 cases without a usable result:") :])
 
 
-def test_a_quiet_study_says_only_what_went_wrong(tmp_path):
+def test_a_quiet_study_says_only_what_went_wrong(tmp_path, capfd):
     (tmp_path / "two.toml").write_text(BAD_STUDY)
-    command = ["-m", "fecontact", "run", str(tmp_path / "two.toml"), "--out", str(tmp_path / "out"), "--workers", "1"]
-    done = program(*command, "-q")
-    assert done.returncode == 3
-    assert done.stdout == ""
-    assert done.stderr.splitlines()[0] == "2 of 2 cases without a usable result:"
+    command = ["run", str(tmp_path / "two.toml"), "--out", str(tmp_path / "out"), "--workers", "1"]
+    assert call([*command, "-q"]) == 3
+    # of its workers as well
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err.splitlines()[0] == "2 of 2 cases without a usable result:"
     log = (tmp_path / "out" / "run.log").read_text("utf-8")
     assert "0 of 2 cases done: solving +1.00 mm 100 kN" in log
     assert f"Results in {tmp_path / 'out'}" in log

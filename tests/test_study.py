@@ -79,7 +79,10 @@ def _no_figures(request, monkeypatch):
 @pytest.fixture(scope="module")
 def serial(tmp_path_factory) -> list[dict[str, str]]:
     out = tmp_path_factory.mktemp("serial")
-    run(out)
+    # made before the patches of the first test that asks for it
+    with pytest.MonkeyPatch.context() as patch:
+        draw_nothing(patch)
+        run(out)
     return table(out / "study.csv")
 
 
@@ -209,11 +212,10 @@ def test_a_full_disk_at_the_tables_does_not_end_the_run(tmp_path, monkeypatch):
     def full(*arguments: object) -> None:
         raise OSError(28, "No space left on device", "study.csv")
 
-    monkeypatch.setattr(module, "_TABLES_EVERY_S", 0.0)
-    monkeypatch.setattr(module, "write_tables", full)
-    with pytest.raises(OSError, match="No space"):
+    with monkeypatch.context() as patch, pytest.raises(OSError, match="No space"):
+        patch.setattr(module, "_TABLES_EVERY_S", 0.0)
+        patch.setattr(module, "write_tables", full)
         run(tmp_path)
-    monkeypatch.undo()
     assert len(run(tmp_path).reused) == len(LOADS_KN)
 
 
@@ -540,17 +542,6 @@ def fake_position(case: Case, loads_N: Sequence[float], name: str) -> fake_solve
     return fake_solve.FakePosition(case=case, loads_N=tuple(loads_N), name=name)
 
 
-def test_a_map_goes_to_the_workers_of_a_cluster(tmp_path):
-    out, shifts = tmp_path / "out", [-1.0, 0.0, 1.0]
-    with dask_cluster(tmp_path, 2) as (address, processes):
-        settings = RunSettings(scheduler=address)
-        made = run_map(case(50), shifts, [50e3, 90e3], out, settings=settings, work=fake_position).made
-    assert made.lateral_shifts_mm == tuple(shifts)
-    statuses = {cell.status for cell in made.cells}
-    assert statuses <= {f"failed: planned in process {process.pid}" for process in processes}
-    assert sorted(map(float, fake_solve.solves(out))) == shifts
-
-
 def slow_position(case: Case, loads_N: Sequence[float], name: str) -> fake_solve.FakePosition:
     return fake_solve.FakePosition(case=case, loads_N=tuple(loads_N), name=name, seconds=1.0)
 
@@ -565,7 +556,10 @@ def test_a_dask_worker_that_is_killed_during_a_map_costs_no_cell(tmp_path):
         processes[0].kill()
         made = running.result(timeout=60).made
     assert made.lateral_shifts_mm == tuple(shifts)
-    assert all(cell.status.startswith("failed: planned in process") for cell in made.cells)
+    assert {cell.status for cell in made.cells} <= {f"failed: planned in process {one.pid}" for one in processes}
+    # that of the worker that was killed once more
+    assert sorted({*map(float, fake_solve.solves(out))}) == shifts
+    assert len(fake_solve.solves(out)) <= len(shifts) + 1
     assert {path.name for path in (out / "positions").iterdir()} == {
         position_id(replace(case(50), lateral_shift_mm=shift), [50e3]) for shift in shifts
     }
