@@ -11,6 +11,7 @@ import warnings
 from dataclasses import fields, replace
 from itertools import combinations, pairwise
 from pathlib import Path
+from typing import get_args
 
 import meshio
 import numpy as np
@@ -22,6 +23,7 @@ from scipy.interpolate import LinearNDInterpolator
 from fecontact.case import BodySize, Case, Criteria, Opposite, Track, case_from_record, case_record
 from fecontact.comparison.approximation import Approximation
 from fecontact.comparison.judging import judge_load
+from fecontact.comparison.solved_load import Status
 from fecontact.comparison.theories import HERTZ, THEORIES
 from fecontact.contact.grid import Field
 from fecontact.contact.rung import Rung
@@ -32,6 +34,7 @@ from fecontact.fe.stress import nodal_stress, von_mises
 from fecontact.files import json_text, write_atomically, write_json, write_text
 from fecontact.irregularity.shapes import Irregularity
 from fecontact.material import Material
+from fecontact.outcome import CONVERGED, SHORT
 from fecontact.outputs.figures.case import case_figure, case_inches, draw_case
 from fecontact.outputs.figures.pressure import PressureFields
 from fecontact.outputs.figures.profile import profile_figure
@@ -850,6 +853,11 @@ def test_the_table_fits_its_width_and_names_what_it_has_no_room_for(record, flat
     heads = "".join(lines[1:3])
     assert ("valley" in heads, "centre" in heads, "time" in heads) == (width > 80, width > 80, width > 120)
     assert all(head in heads for head in ("shift", "load", "area", "mispl.", "verdict", "fails by"))
+
+
+def test_every_status_of_what_must_not_be_used_has_a_word_that_a_table_has_room_for():
+    assert {CONVERGED, *SHORT} == set(get_args(Status))
+    assert all(len(words) <= 12 for words in SHORT.values())
 
 
 def test_a_row_of_the_table_says_the_verdict_or_why_there_is_none(record, flat):

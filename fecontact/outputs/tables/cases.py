@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fecontact.comparison.theories import EITHER_SIDE, THEORIES
-from fecontact.outcome import has_numbers, usable
+from fecontact.outcome import short_status, usable
 from fecontact.outputs.records.theories import cheapest_words
 from fecontact.outputs.tables.table import (
     Column,
@@ -80,11 +80,6 @@ _PEAKS = (
     number("peak Hertz MPa", "p_max_hertz_MPa", "{:.0f}"),
     number("part of a limit", "limit_used", "{:.2f}"),
 )
-_SHORT_STATUS = {
-    "elements too soft or too stiff": "elements off",
-    "patch at the edge of the fine mesh": "at edge",
-    "not converged": "not conv.",
-}
 
 
 def deviation_table(rows: Sequence[Record], title: str, failing_width: int, *, with_pair: bool = False) -> Table:
@@ -95,7 +90,7 @@ def deviation_table(rows: Sequence[Record], title: str, failing_width: int, *, w
         *_places(rows),
         *_NUMBERS,
         # what must not be used has no verdict
-        text("verdict", lambda row: row.get("verdict", "-") if usable(row) else _short_status(row)),
+        text("verdict", lambda row: row.get("verdict", "-") if usable(row) else short_status(row)),
         text("fails by", lambda row: _failing(row, failing_width)),
         *[text("cheapest\ntheory", "theory_cheapest", none="-", name="cheapest theory")] * theories,
         *_EFFORT,
@@ -106,11 +101,6 @@ def deviation_table(rows: Sequence[Record], title: str, failing_width: int, *, w
 def _places(rows: Sequence[Record]) -> list[Column]:
     """Shift and load, and along what is irregular the distance."""
     return [*_PLACE, *[_DISTANCE] * any(row.get("distance_mm") is not None for row in rows)]
-
-
-def _short_status(row: Record) -> str:
-    status = str(row["status"])
-    return _SHORT_STATUS.get(status, status) if has_numbers(row) else "no result"
 
 
 def _failing(row: Record, width: int) -> str:
