@@ -19,6 +19,7 @@ from fecontact.guide.pages import page
 from fecontact.outputs.records.map import MAP_SCHEMA
 from fecontact.outputs.records.results import shown_case_record
 from fecontact.outputs.tables.csv_file import write_csv
+from fecontact.outputs.terminal.contact_table import contact_table_lines
 from fecontact.solving.placing import place_case
 
 ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
@@ -184,3 +185,13 @@ def test_the_example_of_the_guide_reads_a_table(tmp_path, monkeypatch):
     (between,) = fecontact.table(WHEELSET, [-3.5], [70e3])
     # straight between 1 mm and 50 kN
     assert names["contact"](-3.5, 70e3)[0] == pytest.approx(between["strip_approach_mm"], rel=0.02)
+
+
+def test_the_map_has_its_column_also_where_it_does_not_have_the_first_line():
+    place = {"problem": "", "load_kN": 50.0}
+    lines = [{**place, "lateral_shift_mm": 0.0}, {**place, "lateral_shift_mm": 1.0, "map_cheapest_theory": "hertz"}]
+    (told,) = contact_table_lines(lines)
+    assert told.columns[-1].heading == "map: cheapest"
+    assert [row.cells[-1] for row in told.rows] == ["-", "hertz"]
+    (alone,) = contact_table_lines(lines[:1])
+    assert alone.columns[-1].heading == "of itself"

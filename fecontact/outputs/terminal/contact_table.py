@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from fecontact.outputs.tables.table import Record, number, table_of, text
 from fecontact.outputs.terminal.console import Lines
 
-_NUMBERS = (
+_COLUMNS = (
     number("shift\nmm", "lateral_shift_mm", "{:+z.2f}"),
     number("load\nkN", "load_kN"),
     number("angle\nmrad", "touch1_contact_angle_rad", "{:.1f}", 1e3, rank=2, name="angle"),
@@ -19,19 +19,17 @@ _NUMBERS = (
     number("b\nmm", "strip_b_mm", "{:.2f}", rank=4, name="b"),
     number("approach\nmm", "strip_approach_mm", "{:.4f}", rank=3, name="approach"),
     number("stiffness\nkN/mm", "strip_stiffness_N_per_mm", "{:.0f}", 1e-3, rank=7, name="stiffness"),
+    text("strips", "strip_status", none="-"),
+    text("cheapest like them", "cheapest_theory", none="-"),
+    text("of itself", "cheapest_theory_status", none="-"),
 )
-_TEXTS = {
-    "strips": "strip_status",
-    "cheapest like them": "cheapest_theory",
-    "of itself": "cheapest_theory_status",
-    "map: cheapest": "map_cheapest_theory",
-}
+_OF_MAP = text("map: cheapest", "map_cheapest_theory", none="-")
 
 
 def contact_table_lines(rows: Sequence[Record]) -> Lines:
     """The most important columns of a contact table, those of a map where it was asked, and what is missing."""
-    told = {heading: key for heading, key in _TEXTS.items() if not key.startswith("map") or (rows and key in rows[0])}
-    yield table_of("Contact table", [*_NUMBERS, *(text(*one, none="-") for one in told.items())], rows)
+    of_map = any("map_cheapest_theory" in row for row in rows)
+    yield table_of("Contact table", [*_COLUMNS, *[_OF_MAP] * of_map], rows)
     for row in rows:
         if row["problem"]:
             yield f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN: {row['problem']}"
