@@ -128,3 +128,16 @@ def contact_modulus_MPa(first: Material, second: Material) -> float:
     Source: Johnson (1985), Contact Mechanics, section 4.2.
     """
     return 1.0 / ((1.0 - first.poisson**2) / first.young_MPa + (1.0 - second.poisson**2) / second.young_MPa)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RollingPair:
+    """Two bodies that roll on each other with friction: its coefficient, their shear modulus and Poisson's ratio.
+
+    The constants are those of two bodies of one material, or of their combination
+    (`theory.creep.contact.rolling_pair`).
+    """
+
+    friction: float
+    shear_MPa: float
+    poisson: float

@@ -35,7 +35,7 @@ from fecontact.errors import FecontactError
 from fecontact.outputs.figures.style import FE, HERTZ, blank_figure, finish, legend_beside, save_figure
 from fecontact.regression.checks import Check
 from fecontact.solving.solve import CaseResult
-from fecontact.theory.creep.contact import Creepages, pair_constants
+from fecontact.theory.creep.contact import Creepages, rolling_pair
 from fecontact.theory.creep.forces import CreepPatch, creep_force, force_difference, hertz_patch
 
 SHIFTS_MM = (-6.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.25, 1.0, 3.0, 4.0)
@@ -80,10 +80,9 @@ class Errors:
 
 def patches(result: CaseResult, friction: float) -> tuple[CreepPatch, CreepPatch]:
     """Hertz's ellipse and the real patch of a result."""
-    shear, poisson = pair_constants(result.case.wheel_material, result.case.rail_material)
-    given = {"friction": friction, "shear_MPa": shear, "poisson": poisson}
+    pair = rolling_pair(friction, result.case.wheel_material, result.case.rail_material)
     fe = result.load.fe
-    return hertz_patch(result.load.hertz, **given), real_patch(fe, patch_of(fe), **given)
+    return hertz_patch(result.load.hertz, pair), real_patch(fe, patch_of(fe), pair)
 
 
 def verdict(result: CaseResult, friction: float, curved: bool) -> Judgement:

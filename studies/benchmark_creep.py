@@ -40,15 +40,7 @@ def seconds(call: Callable[[], object]) -> float:
 def on_half_space(motion: Creepages, cells: int):
     """Rolling half-space of so many cells along and across."""
     made = ellipse_cells(CONTACT.a_mm, CONTACT.b_mm, CONTACT.normal_force_N, cells)
-    return steady_rolling(
-        made,
-        xi=motion.xi,
-        eta=motion.eta,
-        spin_per_mm=motion.spin_per_mm,
-        friction=CONTACT.friction,
-        shear_MPa=CONTACT.shear_MPa,
-        poisson=CONTACT.poisson,
-    )
+    return steady_rolling(made, motion, CONTACT.pair)
 
 
 def main() -> None:

@@ -27,6 +27,7 @@ from fecontact.contact.rung import Rung
 from fecontact.creep import Creep
 from fecontact.errors import InputError
 from fecontact.geometry.placement import Placement
+from fecontact.material import RollingPair
 from fecontact.outputs.records.creep import creep_columns, creep_record
 from fecontact.runs.identity import case_id, origin_of
 from fecontact.solving.position import hertz_of_case, place_case
@@ -216,7 +217,7 @@ def test_a_patch_beside_the_touch_point_feels_the_spin():
     case = replace(ROUND, creep=Creep(friction=0.3, xi=0.0, eta=0.0, spin_per_mm=spin))
     found = compared(case, moved_mm=moved)
     assert found.centre_creepages.xi == pytest.approx(-spin * moved, rel=1e-3)
-    contact = hertz_patch(judged(case).hertz, friction=0.3, shear_MPa=210e3 / 2.6, poisson=0.3)
+    contact = hertz_patch(judged(case).hertz, RollingPair(friction=0.3, shear_MPa=210e3 / 2.6, poisson=0.3))
     for theory in ("kalker", "polach", "fastsim", "rolling_half_space"):
         there = creep_force(theory, contact, Creepages(xi=-spin * moved, spin_per_mm=spin))
         force = found.fe[theory]
@@ -431,7 +432,7 @@ def test_theories_are_held_against_the_exact_one_on_the_real_patch(few_creepages
     assert strips == pytest.approx(fastsim, abs=5e-3)
     assert laws["exact"].deviation[FORCE] < 5e-3
     # what coarse cells said is what fine ones say where each is furthest off
-    on_hertz = hertz_patch(load.hertz, friction=0.3, shear_MPa=210e3 / 2.6, poisson=0.3)
+    on_hertz = hertz_patch(load.hertz, RollingPair(friction=0.3, shear_MPa=210e3 / 2.6, poisson=0.3))
     for name in ("polach", "fastsim"):
         worst = laws[name].decided[0]
         exact, law = (creep_force(one, on_hertz, worst.creepages) for one in ("rolling_half_space", name))

@@ -9,8 +9,8 @@ from no_slip import no_slip_coefficients
 from scipy.integrate import quad
 
 from fecontact.errors import InputError
-from fecontact.material import STEEL, Material
-from fecontact.theory.creep.contact import Creepages, CreepForce, CurvedCreepages, RollingEllipse, pair_constants
+from fecontact.material import STEEL, Material, RollingPair
+from fecontact.theory.creep.contact import Creepages, CreepForce, CurvedCreepages, RollingEllipse, rolling_pair
 from fecontact.theory.creep.fastsim import CELLS, ellipse_strips, fastsim, fastsim_strips, flexibilities
 from fecontact.theory.creep.kalker import coefficients_of, kalker_coefficients, kalker_linear
 from fecontact.theory.creep.polach import polach
@@ -406,10 +406,11 @@ def test_creepages_are_numbers(name):
 
 
 def test_a_pair_of_one_material_is_that_material():
-    assert pair_constants(STEEL, STEEL) == pytest.approx((STEEL.shear_MPa, STEEL.poisson), rel=ROUNDING)
+    both = rolling_pair(0.3, STEEL, STEEL)
+    assert (both.shear_MPa, both.poisson) == pytest.approx((STEEL.shear_MPa, STEEL.poisson), rel=ROUNDING)
     rigid = Material(name="rigid", young_MPa=1e15, poisson=0.0)
     # half of the compliance
-    assert pair_constants(STEEL, rigid)[0] == pytest.approx(2.0 * STEEL.shear_MPa, rel=1e-6)
+    assert rolling_pair(0.3, STEEL, rigid).shear_MPa == pytest.approx(2.0 * STEEL.shear_MPa, rel=1e-6)
 
 
 # strips over a pressure field
@@ -421,13 +422,13 @@ def hertz_field(contact: RollingEllipse, x: np.ndarray, y: np.ndarray, centre: f
     return p0 * np.sqrt(np.maximum(inside, 0.0))
 
 
-CONSTANTS = {"friction": 0.3, "shear_MPa": 82e3, "poisson": 0.28}
+PAIR = RollingPair(friction=0.3, shear_MPa=82e3, poisson=0.28)
 
 
 @pytest.mark.parametrize("bound", ["parabolic", "elliptic", "strips"])
 def test_strips_over_hertzs_pressure_are_the_ellipse(bound):
     x, y = np.linspace(-8.3, 8.3, 97), np.linspace(-4.4, 4.4, 93)
-    (lobe,) = pressure_strips(x, y, hertz_field(LONG, x, y), **CONSTANTS)
+    (lobe,) = pressure_strips(x, y, hertz_field(LONG, x, y), PAIR)
     # 32 nodes a semi-axis and more read a Hertz ellipse to some 1e-3
     assert (lobe.contact.a_mm, lobe.contact.b_mm) == pytest.approx((8.0, 4.0), rel=4e-3)
     assert lobe.contact.normal_force_N == pytest.approx(LONG.normal_force_N, rel=1e-3)
@@ -454,7 +455,7 @@ def test_separate_patches_have_an_ellipse_each_and_one_together():
     x, y = np.linspace(-9.0, 9.0, 121), np.linspace(-8.0, 22.0, 241)
     field = hertz_field(LONG, x, y) + hertz_field(LONG, x, y, centre=14.0)
     # each node a strip: fewer ones, partly in contact at both ends, would make the area 1 % larger
-    pieces = pressure_strips(x, y, field, **CONSTANTS, strips=y.size)
+    pieces = pressure_strips(x, y, field, PAIR, strips=y.size)
     assert [piece.centre_y_mm for piece in pieces] == pytest.approx([0.0, 14.0], abs=1e-3)
     together, centre_x, centre_y = one_ellipse(pieces)
     assert (centre_x, centre_y) == pytest.approx((0.0, 7.0), abs=1e-3)
@@ -462,7 +463,7 @@ def test_separate_patches_have_an_ellipse_each_and_one_together():
     assert together.area_mm2 == pytest.approx(2 * LONG.area_mm2, rel=4e-3)
     both = fastsim_strips(pieces, Creepages(eta=1e-3), bound="parabolic")
     assert both.fy_N == pytest.approx(2 * fastsim(LONG, Creepages(eta=1e-3)).fy_N, rel=5e-3)
-    (alone,) = pressure_strips(x, y, hertz_field(LONG, x, y), **CONSTANTS, strips=y.size)
+    (alone,) = pressure_strips(x, y, hertz_field(LONG, x, y), PAIR, strips=y.size)
     single, *_ = one_ellipse([alone])
     assert (single.a_mm, single.b_mm) == pytest.approx((alone.contact.a_mm, alone.contact.b_mm), rel=1e-9)
 
@@ -481,7 +482,7 @@ def test_fastsim_over_a_cone_is_that_over_the_plane(more_spin):
     x, y = np.linspace(-9.0, 11.0, 201), np.linspace(-7.0, 12.0, 191)
     one, two = (1 - ((x[:, None] - at) / a) ** 2 - ((y - c) / b) ** 2 for at, a, c, b in ((2, 8, 2, 3), (0, 6, 9, 2)))
     pressure = 1000 * np.sqrt(np.maximum(one, 0)) + 600 * np.sqrt(np.maximum(two, 0))
-    pieces = pressure_strips(x, y, pressure, friction=0.3, shear_MPa=82e3, poisson=0.28)
+    pieces = pressure_strips(x, y, pressure, PAIR)
     plane = Creepages(xi=4e-4, eta=-3e-4, spin_per_mm=1e-4)
     over = curved(plane, lambda y: -more_spin * y, lambda y: np.full_like(y, more_spin))
     same = replace(plane, spin_per_mm=plane.spin_per_mm + more_spin)

@@ -8,10 +8,11 @@ from no_slip import no_slip_coefficients
 from scipy.integrate import dblquad
 
 from fecontact.errors import InputError
+from fecontact.material import RollingPair
 from fecontact.rolling.friction import solve_friction
 from fecontact.rolling.influence import _offsets, _response, cerruti_influence, rolling_response
 from fecontact.rolling.steady import PressureCells, ellipse_cells, pressure_cells, steady_rolling
-from fecontact.theory.creep.contact import Creepages, RollingEllipse
+from fecontact.theory.creep.contact import Creepages, CurvedCreepages, RollingEllipse
 from fecontact.theory.creep.fastsim import fastsim
 from fecontact.theory.creep.kalker import kalker_coefficients
 
@@ -25,15 +26,7 @@ def roll(contact: RollingEllipse, creepages: Creepages, cells: int = 32):
 
 
 def roll_cells(contact: RollingEllipse, creepages: Creepages, made: PressureCells):
-    solution = steady_rolling(
-        made,
-        xi=creepages.xi,
-        eta=creepages.eta,
-        spin_per_mm=creepages.spin_per_mm,
-        friction=contact.friction,
-        shear_MPa=contact.shear_MPa,
-        poisson=contact.poisson,
-    )
+    solution = steady_rolling(made, creepages, contact.pair)
     assert solution.status == "converged"
     return solution
 
@@ -111,7 +104,7 @@ def test_carter(part):
     cells = PressureCells(x_mm=x, y_mm=np.array([0.0, width]), pressure_MPa=np.stack([pressure, 0 * pressure], axis=1))
     relative_radius = (2 * shear / (2 * (1 - nu))) * a / (2 * p0)
     creepage = mu * a / relative_radius * (1 - math.sqrt(1 - part))
-    solution = steady_rolling(cells, xi=creepage, eta=0.0, spin_per_mm=0.0, friction=mu, shear_MPa=shear, poisson=nu)
+    solution = steady_rolling(cells, Creepages(xi=creepage), RollingPair(friction=mu, shear_MPa=shear, poisson=nu))
     assert -solution.fx_N / (mu * cells.normal_force_N) == pytest.approx(part, abs=2e-3)
     adhering = solution.adhesion_area_mm2 / cells.area_mm2
     assert adhering == pytest.approx(math.sqrt(1 - part), abs=1.5 / n)
@@ -145,10 +138,11 @@ def test_the_traction_curve_of_contact(thousandths, of_contact):
 
 def test_lines_of_a_cone_are_those_of_the_plane():
     cells = ellipse_cells(8.0, 4.0, 82e3, 24)
-    given = {"eta": -3e-4, "friction": 0.3, "shear_MPa": 82e3, "poisson": 0.28}
-    plane = steady_rolling(cells, xi=4e-4, spin_per_mm=3e-4, **given)
-    lines = 4e-4 - 3e-4 * cells.y_mm, np.full(cells.y_mm.size, 3e-4)
-    cone = steady_rolling(cells, xi=0.0, spin_per_mm=0.0, lines=lines, **given)
+    motion, none = Creepages(xi=4e-4, eta=-3e-4, spin_per_mm=3e-4), Creepages(eta=-3e-4)
+    plane = steady_rolling(cells, motion, LONG.pair)
+    along, spin = motion.across(cells.y_mm)
+    lines = CurvedCreepages(plane=none, y_mm=cells.y_mm, xi_beside=along, spin_beside_per_mm=spin)
+    cone = steady_rolling(cells, lines, LONG.pair)
     for name in ("fx_N", "fy_N", "mz_Nmm", "power_per_speed_N", "slip_area_mm2"):
         assert getattr(cone, name) == pytest.approx(getattr(plane, name), rel=1e-12), name
     power = -(4e-4 * plane.fx_N - 3e-4 * plane.fy_N + 3e-4 * plane.mz_Nmm)
@@ -244,8 +238,6 @@ def test_cells_keep_load_area_and_place():
 
 def test_what_did_not_converge_says_so():
     cells = ellipse_cells(8.0, 4.0, 82e3, 16)
-    solution = steady_rolling(
-        cells, xi=1e-3, eta=0.0, spin_per_mm=0.0, friction=0.3, shear_MPa=82e3, poisson=0.28, iterations=1
-    )
+    solution = steady_rolling(cells, Creepages(xi=1e-3), LONG.pair, iterations=1)
     assert solution.status == "not converged"
     assert solution.friction.residual > 1e-6

@@ -21,7 +21,7 @@ from fecontact.files import write_sealed
 from fecontact.geometry.placement import pair_of
 from fecontact.geometry.wheelset import Wheelset
 from fecontact.guide.pages import page
-from fecontact.material import STEEL, contact_modulus_MPa
+from fecontact.material import STEEL, RollingPair, contact_modulus_MPa
 from fecontact.outputs.records.map import MAP_SCHEMA
 from fecontact.outputs.records.results import shown_case_record
 from fecontact.outputs.tables.csv_file import write_csv
@@ -70,10 +70,8 @@ def cone_surfaces() -> Surfaces:
 def cone_line(curvature: float = 0.0, *, stiffer: float = 1.0, friction: float = 0.3) -> Line:
     law = ContactLaw(
         normal=NORMAL_THEORIES["multi_hertz"],
-        friction=friction,
         contact_modulus_MPa=stiffer * MODULUS,
-        shear_MPa=STEEL.shear_MPa,
-        poisson=STEEL.poisson,
+        pair=RollingPair(friction=friction, shear_MPa=STEEL.shear_MPa, poisson=STEEL.poisson),
     )
     return Line(left=cone_surfaces(), right=cone_surfaces(), law=law, curvature_per_mm=curvature)
 
@@ -257,7 +255,9 @@ def test_creepages_on_straight_track_are_those_of_the_wheelset():
         curvature_per_mm=0.0,
     )
     law = ContactLaw(
-        normal=NORMAL_THEORIES["hertz"], friction=0.3, contact_modulus_MPa=MODULUS, shear_MPa=81e3, poisson=0.3
+        normal=NORMAL_THEORIES["hertz"],
+        contact_modulus_MPa=MODULUS,
+        pair=RollingPair(friction=0.3, shear_MPa=81e3, poisson=0.3),
     )
     found = wheel_force(Surfaces(pair=wheelset().left.pair), motion, law).patches[0].creepages
     rigid = wheelset_creepages(placed)
@@ -393,10 +393,8 @@ def test_the_theory_moves_the_critical_speed():
         surfaces = Surfaces(pair=wheelset().left.pair)
         law = ContactLaw(
             normal=NORMAL_THEORIES[theory],
-            friction=0.3,
             contact_modulus_MPa=MODULUS,
-            shear_MPa=STEEL.shear_MPa,
-            poisson=STEEL.poisson,
+            pair=RollingPair(friction=0.3, shear_MPa=STEEL.shear_MPa, poisson=STEEL.poisson),
         )
         speeds.append(critical_speed_m_s(linear_model(made, Line(left=surfaces, right=surfaces, law=law))))
     # 86 and 67 m/s by another program, whose body has a roll of its own

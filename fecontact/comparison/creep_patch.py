@@ -8,6 +8,7 @@ from fecontact.case import Case
 from fecontact.comparison.patch import Patch
 from fecontact.contact.rung import Rung
 from fecontact.geometry.placement import Placement
+from fecontact.material import RollingPair
 from fecontact.rolling.steady import pressure_cells
 from fecontact.theory.creep.contact import Creepages
 from fecontact.theory.creep.forces import CreepPatch
@@ -15,13 +16,13 @@ from fecontact.theory.creep.motion import wheelset_creepages
 from fecontact.theory.creep.strips import one_ellipse, pressure_strips
 
 
-def real_patch(rung: Rung, patch: Patch, *, friction: float, shear_MPa: float, poisson: float) -> CreepPatch:
+def real_patch(rung: Rung, patch: Patch, pair: RollingPair) -> CreepPatch:
     """The pressure of a solved contact, whose force is that along the contact normal."""
     field = rung.pressure.whole()
     cell = field.grid.steps_mm[0] * field.grid.steps_mm[1]
     pressure = field.values * (rung.normal_force_N / (cell * float(field.values.sum())))
     x, s = field.grid.x_mm, field.grid.s_mm
-    pieces = pressure_strips(x, s, pressure, friction=friction, shear_MPa=shear_MPa, poisson=poisson)
+    pieces = pressure_strips(x, s, pressure, pair)
     ellipse, centre_x, centre_s = one_ellipse(pieces)
     return CreepPatch(
         ellipse=replace(ellipse, normal_force_N=rung.normal_force_N),

@@ -121,20 +121,8 @@ def _forces(rolling: RollingLoad, ellipses: Sequence[TheoryPatch]) -> dict[str, 
         "strips": lambda creepages: creep_force("fastsim", rolling.real, rolling.motion(creepages)),
     }
     if ellipses:
-        constants = rolling.real.ellipse
-        shared = [
-            (
-                hertz_patch(
-                    one.hertz,
-                    friction=constants.friction,
-                    shear_MPa=constants.shear_MPa,
-                    poisson=constants.poisson,
-                ),
-                one.centre_mm,
-            )
-            for one in ellipses
-            if one.hertz is not None
-        ]
+        pair = rolling.real.ellipse.pair
+        shared = [(hertz_patch(one.hertz, pair), one.centre_mm) for one in ellipses if one.hertz is not None]
         forces[MULTI_HERTZ] = lambda creepages: _on_each(shared, rolling, creepages)
     return forces
 

@@ -17,7 +17,7 @@ from fecontact.contact.rung import Rung
 from fecontact.creep import Creep
 from fecontact.errors import FecontactError
 from fecontact.geometry.placement import Placement
-from fecontact.theory.creep.contact import Creepages, CurvedCreepages, Motion, pair_constants
+from fecontact.theory.creep.contact import Creepages, CurvedCreepages, Motion, rolling_pair
 from fecontact.theory.creep.forces import CreepPatch, creep_force, force_difference, hertz_patch
 from fecontact.theory.creep.motion import curved_creepages
 from fecontact.theory.creep.strips import mean_creepages
@@ -78,18 +78,17 @@ def rolling_load(solved: SolvedLoad, hertz: HertzContact, placement: Placement, 
     """A solved load and its ellipse under a friction and creepages that need not be those of its case."""
     assert creep.friction is not None
     case, (finest, coarser, *_) = solved.case, solved.levels
-    shear, poisson = pair_constants(case.wheel_material, case.rail_material)
-    constants = {"friction": creep.friction, "shear_MPa": shear, "poisson": poisson}
+    pair = rolling_pair(creep.friction, case.wheel_material, case.rail_material)
 
     def patch(rung: Rung) -> CreepPatch:
-        return real_patch(rung, patch_of(rung), **constants)
+        return real_patch(rung, patch_of(rung), pair)
 
     real, others = patch(finest.fe), (patch(coarser.fe), patch(finest.otherwise))
     creepages = creepages_of(replace(case, creep=creep), placement)
     ends = [float(one.cells.y_mm[end]) for one in (real, *others) for end in (0, -1)]
     s_mm = np.linspace(min(0.0, *ends), max(0.0, *ends), _LINES)
     return RollingLoad(
-        hertz=hertz_patch(hertz, **constants),
+        hertz=hertz_patch(hertz, pair),
         real=real,
         others=others,
         creepages=creepages,

@@ -68,20 +68,20 @@ def solve_friction(
     start_MPa (2, nx, ny)
         First guess.
     """
-    inside = limit_MPa > 0.0
     blocks = response.strip_blocks()
     scale = 1.0 / float(np.mean([blocks[0, 0, 0], blocks[1, 0, 0]]))
     # creepages that are far from saturating need as many digits
     size = min(float(limit_MPa.max()), scale * float(np.hypot(*rigid_slip).max())) or 1.0
-    p = np.zeros_like(rigid_slip) if start_MPa is None else _projected(start_MPa * inside, limit_MPa)[0]
-    now = _State.at(p, response, rigid_slip, limit_MPa, scale)
+    p = np.zeros_like(rigid_slip) if start_MPa is None else _projected(start_MPa * (limit_MPa > 0.0), limit_MPa)[0]
+    problem = _Problem(response=response, rigid_slip=rigid_slip, limit=limit_MPa, scale=scale)
+    now = problem.at(p)
     iteration = 0
     while now.error > tolerance * size and iteration < iterations:
         iteration += 1
-        step = _newton_step(now, response, blocks, inside, limit_MPa, scale)
+        step = problem.newton_step(now, blocks)
         part = 1.0
         while True:
-            trial = _State.at(now.p + part * step, response, rigid_slip, limit_MPa, scale)
+            trial = problem.at(now.p + part * step)
             if trial.norm < (1.0 - 1e-4 * part) * now.norm or part < _SMALLEST_STEP:
                 break
             part *= 0.5
@@ -90,8 +90,8 @@ def solve_friction(
     return FrictionSolution(
         status="converged" if now.error <= tolerance * size else "not converged",
         traction_MPa=traction,
-        slip=now.slip * inside,
-        slips=inside & now.beyond,
+        slip=now.slip * problem.inside,
+        slips=problem.inside & now.beyond,
         residual=now.error / size,
         iterations=iteration,
     )
@@ -106,13 +106,6 @@ class _State:
     aim: Floats
     beyond: NDArray[np.bool_]
     open: Floats
-
-    @classmethod
-    def at(cls, p: Floats, response: TangentialResponse, rigid_slip: Floats, limit: Floats, scale: float) -> _State:
-        slip = rigid_slip + response.apply(p)
-        aim = p - scale * slip
-        projected, beyond = _projected(aim, limit)
-        return cls(p=p, slip=slip, aim=aim, beyond=beyond, open=p - projected)
 
     @property
     def error(self) -> float:
@@ -129,41 +122,58 @@ def _projected(aim: Floats, limit: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     return np.asarray(aim * np.where(beyond, limit / np.where(size > 0.0, size, 1.0), 1.0)), beyond
 
 
-def _newton_step(
-    now: _State, response: TangentialResponse, blocks: Floats, inside: NDArray[np.bool_], limit: Floats, scale: float
-) -> Floats:
-    """Step (2, nx, ny) with (I - J (I - r C)) step = -open, J the derivative of the projection at the aim."""
-    size = np.hypot(*now.aim)
-    free = np.where(now.beyond, limit / np.where(size > 0.0, size, 1.0), 1.0)
-    unit = np.where(now.beyond, now.aim / np.where(size > 0.0, size, 1.0), 0.0)
-    # (2, 2, nx, ny)
-    J = free * (np.eye(2)[:, :, None, None] - unit[:, None] * unit[None, :])
-    J = np.where(inside, J, 0.0)
-    nx, ny = limit.shape
-    # (ny, 2, nx, 2, nx): strip by strip
-    matrix = np.einsum("abij,bik->jaibk", scale * J, blocks)
-    rows = np.arange(nx)
-    for a in (0, 1):
-        for b in (0, 1):
-            matrix[:, a, rows, b, rows] += (a == b) - J[a, b].T
-    inverse = np.linalg.inv(matrix.reshape(ny, 2 * nx, 2 * nx))
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Problem:
+    """Response of the bodies, slip of the rigid ones, the largest traction, and the r of the projection."""
 
-    def apply(flat: Floats) -> Floats:
-        d = flat.reshape(2, nx, ny)
-        moved = d - scale * response.apply(d)
-        return np.asarray(d - np.einsum("abij,bij->aij", J, moved)).ravel()
+    response: TangentialResponse
+    rigid_slip: Floats
+    limit: Floats
+    scale: float
 
-    def within_strips(flat: Floats) -> Floats:
-        d = flat.reshape(2 * nx, ny)
-        return np.asarray(np.einsum("jkl,lj->kj", inverse, d, optimize=True)).ravel()
+    @property
+    def inside(self) -> NDArray[np.bool_]:
+        return self.limit > 0.0
 
-    n = 2 * nx * ny
-    step, _ = gmres(
-        LinearOperator((n, n), matvec=apply, dtype=float),
-        -now.open.ravel(),
-        M=LinearOperator((n, n), matvec=within_strips, dtype=float),
-        rtol=_LINEAR_TOLERANCE,
-        restart=60,
-        maxiter=2,
-    )
-    return np.asarray(step).reshape(2, nx, ny)
+    def at(self, p: Floats) -> _State:
+        slip = self.rigid_slip + self.response.apply(p)
+        aim = p - self.scale * slip
+        projected, beyond = _projected(aim, self.limit)
+        return _State(p=p, slip=slip, aim=aim, beyond=beyond, open=p - projected)
+
+    def newton_step(self, now: _State, blocks: Floats) -> Floats:
+        """Step (2, nx, ny) with (I - J (I - r C)) step = -open, J the derivative of the projection at the aim."""
+        size, limit = np.hypot(*now.aim), self.limit
+        free = np.where(now.beyond, limit / np.where(size > 0.0, size, 1.0), 1.0)
+        unit = np.where(now.beyond, now.aim / np.where(size > 0.0, size, 1.0), 0.0)
+        # (2, 2, nx, ny)
+        J = free * (np.eye(2)[:, :, None, None] - unit[:, None] * unit[None, :])
+        J = np.where(self.inside, J, 0.0)
+        nx, ny = limit.shape
+        # (ny, 2, nx, 2, nx): strip by strip
+        matrix = np.einsum("abij,bik->jaibk", self.scale * J, blocks)
+        rows = np.arange(nx)
+        for a in (0, 1):
+            for b in (0, 1):
+                matrix[:, a, rows, b, rows] += (a == b) - J[a, b].T
+        inverse = np.linalg.inv(matrix.reshape(ny, 2 * nx, 2 * nx))
+
+        def apply(flat: Floats) -> Floats:
+            d = flat.reshape(2, nx, ny)
+            moved = d - self.scale * self.response.apply(d)
+            return np.asarray(d - np.einsum("abij,bij->aij", J, moved)).ravel()
+
+        def within_strips(flat: Floats) -> Floats:
+            d = flat.reshape(2 * nx, ny)
+            return np.asarray(np.einsum("jkl,lj->kj", inverse, d, optimize=True)).ravel()
+
+        n = 2 * nx * ny
+        step, _ = gmres(
+            LinearOperator((n, n), matvec=apply, dtype=float),
+            -now.open.ravel(),
+            M=LinearOperator((n, n), matvec=within_strips, dtype=float),
+            rtol=_LINEAR_TOLERANCE,
+            restart=60,
+            maxiter=2,
+        )
+        return np.asarray(step).reshape(2, nx, ny)

@@ -11,12 +11,13 @@ their cells, and the slip is met a quarter ahead of them, which in two dimension
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.errors import InputError
+from fecontact.material import RollingPair
 from fecontact.rolling.friction import FrictionSolution, FrictionStatus, solve_friction
 from fecontact.rolling.influence import rolling_response
 
@@ -93,6 +94,17 @@ class RollingSolution:
         return self.friction.status
 
 
+class RigidMotion(Protocol):
+    """Creepages of a body over the lines of a patch."""
+
+    @property
+    def eta(self) -> float:
+        """Lateral creepage at x = 0, the same on all lines."""
+
+    def across(self, y_mm: Floats, /) -> tuple[Floats, Floats]:
+        """Longitudinal creepage and spin (1/mm) on the lines y = const (n,)."""
+
+
 def ellipse_cells(a_mm: float, b_mm: float, normal_force_N: float, cells: int = CELLS) -> PressureCells:
     """Hertz's pressure over an ellipse."""
     # finer than the cells, and a little beyond the edge
@@ -166,14 +178,9 @@ def _overlaps(nodes: Floats, edges: Floats) -> Floats:
 
 def steady_rolling(
     cells: PressureCells,
+    motion: RigidMotion,
+    pair: RollingPair,
     *,
-    xi: float,
-    eta: float,
-    spin_per_mm: float,
-    friction: float,
-    shear_MPa: float,
-    poisson: float,
-    lines: tuple[Floats, Floats] | None = None,
     start_MPa: Floats | None = None,
     **settings: Any,
 ) -> RollingSolution:
@@ -181,11 +188,8 @@ def steady_rolling(
 
     Parameters
     ----------
-    xi, eta, spin_per_mm
-        Creepages of the first body at the origin of the cells' coordinates; the slip of the rigid bodies at (x, y) is
-        (xi - spin y, eta + spin x).
-    lines (ny,), (ny,)
-        Longitudinal creepage and spin on each line y = const, of surfaces that are curved across, in place of those.
+    motion
+        Of the first body against the second; the slip of the rigid bodies at (x, y) is (xi(y), eta + spin(y) x).
     start_MPa (2, nx, ny)
         Tractions to begin with.
     **settings
@@ -193,11 +197,11 @@ def steady_rolling(
     """
     step_x, step_y = cells.steps_mm
     nx, ny = cells.pressure_MPa.shape
-    response = rolling_response(nx, ny, step_x, step_y, shear_MPa=shear_MPa, poisson=poisson)
+    response = rolling_response(nx, ny, step_x, step_y, shear_MPa=pair.shear_MPa, poisson=pair.poisson)
     met, loaded = cells.x_mm + 0.25 * step_x, cells.x_mm - 0.25 * step_x
-    along, spin = lines or (xi - spin_per_mm * cells.y_mm, np.full(ny, spin_per_mm))
+    (along, spin), eta = motion.across(cells.y_mm), motion.eta
     rigid = np.stack([np.broadcast_to(along, (nx, ny)), eta + spin * met[:, None]])
-    solved = solve_friction(response, rigid, friction * cells.pressure_MPa, start_MPa=start_MPa, **settings)
+    solved = solve_friction(response, rigid, pair.friction * cells.pressure_MPa, start_MPa=start_MPa, **settings)
     traction = solved.traction_MPa * cells.cell_mm2
     fx, fy = (float(part.sum()) for part in traction)
     mz = float((loaded[:, None] * traction[1] - cells.y_mm * traction[0]).sum())

@@ -8,12 +8,12 @@ from typing import Any
 from fecontact.alone.position import theory_alone
 from fecontact.case import Case
 from fecontact.creep import Creep
-from fecontact.material import STEEL
+from fecontact.material import STEEL, Material
 from fecontact.outputs.records.creep import ellipse_creep
 from fecontact.outputs.records.results import hertz_record
 from fecontact.outputs.records.theory_alone import alone_record, check_theory, theories_listed
 from fecontact.solving.hertz_alone import hertz_alone
-from fecontact.theory.creep.contact import Creepages
+from fecontact.theory.creep.contact import Creepages, RollingEllipse
 from fecontact.theory.creep.on_ellipse import forces_on_ellipse
 
 Record = dict[str, Any]
@@ -109,15 +109,13 @@ def creep(
     xi, eta, spin = creepages
     # in the ranges of a case
     Creep(friction=friction, xi=xi, eta=eta, spin_per_mm=spin)
-    return ellipse_creep(
-        forces_on_ellipse(
-            a_mm=a_mm,
-            b_mm=b_mm,
-            normal_force_N=normal_force_N,
-            friction=friction,
-            creepages=Creepages(xi=xi, eta=eta, spin_per_mm=spin),
-            young_MPa=young_MPa,
-            poisson=poisson,
-            theories=theories,
-        )
+    both = Material(name="both", young_MPa=young_MPa, poisson=poisson)
+    contact = RollingEllipse(
+        a_mm=a_mm,
+        b_mm=b_mm,
+        normal_force_N=normal_force_N,
+        friction=friction,
+        shear_MPa=both.shear_MPa,
+        poisson=poisson,
     )
+    return ellipse_creep(forces_on_ellipse(contact, Creepages(xi=xi, eta=eta, spin_per_mm=spin), theories))

@@ -13,7 +13,7 @@ from fecontact.geometry.wheelset import Wheelset
 from fecontact.inputs.kinds import Number
 from fecontact.inputs.slots import check_inputs
 from fecontact.material import Material, contact_modulus_MPa
-from fecontact.theory.creep.contact import pair_constants
+from fecontact.theory.creep.contact import rolling_pair
 from fecontact.vehicle.model import Vehicle
 from fecontact.vehicle.normal import DEFAULT_THEORY, normal_theory
 from fecontact.vehicle.steady import GRAVITY_M_S2, Line
@@ -94,13 +94,10 @@ def lines_of(
     """
     left = Surfaces(pair=wheelset.left.pair)
     right = left if wheelset.symmetric else Surfaces(pair=wheelset.right.pair)
-    shear, poisson = pair_constants(*materials)
     law = ContactLaw(
         normal=normal_theory(theory),
-        friction=conditions.friction,
         contact_modulus_MPa=contact_modulus_MPa(*materials),
-        shear_MPa=shear,
-        poisson=poisson,
+        pair=rolling_pair(conditions.friction, *materials),
     )
 
     def at(curvature_per_mm: float) -> Line:

@@ -161,7 +161,7 @@ def _run(radius: float, theory: str, vehicle: Vehicle, wheelset: Wheelset, one: 
         for state, wheels in zip(wheelset_states(one.state, vehicle), one.balance.wheels, strict=True)
     )
     weight = sum(wheel.vertical_force_N for run in runs for wheel in run.wheels) * GRAVITY_M_S2 / abs(down)
-    derails = _derailing(runs, wheelset, one.line.law.friction) if one.status == "equilibrium" else ()
+    derails = _derailing(runs, wheelset, one.line.law.pair.friction) if one.status == "equilibrium" else ()
     return CurveRun(
         radius_m=radius,
         theory=theory,

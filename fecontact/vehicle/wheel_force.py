@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.material import RollingPair
 from fecontact.theory.creep.contact import Creepages, CurvedCreepages, RollingEllipse
 from fecontact.theory.creep.fastsim import Strips, strip_forces
 from fecontact.theory.creep.strips import one_ellipse
@@ -22,13 +23,11 @@ _MOST_SLENDER = 10.0
 
 @dataclass(frozen=True, kw_only=True)
 class ContactLaw:
-    """What a contact is evaluated with: theory of the normal force, friction, and the constants of both bodies."""
+    """What a contact is evaluated with: theory of the normal force, contact modulus, friction and elastic constants."""
 
     normal: NormalTheory
-    friction: float
     contact_modulus_MPa: float
-    shear_MPa: float
-    poisson: float
+    pair: RollingPair
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -214,16 +213,9 @@ def rigid_slip(arm_mm: Floats, motion: Motion, radius_mm: float) -> tuple[Floats
 def _piece(pressed: Pressed, across: Floats, load: float, law: ContactLaw) -> Strips:
     """The patch for FASTSIM, with the ellipse of its second moments."""
     flat = np.zeros_like(across)
-    any_ellipse = RollingEllipse(
-        a_mm=1.0,
-        b_mm=1.0,
-        normal_force_N=load,
-        friction=law.friction,
-        shear_MPa=law.shear_MPa,
-        poisson=law.poisson,
-    )
+    any_size = RollingEllipse.of(law.pair, a_mm=1.0, b_mm=1.0, normal_force_N=load)
     piece = Strips(
-        contact=any_ellipse,
+        contact=any_size,
         centre_x_mm=0.0,
         centre_y_mm=0.0,
         y_mm=across,

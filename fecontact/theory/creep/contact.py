@@ -9,14 +9,14 @@ laws are odd under that. (Kalker 1990.)
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.errors import InputError, check_positive
-from fecontact.material import Material, check_poisson
+from fecontact.material import Material, RollingPair, check_poisson
 
 Floats = NDArray[np.float64]
 _LARGEST_USUAL_FRICTION = 1.5
@@ -111,7 +111,7 @@ Motion: TypeAlias = Creepages | CurvedCreepages
 class RollingEllipse:
     """An elliptic contact that rolls: semi-axes along x (a) and across (b), load, friction, elastic constants.
 
-    `shear_MPa` and `poisson` are those of two bodies of one material, or of their combination by `pair_constants`.
+    `shear_MPa` and `poisson` are those of two bodies of one material, or of their combination by `rolling_pair`.
     """
 
     a_mm: float
@@ -128,6 +128,16 @@ class RollingEllipse:
         check_positive("friction coefficient", self.friction, "N/N", "dry steel has 0.3 to 0.6, wet 0.1 to 0.3")
         check_positive("shear modulus", self.shear_MPa, "MPa", "steel has 80000 to 82000 MPa")
         check_poisson(self.poisson)
+
+    @classmethod
+    def of(cls, pair: RollingPair, *, a_mm: float, b_mm: float, normal_force_N: float) -> RollingEllipse:
+        """An ellipse of a pair."""
+        return cls(a_mm=a_mm, b_mm=b_mm, normal_force_N=normal_force_N, **asdict(pair))
+
+    @property
+    def pair(self) -> RollingPair:
+        """Friction and elastic constants."""
+        return RollingPair(friction=self.friction, shear_MPa=self.shear_MPa, poisson=self.poisson)
 
     @property
     def limit_N(self) -> float:
@@ -190,11 +200,12 @@ def friction_warnings(friction: float) -> tuple[str, ...]:
     return (f"friction coefficient is {friction:g}: wheels on rails hardly have one above {_LARGEST_USUAL_FRICTION:g}",)
 
 
-def pair_constants(first: Material, second: Material) -> tuple[float, float]:
-    """Shear modulus (MPa) and Poisson's ratio of a pair: 2/G = 1/G1 + 1/G2, 2 nu/G = nu1/G1 + nu2/G2 (Kalker 1990).
+def rolling_pair(friction: float, first: Material, second: Material) -> RollingPair:
+    """A pair of two materials: 2/G = 1/G1 + 1/G2, 2 nu/G = nu1/G1 + nu2/G2 (Kalker 1990).
 
     Range of validity: the part of the normal pressure in the tangential displacements, which vanishes for one material,
     is left out.
     """
     shear = 2.0 / (1.0 / first.shear_MPa + 1.0 / second.shear_MPa)
-    return shear, 0.5 * shear * (first.poisson / first.shear_MPa + second.poisson / second.shear_MPa)
+    poisson = 0.5 * shear * (first.poisson / first.shear_MPa + second.poisson / second.shear_MPa)
+    return RollingPair(friction=friction, shear_MPa=shear, poisson=poisson)

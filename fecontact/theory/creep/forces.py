@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fecontact.errors import ConvergenceError, InputError
+from fecontact.material import RollingPair
 from fecontact.rolling.steady import PressureCells, ellipse_cells, steady_rolling
 from fecontact.theory.creep.contact import Creepages, CreepForce, Motion, RollingEllipse
 from fecontact.theory.creep.fastsim import Strips, ellipse_strips, fastsim_strips
@@ -62,20 +63,11 @@ def ellipse_patch(contact: RollingEllipse) -> CreepPatch:
     )
 
 
-def hertz_patch(hertz: HertzContact, *, friction: float, shear_MPa: float, poisson: float) -> CreepPatch:
+def hertz_patch(hertz: HertzContact, pair: RollingPair) -> CreepPatch:
     """Hertz's contact; one whose axes are turned has the half-widths of its moments along x and across."""
     a, b = 0.5 * hertz.extent_x_mm, 0.5 * hertz.extent_y_mm
     scale = math.sqrt(hertz.a_mm * hertz.b_mm / (a * b))
-    return ellipse_patch(
-        RollingEllipse(
-            a_mm=scale * a,
-            b_mm=scale * b,
-            normal_force_N=hertz.normal_force_N,
-            friction=friction,
-            shear_MPa=shear_MPa,
-            poisson=poisson,
-        )
-    )
+    return ellipse_patch(RollingEllipse.of(pair, a_mm=scale * a, b_mm=scale * b, normal_force_N=hertz.normal_force_N))
 
 
 def creep_force(theory: str, patch: CreepPatch, creepages: Motion) -> CreepForce:
@@ -100,18 +92,9 @@ def creep_force(theory: str, patch: CreepPatch, creepages: Motion) -> CreepForce
 
 
 def _on_half_space(patch: CreepPatch, creepages: Motion) -> CreepForce:
-    plane = creepages.at(0.0, 0.0)
-    solution = steady_rolling(
-        patch.cells,
-        xi=plane.xi,
-        eta=plane.eta,
-        spin_per_mm=plane.spin_per_mm,
-        lines=creepages.across(patch.cells.y_mm),
-        friction=patch.ellipse.friction,
-        shear_MPa=patch.ellipse.shear_MPa,
-        poisson=patch.ellipse.poisson,
-    )
+    solution = steady_rolling(patch.cells, creepages, patch.ellipse.pair)
     if solution.status != "converged":
+        plane = creepages.at(0.0, 0.0)
         raise ConvergenceError(
             f"the rolling half-space did not converge at xi {plane.xi:g}, eta {plane.eta:g}, spin"
             f" {plane.spin_per_mm:g} 1/mm (residual {solution.friction.residual:.1e}); take FASTSIM there"

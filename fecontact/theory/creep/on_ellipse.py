@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from fecontact.material import Material
 from fecontact.theory.creep.contact import Creepages, CreepForce, RollingEllipse, friction_warnings
 from fecontact.theory.creep.forces import creep_force, creep_forces, ellipse_patch
 
@@ -20,37 +19,19 @@ class EllipseForces:
     warnings: tuple[str, ...]
 
 
-def forces_on_ellipse(
-    *,
-    a_mm: float,
-    b_mm: float,
-    normal_force_N: float,
-    friction: float,
-    creepages: Creepages,
-    young_MPa: float,
-    poisson: float,
-    theories: Sequence[str],
-) -> EllipseForces:
-    """Creep forces by some theories, or by `all` that cover the ellipse; both bodies are of one material.
+def forces_on_ellipse(contact: RollingEllipse, creepages: Creepages, theories: Sequence[str]) -> EllipseForces:
+    """Creep forces by some theories, or by `all` that cover the ellipse.
 
     Raises
     ------
     InputError
-        For values out of range, and if a theory that was named does not cover the ellipse or the creepages.
+        If a theory that was named does not cover the ellipse or the creepages.
     """
-    material = Material(name="both", young_MPa=young_MPa, poisson=poisson)
-    contact = RollingEllipse(
-        a_mm=a_mm,
-        b_mm=b_mm,
-        normal_force_N=normal_force_N,
-        friction=friction,
-        shear_MPa=material.shear_MPa,
-        poisson=poisson,
-    )
     patch = ellipse_patch(contact)
     forces: Mapping[str, CreepForce | str] = (
         creep_forces(patch, creepages)
         if list(theories) == ["all"]
         else {theory: creep_force(theory, patch, creepages) for theory in theories}
     )
-    return EllipseForces(contact=contact, creepages=creepages, forces=forces, warnings=friction_warnings(friction))
+    warnings = friction_warnings(contact.friction)
+    return EllipseForces(contact=contact, creepages=creepages, forces=forces, warnings=warnings)

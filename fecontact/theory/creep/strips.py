@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.material import RollingPair
 from fecontact.theory.creep.contact import Creepages, Motion, RollingEllipse
 from fecontact.theory.creep.fastsim import Strips
 
@@ -18,14 +19,7 @@ STRIPS = 80
 
 
 def pressure_strips(
-    x_mm: Floats,
-    y_mm: Floats,
-    pressure_MPa: Floats,
-    *,
-    friction: float,
-    shear_MPa: float,
-    poisson: float,
-    strips: int = STRIPS,
+    x_mm: Floats, y_mm: Floats, pressure_MPa: Floats, pair: RollingPair, *, strips: int = STRIPS
 ) -> tuple[Strips, ...]:
     """Separate patches of a pressure on a uniform grid, each in strips and with its own ellipse.
 
@@ -47,7 +41,7 @@ def pressure_strips(
     After Kik and Piotrowski (1996), who march over the true patch in strips. Range of validity: each strip has one
     stretch in contact, as on prismatic rails.
     """
-    step_x, width = float(x_mm[1] - x_mm[0]), float(y_mm[1] - y_mm[0])
+    width = float(y_mm[1] - y_mm[0])
     group = max(1, y_mm.size // strips)
     kept = y_mm.size + -y_mm.size % group
     padded = np.pad(pressure_MPa, ((0, 0), (0, kept - y_mm.size))).reshape(x_mm.size, -1, group).mean(axis=2)
@@ -57,15 +51,12 @@ def pressure_strips(
     starts = np.flatnonzero(here & ~np.append(False, here[:-1]))
     ends = np.flatnonzero(here & ~np.append(here[1:], False)) + 1
     own = [slice(int(low), int(high)) for low, high in zip(starts, ends, strict=True)]
-    constants = (step_x, group * width, friction, shear_MPa, poisson)
-    return tuple(_piece(x_mm, middles[one], padded[:, one], *constants) for one in own)
+    return tuple(_piece(x_mm, middles[one], padded[:, one], group * width, pair) for one in own)
 
 
-def _piece(
-    x: Floats, y: Floats, p: Floats, step_x: float, width: float, friction: float, shear: float, poisson: float
-) -> Strips:
+def _piece(x: Floats, y: Floats, p: Floats, width: float, pair: RollingPair) -> Strips:
     total = p.sum(axis=0)
-    force = step_x * total
+    force = float(x[1] - x[0]) * total
     load = float(width * force.sum())
     middle = x @ p / total
     half = 2.0 * np.sqrt(np.maximum(x**2 @ p / total - middle**2, 0.0))
@@ -76,14 +67,7 @@ def _piece(
     b = math.sqrt(5.0 * (float((y - centre_y) ** 2 @ share) + width**2 / 12.0))
     scale = math.sqrt(2.0 * width * float(half.sum()) / (math.pi * a * b))
     return Strips(
-        contact=RollingEllipse(
-            a_mm=scale * a,
-            b_mm=scale * b,
-            normal_force_N=load,
-            friction=friction,
-            shear_MPa=shear,
-            poisson=poisson,
-        ),
+        contact=RollingEllipse.of(pair, a_mm=scale * a, b_mm=scale * b, normal_force_N=load),
         centre_x_mm=centre_x,
         centre_y_mm=centre_y,
         y_mm=y,
