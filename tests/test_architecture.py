@@ -28,12 +28,12 @@ ROOMS: dict[str, set[str]] = {
     "options": {"errors", "inputs", "case", "profiles"},
     "profiles": {"errors", "files", "inputs"},
     "contact": {"errors"},
-    "rolling": {"errors"},
+    "rolling": {"errors", "material"},
     "geometry": {"errors", "dimensions", "profiles", "irregularity"},
     # the exact theory of rolling is one creep theory among the others
     "theory": {"errors", "material", "geometry", "rolling", "irregularity"},
     "fe": {"errors", "material", "dimensions", "profiles", "geometry", "contact"},
-    "comparison": {"errors", "case", "creep", "criteria", "geometry", "theory", "contact", "rolling"}
+    "comparison": {"errors", "material", "case", "creep", "criteria", "geometry", "theory", "contact", "rolling"}
     | {"outcome", "irregularity"},
     # beside the comparison: vehicles see no finite elements
     "vehicle": {"errors", "inputs", "creep", "dimensions", "material", "profiles", "geometry", "contact", "theory"},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
@@ -27,26 +28,12 @@ else:
     VehicleOptions = type(_OF_VEHICLE)
 
 
-def curve(
-    options: VehicleOptions = _OF_VEHICLE,
-    *,
-    vehicle: str = "manchester",
-    bogie: str = "leading",
-    radii: Annotated[str, Parameter(allow_leading_hyphen=True)] = "300,500,1000,3000",
-    theory: str = "overlap",
-    friction: float = 0.3,
-    cant_mm: float = 100.0,
-    unbalanced_m_s2: Annotated[float, Parameter(name="--unbalanced-m-s2", allow_leading_hyphen=True)] = 0.0,
-    speed_km_h: Annotated[float | None, Parameter(name="--speed-km-h")] = None,
-    shares: str = "",
-    map: Path | None = None,
-    workers: int = 1,
-    json: Annotated[bool, Parameter(negative="")] = False,
-    out: Path | None = None,
-) -> int:
-    """Steady running of a wheelset or a bogie in curves: shift, yaw, forces of all wheels, critical speed (no mesh).
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class CurveOptions:
+    """A vehicle, and the curves that it runs through.
 
-    Parameters
+    Attributes
     ----------
     vehicle
         wheelset (free, 60 kN a wheel), manchester, metro, or a TOML file like those.
@@ -73,13 +60,57 @@ def curve(
         Folder of a map of the same pair: where all wheels are on it, and which cheap theory holds there.
     workers
         Processes, one a theory.
+    """
+
+    vehicle: str = "manchester"
+    bogie: str = "leading"
+    radii: Annotated[str, Parameter(allow_leading_hyphen=True)] = "300,500,1000,3000"
+    theory: str = "overlap"
+    friction: float = 0.3
+    cant_mm: float = 100.0
+    unbalanced_m_s2: Annotated[float, Parameter(name="--unbalanced-m-s2", allow_leading_hyphen=True)] = 0.0
+    speed_km_h: Annotated[float | None, Parameter(name="--speed-km-h")] = None
+    shares: str = ""
+    map: Path | None = None
+    workers: int = 1
+
+    def shared_radii(self) -> dict[float, float] | tuple[float, ...]:
+        """Radii in m with the share of the way that each has; radii alone where one is there twice.
+
+        Raises
+        ------
+        InputError
+            If there are not as many shares as radii.
+        """
+        from fecontact.inputs.texts import parse_numbers
+
+        every = parse_numbers(self.radii, "radii")
+        parts = parse_numbers(self.shares, "shares") if self.shares else [1.0] * len(every)
+        if len(parts) != len(every):
+            raise InputError(f"there are {len(parts)} shares for {len(every)} radii; give one number >= 0 for each")
+        return dict(zip(every, parts, strict=True)) if len(set(every)) == len(every) else every
+
+
+_AS_USUAL = CurveOptions()
+
+
+def curve(
+    options: VehicleOptions = _OF_VEHICLE,
+    *,
+    asked: CurveOptions = _AS_USUAL,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    out: Path | None = None,
+) -> int:
+    """Steady running of a wheelset or a bogie in curves: shift, yaw, forces of all wheels, critical speed (no mesh).
+
+    Parameters
+    ----------
     json
         Print the result as JSON and nothing else.
     out
         Folder for curve.csv, curve.json and pictures.
     """
     from fecontact.files import write_json
-    from fecontact.inputs.texts import parse_numbers
     from fecontact.outputs.figures.curve import curves_figure, visits_figure
     from fecontact.outputs.records.curve import curve_rows, curves_record
     from fecontact.outputs.tables.csv_file import write_csv
@@ -87,21 +118,20 @@ def curve(
     from fecontact.runs.curving import curve as run_curves
     from fecontact.vehicle.conditions import Conditions
 
-    every = parse_numbers(radii, "radii")
-    parts = parse_numbers(shares, "shares") if shares else [1.0] * len(every)
-    if len(parts) != len(every):
-        raise InputError(f"there are {len(parts)} shares for {len(every)} radii; give one number >= 0 for each")
     found = run_curves(
-        vehicle,
-        dict(zip(every, parts, strict=True)) if len(set(every)) == len(every) else every,
+        asked.vehicle,
+        asked.shared_radii(),
         case=options.case(),
         conditions=Conditions(
-            friction=friction, cant_mm=cant_mm, unbalanced_m_s2=unbalanced_m_s2, speed_km_h=speed_km_h
+            friction=asked.friction,
+            cant_mm=asked.cant_mm,
+            unbalanced_m_s2=asked.unbalanced_m_s2,
+            speed_km_h=asked.speed_km_h,
         ),
-        theories=theory.split(","),
-        bogie=bogie,
-        map_folder=map,
-        workers=workers,
+        theories=asked.theory.split(","),
+        bogie=asked.bogie,
+        map_folder=asked.map,
+        workers=asked.workers,
     )
     record = curves_record(found)
     if out is not None:

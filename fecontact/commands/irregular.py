@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
@@ -20,24 +21,12 @@ else:
     PairOptions = type(_OF_PAIR)
 
 
-def irregular(
-    options: PairOptions = _OF_PAIR,
-    *,
-    wavelengths_mm: str = "",
-    amplitudes_um: str = "",
-    irregularity: str = "",
-    table: str = "",
-    positions_mm: Annotated[str, Parameter(allow_leading_hyphen=True)] = "",
-    limit_percent: float = 5.0,
-    workers: int | None = None,
-    json: Annotated[bool, Parameter(negative="")] = False,
-    out: Path | None = None,
-) -> int:
-    """Hertz's spring over corrugation, flats and welds (eq. 6) and models like it beside the half-space (no mesh).
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class IrregularOptions:
+    """What is irregular, and how models of it are judged.
 
-    Over wavelengths and amplitudes it is a map of which model holds; over one irregularity the force of each model.
-
-    Parameters
+    Attributes
     ----------
     wavelengths_mm
         Wavelengths of a map in mm: numbers and ranges FROM:TO:STEP, separated by commas, such as 10:200:10.
@@ -54,6 +43,33 @@ def irregular(
         Error of force and peak up to which a model holds.
     workers
         Processes; without it one a core.
+    """
+
+    wavelengths_mm: str = ""
+    amplitudes_um: str = ""
+    irregularity: str = ""
+    table: str = ""
+    positions_mm: Annotated[str, Parameter(allow_leading_hyphen=True)] = ""
+    limit_percent: float = 5.0
+    workers: int | None = None
+
+
+_NOTHING = IrregularOptions()
+
+
+def irregular(
+    options: PairOptions = _OF_PAIR,
+    *,
+    asked: IrregularOptions = _NOTHING,
+    json: Annotated[bool, Parameter(negative="")] = False,
+    out: Path | None = None,
+) -> int:
+    """Hertz's spring over corrugation, flats and welds (eq. 6) and models like it beside the half-space (no mesh).
+
+    Over wavelengths and amplitudes it is a map of which model holds; over one irregularity the force of each model.
+
+    Parameters
+    ----------
     json
         Print the result as JSON and nothing else.
     out
@@ -67,19 +83,23 @@ def irregular(
     from fecontact.outputs.terminal.irregular import irregular_lines
     from fecontact.runs.irregular import irregular as judged
 
-    if irregularity and table:
+    if asked.irregularity and asked.table:
         raise InputError("irregular: give --irregularity or --table, not both")
-    case, text = options.case(), f"table:{table}" if table else irregularity
+
+    def numbers(text: str, name: str) -> tuple[float, ...]:
+        return parse_numbers(text, name) if text else ()
+
+    case, text = options.case(), f"table:{asked.table}" if asked.table else asked.irregularity
     tell_notes(unusual([case]))
     with many("cells" if not text else "places") as progress:
         record = judged(
             case,
-            wavelengths_mm=parse_numbers(wavelengths_mm, "wavelengths") if wavelengths_mm else (),
-            amplitudes_mm=[1e-3 * one for one in parse_numbers(amplitudes_um, "amplitudes")] if amplitudes_um else (),
+            wavelengths_mm=numbers(asked.wavelengths_mm, "wavelengths"),
+            amplitudes_mm=[1e-3 * one for one in numbers(asked.amplitudes_um, "amplitudes")],
             irregularity=text or None,
-            positions_mm=parse_numbers(positions_mm, "positions") if positions_mm else (),
-            limit=0.01 * limit_percent,
-            workers=default_workers() if workers is None else workers,
+            positions_mm=numbers(asked.positions_mm, "positions"),
+            limit=0.01 * asked.limit_percent,
+            workers=default_workers() if asked.workers is None else asked.workers,
             progress=progress,
         )
     if out is not None:

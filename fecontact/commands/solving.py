@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
 from cyclopts import Parameter
 
 from fecontact.case import Case, Group, unusual
+from fecontact.commands.grid import GridOptions
 from fecontact.console import announce, count, log_only, logged, many, print_reasons, say, solving, tell_notes, width
 from fecontact.options import PANELS, CaseOptions, options_of
 from fecontact.outcome import usable
@@ -219,8 +220,7 @@ def _tell_files(out: Path, files: Sequence[str], more: str, how: RunOptions) -> 
 def map_(
     options: MapOptions = _OF_MAP,
     *,
-    shifts: Annotated[str, Parameter(allow_leading_hyphen=True)],
-    loads_kn: Annotated[str, Parameter(name="--loads-kn", allow_leading_hyphen=True)] = "10,20,50,80,100,125,150",
+    grid: GridOptions,
     out: Path,
     measure: Literal["pressure", "force", "theory"] = "pressure",
     theory: str = "hertz",
@@ -232,10 +232,6 @@ def map_(
 
     Parameters
     ----------
-    shifts
-        Lateral shifts in mm: numbers and ranges FROM:TO:STEP, separated by commas, such as -6:6:0.5.
-    loads_kn
-        Wheel loads in kN, likewise.
     out
         Folder for map.csv, contacts.csv (the theory to use, with its patches), stiffness.csv, map.json, map.png and
         map_theory.png (the cheapest theory of the pressure that holds; with friction also map_force.png, where Hertz
@@ -247,15 +243,14 @@ def map_(
     theory
         Theory of the pressure whose map is printed, and drawn as map_NAME.png; `fecontact theories` lists them.
     """
-    from fecontact.inputs.texts import parse_numbers
     from fecontact.outputs.maps.measures import refuse_measure
     from fecontact.outputs.terminal.maps import map_lines
     from fecontact.runs.folders import prepare_for_map
     from fecontact.runs.map_run import run_map
 
-    settings, positions, case = how.settings(), parse_numbers(shifts, "shifts"), options.case()
+    settings, positions, case = how.settings(), grid.shifts_mm, options.case()
     refuse_measure(case, measure, theory)
-    loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
+    loads_N = grid.loads_N
     prepare_for_map(out, case, force=how.force)
     with logged(out / f"run{settings.part_suffix}.log"):
         cells = [replace(case, load_N=load_N) for load_N in loads_N]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 from cyclopts import Parameter
 
 from fecontact.case import IRREGULAR, unusual
+from fecontact.commands.grid import GridOptions
 from fecontact.console import tell_notes
 from fecontact.material import OF_YIELDING
 from fecontact.options import CaseOptions, options_of
@@ -69,8 +70,7 @@ def theory(
 def table(
     options: TableOptions = _OF_TABLE,
     *,
-    shifts: Annotated[str, Parameter(allow_leading_hyphen=True)],
-    loads_kn: Annotated[str, Parameter(name="--loads-kn", allow_leading_hyphen=True)] = "10,20,50,80,100,125,150",
+    grid: GridOptions,
     out: Path | None = None,
     map_: Annotated[Path | None, Parameter(name="--map")] = None,
     json: Annotated[bool, Parameter(negative="")] = False,
@@ -81,10 +81,6 @@ def table(
 
     Parameters
     ----------
-    shifts
-        Lateral shifts in mm: numbers and ranges FROM:TO:STEP, separated by commas, such as -6:6:0.5.
-    loads_kn
-        Wheel loads in kN, likewise.
     out
         File for the table as CSV, with units in the names of its columns.
     map_
@@ -92,13 +88,11 @@ def table(
     json
         Print the table as JSON and nothing else.
     """
-    from fecontact.inputs.texts import parse_numbers
     from fecontact.outputs.tables.csv_file import write_csv
     from fecontact.outputs.terminal.contact_table import contact_table_lines
     from fecontact.runs.contact_table import table as made_table
 
-    case, positions = options.case(), parse_numbers(shifts, "shifts")
-    loads_N = [1e3 * load for load in parse_numbers(loads_kn, "loads")]
+    case, positions, loads_N = options.case(), grid.shifts_mm, grid.loads_N
     tell_notes(unusual([replace(case, load_N=load_N) for load_N in loads_N]))
     rows = made_table(case, positions, loads_N, map_folder=map_)
     if out is not None:
