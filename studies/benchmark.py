@@ -4,8 +4,8 @@ The elliptic test (wheel cylinder R 460, rail R 300, 100 kN, half model) at four
 on one thread: degrees of freedom, CPU seconds from mesh to comparison, peak memory, errors against exact Hertz. Then
 ratios that do not depend on the machine: contact over assembling and factorising, contact over one linear solution, a
 further load over the first one, assembly by scalar forms over the plain vector form, growth with the number of
-unknowns (also by multigrid), and a nine-position study on two processes over one. Nothing here is asserted: tests
-protect results, not times.
+unknowns (also by multigrid), the files of a case over its solution, and a nine-position study on two processes over
+one, with what its own process has of all CPU seconds. Nothing here is asserted: tests protect results, not times.
 
 `python studies/benchmark.py [--quick] [--study] [--million] [--out DIR]`; `--study` adds the nine-position study, and
 `--million` two meshes of 0.5 and 1.1 million unknowns by multigrid; both take minutes, the latter 3.5 GB.
@@ -15,12 +15,14 @@ import argparse
 import csv
 import math
 import multiprocessing
+import os
 import subprocess
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -124,10 +126,39 @@ def assembly(case: Case) -> dict[str, float]:
     return {"scalar_forms_s": middle - start, "vector_form_s": end - middle}
 
 
-def alone(function: Any, case: Case) -> Any:
+def files(case: Case) -> dict[str, float]:
+    """CPU seconds of a solution, of all files of a case, and of its picture alone, once what they need is loaded."""
+    from fecontact.outputs.figures.case import case_figure
+    from fecontact.runs.case_store import keep_case
+    from fecontact.solving.solve import solve
+
+    start = time.process_time()
+    result = solve(case)
+    solved = time.process_time()
+    with TemporaryDirectory() as folder:
+        keep_case(result, Path(folder))
+        loaded = time.process_time()
+        keep_case(result, Path(folder))
+        kept = time.process_time()
+        case_figure(result, Path(folder) / "case.png")
+        drawn = time.process_time()
+    return {"solve_s": solved - start, "files_s": kept - loaded, "picture_s": drawn - kept}
+
+
+def study_share(out: Path) -> float:
+    """Part of all CPU seconds of the nine-position study that its own process takes, and none of its two workers."""
+    from fecontact.runs.run import run
+
+    run(Path(__file__).parent / "first_light.py", out / "share", quick=True, workers=2, force=True)
+    spent = os.times()
+    own = spent.user + spent.system
+    return own / (own + spent.children_user + spent.children_system)
+
+
+def alone(function: Any, given: Case | Path) -> Any:
     """Call a function in a process of its own, on one thread: its peak memory and its CPU seconds are its own."""
     with thread_environment(1), ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
-        return pool.submit(function, case).result()
+        return pool.submit(function, given).result()
 
 
 def study_seconds(workers: int, out: Path, quick: bool) -> float:
@@ -217,9 +248,15 @@ def main() -> None:
     large = [replace(ELLIPTIC, resolution=size) for size in LARGE_MM] if given.million else []
     multigrid = [alone(measure, replace(case, solver="amg")) for case in (*chosen, *large)]
     text = report(rows, multigrid, alone(assembly, chosen[0]))
+    kept = alone(files, Case(lateral_shift_mm=3.0))
+    text += f"\nfiles of a case / its solution: {kept['files_s'] / kept['solve_s']:.2f}"
+    text += f", its picture alone {kept['picture_s'] / kept['solve_s']:.2f}"
     if given.study:
         one, two = (study_seconds(workers, given.out, given.quick) for workers in (1, 2))
         text += f"\nnine positions: {one:.0f} s with 1 process, {two:.0f} s with 2: {one / two:.2f} times faster"
+        text += (
+            f"\nnine positions in small: {alone(study_share, given.out):.0%} of the CPU seconds in their own process"
+        )
     with (given.out / "benchmark.csv").open("w", newline="") as file:
         writer = csv.DictWriter(file, list(rows[0]))
         writer.writeheader()
