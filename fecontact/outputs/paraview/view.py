@@ -63,41 +63,27 @@ def view_script(collections: Sequence[str], rows: Sequence[Row], folders: Sequen
     """The script for these collections, whose cases are the rows in the folders."""
     touches = np.array([_touch_mm(folder) for folder in folders])
     low, high = touches.min(axis=0), touches.max(axis=0)
-    extents = [
-        float(row[f"extent_{axis}_{of}_mm"])
-        for row in rows
-        for axis in "xy"
-        for of in ("fe", "hertz")
-        if row.get(f"extent_{axis}_{of}_mm") is not None
-    ]
-    size = max(extents) + float(np.max(high - low))
-    head = {
-        "FILES": list(collections),
-        "CENTRE_MM": [round(float(middle), 3) for middle in 0.5 * (low + high)],
-        "SIZE_MM": round(size, 1),
-        "PRESSURE_MPA": _round_up(_largest(rows, ("p_max_fe_MPa", "p_max_hertz_MPa"))),
-        "VON_MISES_MPA": _round_up(_largest(rows, ("von_mises_max_rail_MPa", "von_mises_max_wheel_MPa"))),
-    }
-    words = {
-        "FILES": "collections beside this script; the first one is shown: put another one there",
-        "CENTRE_MM": "middle of all touch points, in the track frame",
-        "SIZE_MM": "what the cameras show: the largest patch, and how far the touch point moves",
-        "PRESSURE_MPA": "ends of the colour scales, the same for all cases",
-    }
-    lines = [
-        '"""Shows the contact in ParaView: pressure on the rail, and von Mises stress in the cut across.',
-        "",
-        "Start ParaView in the folder of this file: `paraview --script=view.py`. The slider of the time is the lateral",
-        "shift. Paths are relative to this file: the whole folder can be moved.",
-        '"""',
-        "",
-    ]
-    for name, value in head.items():
-        if name in words:
-            lines.append(f"# {words[name]}")
-        lines.append(f"{name} = {json.dumps(value)}")
-    body = (files("fecontact.outputs.paraview") / _BODY).read_text("utf-8")
-    return "\n".join(lines) + "\n" + body
+    extent = _largest(rows, *(f"extent_{axis}_{of}_mm" for axis in "xy" for of in ("fe", "hertz")))
+    pressure, stress = (
+        _ROUND_MPA * math.ceil(_largest(rows, *columns) / _ROUND_MPA)
+        for columns in (("p_max_fe_MPa", "p_max_hertz_MPa"), ("von_mises_max_rail_MPa", "von_mises_max_wheel_MPa"))
+    )
+    return f'''"""Shows the contact in ParaView: pressure on the rail, and von Mises stress in the cut across.
+
+Start ParaView in the folder of this file: `paraview --script=view.py`. The slider of the time is the lateral
+shift. Paths are relative to this file: the whole folder can be moved.
+"""
+
+# collections beside this script; the first one is shown: put another one there
+FILES = {json.dumps(list(collections))}
+# middle of all touch points, in the track frame
+CENTRE_MM = {json.dumps([round(float(middle), 3) for middle in 0.5 * (low + high)])}
+# what the cameras show: the largest patch, and how far the touch point moves
+SIZE_MM = {json.dumps(round(extent + float(np.max(high - low)), 1))}
+# ends of the colour scales, the same for all cases
+PRESSURE_MPA = {json.dumps(pressure)}
+VON_MISES_MPA = {json.dumps(stress)}
+''' + (files("fecontact.outputs.paraview") / _BODY).read_text("utf-8")
 
 
 def _touch_mm(folder: Path) -> tuple[float, float, float]:
@@ -105,10 +91,6 @@ def _touch_mm(folder: Path) -> tuple[float, float, float]:
     return first["x_mm"], first["y_mm"], first["z_mm"]
 
 
-def _largest(rows: Sequence[Row], columns: Sequence[str]) -> float:
+def _largest(rows: Sequence[Row], *columns: str) -> float:
     values = [float(row[column]) for row in rows for column in columns if row.get(column) is not None]
     return max(values, default=1.0)
-
-
-def _round_up(value: float) -> float:
-    return _ROUND_MPA * math.ceil(value / _ROUND_MPA)
