@@ -19,7 +19,7 @@ from fecontact.dimensions import Track as Track
 from fecontact.dimensions import TrackSide
 from fecontact.errors import InputError
 from fecontact.inputs.kinds import Choice, Flag, Number, Text, Written
-from fecontact.inputs.slots import Part, Slot, by_name, check_inputs, slots
+from fecontact.inputs.slots import Part, Slot, by_name, check_inputs, given, slots
 from fecontact.inputs.texts import INCLINATION_FORMS, inclination_text, parse_inclination, renamed
 from fecontact.irregularity.shapes import Irregularity
 from fecontact.irregularity.texts import FORMS, irregularity_of, irregularity_text
@@ -174,15 +174,13 @@ _DISTANCE = Number(
 )
 
 
-def _opposite(described: Text | Number, name: str) -> dict[str, Any]:
-    return {
-        "input": replace(
-            described,
-            label=f"opposite {described.label}",
-            help=f"{described.help} of the other side of the wheelset, if it is another one",
-            options=(f"opposite-{name}",),
-        )
-    }
+def _opposite(described: Text | Number, name: str) -> Text | Number:
+    return replace(
+        described,
+        label=f"opposite {described.label}",
+        help=f"{described.help} of the other side of the wheelset, if it is another one",
+        options=(f"opposite-{name}",),
+    )
 
 
 @by_name
@@ -193,10 +191,10 @@ class Opposite:
     The load counts for the roll of the loaded wheelset alone.
     """
 
-    rail: str | None = field(default=None, metadata=_opposite(_RAIL, "rail"))
-    wheel: str | None = field(default=None, metadata=_opposite(_WHEEL, "wheel"))
-    rolling_radius_mm: float | None = field(default=None, metadata=_opposite(_ROLLING_RADIUS, "rolling-radius-mm"))
-    wheel_load_N: float | None = field(default=None, metadata=_opposite(_LOAD, "load-kn"))
+    rail: str | None = given(None, _opposite(_RAIL, "rail"))
+    wheel: str | None = given(None, _opposite(_WHEEL, "wheel"))
+    rolling_radius_mm: float | None = given(None, _opposite(_ROLLING_RADIUS, "rolling-radius-mm"))
+    wheel_load_N: float | None = given(None, _opposite(_LOAD, "load-kn"))
 
     def __post_init__(self) -> None:
         check_inputs(self)
@@ -252,37 +250,37 @@ class Case:
     "given" as 0 for lines that make no wheelset.
     """
 
-    rail: str = field(default="60E1", metadata={"input": _RAIL})
-    wheel: str = field(default="S1002", metadata={"input": _WHEEL})
-    inclination_rad: float = field(default=INCLINATION_1_40, metadata={"input": _INCLINATION})
-    lateral_shift_mm: float = field(default=0.0, metadata={"input": _SHIFT})
-    roll: Roll | None = field(default=None, metadata={"input": _ROLL})
-    roll_rad: float = field(default=_NOT_SAID, metadata={"input": _ROLL_ANGLE})
-    yaw_rad: float = field(default=0.0, metadata={"input": _YAW})
-    roll_load_N: float | None = field(default=None, metadata={"input": _ROLL_LOAD})
-    flange_climb: bool = field(default=False, metadata={"input": _CLIMB})
-    side: TrackSide = field(default="left", metadata={"input": _SIDE})
+    rail: str = given("60E1", _RAIL)
+    wheel: str = given("S1002", _WHEEL)
+    inclination_rad: float = given(INCLINATION_1_40, _INCLINATION)
+    lateral_shift_mm: float = given(0.0, _SHIFT)
+    roll: Roll | None = given(None, _ROLL)
+    roll_rad: float = given(_NOT_SAID, _ROLL_ANGLE)
+    yaw_rad: float = given(0.0, _YAW)
+    roll_load_N: float | None = given(None, _ROLL_LOAD)
+    flange_climb: bool = given(False, _CLIMB)
+    side: TrackSide = given("left", _SIDE)
     opposite: Opposite = field(default_factory=Opposite, metadata={"part": Part(group="place")})
-    load_N: float = field(default=100e3, metadata={"input": _LOAD})
-    load_kind: LoadKind = field(default="vertical", metadata={"input": _LOAD_KIND})
+    load_N: float = given(100e3, _LOAD)
+    load_kind: LoadKind = given("vertical", _LOAD_KIND)
     rail_material: Material = field(default=STEEL, metadata={"part": Part(group="material", body="rail", both=True)})
     wheel_material: Material = field(default=STEEL, metadata={"part": Part(group="material", body="wheel", both=True)})
-    rolling_radius_mm: float = field(default=460.0, metadata={"input": _ROLLING_RADIUS})
+    rolling_radius_mm: float = given(460.0, _ROLLING_RADIUS)
     track: Track = field(default_factory=Track, metadata={"part": Part(group="place")})
     size: BodySize = field(default_factory=BodySize, metadata={"part": Part(group="bodies")})
-    resolution: str | tuple[float, float] = field(default="quick", metadata={"input": _RESOLUTION})
-    solver: SolverChoice = field(default="auto", metadata={"input": _SOLVER})
+    resolution: str | tuple[float, float] = given("quick", _RESOLUTION)
+    solver: SolverChoice = given("auto", _SOLVER)
     criteria: Criteria = field(default_factory=Criteria, metadata={"part": Part(group="verdict")})
     rail_file: Reading = field(default_factory=Reading, metadata={"part": Part(group="profiles", body="rail")})
     wheel_file: Reading = field(default_factory=Reading, metadata={"part": Part(group="profiles", body="wheel")})
     creep: Creep = field(default_factory=Creep, metadata={"part": Part(group="creep")})
-    refine_degrees_of_freedom: int = field(default=400_000, metadata={"input": _REFINE})
-    evidence: bool = field(default=False, metadata={"input": _EVIDENCE})
+    refine_degrees_of_freedom: int = given(400_000, _REFINE)
+    evidence: bool = given(False, _EVIDENCE)
 
-    rail_irregularity: Irregularity | None = field(default=None, metadata={"input": _RAIL_IRREGULARITY})
-    wheel_irregularity: Irregularity | None = field(default=None, metadata={"input": _WHEEL_IRREGULARITY})
-    distance_mm: float = field(default=0.0, metadata={"input": _DISTANCE})
-    library: str | None = field(default=None, metadata={"input": _LIBRARY})
+    rail_irregularity: Irregularity | None = given(None, _RAIL_IRREGULARITY)
+    wheel_irregularity: Irregularity | None = given(None, _WHEEL_IRREGULARITY)
+    distance_mm: float = given(0.0, _DISTANCE)
+    library: str | None = given(None, _LIBRARY)
 
     def __post_init__(self) -> None:
         check_inputs(self)

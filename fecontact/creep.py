@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from dataclasses import dataclass, fields, replace
 
 from fecontact.errors import InputError
 from fecontact.inputs.kinds import Flag, Number
-from fecontact.inputs.slots import by_name, check_inputs
+from fecontact.inputs.slots import by_name, check_inputs, given
 
 FRICTION = Number(
     label="friction coefficient",
@@ -20,8 +19,8 @@ FRICTION = Number(
 _NO_UNIT = "it is relative to the rolling speed: 0.001 is 0.1 %"
 
 
-def _creepage(label: str, help: str, **others: Any) -> dict[str, Any]:
-    return {"input": Number(label=label, help=help, low=-1.0, high=1.0, remedy=_NO_UNIT, **others)}
+def _creepage(label: str, help: str, *, unit: str = "") -> Number:
+    return Number(label=label, help=help, low=-1.0, high=1.0, remedy=_NO_UNIT, unit=unit)
 
 
 @by_name
@@ -37,68 +36,53 @@ class Creep:
     surfaces across the real patch.
     """
 
-    friction: float | None = field(
-        default=None,
-        metadata={"input": replace(FRICTION, help="Coefficient of friction; with it creep forces are evaluated")},
+    friction: float | None = given(
+        None, replace(FRICTION, help="Coefficient of friction; with it creep forces are evaluated")
     )
-    xi: float | None = field(
-        default=None,
-        metadata=_creepage("creepage xi", "Longitudinal creepage, > 0 where the wheel slides forward"),
+    xi: float | None = given(
+        None, _creepage("creepage xi", "Longitudinal creepage, > 0 where the wheel slides forward")
     )
-    eta: float | None = field(
-        default=None,
-        metadata=_creepage("creepage eta", "Lateral creepage, > 0 towards the field side"),
+    eta: float | None = given(None, _creepage("creepage eta", "Lateral creepage, > 0 towards the field side"))
+    spin_per_mm: float | None = given(None, _creepage("spin", "Spin about the normal of the contact", unit="1/mm"))
+    speed_ratio: float = given(
+        1.0,
+        Number(
+            label="speed ratio",
+            help="Speed of rotation over that which rolls the tape circle; above 1 the wheel drives",
+            high=2.0,
+            remedy="a free wheel has 1, a driven one some thousandths more",
+        ),
     )
-    spin_per_mm: float | None = field(
-        default=None, metadata=_creepage("spin", "Spin about the normal of the contact", unit="1/mm")
+    curved: bool = given(
+        False,
+        Flag(
+            label="curved surfaces",
+            help="Creepages on the real patch follow the rolling radius and contact angle of each line",
+            alone=True,
+        ),
     )
-    speed_ratio: float = field(
-        default=1.0,
-        metadata={
-            "input": Number(
-                label="speed ratio",
-                help="Speed of rotation over that which rolls the tape circle; above 1 the wheel drives",
-                high=2.0,
-                remedy="a free wheel has 1, a driven one some thousandths more",
-            )
-        },
+    force_limit: float = given(
+        0.05,
+        Number(
+            label="limit of the creep force",
+            help="Hertz holds for forces if its creep force is off by less of mu N",
+            key="force_percent",
+            shown_unit="%",
+            factor=100.0,
+            high=1.0,
+            inclusive=False,
+            remedy="for example 0.05 for 5 %",
+        ),
     )
-    curved: bool = field(
-        default=False,
-        metadata={
-            "input": Flag(
-                label="curved surfaces",
-                help="Creepages on the real patch follow the rolling radius and contact angle of each line",
-                alone=True,
-            )
-        },
-    )
-    force_limit: float = field(
-        default=0.05,
-        metadata={
-            "input": Number(
-                label="limit of the creep force",
-                help="Hertz holds for forces if its creep force is off by less of mu N",
-                key="force_percent",
-                shown_unit="%",
-                factor=100.0,
-                high=1.0,
-                inclusive=False,
-                remedy="for example 0.05 for 5 %",
-            )
-        },
-    )
-    largest_creepage: float = field(
-        default=0.02,
-        metadata={
-            "input": Number(
-                label="largest creepage",
-                help="Longitudinal and lateral creepage up to which forces are judged",
-                low=1e-4,
-                high=0.5,
-                remedy="0.02 is 2 %, where most contacts slide",
-            )
-        },
+    largest_creepage: float = given(
+        0.02,
+        Number(
+            label="largest creepage",
+            help="Longitudinal and lateral creepage up to which forces are judged",
+            low=1e-4,
+            high=0.5,
+            remedy="0.02 is 2 %, where most contacts slide",
+        ),
     )
 
     def __post_init__(self) -> None:

@@ -9,7 +9,7 @@ from fecontact.inputs.kinds import Names, Number
 from fecontact.inputs.slots import by_name, check_inputs
 
 
-def _limit(measure: str, help: str, key: str) -> dict[str, Any]:
+def _limit(default: float, measure: str, help: str, key: str) -> Any:
     described = Number(
         label=f"limit of {measure}",
         help=f"Hertz holds if {help}",
@@ -20,7 +20,7 @@ def _limit(measure: str, help: str, key: str) -> dict[str, Any]:
         inclusive=False,
         remedy="for example 0.05 for 5 %" if key.endswith("_percent") else "for example 0.15",
     )
-    return {"input": described, "measure": measure}
+    return field(default=default, metadata={"input": described, "measure": measure})
 
 
 _SETS = {
@@ -44,29 +44,17 @@ class Criteria:
     takes the ellipse for the contact.
     """
 
-    p_max: float = field(
-        default=0.05, metadata=_limit("p_max_MPa", "its peak pressure is off by less", "p_max_percent")
+    p_max: float = _limit(0.05, "p_max_MPa", "its peak pressure is off by less", "p_max_percent")
+    area: float = _limit(0.10, "area_mm2", "its patch area is off by less", "area_percent")
+    a: float = _limit(0.10, "a_mm", "its half-width along x is off by less", "a_percent")
+    b: float = _limit(0.10, "b_mm", "its half-width across is off by less", "b_percent")
+    centre: float = _limit(
+        0.15, "centre_over_b", "the centre of pressure is off by less of its half-width b", "centre_over_b"
     )
-    area: float = field(default=0.10, metadata=_limit("area_mm2", "its patch area is off by less", "area_percent"))
-    a: float = field(default=0.10, metadata=_limit("a_mm", "its half-width along x is off by less", "a_percent"))
-    b: float = field(default=0.10, metadata=_limit("b_mm", "its half-width across is off by less", "b_percent"))
-    centre: float = field(
-        default=0.15,
-        metadata=_limit("centre_over_b", "the centre of pressure is off by less of its half-width b", "centre_over_b"),
-    )
-    valley: float = field(
-        default=0.10,
-        metadata=_limit("valley", "the pressure falls by less of its peak between two lobes", "valley_percent"),
-    )
-    separate: float = field(
-        default=0.001,
-        metadata=_limit("separate_load", "separate patches carry less of the load", "separate_load_percent"),
-    )
-    misplaced: float = field(
-        default=0.10,
-        metadata=_limit(
-            "misplaced_load", "less of the load is elsewhere than Hertz predicts", "misplaced_load_percent"
-        ),
+    valley: float = _limit(0.10, "valley", "the pressure falls by less of its peak between two lobes", "valley_percent")
+    separate: float = _limit(0.001, "separate_load", "separate patches carry less of the load", "separate_load_percent")
+    misplaced: float = _limit(
+        0.10, "misplaced_load", "less of the load is elsewhere than Hertz predicts", "misplaced_load_percent"
     )
     judged_by: tuple[str, ...] = field(
         default=("all",),

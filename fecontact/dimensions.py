@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Literal
 
 from fecontact.inputs.kinds import Number
-from fecontact.inputs.slots import by_name, check_inputs
+from fecontact.inputs.slots import by_name, check_inputs, given
 
 TrackSide = Literal["left", "right"]
 
 
-def _length(label: str, help: str, remedy: str) -> dict[str, Any]:
-    return {"input": Number(label=label, help=help, unit="mm", remedy=remedy)}
+def _length(label: str, help: str, remedy: str) -> Number:
+    return Number(label=label, help=help, unit="mm", remedy=remedy)
 
 
-def _cut(label: str, help: str) -> dict[str, Any]:
+def _cut(label: str, help: str) -> Number:
     return _length(label, help, "bodies are usually cut at 60 mm")
 
 
@@ -28,12 +28,10 @@ class BodySize:
     slender web, which is a matter of the track and not of the contact. The rim is driven at its inner face.
     """
 
-    rail_depth_mm: float = field(default=60.0, metadata=_cut("rail depth", "Depth of the rail's base below its crown"))
-    rail_half_length_mm: float = field(
-        default=60.0, metadata=_cut("rail half length", "Length of the rail to each side")
-    )
-    rim_thickness_mm: float = field(default=65.0, metadata=_cut("rim thickness", "Thickness of the wheel's rim"))
-    rim_half_length_mm: float = field(default=60.0, metadata=_cut("rim half length", "Length of the rim to each side"))
+    rail_depth_mm: float = given(60.0, _cut("rail depth", "Depth of the rail's base below its crown"))
+    rail_half_length_mm: float = given(60.0, _cut("rail half length", "Length of the rail to each side"))
+    rim_thickness_mm: float = given(65.0, _cut("rim thickness", "Thickness of the wheel's rim"))
+    rim_half_length_mm: float = given(60.0, _cut("rim half length", "Length of the rim to each side"))
 
     def __post_init__(self) -> None:
         check_inputs(self)
@@ -48,20 +46,18 @@ class Track:
     crown of the rail at a given distance from the track centre instead (for heads without a gauge face).
     """
 
-    gauge_mm: float = field(default=1435.0, metadata=_length("gauge", "Track gauge", "usually 1435 mm"))
-    gauge_depth_mm: float = field(
-        default=14.0,
-        metadata=_length("gauge depth", "Depth of the gauge below the rail's top", "usually 14 mm"),
+    gauge_mm: float = given(1435.0, _length("gauge", "Track gauge", "usually 1435 mm"))
+    gauge_depth_mm: float = given(
+        14.0, _length("gauge depth", "Depth of the gauge below the rail's top", "usually 14 mm")
     )
-    back_to_back_mm: float = field(
-        default=1360.0, metadata=_length("back-to-back distance", "Distance of the wheels' backs", "usually 1360 mm")
+    back_to_back_mm: float = given(
+        1360.0, _length("back-to-back distance", "Distance of the wheels' backs", "usually 1360 mm")
     )
-    tape_circle_from_back_mm: float = field(
-        default=70.0, metadata=_length("tape circle", "Distance of the tape circle from the back", "usually 70 mm")
+    tape_circle_from_back_mm: float = given(
+        70.0, _length("tape circle", "Distance of the tape circle from the back", "usually 70 mm")
     )
-    rail_crown_y_mm: float | None = field(
-        default=None,
-        metadata=_length("rail crown", "Crown from the track centre, instead of the gauge", "None places by the gauge"),
+    rail_crown_y_mm: float | None = given(
+        None, _length("rail crown", "Crown from the track centre, instead of the gauge", "None places by the gauge")
     )
 
     def __post_init__(self) -> None:

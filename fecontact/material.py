@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from fecontact.errors import InputError, check_positive
 from fecontact.inputs.kinds import Number, Text
-from fecontact.inputs.slots import by_name, check_inputs
+from fecontact.inputs.slots import by_name, check_inputs, given
 
 _NAME = Text(label="name of the material", help="Label in reports", options=("material-name",))
 _YOUNG = Number(
@@ -76,8 +76,8 @@ class Material:
     name: str = field(metadata={"input": _NAME})
     young_MPa: float = field(metadata={"input": _YOUNG})
     poisson: float = field(metadata={"input": _POISSON})
-    yield_MPa: float | None = field(default=None, metadata={"input": _YIELD})
-    tangent_MPa: float = field(default=0.0, metadata={"input": _TANGENT})
+    yield_MPa: float | None = given(None, _YIELD)
+    tangent_MPa: float = given(0.0, _TANGENT)
 
     def __post_init__(self) -> None:
         check_inputs(self)

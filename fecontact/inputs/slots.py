@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import MISSING, Field, dataclass, fields
+from dataclasses import field as dataclass_field
 from functools import wraps
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -91,6 +92,11 @@ class Slot:
     def shown_default(self) -> str:
         """Its default as a user would write it."""
         return "none" if self.default is None else self.input.shown(self.default)
+
+
+def given(default: Any, described: Input) -> Any:
+    """A field of a dataclass whose values are described."""
+    return dataclass_field(default=default, metadata={"input": described})
 
 
 def slots(whole: DataclassInstance) -> tuple[Slot, ...]:

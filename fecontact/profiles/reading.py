@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from fecontact.inputs.kinds import Choice, Flag, Number, Text
-from fecontact.inputs.slots import by_name, check_inputs
+from fecontact.inputs.slots import by_name, check_inputs, given
 
 MM = {"mm": 1.0, "m": 1000.0, "cm": 10.0, "um": 1e-3, "in": 25.4}
 """Units of length that a file may be in, and how many mm each is."""
@@ -71,16 +71,16 @@ class Reading:
         Whether points that are wrong are left out instead of refused (`profiles.problems`).
     """
 
-    units: str | None = field(default=None, metadata={"input": _UNITS})
-    mirror: bool = field(default=False, metadata={"input": _MIRROR})
-    flip_z: bool = field(default=False, metadata={"input": _FLIP_Z})
-    columns: str | None = field(default=None, metadata={"input": _COLUMNS})
-    decimal: str | None = field(default=None, metadata={"input": _DECIMAL})
-    offsets: str | None = field(default=None, metadata={"input": _OFFSETS})
-    noise_mm: float | None = field(default=None, metadata={"input": _NOISE})
-    smoothing_mm: float | None = field(default=None, metadata={"input": _SMOOTHING})
-    nominal: str = field(default="auto", metadata={"input": _NOMINAL})
-    repair: bool = field(default=False, metadata={"input": _REPAIR})
+    units: str | None = given(None, _UNITS)
+    mirror: bool = given(False, _MIRROR)
+    flip_z: bool = given(False, _FLIP_Z)
+    columns: str | None = given(None, _COLUMNS)
+    decimal: str | None = given(None, _DECIMAL)
+    offsets: str | None = given(None, _OFFSETS)
+    noise_mm: float | None = given(None, _NOISE)
+    smoothing_mm: float | None = given(None, _SMOOTHING)
+    nominal: str = given("auto", _NOMINAL)
+    repair: bool = given(False, _REPAIR)
 
     def __post_init__(self) -> None:
         check_inputs(self)

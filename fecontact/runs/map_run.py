@@ -92,7 +92,16 @@ def run_map(
     every = [replace(base_case, lateral_shift_mm=shift, load_N=load) for shift in shifts for load in reversed(loads)]
     cases = {case.lateral_shift_mm: case for case in every[:: len(loads)]}
     with open_run(out, out / "positions", settings, crew, progress) as by:
-        run = _Run(base_case, cases, loads, out, by, work, theory=theory, creep_laws=measure == "theory")
+        run = _Run(
+            base_case=base_case,
+            cases=cases,
+            loads_N=loads,
+            out=out,
+            by=by,
+            work=work,
+            theory=theory,
+            creep_laws=measure == "theory",
+        )
         try:
             run.solve()
         except BaseException:
@@ -105,43 +114,40 @@ def run_map(
     return MapOutcome(made=made, reused=tuple(by.finished.reused), recomputed=by.finished.recomputed)
 
 
+@dataclass(kw_only=True)
 class _Run:
     """What is known of a map while it is made."""
 
-    def __init__(
-        self,
-        base_case: Case,
-        cases: Mapping[float, Case],
-        loads_N: tuple[float, ...],
-        out: Path,
-        by: OpenRun,
-        work: MakeWork,
-        *,
-        theory: str,
-        creep_laws: bool,
-    ) -> None:
-        self._base, self._cases, self._loads, self._out = base_case, cases, loads_N, out
-        self._by, self._work, self._theory, self._creep_laws = by, work, theory, creep_laws
-        self._shifts = {position_id(case, loads_N): shift for shift, case in cases.items()}
+    base_case: Case
+    cases: Mapping[float, Case]
+    loads_N: tuple[float, ...]
+    out: Path
+    by: OpenRun
+    work: MakeWork
+    theory: str
+    creep_laws: bool
+
+    def __post_init__(self) -> None:
+        self._shifts = {position_id(case, self.loads_N): shift for shift, case in self.cases.items()}
         self._positions: dict[float, MapPosition] = {}
         self._drawn_at, self._tables_at = time.monotonic(), -math.inf
 
     def solve(self) -> None:
         """Solve what is not finished."""
-        names = self._by.settings.own_part(list(self._shifts))
+        names = self.by.settings.own_part(list(self._shifts))
         # towards the gauge corner curvatures are large and second patches come: what takes longest is not left for last
-        names = tuple(sorted(names, key=self._shifts.__getitem__, reverse=self._base.side == "left"))
-        again = [name for name in names if has_open_loads(position_folder(self._out, name)) and self._can_be_read(name)]
+        names = tuple(sorted(names, key=self._shifts.__getitem__, reverse=self.base_case.side == "left"))
+        again = [name for name in names if has_open_loads(position_folder(self.out, name)) and self._can_be_read(name)]
         jobs = [self._job(name) for name in names if name not in again]
         jobs += [replace(self._job(name), force=True) for name in again]
-        finish(jobs, self._by, total=len(self._cases), already=len(self._positions), on_done=self._done)
+        finish(jobs, self.by, total=len(self.cases), already=len(self._positions), on_done=self._done)
 
     def write(self, *, drawn: bool = True) -> ApplicabilityMap:
         """Write the files of the map, or of the part, with the positions that are known."""
         found = tuple(self._positions[shift] for shift in sorted(self._positions))
-        made = ApplicabilityMap(case=self._base, loads_N=self._loads, positions=found)
-        name, begun = f"map{self._by.settings.part_suffix}", time.monotonic()
-        write_map(made, self._out, name, theory=self._theory, provenance=self._provenance(), drawn=drawn)
+        made = ApplicabilityMap(case=self.base_case, loads_N=self.loads_N, positions=found)
+        name, begun = f"map{self.by.settings.part_suffix}", time.monotonic()
+        write_map(made, self.out, name, theory=self.theory, provenance=self._provenance(), drawn=drawn)
         now = time.monotonic()
         self._tables_at = now + (now - begun) / _PART_FOR_TABLES
         if drawn:
@@ -149,11 +155,11 @@ class _Run:
         return made
 
     def _provenance(self) -> dict[str, Any]:
-        made = origin_of(self._base)
+        made = origin_of(self.base_case)
         return {
             "made_by": dict(made.solved_by),
             "evaluated_by": dict(made.evaluated_by),
-            "input_files": input_files(self._base),
+            "input_files": input_files(self.base_case),
             "positions": {name: shift for name, shift in self._shifts.items() if shift in self._positions},
         }
 
@@ -163,20 +169,22 @@ class _Run:
         return kept.found and kept.problem is None
 
     def _job(self, name: str) -> Job:
-        case = self._cases[self._shifts[name]]
-        if self._by.settings.scheduler:
+        case = self.cases[self._shifts[name]]
+        if self.by.settings.scheduler:
             case = with_absolute_paths(case)
-        job = job_of(case, position_folder(self._out, name), self._work(case, self._loads, name))
-        read = partial(read_position, criteria=self._base.criteria, creep=self._base.creep, creep_laws=self._creep_laws)
+        job = job_of(case, position_folder(self.out, name), self.work(case, self.loads_N, name))
+        read = partial(
+            read_position, criteria=self.base_case.criteria, creep=self.base_case.creep, creep_laws=self.creep_laws
+        )
         return replace(job, read=read, label=f"{case.lateral_shift_mm:+z.2f} mm")
 
     def _done(self, done: Done) -> None:
         shift = self._shifts[done.name]
         if done.failure is not None:
-            self._positions[shift] = failed_position(shift, self._loads, done.failure)
+            self._positions[shift] = failed_position(shift, self.loads_N, done.failure)
         else:
             self._positions[shift] = done.value
-        if done.name in self._by.finished.reused:
+        if done.name in self.by.finished.reused:
             # it is drawn with the next one that is solved, or at the end
             return
         now = time.monotonic()

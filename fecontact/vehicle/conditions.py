@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from fecontact.creep import FRICTION
 from fecontact.errors import InputError
 from fecontact.geometry.placement import Pair
 from fecontact.geometry.wheelset import Wheelset
 from fecontact.inputs.kinds import Number
-from fecontact.inputs.slots import check_inputs
+from fecontact.inputs.slots import check_inputs, given
 from fecontact.material import Material, contact_modulus_MPa
 from fecontact.theory.creep.contact import rolling_pair
 from fecontact.vehicle.model import Vehicle
@@ -34,38 +34,31 @@ class Conditions:
     Without a speed it is that at which the acceleration that cant leaves over is `unbalanced_m_s2`.
     """
 
-    friction: float = field(default=0.3, metadata={"input": FRICTION})
-    cant_mm: float = field(
-        default=100.0,
-        metadata={
-            "input": Number(
-                label="cant",
-                help="Cant, over 1500 mm",
-                unit="mm",
-                low=0.0,
-                high=300.0,
-                remedy="tracks have up to 180 mm",
-            )
-        },
+    friction: float = given(0.3, FRICTION)
+    cant_mm: float = given(
+        100.0,
+        Number(
+            label="cant",
+            help="Cant, over 1500 mm",
+            unit="mm",
+            low=0.0,
+            high=300.0,
+            remedy="tracks have up to 180 mm",
+        ),
     )
-    unbalanced_m_s2: float = field(
-        default=0.0,
-        metadata={
-            "input": Number(
-                label="unbalanced acceleration",
-                help="Lateral acceleration in the plane of the track, outwards positive",
-                unit="m/s2",
-                low=-3.0,
-                high=10.0,
-                remedy="usual limits are 0.65 to 1 m/s2",
-            )
-        },
+    unbalanced_m_s2: float = given(
+        0.0,
+        Number(
+            label="unbalanced acceleration",
+            help="Lateral acceleration in the plane of the track, outwards positive",
+            unit="m/s2",
+            low=-3.0,
+            high=10.0,
+            remedy="usual limits are 0.65 to 1 m/s2",
+        ),
     )
-    speed_km_h: float | None = field(
-        default=None,
-        metadata={
-            "input": Number(label="speed", help="Running speed", unit="km/h", remedy="leave it out for a balanced one")
-        },
+    speed_km_h: float | None = given(
+        None, Number(label="speed", help="Running speed", unit="km/h", remedy="leave it out for a balanced one")
     )
 
     def __post_init__(self) -> None:
