@@ -14,6 +14,11 @@ def draw_nothing(patch: pytest.MonkeyPatch, *, of_studies: bool = False) -> None
         patch.setattr("fecontact.runs.study.study_figures", lambda rows, out, rail, criteria: ())
 
 
+def draw_no_scenes(patch: pytest.MonkeyPatch) -> None:
+    """Leave out the pictures in three dimensions, each a process of its own."""
+    patch.setattr("fecontact.outputs.paraview.scene.write_scene", lambda *arguments, **more: "left out")
+
+
 def _empty_files(result: object, path: Path) -> Path:
     for ending in (".png", ".svg"):
         path.with_suffix(ending).touch()

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from inline import inline_crew
+from pictures import draw_nothing
 
 from fecontact.case import Case, Criteria, case_from_record, case_record
 from fecontact.cli import call
@@ -192,7 +193,8 @@ def test_a_wrong_toml_study_is_refused(tmp_path, text):
         load_study(path)
 
 
-def test_a_case_that_cannot_be_solved_is_a_row_and_the_rest_goes_on(tmp_path):
+def test_a_case_that_cannot_be_solved_is_a_row_and_the_rest_goes_on(tmp_path, monkeypatch):
+    draw_nothing(monkeypatch, of_studies=True)
     pair = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
     good = Case(**pair, load_N=50e3, resolution=(2.0, 1.8), refine_degrees_of_freedom=0)
     bad = Case(lateral_shift_mm=9.0)

@@ -604,6 +604,7 @@ def stored_map(out, shifts=SHIFTS, loads=LOADS, progress=None):
         patch.setattr(position_store, "solve_position", fake_position)
         patch.setattr("fecontact.outputs.maps.files.map_figure", no_figure)
         patch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
+        patch.setattr(position_store, "judge_load", judged_once)
         return out, fake_run(out, shifts, loads=loads, progress=progress).made
 
 
@@ -640,6 +641,15 @@ def kept(watched):
 def two(tmp_path_factory):
     """A map of two positions, to be copied before it is damaged."""
     return stored_map(tmp_path_factory.mktemp("two"), [0.0, 1.0], FEW_LOADS)
+
+
+# a load that does not converge, limits that are found, a search that stops, and a load that fails
+UNEVEN = (-2.0, 0.0, 2.0, 3.0, 4.0)
+
+
+@pytest.fixture(scope="module")
+def uneven(tmp_path_factory):
+    return stored_map(tmp_path_factory.mktemp("uneven"), UNEVEN)
 
 
 @pytest.fixture(scope="module")
@@ -1216,6 +1226,8 @@ if __name__ == "__main__":
 """
 
 
+# a map that ends at any file operation, and a study whose processes are killed, are tested by default
+@pytest.mark.slow
 def test_a_map_that_is_killed_goes_on_where_it_stopped(tmp_path):
     out, script = tmp_path / "out", tmp_path / "script.py"
     script.write_text(KILLED.format(here=str(Path(__file__).parent)))
@@ -1240,7 +1252,8 @@ def test_a_map_that_is_killed_goes_on_where_it_stopped(tmp_path):
     assert not list(out.rglob(".*"))
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+# one worker that dies is started again for studies as for maps
+@pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_a_worker_that_dies_costs_its_position_and_no_other(tmp_path, workers):
     made = run_map(
         ROUND,
@@ -1595,17 +1608,15 @@ def test_a_folder_without_results_is_refused(tmp_path):
         fecontact.load(tmp_path)
 
 
-@pytest.mark.parametrize(
-    "criteria", [Criteria(p_max=0.03, area=0.2), Criteria(p_max=0.08), Criteria(area=0.01), Criteria()], ids=str
-)
-def test_other_criteria_give_the_verdicts_of_a_new_evaluation(kept, tmp_path, criteria):
-    out, stored = kept
+@pytest.mark.parametrize("criteria", [Criteria(p_max=0.03, area=0.2), Criteria(p_max=0.08), Criteria()], ids=str)
+def test_other_criteria_give_the_verdicts_of_a_new_evaluation(uneven, tmp_path, criteria):
+    out, stored = uneven
     before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
     made, problems = judge_map(out, criteria, tmp_path / "out")
     assert problems == []
     assert FakeSweep.solved == []
     assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
-    fresh = fresh_map(case=replace(ROUND, criteria=criteria))
+    fresh = fresh_map(UNEVEN, case=replace(ROUND, criteria=criteria))
     assert plain(made)["cells"] == plain(fresh)["cells"]
     assert json.loads((tmp_path / "out" / "map.json").read_text("utf-8"))["criteria"]["p_max"] == criteria.p_max
     written = [row["verdict"] for row in rows_of(tmp_path / "out" / "map.csv")]

@@ -201,6 +201,8 @@ COARSE = Case(
 )
 
 
+# displacements of both are compared in test_elasticity, and measures without MKL in test_package
+@pytest.mark.slow
 @needs_pardiso
 def test_both_solver_paths_agree(solved):
     direct, multigrid = solved(COARSE), solve(replace(COARSE, solver="amg"))

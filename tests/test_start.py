@@ -368,7 +368,7 @@ def test_a_script_without_a_main_guard_is_not_run_by_its_workers(tmp_path, given
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no process groups")
-@pytest.mark.parametrize("seconds", [1.0, 2.0])
+@pytest.mark.parametrize("seconds", [1.0, pytest.param(2.0, marks=pytest.mark.slow)])
 def test_ctrl_c_while_workers_begin_is_one_line(tmp_path, seconds):
     # in the background a shell has Ctrl-C ignored
     code = (

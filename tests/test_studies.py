@@ -183,14 +183,16 @@ def test_18_finite_elements_alone(quick, tmp_path):
     assert (tmp_path / "elements_alone.png").is_file()
 
 
-def test_12_exact_contacts_on_the_elements_own_nodes():
-    """Twenty-four quadratic gaps, nodes anywhere: inside what is stated, which was chosen on other contacts."""
+@pytest.mark.parametrize("number", [12, pytest.param(24, marks=pytest.mark.slow)])
+def test_12_exact_contacts_on_the_elements_own_nodes(number, monkeypatch):
+    """Quadratic gaps, nodes anywhere: inside what is stated, which was chosen on other contacts."""
     study = module("12_uncertainty")
+    monkeypatch.setattr(study, "QUICK_NUMBER", number)
     own = [one for one in study.exact_errors(True) if one.of == study.OWN_NODES]
-    assert len(own) == study.QUICK_NUMBER
+    assert len(own) == number
     for name in study.JUDGED:
         # one of them is not, in the misplaced load
-        assert study.outside_percent(own, name) < study.OUTSIDE_PERCENT
+        assert study.outside_percent(own, name) <= (100.0 / number if name == "misplaced_load" else 0.0)
     # what means over hats read of an ellipse with four elements a semi-axis: peak 1 / (6 n^2), half-widths 5 / (12 n^2)
     count = study.FEWEST * study.MESH_RATIO
     for name, limit in (
