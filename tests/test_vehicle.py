@@ -32,7 +32,7 @@ from fecontact.profiles.shapes import circular_rail_head
 from fecontact.theory.creep.kalker import kalker_coefficients
 from fecontact.theory.creep.motion import wheelset_creepages
 from fecontact.vehicle import model
-from fecontact.vehicle.conditions import Conditions, lines_of, straight_line
+from fecontact.vehicle.conditions import Conditions, Ride, lines_of, straight_line
 from fecontact.vehicle.curve import curves, nadal_limit, steepest_rad
 from fecontact.vehicle.differences import differences
 from fecontact.vehicle.equilibrium import path, solve_at, straight_start
@@ -237,10 +237,12 @@ def run(vehicle: str, radii: tuple[float, ...], theory: str = "overlap", unbalan
     made = load_vehicle(vehicle)
     return curves(
         made,
-        wheelset(made.wheelset.rolling_radius_mm),
+        Ride(
+            wheelset=wheelset(made.wheelset.rolling_radius_mm),
+            theory=theory,
+            conditions=Conditions(unbalanced_m_s2=unbalanced),
+        ),
         radii,
-        theory=theory,
-        conditions=Conditions(unbalanced_m_s2=unbalanced),
     )
 
 
@@ -406,9 +408,7 @@ def test_the_theory_moves_the_critical_speed():
 def test_the_half_space_and_the_strip_method_hunt_at_the_same_speed():
     made = load_vehicle("metro")
     speeds = [
-        straight_track(
-            theory, made, straight_line(Conditions(), wheelset(420.0), materials=(STEEL, STEEL), theory=theory)
-        ).critical_speed_km_h
+        straight_track(theory, made, straight_line(Ride(wheelset=wheelset(420.0), theory=theory))).critical_speed_km_h
         for theory in ("half_space", "strip")
     ]
     # two programs; the half-space's slopes are known to some percent
@@ -453,7 +453,7 @@ def test_bodies_turn_their_bogies_against_each_other():
 def test_a_path_of_slopes_from_before_ends_where_newtons_does():
     made = load_vehicle("manchester")
     found = run("manchester", RADII)[2]
-    lines = lines_of(Conditions(), wheelset(), materials=(STEEL, STEEL), widest_per_mm=1e-3 / 3000.0)
+    lines = lines_of(Ride(wheelset=wheelset()), widest_per_mm=1e-3 / 3000.0)
     state = [number for one in found.wheelsets for number in (one.lateral_shift_mm, one.yaw_mrad)]
     (alone,) = path(made, lines, [-1e-3 / 500.0])
     anew = solve_at(alone.state + 1e-2, made, lines(-1e-3 / 500.0))
@@ -482,8 +482,9 @@ def test_a_wheel_out_of_reach_carries_nothing():
     ],
 )
 def test_curves_that_cannot_be_run_are_refused(radii, conditions, theory, message):
+    ride = Ride(wheelset=wheelset(), theory=theory, conditions=Conditions(**conditions))
     with pytest.raises(InputError, match=message):
-        curves(load_vehicle("manchester"), wheelset(), radii, theory=theory, conditions=Conditions(**conditions))
+        curves(load_vehicle("manchester"), ride, radii)
 
 
 def test_a_wheelbase_that_does_not_fit_into_the_gauge_is_refused():
@@ -492,7 +493,7 @@ def test_a_wheelbase_that_does_not_fit_into_the_gauge_is_refused():
     long = replace(made, bogie=replace(made.bogie, frame=replace(made.bogie.frame, half_wheelbase_m=5.0)))
     # the arrow of 10 m in the clearance: a wheel climbs from 6.5 mm on, and its flange is steepest some mm further
     with pytest.raises(InputError, match=r"radius is 500 m; allowed: \d+ m .* does not fit into the clearance") as told:
-        curves(long, wheelset(), [500.0])
+        curves(long, Ride(wheelset=wheelset()), [500.0])
     least = float(re.search(r"allowed: (\d+) m", str(told.value)).group(1))
     assert 5.0**2 / 2.0 / 18e-3 < least < 5.0**2 / 2.0 / 13e-3
 
@@ -500,7 +501,7 @@ def test_a_wheelbase_that_does_not_fit_into_the_gauge_is_refused():
 def test_an_equilibrium_that_derails_is_said_to():
     made = load_vehicle("manchester")
     conditions = Conditions(friction=1.0, unbalanced_m_s2=1.0)
-    (one,) = curves(made, wheelset(), [250.0], conditions=conditions)
+    (one,) = curves(made, Ride(wheelset=wheelset(), conditions=conditions), [250.0])
     assert one.status == "derails"
     # the inner wheel has more Y/Q, but no flange at its rail
     (note,) = one.notes
@@ -644,7 +645,7 @@ def test_python_has_what_the_command_prints():
     assert right.wheelsets == run("manchester", (500.0, -500.0))[0].wheelsets
     assert left.wheelsets[0].lateral_shift_mm == pytest.approx(-right.wheelsets[0].lateral_shift_mm, abs=1e-10)
     (straight,) = found.straight
-    line = straight_line(Conditions(), wheelset(), materials=(STEEL, STEEL))
+    line = straight_line(Ride(wheelset=wheelset()))
     model = linear_model(made, line)
     assert straight.critical_speed_km_h == pytest.approx(3.6 * critical_speed_m_s(model))
     # of what is there, not of what the program says: at this speed nothing grows and nothing fades

@@ -11,7 +11,7 @@ from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.runs.map_rows import map_rows
 from fecontact.solving.placing import wheelset_of_case
-from fecontact.vehicle.conditions import Conditions, straight_line
+from fecontact.vehicle.conditions import Conditions, Ride, straight_line
 from fecontact.vehicle.curve import CurveRun, curves
 from fecontact.vehicle.differences import differences
 from fecontact.vehicle.loaded import conicity_shifts, loaded_conicity, loaded_contacts
@@ -154,16 +154,9 @@ def loaded_conicities(case: Case, wheel_load_N: float) -> list[dict[str, float]]
 def _of_theory(task: _Task) -> tuple[tuple[CurveRun, ...], StraightTrack]:
     materials = (task.case.wheel_material, task.case.rail_material)
     wheelset = wheelset_of_case(task.case)
-    found = curves(
-        task.vehicle,
-        wheelset,
-        task.radii_m,
-        conditions=task.conditions,
-        theory=task.theory,
-        materials=materials,
-    )
-    line = straight_line(task.conditions, wheelset, materials=materials, theory=task.theory)
-    return tuple(found), straight_track(task.theory, task.vehicle, line)
+    ride = Ride(wheelset=wheelset, conditions=task.conditions, theory=task.theory, materials=materials)
+    found = curves(task.vehicle, ride, task.radii_m)
+    return tuple(found), straight_track(task.theory, task.vehicle, straight_line(ride))
 
 
 def _cells(folder: Path, case: Case, vehicle: Vehicle) -> tuple[tuple[MapCell, ...], tuple[str, ...]]:

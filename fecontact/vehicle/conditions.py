@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from fecontact.creep import FRICTION
 from fecontact.errors import InputError
@@ -12,7 +12,7 @@ from fecontact.geometry.placement import Pair
 from fecontact.geometry.wheelset import Wheelset
 from fecontact.inputs.kinds import Number
 from fecontact.inputs.slots import check_inputs, given
-from fecontact.material import Material, contact_modulus_MPa
+from fecontact.material import STEEL, Material, contact_modulus_MPa
 from fecontact.theory.creep.contact import rolling_pair
 from fecontact.vehicle.model import Vehicle
 from fecontact.vehicle.normal import DEFAULT_THEORY, normal_theory
@@ -65,32 +65,42 @@ class Conditions:
         check_inputs(self)
 
 
-def lines_of(
-    conditions: Conditions,
-    wheelset: Wheelset,
-    *,
-    materials: tuple[Material, Material],
-    theory: str = DEFAULT_THEORY,
-    widest_per_mm: float,
-) -> Callable[[float], Line]:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Ride:
+    """What a vehicle runs on, and by what its contacts are evaluated.
+
+    Attributes
+    ----------
+    wheelset
+        Both wheels over their rails, with the vehicle's rolling radius.
+    theory
+        Of the normal force.
+    materials
+        Of wheel and rail.
+    """
+
+    wheelset: Wheelset
+    conditions: Conditions = field(default_factory=Conditions)
+    theory: str = DEFAULT_THEORY
+    materials: tuple[Material, Material] = (STEEL, STEEL)
+
+
+def lines_of(ride: Ride, *, widest_per_mm: float) -> Callable[[float], Line]:
     """Track and running conditions over the curvature (1/mm).
 
     Parameters
     ----------
-    materials
-        Of wheel and rail.
-    theory
-        Of the normal force.
     widest_per_mm
         Curvature of the widest curve that is asked for. Up to it cant and unbalanced acceleration grow from none on
         straight track.
     """
+    wheelset, conditions = ride.wheelset, ride.conditions
     left = Surfaces(pair=wheelset.left.pair)
     right = left if wheelset.symmetric else Surfaces(pair=wheelset.right.pair)
     law = ContactLaw(
-        normal=normal_theory(theory),
-        contact_modulus_MPa=contact_modulus_MPa(*materials),
-        pair=rolling_pair(conditions.friction, *materials),
+        normal=normal_theory(ride.theory),
+        contact_modulus_MPa=contact_modulus_MPa(*ride.materials),
+        pair=rolling_pair(conditions.friction, *ride.materials),
     )
 
     def at(curvature_per_mm: float) -> Line:
@@ -109,12 +119,10 @@ def lines_of(
     return at
 
 
-def straight_line(
-    conditions: Conditions, wheelset: Wheelset, *, materials: tuple[Material, Material], theory: str = DEFAULT_THEORY
-) -> Line:
+def straight_line(ride: Ride) -> Line:
     """Straight track without cant, for small motions about it."""
-    line = lines_of(conditions, wheelset, materials=materials, theory=theory, widest_per_mm=math.inf)(0.0)
-    return replace(line, speed_m_s=0.0, law=replace(line.law, normal=normal_theory(theory, fine=True)))
+    line = lines_of(ride, widest_per_mm=math.inf)(0.0)
+    return replace(line, speed_m_s=0.0, law=replace(line.law, normal=normal_theory(ride.theory, fine=True)))
 
 
 def _speed_m_s(conditions: Conditions, curvature_per_mm: float, tilt_rad: float, part: float) -> float:

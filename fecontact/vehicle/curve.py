@@ -12,11 +12,9 @@ import numpy as np
 from fecontact.dimensions import TrackSide
 from fecontact.geometry.poses import search_parameters
 from fecontact.geometry.wheelset import SIDES, Wheelset
-from fecontact.material import STEEL, Material
-from fecontact.vehicle.conditions import Conditions, check_overturning, curvatures_per_mm, lines_of
+from fecontact.vehicle.conditions import Ride, check_overturning, curvatures_per_mm, lines_of
 from fecontact.vehicle.equilibrium import Equilibrium, path
 from fecontact.vehicle.model import Vehicle
-from fecontact.vehicle.normal import DEFAULT_THEORY
 from fecontact.vehicle.steady import GRAVITY_M_S2, wheelset_states
 from fecontact.vehicle.wheel_force import PatchForce, WheelForce
 
@@ -103,53 +101,34 @@ class CurveRun:
         return self.status != "no equilibrium"
 
 
-def curves(
-    vehicle: Vehicle,
-    wheelset: Wheelset,
-    radii_m: Sequence[float],
-    *,
-    conditions: Conditions | None = None,
-    theory: str = DEFAULT_THEORY,
-    materials: tuple[Material, Material] = (STEEL, STEEL),
-) -> list[CurveRun]:
+def curves(vehicle: Vehicle, ride: Ride, radii_m: Sequence[float]) -> list[CurveRun]:
     """Steady motion in curves, each found on the path from straight track.
 
     Parameters
     ----------
-    wheelset
-        Both wheels over their rails, with the vehicle's rolling radius.
     radii_m
         Positive to the right, negative to the left.
-    materials
-        Of wheel and rail.
 
     Raises
     ------
     InputError
         For radii that the gauge does not let through, speeds at which the vehicle overturns, and unknown theories.
     """
-    conditions = conditions or Conditions()
-    curvatures = dict(zip(radii_m, curvatures_per_mm(radii_m, vehicle, wheelset), strict=True))
+    curvatures = dict(zip(radii_m, curvatures_per_mm(radii_m, vehicle, ride.wheelset), strict=True))
     found: dict[float, CurveRun] = {}
     for sign in (-1.0, 1.0):
         own = [radius for radius in radii_m if np.sign(curvatures[radius]) == sign]
         if not own:
             continue
-        lines = lines_of(
-            conditions,
-            wheelset,
-            materials=materials,
-            theory=theory,
-            widest_per_mm=min(abs(curvatures[radius]) for radius in own),
-        )
+        lines = lines_of(ride, widest_per_mm=min(abs(curvatures[radius]) for radius in own))
         for radius in own:
             check_overturning(vehicle, lines(curvatures[radius]))
         for radius, one in zip(own, path(vehicle, lines, [curvatures[radius] for radius in own]), strict=True):
-            found[radius] = _run(radius, theory, vehicle, wheelset, one)
+            found[radius] = _run(radius, vehicle, ride, one)
     return [found[radius] for radius in radii_m]
 
 
-def _run(radius: float, theory: str, vehicle: Vehicle, wheelset: Wheelset, one: Equilibrium) -> CurveRun:
+def _run(radius: float, vehicle: Vehicle, ride: Ride, one: Equilibrium) -> CurveRun:
     across, down = one.line.acceleration_m_s2
     runs = tuple(
         WheelsetRun(
@@ -161,10 +140,10 @@ def _run(radius: float, theory: str, vehicle: Vehicle, wheelset: Wheelset, one: 
         for state, wheels in zip(wheelset_states(one.state, vehicle), one.balance.wheels, strict=True)
     )
     weight = sum(wheel.vertical_force_N for run in runs for wheel in run.wheels) * GRAVITY_M_S2 / abs(down)
-    derails = _derailing(runs, wheelset, one.line.law.pair.friction) if one.status == "equilibrium" else ()
+    derails = _derailing(runs, ride.wheelset, one.line.law.pair.friction) if one.status == "equilibrium" else ()
     return CurveRun(
         radius_m=radius,
-        theory=theory,
+        theory=ride.theory,
         speed_km_h=3.6 * one.line.speed_m_s,
         unbalanced_m_s2=-math.copysign(1.0, one.line.curvature_per_mm) * across,
         status="derails" if derails else one.status,
