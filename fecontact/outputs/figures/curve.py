@@ -7,7 +7,15 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fecontact.outputs.figures.style import ANSWER_WORDS, ANSWERS, MARKS, SERIES, blank_figure, finish, save_figure
+from fecontact.outputs.figures.style import (
+    ANSWER_WORDS,
+    ANSWERS,
+    MARKS,
+    blank_figure,
+    finish,
+    save_figure,
+    series_style,
+)
 from fecontact.outputs.words.curve import difference_words
 from fecontact.vehicle.visits import Curves, MapCell, Visit
 
@@ -21,7 +29,7 @@ def curves_figure(found: Curves, path: str | Path) -> Path:
     axes = figure.subplots(2, 2)
     for number, (theory, runs) in enumerate(found.runs.items()):
         good = sorted((run for run in runs if run.is_balanced), key=lambda run: 1.0 / run.radius_m)
-        style = {"color": SERIES[number % len(SERIES)], "marker": MARKS[number % len(MARKS)]}
+        style = series_style(number)
         x = [1e3 / run.radius_m for run in good]
         for place, dash in zip(range(len(good[0].wheelsets) if good else 0), ("-", "--"), strict=False):
             label = f"{theory}, {'leading' if place == 0 else 'trailing'}" if len(good[0].wheelsets) > 1 else theory

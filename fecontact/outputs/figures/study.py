@@ -17,13 +17,13 @@ from fecontact.outputs.figures.style import (
     ANSWERS,
     FE,
     HERTZ,
-    MARKS,
     RAIL_JUNCTION,
     SERIES,
     blank_figure,
     finish,
     legend_beside,
     save_figure,
+    series_style,
 )
 from fecontact.outputs.words.measures import WORDS, deviation_column
 from fecontact.outputs.words.pairs import pair_of_row
@@ -71,22 +71,22 @@ def study_figure(
     # more than there are colours cannot be told apart anyway
     shown = len(found) <= len(SERIES)
     for number, one in enumerate(found):
-        colour, mark, group = SERIES[number % len(SERIES)], MARKS[number % len(MARKS)], one.rows
+        style, group = series_style(number), one.rows
         label = f", {one.label}" if one.label and shown else ""
         # an underscore keeps a line out of the legend
         kept = "" if shown or number == 0 else "_"
         fe, hertz = f"{kept}FE{label}", f"{kept}Hertz{label}"
-        of_fe: dict[str, Any] = {"color": FE if single else colour, "marker": mark}
-        of_hertz: dict[str, Any] = {"color": HERTZ if single else colour, "marker": mark, "ls": "--", "mfc": "white"}
+        of_fe: dict[str, Any] = style | ({"color": FE} if single else {})
+        of_hertz: dict[str, Any] = style | ({"color": HERTZ} if single else {}) | {"ls": "--", "mfc": "white"}
         value = _numbers(group, "p_max_fe_MPa")
         unsure = 1e-2 * _numbers(group, "p_max_uncertainty_percent") * value
         _draw_series(peak, group, value, unsure, label=fe, **of_fe)
         _draw_series(peak, group, _numbers(group, "p_max_hertz_MPa"), label=hertz, **of_hertz)
         places = _numbers(group, "touch_rail_y_mm")
-        _draw_series(touch, group, places, color="0.2" if single else colour, marker=mark)
+        _draw_series(touch, group, places, **(style | ({"color": "0.2"} if single else {})))
         _draw_without_value(peak, group)
         if not single or criteria is None:
-            _draw_deviations(off, group, colour, mark, (f"{kept}peak{label}", f"{kept}area{label}"))
+            _draw_deviations(off, group, style, (f"{kept}peak{label}", f"{kept}area{label}"))
     if single and criteria is not None:
         _draw_used_limits(off, found[0].rows, criteria)
     else:
@@ -101,12 +101,10 @@ def _numbers(rows: Sequence[Row], column: str) -> Floats:
     return np.array([np.nan if row.get(column) is None else float(row[column]) for row in rows])
 
 
-def _draw_deviations(ax: Axes, group: Sequence[Row], colour: str, mark: str, labels: tuple[str, str]) -> None:
-    for measure, label, style in zip(
-        ("p_max", "area"), labels, ({"ls": "-"}, {"ls": ":", "mfc": "white"}), strict=True
-    ):
+def _draw_deviations(ax: Axes, group: Sequence[Row], style: Mapping[str, Any], labels: tuple[str, str]) -> None:
+    for measure, label, own in zip(("p_max", "area"), labels, ({"ls": "-"}, {"ls": ":", "mfc": "white"}), strict=True):
         value, unsure = (_numbers(group, f"{measure}_{of}_percent") for of in ("deviation", "uncertainty"))
-        _draw_series(ax, group, value, unsure, color=colour, marker=mark, label=label, **style)
+        _draw_series(ax, group, value, unsure, label=label, **style, **own)
 
 
 def _finish_deviations(ax: Axes, criteria: Criteria | None) -> None:
@@ -124,9 +122,8 @@ def _draw_used_limits(ax: Axes, group: Sequence[Row], criteria: Criteria) -> Non
     for number, (measure, limit) in enumerate(criteria.limits.items()):
         column, unsure, factor = deviation_column(measure)
         used, error = (np.abs(_numbers(group, name)) / (factor * limit) for name in (column, unsure))
-        style = {"color": SERIES[number % len(SERIES)], "marker": MARKS[number % len(MARKS)]}
         dash = "-" if number % 2 else "--"
-        _draw_series(ax, group, used, error, label=WORDS[measure].short, ls=dash, **style)
+        _draw_series(ax, group, used, error, label=WORDS[measure].short, ls=dash, **series_style(number))
     ax.axhspan(0.0, 1.0, color="0.93", zorder=0)
     ax.axhline(1.0, color="0.3", lw=1.0, zorder=1)
     for side, words in (("bottom", "beyond the limit"), ("top", "within the limit")):

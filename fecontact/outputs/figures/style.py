@@ -66,6 +66,11 @@ def blank_figure(width: float, height: float) -> Figure:
     return figure
 
 
+def series_style(number: int) -> dict[str, Any]:
+    """Colour and mark of a series by its number."""
+    return {"color": SERIES[number % len(SERIES)], "marker": MARKS[number % len(MARKS)]}
+
+
 def finish(*axes: Axes) -> None:
     """Give axes the grid that all pictures have."""
     for ax in axes:
