@@ -391,7 +391,7 @@ def test_an_open_verdict_that_may_be_refined_is_solved_again(tmp_path, monkeypat
         load_N=50e3,
         resolution=(2.0, 1.8),
         size=BodySize(rail_depth_mm=25.0, rail_half_length_mm=32.0, rim_thickness_mm=25.0, rim_half_length_mm=32.0),
-        refine_degrees_of_freedom=60_000,
+        refine_degrees_of_freedom=25_000,
     )
     wide, strict = (replace(case, criteria=Criteria(p_max=limit, judged_by=("strength",))) for limit in (0.9, 1e-6))
     assert run_study(Study(name="x", cases=(wide,)), tmp_path, crew=inline_crew()).rows[0]["meshes"] == 2
