@@ -140,6 +140,11 @@ class MapPosition:
         return found
 
     @property
+    def solved(self) -> tuple[JudgedLoad, ...]:
+        """All its loads that gave numbers, also those that the search for its limits solved."""
+        return (*self.tried, *(cell.judged for cell in self.cells if cell.judged is not None))
+
+    @property
     def converged(self) -> bool:
         """Whether finite elements gave a usable result at every load."""
         return all(cell.usable for cell in self.cells)
@@ -147,9 +152,8 @@ class MapPosition:
     @property
     def short_of_memory(self) -> bool:
         """Whether the machine had too little memory for any of its loads."""
-        loads = (*self.tried, *(cell.judged for cell in self.cells if cell.judged is not None))
         cells = self.cells if self.stopped is None else (*self.cells, self.stopped)
-        return any(cell.short_of_memory for cell in cells) or any(one.solved.short_of_memory for one in loads)
+        return any(cell.short_of_memory for cell in cells) or any(one.solved.short_of_memory for one in self.solved)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

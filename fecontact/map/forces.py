@@ -11,8 +11,8 @@ from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.judging import with_creep_laws
 from fecontact.comparison.verdict import Answer
 from fecontact.geometry.placement import Placement
-from fecontact.map.cells import LoadInterval, LoadLimit, MapCell, MapPosition
-from fecontact.map.load_limit import stretches
+from fecontact.map.cells import LoadLimit, MapCell, MapPosition
+from fecontact.map.load_limit import intervals_of
 
 
 def force_limit(
@@ -29,10 +29,7 @@ def force_limit(
     between = _between(found, tried, placement)
     known = sorted((found | between).items())
     return LoadLimit(
-        intervals=tuple(
-            LoadInterval(low_N=low_N, high_N=high_N, answer=answer)
-            for low_N, high_N, answer in stretches(known, "UNRESOLVED")
-        ),
+        intervals=intervals_of(known),
         reason=None if known else limit.reason,
         note=limit.note,
         tried=tuple(between.items()),

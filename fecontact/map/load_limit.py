@@ -126,7 +126,7 @@ def load_limit(
     unusable = [judged for judged in tried if not judged.usable]
     notes += [f"{judged.load_N / 1e3:.4g} kN: {judged.status}" for judged in unusable]
     return LoadLimit(
-        intervals=_intervals(known),
+        intervals=intervals_of([(one.load_N, one.answer) for one in known]),
         reason=None if known else _without_any(cells),
         note="; ".join(notes) or None,
         tried=tuple((one.load_N, one.verdict.answer) for one in tried),
@@ -135,8 +135,9 @@ def load_limit(
     )
 
 
-def _intervals(known: Sequence[KnownLoad]) -> tuple[LoadInterval, ...]:
-    found = stretches([(one.load_N, one.answer) for one in known], "UNRESOLVED")
+def intervals_of(known: Sequence[tuple[float, Answer]]) -> tuple[LoadInterval, ...]:
+    """Intervals between known loads, by increasing load."""
+    found = stretches(known, "UNRESOLVED")
     return tuple(LoadInterval(low_N=low_N, high_N=high_N, answer=answer) for low_N, high_N, answer in found)
 
 

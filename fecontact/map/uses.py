@@ -8,8 +8,8 @@ from dataclasses import replace
 from fecontact.case import Criteria
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.verdict import FROM_BEST, Answer, judge
-from fecontact.map.cells import ApplicabilityMap, LoadInterval, LoadLimit, MapPosition
-from fecontact.map.load_limit import stretches
+from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapPosition
+from fecontact.map.load_limit import intervals_of
 
 USES = ("strength", "patch", "all")
 """Sets of measures: for what yields below the patch, for creep forces and wear, for the contact as a whole."""
@@ -24,14 +24,10 @@ def limits_by_use(made: ApplicabilityMap) -> dict[str, tuple[LoadLimit, ...]]:
 
 
 def _limit(position: MapPosition, criteria: Criteria) -> LoadLimit:
-    loads = [*position.tried, *(cell.judged for cell in position.cells if cell.judged is not None)]
-    usable = sorted((one for one in loads if one.usable), key=lambda one: one.load_N)
+    usable = sorted((one for one in position.solved if one.usable), key=lambda one: one.load_N)
     known: Sequence[tuple[float, Answer]] = [(one.load_N, _answer(one, criteria)) for one in usable]
     return LoadLimit(
-        intervals=tuple(
-            LoadInterval(low_N=low_N, high_N=high_N, answer=answer)
-            for low_N, high_N, answer in stretches(known, "UNRESOLVED")
-        ),
+        intervals=intervals_of(known),
         reason=None if known else position.limit.reason,
         note=position.limit.note,
         tried=tuple(known),

@@ -139,9 +139,8 @@ def _read(folder: Path, record: Mapping[str, Any], case: Case) -> MapPosition:
 
 def _decided(position: MapPosition) -> bool:
     placement = position.placement
-    loads = (*position.tried, *(cell.judged for cell in position.cells if cell.judged is not None))
     return position.limit.narrowed and not (
-        placement is not None and any(would_be_refined(load, placement) for load in loads)
+        placement is not None and any(would_be_refined(load, placement) for load in position.solved)
     )
 
 
