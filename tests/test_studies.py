@@ -316,12 +316,16 @@ def test_13_creep_forces(tmp_path):
         assert one["fastsim_real_percent"] == pytest.approx(by_theory, abs=0.5)
 
 
+# the same theories on the same vehicles are tested by default in test_vehicle
+@pytest.mark.slow
 def test_16_curves_keeps_its_limits():
     found = module("16_curves").checks([])
     assert len(found) == 6
     assert [check for check in found if not check.passed] == []
 
 
+# what is stated of measured lines is tested by default in test_measured_profiles and test_uncertainty
+@pytest.mark.slow
 def test_14_measured_profiles_keeps_its_limits():
     study = module("14_measured_profiles")
     # two seeds of twenty: closed forms alone
