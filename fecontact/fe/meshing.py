@@ -35,7 +35,7 @@ _STEPS_ALONG = 3
 # The surface by which each body is held.
 _BASE = {"rail": "fixed", "wheel": "driven"}
 # The wheel's uniform zone reaches this many steps further than the rail's, so that it covers it wholly.
-_COVER_STEPS = 1
+_COVER_STEPS = 2
 
 
 def rail_mesh(
