@@ -122,12 +122,13 @@ class Misfit:
         floor=0.00005,
         cut_planes=0.0,
     )
-    # cells at the edge of the patch are wholly in contact or not: so much is read for Hertz's own ellipse. Of 135 exact
-    # contacts on four elements a semi-axis 86 % were inside a floor of 0.0003, slender patches most of the others;
-    # inside this one 97 %, and all of 125 others (studies/12_uncertainty.py)
+    # cells at the edge of the patch are wholly in contact or not: so much is read for Hertz's own ellipse. On finer
+    # elements the change from mesh to mesh does not show it: of 63 slender exact contacts on meshes of 6, 4 and 2.7
+    # elements a semi-axis 86 % were inside a floor of 0.0008; inside this one all, and all of 59 others
+    # (studies/12_uncertainty.py)
     misplaced_load: float = _misfit(
         lambda patch, rung, theory: _misplaced_load(rung, theory),
-        floor=0.0008,
+        floor=0.0012,
         cut_planes=0.0008,
         noise=0.0014,
     )

@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from fecontact.comparison.measures import CUT_PLANES, FLOORS, MEASURES, NOISE
 from fecontact.contact.elements import COMPLIANCE_LIMIT
 
 # Ratio of the element sizes of neighbouring meshes.
 MESH_RATIO = 1.5
-# The error that is left is this part of the last change or less; studies/12_uncertainty.py counts how often.
+# The error that is left is this part of the change between meshes or less; studies/12_uncertainty.py counts how often.
+# Of three meshes the last change alone holds the peak of 88 % of exact contacts, with the one before 99 %.
 _OF_THE_CHANGE = 1.0
 # Where patches just come apart the last change is no bound: b is off by 1.07 of it, the valley by 1.09.
 _WHERE_PATCHES_PART = 1.5
@@ -127,7 +129,7 @@ def step_uncertainty(
     if not all(math.isfinite(value) for value in (*values, other)):
         return math.nan
     size = abs(values[0]) if measure in MEASURES else 1.0
-    change, told_apart = abs(values[0] - values[1]) / size, abs(values[0] - other) / size
+    change, told_apart = _change(values) / size, abs(values[0] - other) / size
     of_change = _WHERE_PATCHES_PART if solved.parting else _OF_THE_CHANGE
     # what Hertz has no value of may be nothing at all, on soft elements too
     of_elements = _OF_THE_COMPLIANCE * _at_most(solved.compliance_error) * abs(values[0]) / size
@@ -138,6 +140,14 @@ def step_uncertainty(
         + of_elements
         + solved.residual
     )
+
+
+def _change(values: Sequence[float]) -> float:
+    """Change between two meshes, of those before the last one what is left where errors fall with the elements' size.
+
+    A last change that is small by chance does not hide them.
+    """
+    return max(abs(finer - coarser) / MESH_RATIO**k for k, (finer, coarser) in enumerate(pairwise(values)))
 
 
 def _cut_planes(measure: str, value: float, shared: bool) -> float:
@@ -176,7 +186,7 @@ def elements_uncertainty(
         return None
     reading = floor * (_ELEMENTS / elements) ** (1 if measure in _OF_THE_EDGE else 2)
     size = abs(values[0]) if measure in MEASURES else 1.0
-    change = abs(values[1] - values[0]) / size
+    change = _change(values) / size
     of_elements = _OF_MODULUS[measure] * _at_most(compliance_error) * abs(values[0]) / size
     return reading + change + CUT_PLANES[measure] + of_elements + residual
 
