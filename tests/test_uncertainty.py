@@ -21,13 +21,13 @@ from fecontact.solving.solve import solve
 
 # Of reading one field and of a cut plane that is moved out by half, written down a second time.
 REST = {
-    "p_max_MPa": (0.0006, 0.0014),
+    "p_max_MPa": (0.0008, 0.0014),
     "area_mm2": (0.003, 0.0019),
     "a_mm": (0.0004, 0.0009),
-    "b_mm": (0.0005, 0.0018),
+    "b_mm": (0.0009, 0.0018),
     "extent_x_mm": (0.01, 0.0009),
     "extent_y_mm": (0.01, 0.0018),
-    "centre_over_b": (0.0003, 0.004),
+    "centre_over_b": (0.0006, 0.004),
     "valley": (0.0005, 0.001),
     "separate_load": (0.00005, 0.0),
     "misplaced_load": (0.0012, 0.0008),
