@@ -27,7 +27,7 @@ REST = {
     "b_mm": (0.0009, 0.0018),
     "extent_x_mm": (0.01, 0.0009),
     "extent_y_mm": (0.01, 0.0018),
-    "centre_over_b": (0.0006, 0.004),
+    "centre_over_b": (0.0012, 0.004),
     "valley": (0.0005, 0.001),
     "separate_load": (0.00005, 0.0),
     "misplaced_load": (0.0012, 0.0008),
