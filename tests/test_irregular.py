@@ -18,6 +18,7 @@ from fecontact.errors import InputError
 from fecontact.irregularity.shapes import Irregularity
 from fecontact.irregularity.texts import parse_irregularity
 from fecontact.outputs.records.rows import input_columns
+from fecontact.outputs.records.stored import placement_record, stored_placement
 from fecontact.outputs.words.cases import case_words
 from fecontact.outputs.words.pairs import position_text
 from fecontact.runs.identity import case_id
@@ -471,3 +472,13 @@ def test_finite_bodies_add_nothing_of_an_irregularity():
         assert abs(own - added) < line.largest_slope, line.kind
         assert load.uncertainty["p_max_MPa"] > line.largest_slope
         assert load.status == "converged"
+
+
+def test_a_stored_wheel_stands_as_low_as_the_placed_one():
+    case = Case(rail_irregularity=parse_irregularity("wave:wavelength_mm=50,amplitude_mm=0.03"), distance_mm=12.0)
+    placed = place_case(case)
+    stored = stored_placement(case, json.loads(json.dumps(placement_record(placed), default=float)))
+    assert placed.along.lowered_mm != 0.0
+    x, s = np.linspace(-8.0, 8.0, 9)[:, None], np.linspace(-3.0, 3.0, 5)[None, :]
+    np.testing.assert_array_equal(stored.gap(x, s), placed.gap(x, s))
+    assert input_columns(case, stored) == input_columns(case, placed)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from functools import cache
 from pathlib import Path
 from types import UnionType
@@ -23,7 +23,9 @@ from fecontact.comparison.solved_load import SolvedLoad
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.rung import Rung
 from fecontact.files import open_regular, write_atomically
+from fecontact.geometry.along_track import AlongTrack
 from fecontact.geometry.placement import Placement
+from fecontact.outputs.records.plain import picked
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 
@@ -157,8 +159,9 @@ def _array(archive: ZipFile, member: ZipInfo) -> NDArray[np.float64]:
 
 
 def placement_record(placement: Placement) -> Record:
-    """Where both bodies stand and touch, without their profiles."""
-    return {name: _plain(getattr(placement, name), {}, name) for name in ("rail", "wheel", "touch_points", "climbs")}
+    """Where both bodies stand and touch, without their profiles and irregularities."""
+    found = {name: _plain(getattr(placement, name), {}, name) for name in ("rail", "wheel", "touch_points", "climbs")}
+    return found if placement.along is None else found | {"along": picked(placement.along, "middle_x_mm lowered_mm")}
 
 
 def placement_from_record(record: Mapping[str, Any], rail: Profile, wheel: Profile) -> Placement:
@@ -175,6 +178,11 @@ def placement_from_record(record: Mapping[str, Any], rail: Profile, wheel: Profi
 
 
 def stored_placement(case: Case, record: Mapping[str, Any]) -> Placement:
-    """The placement of a stored case, with the profiles that the case names."""
+    """The placement of a stored case, with the profiles and irregularities that the case names."""
     rail, wheel = resolve_rail(case.rail, case.rail_file), resolve_wheel(case.wheel, case.wheel_file)
-    return placement_from_record(record, rail, wheel.profile)
+    bodies = {name: value for name, value in record.items() if name != "along"}
+    placement = placement_from_record(bodies, rail, wheel.profile)
+    if "along" not in record:
+        return placement
+    lines = tuple(line.on_wheel(placement.wheel.rolling_radius_mm) for line in case.irregularities)
+    return replace(placement, along=AlongTrack(lines=lines, distance_mm=case.distance_mm, **record["along"]))
