@@ -475,7 +475,7 @@ def test_finite_bodies_add_nothing_of_an_irregularity():
 
 
 def test_a_stored_wheel_stands_as_low_as_the_placed_one():
-    case = Case(rail_irregularity=parse_irregularity("wave:wavelength_mm=50,amplitude_mm=0.03"), distance_mm=12.0)
+    case = Case(rail_irregularity=parse_irregularity("sine:wavelength_mm=50,amplitude_mm=0.03"), distance_mm=12.0)
     placed = place_case(case)
     stored = stored_placement(case, json.loads(json.dumps(placement_record(placed), default=float)))
     assert placed.along.lowered_mm != 0.0
