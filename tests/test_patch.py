@@ -1,7 +1,7 @@
 """Measures of a contact patch on exact and on planted pressures, and the patch expected before any mesh is made."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pytest
@@ -500,7 +500,10 @@ def test_a_measure_is_one_entry():
     assert tuple(READINGS) == MEASURES == names
     assert beside == MISFITS == ("centre_over_b", "valley", "separate_load", "misplaced_load")
     # each entry says itself how it is read: nothing else needs to know its name
-    assert all(set(entry.metadata) == {"of_contact", "of_theory", "floor", "cut_planes"} for entry in fields(Measures))
+    assert all(
+        set(entry.metadata) == {"of_contact", "of_theory", "floor", "cut_planes", "meshes"}
+        for entry in fields(Measures)
+    )
     assert all(set(entry.metadata) == {"of", "floor", "cut_planes", "noise"} for entry in fields(Misfit))
     assert {entry.name: entry.metadata["floor"] for entry in (*fields(Measures), *fields(Misfit))} == FLOORS
     fe, analytic, misfit = measures_of(rung), hertz_measures(hertz), misfit_of(rung, hertz)
@@ -567,6 +570,22 @@ def test_nodes_follow_the_narrowest_lobe_and_elements_the_one_that_carries_most(
     assert patch.semi_axis_s_mm == pytest.approx(2.5 * narrowest_semi_axes_mm(patch.half_space)[1], rel=1e-12)
     # half-space on the true gap, 995 MPa in another programme; here 6 nodes across the narrow lobe: measured 0.9 %
     assert measures_of(patch.half_space).p_max_MPa == pytest.approx(995.0, rel=0.02)
+
+
+def test_elements_are_not_made_for_the_step_of_a_line():
+    """54E1 at 4.07 mm, 50 kN: pressure jumps up from 975 to 1420 MPa in one node where the lines have a step."""
+    case = Case(rail="54E1", inclination_rad=0.0, lateral_shift_mm=4.07, load_N=50e3, roll="given")
+    case = replace(case, resolution="standard")
+    true_gap = true_gap_of_case(case, place_case(case))
+    patch = expected_patch(true_gap, case.load_N, half=True, nodes=case.nodes_a_semi_axis)
+    ridge = patch.half_space.pressure_MPa.max(axis=0)
+    top = int(ridge.argmax())
+    step = top + int(np.diff(ridge[top:]).argmax())
+    assert ridge[step + 1] > 1.3 * ridge[step]
+    # half a width is from the peak to the nearer edge of the patch
+    width = (top - np.flatnonzero(ridge)[0] + 1) * patch.half_space.grid.steps_mm[1]
+    assert patch.semi_axis_s_mm == pytest.approx(width, rel=1e-9)
+    assert narrowest_semi_axes_mm(patch.half_space)[1] == pytest.approx(width, rel=1e-9)
 
 
 @pytest.mark.parametrize(("shift", "peak"), [(-4.0, 1134.0), (2.0, 1504.0)])

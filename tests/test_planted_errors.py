@@ -303,6 +303,22 @@ def test_elements_beyond_the_limit_leave_the_verdict_open(elliptic_quick, error)
     assert (judged.verdict.answer, judged.verdict.cause) == ("UNRESOLVED", "elements")
 
 
+def test_elements_that_look_off_are_made_finer(elliptic_quick):
+    """They may only be too coarse; those that are off on the finest meshes as well stay so."""
+    solved, placement = elliptic_quick.load.solved, elliptic_quick.placement
+    off = replace(solved.levels[0], compliance_error=0.025)
+    assert not is_open(solved.case, solved.levels, placement, None)
+    assert is_open(solved.case, (off, *solved.levels[1:]), placement, None)
+    assert not is_open(solved.case, (off,) * 5, placement, None)
+
+
+def test_elements_that_look_off_on_the_first_meshes_decide_on_finer_ones():
+    """60E2 upright at 5.15 mm, 80 kN: 2.5 % too soft with four elements a semi-axis, 0.4 with six, 0.3 with nine."""
+    load = solve(Case(rail="60E2", inclination_rad=0.0, lateral_shift_mm=5.15, load_N=80e3, roll="given")).load
+    assert (load.status, load.verdict.answer, len(load.solved.levels)) == ("converged", "FAILS", 3)
+    assert abs(load.level.compliance_error) < 0.01
+
+
 @pytest.mark.parametrize("factor", [1.015, 1.03, 1.2])
 def test_status_or_uncertainty_covers_what_soft_elements_do(position, elliptic_quick, monkeypatch, factor):
     """Elements too soft by a factor: the fine pressure and their own, against those of healthy ones."""

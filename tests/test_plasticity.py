@@ -228,6 +228,22 @@ def test_first_yield_that_is_not_found_is_said(monkeypatch):
 
 
 @needs_factors
+def test_other_yield_stresses_that_do_not_converge_are_said(monkeypatch):
+    climb = plastic_contact.YieldingBodies.climb
+
+    def variants_fail(self, start, load_N, steps=plastic_contact.STEPS):
+        way = climb(self, start, load_N, steps)
+        if steps == plastic_contact.STEPS:
+            return way
+        return [*way[:-1], replace(way[-1], solution=replace(way[-1].solution, status="not converged"))]
+
+    monkeypatch.setattr(plastic_contact.YieldingBodies, "climb", variants_fail)
+    load = solve(replace(sphere(2.5), resolution="quick")).load
+    assert (load.status, load.plastic.status) == ("converged", "not converged")
+    assert load.plastic.verdict.answer == "UNRESOLVED"
+
+
+@needs_factors
 def test_the_step_is_known_as_well_as_it_says(loaded):
     load = loaded.load
     step, unsure = load.ladder.steps["bodies_to_plastic"], load.plastic.step_uncertainty

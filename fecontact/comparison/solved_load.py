@@ -152,7 +152,7 @@ class SolvedLoad:
         of_points = () if noise is None else [one for one in (noise.own, *noise.others) if one is not None]
         turned = () if self.turned is None else (self.turned,)
         of_rungs = _worst_status(self.half_space, self.quadratic, *turned, *(rung for _, rung in of_points))
-        return ELEMENTS_OFF if of_rungs == "converged" and _elements_off(self) else of_rungs
+        return ELEMENTS_OFF if of_rungs == "converged" and elements_off(self.levels) else of_rungs
 
     @property
     def usable(self) -> bool:
@@ -160,17 +160,17 @@ class SolvedLoad:
         return self.status == CONVERGED
 
 
-def _elements_off(solved: SolvedLoad) -> bool:
+def elements_off(levels: Sequence[Level]) -> bool:
     """Whether the elements of the finest meshes are not those of their material.
 
     Seen by their compliance far from a pressure, or by their own contact: it is the finer nodes' one but for what its
     meshes leave open. Of 24 contacts with healthy elements it stays within half of that.
     """
-    finest, coarser = solved.levels[:2]
+    finest, coarser = levels[:2]
     if abs(finest.compliance_error) > COMPLIANCE_LIMIT:
         return True
     own, fine, before = (_measures(rung) for rung in (finest.on_elements, finest.fe, coarser.fe))
-    unsure = elements_uncertainties(solved.levels)
+    unsure = elements_uncertainties(levels)
     return any(
         abs(own[name] / fine[name] - 1.0) > _APART * (unsure[name] + abs(before[name] / fine[name] - 1.0))
         for name in ("p_max_MPa", "a_mm", "b_mm")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from fecontact.comparison.measures import CUT_PLANES, FLOORS, MEASURES, NOISE
+from fecontact.comparison.measures import CUT_PLANES, FLOORS, IN_COMMON, MEASURES, NOISE
 from fecontact.contact.elements import COMPLIANCE_LIMIT
 
 # Ratio of the element sizes of neighbouring meshes.
@@ -136,6 +136,7 @@ def step_uncertainty(
     of_elements = _OF_THE_COMPLIANCE * _at_most(solved.compliance_error) * abs(values[0]) / size
     return (
         of_change * change
+        + IN_COMMON[measure]
         + _OF_THE_PARTING * told_apart
         + _cut_planes(measure, values[0], solved.shared)
         + of_elements

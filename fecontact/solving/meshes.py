@@ -14,7 +14,7 @@ from fecontact.comparison.judgement import worst_of
 from fecontact.comparison.judging import Evidence, judge_hertz
 from fecontact.comparison.measures import patch_of
 from fecontact.comparison.point_noise import PointNoise
-from fecontact.comparison.solved_load import Level, SolvedLoad
+from fecontact.comparison.solved_load import Level, SolvedLoad, elements_off
 from fecontact.comparison.theories import HERTZ
 from fecontact.comparison.uncertainty import MESH_RATIO
 from fecontact.contact.rung import Rung
@@ -199,7 +199,8 @@ def _few_nodes(position: Position) -> tuple[str, ...]:
 def is_open(case: Case, levels: Sequence[Level], placement: Placement, noise: PointNoise | None) -> bool:
     """Whether the verdict on a load is open and another pair of meshes may decide it.
 
-    With `Case.evidence` also that of the elements' own nodes.
+    With `Case.evidence` also that of the elements' own nodes. Elements that are too coarse for where they are look too
+    soft or too stiff: finer ones do not, unless they are.
     """
     most = _MOST_FOR_EVIDENCE if case.evidence else _MOST_MESHES
     if any(level.status != "converged" for level in levels) or len(levels) == most:
@@ -207,6 +208,8 @@ def is_open(case: Case, levels: Sequence[Level], placement: Placement, noise: Po
     # what the profiles alone leave open no mesh decides
     if noise is not None and _open_by("profiles", case, levels, placement, noise):
         return False
+    if elements_off(levels):
+        return True
     asked: tuple[Evidence, ...] = ("fe", "elements") if case.evidence else ("fe",)
     return any(_open_by(one, case, levels, placement, noise) for one in asked)
 

@@ -145,8 +145,8 @@ class YieldingBodies:
     def climb(self, start: PlasticContact, load_N: float, steps: int = STEPS) -> list[PlasticContact]:
         """Contacts under rising loads, in equal steps from a start up to a load; the start is not among them."""
         found = [start]
-        for k in range(1, steps + 1):
-            found.append(self._step(found[-1], start.load_N + (load_N - start.load_N) * k / steps))
+        for next_N in np.linspace(start.load_N, load_N, steps + 1)[1:]:
+            found.append(self._step(found[-1], float(next_N)))
             if found[-1].solution.status != "converged":
                 break
         return found[1:]

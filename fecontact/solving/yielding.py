@@ -63,7 +63,7 @@ def climb(
     way = bodies.climb(start, load_N)
     last = way[-1]
     on_nodes, on_finer = read(last.solution, load_N)
-    if last.load_N != load_N or not bodies.holds(last) or not bodies.is_first_yield(start):
+    if not _arrived(bodies, last) or not bodies.is_first_yield(start):
         on_nodes = replace(on_nodes, status="not converged")
     found = Yielded(
         fe=on_finer,
@@ -84,11 +84,15 @@ def with_variants(
     load_N: float,
     read: Read,
 ) -> Climb:
-    """The same with half as many steps and with other yield stresses, which coarse meshes tell well enough."""
+    """The same with half as many steps and with other yield stresses, which coarse meshes tell well enough.
+
+    Not converged where one of these does not reach the load: what is stated hangs on them.
+    """
     if climbed.contact is None:
         return climbed
     solution, _, fe = elastic
     found: dict[float, Rung] = {}
+    nodal = climbed.yielded.nodal
     for factor in (1.0, 1.0 - YIELD_BAND, 1.0 + YIELD_BAND):
         other = bodies.with_yield(factor)
         loaded = other.virgin(load_N, solution)
@@ -97,15 +101,23 @@ def with_variants(
             continue
         way = other.climb(other.first_yield(loaded), load_N, STEPS // 2)
         found[factor] = read(way[-1].solution, load_N)[1]
+        if not _arrived(other, way[-1]):
+            nodal = replace(nodal, status="not converged")
     names = {1.0 - YIELD_BAND: "lower", 1.0: "given", 1.0 + YIELD_BAND: "higher"}
     return replace(
         climbed,
         yielded=replace(
             climbed.yielded,
+            nodal=nodal,
             fewer_steps=found[1.0],
             by_band={names[factor]: _steps(fe, rung) for factor, rung in found.items()},
         ),
     )
+
+
+def _arrived(bodies: YieldingBodies, last: PlasticContact) -> bool:
+    """Whether a climb, which ends with the first contact that is not found, came to its load and is well there."""
+    return last.solution.status == "converged" and bodies.holds(last)
 
 
 def _path(
