@@ -3,14 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 CONVERGED = "converged"
-SHORT = {
-    "elements too soft or too stiff": "elements off",
-    "patch at the edge of the fine mesh": "at edge",
-    "not converged": "not conv.",
+
+
+@dataclass(frozen=True)
+class Unusable:
+    """A result that has numbers, which must not be used: `short` is what a table has room for."""
+
+    short: str
+    remedy: str
+
+
+UNUSABLE = {
+    "elements too soft or too stiff": Unusable(
+        "elements off",
+        "finer ones tell whether they are only too coarse: --resolution standard, or more --refine-degrees-of-freedom",
+    ),
+    "patch at the edge of the fine mesh": Unusable(
+        "at edge", "a note says what keeps the mesh from growing; another lateral shift or a smaller load may go"
+    ),
+    "not converged": Unusable("not conv.", "a lateral shift 0.2 mm beside it, or another load, may go"),
 }
-"""What a table has room for, of what must not be used although it has numbers."""
+"""What is to be said of each status but `CONVERGED`."""
 
 
 def failed(why: object) -> str:
@@ -31,4 +47,12 @@ def has_numbers(row: Mapping[str, object]) -> bool:
 def short_status(row: Mapping[str, object]) -> str:
     """The status of a row that must not be used, for a table."""
     status = str(row["status"])
-    return SHORT.get(status, status) if has_numbers(row) else "no result"
+    if not has_numbers(row):
+        return "no result"
+    return UNUSABLE[status].short if status in UNUSABLE else status
+
+
+def with_remedy(row: Mapping[str, object]) -> str:
+    """The status of a row, or of a record, that must not be used, and what may help."""
+    status = str(row["status"])
+    return f"{status}; {UNUSABLE[status].remedy}" if status in UNUSABLE else status

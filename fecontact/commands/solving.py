@@ -16,7 +16,7 @@ from fecontact.case import Case, Group, unusual
 from fecontact.commands.grid import GridOptions
 from fecontact.console import announce, count, log_only, logged, many, print_reasons, say, solving, tell_notes, width
 from fecontact.options import PANELS, CaseOptions, options_of
-from fecontact.outcome import usable
+from fecontact.outcome import usable, with_remedy
 from fecontact.outputs.terminal.console import show
 
 _EVERY = options_of(*get_args(Group))
@@ -182,7 +182,7 @@ def run(
         _tell_reused(outcome, "cases", how)
         if outcome.conclusion:
             say(outcome.conclusion, quiet=how.quiet)
-        lost = {str(row["id"]): str(row["status"]) for row in outcome.rows if not usable(row)}
+        lost = {str(row["id"]): with_remedy(row) for row in outcome.rows if not usable(row)}
         print_reasons(f"{len(lost)} of {count(len(outcome.rows), 'case')} without a usable result", lost)
         shown = outcome.collections[:3] + (("...",) if len(outcome.collections) > 3 else ())
         paraview = f"; for ParaView: {', '.join((*shown, 'cases/*/case.vtm'))}, or fecontact view {out}"

@@ -7,7 +7,7 @@ from typing import Any
 
 from fecontact.case import RESOLUTIONS
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.outcome import usable
+from fecontact.outcome import usable, with_remedy
 from fecontact.outputs.words.cases import case_words
 from fecontact.outputs.words.measures import WORDS, deviation_column
 from fecontact.solving.solve import CaseResult
@@ -91,7 +91,7 @@ def what_would_decide(record: Record) -> str:
     """What decides an open verdict: finer meshes, or better profiles."""
     side, measure = _deciding_side(record["verdict"]), record["verdict"]["measure"]
     if not usable(record):
-        return f"the result must not be used: {record['status']}"
+        return f"the result must not be used: {with_remedy(record)}"
     of_points = (record["uncertainty_of_profile"] or {}).get(measure, 0.0)
     # a NaN is not less
     if not of_points < 0.5 * side["uncertainty"][measure]:
