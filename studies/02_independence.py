@@ -29,7 +29,7 @@ DISCRETISATION_PERCENT = 0.05
 # 0.13 % over a junction and 0.33 % with a thin tail.
 NODES_PERCENT = {"p_max": 0.02, "area": 0.4, "a": 0.02, "b": 0.01}
 MORE_NODES = 3
-NODES_SHIFTS_MM = (2.5, -0.5, 0.25, 4.0)
+NODES_SHIFTS_MM = (2.5, -0.75, 0.25, 4.0)
 CUTS = ("rail_depth_mm", "rail_half_length_mm", "rim_thickness_mm", "rim_half_length_mm")
 
 

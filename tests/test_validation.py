@@ -103,6 +103,13 @@ def test_validate_runs_studies_and_fails_with_a_check(tmp_path, capsys, monkeypa
     # a case without a usable result is no check that passed
     assert call(["validate", str(tmp_path / "good.py"), *options, "--quick"]) == 3
     assert "No usable result: good" in (tmp_path / "out" / "VALIDATION.md").read_text("utf-8")
+    # checks that cannot be made leave those of the other studies
+    refused = STUDY.replace("    return [\n        Check", "    Case(load_N=-1.0)\n    return [\n        Check")
+    (tmp_path / "refused.py").write_text(refused.replace("LIMIT", "2.0"))
+    assert call(["validate", str(tmp_path / "refused.py"), str(tmp_path / "good.py"), *options]) == 3
+    table = (tmp_path / "out" / "VALIDATION.md").read_text("utf-8")
+    assert "1 checks, 0 failed" in table
+    assert "No usable result: refused: its checks: " in table
 
 
 def test_validate_needs_a_study_with_checks(tmp_path, capsys):

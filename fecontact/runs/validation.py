@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 
-from fecontact.errors import InputError
+from fecontact.errors import FecontactError, InputError
 from fecontact.files import write_text
 from fecontact.jobs.engine import Progress, RunSettings
 from fecontact.outcome import usable
@@ -19,7 +19,7 @@ from fecontact.runs.study import run_study
 
 @dataclass(frozen=True, kw_only=True)
 class Validation:
-    """Checks of all studies, studies with cases without a usable result, and the file of the table."""
+    """Checks of all studies, studies with cases or checks without a usable result, and the file of the table."""
 
     checks: tuple[Check, ...]
     unusable: tuple[str, ...]
@@ -59,7 +59,11 @@ def validate(
         if bad:
             unusable.append(f"{study.name}: {', '.join(bad)}")
         assert study.checks is not None
-        found[study.name] = study.checks([row for row in outcome.rows if usable(row)])
+        try:
+            found[study.name] = study.checks([row for row in outcome.rows if usable(row)])
+        except FecontactError as error:
+            # hours of other studies are not lost with one
+            unusable.append(f"{study.name}: its checks: {error}")
     path = write_text(table or out / "VALIDATION.md", report(found, versions(), unusable))
     checks = tuple(check for own in found.values() for check in own)
     return Validation(checks=checks, unusable=tuple(unusable), path=path)
