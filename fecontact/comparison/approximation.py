@@ -280,5 +280,7 @@ def mean_pressure(grid: ContactGrid, shape: Shape, origin_mm: tuple[float, float
         for line, middle, step in zip((grid.x_mm, grid.s_mm), origin_mm, grid.steps_mm, strict=True)
     )
     pressure = shape.pressure_MPa(x[:, None], s[None, :])
-    cells = pressure.reshape(grid.x_mm.size, _POINTS_A_CELL, grid.s_mm.size, _POINTS_A_CELL)
-    return np.asarray(cells.mean(axis=(1, 3)))
+    # whole lines first: five numbers at a time cost as much each as a hundred
+    lines = pressure.reshape(grid.x_mm.size, _POINTS_A_CELL, s.size).sum(axis=1)
+    cells = lines.reshape(*grid.shape, _POINTS_A_CELL)
+    return np.asarray(cells @ np.full(_POINTS_A_CELL, _POINTS_A_CELL**-2.0))
