@@ -145,8 +145,10 @@ def test_finer_elements_change_hardly_anything():
         values = [getattr(result.comparison.fe, name) for result in results]
         # measured 0.1 % in the peak and less in the others
         assert max(values) / min(values) - 1.0 < 0.003
-    # the elements' own nodes err by twenty times as much
-    assert all(0.005 < result.load.level.misfit < 0.04 for result in results)
+    # the elements' own nodes err by ten times as much: measured 1.3, 0.8 and 0.5 %
+    misfits = [result.load.level.misfit for result in results]
+    assert misfits == sorted(misfits, reverse=True)
+    assert 0.004 < misfits[-1] < misfits[0] < 0.015
 
 
 @pytest.mark.slow

@@ -267,7 +267,8 @@ def test_evidence_keeps_a_verdict_open_that_the_own_nodes_do_not_know(elliptic_q
 
 @pytest.mark.slow
 def test_evidence_refines_until_the_own_nodes_know_or_the_budget_is_reached():
-    asked = replace(ROUND, evidence=True, criteria=Criteria(p_max=0.006, judged_by=("p_max",)))
+    # the own nodes of the first meshes know the peak to 0.9 %, those of the next ones to 0.7 %
+    asked = replace(ROUND, evidence=True, criteria=Criteria(p_max=0.008, judged_by=("p_max",)))
     known = solve(replace(asked, refine_degrees_of_freedom=400_000)).load
     assert known.by_elements.verdict.answer == "HOLDS"
     assert len(known.solved.levels) > 2
