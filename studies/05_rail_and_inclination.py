@@ -8,6 +8,7 @@ the half-space by a tenth of a per cent, which is about what their cut planes de
 lower it by more than the uncertainty of that step, and the shape of the gap decides.
 """
 
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,8 @@ SHIFTS_MM = tuple(float(shift) for shift in range(-8, 6))
 LOADS_KN = (20.0, 50.0, 100.0)
 # Touch points this near to the rail's axis lie on the top of the head, farther out at the gauge corner.
 TOP_HALF_WIDTH_MM = 15.0
+# Of two patches the small one makes the elements of the first meshes look 4 % too stiff; finer ones are 2 % and less.
+REFINED_SHIFT_MM = 5.0
 # Hertz's own gap on the half-space, at 32 nodes a semi-axis: 0.01 % is reached.
 DISCRETISATION_PERCENT = 0.05
 
@@ -37,14 +40,14 @@ def cases(quick: bool = False) -> list[Case]:
 
 
 def _case(rail: str, inclination: str, shift_mm: float, load_kN: float) -> Case:
-    return Case(
+    case = Case(
         rail=rail,
         inclination_rad=parse_inclination(inclination),
         lateral_shift_mm=shift_mm,
         roll="given",
         load_N=1e3 * load_kN,
-        refine_degrees_of_freedom=0,
     )
+    return case if shift_mm == REFINED_SHIFT_MM else replace(case, refine_degrees_of_freedom=0)
 
 
 def pair_of(row: dict[str, Any]) -> str:

@@ -64,7 +64,8 @@ def cases(quick: bool = False) -> list[Case]:
 
     `quick`, refined where the verdict stays open, as long as the joint is outside Hertz's ellipse. Nearer to it the
     narrow lobe on the corner would decide about the element size of the whole patch (a million unknowns at 0.75 b);
-    given sizes take their place, with two or three elements on that lobe's semi-axis; its pressure has 32 nodes.
+    given sizes take their place, with two or three elements on that lobe's semi-axis, finer ones where these look off;
+    its pressure has 32 nodes.
     """
     if quick:
         base = replace(_centred("A100", 250e3), refine_degrees_of_freedom=0)
@@ -94,7 +95,7 @@ def _moved(case: Case, distance: float) -> Case:
     # ids hash inputs: no digits that differ between machines
     tilt = round((head.joint_mm - distance * semi_axis) / head.crown_mm, 9)
     moved = replace(case, inclination_rad=tilt, lateral_shift_mm=round(head.crown_mm * sin(tilt), 6))
-    return moved if distance > 1.0 else replace(moved, resolution=NEAR_THE_JOINT_MM, refine_degrees_of_freedom=0)
+    return moved if distance > 1.0 else replace(moved, resolution=NEAR_THE_JOINT_MM)
 
 
 def distance_mm(row: dict[str, Any]) -> float:

@@ -30,6 +30,8 @@ from fecontact.regression.checks import Check
 YIELD_MPA, TANGENT_MPA = 450.0, 4200.0
 SHIFTS_MM = (-6.0, -4.0, -2.0, 0.0, 2.0, 4.0, 6.0)
 LOADS_KN = (10.0, 50.0, 100.0)
+# On the gauge corner larger loads have elastic peaks beyond five yield stresses, which are refused.
+CORNER_MM, CORNER_KN = 6.0, 10.0
 RADIUS_MM, FORCE_N = 460.0, 100e3
 # Elastic peak over yield stress: peak and area over those of elastic bodies; none is known between them.
 SPHERES: dict[float, tuple[float, float] | None] = {
@@ -50,7 +52,9 @@ def cases(quick: bool = False) -> list[Case]:
     """All positions and spheres, or one of each."""
     if quick:
         return [wheel(-4.0, 100.0, refine_degrees_of_freedom=0), sphere(2.5, "quick")]
-    positions = [wheel(shift, load) for load in LOADS_KN for shift in SHIFTS_MM]
+    positions = [
+        wheel(shift, load) for load in LOADS_KN for shift in SHIFTS_MM if load <= CORNER_KN or shift != CORNER_MM
+    ]
     return [*positions, *(sphere(ratio, "standard") for ratio in SPHERES)]
 
 
