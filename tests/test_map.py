@@ -824,7 +824,7 @@ def test_what_was_stored_is_what_was_solved_to_the_last_bit(kept, fresh):
     assert plain(made) == plain(fresh)
     # a limit that ended early says why, and not that nothing was solved there
     assert made.limits[4].note == "62.78 kN: failed: a limit that cannot be solved"
-    assert [one.load_N for one in made.positions[4].tried] == pytest.approx([59.6e3, 54.2e3, 56.4e3, 57.5e3], rel=2e-3)
+    assert [one.load_N for one in made.positions[4].tried] == pytest.approx([59.6e3, 55.0e3, 57.7e3], rel=2e-3)
     assert not made.limits[4].narrowed
 
 

@@ -43,8 +43,8 @@ class Measures:
     `floor` in the metadata is the relative uncertainty of reading the measure off 32 nodes a semi-axis; None where it
     is not known. The approach is that of the bodies down to their cut planes: a deeper rail moves it, and no mesh says
     by how much. `cut_planes` is how much the other measures change at most when one cut plane is moved out by half
-    (studies/02_independence.py), `meshes` what two meshes of 4 and 2.7 elements happen to have in common: with it 80 or
-    more of 84 real positions are inside what is stated (42 of studies/12_uncertainty.py, and 42 anywhere).
+    (studies/02_independence.py), `meshes` what two meshes of 4 and 2.7 elements happen to have in common: with it 82 or
+    more of the 84 real positions of studies/12_uncertainty.py on which it was chosen are inside what is stated.
     """
 
     p_max_MPa: float = _measure(
@@ -52,13 +52,13 @@ class Measures:
         lambda theory: max(one.p_max_MPa for one in theory.patches),
         floor=0.0006,
         cut_planes=0.0014,
-        meshes=0.0003,
+        meshes=0.0006,
     )
     # where the line of zero pressure lies between nodes is a matter of chance; all other measures are sums
     area_mm2: float = _measure(
         lambda patch, rung: patch.area_mm2,
         lambda theory: sum(one.area_mm2 for one in theory.patches),
-        floor=0.003,
+        floor=0.0025,
         cut_planes=0.0019,
     )
     a_mm: float = _measure(
@@ -126,7 +126,7 @@ class Misfit:
         lambda patch, rung, theory: (patch.centre_y_mm - theory.centre_mm[1]) / theory.half_widths_mm[1],
         floor=0.0003,
         cut_planes=0.004,
-        meshes=0.0017,
+        meshes=0.0021,
     )
     valley: float = _misfit(
         lambda patch, rung, theory: patch.valley - _own_valley(rung, theory),
@@ -136,7 +136,7 @@ class Misfit:
     )
     separate_load: float = _misfit(
         lambda patch, rung, theory: patch.separate_load if theory.single else _unknown_load(rung, theory),
-        floor=0.00005,
+        floor=0.000025,
         cut_planes=0.0,
     )
     # cells at the edge of the patch are wholly in contact or not: so much is read for Hertz's own ellipse. On finer
