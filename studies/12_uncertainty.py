@@ -71,9 +71,10 @@ SHIFTS_MM = {
 }
 LOADS_N = (20e3, 50e3, 80e3, 100e3, 125e3, 150e3)
 # Wherever they come to lie: some that constants were chosen on too, and as many that none was chosen on.
-TUNING, TESTING = (SEED + 2, 43), (SEED + 3, 42)
-# One of them is refused at `quick` where it may not be refined: its elements look 2.5 % too soft.
-REFUSED = ("60E2", "0", 5.15)
+TUNING, TESTING = (SEED + 2, 43), (SEED + 3, 44)
+# Of these the elements of a `quick` or `standard` mesh look off, where they may not be made finer, and 48 nodes on the
+# semi-axis of the third one's least lobe would be too many.
+REFUSED = (("60E2", "0", 5.15), ("54E1", "0", 3.39), ("60E1", "0", 3.56))
 
 
 def cases(quick: bool = False) -> list[Case]:
@@ -106,7 +107,7 @@ def random_positions(seed: int, number: int) -> list[tuple[str, str, float, floa
         (*pairs[rng.integers(len(pairs))], round(float(rng.uniform(-8.0, 6.0)), 2), float(rng.choice(LOADS_N)))
         for _ in range(number)
     ]
-    return [one for one in found if one[:3] != REFUSED]
+    return [one for one in found if one[:3] not in REFUSED]
 
 
 # --- contacts for which Hertz is exact ---------------------------------------------------------------------------
@@ -399,7 +400,7 @@ def real_errors(rows: Sequence[Mapping[str, Any]]) -> list[Held]:
     place = ("rail", "inclination_rad", "lateral_shift_mm", "load_kN")
     finest = {tuple(row[key] for key in place): row for row in rows if row["resolution"] == "standard"}
     others = [row for row in rows if row["resolution"] != "standard" and tuple(row[key] for key in place) in finest]
-    testing = {(rail, shift) for rail, _, shift, _ in random_positions(*TESTING)}
+    testing = {(rail, INCLINATIONS[slope], shift) for rail, slope, shift, _ in random_positions(*TESTING)}
     found = []
     for row in others:
         best = finest[tuple(row[key] for key in place)]
@@ -411,7 +412,7 @@ def real_errors(rows: Sequence[Mapping[str, Any]]) -> list[Held]:
             stated[name] = float(row[unsure]) / factor - of_bodies
         found.append(
             Held(
-                of=SETS[2 + int((row["rail"], row["lateral_shift_mm"]) in testing)],
+                of=SETS[2 + int((row["rail"], row["inclination_rad"], row["lateral_shift_mm"]) in testing)],
                 case=f"{row['rail']}, inclined {1e3 * row['inclination_rad']:.0f} mrad, {row['lateral_shift_mm']:g} mm,"
                 f" {row['load_kN']:g} kN",
                 resolution=str(row["resolution"]),
