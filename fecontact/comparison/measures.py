@@ -43,7 +43,7 @@ class Measures:
     `floor` in the metadata is the relative uncertainty of reading the measure off 32 nodes a semi-axis; None where it
     is not known. The approach is that of the bodies down to their cut planes: a deeper rail moves it, and no mesh says
     by how much. `cut_planes` is how much the other measures change at most when one cut plane is moved out by half
-    (studies/02_independence.py), `meshes` what two meshes of 4 and 2.7 elements happen to have in common: with it 82 or
+    (studies/02_independence.py), `meshes` what two meshes of 4 and 2.7 elements happen to have in common: with it 81 or
     more of the 84 real positions of studies/12_uncertainty.py on which it was chosen are inside what is stated.
     """
 
