@@ -9,8 +9,10 @@ constants are chosen on one half and tested on the other. Of the real positions 
 and 42 that lie anywhere helped to choose what two coarse meshes have in common; 42 others test it. Expected of every
 measure that is judged: in 95 % of the cases the true error is inside the stated one, of which half are not more than
 three times the error that 95 % of the cases stay within. (Their mean is that of a few thin tails and tiny second
-patches, where the stated one has to grow.) The exact contacts are read on the elements' own nodes too, wherever those
-lie: 95 % inside what is stated for them is expected, which was chosen on 26 other contacts.
+patches, where the stated one has to grow.) Of the centre of pressure the real positions alone tell that: the error of
+patches that lie within 0.05 b of Hertz's is a fifth of that of those beyond 0.15 b, and the exact ones are symmetric.
+The exact contacts are read on the elements' own nodes too, wherever those lie: 95 % inside what is stated for them is
+expected, which was chosen on 26 other contacts.
 
 What is stated for the cut planes of the bodies is left out here: study 02 moves them, and both of what is compared have
 the same ones. The patches of exact cases are scaled to a semi-axis of 6 mm and less on bodies of 60 mm whose surfaces
@@ -52,6 +54,8 @@ OWN_NODES = "exact, own nodes"
 # So many of the true errors may lie outside the stated ones, and a stated one is so many times the 95 % quantile.
 OUTSIDE_PERCENT = 5.0
 MOST_STATED = 3.0
+# What symmetric contacts have too little of to tell whether it is stated with too much to spare.
+OF_SKEW = ("centre_over_b",)
 SEED = 20240612
 
 # --- real positions ----------------------------------------------------------------------------------------------
@@ -480,7 +484,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                 Check(quantity=f"{name}, cases outside, %", value=outside, limit_percent=OUTSIDE_PERCENT, **about)
             )
             # what coarse nodes read is stated with much to spare: it decides about nothing but their own verdict
-            if of == OWN_NODES:
+            if of == OWN_NODES or (exact and name in OF_SKEW):
                 continue
             # measures that are zero, and read as zero, have no true error
             if math.isfinite(ratio := stated_over_true(own, name)) and not _is_quick(rows):

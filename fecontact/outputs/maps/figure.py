@@ -25,8 +25,8 @@ Floats = NDArray[np.float64]
 _SMALLEST_FONT = 5.0
 # Inches: of the legend, of a column of positions at its widest, between two lines of words at least, of the axes.
 _LEGEND, _COLUMN, _LINE, _TALLEST = 3.6, 0.75, 0.19, 11.0
-# A number of four characters and a letter need this many columns' inches a point of the font.
-_INCHES_A_POINT = 0.055
+# So many characters, of which a % counts twice, need this many columns' inches a point of the font; more are smaller.
+_INCHES_A_POINT, _CHARACTERS = 0.055, 6
 # Columns farther apart than the first (mm) have gaps between them: so much of a step is their width, at most the last.
 _CLOSE_MM, _PART_OF_WIDE, _WIDEST_MM = 0.5, 0.7, 1.0
 # What was not solved.
@@ -50,7 +50,12 @@ class Sizes:
     @property
     def font(self) -> float:
         """Of the words in the columns."""
-        return min(9.5, self.width / self.columns / _INCHES_A_POINT)
+        return self.font_of("")
+
+    def font_of(self, text: str) -> float:
+        """Of words in a column, which they do not leave."""
+        characters = max(_CHARACTERS, len(text) + text.count("%"))
+        return min(9.5, self.width / self.columns / _INCHES_A_POINT * _CHARACTERS / characters)
 
     @property
     def has_numbers(self) -> bool:
@@ -181,11 +186,12 @@ def _write(ax: Axes, cell: CellView, colour: str, middle: float, sizes: Sizes) -
     """A cell's words on its colour, so that a border of colours is not drawn through them."""
     from matplotlib.transforms import ScaledTranslation
 
+    text = cell.text if sizes.has_numbers else cell.letter
     ax.text(
-        *(middle, cell.load_kN, cell.text if sizes.has_numbers else cell.letter),
+        *(middle, cell.load_kN, text),
         ha="center",
         va="center",
-        fontsize=max(sizes.font, 6.0),
+        fontsize=max(sizes.font_of(text), 6.0),
         weight="bold" if cell.bold else "normal",
         bbox={"fc": colour, "ec": "none", "pad": 0.6},
     )
