@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import sys
 from collections.abc import Sequence
 from io import TextIOWrapper
@@ -62,6 +63,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     sys.exit(call(arguments))
 
 
+# Letters of a word that are shown, of one that is longer than a path usually is.
+_SHOWN, _ENDLESS = 80, re.compile(r"[^\s'\"]{300,}")
 _REMEDIES = {
     errno.ENOSPC: "make room, or choose a folder on another disk",
     errno.EDQUOT: "make room, or choose a folder on another disk",
@@ -70,6 +73,11 @@ _REMEDIES = {
     errno.ENAMETOOLONG: "choose a shorter path",
     errno.ENOMEM: "end other programs, or use fewer --workers",
 }
+
+
+def _tell(what: str) -> None:
+    """Print an error; of a word that nobody reads to its end, which a value may be, the beginning."""
+    print(f"error: {_ENDLESS.sub(lambda word: f'{word[0][:_SHOWN]}...', what)}", file=sys.stderr)
 
 
 def _system_error(error: OSError) -> str:
@@ -111,6 +119,9 @@ def call(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")
     try:
         words: Sequence[str] = sys.argv[1:] if arguments is None else arguments
+        if "\0" in "".join(words):
+            # no shell can give it, and no file can have it
+            raise InputError("a word of the command has a NUL character; allowed: any other one; leave it out")
         page = page_of(app, words)
         app.help_formatter = page
         code: Any = app(
@@ -125,17 +136,17 @@ def call(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
         return int(code or 0)
     except CycloptsError as error:
-        print(f"error: {_misunderstood(error)}", file=sys.stderr)
+        _tell(_misunderstood(error))
         return InputError.exit_code
     except FecontactError as error:
-        print(f"error: {error}", file=sys.stderr)
+        _tell(str(error))
         return error.exit_code
     except BrokenPipeError:
         # whoever reads has enough, as `head` does; nothing more is written, also not at the interpreter's end
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
-        print(f"error: {_system_error(error)}", file=sys.stderr)
+        _tell(_system_error(error))
         return InputError.exit_code
     except KeyboardInterrupt:
         print("interrupted; what was finished is kept", file=sys.stderr)

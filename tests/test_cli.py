@@ -52,6 +52,10 @@ STUDIES = Path(__file__).parents[1] / "studies"
         (["run", "nothing.py", "--out", "x"], "no such file"),
         (["run", __file__, "--out", "x"], "cases"),
         (["profiles", "nothing"], "nothing"),
+        (["curve", "--radii", "1000", "--back-to-back-mm", "60"], "back-to-back distance"),
+        (["hertz", "--rail-noise-mm", "x" * 3000], "xxx...'; allowed: a number"),
+        (["geometry", "--shifts", "0", "--out", "picture"], "picture: allowed: a name that ends in .png or .svg"),
+        (["init", "\0"], "NUL character"),
         (["unknown"], "unknown"),
     ],
 )

@@ -527,7 +527,6 @@ def test_comparison_is_made_of_the_same_readings():
     found = compare(rung, hertz)
     assert (found.fe, found.hertz, found.patch) == (measures_of(rung), hertz_measures(hertz), patch_of(rung))
     assert found.deviation == deviations(rung, hertz)
-    np.testing.assert_array_equal(found.hertz_pressure_MPa, mean_pressure(rung.grid, hertz))
     # 6 nodes a semi-axis: measured 3.5 %
     assert found.pressure_l2 < 0.045
     assert found.overlap > 0.97

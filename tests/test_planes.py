@@ -211,7 +211,7 @@ def by_all_pairs(position, angle_of, *, chords):
 
 
 def read_off(rung):
-    return np.array([[part.rung.normal_force_N, part.rung.pressure_MPa.max()] for part in parts_of(rung)])
+    return np.array([[part.normal_force_N, part.rung.pressure_MPa.max()] for part in parts_of(rung)])
 
 
 @pytest.mark.parametrize("rail", RAILS)

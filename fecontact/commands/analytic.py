@@ -131,7 +131,7 @@ def place(
     Parameters
     ----------
     out
-        File of a picture (PNG) of the pair in position and the curvatures about its contact.
+        File of a picture (.png or .svg; both are written) of the pair in position and the curvatures about its contact.
     json
         Print the result as JSON and nothing else.
     """
@@ -170,7 +170,8 @@ def geometry(
     json
         Print the table as JSON and nothing else.
     out
-        File of the picture (PNG), or of the table (.csv): a line a shift, with the touch points of both wheels.
+        File of the picture (.png or .svg; both are written), or of the table (.csv): a line a shift, with the touch
+        points of both wheels.
     """
     from fecontact.inputs.texts import parse_numbers
     from fecontact.outputs.records.contact_functions import functions_record, functions_rows

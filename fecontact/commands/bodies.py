@@ -45,7 +45,7 @@ def profiles(
     kind
         What the file is; if not given, a rail where it can be one.
     out
-        File for the picture (PNG); none is made if not given.
+        File for the picture (.png or .svg; both are written); none is made if not given.
     write
         File to write the profile into: .prr, .prw, .csv, .txt or .toml.
     library

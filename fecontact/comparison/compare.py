@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import zoom
 
-from fecontact.comparison.approximation import mean_pressure
+from fecontact.comparison.approximation import Approximation
 from fecontact.comparison.measures import Measures, deviations, hertz_measures, measures_of, patch_of
 from fecontact.comparison.patch import Patch, signed_square
 from fecontact.contact.grid import Field
 from fecontact.contact.rung import Rung
 from fecontact.theory.hertz import HertzContact
 
-Floats = NDArray[np.float64]
 _OVERLAP_REFINEMENT = 8
 
 
@@ -26,40 +25,44 @@ class Comparison:
 
     Attributes
     ----------
+    contact, ellipse
+        What is compared.
     patch
         What the pressure of the finite elements says of its patch.
     deviation
         (Hertz - FE) / FE of each of `MEASURES`, and the `MISFITS`.
-    pressure_l2
-        Norm of the pressure difference over the norm of the finite-element pressure, over both patches.
-    overlap
-        Area of the intersection of the patches over the area of their union.
-    hertz_pressure_MPa (nx, ns)
-        Hertz pressure on the nodes, in the mean over their cells.
     """
 
+    contact: Rung
+    ellipse: HertzContact
     patch: Patch
     fe: Measures
     hertz: Measures
     deviation: Mapping[str, float]
-    pressure_l2: float
-    overlap: float
-    hertz_pressure_MPa: Floats
+
+    # most loads of a map are asked for neither
+    @cached_property
+    def pressure_l2(self) -> float:
+        """Norm of the pressure difference over the norm of the finite-element pressure, over both patches."""
+        contact, hertz = Approximation.of(self.ellipse).beside(self.contact)
+        return float(np.linalg.norm(hertz - contact) / np.linalg.norm(contact))
+
+    @cached_property
+    def overlap(self) -> float:
+        """Area of the intersection of the patches over the area of their union."""
+        hertz = self.ellipse
+        return _overlap(self.contact.pressure.covering(hertz.extent_x_mm, hertz.extent_y_mm), hertz)
 
 
 def compare(fe: Rung, hertz: HertzContact) -> Comparison:
     """Compare a solved contact with Hertz's ellipse at the origin of its grid."""
-    measured, analytic = measures_of(fe), hertz_measures(hertz)
-    covering = fe.pressure.covering(hertz.extent_x_mm, hertz.extent_y_mm)
-    reference = mean_pressure(covering.grid, hertz)
     return Comparison(
+        contact=fe,
+        ellipse=hertz,
         patch=patch_of(fe),
-        fe=measured,
-        hertz=analytic,
+        fe=measures_of(fe),
+        hertz=hertz_measures(hertz),
         deviation=deviations(fe, hertz),
-        pressure_l2=float(np.linalg.norm(reference - covering.values) / np.linalg.norm(covering.values)),
-        overlap=_overlap(covering, hertz),
-        hertz_pressure_MPa=mean_pressure(fe.grid, hertz),
     )
 
 

@@ -8,11 +8,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from fecontact.comparison.measures import MEASURES, MISFITS, hertz_measures, measures_of, misfit_of, patch_of
+from fecontact.comparison.approximation import Approximation, ellipse
+from fecontact.comparison.measures import MEASURES, MISFITS, hertz_measures, measures_of, misfit_of_theory, patch_of
 from fecontact.comparison.patch import area_between, lobe_columns
 from fecontact.comparison.solved_load import SolvedLoad, uncertainties
 from fecontact.comparison.verdict import Verdict, judge
-from fecontact.contact.grid import ContactGrid
 from fecontact.contact.rung import Rung
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.touch_points import TouchPoint
@@ -29,7 +29,9 @@ class Part:
     Attributes
     ----------
     rung
-        The contact with all other pressures taken away, and the force that is left.
+        The contact with all other pressures taken away; itself where there are none.
+    normal_force_N
+        Sum of its pressures.
     low_mm, high_mm
         Its ends: valleys, or the edge of the patch.
     area_mm2
@@ -39,6 +41,7 @@ class Part:
     """
 
     rung: Rung
+    normal_force_N: float
     low_mm: float
     high_mm: float
     area_mm2: float
@@ -85,25 +88,26 @@ def parts_of(rung: Rung) -> tuple[Part, ...]:
     """The lobes of a contact, from the gauge side on."""
     pressure, s = rung.pressure, rung.grid.s_mm
     columns = lobe_columns(pressure.whole().values)
-    force = rung.pressure_MPa.sum(axis=0)
+    whole_area, force = rung.grid.whole_area_mm2(), rung.pressure_MPa.sum(axis=0)
     found = []
     for own in columns:
         kept = np.zeros_like(rung.pressure_MPa)
         kept[:, own] = rung.pressure_MPa[:, own]
+        own_force_N = float(np.sum(kept.ravel() * whole_area))
+        only = len(columns) == 1
         first, last = own.start, own.stop - 1
         # the column of a valley belongs to the lobe behind it
         after = own.stop if own.stop < s.size else last
         low, high = float(s[first]), float(s[after])
         found.append(
             Part(
-                rung=replace(
-                    rung,
-                    pressure_MPa=kept,
-                    normal_force_N=float(np.sum(kept.ravel() * rung.grid.whole_area_mm2())),
-                ),
+                rung=rung if only else replace(rung, pressure_MPa=kept, normal_force_N=own_force_N),
+                normal_force_N=own_force_N,
                 low_mm=low,
                 high_mm=high,
-                area_mm2=area_between(
+                area_mm2=patch_of(rung).area_mm2
+                if only
+                else area_between(
                     pressure, -np.inf if own is columns[0] else low, np.inf if own is columns[-1] else high
                 ),
                 separate=bool(force[first] == 0.0 or first == 0) and bool(force[after] == 0.0 or after == s.size - 1),
@@ -126,7 +130,7 @@ def _judge(part: Part, solved: SolvedLoad, placement: Placement, half_space: Seq
     on_half_space = _same(half_space, part)
     measured = _measures(part)
     judgement = LobeJudgement(
-        normal_force_N=part.rung.normal_force_N,
+        normal_force_N=part.normal_force_N,
         centre_mm=(patch.centre_x_mm, patch.centre_y_mm),
         rail_y_mm=rail_y,
         contact_angle_rad=angle,
@@ -151,15 +155,16 @@ def _beside_hertz(judgement: LobeJudgement, part: Part, solved: SolvedLoad, plac
         # the surfaces conform there
         return judgement
     hertz = hertz_from_hessian(
-        hessian, normal_force_N=part.rung.normal_force_N, contact_modulus_MPa=solved.case.contact_modulus_MPa
+        hessian, normal_force_N=part.normal_force_N, contact_modulus_MPa=solved.case.contact_modulus_MPa
     )
-    at = touch.x_mm - placement.first.x_mm, placement.arc_mm(touch)
+    place = touch.x_mm - placement.first.x_mm, placement.arc_mm(touch)
+    theory = Approximation(patches=(ellipse(hertz, place),), approach_mm=hertz.approach_mm)
 
     def read(rung: Rung) -> dict[str, float]:
         same = _same(parts_of(rung), part)
-        return dict.fromkeys((*_READ, *MISFITS), float("nan")) if same is None else _values(same, hertz, at)
+        return dict.fromkeys((*_READ, *MISFITS), float("nan")) if same is None else _values(same, theory)
 
-    values, own = _values(part, hertz, at), hertz_measures(hertz).as_dict()
+    values, own = _values(part, theory), hertz_measures(hertz).as_dict()
     deviation = {name: own[name] / values[name] - 1.0 if name in MEASURES else values[name] for name in values}
     uncertainty = uncertainties(solved.levels, read, deviation)
     verdict = judge(deviation, uncertainty, solved.case.criteria).usable(solved.usable)
@@ -171,17 +176,15 @@ def _measures(part: Part) -> dict[str, float]:
     return {name: read[name] for name in _READ} | {"area_mm2": part.area_mm2}
 
 
-def _values(part: Part, hertz: HertzContact, at_mm: tuple[float, float]) -> dict[str, float]:
-    """Measures of a lobe, and of what is beside an ellipse at a place (x, s)."""
-    grid = part.rung.grid
-    own = ContactGrid(x_mm=grid.x_mm - at_mm[0], s_mm=grid.s_mm - at_mm[1], half=grid.half)
-    return _measures(part) | misfit_of(replace(part.rung, grid=own), hertz).as_dict()
+def _values(part: Part, theory: Approximation) -> dict[str, float]:
+    """Measures of a lobe, and of what is beside its ellipse."""
+    return _measures(part) | misfit_of_theory(part.rung, theory).as_dict()
 
 
 def _same(parts: Sequence[Part], part: Part) -> Part | None:
     """The lobe that carries most of those whose centre of pressure lies within another one's ends."""
     inside = [one for one in parts if part.low_mm <= patch_of(one.rung).centre_y_mm <= part.high_mm]
-    return max(inside, key=lambda one: one.rung.normal_force_N, default=None)
+    return max(inside, key=lambda one: one.normal_force_N, default=None)
 
 
 def _touch_below(part: Part, placement: Placement) -> int | None:

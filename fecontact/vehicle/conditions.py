@@ -145,11 +145,17 @@ def curvatures_per_mm(radii_m: Sequence[float], vehicle: Vehicle, wheelset: Whee
     Raises
     ------
     InputError
-        If a radius is too small: the wheelbase's arrow in the curve must fit into the clearance of the gauge.
+        If a radius is too small: the wheelbase's arrow in the curve must fit into the clearance of the gauge; if there
+        is none.
     """
     least, why = _LEAST_RADIUS_M, "tighter ones need guard rails"
     if vehicle.bogie is not None:
         clearance = sum(_largest_shift_mm(side.pair) for side in (wheelset.left, wheelset.right))
+        if not clearance > 0.0:
+            raise InputError(
+                "clearance of the gauge is 0 mm: wheels in the middle of the track do not stand on their rails; check"
+                " gauge, profiles and back-to-back distance"
+            )
         arrow = 0.5 * (1e3 * vehicle.bogie.frame.half_wheelbase_m) ** 2
         if 1e-3 * arrow > least * clearance:
             least = 1e-3 * arrow / clearance

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fecontact.errors import InputError
 from fecontact.files import write_atomically
 
 if TYPE_CHECKING:
@@ -97,11 +98,21 @@ def plain_log(ax: Axes, which: str = "xy") -> None:
 
 
 def save_figure(figure: Figure, path: str | Path) -> Path:
-    """Write a figure as PNG, and as SVG of the same name beside it: the same bytes every time."""
-    svg = svg_of(figure)
-    write_atomically(Path(path).with_suffix(".svg"), lambda temporary: temporary.write_bytes(svg))
-    image = image_of(figure)
-    return write_atomically(path, lambda temporary: image.save(temporary, compress_level=_COMPRESSED, dpi=(DPI, DPI)))
+    """Write a figure as PNG and as SVG of the same name, whichever of them the path names: the same bytes every time.
+
+    Raises
+    ------
+    InputError
+        If the path names neither.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in (".png", ".svg"):
+        raise InputError(f"picture {path}: allowed: a name that ends in .png or .svg; both are written")
+    as_png, as_svg = (path if path.suffix.lower() == own else path.with_suffix(own) for own in (".png", ".svg"))
+    svg, image = svg_of(figure), image_of(figure)
+    write_atomically(as_svg, lambda temporary: temporary.write_bytes(svg))
+    write_atomically(as_png, lambda temporary: image.save(temporary, "PNG", compress_level=_COMPRESSED, dpi=(DPI, DPI)))
+    return path
 
 
 def svg_of(figure: Figure) -> bytes:
