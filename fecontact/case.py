@@ -123,6 +123,8 @@ _LOAD = Number(
     unit="N",
     shown_unit="kN",
     factor=1e-3,
+    low=1.0,
+    high=1e9,
     usual=(1e3, 1e6),
     remedy="give the wheel load, for example 100000 N (100 kN)",
 )
