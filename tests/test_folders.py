@@ -149,7 +149,7 @@ def test_a_run_names_the_files_that_there_are(tmp_path, capsys):
     ("words", "says"),
     [
         (["hertz", "--wheel-young-mpa", "1e-308"], "Young's modulus is 1e-308 MPa; no body, load or material has that"),
-        (["hertz", "--load-kn", "1e300"], "allowed: 1e-30 to 1e+20"),
+        (["hertz", "--rolling-radius-mm", "1e300"], "allowed: 1e-30 to 1e+20"),
         (["creep", "--a-mm", "5", "--b-mm", "1e308", "--normal-force-kn", "100", "--friction", "0.3"], "semi-axis b"),
         (["creep", "--a-mm", "5", "--b-mm", "1e-308", "--normal-force-kn", "100", "--friction", "0.3"], "semi-axis b"),
         (["creep", "--a-mm", "5", "--b-mm", "8", "--normal-force-kn", "9", "--friction", "460"], "between 0 and 2"),
