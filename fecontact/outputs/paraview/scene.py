@@ -18,6 +18,8 @@ from fecontact.outputs.figures.style import HERTZ
 
 _SECONDS = 120.0
 _SIZE = (1500, 1000)
+# Of the depth of view, so much nearer (in parts of 2^-24).
+_IN_FRONT = -1e6
 # Tried in turn: a screen if there is one, else a renderer that needs none.
 _ENVIRONMENTS: tuple[dict[str, str], ...] = (
     {},
@@ -98,7 +100,11 @@ def draw_scene(case_folder: Path, path: Path) -> None:
     shown = _actor(relief)
     _colour_by_pressure(renderer, shown.GetMapper(), contact.GetPointData().GetScalars().GetRange()[1])
     renderer.AddActor(shown)
-    renderer.AddActor(_actor(ellipse, Color=_rgb(HERTZ.removeprefix("#")), LineWidth=4.0))
+    edge = _actor(ellipse, Color=_rgb(HERTZ.removeprefix("#")), LineWidth=4.0)
+    # in front of the relief, which goes on to the next node beyond the patch and would hide it
+    edge.GetMapper().SetResolveCoincidentTopologyToPolygonOffset()
+    edge.GetMapper().SetRelativeCoincidentTopologyLineOffsetParameters(0.0, _IN_FRONT)
+    renderer.AddActor(edge)
     lights = vtkLightKit()
     lights.AddLightsToRenderer(renderer)
     lights.Update()
