@@ -88,13 +88,14 @@ def parts_of(rung: Rung) -> tuple[Part, ...]:
     """The lobes of a contact, from the gauge side on."""
     pressure, s = rung.pressure, rung.grid.s_mm
     columns = lobe_columns(pressure.whole().values)
+    # what is read of the whole contact is read of a single lobe
+    only = len(columns) == 1
     whole_area, force = rung.grid.whole_area_mm2(), rung.pressure_MPa.sum(axis=0)
     found = []
     for own in columns:
         kept = np.zeros_like(rung.pressure_MPa)
         kept[:, own] = rung.pressure_MPa[:, own]
         own_force_N = float(np.sum(kept.ravel() * whole_area))
-        only = len(columns) == 1
         first, last = own.start, own.stop - 1
         # the column of a valley belongs to the lobe behind it
         after = own.stop if own.stop < s.size else last

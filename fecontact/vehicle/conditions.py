@@ -17,7 +17,7 @@ from fecontact.theory.creep.contact import rolling_pair
 from fecontact.vehicle.model import Vehicle
 from fecontact.vehicle.normal import DEFAULT_THEORY, normal_theory
 from fecontact.vehicle.steady import GRAVITY_M_S2, Line
-from fecontact.vehicle.surfaces import Surfaces
+from fecontact.vehicle.surfaces import Surfaces, standing
 from fecontact.vehicle.wheel_force import ContactLaw
 
 # Cant is measured between the contact circles.
@@ -145,20 +145,16 @@ def curvatures_per_mm(radii_m: Sequence[float], vehicle: Vehicle, wheelset: Whee
     Raises
     ------
     InputError
-        If a radius is too small: the wheelbase's arrow in the curve must fit into the clearance of the gauge; if there
-        is none.
+        If a radius is too small: the wheelbase's arrow in the curve must fit into the clearance of the gauge; or if a
+        wheel does not stand on its rail.
     """
     least, why = _LEAST_RADIUS_M, "tighter ones need guard rails"
     if vehicle.bogie is not None:
         clearance = sum(_largest_shift_mm(side.pair) for side in (wheelset.left, wheelset.right))
-        if not clearance > 0.0:
-            raise InputError(
-                "clearance of the gauge is 0 mm: wheels in the middle of the track do not stand on their rails; check"
-                " gauge, profiles and back-to-back distance"
-            )
         arrow = 0.5 * (1e3 * vehicle.bogie.frame.half_wheelbase_m) ** 2
         if 1e-3 * arrow > least * clearance:
-            least = 1e-3 * arrow / clearance
+            # which is known to a step
+            least = 1e-3 * arrow / max(clearance, _STEP_MM)
             why = f"the wheelbase does not fit into the clearance of {clearance:.1f} mm"
     for radius in radii_m:
         if not math.isfinite(radius) or abs(radius) < least:
@@ -168,6 +164,7 @@ def curvatures_per_mm(radii_m: Sequence[float], vehicle: Vehicle, wheelset: Whee
 
 def _largest_shift_mm(pair: Pair) -> float:
     """The shift at which a wheel without roll and yaw comes to the steepest place of its flange."""
+    standing(pair, 0.0)
     low, high = 0.0, _FARTHEST_MM
     while high - low > _STEP_MM:
         middle = 0.5 * (low + high)

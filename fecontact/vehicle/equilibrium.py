@@ -10,10 +10,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.errors import InputError
-from fecontact.geometry.placement import Placement
 from fecontact.vehicle.model import Vehicle
 from fecontact.vehicle.steady import FRAME_SIZE, WHEELSET_SIZE, Balance, Line, balance, jacobian
+from fecontact.vehicle.surfaces import standing
 
 Floats = NDArray[np.float64]
 Status = Literal["equilibrium", "no equilibrium"]
@@ -161,7 +160,7 @@ def straight_start(vehicle: Vehicle, line: Line, shifts_mm: Sequence[float] = (0
     size = WHEELSET_SIZE * vehicle.wheelsets + (FRAME_SIZE if vehicle.bogie is not None else 0)
     state = np.zeros(size)
     for k in range(vehicle.wheelsets):
-        stands = [_axle_height(surfaces.pair.placed(sign * shifts_mm[k], 0.0, 0.0)) for surfaces, sign in both]
+        stands = [float(standing(surfaces.pair, sign * shifts_mm[k]).wheel.centre_mm[2]) for surfaces, sign in both]
         state[WHEELSET_SIZE * k : WHEELSET_SIZE * k + 3] = (
             shifts_mm[k],
             0.5 * sum(stands) - _PRESSED_MM,
@@ -169,12 +168,6 @@ def straight_start(vehicle: Vehicle, line: Line, shifts_mm: Sequence[float] = (0
             1e3 * (stands[0] - stands[1]) / _BASE_MM,
         )
     return state
-
-
-def _axle_height(placed: Placement | str) -> float:
-    if isinstance(placed, str):
-        raise InputError(f"a wheel cannot stand on its rail: {placed}; check gauge, profiles and back-to-back distance")
-    return float(placed.wheel.centre_mm[2])
 
 
 def path(vehicle: Vehicle, lines: Callable[[float], Line], curvatures_per_mm: Sequence[float]) -> list[Equilibrium]:

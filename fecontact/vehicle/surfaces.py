@@ -8,7 +8,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.geometry.placement import Pair
+from fecontact.errors import InputError
+from fecontact.geometry.placement import Pair, Placement
 from fecontact.profiles.segments import CurvePoints
 
 Floats = NDArray[np.float64]
@@ -20,6 +21,20 @@ _FOOT_STEPS = 4
 # Wider gaps are never closed by what theories know of their surroundings; and how far off a first guess of them may be.
 _WIDEST_GAP_MM, _ROUGHLY_MM = 0.5, 2.0
 _FEWEST = 3
+
+
+def standing(pair: Pair, shift_mm: float) -> Placement:
+    """A wheel on its rail, shifted towards it, without roll and yaw.
+
+    Raises
+    ------
+    InputError
+        If it does not stand there, with the reason.
+    """
+    placed = pair.placed(shift_mm, 0.0, 0.0)
+    if isinstance(placed, str):
+        raise InputError(f"a wheel cannot stand on its rail: {placed}; check gauge, profiles and back-to-back distance")
+    return placed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
