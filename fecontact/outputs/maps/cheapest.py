@@ -110,8 +110,6 @@ def _view(
             ", ".join(f"{theories.marks[name][0]} {words}" for name, words in theories.words.items()),
             f"? open whether it holds{', x none holds' * (_NONE in given)}, ! {theories.lost}",
         ],
-        # every load that was solved has its number
-        ticks=False,
     )
 
 

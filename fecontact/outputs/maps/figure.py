@@ -79,13 +79,12 @@ def map_figure(view: MapView, path: str | Path) -> Path:
     ends, reach = _load_range(loads), 0.5 * width
     for middle, column in zip(shifts, view.columns, strict=True):
         sides = (middle - reach, middle + reach)
-        # a tick beside a number looks like a minus
-        numbered = {cell.load_kN for cell in column.cells} if sizes.has_numbers else set()
         _draw_column(ax, column, view.colours, sides, ends)
         for load, words in column.lines:
             if ends[0] < load < ends[1]:
                 ax.plot(sides, [load, load], color="k", lw=1.6, ls=_DASHES[view.lines.index(words)])
-        _draw_ticks(ax, [load for load in column.solved_kN if load not in numbered], sides)
+        # a tick beside a number looks like a minus
+        _draw_ticks(ax, column.further_kN if sizes.has_numbers else column.solved_kN, sides)
         for cell in column.cells:
             _write(ax, cell, view.colours[cell.answer], middle, sizes)
     ax.set_xlim(shifts[0] - reach, shifts[-1] + reach)
@@ -120,7 +119,8 @@ def _handles(view: MapView, sizes: Sizes) -> list[Any]:
         handles.append(Line2D([], [], ms=6, label=view.diamond, **_DIAMOND))
     marks = [("$-$", "solved at this load")]
     if sizes.has_numbers:
-        marks = [("$-$", "further loads that were solved")] * view.ticks + [("$0.5$", view.number)]
+        further = any(column.further_kN for column in view.columns)
+        marks = [("$-$", "further loads that were solved")] * further + [("$0.5$", view.number)]
     return handles + [
         Line2D([], [], ls="none", marker=mark, color="k", ms=16 if any(map(str.isdigit, mark)) else 8, label=label)
         for mark, label in (*marks, *view.marks)

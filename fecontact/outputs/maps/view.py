@@ -61,6 +61,11 @@ class ColumnView:
     limit: str = ""
     lines: Sequence[tuple[float, str]] = ()
 
+    @property
+    def further_kN(self) -> tuple[float, ...]:
+        """Loads that were solved beside those of the map."""
+        return tuple(load for load in self.solved_kN if load not in {cell.load_kN for cell in self.cells})
+
 
 @dataclass(frozen=True, kw_only=True)
 class MapView:
@@ -76,8 +81,6 @@ class MapView:
         What the answers that occur, the marks, and the number of a cell stand for, for the legend.
     diamond
         What a diamond stands for; empty where there is none.
-    ticks
-        Whether loads that were solved beside those of the map are marked.
     lines
         What lines across columns stand for, in the order of their dashes.
     notes
@@ -95,7 +98,6 @@ class MapView:
     number: str
     notes: Sequence[str]
     diamond: str = ""
-    ticks: bool = True
     lines: Sequence[str] = ()
 
 
