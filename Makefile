@@ -47,7 +47,7 @@ $(INSTALLED): requirements.lock pyproject.toml $(CREATED)
 	@touch $@
 
 setup: $(INSTALLED) ## make .venv from requirements.lock and check the system libraries
-	@$(BIN)/python -m fecontact.doctor --install
+	@$(BIN)/python -m fecontact.doctor
 
 demo: setup ## solve one position and an exact sphere; results in out/demo
 	$(BIN)/fecontact demo --out out/demo

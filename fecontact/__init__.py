@@ -55,7 +55,7 @@ The story, step by step:
     >>> dx, ds = result.grid.steps_mm
     >>> round(float(result.pressure_MPa.sum() * dx * ds / result.normal_force_N), 3)
     1.0
-    >>> fecontact.rows(result)[0]["p_max_deviation_percent"] == 100 * result.load.deviation["p_max_MPa"]
+    >>> fecontact.rows(result)[0]["hertz_deviation_p_max_percent"] == 100 * result.load.deviation["p_max_MPa"]
     True
     >>> figure = fecontact.plot.case(result)
     >>> fecontact.mesh(result, "rail").n_cells == result.load.level.elements["rail"]
@@ -83,7 +83,7 @@ if TYPE_CHECKING:
     from fecontact.irregularity.shapes import Irregularity
     from fecontact.material import Material
     from fecontact.outputs.meshes.dataset import mesh
-    from fecontact.outputs.records.rows import rows
+    from fecontact.outputs.records.results import rows
     from fecontact.profiles.given import profile
     from fecontact.profiles.reading import Reading
     from fecontact.runs.analytic import creep, hertz, theories
@@ -150,7 +150,7 @@ _HOMES = {
     "mesh": "outputs.meshes.dataset.mesh",
     "profile": "profiles.given.profile",
     "place": "solving.preview.preview",
-    "rows": "outputs.records.rows.rows",
+    "rows": "outputs.records.results.rows",
     "run": "runs.run.run",
     "solve": "solving.solve.solve",
     "table": "runs.contact_table.table",

@@ -295,19 +295,11 @@ class Case:
             rail, wheel = (one and in_folder(one, self.library) for one in (self.opposite.rail, self.opposite.wheel))
             object.__setattr__(self, "opposite", replace(self.opposite, rail=rail, wheel=wheel))
             object.__setattr__(self, "library", None)
-        self._check_irregularities()
         self._choose_roll()
         if self.roll == "loaded" and self.load_kind != "vertical" and self.roll_load_N is None:
             raise InputError(
                 f"load kind is {self.load_kind!r}, but the roll of the loaded wheelset is that of vertical wheel loads;"
                 " give load_kind = 'vertical', the wheel load as roll_load_kN, or another roll"
-            )
-
-    def _check_irregularities(self) -> None:
-        if any(line.kind == "imprinted" for line in self.irregularities):
-            raise InputError(
-                "irregularity imprinted: it conforms to the rail and has an edge all around, where there is no Hertz;"
-                " `fecontact irregular` has its approach; give a haversine for a flat that is worn round"
             )
 
     def _choose_roll(self) -> None:

@@ -50,9 +50,9 @@ app.command(baseline_app)
 app.register_install_completion_command(help="Install completion for this shell, and say where.")
 
 
-def run_script(path: str, arguments: Sequence[str] | None = None) -> None:
+def run_script(path: str) -> None:
     """Run a study script as a program: `python studies/NAME.py [--out DIR] [--quick]`; ends the process."""
-    given = list(sys.argv[1:] if arguments is None else arguments)
+    given = sys.argv[1:]
     if "--out" not in given and "--help" not in given:
         given += ["--out", f"out/{Path(path).stem}"]
     main(["run", path, *given])

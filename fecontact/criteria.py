@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from fecontact.inputs.kinds import Names, Number
+from fecontact.inputs.kinds import Flag, Names, Number
 from fecontact.inputs.slots import by_name, check_inputs
 
 
@@ -42,6 +42,8 @@ class Criteria:
     `judged_by` names measures by the fields here, or sets of them: `strength` for the stress below the surface, which
     follows the peak; `patch` for creep forces and wear, which take the ellipse's axes and its place; `all` for whoever
     takes the ellipse for the contact.
+
+    `theories_in_range` leaves theories that are out of their own range out of what may be the cheapest that holds.
     """
 
     p_max: float = _limit(0.05, "p_max_MPa", "its peak pressure is off by less", "p_max_percent")
@@ -63,6 +65,17 @@ class Criteria:
                 label="judged by",
                 help=f"Measures that decide, or sets of them (patch: {', '.join(_SETS['patch'])}; strength: p_max)",
                 sets=_SETS,
+            )
+        },
+    )
+    theories_in_range: bool = field(
+        default=False,
+        metadata={
+            "input": Flag(
+                label="theories in range",
+                help="Name no theory that is out of its own range as the cheapest that holds; by default it counts,"
+                " marked as out of range, since its numbers are held against the finite elements at this very contact",
+                alone=True,
             )
         },
     )

@@ -3,9 +3,9 @@
 No wheel carries libGL and its relatives, and a missing one can end the process with a signal instead of an exception:
 each probe runs in a process of its own.
 
-`python -m fecontact.doctor` is what `fecontact doctor` prints; with `--install` root gets the missing system libraries.
-With `--before` no package need be installed yet: it looks for the libraries that gmsh is linked to, so that nobody
-downloads all packages in vain.
+`python -m fecontact.doctor` is what `fecontact doctor` prints. With `--before` no package need be installed yet: it
+looks for the libraries that gmsh is linked to, so that nobody downloads all packages in vain; with `--install` root
+gets the missing ones.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from importlib import metadata
 
 from fecontact import __version__
@@ -35,7 +35,7 @@ _ENOUGH_GB = 4.0
 
 @dataclass(frozen=True, kw_only=True)
 class Probe:
-    """A Python program that succeeds only where something works, in one of some environments.
+    """A Python program that succeeds only where something works.
 
     Attributes
     ----------
@@ -52,7 +52,6 @@ class Probe:
     consequence: str
     remedy: str = ""
     needed: bool = True
-    environments: tuple[Mapping[str, str], ...] = field(default=({},), hash=False)
 
 
 # What gmsh's wheel is linked to beyond a minimal Debian.
@@ -84,7 +83,6 @@ assert image.min() < image.max(), "the off-screen image is empty"
 """,
         consequence="three-dimensional pictures are left out; numbers, reports and VTK files do not need it",
         needed=False,
-        environments=({}, {"VTK_DEFAULT_OPENGL_WINDOW": "vtkEGLRenderWindow"}),
     ),
     Probe(
         name="MKL PARDISO",
@@ -98,64 +96,58 @@ assert abs(pypardiso.spsolve(scipy.sparse.eye(3, format="csr") * 2.0, numpy.ones
     ),
 )
 
-Try = Callable[[Probe], str]
-Install = Callable[[Sequence[str]], str]
 
-
-def examine(
-    probes: Sequence[Probe] = PROBES,
-    *,
-    attempt: Try | None = None,
-    install: Install | None = None,
-    say: Callable[[str], None] = print,
-) -> int:
-    """Say what works, what does not go without the rest and what to do, after the `install` of what may help if given.
-
-    Returns
-    -------
-    int
-        1 if something does not work that is needed, else 0.
-    """
-    attempt = attempt or failure
-    failures = {probe: attempt(probe) for probe in probes}
-    missing = missing_packages() if any(_may_lack_packages(*one) for one in failures.items()) else ()
-    if missing and install is not None:
-        say(f"Installing system libraries with apt-get: {' '.join(missing)}")
-        if refused := install(missing):
-            say(f"apt-get failed: {refused}")
-        failures = {probe: attempt(probe) for probe in probes}
-        missing = missing_packages()
-    for probe, reason in failures.items():
-        say(f"{probe.name}: {f'does not work: {reason}; {probe.consequence}' if reason else 'works'}")
-    for remedy in dict.fromkeys(_remedy(probe, reason, missing) for probe, reason in failures.items() if reason):
-        say(f"remedy: {remedy}")
-    return int(any(reason and probe.needed for probe, reason in failures.items()))
+def examine(probes: Sequence[Probe] = PROBES) -> tuple[list[str], bool]:
+    """What works, what does not go without the rest and what to do, in lines; whether anything needed fails."""
+    failures = {probe: reason for probe in probes if (reason := failure(probe))}
+    lines = [
+        f"{probe.name}: does not work: {failures[probe]}; {probe.consequence}"
+        if probe in failures
+        else f"{probe.name}: works"
+        for probe in probes
+    ]
+    missing = missing_packages() if failures else ()
+    remedies = dict.fromkeys(_remedy(probe, reason, missing) for probe, reason in failures.items())
+    return [*lines, *(f"remedy: {remedy}" for remedy in remedies)], any(probe.needed for probe in failures)
 
 
 def _remedy(probe: Probe, reason: str, missing: Sequence[str]) -> str:
     if probe.remedy:
         return probe.remedy
-    if not _may_lack_packages(probe, reason):
+    if reason.startswith("ModuleNotFoundError"):
         return "a Python package is missing from this environment: make setup, or pip install fecontact"
     if not missing:
         return "the Debian packages that are known to be needed are all installed: the cause is another one"
     return f"{install_command(missing)} (Debian, Ubuntu; elsewhere the packages with the same libraries)"
 
 
-def _may_lack_packages(probe: Probe, reason: str) -> bool:
-    return bool(reason) and not probe.remedy and not reason.startswith("ModuleNotFoundError")
-
-
-def doctor(*, install: bool = False, say: Callable[[str], None] = print) -> int:
+def doctor() -> int:
     """Say what this machine has for fecontact; 1 if no case can be solved here, else 0."""
-    say(f"fecontact {__version__}, Python {platform.python_version()} ({sys.executable})")
-    say(f"{platform.platform()}, {platform.machine()}")
+    print(f"fecontact {__version__}, Python {platform.python_version()} ({sys.executable})")
+    print(f"{platform.platform()}, {platform.machine()}")
     lacks = False
     for line, good in (*_packages(), *_machine()):
-        say(line)
+        print(line)
         lacks = lacks or not good
-    lacks = bool(examine(install=_apt_install if install and _can_install() else None, say=say)) or lacks
-    say("A case cannot be solved here yet; see above." if lacks else "All that is needed is here: fecontact demo")
+    lines, cannot = examine()
+    print("\n".join(lines))
+    lacks = lacks or cannot
+    print("A case cannot be solved here yet; see above." if lacks else "All that is needed is here: fecontact demo")
+    return int(lacks)
+
+
+def before(*, install: bool) -> int:
+    """Look for the libraries of gmsh, as root install them if asked to; 1 with the remedy if some are missing."""
+    if not sys.platform.startswith("linux"):
+        return 0
+    lines, lacks = examine((BEFORE,))
+    if lacks and install and _can_install() and (missing := missing_packages()):
+        print(f"Installing system libraries with apt-get: {' '.join(missing)}")
+        if refused := _apt_install(missing):
+            print(f"apt-get failed: {refused}")
+        lines, lacks = examine((BEFORE,))
+    if lacks:
+        print("\n".join(lines))
     return int(lacks)
 
 
@@ -196,18 +188,12 @@ def _machine() -> Iterator[tuple[str, bool]]:
     yield line, True
 
 
-def failure(probe: Probe, *, seconds: float = PROBE_SECONDS) -> str:
-    """Why a probe fails in the first of its environments, in one line; nothing if it succeeds in one of them."""
-    reasons = []
-    for environment in probe.environments:
-        reason = _run([sys.executable, "-c", probe.code], environment, seconds)
-        if not reason:
-            return ""
-        reasons.append(reason)
-    return reasons[0]
+def failure(probe: Probe) -> str:
+    """Why a probe fails, in one line; nothing if it succeeds."""
+    return _run([sys.executable, "-c", probe.code], PROBE_SECONDS)
 
 
-def _run(command: Sequence[str], extra: Mapping[str, str], seconds: float | None) -> str:
+def _run(command: Sequence[str], seconds: float | None) -> str:
     """Why a program fails, or nothing."""
     # In an empty directory: a core file lands nowhere that matters, and nothing there shadows an import.
     with tempfile.TemporaryDirectory(prefix="fecontact-") as directory:
@@ -215,7 +201,6 @@ def _run(command: Sequence[str], extra: Mapping[str, str], seconds: float | None
             done = subprocess.run(
                 command,
                 cwd=directory,
-                env={**os.environ, **extra},
                 stdin=subprocess.DEVNULL,
                 capture_output=True,
                 text=True,
@@ -236,14 +221,14 @@ def _signal_name(number: int) -> str:
     return signal.Signals(number).name if number in set(signal.Signals) else f"signal {number}"
 
 
-def missing_packages(packages: Sequence[str] = PACKAGES) -> tuple[str, ...]:
-    """Those of some Debian packages that dpkg does not list as installed: all of them where there is no dpkg."""
+def missing_packages() -> tuple[str, ...]:
+    """Those of the Debian packages that dpkg does not list as installed: all of them where there is no dpkg."""
     if not shutil.which("dpkg-query"):
-        return tuple(packages)
-    query = ("dpkg-query", "-W", "-f", "${Package} ${db:Status-Status}\n", *packages)
+        return PACKAGES
+    query = ("dpkg-query", "-W", "-f", "${Package} ${db:Status-Status}\n", *PACKAGES)
     listed = subprocess.run(query, capture_output=True, text=True, check=False).stdout
     present = {line.split()[0] for line in listed.splitlines() if line.endswith(" installed")}
-    return tuple(name for name in packages if name not in present)
+    return tuple(name for name in PACKAGES if name not in present)
 
 
 def install_command(packages: Sequence[str]) -> str:
@@ -260,28 +245,19 @@ def _can_install() -> bool:
 
 def _apt_install(packages: Sequence[str]) -> str:
     # A fresh machine often runs its own upgrade in the first minutes: wait for the lock instead of failing.
-    apt = ("apt-get", "-q", "-o", "DPkg::Lock::Timeout=300")
-    quiet = {"DEBIAN_FRONTEND": "noninteractive"}
+    apt = ("env", "DEBIAN_FRONTEND=noninteractive", "apt-get", "-q", "-o", "DPkg::Lock::Timeout=300")
     # A failed update may still leave usable lists: only the install decides.
-    _run([*apt, "update"], quiet, None)
-    return _run([*apt, "install", "-y", "--no-install-recommends", *packages], quiet, None)
+    _run([*apt, "update"], None)
+    return _run([*apt, "install", "-y", "--no-install-recommends", *packages], None)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Examine the machine from the command line and return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m fecontact.doctor", description=__doc__)
-    parser.add_argument("--install", action="store_true", help="as root, install the system libraries that are missing")
     parser.add_argument("--before", action="store_true", help="before the Python packages are installed; Linux only")
+    parser.add_argument("--install", action="store_true", help="then, as root, install the libraries that are missing")
     options = parser.parse_args(arguments)
-    if not options.before:
-        return doctor(install=options.install)
-    if not sys.platform.startswith("linux"):
-        return 0
-    said: list[str] = []
-    lacks = examine((BEFORE,), install=_apt_install if options.install and _can_install() else None, say=said.append)
-    if lacks or len(said) > 1:
-        print("\n".join(said))
-    return lacks
+    return before(install=options.install) if options.before else doctor()
 
 
 if __name__ == "__main__":

@@ -41,9 +41,9 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     ):
         own = [row for row in rows if (row["rail"] == NARROW) == narrow]
         if own:
-            worst = {name: max(abs(float(row[f"{name}_deviation_percent"])) for row in own) for name in limits}
+            worst = {name: max(abs(float(row[f"hertz_deviation_{name}_percent"])) for row in own) for name in limits}
             parts = [f"{name} {worst[name]:.2f} % (limit {limit:g} %)" for name, limit in limits.items()]
-            worst_l2 = max(float(row["pressure_l2_percent"]) for row in own)
+            worst_l2 = max(1e2 * float(row["pressure_l2"]) for row in own)
             lines.append(f"{what}: {', '.join(parts)}, L2 {worst_l2:.1f} % (limit {l2:g} %).")
     return "\n".join(lines)
 
@@ -63,7 +63,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                 case=where,
                 reference="Hertz",
                 kind="analytic",
-                value=float(row["pressure_l2_percent"]),
+                value=1e2 * float(row["pressure_l2"]),
                 expected=None,
                 limit_percent=NARROW_L2_PERCENT if narrow else L2_LIMIT_PERCENT,
             )

@@ -57,7 +57,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
             what = f"{name} times 1.5" if name in CUTS else f"resolution {name}"
             changes = ", ".join(
                 f"{measure} {100.0 * (float(row[column]) / float(base[column]) - 1.0):+.3f} %"
-                for measure, column in ((m, f"{m}_fe_{unit}") for m, unit in MEASURES.items())
+                for measure, column in ((m, f"fe_{m}_{unit}") for m, unit in MEASURES.items())
             )
             lines.append(f"shift {base['lateral_shift_mm']:g} mm, {what}: {changes}")
     return "\n".join(lines)
@@ -82,10 +82,10 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                 case=f"shift {case.lateral_shift_mm:+g} mm, {name}",
                 reference="cut planes where they are" if moved else "resolution fine",
                 kind="invariant",
-                value=float(row[f"{measure}_fe_{unit}"]),
-                expected=float(reference[0][f"{measure}_fe_{unit}"]),
+                value=float(row[f"fe_{measure}_{unit}"]),
+                expected=float(reference[0][f"fe_{measure}_{unit}"]),
                 limit_percent=STATED_PERCENT[measure] if moved else RESOLUTION_PERCENT[str(case.resolution)],
-                uncertainty_percent=float(row[f"{measure}_uncertainty_percent"]),
+                uncertainty_percent=float(row[f"hertz_uncertainty_{measure}_percent"]),
             )
             for measure, unit in MEASURES.items()
         ]

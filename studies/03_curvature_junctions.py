@@ -63,7 +63,7 @@ def series(rows: list[dict[str, Any]]) -> Series:
         for arc, sign in (("flatter", 1.0), ("tighter", -1.0)):
             # the junction itself has no ellipse of its own
             own = sorted(
-                (sign * distance_mm(row) / float(row["b_hertz_mm"]), *_numbers(row))
+                (sign * distance_mm(row) / float(row["hertz_b_mm"]), *_numbers(row))
                 for row in rows
                 if str(row["rail"]).startswith(f"{pair}@")
                 and float(row["load_kN"]) == load
@@ -76,7 +76,10 @@ def series(rows: list[dict[str, Any]]) -> Series:
 
 def _numbers(row: dict[str, Any]) -> tuple[float, ...]:
     """Deviation of the peak and its uncertainty in %, and the largest of all measures in parts of its limit."""
-    return tuple(float(row[name]) for name in ("p_max_deviation_percent", "p_max_uncertainty_percent", "limit_used"))
+    return tuple(
+        float(row[name])
+        for name in ("hertz_deviation_p_max_percent", "hertz_uncertainty_p_max_percent", "verdict_limit_used")
+    )
 
 
 def reach(distance: np.ndarray, deviation: np.ndarray, limit: float) -> float:
@@ -117,7 +120,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
                 f" farther than {np.mean(limits):.2f} b ({min(limits):.2f} to {max(limits):.2f} b over {len(limits)}"
                 " pairs and loads)."
             )
-    decided = [row for row in rows if row["verdict"] == "FAILS"]
+    decided = [row for row in rows if row["verdict_answer"] == "FAILS"]
     count = Counter(str(row["verdict_measure"]) for row in decided)
     lines.append("What decides where it fails: " + ", ".join(f"{name} {n}" for name, n in count.most_common()) + ".")
     return "\n".join(lines)
@@ -131,7 +134,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
     far = [
         hertz_check(row, "p_max_MPa", f"{row['rail']}, {row['load_kN']:g} kN, {row['resolution']}", FAR_PERCENT)
         for row in rows
-        if float(row["junction_distance_over_b"]) > 2.0
+        if float(row["geometry_junction_distance_over_b"]) > 2.0
     ]
     return [*far, *discretisation_check(rows, DISCRETISATION_PERCENT)]
 

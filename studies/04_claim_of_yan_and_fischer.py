@@ -41,16 +41,19 @@ def truth(value: Any) -> bool:
 
 MEASURES: dict[str, tuple[str, Callable[[dict[str, Any]], float]]] = {
     # larger means: Hertz should fail
-    "nearness of a junction": ("b / distance", lambda row: 1.0 / max(float(row["junction_distance_over_b"]), 1e-6)),
-    "variation of the curvature below the patch": ("part", lambda row: float(row["curvature_variation"])),
+    "nearness of a junction": (
+        "b / distance",
+        lambda row: 1.0 / max(float(row["geometry_junction_distance_over_b"]), 1e-6),
+    ),
+    "variation of the curvature below the patch": ("part", lambda row: float(row["geometry_curvature_variation"])),
 }
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     """Confusion matrix of the claim, its exceptions, and the best threshold of each measure."""
-    decided = [row for row in rows if row["verdict"] in ("HOLDS", "FAILS")]
-    crossing = [truth(row["junction_in_patch"]) for row in decided]
-    fails = [row["verdict"] == "FAILS" for row in decided]
+    decided = [row for row in rows if row["verdict_answer"] in ("HOLDS", "FAILS")]
+    crossing = [truth(row["geometry_junction_in_patch"]) for row in decided]
+    fails = [row["verdict_answer"] == "FAILS" for row in decided]
     lines = [f"{len(decided)} of {len(rows)} cases are decided, {len(rows) - len(decided)} UNRESOLVED."]
     lines += ["                                  FAILS  HOLDS"]
     for name, wanted in (("patch covers a junction", True), ("patch covers no junction", False)):
@@ -106,11 +109,15 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
     axes = picture.add_subplot()
     for covers, place in ((True, "over a junction"), (False, "over none")):
         for verdict in ("HOLDS", "FAILS"):
-            own = [row for row in rows if (truth(row["junction_in_patch"]), row["verdict"]) == (covers, verdict)]
+            own = [
+                row
+                for row in rows
+                if (truth(row["geometry_junction_in_patch"]), row["verdict_answer"]) == (covers, verdict)
+            ]
             if own:
                 axes.scatter(
-                    [float(row["junction_distance_over_b"]) for row in own],
-                    [max(float(row["limit_used"]), 0.01) for row in own],
+                    [float(row["geometry_junction_distance_over_b"]) for row in own],
+                    [max(float(row["verdict_limit_used"]), 0.01) for row in own],
                     s=48,
                     c=ANSWERS[verdict] if covers else "white",
                     ec="0.2" if covers else ANSWERS[verdict],

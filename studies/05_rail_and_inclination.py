@@ -70,25 +70,27 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
             if own:
                 lines.append(f"{pair:10} {where:16} {_steps(own)}; {_verdicts(own)}")
     top = [row for row in rows if on_top(row)]
-    sure = [row for row in top if _step(row) > float(row["p_max_step_bodies_uncertainty_percent"])]
+    sure = [row for row in top if _step(row) > float(row["steps_uncertainty_half_space_to_bodies_p_max_percent"])]
     lines.append(f"On the top of the head the step is larger than its uncertainty in {len(sure)} of {len(top)} cases.")
     return "\n".join(lines)
 
 
 def _step(row: dict[str, Any]) -> float:
-    return abs(float(row["p_max_step_bodies_percent"]))
+    return abs(float(row["steps_half_space_to_bodies_p_max_percent"]))
 
 
 def _steps(rows: list[dict[str, Any]]) -> str:
-    step = np.array([float(row["p_max_step_bodies_percent"]) for row in rows])
-    unsure = np.array([float(row["p_max_step_bodies_uncertainty_percent"]) for row in rows])
+    step = np.array([float(row["steps_half_space_to_bodies_p_max_percent"]) for row in rows])
+    unsure = np.array([float(row["steps_uncertainty_half_space_to_bodies_p_max_percent"]) for row in rows])
     return (
         f"{np.median(step):+6.2f} ({step.min():+.2f} to {step.max():+.2f}; median uncertainty {np.median(unsure):.2f})"
     )
 
 
 def _verdicts(rows: list[dict[str, Any]]) -> str:
-    counts = {verdict: sum(row["verdict"] == verdict for row in rows) for verdict in ("HOLDS", "FAILS", "UNRESOLVED")}
+    counts = {
+        verdict: sum(row["verdict_answer"] == verdict for row in rows) for verdict in ("HOLDS", "FAILS", "UNRESOLVED")
+    }
     return ", ".join(f"{verdict} {count}" for verdict, count in counts.items())
 
 
@@ -100,7 +102,10 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
     pairs = list(dict.fromkeys(pair_of(row) for row in rows))
     picture = blank_figure(3.2 * len(pairs) + 2.0, 6.0)
     axes = np.atleast_2d(picture.subplots(2, len(pairs), sharex=True, sharey="row", squeeze=False))
-    steps = (("p_max_step_true_gap_percent", "shape of the gap"), ("p_max_step_bodies_percent", "finite bodies"))
+    steps = (
+        ("steps_quadratic_to_true_gap_p_max_percent", "shape of the gap"),
+        ("steps_half_space_to_bodies_p_max_percent", "finite bodies"),
+    )
     for column, pair in enumerate(pairs):
         solved = []
         for number, load in enumerate(loads):
@@ -111,7 +116,7 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
             own.sort(key=lambda row: float(row["lateral_shift_mm"]))
             shift = [float(row["lateral_shift_mm"]) for row in own]
             for ax, (name, _) in zip(axes[:, column], steps, strict=True):
-                unsure = name.replace("_percent", "_uncertainty_percent")
+                unsure = name.replace("steps_", "steps_uncertainty_")
                 error = [float(row.get(unsure, 0.0)) for row in own]
                 values = [float(row[name]) for row in own]
                 style = {"color": SERIES[number % len(SERIES)], "marker": MARKS[number % len(MARKS)]}

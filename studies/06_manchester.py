@@ -152,7 +152,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     worst = 0.0
     for row in rows:
         _, _, p_ref, _, area_ref = reference[float(row["lateral_shift_mm"])]
-        p, area = float(row["p_max_fe_MPa"]), float(row["area_fe_mm2"])
+        p, area = float(row["fe_p_max_MPa"]), float(row["fe_area_mm2"])
         worst = max(worst, abs(p / p_ref - 1.0))
         lines.append(
             f"{row['lateral_shift_mm']:8.1f} {p:11.1f} {p_ref:8.1f} {100 * (p / p_ref - 1):+10.2f} %"
@@ -167,9 +167,9 @@ def _rolled_lines(rows: list[dict[str, Any]]) -> list[str]:
     lines = ["shift mm   p_max MPa  CONTACT   deviation   patches   y mm  CONTACT   angle rad  CONTACT"]
     for row in rows:
         shift = float(row["lateral_shift_mm"])
-        (p_ref, y_ref, angle_ref), (y, angle), p = reference[shift], place_of(row), float(row["p_max_fe_MPa"])
+        (p_ref, y_ref, angle_ref), (y, angle), p = reference[shift], place_of(row), float(row["fe_p_max_MPa"])
         lines.append(
-            f"{shift:8.1f} {p:11.1f} {p_ref:8.1f} {100 * (p / p_ref - 1):+10.2f} % {row['pieces']:>9}"
+            f"{shift:8.1f} {p:11.1f} {p_ref:8.1f} {100 * (p / p_ref - 1):+10.2f} % {row['fe_pieces']:>9}"
             f" {y:8.3f} {y_ref:8.3f} {angle:10.4f} {angle_ref:8.4f}"
         )
     return lines
@@ -178,7 +178,7 @@ def _rolled_lines(rows: list[dict[str, Any]]) -> list[str]:
 def place_of(row: dict[str, Any]) -> tuple[float, float]:
     """Centre of pressure across from the rail's highest point (mm), and the rail's angle there (rad)."""
     case = next(case for case in rolled_cases() if case.lateral_shift_mm == float(row["lateral_shift_mm"]))
-    return _place_and_angle(place_case(case), float(row["centre_y_mm"]))
+    return _place_and_angle(place_case(case), float(row["fe_centre_y_mm"]))
 
 
 def _place_and_angle(placement: Placement, centre_y_mm: float) -> tuple[float, float]:
@@ -208,10 +208,10 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                     case=f"shift {row['lateral_shift_mm']:+g} mm",
                     reference="CONTACT 25, Manchester benchmark A-2.2",
                     kind="other code",
-                    value=float(row[f"{name}_fe_{unit}"]),
+                    value=float(row[f"fe_{name}_{unit}"]),
                     expected=expected,
                     limit_percent=limit,
-                    uncertainty_percent=float(row[f"{name}_uncertainty_percent"]),
+                    uncertainty_percent=float(row[f"hertz_uncertainty_{name}_percent"]),
                 )
             )
     if {float(row["lateral_shift_mm"]) in reference for row in rows} == {True, False}:
@@ -271,9 +271,9 @@ def _rolled_checks(row: dict[str, Any]) -> list[Check]:
     shift = float(row["lateral_shift_mm"])
     peak, y_ref, angle_ref = next(entry[4:] for entry in ROLLED if entry[0] == shift)
     two = shift == TWO_PATCHES_MM
-    compared = [("p_max, MPa", float(row["p_max_fe_MPa"]), peak, TWO_PATCHES_PERCENT if two else ROLLED_PERCENT)]
+    compared = [("p_max, MPa", float(row["fe_p_max_MPa"]), peak, TWO_PATCHES_PERCENT if two else ROLLED_PERCENT)]
     if two:
-        compared.append(("patches", float(row["pieces"]), 2.0, 0.0))
+        compared.append(("patches", float(row["fe_pieces"]), 2.0, 0.0))
     else:
         y, angle = place_of(row)
         compared += [("place across, mm", y, y_ref, PLACE_PERCENT), ("angle, rad", angle, angle_ref, ANGLE_PERCENT)]
@@ -286,7 +286,7 @@ def _rolled_checks(row: dict[str, Any]) -> list[Check]:
             value=value,
             expected=expected,
             limit_percent=limit,
-            uncertainty_percent=float(row["p_max_uncertainty_percent"]) if quantity.startswith("p_max") else None,
+            uncertainty_percent=float(row["hertz_uncertainty_p_max_percent"]) if quantity.startswith("p_max") else None,
         )
         for quantity, value, expected, limit in compared
     ]

@@ -106,7 +106,7 @@ def distance_mm(row: dict[str, Any]) -> float:
 
 def distance_over_b(row: dict[str, Any]) -> float:
     """The same over Hertz's semi-axis across."""
-    return distance_mm(row) / float(row["b_hertz_mm"])
+    return distance_mm(row) / float(row["hertz_b_mm"])
 
 
 def line_contact_MPa(row: dict[str, Any]) -> float:
@@ -123,24 +123,27 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     lines = []
     for (rail, load), group in groups:
         first = group[0]
-        width = 2.0 * float(first["b_hertz_mm"])
+        width = 2.0 * float(first["hertz_b_mm"])
         lines.append(
             f"{rail}, {load:g} kN: Hertz's patch is {width:.1f} mm wide, {100 * width / HEADS[rail].width_mm:.0f} % of"
-            f" the head; peak {first['p_max_hertz_MPa']:.0f} MPa; a line contact would have"
+            f" the head; peak {first['hertz_p_max_MPa']:.0f} MPa; a line contact would have"
             f" {line_contact_MPa(first):.0f} MPa"
         )
         for row in group:
             cause = f", {row['verdict_cause']}" if row["verdict_cause"] else ""
             lines.append(
                 f"  joint at {distance_mm(row):6.2f} mm = {distance_over_b(row):5.2f} b:"
-                f" peak FE {row['p_max_fe_MPa']:7.1f} MPa, Hertz {row['p_max_deviation_percent']:+6.1f} % in peak,"
-                f" {row['area_deviation_percent']:+6.1f} % in area: {row['verdict']}{cause}"
+                f" peak FE {row['fe_p_max_MPa']:7.1f} MPa,"
+                f" Hertz {row['hertz_deviation_p_max_percent']:+6.1f} % in peak,"
+                f" {row['hertz_deviation_area_percent']:+6.1f} % in area: {row['verdict_answer']}{cause}"
             )
     return "\n".join([*lines, _limit(rows)])
 
 
 def _limit(rows: Iterable[dict[str, Any]]) -> str:
-    by = {verdict: [distance_over_b(r) for r in rows if r["verdict"] == verdict] for verdict in ("HOLDS", "FAILS")}
+    by = {
+        verdict: [distance_over_b(r) for r in rows if r["verdict_answer"] == verdict] for verdict in ("HOLDS", "FAILS")
+    }
     holds = f"holds down to {min(by['HOLDS']):.2f} b" if by["HOLDS"] else "holds nowhere"
     fails = f"fails from {max(by['FAILS']):.2f} b on" if by["FAILS"] else "fails nowhere"
     mixed = bool(by["HOLDS"] and by["FAILS"]) and min(by["HOLDS"]) < max(by["FAILS"])
@@ -156,7 +159,7 @@ def _figure(groups: list[tuple[tuple[str, float], list[dict[str, Any]]]], path: 
         for number, ((rail, load), group) in enumerate(groups):
             style = {"color": SERIES[number % len(SERIES)], "marker": MARKS[number % len(MARKS)]}
             near = [row for row in group if distance_over_b(row) < 2.0]
-            x, y = [distance_over_b(r) for r in near], [r[f"{name}_deviation_percent"] for r in near]
+            x, y = [distance_over_b(r) for r in near], [r[f"hertz_deviation_{name}_percent"] for r in near]
             ax.plot(x, y, ms=5, label=f"{rail}, {load:g} kN", **style)
         ax.axvline(1.0, color="0.4", lw=0.8, ls=":")
         ax.set(xlabel="distance to the corner arc / Hertz's semi-axis b", ylabel=f"Hertz against FE, {title}, in %")

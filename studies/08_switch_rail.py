@@ -81,11 +81,11 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     for head in heads:
         row = head.row
         lines.append(
-            f"{head.thickness_mm:9d} {row['touch_rail_y_mm']:+6.1f} {row['p_max_fe_MPa']:8.1f}"
+            f"{head.thickness_mm:9d} {row['touch_rail_y_mm']:+6.1f} {row['fe_p_max_MPa']:8.1f}"
             f" {head.step['p_max_MPa']:+8.2f} {head.step['area_mm2']:+8.2f} {head.step['approach_mm']:+9.1f}"
-            f" {100.0 * (row['approach_fe_mm'] / full.row['approach_fe_mm'] - 1.0):+15.1f} %"
-            f" {row['von_mises_max_rail_MPa']:12.1f} {row['von_mises_depth_rail_mm']:8.2f}"
-            f"       {row['verdict']}{', ' + row['verdict_cause'] if row['verdict_cause'] else ''}"
+            f" {100.0 * (row['fe_approach_mm'] / full.row['fe_approach_mm'] - 1.0):+15.1f} %"
+            f" {row['von_mises_rail_von_mises_MPa']:12.1f} {row['von_mises_rail_depth_mm']:8.2f}"
+            f"       {row['verdict_answer']}{', ' + row['verdict_cause'] if row['verdict_cause'] else ''}"
         )
     worst = max(heads[1:], key=lambda head: abs(head.step["p_max_MPa"]))
     softest = max(heads[1:], key=lambda head: head.step["approach_mm"])
@@ -121,7 +121,7 @@ def _head(row: dict[str, Any], out: Path) -> _Head:
 
 
 def _verdicts(heads: list[_Head]) -> str:
-    counts = {v: sum(h.row["verdict"] == v for h in heads) for v in ("HOLDS", "FAILS", "UNRESOLVED")}
+    counts = {v: sum(h.row["verdict_answer"] == v for h in heads) for v in ("HOLDS", "FAILS", "UNRESOLVED")}
     return ", ".join(f"{verdict} on {count} of {len(heads)}" for verdict, count in counts.items() if count)
 
 

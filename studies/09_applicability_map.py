@@ -38,7 +38,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     """Shifts by verdict, under the one load of `cases`."""
     parts = []
     for verdict in ("HOLDS", "FAILS", "UNRESOLVED"):
-        shifts = [f"{float(row['lateral_shift_mm']):g}" for row in rows if row["verdict"] == verdict]
+        shifts = [f"{float(row['lateral_shift_mm']):g}" for row in rows if row["verdict_answer"] == verdict]
         if shifts:
             parts.append(f"{verdict} at {', '.join(shifts)} mm")
     return f"Hertz under 100 kN: {'; '.join(parts)}. For all loads: python {Path(__file__).name}"

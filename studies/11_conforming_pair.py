@@ -101,13 +101,14 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     ]
     for row in rows:
         lines.append(
-            f"The wheel of revolution, {row['normal_force_kN']:.2f} kN along the normal: half-space"
-            f" {row['p_max_half_space_MPa']:.1f} MPa, bodies {row['p_max_fe_MPa']:.1f} MPa, area"
-            f" {row['area_fe_mm2']:.1f} mm2; Hertz {row['p_max_deviation_percent']:+.1f} % in peak pressure,"
-            f" {row['area_deviation_percent']:+.1f} % in area (± {row['area_uncertainty_percent']:.1f} %);"
-            f" steps of the peak: gap {row['p_max_step_true_gap_percent']:+.1f} %, bodies"
-            f" {row['p_max_step_bodies_percent']:+.1f} % (± {row['p_max_step_bodies_uncertainty_percent']:.1f} %);"
-            f" {row['verdict']}, {row['verdict_cause']}"
+            f"The wheel of revolution, {row['normal_force_N'] / 1e3:.2f} kN along the normal: half-space"
+            f" {row['half_space_p_max_MPa']:.1f} MPa, bodies {row['fe_p_max_MPa']:.1f} MPa, area"
+            f" {row['fe_area_mm2']:.1f} mm2; Hertz {row['hertz_deviation_p_max_percent']:+.1f} % in peak pressure,"
+            f" {row['hertz_deviation_area_percent']:+.1f} % in area (± {row['hertz_uncertainty_area_percent']:.1f} %);"
+            f" steps of the peak: gap {row['steps_quadratic_to_true_gap_p_max_percent']:+.1f} %, bodies"
+            f" {row['steps_half_space_to_bodies_p_max_percent']:+.1f} %"
+            f" (± {row['steps_uncertainty_half_space_to_bodies_p_max_percent']:.1f} %);"
+            f" {row['verdict_answer']}, {row['verdict_cause']}"
         )
     return "\n".join(lines)
 

@@ -127,7 +127,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
         " on Hertz's ellipse; FASTSIM on the real patch",
         "",
     ]
-    by_pressure = {(row["lateral_shift_mm"], row["load_kN"]): row["verdict"] for row in rows}
+    by_pressure = {(row["lateral_shift_mm"], row["load_kN"]): row["verdict_answer"] for row in rows}
     for one in held:
         at = ", ".join(
             f"{1e2 * each.deviation:.1f} ({1e2 * each.creepages.xi:.2g}, {1e2 * each.creepages.eta:.2g})"
@@ -150,13 +150,13 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
             case=f"{row['lateral_shift_mm']:g} mm, {row['load_kN']:g} kN",
             reference="rolling half-space on the real patch",
             kind="analytic",
-            value=float(row["force_worst_percent"]),
+            value=1e2 * float(row["creep_verdict_deviation_of_muN"]),
             expected=None,
             limit_percent=LIMIT_PERCENT,
-            uncertainty_percent=float(row["force_worst_uncertainty_percent"]),
+            uncertainty_percent=1e2 * float(row["creep_verdict_uncertainty_of_muN"]),
         )
         for row in rows
-        if row["verdict"] == "HOLDS"
+        if row["verdict_answer"] == "HOLDS"
     ]
 
 

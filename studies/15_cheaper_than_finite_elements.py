@@ -29,7 +29,7 @@ import numpy as np
 from fecontact.alone.position import HALF_SPACE, normal_force_of
 from fecontact.case import Case
 from fecontact.comparison.patch import measure_patch
-from fecontact.comparison.theories import HERTZ_GAUGE, Loaded
+from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, Loaded
 from fecontact.comparison.theories import THEORIES as JUDGED_THEORIES
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.inputs.texts import parse_inclination
@@ -53,7 +53,6 @@ LOADS_KN = (10.0, 25.0, 50.0, 100.0, 150.0)
 THEORIES: dict[str, Callable[[GapLine, float], StripContact]] = {
     "equivalent_ellipse": equivalent_ellipse,
     "analyn": analyn,
-    "analyn, 1 mm": partial(analyn, curvature_smoothing_mm=1.0),
     "stripes": stripes,
     "kik_piotrowski": kik_piotrowski,
     "kik_piotrowski, L/W": partial(kik_piotrowski, shape_correction=True),
@@ -206,15 +205,16 @@ def judged(rows: list[dict[str, Any]]) -> dict[str, Judged]:
 
 
 def _columns(row: dict[str, Any], name: str) -> tuple[str, float, float]:
-    before = f"theory_{name}_" if row.get(f"theory_{name}_verdict") else ""
-    keys = ("verdict", "limit_used", "p_max_deviation_percent")
-    verdict, used, peak = (row[f"{before}{key}"] for key in keys)
+    # a theory that says nothing of its own is Hertz
+    own = name if row.get(f"{name}_verdict_answer") else HERTZ
+    keys = ("verdict_answer", "limit_used", "deviation_p_max_percent")
+    verdict, used, peak = (row[f"{own}_{key}"] for key in keys)
     return str(verdict), float(used), float(peak)
 
 
 def judged_words(found: dict[str, Judged], rows: list[dict[str, Any]]) -> str:
     """In how many rows each is the cheapest that holds, in how many it holds, and how far its peak is off at most."""
-    first = [str(row["theory_cheapest"]) for row in rows]
+    first = [str(row["cheapest_theory"]) for row in rows]
     lines = [f"Judged by finite elements, {len(rows)} positions and loads:"]
     for name, one in found.items():
         lines.append(
@@ -265,7 +265,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
 
 
 def _over_elements(row: dict[str, Any], name: str, measure: str) -> float:
-    return 1.0 + 0.01 * float(row[f"theory_{name}_{measure}_deviation_percent"])
+    return 1.0 + 0.01 * float(row[f"{name}_deviation_{measure}_percent"])
 
 
 def _figure(found: dict[str, Judged], costs: dict[str, float], count: int, path: Path) -> None:

@@ -79,7 +79,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     """What the finite elements say of the two wheels; in full size where vehicles run, and what theories move."""
     words = [
-        f"{name}: {row['verdict']} ({', '.join(filter(None, (row['verdict_failing'], row['verdict_cause'])))})"
+        f"{name}: {row['verdict_answer']} ({', '.join(filter(None, (row['verdict_failing'], row['verdict_cause'])))})"
         for name, row in zip(BY_ELEMENTS, rows, strict=False)
     ]
     said = ["Hertz on outer leading wheels: " + "; ".join(words) + "."]
@@ -99,7 +99,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
 def hertz_is_enough() -> dict[float, bool]:
     """Whether Hertz's ellipse is within the criteria of the strip method, at each of the positions; without yaw."""
     lines = table_lines(Case(**PAIR, roll="touching"), ZONES_MM, [ZONES_N])
-    return {line.case.lateral_shift_mm: line.cheapest == "hertz" for line in lines}
+    return {line.case.lateral_shift_mm: line.cheapest.label == "hertz" for line in lines}
 
 
 def _wheels(run: CurveRun) -> list[tuple[float, float]]:

@@ -69,13 +69,15 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                 case=f"{name} at {distance:g} mm",
                 reference="finer nodes, by another program",
                 kind="other code",
-                value=float(row["p_max_half_space_MPa"]),
+                value=float(row["half_space_p_max_MPa"]),
                 expected=expected,
                 limit_percent=HALF_SPACE_PERCENT,
             )
         )
         if line is not None:
-            smooth, own = (1.0 + 1e-2 * float(one["p_max_step_bodies_percent"]) for one in (rows[0], row))
+            smooth, own = (
+                1.0 + 1e-2 * float(one["steps_half_space_to_bodies_p_max_percent"]) for one in (rows[0], row)
+            )
             found.append(
                 Check(
                     quantity="peak pressure with the bodies over that without",
@@ -92,7 +94,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     """What the bodies add to the half-space, beside what they add to the smooth pair."""
-    added = [float(row["p_max_step_bodies_percent"]) for row in rows]
+    added = [float(row["steps_half_space_to_bodies_p_max_percent"]) for row in rows]
     told = [f"{name} {one:+.2f} %" for name, one in zip(BY_ELEMENTS, added, strict=False)]
     largest = max(abs(one - added[0]) for one in added[1:])
     return (
@@ -115,9 +117,12 @@ def everyday() -> list[str]:
 
 
 def main() -> None:
-    """Print the conclusion of the map and the table, and draw the map."""
+    """Print the limits of the map and the table, and draw the map."""
     found = irregular(REAL, wavelengths_mm=WAVELENGTHS_MM, amplitudes_mm=AMPLITUDES_MM, workers=default_workers())
-    print(found["conclusion"])
+    for name in ("eq6", "fitted"):
+        limits = [(one["wavelength_mm"], one["amplitude_mm"][name]) for one in found["limits"]]
+        told = ", ".join(f"{length:g} mm {1e3 * height:.3g} um" for length, height in limits if height is not None)
+        print(f"{name} holds up to: {told}")
     print("\n".join(everyday()))
     print(irregular_figure(found, Path(__file__).parent / "figures" / "irregular.png"))
 

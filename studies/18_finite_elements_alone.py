@@ -54,26 +54,25 @@ def cases(quick: bool = False) -> list[Case]:
 
 def off_percent(row: Row, measure: str) -> float:
     """By how much the elements' own contact differs from the finer nodes' one."""
-    name, unit = measure.rsplit("_", 1)
-    return 100.0 * (float(row[f"of_elements_{measure}"]) / float(row[f"{name}_fe_{unit}"]) - 1.0)
+    return 100.0 * (float(row[f"elements_{measure}"]) / float(row[f"fe_{measure}"]) - 1.0)
 
 
 def stated_percent(row: Row, measure: str) -> float:
     """Stated uncertainty of the elements' own measure."""
-    return float(row[f"of_elements_{measure.rsplit('_', 1)[0]}_uncertainty_percent"])
+    return float(row[f"elements_uncertainty_{measure.rsplit('_', 1)[0]}_percent"])
 
 
 def verdict_of(row: Row, *, by_elements: bool) -> str:
     """Verdict by peak, area and half-widths, of the elements' own contact or of the finer nodes."""
     limits, answers = Criteria().limits, []
     for measure in MEASURES:
-        name, unit = measure.rsplit("_", 1)
+        name = measure.rsplit("_", 1)[0]
         if by_elements:
-            deviation = float(row[f"{name}_hertz_{unit}"]) / float(row[f"of_elements_{measure}"]) - 1.0
+            deviation = float(row[f"hertz_{measure}"]) / float(row[f"elements_{measure}"]) - 1.0
             unsure = 0.01 * stated_percent(row, measure) * (1.0 + deviation)
         else:
-            deviation = 0.01 * float(row[f"{name}_deviation_percent"])
-            unsure = 0.01 * float(row[f"{name}_uncertainty_percent"])
+            deviation = 0.01 * float(row[f"hertz_deviation_{name}_percent"])
+            unsure = 0.01 * float(row[f"hertz_uncertainty_{name}_percent"])
         answers.append(answer_of(deviation, unsure, limits[measure]))
     return max(answers, key=FROM_BEST.index)
 
@@ -181,15 +180,15 @@ def checks(rows: list[Row]) -> list[Check]:
                 )
             )
             if row["rail"] in EXACT:
-                name, unit = measure.rsplit("_", 1)
+                unit = measure.rsplit("_", 1)[1]
                 made.append(
                     Check(
                         quantity=f"{word} of the elements' own contact, {unit}",
                         case=where,
                         reference="Hertz",
                         kind="analytic",
-                        value=float(row[f"of_elements_{measure}"]),
-                        expected=float(row[f"{name}_hertz_{unit}"]),
+                        value=float(row[f"elements_{measure}"]),
+                        expected=float(row[f"hertz_{measure}"]),
                         limit_percent=exact_percent(row, measure),
                         uncertainty_percent=stated_percent(row, measure),
                     )

@@ -113,14 +113,14 @@ def is_sphere(row: dict[str, Any]) -> bool:
 
 def box(row: dict[str, Any]) -> tuple[bool, bool]:
     """What the claim looks at: whether the patch covers a junction, and whether anything yields."""
-    return truth(row["junction_in_patch"]), float(row["load_kN"]) > float(row["first_yield_kN"])
+    return truth(row["geometry_junction_in_patch"]), 1e3 * float(row["load_kN"]) > float(row["plastic_first_yield_N"])
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     """Two tables of two by two, against elastic bodies and against those that yield."""
     wheels = [row for row in rows if not is_sphere(row)]
     lines = []
-    for column, words in (("verdict", "elastic bodies"), ("verdict_plastic", "bodies that yield")):
+    for column, words in (("verdict_answer", "elastic bodies"), ("plastic_hertz_verdict_answer", "bodies that yield")):
         lines.append(f"Hertz against {words} (HOLDS, FAILS, UNRESOLVED)   nothing yields   first yield is passed")
         for junction in (False, True):
             counts = [
@@ -132,10 +132,10 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
             ]
             name = "patch covers a junction" if junction else "patch covers none"
             lines.append(f"{name:50} {counts[0]:>14} {counts[1]:>23}")
-    decided = [row for row in wheels if row["verdict_plastic"] in ("HOLDS", "FAILS")]
-    right = sum((row["verdict_plastic"] == "FAILS") == any(box(row)) for row in decided)
+    decided = [row for row in wheels if row["plastic_hertz_verdict_answer"] in ("HOLDS", "FAILS")]
+    right = sum((row["plastic_hertz_verdict_answer"] == "FAILS") == any(box(row)) for row in decided)
     lines.append(f"The claim with both clauses is right in {right} of {len(decided)} decided cases.")
-    by_chance = [row for row in wheels if row.get("verdict_plastic_cancelling")]
+    by_chance = [row for row in wheels if row.get("plastic_hertz_cancelling")]
     lines.append(f"Hertz holds by cancellation in {len(by_chance)}.")
     figure(wheels, out / "yielding.png")
     return "\n".join(lines)
@@ -147,11 +147,11 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
     axes = picture.add_subplot()
     for answer in ("HOLDS", "FAILS", "UNRESOLVED"):
         for junction, marker in ((False, "o"), (True, "s")):
-            own = [row for row in rows if (row["verdict_plastic"], box(row)[0]) == (answer, junction)]
+            own = [row for row in rows if (row["plastic_hertz_verdict_answer"], box(row)[0]) == (answer, junction)]
             if own:
                 axes.scatter(
-                    [float(row["load_kN"]) / float(row["first_yield_kN"]) for row in own],
-                    [float(row["p_max_step_plastic_percent"]) for row in own],
+                    [1e3 * float(row["load_kN"]) / float(row["plastic_first_yield_N"]) for row in own],
+                    [float(row["steps_bodies_to_plastic_p_max_percent"]) for row in own],
                     c=ANSWERS[answer],
                     ec="0.2",
                     marker=marker,
@@ -170,9 +170,9 @@ def interference(row: dict[str, Any]) -> tuple[float, float]:
 
     What bodies that end give way as a whole stays elastic: the approach changes by as much as that of half-spaces.
     """
-    ratio = elastic_peak_MPa() / float(row["rail_yield_MPa"])
+    ratio = elastic_peak_MPa() / float(row["plastic_bodies_rail_yield_MPa"])
     force = (ratio / (1.295 * math.exp(0.736 * STEEL.poisson))) ** 3
-    further_mm = float(row["approach_plastic_mm"]) - float(row["approach_fe_mm"])
+    further_mm = float(row["plastic_approach_mm"]) - float(row["fe_approach_mm"])
     return (1.0 + further_mm / elastic_approach_mm()) * force ** (2.0 / 3.0), force
 
 
@@ -186,7 +186,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
     found = []
     for row in filter(is_sphere, rows):
         w, force = interference(row)
-        ratio = elastic_peak_MPa() / float(row["rail_yield_MPa"])
+        ratio = elastic_peak_MPa() / float(row["plastic_bodies_rail_yield_MPa"])
         case = f"sphere, elastic peak {ratio:.2f} yield stresses"
         found.append(
             Check(
@@ -206,7 +206,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
         for (measure, unit), expected, limit in zip(
             (("p_max", "MPa"), ("area", "mm2")), known, (peak, AREA_PERCENT), strict=True
         ):
-            before, after = (float(row[f"{measure}_{of}_{unit}"]) for of in ("fe", "plastic"))
+            before, after = (float(row[f"{of}_{measure}_{unit}"]) for of in ("fe", "plastic"))
             found.append(
                 Check(
                     quantity=f"{measure} over that of elastic bodies",
@@ -216,7 +216,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                     value=after / before,
                     expected=expected,
                     limit_percent=limit,
-                    uncertainty_percent=float(row[f"{measure}_step_plastic_uncertainty_percent"]),
+                    uncertainty_percent=float(row[f"steps_uncertainty_bodies_to_plastic_{measure}_percent"]),
                 )
             )
     return found

@@ -129,7 +129,7 @@ def assembly(case: Case) -> dict[str, float]:
 def files(case: Case) -> dict[str, float]:
     """CPU seconds of a solution, of all files of a case, and of its picture alone, once what they need is loaded."""
     from fecontact.outputs.figures.case import case_figure
-    from fecontact.runs.case_store import keep_case
+    from fecontact.runs.store import keep_case
     from fecontact.solving.solve import solve
 
     start = time.process_time()

@@ -15,16 +15,17 @@ import sys
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import fecontact.runs.study as study_runs
 from fecontact.case import Case
+from fecontact.jobs import engine
 from fecontact.jobs.workers import Crew
-from fecontact.outputs.records.rows import read_row, write_row
-from fecontact.runs.case_store import FIELDS, RESULT, ROW, write_case
+from fecontact.outputs.records.results import read_row, write_row
 from fecontact.runs.casefile import Study
-from fecontact.runs.identity import case_id
-from fecontact.runs.study import run_study
+from fecontact.runs.store import FIELDS, RESULT, ROW, SOLVED, keep_case
 from fecontact.solving.solve import solve
 
 TEMPLATE = Case(roll="given", resolution="quick", refine_degrees_of_freedom=0)
@@ -42,13 +43,14 @@ class Copy:
     case: Case
     name: str
     template: Path
+    settings: Mapping[str, Any]
 
     def __call__(self, folder: Path, finished: Path | None) -> bool:
-        shutil.copyfile(self.template / FIELDS, folder / FIELDS)
-        record = json.loads((self.template / RESULT).read_text("utf-8"))
-        record["provenance"]["id"] = self.name
-        record["case"]["load_N"] = record["stored"]["load"]["load_N"] = self.case.load_N
-        (folder / RESULT).write_text(json.dumps(record), "utf-8")
+        for file in (FIELDS, RESULT):
+            shutil.copyfile(self.template / file, folder / file)
+        record = json.loads((self.template / SOLVED).read_text("utf-8"))
+        record["case"]["load_N"] = record["loads"][0]["load_N"] = self.case.load_N
+        (folder / SOLVED).write_text(json.dumps(record), "utf-8")
         row = read_row(self.template / ROW)
         write_row(folder / ROW, row | {"id": self.name, "load_kN": self.case.load_N / 1e3})
         return False
@@ -58,12 +60,11 @@ def fill(out: Path, count: int) -> None:
     """Store all cases that are not there."""
     template = out / "template"
     if not (template / ROW).is_file():
-        write_case(solve(TEMPLATE), template, case_id(TEMPLATE))
+        keep_case(solve(TEMPLATE), template)
 
-    def work(case: Case, name: str, settings: Mapping[str, Any]) -> Copy:
-        return Copy(case=case, name=name, template=template)
-
-    run_study(study(count), out, crew=Crew(open=ThreadPoolExecutor, workers=1, together=1), work=work)
+    study_runs.Solving = partial(Copy, template=template)
+    engine.process_crew = lambda workers, threads: Crew(open=ThreadPoolExecutor, workers=1, together=1)
+    study_runs.run_study(study(count), out)
 
 
 _FILL = """

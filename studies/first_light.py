@@ -28,13 +28,13 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
         return "No position was solved."
     parts = []
     for verdict in ("HOLDS", "FAILS", "UNRESOLVED"):
-        shifts = [f"{row['lateral_shift_mm']:g}" for row in solved if row["verdict"] == verdict]
+        shifts = [f"{row['lateral_shift_mm']:g}" for row in solved if row["verdict_answer"] == verdict]
         if shifts:
             parts.append(f"{verdict} at {', '.join(shifts)} mm")
-    worst = max(solved, key=lambda row: abs(row["p_max_deviation_percent"]))
+    worst = max(solved, key=lambda row: abs(row["hertz_deviation_p_max_percent"]))
     return (
         f"Hertz {'; '.join(parts)}. Its peak pressure is furthest off at {worst['lateral_shift_mm']:g} mm, by"
-        f" {worst['p_max_deviation_percent']:+.1f} % (± {worst['p_max_uncertainty_percent']:.1f} %)."
+        f" {worst['hertz_deviation_p_max_percent']:+.1f} % (± {worst['hertz_uncertainty_p_max_percent']:.1f} %)."
     )
 
 

@@ -19,10 +19,10 @@ from fecontact.comparison.verdict import judge
 from fecontact.errors import ConvergenceError, NotEnoughMemory
 from fecontact.files import read_json, write_json, write_text
 from fecontact.map.position import failed_position
-from fecontact.outputs.records.rows import deviation_columns, input_columns, write_row
-from fecontact.runs.case_store import RESULT, ROW
+from fecontact.outputs.records.results import input_columns, write_row
+from fecontact.outputs.records.told import flat
 from fecontact.runs.identity import provenance
-from fecontact.runs.position_store import write_position
+from fecontact.runs.store import RESULT, ROW, keep_solved
 
 MEMORY = "the factor of 9 degrees of freedom needs about 9.0 GB of memory, 1.0 GB are available; use a larger machine"
 
@@ -56,7 +56,7 @@ class FakeWork:
         for file in ("case.vtm", "wheel.vtu", "contact.vtp", "hertz_ellipse.vtp"):
             write_text(folder / file, "")
         short = _act(what.get(f"{self.case.load_N / 1e3:g}", what.get("all", "")), begun)
-        write_json(folder / RESULT, {"provenance": provenance(self.case, self.name, self.settings)})
+        write_json(folder / RESULT, {"provenance": provenance(self.case, id=self.name, settings=self.settings)})
         write_row(folder / ROW, {"id": self.name, **row(self.case), "verdict_warnings": MEMORY if short else ""})
         return short
 
@@ -75,7 +75,7 @@ class FakePosition:
             file.write(f"{self.case.lateral_shift_mm:g}\n")
         time.sleep(self.seconds)
         made = failed_position(self.case.lateral_shift_mm, self.loads_N, f"planned in process {os.getpid()}")
-        write_position(made, self.case, folder, self.name)
+        keep_solved(made, self.case, folder)
         return False
 
 
@@ -105,24 +105,23 @@ def row(case: Case) -> dict[str, Any]:
     """A row with the columns that tables and figures need; some numbers are none, as it can happen."""
     made: dict[str, Any] = {"status": "converged", **input_columns(case), "touch_rail_y_mm": 1.0 / 3.0}
     for number, measure in enumerate(MEASURES):
-        name, unit = measure.rsplit("_", 1)
-        made[f"{name}_fe_{unit}"] = made[f"{name}_hertz_{unit}"] = case.load_N / (3.0 + number)
+        made[f"fe_{measure}"] = made[f"hertz_{measure}"] = case.load_N / (3.0 + number)
     # of points that cannot be thinned it is not known how uncertain they leave the peak
     uncertainty = {name: math.nan if name == "p_max_MPa" else 0.01 for name, floor in FLOORS.items() if floor}
     verdict = judge(dict.fromkeys(FLOORS, 0.1), uncertainty, case.criteria)
     return made | {
-        **deviation_columns(dict.fromkeys(FLOORS, 0.1), uncertainty),
-        "junction_distance_mm": math.inf,
-        "verdict": verdict.answer,
+        **flat({"hertz": {"deviation": dict.fromkeys(FLOORS, 0.1), "uncertainty": uncertainty}}),
+        "geometry_junction_distance_mm": math.inf,
+        "verdict_answer": verdict.answer,
         "verdict_measure": verdict.measure,
-        "verdict_failing": " ".join(verdict.failing),
+        "verdict_failing": "; ".join(verdict.failing),
         "verdict_cause": None,
-        "pressure_l2_percent": 10.0,
-        "lobes": 1,
-        "pieces": 1,
+        "pressure_l2": 0.1,
+        "fe_lobes": 1,
+        "fe_pieces": 1,
         "resolution": None,
-        "meshes": 2,
-        "degrees_of_freedom": 1,
+        "solver_meshes": 2,
+        "solver_degrees_of_freedom_rail": 1,
         "seconds": time.perf_counter(),
         "peak_memory_MB": time.perf_counter(),
     }

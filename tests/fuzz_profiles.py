@@ -16,14 +16,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from points import simpack
 
 from fecontact.case import Case
 from fecontact.errors import FecontactError
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.library import load
+from fecontact.profiles.library import load, toml_text
 from fecontact.profiles.reading import PLAIN, Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.profiles.writers import points_along, profile_text
+from fecontact.profiles.writers import csv_text, points_along
 from fecontact.solving.measured_lines import hertz_uncertainty
 from fecontact.solving.position import hertz_of_case, place_case
 
@@ -45,13 +46,13 @@ def originals() -> dict[str, str]:
     # the instrument's own axes: into the depth of the body, and from the back of the flange
     ban, whl = points_along(rail, 0.5) * (1.0, -1.0), points_along(wheel, 0.5) * (1.0, -1.0) + (70.0, 0.0)
     return {
-        ".csv": profile_text(rail, ".csv", step_mm=0.5),
-        ".txt": profile_text(wheel, ".txt", step_mm=0.5),
-        ".prr": profile_text(rail, ".prr", step_mm=0.5),
-        ".prw": profile_text(wheel, ".prw", step_mm=0.5),
+        ".csv": csv_text(rail, step_mm=0.5),
+        ".txt": csv_text(wheel, step_mm=0.5).replace(",", " "),
+        ".prr": simpack(*points_along(rail, 0.5).T),
+        ".prw": simpack(*points_along(wheel, 0.5).T, "wheel"),
         ".ban": "Filename=a.ban\nXoffset=0.0000\nYoffset=0.0000\nColumnDef=X,Y\n\n" + _rows(ban),
         ".whl": "Filename=a.whl\nXoffset=0.0000\nColumnDef=X,Y\nWheelDiameterTaperline=70.0000\n\n" + _rows(whl),
-        ".toml": profile_text(rail, ".toml"),
+        ".toml": toml_text("S1002"),
     }
 
 
@@ -61,7 +62,7 @@ def _rows(points: np.ndarray) -> str:
 
 def kind_of(ending: str) -> str:
     """Which body the original file of an ending is."""
-    return "wheel" if ending in (".txt", ".prw", ".whl") else "rail"
+    return "wheel" if ending in (".txt", ".prw", ".whl", ".toml") else "rail"
 
 
 def mutated(text: str, rng: random.Random) -> str:

@@ -1,10 +1,15 @@
 """Jobs done in this process, one after the other: the tests run beside each other already."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
+from contextlib import contextmanager
 from typing import Any
 
+import pytest
+
 from fecontact.jobs.workers import Crew
+from fecontact.runs.map_run import MapOutcome, run_map
+from fecontact.runs.study import StudyOutcome, run_study
 
 
 class Inline(Executor):
@@ -22,3 +27,31 @@ class Inline(Executor):
 def inline_crew() -> Crew:
     """A crew of this process alone."""
     return Crew(open=lambda count: Inline(), workers=1, together=1)
+
+
+@contextmanager
+def stand_ins(crew: Crew | None, work: Callable[..., Any] | None) -> Iterator[None]:
+    """Another crew in the place of processes, and another work in that of the solution."""
+    with pytest.MonkeyPatch.context() as patch:
+        if crew is not None:
+            patch.setattr("fecontact.jobs.engine.process_crew", lambda workers, threads: crew)
+        if work is not None:
+            patch.setattr("fecontact.runs.study.Solving", work)
+            patch.setattr("fecontact.runs.map_run.Solving", work)
+        yield
+
+
+def study_by(
+    *arguments: Any, crew: Crew | None = None, work: Callable[..., Any] | None = None, **more: Any
+) -> StudyOutcome:
+    """`run_study` with another crew or work."""
+    with stand_ins(crew, work):
+        return run_study(*arguments, **more)
+
+
+def map_by(
+    *arguments: Any, crew: Crew | None = None, work: Callable[..., Any] | None = None, **more: Any
+) -> MapOutcome:
+    """`run_map` with another crew or work."""
+    with stand_ins(crew, work):
+        return run_map(*arguments, **more)

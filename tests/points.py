@@ -10,7 +10,20 @@ from fecontact.profiles.readers.table import read_columns
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.recognition import line_through
 
+# Columns of a row that differ from run to run; all others are the same to the last bit.
+MEASURED_COLUMNS = ("seconds", "peak_memory_MB")
 AS_IS = Reading(smoothing_mm=0.0)
+
+
+def simpack(y, z, kind="rail", *, points=None, **keys):
+    """A SIMPACK file with z down; the first written by hand from a real one, keys by their names with underscores."""
+    rows = points or "\n".join(f"{a:.12e} {b:.12e}" for a, b in zip(y, -np.asarray(z), strict=True))
+    body = "".join(f"    {key.replace('_', '.')} = {value}   ! a comment\n" for key, value in keys.items())
+    return (
+        "! *** SIMPACK Rail-Wheel Profile ***\n  header.begin\n    version = 1\n"
+        f"    type = {int(kind == 'wheel')} ! 0=rail profile, 1=wheel profile\n  header.end\n  spline.begin\n"
+        f"    comment = 'has = and ! in it'\n{body}    point.begin\n! y z\n{rows}\n    point.end\n  spline.end\n"
+    )
 
 
 def profile_from_points(y, z, *, kind: Kind, name: str, reading: Reading = AS_IS) -> Profile:

@@ -383,6 +383,22 @@ def test_conditions_of_contact(seed):
     assert 10 < np.count_nonzero(p) < p.size - 10
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_held_approach_carries_the_load_that_leads_to_it(seed):
+    problem = rough_problem(seed)
+    loaded = solve_contact(problem, 20e3, tolerance=1e-10)
+    held = solve_contact(problem, None, approach_mm=loaded.approach_mm, tolerance=1e-10)
+    assert (held.status, held.approach_mm) == ("converged", loaded.approach_mm)
+    assert held.residual < 2e-10
+    np.testing.assert_allclose(held.pressure_MPa, loaded.pressure_MPa, atol=1e-7 * loaded.pressure_MPa.max())
+    cut_short = solve_contact(problem, None, approach_mm=loaded.approach_mm, tolerance=1e-10, iterations=9)
+    assert (cut_short.status, cut_short.iterations) == ("not converged", 9)
+    assert cut_short.residual > 1e-6
+    # bodies that do not reach each other
+    apart = solve_contact(problem, None, approach_mm=problem.gap_mm.min() - 0.1)
+    assert (apart.status, apart.pressure_MPa.max(), apart.iterations) == ("converged", 0.0, 1)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_dense_quadratic_programme_agrees(seed):
     x, s = np.linspace(-3.0, 3.0, 9), np.linspace(-2.0, 2.0, 7)

@@ -17,7 +17,7 @@ from fecontact.errors import InputError
 from fecontact.files import write_sealed
 from fecontact.guide.pages import page
 from fecontact.outputs.records.map import MAP_SCHEMA
-from fecontact.outputs.records.results import shown_case_record
+from fecontact.outputs.records.results import case_inputs
 from fecontact.outputs.tables.csv_file import write_csv
 from fecontact.outputs.terminal.contact_table import contact_table_lines
 from fecontact.solving.placing import place_case
@@ -104,6 +104,25 @@ def test_a_theory_that_is_near_by_chance_keeps_its_own_status(monkeypatch):
     monkeypatch.setitem(THEORIES, "hertz", doubtful)
     (row,) = fecontact.table(WHEELSET, [-4.0], [50e3])
     assert (row["cheapest_theory"], row["cheapest_theory_status"]) == ("hertz", "out of range")
+    (row,) = fecontact.table(replace(WHEELSET, criteria=Criteria(theories_in_range=True)), [-4.0], [50e3])
+    assert (row["cheapest_theory"], row["cheapest_theory_status"]) == ("equivalent_ellipse", "solved")
+    open_one = replace(entry, approximate=lambda of: replace(entry.approximate(of), status="several solutions"))
+    monkeypatch.setitem(THEORIES, "hertz", open_one)
+    (row,) = fecontact.table(WHEELSET, [-4.0], [50e3])
+    assert (row["cheapest_theory"], row["cheapest_theory_status"]) == ("UNRESOLVED", "")
+
+
+def test_hertz_at_a_junction_is_the_cheapest_with_both_curvatures_alone(monkeypatch):
+    """As verdicts have it: one side that is far off is no answer, and the gauge side is no theory of its own."""
+    (before,) = fecontact.table(WHEELSET, [-4.0], [50e3])
+    far = replace(THEORIES["hertz_gauge"], approximate=lambda of: THEORIES["hertz"].approximate(more_loaded(of)))
+    monkeypatch.setitem(THEORIES, "hertz_gauge", far)
+    (row,) = fecontact.table(WHEELSET, [-4.0], [50e3])
+    assert (before["cheapest_theory"], row["cheapest_theory"]) == ("hertz", "equivalent_ellipse")
+
+
+def more_loaded(loaded):
+    return replace(loaded, normal_force_N=3.0 * loaded.normal_force_N)
 
 
 def test_positions_without_a_contact_are_lines_too(tmp_path, capsys):
@@ -123,8 +142,8 @@ def stored(tmp_path):
 
     def write(case):
         told = [
-            ("HOLDS", {"theory_cheapest": "hertz", "theory_strip_verdict": "HOLDS"}),
-            ("FAILS", {"theory_cheapest": "strip", "theory_strip_verdict": "UNRESOLVED"}),
+            ("HOLDS", {"cheapest_theory": "hertz", "strip_verdict_answer": "HOLDS"}),
+            ("FAILS", {"cheapest_theory": "strip", "strip_verdict_answer": "UNRESOLVED"}),
         ]
         cells = [
             {"lateral_shift_mm": -4.0, "load_kN": load, "status": "converged", "verdict": verdict, **more}
@@ -133,7 +152,7 @@ def stored(tmp_path):
         folder = tmp_path / "map"
         folder.mkdir()
         write_csv(cells, folder / "map.csv")
-        document = {"schema": MAP_SCHEMA, "case": shown_case_record(case), "cells": []}
+        document = {"schema": MAP_SCHEMA, "case": case_inputs(case), "cells": []}
         write_sealed(folder / "map.json", document, [folder / "map.csv"])
         return folder
 
@@ -192,6 +211,6 @@ def test_the_map_has_its_column_also_where_it_does_not_have_the_first_line():
     lines = [{**place, "lateral_shift_mm": 0.0}, {**place, "lateral_shift_mm": 1.0, "map_cheapest_theory": "hertz"}]
     (told,) = contact_table_lines(lines)
     assert told.columns[-1].heading == "map: cheapest"
-    assert [row.cells[-1] for row in told.rows] == ["-", "hertz"]
+    assert [row.cells[-1] for row in told.rows] == ["-", "Hertz"]
     (alone,) = contact_table_lines(lines[:1])
-    assert alone.columns[-1].heading == "of itself"
+    assert alone.columns[-1].heading == "cheapest like them"

@@ -13,13 +13,11 @@ from pathlib import Path
 
 import fake_solve
 import pytest
-from inline import inline_crew
+from inline import inline_crew, map_by, study_by
 from pictures import draw_nothing
-from test_study import case, fake_position, fake_work, study, table
+from test_study import case, study, table
 
 from fecontact.jobs.engine import RunSettings
-from fecontact.runs.map_run import run_map
-from fecontact.runs.study import run_study
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,7 +126,7 @@ def disk(tmp_path, monkeypatch) -> Disk:
 
 
 def run_fake_study(out: Path, *, force: bool = False) -> None:
-    run_study(study((50, 60)), out, settings=RunSettings(force=force), crew=inline_crew(), work=fake_work)
+    study_by(study((50, 60)), out, settings=RunSettings(force=force), crew=inline_crew(), work=fake_solve.FakeWork)
 
 
 def run_forced_study(out: Path) -> None:
@@ -136,7 +134,7 @@ def run_forced_study(out: Path) -> None:
 
 
 def run_fake_map(out: Path) -> None:
-    run_map(replace(case(50)), [0.0, 1.0], [50e3], out, crew=inline_crew(), work=fake_position)
+    map_by(replace(case(50)), [0.0, 1.0], [50e3], out, crew=inline_crew(), work=fake_solve.FakePosition)
 
 
 def content(out: Path) -> dict[str, object]:

@@ -18,7 +18,7 @@ from fecontact.comparison.creep_patch import creepages_of
 from fecontact.comparison.creep_theories import CREEP_LAWS, REAL, judge_creep_laws
 from fecontact.comparison.creep_verdict import PLACE, SHAPE, SMALLEST_CREEPAGE, creepage_range, force_verdict
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.judgement import FORCE, ForceAt, Judgement, cheapest, first_standing, judged_force
+from fecontact.comparison.judgement import FORCE, ForceAt, Judgement, cheapest, judged_force, standings
 from fecontact.comparison.judging import judge_load, judge_theory, with_creep_laws
 from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.comparison.theories import MULTI_HERTZ
@@ -28,7 +28,7 @@ from fecontact.creep import Creep
 from fecontact.errors import InputError
 from fecontact.geometry.placement import Placement
 from fecontact.material import RollingPair
-from fecontact.outputs.records.creep import creep_columns, creep_record
+from fecontact.outputs.records.results import load_record, load_row
 from fecontact.runs.identity import case_id, origin_of
 from fecontact.solving.position import hertz_of_case, place_case
 from fecontact.solving.solve import solve
@@ -284,8 +284,8 @@ def test_forces_are_evaluated_only_with_friction():
     assert load.creep is None
     assert creep_of(load.solved, load.hertz, placement_of(ROUND)) is None
     assert with_creep_laws(load, placement_of(ROUND)).creep_laws == {}
-    assert creep_record(load) is None
-    assert creep_columns(load) == {}
+    assert "creep" not in load_record(load)
+    assert not [name for name in load_row(load, placement_of(ROUND)) if name.startswith("creep_")]
 
 
 def test_a_load_may_be_judged_for_forces_by_another_friction_than_its_own():
@@ -296,7 +296,7 @@ def test_a_load_may_be_judged_for_forces_by_another_friction_than_its_own():
 
 def test_the_record_has_both_sides_of_each_theory():
     case = replace(ROUND, creep=replace(CREEP, spin_per_mm=1e-4))
-    record = creep_record(judged(case))
+    record = load_record(judged(case))["creep"]
     assert json.loads(json.dumps(record)) == record
     assert set(record["theories"]) == set(THEORIES)
     assert record["creepages"] == {"xi": 1e-3, "eta": 5e-4, "spin_per_mm": 1e-4}
@@ -304,9 +304,9 @@ def test_the_record_has_both_sides_of_each_theory():
     assert record["theories"]["vermeulen_johnson"]["deviation_of_muN"] is None
     fastsim = record["theories"]["fastsim"]
     assert fastsim["hertz"]["fx_N"] < 0.0 < fastsim["fe"]["power_per_speed_N"]
-    row = creep_columns(judged(case))
-    assert row["fx_fe_N"] == record["theories"]["rolling_half_space"]["fe"]["fx_N"]
-    assert row["force_verdict"] == "HOLDS"
+    row = load_row(judged(case), placement_of(case))
+    assert row["creep_theories_rolling_half_space_fe_fx_N"] == record["theories"]["rolling_half_space"]["fe"]["fx_N"]
+    assert row["creep_verdict_answer"] == "HOLDS"
 
 
 def test_friction_and_creepages_are_evaluation_and_not_solving():
@@ -386,15 +386,16 @@ def off_by(percent: float, answer: str) -> Judgement:
         ({"polach": "HOLDS", "fastsim": "FAILS"}, "polach", "polach"),
         ({"polach": "FAILS", "fastsim": "HOLDS", "exact": "HOLDS"}, "fastsim", "fastsim"),
         # what is open is not taken to fail
-        ({"polach": "FAILS", "fastsim": "UNRESOLVED", "exact": "HOLDS"}, "fastsim", None),
+        ({"polach": "FAILS", "fastsim": "UNRESOLVED", "exact": "HOLDS"}, "fastsim", "UNRESOLVED"),
         ({"polach": "FAILS", "exact": "FAILS", "strips": "FAILS", "real": "HOLDS"}, "real", "real"),
-        ({"polach": "FAILS", "fastsim": "FAILS"}, None, None),
-        ({}, None, None),
+        ({"polach": "FAILS", "fastsim": "FAILS"}, "", "none"),
+        ({}, "", "none"),
     ],
 )
 def test_the_cheapest_theory_is_the_first_that_holds(answers, first, by_cost):
     found = {name: off_by(3.0, answer) for name, answer in answers.items()}
-    assert (first_standing(found), cheapest(found)) == (first, by_cost)
+    one = cheapest(standings(found))
+    assert (one.name, one.label) == (first, by_cost)
 
 
 def test_a_force_is_judged_by_the_worst_of_its_creepages():

@@ -8,13 +8,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from pictures import draw_no_scenes
 
 import fecontact
 from fecontact.case import Case
 from fecontact.cli import _system_error, call
 from fecontact.errors import InputError
-from fecontact.runs.case_store import keep_case
+from fecontact.runs import store
 from fecontact.runs.folders import prepare_for_case, prepare_for_map, prepare_for_study
+from fecontact.runs.store import keep_case
 
 PAIR = ["--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none"]
 
@@ -43,6 +45,19 @@ def test_a_result_that_cannot_be_written_is_printed_all_the_same(solve, tmp_path
     out, err = capsys.readouterr()
     assert json.loads(out)["status"] == "converged"
     assert "case.vtm: No space left on device; make room, or choose a folder on another disk" in err
+
+
+def test_what_is_told_of_a_case_is_made_once(solve, tmp_path, monkeypatch):
+    """For the terminal, its files and its report."""
+    draw_no_scenes(monkeypatch)
+    made = []
+    for name in ("result_record", "case_row"):
+        make = getattr(store, name)
+        monkeypatch.setattr(store, name, lambda result, make=make, name=name: made.append(name) or make(result))
+    monkeypatch.setattr("fecontact.outputs.reports.study.read_json", lambda path: pytest.fail(f"{path} is read back"))
+    assert call(["solve", *PAIR, "--out", str(tmp_path / "out")]) == 0
+    assert sorted(made) == ["case_row", "result_record"]
+    assert "HOLDS" in (tmp_path / "out" / "report.html").read_text("utf-8")
 
 
 @pytest.mark.parametrize(("solved_s", "told"), [(0.5, True), (50.0, False)])

@@ -11,15 +11,15 @@ import pytest
 import fecontact
 from fecontact.case import Case, case_from_record, case_record
 from fecontact.errors import InputError
-from fecontact.outputs.records.rows import case_row
+from fecontact.outputs.records.results import case_row
 from fecontact.profiles.given import GivenProfile
 from fecontact.profiles.identity import profile_identity
 from fecontact.profiles.library import load as library_profile
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.writers import points_along
-from fecontact.runs.case_store import PROFILES, keep_case, read_case
 from fecontact.runs.identity import case_id, input_files, with_absolute_paths
+from fecontact.runs.store import PROFILES, keep_case, read_case
 
 COARSE = {"resolution": (1.6, 1.3), "refine_degrees_of_freedom": 0}
 

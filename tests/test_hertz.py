@@ -10,13 +10,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.special import ellipe, ellipeinc, ellipkinc, ellipkm1
+from scipy.special import ellipe, ellipkm1
 from table_form import curvature_sums_per_mm, table_form
 
 import fecontact.theory.hertz
 from fecontact.errors import InputError
 from fecontact.material import STEEL, Material, contact_modulus_MPa
-from fecontact.theory.axis_stress import first_yield_p0_MPa, subsurface_stress_on_axis, von_mises_peak
 from fecontact.theory.hertz import HertzContact, hertz_ellipse, hertz_from_hessian
 from fecontact.theory.springs import hertz_spring_force_N
 
@@ -413,148 +412,6 @@ def test_table_form_at_zero_load() -> None:
     assert (table.a_mm, table.b_mm, table.p0_MPa) == (0.0, 0.0, 0.0)
 
 
-# ---- stress below the patch -----------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("ratio", "von_mises", "depth", "tau", "first_yield"),
-    [
-        (0.1, 0.5721, 0.717, 0.3144, 1.748),
-        (0.2, 0.5862, 0.705, 0.3215, 1.706),
-        (0.4, 0.6050, 0.652, 0.3252, 1.653),
-        (0.6, 0.6148, 0.591, 0.3221, 1.627),
-        (0.8, 0.6190, 0.532, 0.3165, 1.616),
-        (1.0, 0.6200, 0.481, 0.3100, 1.613),
-    ],
-)
-def test_printed_table_of_stress_peaks(
-    ratio: float, von_mises: float, depth: float, tau: float, first_yield: float
-) -> None:
-    peak = von_mises_peak(a_mm=7.0, b_mm=7.0 * ratio, p0_MPa=1000.0, poisson=0.3)
-    # Half a unit of the last printed digit (plus rounding at the 5); the depth of the flat maximum is printed to one.
-    assert peak.von_mises_MPa / 1000.0 == pytest.approx(von_mises, abs=0.51e-4)
-    assert peak.depth_mm / (7.0 * ratio) == pytest.approx(depth, abs=0.6e-3)
-    # Steps of 1/1000 of b miss a smooth maximum by about 1e-7.
-    scan = np.linspace(0.0, 2.0 * ratio, 2001)
-    stress = subsurface_stress_on_axis(scan, a_mm=1.0, b_mm=ratio, p0_MPa=1.0, poisson=0.3)
-    assert stress.tau_max_MPa.max() == pytest.approx(tau, abs=0.51e-4)
-    assert stress.von_mises_MPa.max() == pytest.approx(peak.von_mises_MPa / 1000.0, abs=1e-6)
-    first = first_yield_p0_MPa(a_mm=3.0 * ratio, b_mm=3.0, poisson=0.3, yield_MPa=480.0)
-    assert first / 480.0 == pytest.approx(first_yield, abs=0.51e-3)
-
-
-def johnson_3_69(z: float, a: float, b: float, nu: float) -> tuple[float, float, float]:
-    """Johnson (1985), eq. 3.69 as printed, over p0; a > b."""
-    e2 = 1.0 - (b / a) ** 2
-    t, zeta, phi = math.hypot(b, z) / math.hypot(a, z), z / a, math.atan2(a, z)
-    f, e = float(ellipkinc(phi, e2)), float(ellipeinc(phi, e2))
-    r2 = (a / b) ** 2
-    ox, oy = -0.5 * (1.0 - t) + zeta * (f - e), 0.5 + 0.5 / t - t * r2 + zeta * (r2 * e - f)
-    ox_nu, oy_nu = 1.0 - r2 * t + zeta * (r2 * e - f), -1.0 + t + zeta * (f - e)
-    scale = b / (e2 * a)
-    return 2.0 * scale * (ox + nu * ox_nu), 2.0 * scale * (oy + nu * oy_nu), -scale * (1.0 - t * t) / t
-
-
-@steady
-@given(ratio=st.floats(0.05, 0.95), depth=st.floats(0.0, 3.0), nu=st.floats(0.0, 0.49))
-def test_stress_against_the_printed_equation(ratio: float, depth: float, nu: float) -> None:
-    stress = subsurface_stress_on_axis(depth, a_mm=1.0, b_mm=ratio, p0_MPa=1.0, poisson=nu)
-    # The printed form cancels terms of size (a/b)^2 <= 400, divided by e^2 >= 0.1: four digits of rounding.
-    assert (float(stress.sx_MPa), float(stress.sy_MPa), float(stress.sz_MPa)) == pytest.approx(
-        johnson_3_69(depth, 1.0, ratio, nu), abs=1e-11
-    )
-
-
-def test_stress_below_a_circle_and_its_neighbours() -> None:
-    z = np.array([0.0, 0.1, 0.48, 1.0, 3.0])
-    nu = 0.3
-    # Johnson (1985), eq. 3.45, over p0 with a = 1; arctan2 covers the surface.
-    radial = -(1.0 + nu) * (1.0 - z * np.arctan2(1.0, z)) + 0.5 / (1.0 + z**2)
-    axial = -1.0 / (1.0 + z**2)
-    circle = subsurface_stress_on_axis(z, a_mm=1.0, b_mm=1.0, p0_MPa=1.0, poisson=nu)
-    for component, expected in ((circle.sx_MPa, radial), (circle.sy_MPa, radial), (circle.sz_MPa, axial)):
-        np.testing.assert_allclose(component, expected, atol=1e-14)
-    np.testing.assert_allclose(circle.von_mises_MPa, np.abs(axial - radial), atol=1e-14)
-    np.testing.assert_allclose(circle.tau_max_MPa, 0.5 * np.abs(axial - radial), atol=1e-14)
-    for nearly in (1.0 - 1e-9, 1.0 + 1e-9):
-        close = subsurface_stress_on_axis(z, a_mm=1.0, b_mm=nearly, p0_MPa=1.0, poisson=nu)
-        # The stress depends on b/a with a slope of order 1, so a change of 1e-9 stays below 2e-9.
-        np.testing.assert_allclose(close.sx_MPa, radial, atol=2e-9)
-        np.testing.assert_allclose(close.sy_MPa, radial, atol=2e-9)
-
-
-@steady
-@given(ratio=st.floats(1e-3, 1.0), depth=st.floats(0.0, 3.0))
-def test_stress_swaps_with_the_axes(ratio: float, depth: float) -> None:
-    one = subsurface_stress_on_axis(depth, a_mm=1.0, b_mm=ratio, p0_MPa=900.0, poisson=0.28)
-    other = subsurface_stress_on_axis(depth, a_mm=ratio, b_mm=1.0, p0_MPa=900.0, poisson=0.28)
-    assert float(one.sx_MPa) == pytest.approx(float(other.sy_MPa), abs=900.0 * ROUNDING)
-    assert float(one.sy_MPa) == pytest.approx(float(other.sx_MPa), abs=900.0 * ROUNDING)
-    assert float(one.von_mises_MPa) == pytest.approx(float(other.von_mises_MPa), abs=900.0 * ROUNDING)
-
-
-def boussinesq_on_axis(z: float, a: float, b: float, nu: float) -> tuple[float, float, float]:
-    """Stress over p0 at depth z by quadrature of Boussinesq's point load (Johnson 1985, eq. 3.19) over the patch."""
-    node, weight = np.polynomial.legendre.leggauss(200)
-    # With r = sin(s) the pressure is cos(s) and the root at the edge of the patch disappears.
-    s, weight_s = 0.25 * math.pi * (node + 1.0), 0.25 * math.pi * weight
-    turn = 2.0 * math.pi * np.arange(400) / 400
-    x, y = a * np.outer(np.sin(s), np.cos(turn)), b * np.outer(np.sin(s), np.sin(turn))
-    load = a * b * np.outer(weight_s * np.sin(s) * np.cos(s) ** 2, np.full(400, 2.0 * math.pi / 400))
-    r2, rho = x**2 + y**2, np.sqrt(x**2 + y**2 + z**2)
-
-    def lateral(u: np.ndarray, v: np.ndarray) -> float:
-        # (1 - z/rho)/r^2 is written as 1/(rho (rho + z)), which does not cancel near the axis.
-        point = (1.0 - 2.0 * nu) / r2 * ((u**2 - v**2) / (rho * (rho + z)) + z * v**2 / rho**3)
-        return float(np.sum(load * (point - 3.0 * z * u**2 / rho**5))) / (2.0 * math.pi)
-
-    return lateral(x, y), lateral(y, x), float(np.sum(load * (-3.0 * z**3 / rho**5))) / (2.0 * math.pi)
-
-
-@pytest.mark.parametrize("depth", [0.2, 0.5, 1.0, 2.5])
-@pytest.mark.parametrize(("a", "b", "nu"), [(1.0, 0.5, 0.3), (1.0, 0.75, 0.28), (0.6, 1.0, 0.3), (1.0, 1.0, 0.0)])
-def test_stress_against_quadrature_of_point_loads(a: float, b: float, nu: float, depth: float) -> None:
-    stress = subsurface_stress_on_axis(depth, a_mm=a, b_mm=b, p0_MPa=1.0, poisson=nu)
-    # Gauss points and angles resolve depths above 0.2 to rounding, summed over 80 000 points.
-    assert (float(stress.sx_MPa), float(stress.sy_MPa), float(stress.sz_MPa)) == pytest.approx(
-        boussinesq_on_axis(depth, a, b, nu), abs=1e-10
-    )
-
-
-def test_slender_patch_has_the_stress_of_a_line_contact() -> None:
-    z = np.array([0.0, 0.3, 0.786, 2.0])
-    nu, ratio = 0.3, 1e-3
-    stress = subsurface_stress_on_axis(z, a_mm=1.0 / ratio, b_mm=1.0, p0_MPa=1.0, poisson=nu)
-    # Johnson (1985), eq. 4.46, with plane strain along the patch; the ends matter to order (b/a) z/a ... b/a = 1e-3.
-    root = np.sqrt(1.0 + z**2)
-    across, down = -((1.0 + 2.0 * z**2) / root - 2.0 * z), -1.0 / root
-    np.testing.assert_allclose(stress.sy_MPa, across, atol=2.0 * ratio)
-    np.testing.assert_allclose(stress.sz_MPa, down, atol=2.0 * ratio)
-    np.testing.assert_allclose(stress.sx_MPa, nu * (across + down), atol=2.0 * ratio)
-    # Largest shear 0.300 p0 at 0.786 b.
-    assert float(stress.tau_max_MPa[2]) == pytest.approx(0.300, abs=0.5e-3 + 2.0 * ratio)
-
-
-@pytest.mark.parametrize(("a", "b"), [(1000.0, 1.0), (1.0, 1000.0)])
-def test_peak_of_a_slender_patch_is_that_of_a_line_contact(a: float, b: float) -> None:
-    peak = von_mises_peak(a_mm=a, b_mm=b, p0_MPa=1.0, poisson=0.3)
-    z = np.linspace(0.0, 2.0, 20_001)
-    root = np.sqrt(1.0 + z**2)
-    across, down = -((1.0 + 2.0 * z**2) / root - 2.0 * z), -1.0 / root
-    along = 0.3 * (across + down)
-    line = np.sqrt(0.5 * ((across - down) ** 2 + (down - along) ** 2 + (along - across) ** 2))
-    # The ends matter to order b/a = 1e-3; the depth of a maximum moves by that over its curvature, which is near 0.3.
-    assert peak.von_mises_MPa == pytest.approx(line.max(), abs=1e-3)
-    assert peak.depth_mm == pytest.approx(z[np.argmax(line)], abs=4e-3)
-
-
-def test_peak_at_the_surface_is_found_for_a_small_poisson_ratio() -> None:
-    peak = von_mises_peak(a_mm=1000.0, b_mm=1.0, p0_MPa=1.0, poisson=0.0)
-    # Line contact, nu = 0: sy = sz = -p0 and sx = 0 at the surface, to order b/a.
-    assert peak.depth_mm == 0.0
-    assert peak.von_mises_MPa == pytest.approx(1.0, abs=2e-3)
-
-
 # ---- refusals and independence --------------------------------------------------------------------------------------
 
 
@@ -591,17 +448,6 @@ def test_bad_modulus_and_stiffness_are_refused() -> None:
 def test_bad_hessian_is_refused(hessian: list[list[float]], message: str) -> None:
     with pytest.raises(InputError, match=message):
         hertz_from_hessian(hessian, normal_force_N=1.0, contact_modulus_MPa=E_STAR)
-
-
-def test_bad_stress_arguments_are_refused() -> None:
-    good = {"a_mm": 2.0, "b_mm": 1.0, "p0_MPa": 1000.0, "poisson": 0.3}
-    with pytest.raises(InputError, match=r"depth is \[0.0, -1.0\] mm"):
-        subsurface_stress_on_axis([0.0, -1.0], **good)
-    for name, value in (("a_mm", 0.0), ("b_mm", -1.0), ("p0_MPa", math.nan), ("poisson", 0.5)):
-        with pytest.raises(InputError):
-            subsurface_stress_on_axis(1.0, **{**good, name: value})
-    with pytest.raises(InputError, match="yield stress"):
-        first_yield_p0_MPa(a_mm=2.0, b_mm=1.0, poisson=0.3, yield_MPa=0.0)
 
 
 @pytest.mark.parametrize("radius", [0.0, math.nan])

@@ -22,8 +22,8 @@ from fecontact.files import SEAL, broken_seal, json_text, read_json, write_json,
 from fecontact.jobs.store import MANIFEST, write_manifest
 from fecontact.outputs.records.stored import read_arrays
 from fecontact.outputs.words.pairs import short_name
-from fecontact.runs.case_store import FIELDS, RESULT
 from fecontact.runs.identity import case_id, origin_of
+from fecontact.runs.store import FIELDS, SOLVED
 
 solved_folder = _solved_folder
 
@@ -56,8 +56,8 @@ def bomb(path: Path) -> None:
 
 ARCHIVES = {
     "bomb": bomb,
-    "claims 1e14 numbers": lambda path: archive(path, "level0_fe_x_mm", header((10**14,))),
-    "objects": lambda path: archive(path, "level0_fe_x_mm", header((1,), "|O"), b"cos\nsystem\n(S'true'\ntR."),
+    "claims 1e14 numbers": lambda path: archive(path, "load0_level0_fe_x_mm", header((10**14,))),
+    "objects": lambda path: archive(path, "load0_level0_fe_x_mm", header((1,), "|O"), b"cos\nsystem\n(S'true'\ntR."),
     "no zip": lambda path: path.write_bytes(b"PK\x03\x04" + bytes(300)),
     "empty": lambda path: path.write_bytes(b""),
     "none of its arrays": lambda path: archive(path, "other", header((1,)), bytes(8)),
@@ -96,7 +96,7 @@ def test_a_damaged_archive_with_its_checksum_is_refused_or_read(elliptic_quick, 
 def test_fields_of_another_grid_are_refused(elliptic_quick, solved_folder, tmp_path):
     folder = shutil.copytree(solved_folder, tmp_path / "one")
     arrays = read_arrays(folder / FIELDS)
-    arrays["half_space_x_mm"] = arrays["half_space_x_mm"][:-1]
+    arrays["load0_half_space_x_mm"] = arrays["load0_half_space_x_mm"][:-1]
     np.savez_compressed(folder / FIELDS, **arrays)
     resealed(elliptic_quick, folder)
     with pytest.raises(InputError, match="half_space: its fields are not on its grid"):
@@ -117,9 +117,9 @@ def test_a_manifest_leads_nowhere_but_to_files_of_its_folder(solved_folder, tmp_
 @pytest.mark.parametrize("rail", ["/dev/zero", "../../x.txt@01234567", "..\\x.txt@01234567", "x.txt", "/etc/hostname"])
 def test_a_profile_of_a_result_lies_beside_it(elliptic_quick, solved_folder, tmp_path, rail):
     folder = shutil.copytree(solved_folder, tmp_path / "one")
-    record = read_json(folder / RESULT)
+    record = read_json(folder / SOLVED)
     record["case"]["rail"] = rail
-    write_json(folder / RESULT, record)
+    write_json(folder / SOLVED, record)
     resealed(elliptic_quick, folder)
     with pytest.raises(InputError, match=r"rail is .*allowed is NAME@HASH|beside the result"):
         fecontact.load(folder)

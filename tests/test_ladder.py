@@ -11,7 +11,7 @@ from fecontact.case import Case, Track
 from fecontact.comparison.cause import PatchGeometry, cause_of, patch_geometry
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.comparison.judging import judge_load
-from fecontact.comparison.ladder import STEPS, Ladder
+from fecontact.comparison.ladder import RUNGS, STEPS, Ladder
 from fecontact.comparison.measures import (
     CUT_PLANES,
     IN_COMMON,
@@ -35,6 +35,7 @@ from fecontact.contact.solver import solve_contact
 from fecontact.geometry.placement import Placement, place
 from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
 from fecontact.material import STEEL, Material, contact_modulus_MPa
+from fecontact.outputs.documents.words import GLOSSARY
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Arc
 from fecontact.solving.position import hertz_of_case, place_case
@@ -186,6 +187,9 @@ def test_a_ladder_is_read_from_its_rungs():
     # every step is between rungs that there are
     # the step to bodies that yield is there with their rung alone
     assert {name for step in STEPS[:-1] for name in (step.start, step.end)} == set(ladder.rungs)
+    assert {name for step in STEPS for name in (step.start, step.end)} == set(RUNGS)
+    told = dict(GLOSSARY)["ladder"]
+    assert all(f"{name.replace('_', ' ')}: {words}" in told for name, words in RUNGS.items())
     assert ladder.misfits["half_space"] == misfit_of(other, hertz)
     assert ladder.steps["half_space_to_bodies"]["misplaced_load"] < -0.3
 

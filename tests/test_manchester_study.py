@@ -22,8 +22,8 @@ def row_of(case):
     patch, measures = patch_of(expected.half_space), measures_of(expected.half_space)
     return {
         "lateral_shift_mm": case.lateral_shift_mm,
-        "p_max_fe_MPa": measures.p_max_MPa,
-        "p_max_uncertainty_percent": 0.1,
+        "fe_p_max_MPa": measures.p_max_MPa,
+        "hertz_uncertainty_p_max_percent": 0.1,
         "centre_y_mm": patch.centre_y_mm,
         "pieces": patch.pieces,
     }
@@ -67,7 +67,9 @@ def test_both_wheels_on_the_half_space_to_10_mm(shift):
 def test_the_half_space_belongs_to_the_whole_study_alone(monkeypatch):
     asked = []
     monkeypatch.setattr(study, "half_space_checks", lambda shift: asked.append(shift) or [])
-    row = dict.fromkeys(("p_max_fe_MPa", "area_fe_mm2", "p_max_uncertainty_percent", "area_uncertainty_percent"), 1.0)
+    row = dict.fromkeys(
+        ("fe_p_max_MPa", "fe_area_mm2", "hertz_uncertainty_p_max_percent", "hertz_uncertainty_area_percent"), 1.0
+    )
     near, far = row | {"lateral_shift_mm": -2.0}, row | {"lateral_shift_mm": 5.0, "pieces": 2}
     for one in ([near], [far]):
         assert len(study.checks(one)) == 2

@@ -13,18 +13,18 @@ import pytest
 from rich.console import Console
 
 import fecontact
-from fecontact.case import Case
+from fecontact.case import Case, Criteria
 from fecontact.comparison.judging import judge_load
 from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.comparison.theories import HERTZ, MULTI_HERTZ, THEORIES
-from fecontact.comparison.verdict import FROM_BEST, Verdict, answer_of
-from fecontact.criteria import Criteria
+from fecontact.comparison.verdict import Verdict
 from fecontact.errors import InputError
 from fecontact.files import json_text
 from fecontact.map.cells import ApplicabilityMap, MapCell, MapPosition
 from fecontact.map.load_limit import load_limit
 from fecontact.map.position import solved_cell
-from fecontact.map.uses import limits_by_use
+from fecontact.outputs.documents.map import map_lines, write_map_report
+from fecontact.outputs.documents.study import rows_parts
 from fecontact.outputs.figures.style import ANSWERS
 from fecontact.outputs.maps.cheapest import theory_view
 from fecontact.outputs.maps.figure import map_figure
@@ -32,11 +32,11 @@ from fecontact.outputs.maps.files import write_map
 from fecontact.outputs.maps.measures import map_answer, map_view, measure_table, refuse_measure
 from fecontact.outputs.maps.verdicts import verdict_view
 from fecontact.outputs.maps.view import CellView
+from fecontact.outputs.records.results import load_record
 from fecontact.outputs.records.theories import share_records
-from fecontact.outputs.reports.map import write_map_report
+from fecontact.outputs.tables.cases import theories_table
 from fecontact.outputs.tables.theories import shares_table
 from fecontact.outputs.terminal.console import show
-from fecontact.outputs.terminal.maps import map_lines
 from fecontact.outputs.words.measures import WORDS
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
@@ -44,9 +44,9 @@ from fecontact.solving.position import expect_on_half_space
 LOAD_N = 50e3
 
 
-def position(shift_mm):
+def position(shift_mm, load_N=LOAD_N, **limits):
     """One load of a wheelset at a shift, solved on a half-space."""
-    case = Case(lateral_shift_mm=shift_mm, roll="touching", load_N=LOAD_N)
+    case = Case(lateral_shift_mm=shift_mm, roll="touching", load_N=load_N, criteria=Criteria(**limits))
     placement = place_case(case)
     rung = expect_on_half_space(case, placement)[1].half_space
     levels = tuple(
@@ -129,6 +129,59 @@ def test_the_cheapest_theory_that_holds(made):
     none = theory_view(failing(made))
     assert [cell.text[0] for cell in cells_of(none)] == ["A", "x", "!"]
     assert ("FAILS", "none holds") in none.answers
+
+
+def flat_patch(**limits):
+    """A map of one cell, whose patch is partly flat or concave: ANALYN holds there by its numbers, out of its range."""
+    # so that Hertz and STRIPES fail beyond their uncertainties
+    limits |= {"area": 0.07}
+    case = Case(roll="touching", criteria=Criteria(**limits))
+    return ApplicabilityMap(case=case, loads_N=(100e3,), positions=(position(3.0, 100e3, **limits),))
+
+
+def test_a_theory_out_of_its_range_is_told_so_wherever_it_is_the_answer(tmp_path):
+    made = flat_patch()
+    ((row,), load) = (fecontact.rows(made), made.cells[0].judged)
+    reason = row["cheapest_theory_reason"]
+    assert (row["cheapest_theory"], row["cheapest_theory_status"]) == ("analyn", "out of range")
+    assert reason.startswith("38 % of the patch is flat or concave across")
+    text = io.StringIO()
+    show(rows_parts([row]), Console(file=text, width=300))
+    assert f"the cheapest theory that holds: ANALYN, out of range: {reason} (p_max" in text.getvalue()
+    # one name for one theory
+    assert text.getvalue().count("ANALYN, out of range") == 2
+    assert "analyn" not in text.getvalue()
+    view = theory_view(made)
+    (cell,) = cells_of(view)
+    assert cell.letter.endswith("*")
+    assert view.notes[-1].endswith("* out of its range")
+    assert "out of its range" in [words for _, words in view.marks]
+    assert map_answer(made, "theory") == [
+        "The cheapest theory that holds is ANALYN at 3 mm at all loads, out of its range at 3 mm at all loads."
+    ]
+    (share,) = [one for one in share_records(made) if one["cheapest_cells"]]
+    assert (share["theory"], share["out_of_range_cells"]) == ("analyn", 1)
+    write_map(made, tmp_path, drawn=False)
+    (line,) = contacts(tmp_path)
+    names = ("cheapest_theory", "cheapest_theory_status", "cheapest_theory_reason")
+    assert [line[name] for name in names] == ["analyn", "out of range", reason]
+    report = write_map_report(made, tmp_path).read_text("utf-8")
+    assert f"ANALYN, out of range: {reason}" in html.unescape(report)
+    verdicts_told = {row.cells[0]: row.cells[-1] for row in theories_table(load_record(load)).rows}
+    assert (verdicts_told["ANALYN"], verdicts_told["KPEC"]) == ("HOLDS, out of range", "HOLDS")
+
+
+def test_theories_out_of_their_range_may_be_left_out():
+    made = flat_patch(theories_in_range=True)
+    (row,) = fecontact.rows(made)
+    assert (row["cheapest_theory"], row["cheapest_theory_status"], row["cheapest_theory_reason"]) == (
+        *("kpec", "solved"),
+        "",
+    )
+    # its numbers hold as before
+    assert row["theory_analyn_verdict"] == "HOLDS"
+    assert map_answer(made, "theory") == ["The cheapest theory that holds in its range is KPEC at 3 mm at all loads."]
+    assert not cells_of(theory_view(made))[0].out_of_range
 
 
 def test_one_picture_draws_them_in_a_png(made, monkeypatch):
@@ -316,7 +369,7 @@ def test_the_answer_by_the_cheapest_theory_says_which_where(made):
 
 
 def test_a_report_defines_every_theory_of_its_table(made, tmp_path):
-    text = write_map_report(made, tmp_path, uses=limits_by_use(made)).read_text("utf-8")
+    text = write_map_report(made, tmp_path).read_text("utf-8")
     for one in share_records(made):
         if one["theory"] in THEORIES and one["theory"] != HERTZ:
             assert f"<dt>{one['words']}</dt><dd>{html.escape(THEORIES[one['theory']].source)}. It takes for" in text
@@ -352,24 +405,3 @@ def test_load_on_separate_patches_is_told_as_load(made):
     view = verdict_view(replace(made, positions=(position,)))
     assert cells_of(view)[0].text.split()[0] == "33%"
     assert "%: load on separate patches" in view.number
-
-
-def test_what_a_theory_is_used_for_stands_side_by_side(made, tmp_path):
-    """Each set of measures says what the map says that is judged by it alone."""
-    uses = limits_by_use(made)
-    assert list(uses) == ["strength", "patch", "all"]
-    answers = {
-        use: [[interval.answer for interval in limit.intervals] for limit in limits] for use, limits in uses.items()
-    }
-    assert answers["all"] == [["HOLDS"], ["FAILS"], []]
-    load = made.cells[1].judged
-    for use, measures in (("strength", {"p_max_MPa"}), ("patch", {"area_mm2", "a_mm", "b_mm", "centre_over_b"})):
-        worst = [
-            answer_of(load.deviation[name], load.uncertainty[name], limit)
-            for name, limit in Criteria().limits.items()
-            if name in measures
-        ]
-        assert answers[use][1] == [max(worst, key=FROM_BEST.index)]
-    text = write_map_report(made, tmp_path, uses=uses).read_text("utf-8")
-    assert "patch (area, a, b, centre)" in text
-    assert "strength (p_max)" in text

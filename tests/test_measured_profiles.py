@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from points import profile_from_points
+from points import profile_from_points, simpack
 from scipy.interpolate import make_smoothing_spline
 
 from fecontact.case import Case, Track
@@ -265,11 +265,13 @@ def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):
     assert call(["place", "--rail", "mine.csv", "--shift", "-4", "--json"]) == 0
     part = json.loads(capsys.readouterr().out)["uncertainty_of_profile"]
     assert 0.0 < part["p_max_MPa"] < 0.05
-    assert call(["profiles", "mine.csv", "--write", "mine.prr", "--out", "mine.png"]) == 0
+    assert call(["profiles", "mine.csv", "--kind", "rail", "--write", "again.csv", "--out", "mine.png"]) == 0
     out = capsys.readouterr().out
     assert "nearest library profile: 60E1" in out
     assert "its deviation from 60E1" in out
     assert (tmp_path / "mine.png").exists()
+    assert call(["profiles", "again.csv", "--kind", "rail"]) == 0
+    (tmp_path / "mine.prr").write_text(simpack(*sampled("60E1", 0.01).T), "utf-8")
     assert call(["profiles", "mine.prr", "--kind", "wheel"]) == 2
     assert "is a rail but a wheel is wanted" in capsys.readouterr().err
 

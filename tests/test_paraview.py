@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from kept import keep_as
 
 from fecontact.cli import call
 from fecontact.comparison.judging import judge_load
@@ -18,7 +19,6 @@ from fecontact.files import write_json
 from fecontact.outputs.paraview.view import write_view
 from fecontact.outputs.paraview.vtk import write_pvd
 from fecontact.outputs.reports.study_files import write_tables
-from fecontact.runs.case_store import write_case
 from fecontact.solving.solve import CaseResult
 
 
@@ -30,7 +30,7 @@ def study(elliptic_quick: CaseResult, tmp_path_factory: pytest.TempPathFactory) 
     for shift in (-1.0, 2.5):
         case = replace(elliptic_quick.case, lateral_shift_mm=shift)
         load = judge_load(replace(elliptic_quick.load.solved, case=case), elliptic_quick.placement)
-        rows.append(write_case(replace(elliptic_quick, load=load), out / "cases" / f"at{shift:g}", f"at{shift:g}"))
+        rows.append(keep_as(replace(elliptic_quick, load=load), out / "cases" / f"at{shift:g}"))
     write_tables("two", 2, rows, out / "study")
     write_pvd(out / "study.pvd", [(row["lateral_shift_mm"], out / "cases" / row["id"]) for row in rows])
     return out

@@ -9,29 +9,19 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from points import AS_IS, profile_from_points
+from points import AS_IS, profile_from_points, simpack
 
+from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.files import toml_content
-from fecontact.profiles.library import load
+from fecontact.profiles.library import load, toml_text
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.profiles.writers import WRITERS, points_along, profile_text
+from fecontact.profiles.writers import csv_text, points_along, refuse_other_endings
 from fecontact.runs.toml_cases import toml_cases
 
 REPAIRED = Reading(repair=True, smoothing_mm=0.0)
 EXACT = {"rail": "54E1", "wheel": "S1002"}
-
-
-def simpack(y, z, kind="rail", *, points=None, **keys):
-    """A SIMPACK file with z down; the first written by hand from a real one, keys by their names with underscores."""
-    rows = points or "\n".join(f"{a:.12e} {b:.12e}" for a, b in zip(y, -np.asarray(z), strict=True))
-    body = "".join(f"    {key.replace('_', '.')} = {value}   ! a comment\n" for key, value in keys.items())
-    return (
-        "! *** SIMPACK Rail-Wheel Profile ***\n  header.begin\n    version = 1\n"
-        f"    type = {int(kind == 'wheel')} ! 0=rail profile, 1=wheel profile\n  header.end\n  spline.begin\n"
-        f"    comment = 'has = and ! in it'\n{body}    point.begin\n! y z\n{rows}\n    point.end\n  spline.end\n"
-    )
 
 
 def head(step=0.5):
@@ -296,8 +286,8 @@ def test_a_mirrored_wheel_is_refused_with_its_option_and_read_with_it(write):
 
 
 def test_a_wheel_is_no_rail_and_a_rail_no_wheel(write):
-    wheel = str(write("w.csv", profile_text(load("S1002"), ".csv")))
-    rail = str(write("r.csv", profile_text(load("60E1"), ".csv")))
+    wheel = str(write("w.csv", csv_text(load("S1002"))))
+    rail = str(write("r.csv", csv_text(load("60E1"))))
     with pytest.raises(InputError, match="as the flange of a wheel does; a rail is wanted"):
         resolve_rail(wheel)
     with pytest.raises(InputError, match="as those of a rail do; a wheel is wanted"):
@@ -355,37 +345,25 @@ def test_what_is_wrong_everywhere_is_not_repaired():
 
 
 @pytest.mark.parametrize("kind", ["rail", "wheel"])
-@pytest.mark.parametrize("ending", sorted(WRITERS))
-def test_what_is_written_is_read_back(tmp_path, kind, ending):
+def test_what_is_written_is_read_back(write, kind):
     profile = load(EXACT[kind])
-    if {".prr": "wheel", ".prw": "rail"}.get(ending) == kind:
-        with pytest.raises(InputError, match=f"{ending} is for a "):
-            profile_text(profile, ending)
-        return
-    path = tmp_path / f"back{ending}"
-    path.write_text(profile_text(profile, ending), "utf-8")
-    read = resolve_rail(str(path), AS_IS) if kind == "rail" else resolve_wheel(str(path), AS_IS).profile
+    path = str(write("back.csv", csv_text(profile)))
+    read = resolve_rail(path, AS_IS) if kind == "rail" else resolve_wheel(path, AS_IS).profile
     assert read.kind == kind
-    if ending == ".toml":
-        u = np.linspace(0.0, len(profile.segments), 501)
-        for what in ("y", "z", "curvature_per_mm"):
-            assert getattr(read.evaluate(u), what) == pytest.approx(getattr(profile.evaluate(u), what), abs=1e-9)
-    else:
-        assert points_along(read) == pytest.approx(points_along(profile), abs=1e-9)
+    assert points_along(read) == pytest.approx(points_along(profile), abs=1e-9)
 
 
-def test_a_whole_outline_survives_in_toml(tmp_path):
-    path = tmp_path / "back.toml"
-    path.write_text(profile_text(load("60E1"), ".toml"), "utf-8")
-    assert len(resolve_rail(str(path)).outline) == len(load("60E1").outline)
-
-
-def test_points_are_no_segments():
-    rail = profile_from_points(*head(), kind="rail", name="p")
-    with pytest.raises(InputError, match=r"which no list of exact segments holds; write it as \.csv"):
-        profile_text(rail, ".toml")
-    with pytest.raises(InputError, match=r"profiles are written as \.prr, \.prw, \.csv, \.txt, \.toml, not as '\.xyz'"):
-        profile_text(rail, ".xyz")
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [("a.toml", r"not as '\.toml'; give a name such as a\.csv"), ("a", "not as 'a file without ending'")],
+)
+def test_profiles_are_written_as_columns_alone(tmp_path, name, told, capsys):
+    with pytest.raises(InputError, match=told):
+        refuse_other_endings(Path(name))
+    assert call(["profiles", "60E1", "--write", str(tmp_path / name)]) == 2
+    # before anything is read or shown
+    assert capsys.readouterr().out == ""
+    assert list(tmp_path.iterdir()) == []
 
 
 @given(
@@ -416,8 +394,8 @@ def test_simpack_moves_there_and_back(tmp_path_factory, turn, dy, dz, mirror, re
 def test_names_are_looked_up_in_a_folder_first(tmp_path):
     from fecontact.case import Case, Opposite
 
-    (tmp_path / "mine.csv").write_text(profile_text(load("54E1"), ".csv"), "utf-8")
-    (tmp_path / "S1002.toml").write_text(profile_text(load("S1002"), ".toml"), "utf-8")
+    (tmp_path / "mine.csv").write_text(csv_text(load("54E1")), "utf-8")
+    (tmp_path / "S1002.toml").write_text(toml_text("S1002"), "utf-8")
     case = Case(rail="mine", wheel="S1002", library=str(tmp_path))
     assert (Path(case.rail).name, Path(case.wheel).name) == ("mine.csv", "S1002.toml")
     assert Case(rail="60E1", library=str(tmp_path)).rail == "60E1"

@@ -17,7 +17,6 @@ from fecontact.profiles.readers.toml import read_toml
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.segments import Arc, Line, Polynomial, Spline
 from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel
-from fecontact.profiles.writers import profile_text
 from fecontact.solving.placing import place_case
 
 # S (mm), F (mm), dF/dS, radius of curvature (mm, positive where the wheel is concave); F is the depth below the tape
@@ -477,8 +476,13 @@ def test_a_byte_order_mark_is_no_part_of_a_toml_file(tmp_path):
 def test_segments_without_a_crown_at_the_origin_are_said_to_be(tmp_path):
     """A file that was cut off after the gauge side: Hertz is three times as high."""
     path = tmp_path / "mine.toml"
-    whole = profile_text(load("54E1"), ".toml")
-    path.write_text("[[surface]]".join(whole.split("[[surface]]")[:3]), "utf-8")
+    path.write_text(
+        'kind = "rail"\nunits = "mm"\n\n[[surface]]\ntype = "line"\nfrom = [-35.89505571118438, -32.0]\n'
+        "to = [-35.000058322078644, -14.100052217885262]\n\n"
+        '[[surface]]\ntype = "arc"\nfrom = [-35.000058322078644, -14.100052217885258]\n'
+        "to = [-24.8635, -2.0648679226081423]\ncentre = [-22.016277916666667, -14.74924123815586]\nradius = 13.0\n",
+        "utf-8",
+    )
     assert "the highest point is (-24.86, -2.065) mm, not the origin" in read_toml(path).notes[0]
 
 

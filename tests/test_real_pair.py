@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from points import simpack
 from scipy.optimize import brentq
 
 from fecontact.case import BodySize, Case
@@ -19,7 +20,7 @@ from fecontact.fe.linear_solver import pardiso_available
 from fecontact.geometry.placement import Placement
 from fecontact.material import Material, contact_modulus_MPa
 from fecontact.profiles.library import load
-from fecontact.profiles.writers import profile_text
+from fecontact.profiles.writers import points_along
 from fecontact.solving.coupled_mesh import couple, coupled_problem
 from fecontact.solving.expected_patch import expected_patch
 from fecontact.solving.position import expect_on_half_space, place_case, position_of, true_gap_of_case
@@ -338,12 +339,13 @@ def test_manchester_with_finite_elements_and_yaw():
 
 def written_as_simpack(folder: Path) -> dict[str, str]:
     """The benchmark's pair as its files are: points in SIMPACK's form, the rail inclined at 1:40 already."""
-    turned = "rotate = -0.024994794   ! rad, 1:40, with z down"
     files = {}
     for body, name, ending in (("rail", "MBench_UIC60", ".prr"), ("wheel", "MBench_S1002", ".prw")):
-        text = profile_text(load(name), ending, step_mm=0.25)
+        # 1:40 in rad, with z down
+        turned = {"rotate": -0.024994794} if body == "rail" else {}
+        text = simpack(*points_along(load(name), 0.25).T, body, **turned)
         path = folder / f"{name}{ending}"
-        path.write_text(text.replace("rotate = 0.0", turned) if body == "rail" else text, "utf-8")
+        path.write_text(text, "utf-8")
         files[body] = str(path)
     return files
 

@@ -16,7 +16,8 @@ import pytest
 from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.map.position import solved_cell
-from fecontact.outputs.records import rows as outputs_rows
+from fecontact.outputs.records.results import case_row as row_of
+from fecontact.outputs.records.results import cell_row
 from fecontact.outputs.reports.study_files import write_tables
 from fecontact.outputs.tables.comparison import case_names
 from fecontact.outputs.tables.csv_file import write_csv
@@ -31,49 +32,48 @@ VERSIONS = {"fecontact": "0.1.0", "gmsh": "4.15.2", "platform": "Linux-6-x86_64"
 
 # Column, baseline, and the largest difference that is the same: written out by hand, not taken from the code.
 LIMITS = (
-    ("p_max_fe_MPa", 1200.0, 0.12),
-    ("p_max_half_space_MPa", 1200.0, 0.12),
-    ("limit_used", 2.0, 0.01),
-    ("fx_fe_N", 2e-12, 30.0),
-    ("mz_hertz_Nmm", -5e4, 300.0),
-    ("xi", 1e-3, 1e-6),
-    ("spin_per_mm", -2e-4, 3e-9),
-    ("p_max_hertz_MPa", 1200.0, 1.2e-3),
-    ("von_mises_max_rail_MPa", 800.0, 0.8),
-    ("von_mises_depth_rail_mm", 3.0, 3e-3),
-    ("area_fe_mm2", 120.0, 0.12),
-    ("a_fe_mm", 6.0, 6e-3),
-    ("extent_x_fe_mm", 12.0, 12e-3),
-    ("centre_y_mm", 1e-19, 2e-3),
-    ("centre_x_mm", -12.0, 12e-3),
-    ("approach_fe_mm", 0.02, 1e-5),
-    ("approach_hertz_mm", 0.02, 2e-8),
+    ("fe_p_max_MPa", 1200.0, 0.12),
+    ("half_space_p_max_MPa", 1200.0, 0.12),
+    ("verdict_limit_used", 2.0, 0.01),
+    ("creep_theories_rolling_half_space_fe_fx_N", 2e-12, 30.0),
+    ("creep_theories_rolling_half_space_hertz_mz_Nmm", -5e4, 300.0),
+    ("creep_creepages_xi", 1e-3, 1e-6),
+    ("creep_creepages_spin_per_mm", -2e-4, 3e-9),
+    ("hertz_p_max_MPa", 1200.0, 1.2e-3),
+    ("von_mises_rail_von_mises_MPa", 800.0, 0.8),
+    ("von_mises_rail_depth_mm", 3.0, 3e-3),
+    ("fe_area_mm2", 120.0, 0.12),
+    ("fe_a_mm", 6.0, 6e-3),
+    ("fe_extent_x_mm", 12.0, 12e-3),
+    ("fe_centre_y_mm", 1e-19, 2e-3),
+    ("fe_centre_x_mm", -12.0, 12e-3),
+    ("fe_approach_mm", 0.02, 1e-5),
+    ("hertz_approach_mm", 0.02, 2e-8),
     ("touch_rail_y_mm", 700.0, 1e-4),
     ("lateral_shift_mm", 4.0, 4e-8),
-    ("normal_force_kN", 100.0, 1e-4),
+    ("normal_force_N", 1e5, 0.1),
     ("contact_angle_mrad", 80.0, 1e-3),
     ("contact_angle_rad", 0.08, 1e-6),
-    ("area_deviation_percent", -12.0, 0.1),
-    ("pressure_l2_percent", 8.0, 0.1),
-    ("p_max_deviation_percent", -0.5, 0.01),
-    ("approach_deviation_percent", 3.0, 0.05),
-    ("area_uncertainty_percent", 6.0, 0.3),
-    ("p_max_uncertainty_percent", 0.6, 0.03),
-    ("p_max_step_bodies_uncertainty_percent", 0.6, 0.03),
-    ("centre_over_b", -0.26, 1e-3),
-    ("centre_uncertainty_over_b", 0.002, 3e-3),
-    ("valley_percent", 22.0, 0.1),
-    ("valley_uncertainty_percent", 0.2, 0.3),
-    ("separate_load_percent", 0.1, 0.01),
-    ("separate_load_uncertainty_percent", 0.02, 0.03),
-    ("misplaced_load_percent", 15.0, 0.1),
-    ("elements_misfit_percent", 1.6, 0.1),
+    ("hertz_deviation_area_percent", -12.0, 0.1),
+    ("pressure_l2", 0.08, 1e-3),
+    ("hertz_deviation_p_max_percent", -0.5, 0.01),
+    ("hertz_deviation_approach_percent", 3.0, 0.05),
+    ("hertz_uncertainty_area_percent", 6.0, 0.3),
+    ("hertz_uncertainty_p_max_percent", 0.6, 0.03),
+    ("steps_uncertainty_half_space_to_bodies_p_max_percent", 0.6, 0.03),
+    ("hertz_deviation_centre_over_b", -0.26, 1e-3),
+    ("hertz_uncertainty_centre_over_b", 0.002, 3e-3),
+    ("hertz_deviation_valley_percent", 22.0, 0.1),
+    ("hertz_uncertainty_valley_percent", 0.2, 0.3),
+    ("hertz_deviation_separate_load_percent", 0.1, 0.01),
+    ("hertz_uncertainty_separate_load_percent", 0.02, 0.03),
+    ("hertz_deviation_misplaced_load_percent", 15.0, 0.1),
+    ("elements_misfit", 0.016, 1e-3),
     ("overlap", 0.9, 1e-3),
     ("hertz_stiffness_GN_per_m15", 100.0, 1e-4),
-    ("hertz_stiffness_N_per_mm15", 3e6, 3.0),
     ("something_new", 5.0, 5e-4),
 )
-TEXTS = ("status", "rail", "verdict", "verdict_cause", "verdict_measure", "verdict_failing", "warnings")
+TEXTS = ("status", "rail", "verdict_answer", "verdict_cause", "verdict_measure", "verdict_failing", "warnings")
 TEXTS += ("at_junction", "resolution")
 
 
@@ -90,6 +90,11 @@ def write_study(folder: Path, rows: list[dict], **more) -> Path:
     return folder
 
 
+def lines(values) -> list:
+    """The lines of a data frame."""
+    return list(values.itertuples())
+
+
 def compared(tmp_path: Path, baseline: list[dict], new: list[dict], tolerances=None, form: str = ""):
     tables = [load_table(write_study(tmp_path / name, rows) / form) for name, rows in (("was", baseline), ("now", new))]
     return compare_tables(*tables, tolerances)
@@ -103,22 +108,22 @@ def test_each_kind_of_number_at_both_sides_of_its_limit(tmp_path, column, value,
         for part in (0.98, 1.02)
     )
     assert inside.same
-    assert inside.columns[0].column == column
+    assert lines(inside.columns)[0].column == column
     assert not outside.same
-    (difference,) = outside.differences
+    (difference,) = lines(outside.differences)
     assert (difference.column, difference.case) == (column, "one")
-    assert difference.excess == pytest.approx(1.02, rel=1e-3)
+    assert difference.times_tolerance == pytest.approx(1.02, rel=1e-3)
     assert difference.difference == pytest.approx(sign * 1.02 * allowed, rel=1e-3)
-    assert difference.allowed == pytest.approx(allowed, rel=1e-6)
+    assert difference.tolerance == pytest.approx(allowed, rel=1e-6)
 
 
-@pytest.mark.parametrize("column", ["pieces", "lobes", "touch_points"])
+@pytest.mark.parametrize("column", ["fe_pieces", "fe_lobes", "touch_points"])
 def test_counts_of_things_are_exact(tmp_path, column):
     assert compared(tmp_path, [case_row(**{column: 2})], [case_row(**{column: 2.0})]).same
     different = compared(tmp_path, [case_row(**{column: 1})], [case_row(**{column: 2})])
-    assert [d.column for d in different.differences] == [column]
-    assert different.differences[0].difference == 1.0
-    assert math.isinf(different.differences[0].excess)
+    assert [d.column for d in lines(different.differences)] == [column]
+    assert lines(different.differences)[0].difference == 1.0
+    assert math.isinf(lines(different.differences)[0].times_tolerance)
 
 
 @pytest.mark.parametrize("column", TEXTS)
@@ -126,20 +131,23 @@ def test_texts_are_exact(tmp_path, column):
     assert compared(tmp_path, [case_row(**{column: "so"})], [case_row(**{column: "so"})]).same
     for other in ("So", "so ", "", None):
         different = compared(tmp_path, [case_row(**{column: "so"})], [case_row(**{column: other})])
-        assert [d.column for d in different.differences] == [column]
+        assert [d.column for d in lines(different.differences)] == [column]
 
 
 def test_a_rail_whose_name_is_a_number_is_text(tmp_path):
     # float("60E1") is 600
     different = compared(tmp_path, [case_row(rail="60E1")], [case_row(rail="600")])
-    assert [(d.baseline, d.new, d.difference) for d in different.differences] == [("60E1", "600", None)]
+    (rail,) = lines(different.differences)
+    assert (rail.baseline, rail.new) == ("60E1", "600")
+    assert math.isnan(rail.difference)
 
 
 def test_effort_is_shown_and_not_compared(tmp_path):
-    names = ("iterations", "degrees_of_freedom", "seconds", "peak_memory_MB", "load_balance", "meshes")
+    names = ("solver_iterations", "solver_degrees_of_freedom_rail", "seconds", "peak_memory_MB", "solver_load_balance")
+    names += ("solver_meshes",)
     comparison = compared(tmp_path, [case_row(**dict.fromkeys(names, 1))], [case_row(**dict.fromkeys(names, 99))])
     assert comparison.same
-    assert [(c.column, c.worst.new) for c in comparison.efforts] == [(name, "99") for name in names]
+    assert [(c.column, c.new) for c in lines(comparison.efforts)] == [(name, "99") for name in names]
     # nor does it matter whether they are there: a baseline has none
     assert compared(tmp_path / "b", [case_row()], [case_row(**dict.fromkeys(names, 99))]).same
 
@@ -149,8 +157,8 @@ def test_nothing_equals_nothing_only(tmp_path):
         assert compared(tmp_path, [case_row(b_fe_mm=was)], [case_row(b_fe_mm=now)]).same
     for was, now in ((None, 0.0), (0.0, None), (math.nan, 2.0), (2.0, math.nan)):
         different = compared(tmp_path, [case_row(b_fe_mm=was)], [case_row(b_fe_mm=now)])
-        assert [d.column for d in different.differences] == ["b_fe_mm"]
-        assert math.isinf(different.differences[0].excess)
+        assert [d.column for d in lines(different.differences)] == ["b_fe_mm"]
+        assert math.isinf(lines(different.differences)[0].times_tolerance)
 
 
 @pytest.mark.parametrize("text", ["nan", "NaN", "-nan", " NAN "])
@@ -165,35 +173,37 @@ def test_infinite_values(tmp_path):
     for name, values in (("was", "inf,1,inf"), ("now", "inf,inf,-inf")):
         (tmp_path / f"{name}.csv").write_text(f"id,a_fe_mm,b_fe_mm,p_max_fe_MPa\none,{values}\n")
     comparison = compare_tables(load_table(tmp_path / "was.csv"), load_table(tmp_path / "now.csv"))
-    assert {d.column for d in comparison.differences} == {"b_fe_mm", "p_max_fe_MPa"}
+    assert {d.column for d in lines(comparison.differences)} == {"b_fe_mm", "p_max_fe_MPa"}
 
 
 def test_missing_and_extra_cases_and_columns_are_differences_and_named(tmp_path):
     both, gone, added = case_row("both"), case_row("gone"), case_row("added")
     comparison = compared(tmp_path, [both, gone], [both, added])
     assert not comparison.same
-    assert (comparison.cases, comparison.missing_cases, comparison.extra_cases) == (("both",), ("gone",), ("added",))
-    assert comparison.differences == ()
+    assert comparison.cases == ["both"]
+    assert comparison.one_sided["missing cases"] == ["gone"]
+    assert comparison.one_sided["extra cases"] == ["added"]
+    assert lines(comparison.differences) == []
     for rows, key in (
-        (([case_row(lost_MPa=1.0)], [case_row()]), "missing_columns"),
-        (([case_row()], [case_row(lost_MPa=1.0)]), "extra_columns"),
+        (([case_row(lost_MPa=1.0)], [case_row()]), "missing columns"),
+        (([case_row()], [case_row(lost_MPa=1.0)]), "extra columns"),
     ):
         one_sided = compared(tmp_path, *rows)
         assert not one_sided.same
-        assert getattr(one_sided, key) == ("lost_MPa",)
-        assert f"1 {key.replace('_', ' ').removesuffix('s')} (1 case, 4 columns in common)" in one_sided.verdict
+        assert one_sided.one_sided[key] == ["lost_MPa"]
+        assert f"1 {key.removesuffix('s')} (1 case, 4 columns in common)" in one_sided.verdict
 
 
 def test_the_worst_column_is_first_whatever_its_unit(tmp_path):
     was = [case_row("one"), case_row("two")]
     now = [case_row("one", p_max_fe_MPa=1234.5 * (1 + 2e-4)), case_row("two", area_fe_mm2=121.2)]
     comparison = compared(tmp_path, was, now)
-    assert [(c.column, c.differing, c.worst.case) for c in comparison.columns[:2]] == [
+    assert [(c.column, c.differing, c.case) for c in lines(comparison.columns)[:2]] == [
         ("area_fe_mm2", 1, "two"),
         ("p_max_fe_MPa", 1, "one"),
     ]
-    assert [round(d.excess, 6) for d in comparison.differences] == [10.0, 2.0]
-    assert [c.unchanged for c in comparison.columns] == [False, False, True, True]
+    assert [round(d.times_tolerance, 6) for d in lines(comparison.differences)] == [10.0, 2.0]
+    assert [c.times_tolerance > 0.0 for c in lines(comparison.columns)] == [True, True, False, False]
     assert comparison.verdict.startswith("DIFFERENT: 2 values beyond tolerance, worst area_fe_mm2 (10 times")
 
 
@@ -203,16 +213,24 @@ def test_order_of_rows_and_columns_does_not_matter(tmp_path):
 
 
 def test_csv_and_json_give_the_same_comparison(tmp_path):
-    was = [case_row("a", pieces=1, at_junction=False, overlap=0.1 + 0.2, verdict_cause=None), case_row("b", pieces=2)]
-    now = [case_row("a", pieces=1, at_junction=True, overlap=0.35, verdict_cause="x"), case_row("b", pieces=math.nan)]
+    was = [
+        case_row("a", fe_pieces=1, at_junction=False, overlap=0.1 + 0.2, verdict_cause=None),
+        case_row("b", fe_pieces=2),
+    ]
+    now = [
+        case_row("a", fe_pieces=1, at_junction=True, overlap=0.35, verdict_cause="x"),
+        case_row("b", fe_pieces=math.nan),
+    ]
     from_json = compared(tmp_path, was, now, form="study.json")
     from_csv = compared(tmp_path, was, now, form="study.csv")
-    assert from_json.differences
-    for name in ("cases", "columns", "differences", "versions", "settings", "missing_columns", "extra_columns"):
+    assert len(from_json.differences) == len(from_csv.differences) > 0
+    for name in ("columns", "differences"):
+        assert getattr(from_json, name).equals(getattr(from_csv, name))
+    for name in ("cases", "versions", "settings", "one_sided"):
         assert getattr(from_json, name) == getattr(from_csv, name)
     mixed = compare_tables(load_table(tmp_path / "was" / "study.csv"), load_table(tmp_path / "was" / "study.json"))
     assert mixed.same
-    assert all(column.worst.excess == 0.0 for column in mixed.columns)
+    assert set(mixed.columns.times_tolerance) == {0.0}
     assert load_table(tmp_path / "was").path.name == "study.json"
 
 
@@ -228,28 +246,30 @@ def test_versions_and_settings_that_differ_are_shown_and_are_no_difference(tmp_p
 
 
 def test_a_map_is_matched_by_shift_and_load(tmp_path, capsys):
-    head = "lateral_shift_mm,load_kN,status,verdict,cause,p_max_fe_MPa,hertz_stiffness_N_per_mm15,meshes\n"
-    lines = [
+    head = (
+        "lateral_shift_mm,load_kN,status,verdict_answer,cause,fe_p_max_MPa,hertz_stiffness_N_per_mm15,solver_meshes\n"
+    )
+    texts = [
         "-0.5,50.0,converged,HOLDS,,900.0,3e6,2\n",
         "0.0,50.0,converged,FAILS,second patch,950.0,3e6,2\n",
     ]
     (tmp_path / "was").mkdir()
-    (tmp_path / "was" / "map.csv").write_text(head + "".join(lines))
+    (tmp_path / "was" / "map.csv").write_text(head + "".join(texts))
     # in another order, with fewer digits
     now = [
-        lines[1].replace("second patch,950.0", "conformity,950.1").replace(",2\n", ",3\n"),
-        lines[0].replace("-0.5,50.0", "-0.50,50"),
+        texts[1].replace("second patch,950.0", "conformity,950.1").replace(",2\n", ",3\n"),
+        texts[0].replace("-0.5,50.0", "-0.50,50"),
     ]
     (tmp_path / "now.csv").write_text(head + "".join(now))
     comparison = compare_tables(load_table(tmp_path / "was"), load_table(tmp_path / "now.csv"))
-    assert comparison.cases == ("-0.5 mm, 50 kN", "+0 mm, 50 kN")
-    assert {(d.column, d.case) for d in comparison.differences} == {
-        ("cause", "+0 mm, 50 kN"),
-        ("p_max_fe_MPa", "+0 mm, 50 kN"),
+    assert list(case_names(comparison).values()) == ["-0.5 mm, 50 kN", "+0 mm, 50 kN"]
+    assert {(d.column, d.case) for d in lines(comparison.differences)} == {
+        ("cause", "lateral_shift_mm 0, load_kN 50"),
+        ("p_max_fe_MPa", "lateral_shift_mm 0, load_kN 50"),
     }
     study = write_study(tmp_path / "study", [case_row()])
     assert call(["compare", str(tmp_path / "was"), str(study)]) == 2
-    assert "a map with a map" in capsys.readouterr().err
+    assert "no case in common (such as lateral_shift_mm -0.5, load_kN 50 and one)" in capsys.readouterr().err
 
 
 def test_a_shift_of_minus_zero_is_zero(tmp_path):
@@ -257,7 +277,7 @@ def test_a_shift_of_minus_zero_is_zero(tmp_path):
     for name, shift in (("was", "-0.0"), ("now", "0")):
         (tmp_path / f"{name}.csv").write_text(f"{head}{shift},50,converged\n")
     comparison = compare_tables(load_table(tmp_path / "was.csv"), load_table(tmp_path / "now.csv"))
-    assert comparison.cases == ("+0 mm, 50 kN",)
+    assert comparison.cases == ["lateral_shift_mm 0, load_kN 50"]
     assert comparison.same
 
 
@@ -291,10 +311,10 @@ def test_cases_are_matched_by_columns_where_ids_differ(tmp_path, capsys, match):
     quick, standard = quick_and_standard(tmp_path)
     comparison = compare_tables(load_table(quick), load_table(standard), match=match.split(","))
     assert len(comparison.cases) == 3
-    assert comparison.missing_cases == comparison.extra_cases == ()
-    assert not {"id", "lateral_shift_mm", "load_kN"} & {column.column for column in comparison.columns}
-    assert [d.column for d in comparison.differences if d.column != "resolution"] == ["area_fe_mm2"]
-    (area,) = (d for d in comparison.differences if d.column == "area_fe_mm2")
+    assert not any(comparison.one_sided.values())
+    assert not {"id", "lateral_shift_mm", "load_kN"} & {column.column for column in lines(comparison.columns)}
+    assert [d.column for d in lines(comparison.differences) if d.column != "resolution"] == ["area_fe_mm2"]
+    (area,) = (d for d in lines(comparison.differences) if d.column == "area_fe_mm2")
     assert "lateral_shift_mm -1" in area.case
     assert "load_kN 50" in area.case
     assert area.difference == 1.0
@@ -308,12 +328,12 @@ def test_matched_columns_are_in_the_order_given_and_numbers_have_nine_digits(tmp
     quick, standard = map(load_table, quick_and_standard(tmp_path))
     comparison = compare_tables(quick, standard, match=["load", "shift"])
     assert comparison.baseline.key == ("load_kN", "lateral_shift_mm")
-    assert comparison.cases[1:] == ("load_kN 50, lateral_shift_mm 0.3", "load_kN 100, lateral_shift_mm 0")
+    assert comparison.cases[1:] == ["load_kN 50, lateral_shift_mm 0.3", "load_kN 100, lateral_shift_mm 0"]
     for off, common in ((1e-11, 1), (1e-7, 0)):
         tables = [[position_row(1.0, 50.0), position_row(9.0, 50.0)], [position_row(1.0 + off, 50.0, "b")]]
         was, now = (load_table(write_study(tmp_path / f"{off}{k}", rows)) for k, rows in enumerate(tables))
         if common:
-            assert compare_tables(was, now, match=["shift"]).cases == ("lateral_shift_mm 1",)
+            assert compare_tables(was, now, match=["shift"]).cases == ["lateral_shift_mm 1"]
         else:
             with pytest.raises(InputError, match="choose fewer or other columns for --match"):
                 compare_tables(was, now, match=["shift"])
@@ -332,7 +352,8 @@ def test_cases_that_only_one_side_has_are_named_by_what_they_are_matched_by(tmp_
     was = load_table(write_study(tmp_path / "was", [position_row(0.0, 50.0), position_row(1.0, 50.0)]))
     now = load_table(write_study(tmp_path / "now", [position_row(0.0, 50.0, "x"), position_row(2.0, 50.0, "y")]))
     comparison = compare_tables(was, now, match=["shift"])
-    assert (comparison.missing_cases, comparison.extra_cases) == (("lateral_shift_mm 1",), ("lateral_shift_mm 2",))
+    assert comparison.one_sided["missing cases"] == ["lateral_shift_mm 1"]
+    assert comparison.one_sided["extra cases"] == ["lateral_shift_mm 2"]
     assert not comparison.same
 
 
@@ -344,7 +365,7 @@ def test_two_cases_with_the_same_match_are_refused_and_what_tells_them_apart_is_
     good, bad = write_study(tmp_path / "good", [rows[0]]), write_study(tmp_path / "bad", rows)
     for pair in ((good, bad), (bad, good)):
         err = refused(capsys, *pair, "--match", "shift,load")
-        assert "cases 'one' and 'two' are both lateral_shift_mm 0, load_kN 50" in err
+        assert "'one' and 'two' are both lateral_shift_mm 0, load_kN 50" in err
         assert str(bad) in err
         assert err.rstrip().endswith("add to --match a column in which they differ: roll_mrad, resolution")
     for column in ("roll", "resolution"):
@@ -361,12 +382,12 @@ def test_two_cases_with_the_same_match_are_refused_and_what_tells_them_apart_is_
     ("more", "says"),
     [
         ({"p_max_fe_MPa": 1300.0}, "they differ in no input that both tables have; remove one of them"),
-        ({"resolution": None, "element_size_x_mm": 0.2}, "in which they differ: element_size_x_mm\n"),
+        ({"resolution": None, "solver_element_size_mm_x": 0.2}, "in which they differ: solver_element_size_mm_x\n"),
         ({"speed_limit": 7.0}, "in which they differ: speed_limit\n"),
     ],
 )
 def test_what_tells_two_cases_apart(tmp_path, capsys, more, says):
-    common = {"element_size_x_mm": 0.4, "speed_limit": 5.0}
+    common = {"solver_element_size_mm_x": 0.4, "speed_limit": 5.0}
     rows = [position_row(0.0, 50.0, "one", **common), position_row(0.0, 50.0, "two", **(common | more))]
     study = write_study(tmp_path / "study", rows)
     assert says in refused(capsys, study, study, "--match", "shift")
@@ -378,8 +399,7 @@ def test_a_case_without_a_value_to_match_by_is_named(tmp_path, capsys, none):
     study, good = write_study(tmp_path / "study", rows), write_study(tmp_path / "good", rows[:1])
     for pair in ((study, good), (good, study)):
         err = refused(capsys, *pair, "--match", "shift,resolution")
-        assert "case 'bad' has no value of resolution (1 of 2 have none)" in err
-        assert "take resolution out of --match" in err
+        assert "'bad' has no value of resolution (1 of 2 have none)" in err
     assert call(["compare", str(study), str(study), "--match", "shift"]) == 0
 
 
@@ -414,29 +434,30 @@ def test_a_renamed_column_is_refused_with_the_table_that_lacks_it(tmp_path, caps
     for folder in (was, now):
         for form in ("study.json", "study.csv"):
             spoil(folder / form, "shift_mm" if folder == now else "lateral_shift_mm", "shift")
-    assert compare_tables(load_table(was), load_table(now), match=["shift"]).cases == ("shift 0",)
+    assert compare_tables(load_table(was), load_table(now), match=["shift"]).cases == ["shift 0"]
 
 
 def test_a_map_is_compared_with_a_study_by_shift_and_load(tmp_path, capsys):
     cells = [{"lateral_shift_mm": 0.0, "load_kN": at, "status": "converged", "area_fe_mm2": 120.0} for at in (50, 100)]
     (tmp_path / "map").mkdir()
-    write_csv([cell | {"pieces": 1} for cell in cells], tmp_path / "map" / "map.csv")
+    write_csv([cell | {"fe_pieces": 1} for cell in cells], tmp_path / "map" / "map.csv")
     study = write_study(tmp_path / "study", [position_row(0.0, 50.0), position_row(0.0, 100.0, area_fe_mm2=132.0)])
     err = refused(capsys, tmp_path / "map", study)
-    assert "a map with a map, or match them by their inputs with --match shift,load (2 in common)" in err
+    assert "no case in common" in err
+    assert ", or match them by their inputs with --match shift,load (2 in common)" in err
     for pair in ((tmp_path / "map", study), (study, tmp_path / "map")):
         comparison = compare_tables(*map(load_table, pair), match=["shift", "load"])
-        assert comparison.cases == tuple(f"lateral_shift_mm 0, load_kN {load}" for load in (50, 100))
-        assert [c.column for c in comparison.columns] == ["area_fe_mm2", "status"]
-        assert [(d.column, d.case) for d in comparison.differences] == [
+        assert comparison.cases == [f"lateral_shift_mm 0, load_kN {load}" for load in (50, 100)]
+        assert [c.column for c in lines(comparison.columns)] == ["area_fe_mm2", "status"]
+        assert [(d.column, d.case) for d in lines(comparison.differences)] == [
             ("area_fe_mm2", "lateral_shift_mm 0, load_kN 100")
         ]
-        one_sided = {*comparison.missing_columns, *comparison.extra_columns}
-        assert one_sided == {"pieces", "rail", "wheel", "roll_mrad", "resolution", "p_max_fe_MPa"}
+        one_sided = {name for names in comparison.one_sided.values() for name in names}
+        assert one_sided == {"fe_pieces", "rail", "wheel", "roll_mrad", "resolution", "fe_p_max_MPa"}
     # without the shift a map has each load once for each shift
     write_csv([*cells, cells[0] | {"lateral_shift_mm": 1.0}], tmp_path / "map" / "map.csv")
     err = refused(capsys, tmp_path / "map", study, "--match", "load")
-    assert "cases '+0 mm, 50 kN' and '+1 mm, 50 kN' are both load_kN 50" in err
+    assert "are both load_kN 50" in err
     assert "in which they differ: lateral_shift_mm" in err
 
 
@@ -444,8 +465,9 @@ def test_a_solved_case_is_matched_with_a_study(tmp_path):
     study = write_study(tmp_path / "study", [position_row(0.0, 50.0, "a"), position_row(1.0, 50.0, "b")])
     case = write_row(tmp_path / "case", position_row(1.0, 50.0, "c"))
     comparison = compare_tables(load_table(case), load_table(study), match=["shift", "load"])
-    assert comparison.cases == ("lateral_shift_mm 1, load_kN 50",)
-    assert (comparison.differences, comparison.missing_columns, comparison.extra_columns) == ((), (), ())
+    assert comparison.cases == ["lateral_shift_mm 1, load_kN 50"]
+    assert comparison.one_sided.pop("extra cases") == ["lateral_shift_mm 0, load_kN 50"]
+    assert comparison.same
 
 
 @pytest.mark.parametrize(
@@ -508,7 +530,7 @@ def test_a_tolerance_of_a_column_that_is_matched_by_is_refused(tmp_path, capsys)
     given = tolerance_file(tmp_path, "[columns.load_kN]\nabsolute = 1\n")
     assert call(["compare", str(study), str(study), "--tolerance", str(given)]) == 0
     capsys.readouterr()
-    assert "cases are matched by it" in refused(capsys, study, study, "--tolerance", given, "--match", "load")
+    assert "it is not compared" in refused(capsys, study, study, "--tolerance", given, "--match", "load")
 
 
 def test_exit_codes(tmp_path, capsys):
@@ -533,14 +555,14 @@ def test_exit_codes(tmp_path, capsys):
         ("head.csv", "id,a_fe_mm\n", "no rows"),
         ("other.csv", "time,value\n1,2\n", "neither a column id"),
         ("semicolons.csv", "id;a_fe_mm\none;2\n", "neither a column id"),
-        ("twice.csv", "id,a_fe_mm\none,2\none,2\n", "'one' is there twice"),
+        ("twice.csv", "id,a_fe_mm\none,2\none,2\n", "'row 1' and 'row 2' are both one"),
         ("columns.csv", "id,a_fe_mm,a_fe_mm\none,2,3\n", "column name is there twice"),
         ("ragged.csv", "id,a_fe_mm\none,2,3\n", "row 1 has 3 values of 2"),
-        ("nameless.csv", "id,a_fe_mm\n,2\n", "no id"),
-        ("map.csv", "lateral_shift_mm,load_kN\nleft,3\n", "a number is needed"),
-        ("samecell.csv", "lateral_shift_mm,load_kN\n1,3\n1.0,3.0\n", "there twice"),
+        ("nameless.csv", "id,a_fe_mm\n,2\n", "no value of id"),
+        ("map.csv", "lateral_shift_mm,load_kN\n,3\n", "no value of lateral_shift_mm"),
+        ("samecell.csv", "lateral_shift_mm,load_kN\n1,3\n1.0,3.0\n", "are both lateral_shift_mm 1, load_kN 3"),
         ("bytes.csv", b"\xff\xfe\x00", "not CSV"),
-        ("broken.json", "{", "not JSON"),
+        ("broken.json", "{", "no JSON"),
         ("list.json", "[1]", "no table of results"),
         ("map.json", '{"cells": []}', "no list of rows"),
         ("rows.json", '{"rows": [1]}', "no list of rows"),
@@ -548,10 +570,10 @@ def test_exit_codes(tmp_path, capsys):
         ("row.json", '{"schema": "fecontact/row/1", "row": [1]}', "no list of rows"),
         ("emptyrow.json", '{"schema": "fecontact/row/1", "row": {}}', "neither a column id"),
         ("nameless.json", '{"schema": "fecontact/row/1", "row": {"a_fe_mm": 1.0}}', "neither a column id"),
-        ("deep.json", "[" * 100_000, "nested too deeply"),
-        ("digits.json", '{"rows": [{"id": ' + 5000 * "1" + "}]}", "not JSON"),
-        ("half.json", '{"rows": [{"id": "\\ud800", "a_fe_mm": 1}]}', "not JSON"),
-        ("bytes.json", b"\xff\xfe\x00", "not JSON"),
+        ("deep.json", "[" * 100_000, "no JSON"),
+        ("digits.json", '{"rows": [{"id": ' + 5000 * "1" + "}]}", "no JSON"),
+        ("half.json", '{"rows": [{"id": "\\ud800", "a_fe_mm": 1}]}', "no JSON"),
+        ("bytes.json", b"\xff\xfe\x00", "no JSON"),
         ("field.csv", "id,a_fe_mm\none," + 140_000 * "1", "not CSV"),
         ("open.csv", 'id,a_fe_mm\n"one,2\n', "not CSV"),
         ("table.txt", "id\n1\n", "ending .txt"),
@@ -615,63 +637,23 @@ def spoil(path: Path, old: str, new: str) -> None:
     path.write_text(text.replace(old, new, 1), "utf-8")
 
 
-@pytest.mark.parametrize("form", ["", "study.json", "study.csv"])
-@pytest.mark.parametrize("spoilt", ["study.json", "study.csv"])
-@pytest.mark.parametrize(
-    ("old", "new", "says"),
-    [
-        ("1234.5", "1271.5", ["case 'two', column 'p_max_fe_MPa'", "'1234.5'", "'1271.5'"]),
-        ("1234.5", "1234.50000000001", ["'1234.50000000001'"]),
-        ("60E1", "60E2", ["case 'two', column 'rail'", "'60E1'", "'60E2'"]),
-        ("two", "2", ["' is in", "and not in"]),
-        ("area_fe_mm2", "area_mm2", ["column 'area_fe_mm2' is in", "and not in"]),
-    ],
-)
-def test_a_csv_that_does_not_fit_its_json_is_refused(tmp_path, capsys, form, spoilt, old, new, says):
-    good = write_study(tmp_path / "good", [case_row("two"), case_row("one")])
-    bad = write_study(tmp_path / "bad", [case_row("two"), case_row("one")])
-    if (spoilt, old) == ("study.json", "area_fe_mm2"):
-        # each row of the JSON has the name
-        spoil(bad / spoilt, old, new)
-    spoil(bad / spoilt, old, new)
-    for pair in ([good, bad / form], [bad / form, good]):
-        assert call(["compare", *map(str, pair)]) == 2
-        out, err = capsys.readouterr()
-        assert out == ""
-        assert len(err.strip().splitlines()) == 1
-        for text in (*says, str(bad / "study.json"), str(bad / "study.csv"), "run the study again, or move"):
-            assert text in err
-    # moved away, the other one counts
-    (bad / spoilt).unlink()
+@pytest.mark.parametrize("form", ["", ".json", ".csv"])
+@pytest.mark.parametrize("spoilt", [".json", ".csv"])
+@pytest.mark.parametrize("stem", ["study", "study.part-1-of-2"])
+@pytest.mark.parametrize("new", ["1271.5", "1234.50000000001", ""])
+def test_a_table_that_was_changed_after_it_was_written_is_refused(tmp_path, capsys, form, spoilt, stem, new):
+    for name in ("good", "bad"):
+        write_tables("mine", 2, [case_row("two"), case_row("one")], tmp_path / name / stem)
+    good, bad = (tmp_path / name / f"{stem}{form or '.csv'}" for name in ("good", "bad"))
+    if not form and stem == "study":
+        good, bad = good.parent, bad.parent
     assert call(["compare", str(good), str(bad)]) == 0
-
-
-@pytest.mark.parametrize(
-    ("change", "says"),
-    [
-        (lambda lines: lines[:-1], "case 'one' is in"),
-        (lambda lines: [*lines, lines[-1]], "case 'one' is twice in"),
-        (lambda lines: [*lines, lines[-1].replace("one", "three")], "case 'three' is in"),
-        (lambda lines: lines[:1], "case 'two' is in"),
-        (lambda lines: [], "is empty"),
-        (lambda lines: [*lines[:-1], lines[-1][:-8]], "row 2 has 4 values of 5"),
-    ],
-)
-def test_a_csv_with_other_cases_than_its_json_is_refused(tmp_path, capsys, change, says):
-    study = write_study(tmp_path / "study", [case_row("two"), case_row("one")])
-    lines = (study / "study.csv").read_text().splitlines(keepends=True)
-    (study / "study.csv").write_text("".join(change(lines)))
-    assert call(["compare", str(study), str(study)]) == 2
-    err = capsys.readouterr().err
-    assert says in err
-    assert "run the study again, or move the wrong one away" in err
-
-
-def test_a_csv_beside_a_study_without_its_rows_is_refused(tmp_path, capsys):
-    study = write_study(tmp_path / "study", [case_row()])
-    (study / "study.json").write_text('{"schema": "fecontact/study/1", "study": "mine"}')
-    assert call(["compare", str(study / "study.csv"), str(study / "study.csv")]) == 2
-    assert "no list of rows" in capsys.readouterr().err
+    capsys.readouterr()
+    spoil(tmp_path / "bad" / f"{stem}{spoilt}", "1234.5", new or "null" if spoilt == ".json" else new)
+    for pair in ((good, bad), (bad, good)):
+        err = refused(capsys, *pair)
+        assert f"{stem}{spoilt} was changed after it was written" in err
+        assert "run the study again, or move" in err
 
 
 def test_what_is_no_value_and_the_order_are_the_same_in_csv_and_json(tmp_path):
@@ -679,7 +661,7 @@ def test_what_is_no_value_and_the_order_are_the_same_in_csv_and_json(tmp_path):
         case_row(
             "a", b_fe_mm=math.nan, junction_distance_mm=math.inf, at_junction=False, status="failed: two\r\nlines"
         ),
-        case_row("b", pieces=1, overlap=0.1 + 0.2, load_kN=1e22, warnings='"quoted", and; more', verdict_cause=""),
+        case_row("b", fe_pieces=1, overlap=0.1 + 0.2, load_kN=1e22, warnings='"quoted", and; more', verdict_cause=""),
     ]
     study = write_study(tmp_path / "study", rows)
     # infinite is no value in JSON and none in the CSV
@@ -689,19 +671,7 @@ def test_what_is_no_value_and_the_order_are_the_same_in_csv_and_json(tmp_path):
     with (study / "study.csv").open("w", newline="") as file:
         csv.writer(file).writerows([row[::-1] for row in (head, *lines[::-1])])
     for form in ("", "study.json", "study.csv"):
-        assert set(load_table(study / form).rows) == {"a", "b"}
-
-
-def test_parts_of_a_study_are_checked_as_well(tmp_path, capsys):
-    study = write_study(tmp_path / "study", [case_row()])
-    for form in ("csv", "json"):
-        (study / f"study.{form}").rename(study / f"study.part-1-of-2.{form}")
-    part = study / "study.part-1-of-2.csv"
-    assert call(["compare", str(part), str(part.with_suffix(".json"))]) == 0
-    spoil(part, "1234.5", "1271.5")
-    for form in (".csv", ".json"):
-        assert call(["compare", str(part.with_suffix(form)), str(part)]) == 2
-    assert "'1271.5'" in capsys.readouterr().err
+        assert set(load_table(study / form).rows.index) == {"a", "b"}
 
 
 def test_a_folder_without_results_is_exit_code_2(tmp_path, capsys):
@@ -725,13 +695,13 @@ def tolerance_file(tmp_path: Path, text: str) -> Path:
 
 def test_a_tolerance_file_widens_and_narrows(tmp_path):
     was, now = [case_row()], [case_row(p_max_fe_MPa=1234.5 * 1.001, area_fe_mm2=120.06)]
-    assert [d.column for d in compared(tmp_path, was, now).differences] == ["p_max_fe_MPa"]
+    assert [d.column for d in lines(compared(tmp_path, was, now).differences)] == ["p_max_fe_MPa"]
     given = read_tolerances(tolerance_file(tmp_path, "[kinds.pressure]\nrelative = 2e-3\n"))
     assert compared(tmp_path, was, now, given).same
     given = read_tolerances(
         tolerance_file(tmp_path, "[columns.p_max_fe_MPa]\nabsolute = 2\n[kinds.area]\nrelative = 0\n")
     )
-    assert [d.column for d in compared(tmp_path, was, now, given).differences] == ["area_fe_mm2"]
+    assert [d.column for d in lines(compared(tmp_path, was, now, given).differences)] == ["area_fe_mm2"]
     # what is not given stays
     assert given.of("p_max_fe_MPa").relative == KINDS["pressure"].relative
     assert given.of("p_max_half_space_MPa").absolute == 0.0
@@ -741,24 +711,24 @@ def test_effort_that_is_named_is_compared(tmp_path):
     given = read_tolerances(tolerance_file(tmp_path, "[columns.iterations]\nabsolute = 2\n"))
     assert compared(tmp_path, [case_row(iterations=10)], [case_row(iterations=12)], given).same
     different = compared(tmp_path, [case_row(iterations=10)], [case_row(iterations=13)], given)
-    assert [d.column for d in different.differences] == ["iterations"]
+    assert [d.column for d in lines(different.differences)] == ["iterations"]
 
 
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("[kinds.pressure\n", "not TOML"),
+        ("[kinds.pressure\n", "cannot be read as TOML"),
         ("[kinds.pressures]\nrelative = 1e-3\n", "pressure, approach"),
         ("[kinds.text]\nrelative = 1e-3\n", "no such kind"),
-        ("[kinds.pressure]\nrelativ = 1e-3\n", "relativ is 0.001"),
+        ("[kinds.pressure]\nrelativ = 1e-3\n", "kinds.pressure.relativ"),
         ("[kinds.pressure]\nrelative = -1e-3\n", "finite and >= 0"),
         ("[kinds.pressure]\nabsolute = inf\n", "finite and >= 0"),
         ("[kinds.pressure]\nabsolute = nan\n", "finite and >= 0"),
         ("[kinds.pressure]\nabsolute = '1'\n", "kinds.pressure.absolute is '1'"),
         ("[kinds]\npressure = 1e-3\n", "kinds.pressure is 0.001"),
         ("[column.area_fe_mm2]\nrelative = 1\n", "column is"),
-        ("[columns.verdict]\nrelative = 1\n", "text and compared exactly"),
-        ("[columns.p_mx_fe_MPa]\nrelative = 1\n", "columns that exist: status, rail, p_max_fe_MPa"),
+        ("[columns.verdict_answer]\nrelative = 1\n", "text and compared exactly"),
+        ("[columns.p_mx_fe_MPa]\nrelative = 1\n", "columns that are: status, rail, fe_p_max_MPa"),
     ],
 )
 def test_a_wrong_tolerance_file_is_exit_code_2(tmp_path, capsys, text, says):
@@ -773,14 +743,14 @@ def test_a_wrong_tolerance_file_is_exit_code_2(tmp_path, capsys, text, says):
 def test_a_tolerance_file_that_is_not_there_is_exit_code_2(tmp_path, capsys):
     good = str(write_study(tmp_path / "good", [case_row()]))
     assert call(["compare", good, good, "--tolerance", str(tmp_path / "none.toml")]) == 2
-    assert "no such file" in capsys.readouterr().err
+    assert "No such file" in capsys.readouterr().err
 
 
 def write_reports(tmp_path: Path) -> tuple[str, str]:
     """JSON and HTML of two studies that differ in everything, with letters that mean something in HTML."""
     bad = "<script>alert('&')</script>"
-    was = [case_row("a<b>", pieces=1, strange=1.0, seconds=1.0, verdict="HOLDS"), case_row("gone")]
-    now = [case_row("a<b>", pieces=2, strange=1.5, seconds=9.0, verdict=bad, more_MPa=1), case_row("added")]
+    was = [case_row("a<b>", fe_pieces=1, strange=1.0, seconds=1.0, verdict_answer="HOLDS"), case_row("gone")]
+    now = [case_row("a<b>", fe_pieces=2, strange=1.5, seconds=9.0, verdict_answer=bad, more_MPa=1), case_row("added")]
     folders = [write_study(tmp_path / "was", was), write_study(tmp_path / "now", now, versions={"gmsh": bad})]
     files = [tmp_path / "deep" / f"report.{form}" for form in ("json", "html")]
     code = call(["compare", *map(str, folders), "--json", str(files[0]), "--html", str(files[1])])
@@ -790,22 +760,22 @@ def write_reports(tmp_path: Path) -> tuple[str, str]:
 
 def test_json_has_everything(tmp_path):
     record = json.loads(write_reports(tmp_path)[0])
-    assert record["schema"] == "fecontact/comparison/1"
+    assert record["schema"] == "fecontact/comparison/2"
     assert record["same"] is False
     assert (record["cases"], record["missing_cases"], record["extra_cases"]) == (["a<b>"], ["gone"], ["added"])
     assert (record["missing_columns"], record["extra_columns"]) == ([], ["more_MPa"])
     assert record["default_tolerance_columns"] == ["strange"]
     assert record["versions"]["gmsh"]["baseline"] == "4.15.2"
     by_column = {entry["column"]: entry for entry in record["differences"]}
-    assert set(by_column) == {"pieces", "strange", "verdict"}
+    assert set(by_column) == {"fe_pieces", "strange", "verdict_answer"}
     strange = by_column["strange"]
     assert (strange["baseline"], strange["new"], strange["difference"]) == ("1.0", "1.5", 0.5)
     assert strange["times_tolerance"] == pytest.approx(0.5 / 1e-4)
     # infinite: nothing was allowed
-    assert by_column["pieces"]["times_tolerance"] is None
+    assert by_column["fe_pieces"]["times_tolerance"] is None
     assert [entry["column"] for entry in record["not_compared"]] == ["seconds"]
     assert record["columns"][0]["differing"] == 1
-    assert record["columns"][-1]["tolerance"] is None or record["columns"][-1]["tolerance"]["reason"]
+    assert strange["reason"]
 
 
 def test_html_is_one_well_formed_file_with_all_texts_escaped(tmp_path):
@@ -817,7 +787,7 @@ def test_html_is_one_well_formed_file_with_all_texts_escaped(tmp_path):
     assert "a<b>" in cells
     assert "<script>alert('&')</script>" in cells
     marked = ["".join(line[0].itertext()) for line in page.iter("tr") if line.get("class") == "beyond"]
-    assert set(marked) == {"pieces", "strange", "verdict"}
+    assert set(marked) == {"fe_pieces", "strange", "verdict_answer"}
     items = ["".join(item.itertext()) for item in page.iter("li")]
     assert {"missing cases: gone", "extra cases: added", "extra columns: more_MPa"} <= set(items)
 
@@ -840,9 +810,11 @@ def test_the_terminal_shows_the_worst_first_with_both_values(tmp_path, capsys):
 
 
 def test_the_same_shows_only_what_is_not_equal(tmp_path, capsys):
-    was = write_study(tmp_path / "was", [case_row(seconds=1.0, pieces=1)])
-    near = write_study(tmp_path / "near", [case_row(seconds=1.0, pieces=1.0) | {"p_max_fe_MPa": 1234.5 * (1 + 5e-5)}])
-    equal = write_study(tmp_path / "equal", [case_row(seconds=2.0, pieces=1.0)])
+    was = write_study(tmp_path / "was", [case_row(seconds=1.0, fe_pieces=1)])
+    near = write_study(
+        tmp_path / "near", [case_row(seconds=1.0, fe_pieces=1.0) | {"p_max_fe_MPa": 1234.5 * (1 + 5e-5)}]
+    )
+    equal = write_study(tmp_path / "equal", [case_row(seconds=2.0, fe_pieces=1.0)])
     assert call(["compare", str(was), str(near)]) == 0
     out = capsys.readouterr().out
     assert "Closest to their tolerance" in out
@@ -883,7 +855,7 @@ def test_html_folds_columns_that_are_equal(tmp_path, more, state, open_columns, 
     folded = next(one for one in page.iter("details") if "equal values" in one.findtext("summary"))
     assert not [one for one in page.iter("details") if one.get("open") is not None]
     equal = [name for name in ("status", "rail", "p_max_fe_MPa", "area_fe_mm2") if name not in open_columns]
-    assert folded.find("summary").text == f"{len(equal)} columns with equal values"
+    assert folded.find("summary").text == f"Columns with equal values: {len(equal)}"
     assert [line[0].text for line in folded.iter("tr") if line[0].tag == "td"] == equal
     tables = {table.findtext("caption"): table for table in page.find("body").iterfind("div/table")}
     shown = tables.get("Columns, the worst first")
@@ -898,7 +870,7 @@ def test_html_folds_nothing_where_every_column_differs(tmp_path):
     page = tmp_path / "a.html"
     assert call(["compare", str(tmp_path / "was.csv"), str(tmp_path / "now.csv"), "--html", str(page)]) == 1
     text = page.read_text("utf-8")
-    assert "equal values" not in text
+    assert "Columns with equal values" not in text
     assert "Columns, the worst first" in text
 
 
@@ -918,7 +890,7 @@ def test_cases_are_called_by_what_was_solved(tmp_path, capsys):
 
 
 def test_a_baseline_is_written_and_compares_with_its_results(tmp_path, capsys):
-    rows = [case_row("a", centre_x_mm=4e-19, overlap=1 / 3, pieces=1, seconds=3.2, verdict_cause=None)]
+    rows = [case_row("a", fe_centre_x_mm=4e-19, overlap=1 / 3, fe_pieces=1, seconds=3.2, verdict_cause=None)]
     study = write_study(tmp_path / "study", rows)
     arguments = ["baseline", "update", str(study), "--baselines", str(tmp_path / "b")]
     assert call([*arguments, "--reason", "  the first  "]) == 0
@@ -927,7 +899,7 @@ def test_a_baseline_is_written_and_compares_with_its_results(tmp_path, capsys):
         (written,) = csv.DictReader(file)
     assert written == {
         **{"id": "a", "status": "converged", "rail": "60E1", "p_max_fe_MPa": "1234.5", "area_fe_mm2": "120"},
-        **{"centre_x_mm": "0", "overlap": "0.3333333333", "pieces": "1", "verdict_cause": ""},
+        **{"fe_centre_x_mm": "0", "overlap": "0.3333333333", "fe_pieces": "1", "verdict_cause": ""},
     }
     beside = json.loads((tmp_path / "b" / "mine.json").read_text())
     assert (beside["study"], beside["reason"]) == ("mine", "the first")
@@ -947,7 +919,7 @@ def test_an_update_says_what_changed(tmp_path, capsys):
     assert "extra cases: two" in out
     assert "mine.csv: DIFFERENT: 1 value beyond tolerance" in out
     assert json.loads((folder / "mine.json").read_text())["reason"] == "mended"
-    assert load_table(folder / "mine.csv").rows["one"]["p_max_fe_MPa"] == "1300"
+    assert load_table(folder / "mine.csv").rows.loc["one", "p_max_fe_MPa"] == "1300"
     replaced = update_baseline(write_study(tmp_path / "three", [case_row("x")]), folder, reason="other cases")
     assert replaced.comparison is None
     assert replaced.text == "2 cases replaced by 1 other case"
@@ -996,16 +968,16 @@ def test_the_baselines_are_whole(path):
     assert beside["reason"].strip()
     assert "gmsh" in table.versions
     assert (BASELINES.parent / f"{path.stem}.py").is_file()
-    assert all(row["status"] == "converged" for row in table.rows.values())
+    assert set(table.rows.status) == {"converged"}
     assert not [name for name in table.columns if kind_of(name) in (EFFORT, "default")]
 
 
 def test_every_column_of_a_result_is_known_and_the_baselines_have_them_all(elliptic_quick):
-    columns = list(outputs_rows.case_row(elliptic_quick))
+    columns = list(row_of(elliptic_quick))
     assert [name for name in columns if kind_of(name) == "default"] == []
     kept = tuple(name for name in columns if kind_of(name) != EFFORT)
     baseline = load_table(BASELINES / "01_elliptic_hertz.csv").columns
-    assert baseline == tuple(name for name in kept if name in baseline or not name.startswith(LATER))
+    assert baseline == [name for name in kept if name in baseline or not name.startswith(LATER)]
 
 
 def test_the_tables_that_a_study_writes_fit_each_other(elliptic_quick, tmp_path):
@@ -1016,26 +988,27 @@ def test_the_tables_that_a_study_writes_fit_each_other(elliptic_quick, tmp_path)
         "lateral_shift_mm": np.float64(0.1),
     }
     rows = [
-        {"id": "a", **outputs_rows.case_row(elliptic_quick), "pieces": np.int64(1), "at_junction": np.True_},
+        {"id": "a", **row_of(elliptic_quick), "fe_pieces": np.int64(1), "at_junction": np.True_},
         failed,
     ]
     write_tables("mine", 2, rows, tmp_path / "study")
     tables = [load_table(tmp_path / form) for form in ("", "study.json", "study.csv")]
-    assert tables[0].rows == tables[1].rows == tables[2].rows
+    assert tables[0].rows.equals(tables[1].rows)
+    assert tables[0].rows.equals(tables[2].rows)
     # no junction is infinitely far
     assert math.inf in rows[0].values()
 
 
 def test_every_column_of_a_map_is_known(elliptic_quick):
     cell = solved_cell(0.0, elliptic_quick.load)
-    columns = list(outputs_rows.cell_row(cell, elliptic_quick.placement))
+    columns = list(cell_row(cell, elliptic_quick.placement))
     assert len(columns) > 60
     assert [name for name in columns if kind_of(name) == "default"] == []
 
 
 def test_the_discretisation_is_that_of_hertz_s_own_gap(elliptic_quick):
     """A row has the half-space under the true gap and the step to it, from which Hertz's own gap follows."""
-    row = {"id": "one", **outputs_rows.case_row(elliptic_quick)}
+    row = {"id": "one", **row_of(elliptic_quick)}
     (check,) = discretisation_check([row], 1.0)
     quadratic = elliptic_quick.load.ladder.rungs["half_space_quadratic"].p_max_MPa
     assert check.value == pytest.approx(quadratic, rel=1e-12)

@@ -74,11 +74,11 @@ def test_a_run_tells_what_is_left_of_it(monkeypatch, tmp_path):
         for name in "abcdef"
     ]
     heard: list[tuple[int, int, str]] = []
-    # two of eight were done before
+    # one of them was finished before, and is only to be read
     by = SimpleNamespace(
-        finished=Finished(), crew=SimpleNamespace(workers=2), progress=lambda *args: heard.append(args)
+        finished=Finished(reused=["f"]), crew=SimpleNamespace(workers=2), progress=lambda *args: heard.append(args)
     )
-    report = _Report(jobs, by, 8, 2, None)
+    report = _Report(jobs, by, None)
     report.under_way(["a", "b"])
     now[0] += 10.0
     report.done(Done(name="a"))
@@ -88,11 +88,11 @@ def test_a_run_tells_what_is_left_of_it(monkeypatch, tmp_path):
     # a cluster has all of them, and does two at a time
     report.under_way(["c", "d", "e", "f"])
     assert heard == [
-        (2, 8, "solving a, b"),
-        # b, as old as the only one that is known: a quarter of its age; c 10 s; then three more of 10 s
-        (3, 8, "solving b, c; about 22 s left"),
-        # c has 10 s left of the 20 s of the only one that took longer, d 15 s, as the two that wait
-        (4, 8, "solving c, d, e, f; about 30 s left"),
+        (0, 6, "solving a, b"),
+        # b, as old as the only one that is known: a quarter of its age; c 10 s; then two more of 10 s
+        (1, 6, "solving b, c; about 20 s left"),
+        # c has 10 s left of the 20 s of the only one that took longer, d 15 s, as the one that waits
+        (2, 6, "solving c, d, e, f; about 25 s left"),
     ]
 
 

@@ -18,7 +18,7 @@ from fecontact.console import log_only, logged, many, print_reasons, say, solvin
 from fecontact.errors import InputError
 from fecontact.runs.casefile import load_study
 from fecontact.runs.check import check_study
-from fecontact.runs.cost import _unknowns, cost_of
+from fecontact.runs.cost import cost_of
 from fecontact.runs.demo import SPHERE, demo_study, demo_words, exact_peak_MPa
 from fecontact.runs.study import StudyOutcome
 from fecontact.solving.meshed_case import mesh_pair
@@ -70,8 +70,8 @@ def test_checking_a_study_says_how_many_cases_and_what_varies(tmp_path, capsys):
     path.write_text('rail = ["60E1", "54E1"]\nlateral_shift_mm = "-4:4:2"\n[[case]]\nload_kN = [50, 100]\n')
     start = time.perf_counter()
     assert call(["check", str(path)]) == 0
-    # 0.3 s on an idle machine, start of the interpreter included
-    assert time.perf_counter() - start < 5.0
+    # a second on an idle machine, with the patches of three cases expected
+    assert time.perf_counter() - start < 10.0
     out = capsys.readouterr().out
     assert "20 cases, 2 values of rail, 5 values of lateral_shift_mm, 2 values of load_kN" in out
     path.write_text('rail = ["60E1", "rail.csv"]\nwheel = "S1003"\n')
@@ -155,7 +155,7 @@ def test_checking_a_study_reads_its_profiles_as_the_study_says(tmp_path):
 def test_what_a_case_is_expected_to_need_is_near_its_meshes(case):
     pair = mesh_pair(case)
     made = 3 * (len(pair.rail.points) + len(pair.wheel.points))
-    assert _unknowns(case) == pytest.approx(made, rel=0.35)
+    assert preview(case).degrees_of_freedom == pytest.approx(made, rel=0.12)
 
 
 @pytest.mark.parametrize(
@@ -183,7 +183,7 @@ def test_a_study_costs_more_if_verdicts_stay_open(tmp_path):
     path.write_text("load_kN = '10:100:10'\n")
     found = check_study(path)
     assert found.cases == 10
-    assert found.cost.most_seconds > 3.0 * found.cost.seconds
+    assert found.cost.most_seconds > 2.5 * found.cost.seconds
     assert found.cost.most_memory_GB > 2.0 * found.cost.memory_GB
 
 
@@ -210,11 +210,11 @@ def test_a_map_says_what_it_takes_before_it_begins(tmp_path, monkeypatch, capsys
         assert call([*asked, *more]) == 2
         capsys.readouterr()
     told, with_forces, quiet = seen
-    assert "4 cells: about 15 s with 1 worker and 0.4 GB a worker" in told
+    assert "4 cells: about 11 s with 1 worker and 0.3 GB a worker" in told
     assert "forces take" not in told
     assert "forces take some 2 s a cell more" in with_forces
     assert quiet == ""
-    assert (tmp_path / "map" / "run.log").read_text("utf-8").count("4 cells: about 15 s") == 3
+    assert (tmp_path / "map" / "run.log").read_text("utf-8").count("4 cells: about 11 s") == 3
 
 
 def test_the_demo_has_the_exact_sphere():

@@ -15,7 +15,7 @@ from fecontact.outputs.maps.figure import map_figure
 from fecontact.outputs.maps.table import map_table
 from fecontact.outputs.maps.verdicts import verdict_view
 from fecontact.outputs.records.map import map_record
-from fecontact.outputs.records.rows import input_columns
+from fecontact.outputs.records.results import input_columns
 from fecontact.outputs.words.roll import other_wheel_label, roll_words, roll_words_of_rows, shift_label
 from fecontact.outputs.words.series import series
 from fecontact.profiles.library import names, toml_text

@@ -10,16 +10,19 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import fake_solve
 import psutil
 import pytest
+from inline import map_by, study_by
 from pictures import draw_nothing
+from points import MEASURED_COLUMNS
 from test_store import profile
 
 from fecontact.case import Case, Criteria
@@ -28,14 +31,12 @@ from fecontact.jobs import workers
 from fecontact.jobs.engine import RunSettings, parse_part
 from fecontact.jobs.job import Job, run_job
 from fecontact.jobs.workers import Crew, default_workers, thread_environment
-from fecontact.outputs.records.rows import MEASURED_COLUMNS
 from fecontact.runs import identity
-from fecontact.runs.case_store import case_folder
 from fecontact.runs.casefile import Study
-from fecontact.runs.identity import case_id, position_id
-from fecontact.runs.map_run import run_map
+from fecontact.runs.identity import case_id
+from fecontact.runs.sources import digests
+from fecontact.runs.store import case_folder, job_of
 from fecontact.runs.study import StudyOutcome, run_study
-from fecontact.runs.work import job_of
 
 LOADS_KN = (50, 60, 70, 80, 90)
 HERE = Path(__file__).parent
@@ -49,10 +50,6 @@ def study(loads: tuple[float, ...] = LOADS_KN, **more: Any) -> Study:
     return Study(name="fake", cases=tuple(case(load) for load in loads), **more)
 
 
-def fake_work(case: Case, name: str, settings: Mapping[str, Any]) -> fake_solve.FakeWork:
-    return fake_solve.FakeWork(case=case, name=name, settings=settings)
-
-
 def in_process() -> Crew:
     return Crew(open=ThreadPoolExecutor, workers=1, together=1)
 
@@ -62,7 +59,7 @@ def run(out: Path, given: Study | None = None, *, crew: Crew | None = None, **se
     chosen = RunSettings(**settings)
     if crew is None and chosen.workers is None and chosen.scheduler is None:
         crew = in_process()
-    return run_study(given or study(), out, settings=chosen, crew=crew, work=fake_work)
+    return study_by(given or study(), out, settings=chosen, crew=crew, work=fake_solve.FakeWork)
 
 
 def table(path: Path) -> list[dict[str, str]]:
@@ -147,7 +144,7 @@ def test_another_evaluation_or_other_criteria_judge_again_and_solve_nothing(tmp_
     assert set(outcome.recomputed.values()) == {"evaluated by another version: criterion p_max 0.05 -> 0.03"}
     names = [case_id(case(load)) for load in (50, 60)]
     assert fake_solve.solves(tmp_path) == [*names, *(f"again:{name}" for name in names)]
-    monkeypatch.setattr(identity, "source_digest", lambda parts: "0123456789abcdefg")
+    monkeypatch.setattr(identity, "digests", lambda: replace(digests(), evaluating="another"))
     outcome = run(tmp_path, Study(name="fake", cases=by_other))
     assert all("source of evaluation" in why for why in outcome.recomputed.values())
 
@@ -383,6 +380,45 @@ def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path, serial, number):
     assert not list((out / "cases").glob(".*"))
 
 
+def begun_command(words: str) -> tuple[subprocess.Popen[str], list[psutil.Process]]:
+    """A command on two workers that have begun, and all processes that it has started."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "fecontact", *words.split(), "--workers", "2"],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    started = psutil.Process(process.pid)
+    wait_until(lambda: sum("spawn_main" in " ".join(one.cmdline()) for one in started.children()) == 2)
+    return process, started.children(recursive=True)
+
+
+POOLED = [
+    "irregular --wavelengths-mm 30:200:1 --amplitudes-um 5:50:5",
+    "curve --radii 300,400,500 --theory half_space,strip",
+]
+
+
+@pytest.mark.parametrize("words", POOLED)
+def test_workers_end_with_their_command(words):
+    process, children = begun_command(words)
+    process.kill()
+    process.communicate(timeout=20)
+    _, alive = psutil.wait_procs(children, timeout=10)
+    assert alive == [], "workers linger"
+
+
+@pytest.mark.parametrize("words", POOLED)
+def test_a_command_whose_worker_is_killed_says_so(words):
+    process, children = begun_command(words)
+    next(one for one in children if "spawn_main" in " ".join(one.cmdline())).kill()
+    error = process.communicate(timeout=20)[1]
+    assert "a worker process ended before its time" in error
+    assert "Traceback" not in error
+    assert process.returncode == 3
+    assert psutil.wait_procs(children, timeout=10)[1] == []
+
+
 @pytest.mark.parametrize(
     ("settings", "says"),
     [({"workers": 0}, "workers is 0"), ({"threads": 0}, "threads is 0"), ({"part": (3, 2)}, "part 3/2")],
@@ -539,20 +575,13 @@ def test_a_dask_worker_that_is_killed_loses_nothing_and_nothing_is_done_twice(tm
     assert all(solved.count(name) == 1 for name in finished)
 
 
-def fake_position(case: Case, loads_N: Sequence[float], name: str) -> fake_solve.FakePosition:
-    return fake_solve.FakePosition(case=case, loads_N=tuple(loads_N), name=name)
-
-
-def slow_position(case: Case, loads_N: Sequence[float], name: str) -> fake_solve.FakePosition:
-    return fake_solve.FakePosition(case=case, loads_N=tuple(loads_N), name=name, seconds=1.0)
-
-
 def test_a_dask_worker_that_is_killed_during_a_map_costs_no_cell(tmp_path):
     out, shifts = tmp_path / "out", [-1.0, 0.0, 1.0]
     out.mkdir()
     with dask_cluster(tmp_path, 2) as (address, processes), ThreadPoolExecutor(1) as runner:
         settings = RunSettings(scheduler=address)
-        running = runner.submit(run_map, case(50), shifts, [50e3], out, settings=settings, work=slow_position)
+        work = partial(fake_solve.FakePosition, seconds=1.0)
+        running = runner.submit(map_by, case(50), shifts, [50e3], out, settings=settings, work=work)
         wait_until(lambda: len(fake_solve.solves(out)) >= 2 or running.done())
         processes[0].kill()
         made = running.result(timeout=60).made
@@ -562,7 +591,7 @@ def test_a_dask_worker_that_is_killed_during_a_map_costs_no_cell(tmp_path):
     assert sorted({*map(float, fake_solve.solves(out))}) == shifts
     assert len(fake_solve.solves(out)) <= len(shifts) + 1
     assert {path.name for path in (out / "positions").iterdir()} == {
-        position_id(replace(case(50), lateral_shift_mm=shift), [50e3]) for shift in shifts
+        case_id(replace(case(50), lateral_shift_mm=shift), [50e3]) for shift in shifts
     }
 
 

@@ -16,14 +16,14 @@ from fecontact.case import Case
 from fecontact.cli import call
 from fecontact.comparison.theories import THEORIES
 from fecontact.dimensions import Track
-from fecontact.errors import InputError
+from fecontact.errors import ConvergenceError, InputError
 from fecontact.files import write_sealed
 from fecontact.geometry.placement import pair_of
 from fecontact.geometry.wheelset import Wheelset
 from fecontact.guide.pages import page
 from fecontact.material import STEEL, RollingPair, contact_modulus_MPa
 from fecontact.outputs.records.map import MAP_SCHEMA
-from fecontact.outputs.records.results import shown_case_record
+from fecontact.outputs.records.results import case_inputs
 from fecontact.outputs.tables.csv_file import write_csv
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
@@ -216,6 +216,21 @@ def test_normal_theories_on_a_circle_are_hertz(theory, approach, factor, limit):
         assert pressed.half_length_mm.max() == pytest.approx(math.sqrt(radius * deep), rel=0.02)
 
 
+def test_the_half_space_finds_nothing_where_its_nodes_miss_all_that_overlaps():
+    s = np.arange(-12.0, 12.05, 0.1)
+    # two stretches of 0.1 mm, far apart and between nodes of 0.3 mm
+    near = np.minimum(np.abs(s + 8.25), np.abs(s - 8.25))
+    overlap = Overlap(
+        s_mm=s,
+        depth_mm=1e-3 * (0.1 - near) + 1e-9,
+        place_mm=np.zeros((s.size, 3)),
+        angle_rad=0.0 * s,
+        radius_mm=np.full(s.size, 460.0),
+    )
+    assert np.count_nonzero(overlap.depth_mm > 0.0) == 4
+    assert NORMAL_THEORIES["half_space"](overlap, MODULUS) == ()
+
+
 def test_theories_of_vehicles_are_those_that_are_judged():
     # overlapping strips are no theory of the pressure; half a junction's ellipse is none of a vehicle
     assert set(NORMAL_THEORIES) - {"overlap"} == set(THEORIES) - {"hertz_gauge"}
@@ -295,6 +310,22 @@ def test_the_half_space_of_vehicles_is_that_of_the_ladder(shift, exact):
     # another program has 0.042 and 0.107; the ladder's half-space on grids of 0.04 mm what is here, 2 um either wheel
     (found,) = loaded_contacts(wheelset(), [shift], 60e3, theory="half_space")
     assert found.radius_difference_mm == pytest.approx(exact, abs=1e-3)
+
+
+def test_a_half_space_that_does_not_converge_is_no_result(monkeypatch):
+    made, ride = load_vehicle("wheelset"), Ride(wheelset=wheelset(), theory="half_space")
+    line = lines_of(ride, widest_per_mm=1.0)(0.0)
+    good = on_straight(line, made)
+    assert (good.status, good.notes) == ("equilibrium", ())
+    monkeypatch.setattr("fecontact.vehicle.half_space._ITERATIONS", 25)
+    said = r"the half-space did not converge in 25 iterations: \d\.\de-\d\d of the overlap is left open"
+    found = solve_at(good.state, made, line)
+    assert found.status == "no equilibrium"
+    assert re.match(said, found.notes[0])
+    assert {bool(patch.problem) for patch in found.balance.wheels[0][0].patches} == {True}
+    with pytest.raises(ConvergenceError, match=said):
+        loaded_contacts(wheelset(), [0.5], 60e3, theory="half_space")
+    assert re.search(said, straight_track("half_space", made, line).problem)
 
 
 def test_strips_with_influence_on_each_other_steer_like_the_half_space():
@@ -565,21 +596,22 @@ def test_nadals_limit():
 
 @pytest.fixture
 def mapped(tmp_path):
-    """A map as `fecontact map` writes it, with planted verdicts: beyond 4.5 mm Hertz fails and strips hold."""
+    """A map as `fecontact map` writes it: beyond 4.5 mm Hertz fails, and ANALYN holds out of its range."""
 
     def write(case: Case) -> Path:
         cells = [
             {
                 "lateral_shift_mm": float(shift),
                 "load_kN": load,
-                "verdict": "HOLDS" if shift < 4.5 else "FAILS",
-                "theory_cheapest": "hertz" if shift < 4.5 else "strip",
+                "verdict_answer": "HOLDS" if shift < 4.5 else "FAILS",
+                "cheapest_theory": "hertz" if shift < 4.5 else "analyn",
+                "cheapest_theory_status": "solved" if shift < 4.5 else "out of range",
             }
             for shift in range(-6, 7)
             for load in (50.0, 70.0)
         ]
         write_csv(cells, tmp_path / "map.csv")
-        document = {"schema": MAP_SCHEMA, "case": shown_case_record(case), "cells": []}
+        document = {"schema": MAP_SCHEMA, "case": case_inputs(case), "cells": []}
         write_sealed(tmp_path / "map.json", document, [tmp_path / "map.csv"])
         return tmp_path
 
@@ -598,7 +630,7 @@ def test_the_command_writes_tables_and_pictures_and_finds_wheels_on_a_map(mapped
     assert len(wheels[0]["patches"]) == 2
     # at R 400 the left wheel is at 4.9 mm and fails, the right one at -4.9; at R 1000 both hold
     assert record["visited_percent"]["overlap"] == pytest.approx({"HOLDS": 87.5, "FAILS": 12.5})
-    assert record["cheapest_theory_percent"]["overlap"] == pytest.approx({"hertz": 87.5, "strip": 12.5})
+    assert record["cheapest_theory_percent"]["overlap"] == pytest.approx({"hertz": 87.5, "analyn (out of range)": 12.5})
     assert [one["theory"] for one in record["straight_track"]] == ["overlap", "kik_piotrowski"]
     for name in ("curve.csv", "curve.json", "curve.png", "curve_map.png"):
         assert (tmp_path / "out" / name).stat().st_size > 500

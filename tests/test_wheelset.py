@@ -15,12 +15,11 @@ from fecontact.map.cells import ApplicabilityMap
 from fecontact.map.position import failed_position
 from fecontact.material import Material, contact_modulus_MPa
 from fecontact.outputs.records.map import map_record
-from fecontact.outputs.records.results import hertz_record, shown_case_record
-from fecontact.outputs.records.rows import input_columns
+from fecontact.outputs.records.results import case_inputs, hertz_record, input_columns
 from fecontact.profiles.library import load
 from fecontact.runs.identity import case_id, input_files
 from fecontact.runs.map_run import run_map
-from fecontact.runs.work import copy_profiles, stored_case
+from fecontact.runs.store import copy_profiles, stored_case
 from fecontact.solving.hertz_alone import hertz_alone
 from fecontact.solving.placing import place_case, place_wheelset_of_case, roll_of_case, wheelset_of_case
 from fecontact.solving.position import hertz_points_of_case
@@ -254,7 +253,7 @@ def test_the_left_wheel_is_the_right_one_of_the_mirror_image(shift, yaw):
     assert roll_of_case(left, one) == pytest.approx(-roll_of_case(right, other), abs=1e-13)
     x, s = np.linspace(-10.0, 10.0, 5)[:, None], np.linspace(-4.0, 4.0, 5)[None, :]
     np.testing.assert_allclose(one.gap(x, s), other.gap(x, s), atol=1e-10)
-    hertz = [hertz_record(hertz_alone(case))["hertz"] for case in (left, right)]
+    hertz = [hertz_record(hertz_alone(case))["ellipses"][0] for case in (left, right)]
     assert hertz[0] == pytest.approx(hertz[1], rel=1e-10)
 
 
@@ -320,7 +319,7 @@ def test_other_profiles_on_the_other_side_are_one_wheelset():
 def test_the_found_roll_stands_in_records_and_rows():
     case = Case(lateral_shift_mm=5.0, roll="touching", side="right")
     placement = place_case(case)
-    shown = shown_case_record(case, placement)
+    shown = case_inputs(case, placement)
     assert (shown["roll"], shown["side"]) == ("touching", "right")
     assert shown["roll_mrad"] == pytest.approx(1e3 * place_wheelset_of_case(case).roll_rad, abs=1e-12)
     row = input_columns(case, placement)
@@ -328,7 +327,7 @@ def test_the_found_roll_stands_in_records_and_rows():
     # not known of a case that failed
     assert input_columns(case)["roll_mrad"] is None
     fixed = Case(roll_rad=4e-4)
-    assert shown_case_record(fixed, place_case(fixed))["roll_mrad"] == 0.4
+    assert case_inputs(fixed, place_case(fixed))["roll_mrad"] == 0.4
     assert input_columns(fixed, place_case(fixed))["roll_mrad"] == 0.4
     assert "side" not in input_columns(fixed)
 
@@ -362,7 +361,7 @@ def test_a_file_on_the_other_side_counts_by_its_content_and_is_kept(tmp_path):
     np.savetxt(there, points * [1.0, 0.0] + [0.0, 1.0])
     assert case_id(case) != case_id(moved)
     copy_profiles(case, tmp_path / "out")
-    record = shown_case_record(case, place_case(case))
+    record = case_inputs(case, place_case(case))
     assert str(tmp_path) not in str(record)
     again = stored_case(tmp_path / "out", record)
     assert again.opposite.wheel == str(tmp_path / "out" / "profiles" / "opposite_wheel" / "flat.txt")

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from fecontact.alone.position import HALF_SPACE, normal_force_of
+from fecontact.alone.position import normal_force_of
 from fecontact.case import Case
 from fecontact.comparison.approximation import Approximation
+from fecontact.comparison.judgement import Standing, cheapest
 from fecontact.comparison.measures import MEASURES, Measures, measures_of_theory
-from fecontact.comparison.theories import THEORIES, Loaded
+from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES, Loaded
+from fecontact.comparison.verdict import Answer
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.geometry.placement import Placement
 from fecontact.solving.placing import place_case
@@ -24,6 +26,7 @@ STRIPS = "strip"
 _CENTRE = "centre_over_b"
 # Part of the force to either side over which the stiffness of the strips is taken.
 _SIDE = 0.02
+_OPEN = Standing(answer="UNRESOLVED")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,8 +57,8 @@ class TableLine:
     strips
         None where the strip method has no contact.
     cheapest
-        The cheapest theory whose peak, area, half-widths and centre are within the case's criteria of the strips', with
-        its own status; empty where the strips are out of their range. It is no verdict: nothing is solved.
+        The cheapest theory whose peak, area, half-widths and centre are within the case's criteria of the strips'; open
+        where there are no strips, or they are out of their range. It is no verdict: nothing is solved.
     problem
         What is missing, in words.
     """
@@ -65,8 +68,7 @@ class TableLine:
     hertz: HertzContact | None = None
     points: HertzPoints | None = None
     strips: Strips | None = None
-    cheapest: str = ""
-    cheapest_status: str = ""
+    cheapest: Standing = _OPEN
     problem: str = ""
 
 
@@ -100,27 +102,15 @@ def _line(case: Case, placement: Placement) -> TableLine:
     except InputError as error:
         problems.append(str(error))
     loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))
+    line = TableLine(case=case, placement=placement, hertz=hertz, points=hertz_points_of_case(case, placement))
     strips = _strips(loaded)
     if isinstance(strips, str):
-        problems.append(f"{THEORIES[STRIPS].words}: {strips}")
-        return TableLine(
-            case=case,
-            placement=placement,
-            hertz=hertz,
-            points=hertz_points_of_case(case, placement),
-            problem="; ".join(problems),
-        )
-    name, status = _cheapest(loaded, strips.contact)
-    return TableLine(
-        case=case,
-        placement=placement,
-        hertz=hertz,
-        points=hertz_points_of_case(case, placement),
-        strips=strips,
-        cheapest=name,
-        cheapest_status=status,
-        problem="; ".join(problems),
-    )
+        return replace(line, problem="; ".join([*problems, f"{THEORIES[STRIPS].words}: {strips}"]))
+    line = replace(line, strips=strips, problem="; ".join(problems))
+    if strips.contact.status != "solved":
+        return line
+    found = cheapest(_standings(loaded, strips.contact), in_range=case.criteria.theories_in_range)
+    return replace(line, cheapest=found)
 
 
 def _strips(loaded: Loaded) -> Strips | str:
@@ -140,21 +130,21 @@ def _strips(loaded: Loaded) -> Strips | str:
     return Strips(contact=contact, stiffness_N_per_mm=stiffness)
 
 
-def _cheapest(loaded: Loaded, strips: Approximation) -> tuple[str, str]:
-    """Name and status of the cheapest theory within the criteria of the strips; empty where these are out of range."""
-    if strips.status != "solved":
-        return "", ""
+def _standings(loaded: Loaded, strips: Approximation) -> Iterator[Standing]:
+    """Theories from the cheapest on: it holds within the criteria of the strips, Hertz on both sides of a junction."""
     for name in THEORIES:
-        if name == HALF_SPACE:
-            break
+        if name == HERTZ_GAUGE:
+            continue
         try:
-            made = THEORIES[name].approximate(loaded)
+            answers = [THEORIES[side].approximate(loaded) for side in (EITHER_SIDE if name == HERTZ else (name,))]
         except InputError:
             # no ellipse fits
             continue
-        if isinstance(made, Approximation) and _is_within(made, strips, loaded.case.criteria.limits):
-            return name, made.status
-    return STRIPS, strips.status
+        made = [one for one in answers if isinstance(one, Approximation)]
+        if made:
+            within = all(_is_within(one, strips, loaded.case.criteria.limits) for one in made)
+            answer: Answer = "HOLDS" if within else "FAILS"
+            yield Standing(name=name, answer=answer if made[-1].definite else "UNRESOLVED", made=made[-1])
 
 
 def _is_within(made: Approximation, strips: Approximation, limits: dict[str, float]) -> bool:

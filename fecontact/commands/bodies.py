@@ -47,14 +47,18 @@ def profiles(
     out
         File for the picture (.png or .svg; both are written); none is made if not given.
     write
-        File to write the profile into: .prr, .prw, .csv, .txt or .toml.
+        File of columns (.csv) to write the profile into.
     library
         Folder of profiles of your own.
     """
+    from fecontact.files import write_text
     from fecontact.outputs.terminal.profile import library_lines, profile_lines
     from fecontact.profiles.library import in_folder
     from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+    from fecontact.profiles.writers import csv_text, refuse_other_endings
 
+    if write is not None:
+        refuse_other_endings(write)
     if name is None:
         show(library_lines(library))
         return 0
@@ -79,10 +83,7 @@ def profiles(
     else:
         print(f"picture: {_profile_picture(profile, out)}")
     if write is not None:
-        from fecontact.files import write_text
-        from fecontact.profiles.writers import profile_text
-
-        print(f"written: {write_text(write, profile_text(profile, write.suffix))}")
+        print(f"written: {write_text(write, csv_text(profile))}")
     return 0
 
 

@@ -33,7 +33,7 @@ class IrregularOptions:
     amplitudes_um
         Amplitudes in micrometres, half of peak to valley, likewise.
     irregularity
-        One irregularity instead: sine:wavelength_mm=30,amplitude_um=25, chord:length_mm=40, imprinted:length_mm=40,
+        One irregularity instead: sine:wavelength_mm=30,amplitude_um=25, chord:length_mm=40,
         haversine:length_mm=52,depth_mm=0.4, or table:FILE,distance=mm,opening=um; missing material is positive.
     table
         A measured one: FILE,distance=mm,opening=um, or FILE alone if its heading has the units.

@@ -61,20 +61,20 @@ def judge(
 
 def _print_judged(judged: JudgedStudy) -> str:
     """Print the rows and what has changed; a line with the criteria is left to say."""
+    from fecontact.outputs.documents.study import rows_parts
     from fecontact.outputs.terminal.creep import force_lines
-    from fecontact.outputs.terminal.rows import rows_lines
 
-    show((*rows_lines(judged.rows), *force_lines(judged.rows)))
+    show((*rows_parts(judged.rows), *force_lines(judged.rows)))
     for name, (before, now) in judged.changed.items():
         print(f"{name}: {before} -> {now}")
     cases, changed = count(len(judged.rows), "case"), count(len(judged.changed), "verdict")
-    lost = sum("verdict" not in row for row in judged.rows)
+    lost = sum("verdict_answer" not in row for row in judged.rows)
     return f"{cases} judged by {{criteria}}: {changed} changed" + (f", {lost} not judged" if lost else "")
 
 
 def _print_judged_map(judged: JudgedMap, measure: MapMeasure, theory: str) -> str:
     """Print the map and what cannot be judged; a line with the criteria is left to say."""
-    from fecontact.outputs.terminal.maps import map_lines
+    from fecontact.outputs.documents.map import map_lines
 
     made = judged.map
     show(map_lines(made, measure, theory, width=width()))

@@ -25,6 +25,7 @@ _OF_MAP = options_of(*get_args(Group), without=("lateral_shift_mm", "load_N"))
 if TYPE_CHECKING:
     from fecontact.jobs.engine import RunSettings
     from fecontact.runs.map_run import MapOutcome
+    from fecontact.runs.store import Told
     from fecontact.runs.study import StudyOutcome
     from fecontact.solving.solve import CaseResult
 
@@ -93,11 +94,14 @@ def solve(
     json: Annotated[bool, Parameter(negative="")] = False,
     out: Path | None = None,
     force: Annotated[bool, Parameter(negative="")] = False,
+    long: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
     """Solve one position with finite elements and compare it with Hertz.
 
     Parameters
     ----------
+    long
+        Print everything that is known of the case, not the answer alone.
     json
         Print the result as JSON and nothing else.
     out
@@ -106,11 +110,10 @@ def solve(
         Write into a folder that holds other results.
     """
     from fecontact.files import json_text
-    from fecontact.outputs.records.results import result_record
-    from fecontact.outputs.records.rows import case_row
-    from fecontact.outputs.terminal.case import case_lines
-    from fecontact.outputs.terminal.rows import rows_lines
+    from fecontact.outputs.documents.case import case_parts
+    from fecontact.outputs.words.cases import case_words
     from fecontact.runs.folders import prepare_for_case
+    from fecontact.runs.store import Told
     from fecontact.solving.solve import solve as solve_case
 
     case = options.case()
@@ -120,28 +123,29 @@ def solve(
     with solving() as progress:
         result = solve_case(case, progress=progress)
         # what was solved is kept before it is shown: what it is shown on may be full, or closed
-        begun = time.perf_counter()
-        lost = None if out is None else _keep(result, out)
+        begun, told = time.perf_counter(), Told.of(result)
+        lost = None if out is None else _keep(result, told, out)
         kept_s = time.perf_counter() - begun
     solved_s = sum(result.effort.seconds.values())
     if kept_s > _MUCH_KEPT * solved_s:
         announce(f"files, pictures and report took {kept_s:.1f} s, the solution {solved_s:.1f} s")
-    record = result_record(result)
     if json:
-        print(json_text(record), flush=True)
+        print(json_text(told.record), flush=True)
     else:
-        show((*rows_lines([case_row(result)]), *case_lines(record)))
+        show(case_parts(told.record, case_words(result.case, result.placement)), long=long)
+        if not long:
+            say("--long prints all that is known" + ("" if out is None else f", {out / 'report.html'} shows it"))
     if lost is not None:
         raise lost
     return 0 if result.load.usable else 3
 
 
-def _keep(result: CaseResult, out: Path) -> OSError | None:
+def _keep(result: CaseResult, told: Told, out: Path) -> OSError | None:
     """Write a result with its report; what the system refused, for afterwards, since the numbers are there."""
     from fecontact.runs.reports import keep_with_report
 
     try:
-        keep_with_report(result, out)
+        keep_with_report(result, told, out)
     except OSError as error:
         return error
     return None
@@ -165,7 +169,7 @@ def run(
     quick
         The small version of the study.
     """
-    from fecontact.outputs.terminal.rows import rows_lines
+    from fecontact.outputs.documents.study import rows_parts
     from fecontact.runs.casefile import load_study
     from fecontact.runs.folders import prepare_for_study
     from fecontact.runs.study import run_study
@@ -177,7 +181,7 @@ def run(
         with many("cases", quiet=how.quiet) as progress:
             outcome = run_study(loaded, out, settings=settings, progress=progress)
         if not how.quiet:
-            show(rows_lines(outcome.rows))
+            show(rows_parts(outcome.rows))
         _log_rows(outcome.rows)
         _tell_reused(outcome, "cases", how)
         if outcome.conclusion:
@@ -194,7 +198,7 @@ def run(
 def _log_rows(rows: Sequence[Mapping[str, Any]]) -> None:
     """Keep for the log what the table shows of each case."""
     for row in rows:
-        log_only(f"{row['id']}: {row.get('verdict') or row['status']}")
+        log_only(f"{row['id']}: {row.get('verdict_answer') or row['status']}")
         for name in ("verdict_warnings", "warnings"):
             if row.get(name):
                 log_only(f"{row['id']}: {row[name]}", warning=True)
@@ -243,8 +247,8 @@ def map_(
     theory
         Theory of the pressure whose map is printed, and drawn as map_NAME.png; `fecontact theories` lists them.
     """
+    from fecontact.outputs.documents.map import map_lines
     from fecontact.outputs.maps.measures import refuse_measure
-    from fecontact.outputs.terminal.maps import map_lines
     from fecontact.runs.folders import prepare_for_map
     from fecontact.runs.map_run import run_map
 
@@ -253,7 +257,7 @@ def map_(
     loads_N = grid.loads_N
     prepare_for_map(out, case, force=how.force)
     with logged(out / f"run{settings.part_suffix}.log"):
-        cells = [replace(case, load_N=load_N) for load_N in loads_N]
+        cells = [replace(case, lateral_shift_mm=shift, load_N=load_N) for shift in positions for load_N in loads_N]
         tell_notes(unusual(cells))
         _tell_cost(cells, len(positions), out, how)
         with many("positions", quiet=how.quiet) as progress:
@@ -276,17 +280,19 @@ def map_(
     return 0 if outcome.made.all_solved else 3
 
 
-def _tell_cost(loads: Sequence[Case], positions: int, out: Path, how: RunOptions) -> None:
-    """Say about what a map takes before it begins: every load at every position."""
+def _tell_cost(cells: Sequence[Case], positions: int, out: Path, how: RunOptions) -> None:
+    """Say about what a map takes before it begins."""
     from fecontact.jobs.workers import default_workers
     from fecontact.runs.cost import cost_of
 
-    cost = cost_of(list(loads) * positions, how.workers or min(default_workers(), positions))
-    forces = "; forces take some 2 s a cell more, laws of them as much again" * loads[0].creep.asked
+    cost = cost_of(cells, how.workers or min(default_workers(), positions))
+    if cost is None:
+        # no position can be solved, which its cells say
+        return
+    forces = "; forces take some 2 s a cell more, laws of them as much again" * cells[0].creep.asked
     finished = "; finished positions are taken as they are" * (out / "positions").is_dir()
     expected, *short = cost.words
-    cells = count(len(loads) * positions, "cell")
-    announce(f"{cells}: {expected}{forces}{finished}", *short, quiet=how.quiet)
+    announce(f"{count(len(cells), 'cell')}: {expected}{forces}{finished}", *short, quiet=how.quiet)
 
 
 def validate(

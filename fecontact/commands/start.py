@@ -20,14 +20,14 @@ def demo(*, out: Path = Path("out/demo")) -> int:
     out
         Folder for the results.
     """
-    from fecontact.outputs.terminal.rows import rows_lines
+    from fecontact.outputs.documents.study import rows_parts
     from fecontact.runs.demo import demo_study, demo_words
     from fecontact.runs.study import run_study
 
     print("A wheel on a rail, and a sphere on a plane, for which Hertz's theory is exact:", flush=True)
     with many("cases") as progress:
         outcome = run_study(demo_study(), out, progress=progress)
-    show(rows_lines(outcome.rows))
+    show(rows_parts(outcome.rows))
     print(demo_words(out, outcome))
     return 0 if outcome.all_converged else 3
 
@@ -64,7 +64,7 @@ def check(file: Path, *, quick: Annotated[bool, Parameter(negative="")] = False)
 
     found = check_study(file, quick=quick)
     print(f"{file}: {count(found.cases, 'case')}, {', '.join(found.varied) or 'nothing varied'}")
-    for line in found.cost.words:
+    for line in () if found.cost is None else found.cost.words:
         print(line)
     tell_notes(found.notes)
     for problem in found.problems:

@@ -38,6 +38,11 @@ class PatchGeometry:
         Lobes of the pressure, and separate patches.
     """
 
+    TELLS = (
+        *("junction_distance_mm", "junction_distance_over_b", "junction_in_patch"),
+        *("curvature_variation", "normal_turn_rad"),
+    )
+
     junction_distance_mm: float
     junction_distance_over_b: float
     junction_in_patch: bool

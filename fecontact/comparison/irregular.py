@@ -36,6 +36,8 @@ _FEWEST_A_WAVE = 4
 _EDGED = 2
 # How far beyond a patch the bodies may come together, over the Hertz ellipse.
 _BEYOND = 1.6
+LIMIT = 0.05
+"""Largest error of force and peak with which a model holds, unless another one is given."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,8 +133,8 @@ class Truth:
 
 
 @dataclass(frozen=True, kw_only=True)
-class JudgedModel:
-    """A model at one place.
+class ModelErrors:
+    """Errors of a model at one place, or the largest ones over several with their signs.
 
     Attributes
     ----------
@@ -140,6 +142,22 @@ class JudgedModel:
         Of its force at the approach at which the half-space carries the load, over the load; NaN where it says nothing.
     peak_error
         Of its peak at the load; NaN where either has none.
+    """
+
+    force_error: float
+    peak_error: float
+
+    def holds(self, limit: float = LIMIT) -> bool:
+        """Whether both errors are within a limit; an error that is not known is not."""
+        return abs(self.force_error) <= limit and abs(self.peak_error) <= limit
+
+
+@dataclass(frozen=True, kw_only=True)
+class JudgedModel(ModelErrors):
+    """A model at one place.
+
+    Attributes
+    ----------
     approach_mm
         At the load.
     force_N
@@ -148,8 +166,6 @@ class JudgedModel:
         Why it says nothing.
     """
 
-    force_error: float
-    peak_error: float
     approach_mm: float
     force_N: float
     problem: str = ""
@@ -231,10 +247,7 @@ def _truth(place: Place, irregularity: Irregularity, s_mm: float, nodes: int | N
     pair = place.pair
 
     def gap(x: Floats, y: Floats) -> Floats:
-        across = pair.B_per_mm * y**2
-        there = s_mm + x
-        undisturbed = pair.A_per_mm * there**2 + across
-        return pair.A_per_mm * x**2 + across + irregularity.opening_mm(there + 0.0 * y, undisturbed)
+        return pair.A_per_mm * x**2 + pair.B_per_mm * y**2 + irregularity.opening_mm(s_mm + x)
 
     solved = contact_on_gap(
         gap,

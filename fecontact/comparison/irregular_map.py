@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fecontact.comparison.irregular import MODELS, JudgedPlace, judge_place
+from fecontact.comparison.irregular import LIMIT, MODELS, JudgedPlace, ModelErrors, judge_place
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.irregularity.shapes import Irregularity
 from fecontact.theory.irregular import Pair
@@ -15,20 +15,6 @@ from fecontact.theory.irregular import Pair
 PHASES = (0.0, 0.125, 0.25, 0.375, 0.5)
 """Places along a wave at which a cell is judged, in wavelengths; those beyond are mirror images."""
 ERRORS = ("force_error", "peak_error")
-LIMIT = 0.05
-"""Largest error of force and peak with which a model holds, unless another one is given."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class CellModel:
-    """A model on a wave: its largest errors over all places, with their signs; NaN where it says nothing at one."""
-
-    force_error: float
-    peak_error: float
-
-    def holds(self, limit: float = LIMIT) -> bool:
-        """Whether both errors are within a limit."""
-        return abs(self.force_error) <= limit and abs(self.peak_error) <= limit
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -38,7 +24,7 @@ class Cell:
     Attributes
     ----------
     models
-        By name; empty where the half-space has no solution, see `problem`.
+        Errors by name, the largest over all places; empty where the half-space has no solution, see `problem`.
     p_max_MPa
         Largest peak of the half-space over all places.
     pieces
@@ -49,7 +35,7 @@ class Cell:
 
     wavelength_mm: float
     amplitude_mm: float
-    models: Mapping[str, CellModel]
+    models: Mapping[str, ModelErrors]
     p_max_MPa: float = np.nan
     pieces: int = 0
     residual: float = np.nan
@@ -73,11 +59,11 @@ def judge_cell(pair: Pair, normal_force_N: float, wavelength_mm: float, amplitud
     )
 
 
-def worst_of_places(name: str, places: Sequence[JudgedPlace]) -> CellModel:
+def worst_of_places(name: str, places: Sequence[JudgedPlace]) -> ModelErrors:
     """The largest errors of a model over some places."""
     forces, peaks = (np.array([getattr(place.models[name], error) for place in places]) for error in ERRORS)
     # a NaN counts as the largest
-    return CellModel(
+    return ModelErrors(
         force_error=float(forces[np.argmax(np.abs(forces))]), peak_error=float(peaks[np.argmax(np.abs(peaks))])
     )
 
@@ -101,21 +87,6 @@ def largest_amplitude_mm(
     worst = [_worst(cell, model, errors) for cell in cells]
     first = next((number for number, one in enumerate(worst) if one > limit), 0)
     return None if first == 0 else _between([cell.amplitude_mm for cell in cells], worst, first, limit)
-
-
-def shortest_wavelength_mm(
-    cells: Sequence[Cell], model: str, errors: Sequence[str] = ERRORS, limit: float = LIMIT
-) -> float | None:
-    """Wavelength from which on a model holds at one amplitude; the shortest of the cells if on all, None if on none.
-
-    Parameters and notes are those of `largest_amplitude_mm`, cells of one amplitude from short to long waves.
-    """
-    worst = [_worst(cell, model, errors) for cell in cells]
-    bad = [number for number, one in enumerate(worst) if one > limit]
-    if not bad:
-        return cells[0].wavelength_mm
-    last = bad[-1]
-    return None if last == len(cells) - 1 else _between([c.wavelength_mm for c in cells], worst, last + 1, limit)
 
 
 def _worst(cell: Cell, model: str, errors: Sequence[str]) -> float:

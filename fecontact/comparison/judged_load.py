@@ -121,6 +121,16 @@ class JudgedLoad:
         return {"both": field} if gauge is None else {"gauge": gauge, "field": field}
 
     @property
+    def deciding_side(self) -> tuple[Side, Judgement]:
+        """The side whose verdict is that of the load; the field side where both say the same."""
+        decided = (self.verdict.each, self.verdict.measure)
+        return next(
+            (side, one)
+            for side, one in reversed([*self.sides.items()])
+            if (one.verdict.each, one.verdict.measure) == decided
+        )
+
+    @property
     def hertz(self) -> HertzContact:
         """Hertz's ellipse under that force, with the field side's curvature at a junction."""
         return self.judgements[HERTZ].hertz

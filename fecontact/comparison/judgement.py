@@ -6,12 +6,12 @@ A theory of the pressure is judged by its measures; a law of creep forces by one
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from fecontact.comparison.approximation import Approximation
 from fecontact.comparison.measures import Measures, measures_of_theory
-from fecontact.comparison.verdict import FROM_BEST, Verdict, answer_of
+from fecontact.comparison.verdict import FROM_BEST, Answer, Verdict, answer_of
 from fecontact.theory.creep.contact import Creepages
 from fecontact.theory.hertz import HertzContact
 
@@ -26,6 +26,25 @@ class ForceAt:
     creepages: Creepages
     deviation: float
     uncertainty: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Standing:
+    """Whether a theory holds by its numbers, and what it says of the contact; without a name where none stands."""
+
+    name: str = ""
+    answer: Answer = "FAILS"
+    made: Approximation | None = None
+
+    @property
+    def out_of_range(self) -> bool:
+        """Whether the theory is out of its own range; a law of creep forces has none."""
+        return self.made is not None and self.made.status == "out of range"
+
+    @property
+    def label(self) -> str:
+        """The name of a theory that holds, UNRESOLVED where that is open, `none` where all fail."""
+        return {"HOLDS": self.name, "FAILS": "none"}.get(self.answer, self.answer)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -99,12 +118,15 @@ def worst_of(judged: Mapping[str, Judgement]) -> Verdict:
     return worst_judgement(judged).verdict
 
 
-def first_standing(judged: Mapping[str, Judgement]) -> str | None:
-    """The cheapest of theories by cost that does not fail; its answer may be open."""
-    return next((name for name, one in judged.items() if one.verdict.answer != "FAILS"), None)
+def standings(judged: Mapping[str, Judgement]) -> list[Standing]:
+    """How judged theories stand, in their order."""
+    return [Standing(name=name, answer=one.verdict.answer, made=one.approximation) for name, one in judged.items()]
 
 
-def cheapest(judged: Mapping[str, Judgement]) -> str | None:
-    """The cheapest of theories by cost that holds; None where a cheaper one is open, or none does."""
-    first = first_standing(judged)
-    return first if first is not None and judged[first].verdict.answer == "HOLDS" else None
+def cheapest(theories: Iterable[Standing], *, in_range: bool = False) -> Standing:
+    """The first theory by cost that does not fail; where it is open whether that one holds, so is the answer.
+
+    A theory holds by its numbers. With `in_range` it must be in its own range too.
+    """
+    left = (one for one in theories if one.answer != "FAILS" and not (in_range and one.out_of_range))
+    return next(left, Standing())

@@ -16,8 +16,8 @@ class Step:
 
     Attributes
     ----------
-    column
-        What tables call it; none of a step that only checks the numbers.
+    shown
+        Whether tables and pictures have it; not a step that only checks the numbers.
     cause
         Why Hertz is off where this step moves a measure most.
     """
@@ -25,7 +25,7 @@ class Step:
     name: str
     start: str
     end: str
-    column: str | None = None
+    shown: bool = False
     cause: str = ""
 
 
@@ -33,11 +33,11 @@ GAP = Step(
     name="quadratic_to_true_gap",
     start="half_space_quadratic",
     end="half_space",
-    column="true_gap",
+    shown=True,
     cause="shape of the gap",
 )
-BODIES = Step(name="half_space_to_bodies", start="half_space", end="fe", column="bodies", cause="finite bodies")
-PLASTIC = Step(name="bodies_to_plastic", start="fe", end="fe_plastic", column="plastic", cause="plasticity")
+BODIES = Step(name="half_space_to_bodies", start="half_space", end="fe", shown=True, cause="finite bodies")
+PLASTIC = Step(name="bodies_to_plastic", start="fe", end="fe_plastic", shown=True, cause="plasticity")
 STEPS = (
     Step(name="hertz_to_quadratic", start="hertz", end="half_space_quadratic"),
     GAP,
@@ -48,14 +48,21 @@ STEPS = (
 """All steps, in their order; the last where bodies may yield."""
 
 
+RUNGS: Mapping[str, str] = {
+    "hertz": "closed form",
+    "half_space_quadratic": "Hertz's gap on a discrete half-space, which checks the discretisation",
+    "half_space": "the true gap on the half-space",
+    "elements": "the true gap between the finite bodies, on their elements' own nodes",
+    "fe": "on finer nodes, with a half-space of the bodies' material in place of what the elements answer near by",
+    "fe_plastic": "the first loading of bodies that yield, where a yield stress is given",
+}
+"""What each rung is, by its name, from Hertz on."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Ladder:
-    """Measures on each rung by its name, and what of each is beside Hertz; all carry the same normal force.
+    """Measures on each of the `RUNGS`, and what of each is beside Hertz; all carry the same normal force.
 
-    `hertz`: closed form. `half_space_quadratic`: Hertz's gap on a discrete half-space, which checks the discretisation.
-    `half_space`: the true gap on it. `elements`: the true gap between the finite bodies, on their elements' own nodes.
-    `fe`: on finer nodes, with a half-space of the bodies' material in place of what the elements answer near by.
-    `fe_plastic`: the first loading of bodies that yield, where a yield stress is given, read as `fe` is.
     `half_space`, `fe` and `fe_plastic` have the same nodes: what lies between them is no matter of discretisation.
     """
 

@@ -33,6 +33,8 @@ class Verdict:
         Measures that the result does not tell.
     """
 
+    TELLS = ("answer", "measure", "each", "failing", "cause", "unknown")
+
     answer: Answer
     measure: str
     each: Mapping[str, Answer]

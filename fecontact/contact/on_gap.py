@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact.halfspace import half_space_problem
-from fecontact.contact.solver import ContactSolution, ContactStatus, solve_contact
+from fecontact.contact.solver import ContactSolution, solve_contact
 from fecontact.errors import ConvergenceError, InputError
 
 Floats = NDArray[np.float64]
@@ -42,7 +42,6 @@ class OnGap:
 
     pressure: Field
     approach_mm: float
-    status: ContactStatus
     residual: float
 
 
@@ -97,7 +96,6 @@ def contact_on_gap(
     return OnGap(
         pressure=Field(grid=over, values=np.ascontiguousarray(whole.values.T)),
         approach_mm=solution.approach_mm,
-        status=solution.status,
         residual=solution.residual,
     )
 

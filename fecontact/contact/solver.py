@@ -1,4 +1,4 @@
-"""The frictionless unilateral contact problem: find p >= 0 with gap >= 0, p * gap = 0 and a given total load.
+"""The frictionless unilateral contact problem: find p >= 0 with gap >= 0, p * gap = 0 and a given load or approach.
 
 The solver knows neither bodies nor meshes: it is given a compliance (pressure -> displacement of the surfaces towards
 each other), the undeformed gap and the load, so that every kind of compliance is solved in exactly the same way.
@@ -94,31 +94,35 @@ class ContactSolution:
 
 def solve_contact(
     problem: ContactProblem,
-    load_N: float,
+    load_N: float | None,
     *,
+    approach_mm: float | None = None,
     start_MPa: Floats | None = None,
     tolerance: float = CONTACT_TOLERANCE,
     iterations: int = CONTACT_ITERATIONS,
 ) -> ContactSolution:
-    """Solve a contact problem under a load by conjugate gradients on the pressures.
+    """Solve a contact problem under a load, or at an approach, by conjugate gradients on the pressures.
 
     Parameters
     ----------
     load_N
-        Force along the approach, > 0.
+        Force along the approach, > 0; None where an approach is given.
+    approach_mm
+        Approach that is held instead of a load, other than 0.
     start_MPa (n,)
-        First guess of the pressure; uniform over the nodes with the smallest gaps if not given.
+        First guess of the pressure. Without it the pressure is uniform over the nodes with the smallest gaps under a
+        load, and zero at an approach.
     tolerance
         Bound of both residuals relative to the approach.
 
     Notes
     -----
     Polonsky and Keer (1999), with nodal areas as weights and normals that need not be parallel. Every iteration
-    holds the load exactly.
+    holds the load, or the approach, exactly.
     """
     g0, c, w = problem.gap_mm, problem.closing, problem.area_mm2
     p = _start(problem, load_N) if start_MPa is None or not np.any(start_MPa > 0.0) else np.maximum(start_MPa, 0.0)
-    p = p * (load_N / problem.load_N(p))
+    p = p * _scale(problem, load_N, p)
     direction = np.zeros_like(p)
     norm_old, conjugate = 1.0, False
     calls = 1
@@ -126,7 +130,7 @@ def solve_contact(
     iteration = 0
     while True:
         iteration += 1
-        state = solution_at(problem, load_N, p, opening, tolerance)
+        state = solution_at(problem, load_N, p, opening, tolerance, approach_mm)
         if state.status == "converged" or iteration == iterations:
             return replace(state, iterations=iteration, compliance_calls=calls)
         active, gap = state.in_contact, state.gap_mm
@@ -134,14 +138,14 @@ def solve_contact(
             # the nodes in contact are settled (a single one always is): those that overlap decide about the step
             active = active | (gap < 0.0)
             total = g0 + opening
-            gap = total - _mean(problem, total, active) * c
+            gap = total - (_mean(problem, total, active) if approach_mm is None else approach_mm) * c
             conjugate = False
         norm = inner(w[active], gap[active] ** 2)
         direction = np.where(active, gap + (norm / norm_old if conjugate else 0.0) * direction, 0.0)
         norm_old = norm
         moved = problem.compliance(direction)
         calls += 1
-        moved_mean = _mean(problem, moved, active)
+        moved_mean = _mean(problem, moved, active) if approach_mm is None else 0.0
         curvature = inner((w * direction)[active], (moved - moved_mean * c)[active])
         step = inner((w * gap)[active], direction[active]) / curvature
         trial = p - step * direction
@@ -149,9 +153,11 @@ def solve_contact(
         clipped = bool(np.any(trial[active] < 0.0))
         new = np.maximum(trial, 0.0)
         new[overlapping] = -step * gap[overlapping]
-        conjugate = not np.any(overlapping)
-        scale = load_N / problem.load_N(new)
-        if clipped or not conjugate:
+        entered = bool(np.any(overlapping))
+        # at an approach a new start after pressures were cut off saves a fifth of the iterations
+        conjugate = not (entered or (clipped and load_N is None))
+        scale = _scale(problem, load_N, new)
+        if clipped or entered:
             opening = problem.compliance(scale * new)
             calls += 1
         else:
@@ -161,17 +167,22 @@ def solve_contact(
 
 
 def solution_at(
-    problem: ContactProblem, load_N: float, pressure: Floats, opening: Floats, tolerance: float
+    problem: ContactProblem,
+    load_N: float | None,
+    pressure: Floats,
+    opening: Floats,
+    tolerance: float,
+    approach_mm: float | None = None,
 ) -> ContactSolution:
-    """Pressures (n,) under a load as a solution: approach, gap and residuals with the opening (n,) that they cause.
+    """Pressures (n,) as a solution: approach where none is given, gap and residuals with the opening (n,) they cause.
 
     It has cost one iteration, and one application of the compliance.
     """
     total = problem.gap_mm + opening
     active = pressure > 0.0
-    approach = _mean(problem, total, active)
+    approach = _mean(problem, total, active) if approach_mm is None else approach_mm
     gap = total - approach * problem.closing
-    contact = float(np.abs(gap[active]).max() / abs(approach))
+    contact = float(np.abs(gap[active]).max(initial=0.0) / abs(approach))
     penetration = float(max(0.0, -gap[~active].min(initial=0.0)) / abs(approach))
     return ContactSolution(
         status="converged" if max(contact, penetration) <= tolerance else "not converged",
@@ -182,7 +193,7 @@ def solution_at(
         compliance_calls=1,
         contact_residual=contact,
         penetration_residual=penetration,
-        load_balance=abs(problem.load_N(pressure) / load_N - 1.0),
+        load_balance=0.0 if load_N is None else abs(problem.load_N(pressure) / load_N - 1.0),
     )
 
 
@@ -201,6 +212,13 @@ def inner(one: Floats, other: Floats) -> float:
     return float(np.einsum("i,i->", one, other))
 
 
-def _start(problem: ContactProblem, load: float) -> Floats:
+def _scale(problem: ContactProblem, load_N: float | None, pressure: Floats) -> float:
+    """What pressures (n,) are multiplied by to carry a load; 1 where none is given."""
+    return 1.0 if load_N is None else load_N / problem.load_N(pressure)
+
+
+def _start(problem: ContactProblem, load_N: float | None) -> Floats:
+    if load_N is None:
+        return np.zeros_like(problem.gap_mm)
     near = problem.gap_mm <= np.quantile(problem.gap_mm, 0.2)
     return np.where(near, 1.0, 0.0)

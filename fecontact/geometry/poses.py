@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 from fecontact.dimensions import Track
 from fecontact.errors import InputError
-from fecontact.profiles.curve import Profile, Side
+from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import CurvePoints
 
 Floats = NDArray[np.float64]
@@ -36,9 +36,9 @@ class RailPose:
         """Profile parameter of the points at the lateral position y (mm) of the track, NaN off the head."""
         return self.profile.locate(np.asarray(y, dtype=float) - self.crown_y_mm, angle_rad=-self.inclination_rad)
 
-    def section(self, u: ArrayLike, side: Side = "right") -> tuple[Floats, Floats, Floats]:
+    def section(self, u: ArrayLike) -> tuple[Floats, Floats, Floats]:
         """Position y, z (mm) and tangent angle (rad) in the track frame at the profile parameter u."""
-        p = self.profile.evaluate(u, side)
+        p = self.profile.evaluate(u)
         return (*self.point(p.y, p.z), p.angle_rad + self.inclination_rad)
 
     def point(self, y: Floats, z: Floats) -> tuple[Floats, Floats]:

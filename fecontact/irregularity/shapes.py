@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from fecontact.irregularity.openings import Floats, Opening
 
-Kind = Literal["sine", "chord", "imprinted", "haversine", "table"]
+Kind = Literal["sine", "chord", "haversine", "table"]
 STEEPEST = 0.05
 """Largest slope of a line that is added to a gap: beyond it a surface turns by more than normals may."""
 # Between two pieces of a measured line; a patch of 14 mm on points 1 mm apart bends by a tenth of it.
@@ -32,11 +32,10 @@ _FEWEST_POINTS = 5
 _NEEDS: Mapping[str, tuple[str, ...]] = {
     "sine": ("wavelength_mm", "amplitude_mm"),
     "chord": ("length_mm",),
-    "imprinted": ("length_mm",),
     "haversine": ("length_mm", "depth_mm"),
     "table": ("points_mm",),
 }
-_MAY: Mapping[str, tuple[str, ...]] = {"sine": ("phase_rad",), "chord": ("depth_mm",), "imprinted": ("depth_mm",)}
+_MAY: Mapping[str, tuple[str, ...]] = {"sine": ("phase_rad",), "chord": ("depth_mm",)}
 _LENGTHS = ("wavelength_mm", "amplitude_mm", "length_mm", "depth_mm")
 
 
@@ -48,12 +47,11 @@ class Irregularity:
     ----------
     kind
         `sine`: amplitude cos(2 pi s / wavelength + phase). `chord`: a fresh flat of a length, straight from edge to
-        edge. `imprinted`: a flat of that length ground by the rail, which conforms across. `haversine`: a worn flat,
-        depth (1 + cos(2 pi s / length)) / 2. `table`: measured.
+        edge. `haversine`: a worn flat, depth (1 + cos(2 pi s / length)) / 2. `table`: measured.
     wavelength_mm, amplitude_mm, phase_rad
         Of a sine; the amplitude is half of peak to valley.
     length_mm, depth_mm
-        Of a flat; the depth of a chord or an imprinted flat is length^2 / (8 R) where none is given, see `on_wheel`.
+        Of a flat; the depth of a chord is length^2 / (8 R) where none is given, see `on_wheel`.
     points_mm
         Distances and openings of a table, in order of distance; between them a cubic spline.
 
@@ -99,27 +97,15 @@ class Irregularity:
             )
 
     def on_wheel(self, radius_mm: float) -> Irregularity:
-        """With the depth that a flat of its length has on a wheel of this radius, where none is given."""
-        if self.kind not in ("chord", "imprinted") or self.depth_mm is not None:
+        """With the depth that a chord of its length has on a wheel of this radius, where none is given."""
+        if self.kind != "chord" or self.depth_mm is not None:
             return self
         assert self.length_mm is not None
         return replace(self, depth_mm=self.length_mm**2 / (8.0 * radius_mm))
 
-    def opening_mm(self, s_mm: ArrayLike, undisturbed_mm: ArrayLike | None = None) -> Floats:
-        """The opening e at distances s, of any shape; a table goes on as it ends.
-
-        Parameters
-        ----------
-        undisturbed_mm
-            Gap of both bodies without it at a contact in its middle, of the same shape: an imprinted flat is the
-            rail's own shape; without it that is the line in the middle of it.
-        """
-        if self.kind != "imprinted" or undisturbed_mm is None:
-            return self._opening(s_mm)
-        # a case has irregularities, and a page of help needs no arrays
-        import numpy as np
-
-        return np.maximum(0.0, (self.depth_mm or 0.0) - np.asarray(undisturbed_mm))
+    def opening_mm(self, s_mm: ArrayLike) -> Floats:
+        """The opening e at distances s, of any shape; a table goes on as it ends."""
+        return self._opening(s_mm)
 
     @property
     def largest_slope(self) -> float:
@@ -149,7 +135,7 @@ class Irregularity:
     @property
     def kinks_mm(self) -> tuple[float, ...]:
         """Where its slope jumps: a pressure there has no bound."""
-        if self.kind in ("chord", "imprinted"):
+        if self.kind == "chord":
             half = 0.5 * (self.length_mm or 0.0)
             return (-half, half)
         if self.kind != "table":

@@ -113,9 +113,7 @@ class OpenRun:
 
 
 @contextmanager
-def open_run(
-    out: Path, store: Path, settings: RunSettings, crew: Crew | None = None, progress: Progress | None = None
-) -> Iterator[OpenRun]:
+def open_run(out: Path, store: Path, settings: RunSettings, progress: Progress | None = None) -> Iterator[OpenRun]:
     """Hold the folder of a run and open what does its jobs, which are kept below `store`.
 
     Raises
@@ -123,11 +121,11 @@ def open_run(
     InputError
         If another run has the folder, or the cluster cannot be used.
     """
-    with locked(out, settings.part) as lock, _crew(settings, lock, crew) as opened:
+    with locked(out, settings.part) as lock, _crew(settings, lock) as crew:
         if settings.part is None:
             remove_unfinished(out)
             remove_leftovers(store)
-        yield OpenRun(crew=opened, settings=settings, progress=progress)
+        yield OpenRun(crew=crew, settings=settings, progress=progress)
         if settings.part is None:
             # what they say is in the tables of the whole
             for path in out.iterdir():
@@ -137,10 +135,8 @@ def open_run(
 
 
 @contextmanager
-def _crew(settings: RunSettings, lock: Path, given: Crew | None) -> Iterator[Crew]:
-    if given is not None:
-        yield given
-    elif settings.scheduler is not None:
+def _crew(settings: RunSettings, lock: Path) -> Iterator[Crew]:
+    if settings.scheduler is not None:
         from fecontact.jobs.cluster import dask_crew
 
         with dask_crew(settings.scheduler, lock, settings.threads) as crew:
@@ -149,26 +145,17 @@ def _crew(settings: RunSettings, lock: Path, given: Crew | None) -> Iterator[Cre
         yield process_crew(settings.workers or default_workers(), settings.threads)
 
 
-def finish(
-    jobs: Sequence[Job],
-    by: OpenRun,
-    *,
-    total: int | None = None,
-    already: int = 0,
-    on_done: Callable[[Done], None] | None = None,
-) -> None:
+def finish(jobs: Sequence[Job], by: OpenRun, *, on_done: Callable[[Done], None] | None = None) -> None:
     """Do all jobs that are not finished.
 
     Parameters
     ----------
-    total, already
-        For the progress: how many jobs the whole run has, and how many were done before these.
     on_done
         Called after each job, also those that were finished before; when the run is interrupted, with those that
         workers have finished in the meantime and that need not be read.
     """
     forced = [replace(job, run=by.run, force=job.force or by.settings.force) for job in jobs]
-    report = _Report(forced, by, total or len(jobs), already, on_done)
+    report = _Report(forced, by, on_done)
     report.reuse()
     try:
         run_jobs(report.open, by.crew, report)
@@ -182,10 +169,8 @@ def finish(
 class _Report:
     """What is known of the jobs while they run."""
 
-    def __init__(
-        self, jobs: Sequence[Job], by: OpenRun, total: int, already: int, on_done: Callable[[Done], None] | None
-    ) -> None:
-        self._jobs, self._by, self._total, self._already, self._on_done = jobs, by, total, already, on_done
+    def __init__(self, jobs: Sequence[Job], by: OpenRun, on_done: Callable[[Done], None] | None) -> None:
+        self._jobs, self._by, self._on_done = jobs, by, on_done
         self._begun: dict[str, float] = {}
         self._durations: list[float] = []
         self._done: set[str] = set()
@@ -223,12 +208,14 @@ class _Report:
             text = (
                 ", ".join(self._labels[name] for name in names) if len(names) <= _MOST_NAMES else f"{len(names)} jobs"
             )
-            done = self._already + len(self._done)
-            waiting = self._total - done - len(self._begun)
+            done, total = len(self._done), len(self._labels)
+            # those that were finished before need only be read
+            unread = set(self._by.finished.reused) - self._done - self._begun.keys()
+            waiting = total - done - len(self._begun) - len(unread)
             ages = [now - begun for begun in self._begun.values()]
             left = seconds_left(self._durations, ages, waiting, workers)
             told = "" if left is None else f"; about {duration(left)} left"
-            self._by.progress(done, self._total, f"solving {text}{told}")
+            self._by.progress(done, total, f"solving {text}{told}")
 
     def done(self, done: Done) -> None:
         """Keep what came of a job."""

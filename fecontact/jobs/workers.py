@@ -65,7 +65,7 @@ class Crew:
 
 
 class WorkersLost(FecontactError):
-    """No worker can be reached any more; what is finished is kept."""
+    """Workers have ended, or cannot be reached any more; what is finished and stored is kept."""
 
     exit_code = 3
 
@@ -187,18 +187,21 @@ def other_threads(threads: int) -> str | None:
 
 
 @contextmanager
-def evaluators(count: int, worth_processes: int, workers: int | None = None) -> Iterator[Callable[..., Iterable[Any]]]:
-    """What evaluates so many things as `map` does, on one thread as the workers that solved them.
+def evaluators(count: int, *, here: bool, workers: int | None = None) -> Iterator[Callable[..., Iterable[Any]]]:
+    """What evaluates so many things as `map` does: this process if `here`, else worker processes on one thread each.
 
-    That is this process where it has one thread and there are fewer than are worth others, `default_workers` if not
-    told how many.
+    There are `default_workers` of them if not told how many.
 
     Raises
     ------
     InputError
+        If there are to be no workers.
+    WorkersLost
         If one of the processes ends before its time.
     """
-    if count < worth_processes and began_on_one_thread():
+    if workers is not None and workers < 1:
+        raise InputError(f"workers is {workers}; allowed: 1 and more")
+    if here:
         yield map
         return
     workers = max(1, min(workers or default_workers(), count))
@@ -206,8 +209,8 @@ def evaluators(count: int, worth_processes: int, workers: int | None = None) -> 
         with _process_pool(workers, 1) as executor:
             yield partial(executor.map, chunksize=max(1, min(50, count // (4 * workers))))
     except BrokenExecutor as error:
-        raise InputError(
-            "a process that judges ended before its time (out of memory?); judge fewer at a time"
+        raise WorkersLost(
+            "a worker process ended before its time (killed, or out of memory?); give less at a time, or fewer workers"
         ) from error
 
 

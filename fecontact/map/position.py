@@ -2,75 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Protocol
+from collections.abc import Sequence
 
 from fecontact.case import Case
 from fecontact.comparison.judged_load import JudgedLoad
 from fecontact.errors import FecontactError, NotEnoughMemory
-from fecontact.geometry.placement import Placement
 from fecontact.map.cells import LoadLimit, MapCell, MapPosition
 from fecontact.map.load_limit import known_loads, load_limit, next_load
 from fecontact.map.stiffness import stiffness_of
 from fecontact.outcome import failed
 from fecontact.solving.load_sweep import LoadSweep
 
-StepProgress = Callable[[str], None]
 
-
-class Sweep(Protocol):
-    """What solves one position for one load after the other."""
-
-    placement: Placement
-
-    def solve(self, load_N: float, *, refine: bool = True) -> JudgedLoad:
-        """Solve one load; without `refine` on its first two meshes only."""
-
-    def is_ready_for(self, load_N: float) -> bool:
-        """Whether a load can be solved with what is kept now."""
-
-    def close(self) -> None:
-        """Release what was kept between the loads."""
-
-
-MakeSweep = Callable[[Case, Sequence[float], StepProgress], Sweep]
-
-
-def solve_position(
-    case: Case, loads_N: Sequence[float], *, sweep: MakeSweep | None = None, step: StepProgress | None = None
-) -> MapPosition:
+def solve_position(case: Case, loads_N: Sequence[float]) -> MapPosition:
     """Solve all loads (N, increasing) at the position of a case, and find its load limit.
 
     A position or a load that cannot be solved is not an error but cells whose status says why.
     """
-    under_way = _UnderWay(step)
     try:
-        solver = (sweep or _load_sweep)(case, loads_N, under_way.tell)
+        solver = LoadSweep(case, loads_N)
     except FecontactError as error:
         return failed_position(case.lateral_shift_mm, loads_N, error)
     try:
-        return _Loads(solver, case.lateral_shift_mm, under_way).solve(loads_N)
+        return _Loads(solver, case.lateral_shift_mm).solve(loads_N)
     finally:
         solver.close()
-
-
-class _UnderWay:
-    """Tells the steps of a load, with the load before them."""
-
-    def __init__(self, step: StepProgress | None) -> None:
-        self._step = step
-        self.load = ""
-
-    def tell(self, step: str) -> None:
-        if self._step is not None:
-            self._step(f"{self.load}{step}")
 
 
 class _Loads:
     """The loads of one position while they are solved."""
 
-    def __init__(self, solver: Sweep, shift_mm: float, under_way: _UnderWay) -> None:
-        self._solver, self._shift, self._under_way = solver, shift_mm, under_way
+    def __init__(self, solver: LoadSweep, shift_mm: float) -> None:
+        self._solver, self._shift = solver, shift_mm
         self._cells: dict[float, MapCell] = {}
         self._tried: list[JudgedLoad] = []
         self._stopped: MapCell | None = None
@@ -80,7 +43,6 @@ class _Loads:
         waiting = list(loads_N)
         while waiting:
             load_N = waiting.pop()
-            self._under_way.load = f"{load_N / 1e3:g} kN: "
             self._cells[load_N] = _cell(self._solver, self._shift, load_N)
             # the limits among these loads while their meshes are there
             if not (waiting and self._solver.is_ready_for(waiting[-1])):
@@ -102,7 +64,6 @@ class _Loads:
             wanted = next_load(known_loads(tuple(self._cells.values()), self._tried), tuple(self._cells))
             if wanted is None:
                 return
-            self._under_way.load = f"limit, {wanted / 1e3:.1f} kN: "
             try:
                 # beside a limit every verdict is open: finer meshes would only bring the ends of the range together
                 self._tried.append(self._solver.solve(wanted, refine=False))
@@ -110,11 +71,7 @@ class _Loads:
                 self._stopped = _failed_cell(self._shift, wanted, error)
 
 
-def _load_sweep(case: Case, loads_N: Sequence[float], step: StepProgress) -> Sweep:
-    return LoadSweep(case, loads_N, progress=step)
-
-
-def _cell(sweep: Sweep, shift: float, load_N: float) -> MapCell:
+def _cell(sweep: LoadSweep, shift: float, load_N: float) -> MapCell:
     try:
         judged = sweep.solve(load_N)
     except FecontactError as error:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
+import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
+
+import pandas
 
 from fecontact.errors import InputError
 from fecontact.files import write_json, write_text
 from fecontact.outcome import usable
 from fecontact.regression.compare import TableComparison, compare_tables, counted
-from fecontact.regression.tables import ResultTable, load_table
+from fecontact.regression.tables import ResultTable, load_table, number
 from fecontact.regression.tolerances import EFFORT, TEXT, Tolerances, kind_of
 
 # Enough for every tolerance; the digits beyond would differ between machines and fill the version history.
@@ -69,7 +70,9 @@ def update_baseline(
     _check_status(table, allow_failed)
     path = Path(folder) / f"{name}.csv"
     comparison, text = _against_old(path, table)
-    document = {"schema": "fecontact/baseline/1", "study": name, "reason": reason, "versions": _versions(table)}
+    # the platform has the release of the kernel in it, which decides about no number and changes often
+    versions = {name: version for name, version in table.versions.items() if name != "platform"}
+    document = {"schema": "fecontact/baseline/1", "study": name, "reason": reason, "versions": versions}
     # the CSV last: it is the mark that a baseline is there
     write_json(path.with_suffix(".json"), document)
     write_text(path, _csv_text(table))
@@ -90,7 +93,8 @@ def _study_name(table: ResultTable) -> str:
 def _check_status(table: ResultTable, allow_failed: bool) -> None:
     if "status" not in table.columns:
         raise InputError(f"results {table.path}: there is no column status; give a folder that `fecontact run` wrote")
-    unusable = [f"{case}: {row['status']}" for case, row in table.rows.items() if not usable(row)]
+    rows = table.rows.to_dict("index")
+    unusable = [f"{case}: {row['status']}" for case, row in rows.items() if not usable(row)]
     if unusable and not allow_failed:
         raise InputError(
             f"results {table.path}: not converged: {len(unusable)} of {counted(len(table.rows), 'case')}"
@@ -102,34 +106,22 @@ def _against_old(path: Path, table: ResultTable) -> tuple[TableComparison | None
     if not path.is_file():
         return None, f"new baseline of {counted(len(table.rows), 'case')}"
     old = load_table(path)
-    if not set(old.rows) & set(table.rows):
+    if not old.rows.index.isin(table.rows.index).any():
         return None, f"{counted(len(old.rows), 'case')} replaced by {counted(len(table.rows), 'other case')}"
     comparison = compare_tables(old, table)
     return comparison, comparison.verdict
 
 
-def _versions(table: ResultTable) -> dict[str, str]:
-    # the platform has the release of the kernel in it, which decides about no number and changes often
-    return {name: version for name, version in table.versions.items() if name != "platform"}
-
-
 def _csv_text(table: ResultTable) -> str:
     columns = [name for name in table.columns if kind_of(name) != EFFORT]
-    text = io.StringIO()
-    lines = csv.writer(text, lineterminator="\n")
-    lines.writerow(["id", *columns])
-    lines.writerows([case, *(_rounded(name, row[name]) for name in columns)] for case, row in table.rows.items())
-    return text.getvalue()
+    rounded = {name: [_rounded(name, text) for text in table.rows[name]] for name in ("id", *columns)}
+    return str(pandas.DataFrame(rounded).to_csv(index=False, lineterminator="\n"))
 
 
 def _rounded(column: str, text: str) -> str:
-    if kind_of(column) == TEXT:
-        return text
-    try:
-        number = float(text)
-    except ValueError:
+    value = math.nan if kind_of(column) == TEXT else number(text)
+    if math.isnan(value):
         return text
     tolerance = Tolerances().of(column)
-    if tolerance is not None and abs(number) < _NOISE * tolerance.absolute:
-        return "0"
-    return f"{number:.{_DIGITS}g}"
+    small = tolerance is not None and abs(value) < _NOISE * tolerance.absolute
+    return "0" if small else f"{value:.{_DIGITS}g}"

@@ -3,70 +3,39 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+
+import numpy as np
+import pandas
 
 from fecontact.errors import InputError
 from fecontact.regression.matching import match_columns, match_example, matched_by
 from fecontact.regression.tables import ResultTable, number
-from fecontact.regression.tolerances import EFFORT, LATER, TEXT, Tolerance, Tolerances, kind_of
-
-
-@dataclass(frozen=True, kw_only=True)
-class Difference:
-    """One value of one case in both tables.
-
-    Attributes
-    ----------
-    difference, allowed
-        Numbers in the column's unit; None where a value is text or missing.
-    excess
-        Difference over what is allowed; infinite where nothing is allowed.
-    """
-
-    column: str
-    case: str
-    baseline: str
-    new: str
-    difference: float | None
-    allowed: float | None
-    excess: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class ColumnComparison:
-    """A column over all common cases: kind, tolerance, how many differ, and where the two are furthest apart."""
-
-    column: str
-    kind: str
-    tolerance: Tolerance | None
-    compared: bool
-    cases: int
-    differing: int
-    worst: Difference
-
-    @property
-    def unchanged(self) -> bool:
-        """Whether all values are equal, as numbers where they are numbers."""
-        return self.worst.excess == 0.0
+from fecontact.regression.tolerances import LATER, TEXT, Tolerance, Tolerances, kind_of
 
 
 @dataclass(frozen=True, kw_only=True)
 class TableComparison:
     """Everything that two tables of results have not in common.
 
+    Data frames have a line for a value of a case in both tables: `column`, its `kind`, `case`, `baseline` and `new` as
+    texts, their `difference` and the `tolerance` of it in the column's unit (NaN where a value is text or missing),
+    `times_tolerance`, which is infinite where nothing is allowed, and the parts and the reason of the tolerance.
+
     Attributes
     ----------
     cases
         Those that both have.
     columns
-        Compared columns, the worst first.
+        Compared columns by the case in which both tables are furthest apart, the worst first; `differing` of them are
+        beyond the tolerance.
     efforts
         Columns that are only shown.
     differences
         Every value beyond its tolerance, the worst first.
-    missing_cases, extra_cases, missing_columns, extra_columns
-        What only the baseline has, and what only the new results have.
+    one_sided
+        Missing cases and columns, which only the baseline has, and extra ones, which only the new results have.
     later_columns
         What only the new results have because the baseline was made before there were such columns.
     versions, settings
@@ -75,57 +44,44 @@ class TableComparison:
 
     baseline: ResultTable
     new: ResultTable
-    cases: tuple[str, ...]
-    columns: tuple[ColumnComparison, ...]
-    efforts: tuple[ColumnComparison, ...]
-    differences: tuple[Difference, ...]
-    missing_cases: tuple[str, ...]
-    extra_cases: tuple[str, ...]
-    missing_columns: tuple[str, ...]
-    extra_columns: tuple[str, ...]
-    later_columns: tuple[str, ...]
+    cases: Sequence[str]
+    columns: pandas.DataFrame
+    efforts: pandas.DataFrame
+    differences: pandas.DataFrame
+    one_sided: Mapping[str, list[str]]
+    later_columns: Sequence[str]
     versions: Mapping[str, tuple[str, str]]
     settings: Mapping[str, tuple[str, str]]
 
     @property
     def same(self) -> bool:
         """Whether both hold the same cases and columns, with all values within their tolerances."""
-        one_sided = self.missing_cases, self.extra_cases, self.missing_columns, self.extra_columns
-        return not self.differences and not any(one_sided)
-
-    @property
-    def unknown_columns(self) -> tuple[str, ...]:
-        """Columns that were compared with the default tolerance."""
-        return tuple(c.column for c in self.columns if c.kind == "default")
+        return len(self.differences) == 0 and not any(self.one_sided.values())
 
     @property
     def verdict(self) -> str:
         """The outcome in one line."""
         common = f"{counted(len(self.cases), 'case')}, {counted(len(self.columns), 'column')}"
         if self.same:
-            worst = self.columns[0]
-            if worst.unchanged:
+            worst = self.columns.iloc[0]
+            if worst.times_tolerance == 0.0:
                 return f"SAME, all values are equal ({common})"
-            near = f"closest: {worst.column} at {worst.worst.excess:.2g} of its tolerance"
-            return f"SAME within tolerance ({common}; {near})"
+            closest = f"closest: {worst.column} at {worst.times_tolerance:.2g} of its tolerance"
+            return f"SAME within tolerance ({common}; {closest})"
         parts = []
-        if self.differences:
-            first = self.differences[0]
-            parts = [f"{counted(len(self.differences), 'value')} beyond tolerance"]
-            parts.append(f"worst {first.column}{_times(first.excess)}")
-        for what in ("missing case", "extra case", "missing column", "extra column"):
-            if count := len(getattr(self, f"{what.replace(' ', '_')}s")):
-                parts.append(counted(count, what))
+        if len(self.differences):
+            worst = self.differences.iloc[0]
+            times = (
+                f" ({worst.times_tolerance:.3g} times its tolerance)" if math.isfinite(worst.times_tolerance) else ""
+            )
+            parts = [f"{counted(len(self.differences), 'value')} beyond tolerance", f"worst {worst.column}{times}"]
+        parts += [counted(len(names), what.removesuffix("s")) for what, names in self.one_sided.items() if names]
         return f"DIFFERENT: {', '.join(parts)} ({common} in common)"
 
 
 def counted(number_of: int, noun: str) -> str:
     """A number of things in words, such as "1 case" or "2 cases"."""
     return f"{number_of} {noun}{'' if number_of == 1 else 's'}"
-
-
-def _times(excess: float) -> str:
-    return f" ({excess:.3g} times its tolerance)" if math.isfinite(excess) else ""
 
 
 def compare_tables(
@@ -156,129 +112,94 @@ def compare_tables(
     """
     tolerances = tolerances or Tolerances()
     if match:
-        columns_of_match = match_columns(match, baseline, new)
-        baseline, new = matched_by(baseline, columns_of_match, new), matched_by(new, columns_of_match, baseline)
-    common = _common_cases(baseline, new, matched=bool(match))
-    extra = _only_compared(new.columns, baseline.columns, tolerances)
+        by = match_columns(match, baseline, new)
+        baseline, new = matched_by(baseline, by, new), matched_by(new, by, baseline)
+    was, now = baseline.rows, new.rows
+    cases = [case for case in was.index if case in now.index]
+    if not cases:
+        remedy = "choose fewer or other columns for --match"
+        if not match:
+            remedy = f"compare results of the same study, at the same size{match_example(baseline, new)}"
+        raise InputError(
+            f"{baseline.path} and {new.path} have no case in common (such as {was.index[0]} and"
+            f" {now.index[0]}); {remedy}"
+        )
+    _check_columns(baseline, new, tolerances)
+    columns = [name for name in baseline.columns if name in now]
+    values = _values(was.loc[cases, columns], now.loc[cases, columns], tolerances)
+    # where nothing is allowed the size of the difference decides
+    size = values.difference.abs().fillna(0.0).sort_values(ascending=False, kind="stable")
+    worst = _worst_first(values.loc[size.index]).drop_duplicates("column").sort_index()
+    beyond = values[values.times_tolerance > 1.0]
+    worst["differing"] = worst.column.map(beyond.column.value_counts()).fillna(0).astype(int)
+    missing, extra = (
+        [name for name in here.columns if name not in there.rows and tolerances.compares(name)]
+        for here, there in ((baseline, new), (new, baseline))
+    )
     # a baseline that has one of a kind knows them all
-    later = tuple(kind for kind in LATER if not any(name.startswith(kind) for name in baseline.columns))
-    _check_columns(tolerances, baseline, new)
-    shared = [name for name in baseline.columns if name in new.columns]
-    columns = [_compare_column(name, baseline, new, common, tolerances) for name in shared]
-    compared = [column for column, _ in columns if column.compared]
+    later = tuple(kind for kind in LATER if not any(name.startswith(kind) for name in was))
+    shown = [name for name in worst.column if not tolerances.compares(name)]
     return TableComparison(
         baseline=baseline,
         new=new,
-        cases=common,
-        columns=tuple(sorted(compared, key=lambda column: -column.worst.excess)),
-        efforts=tuple(column for column, _ in columns if not column.compared),
-        differences=tuple(sorted((d for _, beyond in columns for d in beyond), key=lambda d: -d.excess)),
-        missing_cases=_only(baseline.rows, new.rows),
-        extra_cases=_only(new.rows, baseline.rows),
-        missing_columns=_only_compared(baseline.columns, new.columns, tolerances),
-        extra_columns=tuple(name for name in extra if not name.startswith(later)),
-        later_columns=tuple(name for name in extra if name.startswith(later)),
+        cases=cases,
+        columns=_worst_first(worst[~worst.column.isin(shown)]),
+        efforts=worst[worst.column.isin(shown)].assign(tolerance=math.nan, times_tolerance=math.nan, differing=None),
+        differences=_worst_first(beyond[~beyond.column.isin(shown)]),
+        one_sided={
+            "missing cases": [case for case in was.index if case not in now.index],
+            "extra cases": [case for case in now.index if case not in was.index],
+            "missing columns": missing,
+            "extra columns": [name for name in extra if not name.startswith(later)],
+        },
+        later_columns=[name for name in extra if name.startswith(later)],
         versions=_unequal(baseline.versions, new.versions),
         settings=_unequal(baseline.settings, new.settings),
     )
 
 
-def _common_cases(baseline: ResultTable, new: ResultTable, *, matched: bool) -> tuple[str, ...]:
-    if baseline.key != new.key:
-        example = match_example(baseline, new)
-        raise InputError(
-            f"{baseline.path} names its cases by {' and '.join(baseline.key)}, {new.path} by {' and '.join(new.key)};"
-            f" compare a study with a study, a map with a map{example and f', or {example}'}"
-        )
-    common = tuple(case for case in baseline.rows if case in new.rows)
-    if common:
-        return common
-    if matched:
-        remedy = f"both have to have the same {' and '.join(baseline.key)}; choose fewer or other columns for --match"
-    else:
-        example = match_example(baseline, new)
-        remedy = f"compare results of the same study, at the same size{example and f', or {example}'}"
-    raise InputError(
-        f"{baseline.path} and {new.path} have no case in common (such as {next(iter(baseline.rows))} and"
-        f" {next(iter(new.rows))}); {remedy}"
-    )
-
-
-def _check_columns(tolerances: Tolerances, baseline: ResultTable, new: ResultTable) -> None:
+def _check_columns(baseline: ResultTable, new: ResultTable, tolerances: Tolerances) -> None:
     columns = dict.fromkeys((*baseline.columns, *new.columns))
     for name in tolerances.columns:
-        if name in columns:
-            continue
-        if name in baseline.key:
-            raise InputError(f"tolerance of column {name!r}: cases are matched by it; take it out of one of the two")
-        raise InputError(f"tolerance of column {name!r}: no such column; columns that exist: {', '.join(columns)}")
-    if not any(_is_compared(name, tolerances) for name in columns):
+        if name not in columns:
+            known = ", ".join(columns)
+            raise InputError(f"tolerance of column {name!r}: it is not compared; columns that are: {known}")
+    if not any(map(tolerances.compares, columns)):
         raise InputError(
             f"{baseline.path} and {new.path} have no column to compare besides {' and '.join(baseline.key)};"
             " give tables with results, or fewer columns to match by"
         )
 
 
-def _only(here: Iterable[str], there: Iterable[str]) -> tuple[str, ...]:
-    known = set(there)
-    return tuple(name for name in here if name not in known)
-
-
-def _only_compared(here: Iterable[str], there: Iterable[str], tolerances: Tolerances) -> tuple[str, ...]:
-    return tuple(name for name in _only(here, there) if _is_compared(name, tolerances))
-
-
-def _is_compared(column: str, tolerances: Tolerances) -> bool:
-    return kind_of(column) != EFFORT or column in tolerances.columns
-
-
 def _unequal(baseline: Mapping[str, str], new: Mapping[str, str]) -> dict[str, tuple[str, str]]:
-    return {k: (v, new[k]) for k, v in baseline.items() if k in new and new[k] != v}
+    return {name: (text, new[name]) for name, text in baseline.items() if name in new and new[name] != text}
 
 
-def _compare_column(
-    name: str, baseline: ResultTable, new: ResultTable, cases: tuple[str, ...], tolerances: Tolerances
-) -> tuple[ColumnComparison, tuple[Difference, ...]]:
-    """A column, and its differences beyond tolerance."""
-    tolerance = tolerances.of(name)
-    all_of = [_difference(name, case, baseline.rows[case][name], new.rows[case][name], tolerance) for case in cases]
-    beyond = tuple(difference for difference in all_of if difference.excess > 1.0)
-    compared = _is_compared(name, tolerances)
-    column = ColumnComparison(
-        column=name,
-        kind=kind_of(name),
-        tolerance=tolerance,
-        compared=compared,
-        cases=len(cases),
-        differing=len(beyond),
-        # where nothing is allowed the size of the difference decides
-        worst=max(all_of, key=lambda difference: (difference.excess, abs(difference.difference or 0.0))),
+def _worst_first(values: pandas.DataFrame) -> pandas.DataFrame:
+    return values.sort_values("times_tolerance", ascending=False, kind="stable")
+
+
+def _values(baseline: pandas.DataFrame, new: pandas.DataFrame, tolerances: Tolerances) -> pandas.DataFrame:
+    """Each value of two tables that have the same cases and columns, column by column."""
+    values = pandas.DataFrame(
+        {
+            "column": [name for name in baseline for _ in baseline.index],
+            "case": [case for _ in baseline for case in baseline.index],
+            "baseline": baseline.to_numpy().ravel("F"),
+            "new": new.to_numpy().ravel("F"),
+        }
     )
-    return column, beyond if compared else ()
-
-
-def _difference(column: str, case: str, baseline: str, new: str, tolerance: Tolerance | None) -> Difference:
-    was, now = (None, None) if kind_of(column) == TEXT else (number(baseline), number(new))
-    if was is None or now is None:
-        excess = 0.0 if baseline == new else math.inf
-        return Difference(
-            column=column, case=case, baseline=baseline, new=new, difference=None, allowed=None, excess=excess
-        )
+    own = {name: tolerances.of(name) or Tolerance() for name in baseline}
+    kinds = pandas.DataFrame(
+        [(name, kind_of(name), one.relative, one.absolute, one.reason) for name, one in own.items()],
+        columns=["column", "kind", "relative", "absolute", "reason"],
+    )
+    values = values.merge(kinds, on="column")
+    was, now = (values[side].where(values.kind != TEXT, "").map(number).astype(float) for side in ("baseline", "new"))
     # infinite minus infinite is no number, though both are the same
-    difference = 0.0 if was == now else now - was
-    allowed = (tolerance or Tolerance()).allowed(was) if math.isfinite(was) else 0.0
-    return Difference(
-        column=column,
-        case=case,
-        baseline=baseline,
-        new=new,
-        difference=difference,
-        allowed=allowed,
-        excess=_excess(abs(difference), allowed),
-    )
-
-
-def _excess(difference: float, allowed: float) -> float:
-    if difference == 0.0:
-        return 0.0
-    return difference / allowed if allowed > 0.0 else math.inf
+    difference = (now - was).mask(was == now, 0.0)
+    # nothing is allowed beside an infinite value
+    allowed = np.maximum(values.absolute, values.relative * was.abs()).where(np.isfinite(was), 0.0)
+    of_texts = (values.baseline != values.new).map({False: 0.0, True: math.inf})
+    excess = (difference.abs() / allowed).mask(difference == 0.0, 0.0).where(difference.notna(), of_texts)
+    return values.assign(difference=difference, tolerance=allowed.where(difference.notna()), times_tolerance=excess)

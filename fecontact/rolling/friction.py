@@ -53,7 +53,6 @@ def solve_friction(
     rigid_slip: Floats,
     limit_MPa: Floats,
     *,
-    start_MPa: Floats | None = None,
     tolerance: float = FRICTION_TOLERANCE,
     iterations: int = FRICTION_ITERATIONS,
 ) -> FrictionSolution:
@@ -65,16 +64,13 @@ def solve_friction(
         Slip of the rigid bodies.
     limit_MPa (nx, ny)
         Largest traction, mu times the pressure; zero outside the patch.
-    start_MPa (2, nx, ny)
-        First guess.
     """
     blocks = response.strip_blocks()
     scale = 1.0 / float(np.mean([blocks[0, 0, 0], blocks[1, 0, 0]]))
     # creepages that are far from saturating need as many digits
     size = min(float(limit_MPa.max()), scale * float(np.hypot(*rigid_slip).max())) or 1.0
-    p = np.zeros_like(rigid_slip) if start_MPa is None else _projected(start_MPa * (limit_MPa > 0.0), limit_MPa)[0]
     problem = _Problem(response=response, rigid_slip=rigid_slip, limit=limit_MPa, scale=scale)
-    now = problem.at(p)
+    now = problem.at(np.zeros_like(rigid_slip))
     iteration = 0
     while now.error > tolerance * size and iteration < iterations:
         iteration += 1

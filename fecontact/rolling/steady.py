@@ -180,8 +180,6 @@ def steady_rolling(
     cells: PressureCells,
     motion: RigidMotion,
     pair: RollingPair,
-    *,
-    start_MPa: Floats | None = None,
     **settings: Any,
 ) -> RollingSolution:
     """Solve steady rolling under a pressure.
@@ -190,8 +188,6 @@ def steady_rolling(
     ----------
     motion
         Of the first body against the second; the slip of the rigid bodies at (x, y) is (xi(y), eta + spin(y) x).
-    start_MPa (2, nx, ny)
-        Tractions to begin with.
     **settings
         Tolerance and iterations of `solve_friction`.
     """
@@ -201,7 +197,7 @@ def steady_rolling(
     met, loaded = cells.x_mm + 0.25 * step_x, cells.x_mm - 0.25 * step_x
     (along, spin), eta = motion.across(cells.y_mm), motion.eta
     rigid = np.stack([np.broadcast_to(along, (nx, ny)), eta + spin * met[:, None]])
-    solved = solve_friction(response, rigid, pair.friction * cells.pressure_MPa, start_MPa=start_MPa, **settings)
+    solved = solve_friction(response, rigid, pair.friction * cells.pressure_MPa, **settings)
     traction = solved.traction_MPa * cells.cell_mm2
     fx, fy = (float(part.sum()) for part in traction)
     mz = float((loaded[:, None] * traction[1] - cells.y_mm * traction[0]).sum())

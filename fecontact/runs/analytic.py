@@ -9,8 +9,7 @@ from fecontact.alone.position import theory_alone
 from fecontact.case import Case
 from fecontact.creep import Creep
 from fecontact.material import STEEL, Material
-from fecontact.outputs.records.creep import ellipse_creep
-from fecontact.outputs.records.results import hertz_record
+from fecontact.outputs.records.results import ellipse_creep, hertz_record
 from fecontact.outputs.records.theory_alone import alone_record, check_theory, theories_listed
 from fecontact.solving.hertz_alone import hertz_alone
 from fecontact.theory.creep.contact import Creepages, RollingEllipse
@@ -24,7 +23,7 @@ def hertz(case: Case) -> Record:
 
     >>> import fecontact
     >>> record = fecontact.hertz(fecontact.Case(lateral_shift_mm=4.0))
-    >>> round(record["hertz"]["p_max_MPa"], -1)
+    >>> round(record["ellipses"][0]["p_max_MPa"], -1)
     1480.0
 
     `ellipses` has every touch point, and both sides of a junction, as if each carried the whole load; where the

@@ -11,7 +11,7 @@ from fecontact.case import INPUTS, Case, unusual
 from fecontact.errors import InputError
 from fecontact.jobs.workers import default_workers
 from fecontact.runs.casefile import load_study
-from fecontact.runs.cost import Cost, cost_of
+from fecontact.runs.cost import Cost, cost_of, spread
 
 # A position takes 15 ms; of more than these, some that are spread over the study.
 _MOST_PLACED = 40
@@ -25,6 +25,8 @@ class StudyCheck:
     ----------
     varied
         The inputs that are not the same in all cases, with how many values they have.
+    cost
+        None where something is wrong.
     positions, placed
         Positions of a wheel on a rail among the cases, and how many of them were tried.
     problems
@@ -35,7 +37,7 @@ class StudyCheck:
 
     cases: int
     varied: tuple[str, ...]
-    cost: Cost
+    cost: Cost | None
     positions: int
     placed: int
     problems: tuple[str, ...]
@@ -54,13 +56,14 @@ def check_study(path: Path, *, quick: bool = False) -> StudyCheck:
     positions = _positions(cases)
     problems = tuple(_profile_problems(cases))
     placed, problem = (0, None) if problems else _place(positions)
+    problems = problems if problem is None else (problem,)
     return StudyCheck(
         cases=len(cases),
         varied=tuple(_varied(cases)),
-        cost=cost_of(cases, min(default_workers(), len(cases))),
+        cost=None if problems else cost_of(cases, min(default_workers(), len(cases))),
         positions=len(positions),
         placed=placed,
-        problems=problems if problem is None else (problem,),
+        problems=problems,
         notes=unusual(cases),
     )
 
@@ -91,8 +94,7 @@ def _place(positions: Sequence[Case]) -> tuple[int, str | None]:
     """Place some positions, up to the first that is none; how many were tried, and what is wrong with the last one."""
     from fecontact.solving.placing import place_case
 
-    step = max(1.0, (len(positions) - 1) / (_MOST_PLACED - 1))
-    chosen = [positions[round(number * step)] for number in range(min(len(positions), _MOST_PLACED))]
+    chosen = spread(positions, _MOST_PLACED)
     for number, case in enumerate(chosen, start=1):
         for problem in _problem(partial(place_case, case)):
             return number, problem

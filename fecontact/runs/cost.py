@@ -1,24 +1,23 @@
-"""About what time and memory many cases take, before any of them is placed."""
+"""About what time and memory many cases take, from a few of them that are placed and expected."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from typing import TypeVar
 
-from fecontact.case import RESOLUTIONS, Case
+from fecontact.case import Case
+from fecontact.errors import FecontactError
 from fecontact.jobs.remaining import duration
-from fecontact.solving.cost import WHOLE, cpu_seconds, memory_GB
+from fecontact.solving.cost import START_SECONDS, cpu_seconds, memory_GB
+from fecontact.solving.preview import preview
 
-# Unknowns of the first meshes of a half model at `quick`, 60E1 and S1002 where the patch has one lobe (32 to 41
-# thousand in six positions and pairs), and how they grow with the elements a semi-axis (74 thousand at `standard` and
-# 114 thousand at `fine`, at 3 mm). With several lobes they are up to four times as many.
-_UNKNOWNS = 34e3
-_GROWTH, _GROWTH_BEYOND = 1.02, 2.0
-_SEVERAL_LOBES = 3.7
-_START_S = 5.0
-# Semi-axes (mm) of a patch under 100 kN: only for element sizes that are given in mm.
-_SEMI_AXES_MM = (6.5, 4.5)
+# Each takes 0.1 to 0.6 s.
+_MOST_SEEN = 3
+_REFINED = 3.0
+"""Unknowns of all meshes of a verdict that stays open over those of the first ones, where the limit allows."""
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,9 +27,9 @@ class Cost:
     Attributes
     ----------
     seconds, memory_GB
-        Of the whole and of its largest case, if every patch has one lobe and every verdict is clear.
+        Of the whole and of its largest case, if every verdict is clear on its first meshes.
     most_seconds, most_memory_GB
-        The same with several lobes, or with finer meshes where verdicts stay open.
+        Of the whole and of its largest case with finer meshes, where verdicts stay open.
     available_GB
         Memory that is free now.
     """
@@ -47,43 +46,42 @@ class Cost:
         """Time and memory in words, and whether there is too little memory."""
         workers = f"{self.workers} worker{'s' * (self.workers != 1)}"
         expected = (
-            f"about {duration(self.seconds)} with {workers} and {self.memory_GB:.1f} GB a worker,"
-            f" patches of a single lobe; up to {duration(self.most_seconds)} and {self.most_memory_GB:.1f} GB where"
-            " they have several or verdicts stay open"
+            f"about {duration(self.seconds)} with {workers} and {self.memory_GB:.1f} GB a worker; up to"
+            f" {duration(self.most_seconds)} and {self.most_memory_GB:.1f} GB where verdicts stay open"
         )
         if self.most_memory_GB * self.workers <= self.available_GB:
             return (expected,)
         return (expected, f"{self.available_GB:.1f} GB are available: fewer --workers may be needed")
 
 
-def cost_of(cases: Sequence[Case], workers: int) -> Cost:
-    """What all cases take together, so many at a time.
+def cost_of(cases: Sequence[Case], workers: int) -> Cost | None:
+    """What all cases take together, so many at a time; None where none of those that are looked at can be solved.
 
     The loads of a map are counted as cases: what they save by sharing their meshes its load limits take about again.
     """
     import psutil
 
-    usual = [_unknowns(case) for case in cases]
-    most = [
-        max(_SEVERAL_LOBES * n, min(3.0 * n, case.refine_degrees_of_freedom))
-        for n, case in zip(usual, cases, strict=True)
-    ]
+    first, most = [], []
+    for case in spread(cases, _MOST_SEEN):
+        # what cannot be solved says so when it is its turn
+        with suppress(FecontactError):
+            unknowns = preview(case).degrees_of_freedom
+            first.append(unknowns)
+            most.append(max(unknowns, min(_REFINED * unknowns, case.refine_degrees_of_freedom)))
+    if not first:
+        return None
+    each = len(cases) / len(first) / workers
     return Cost(
         workers=workers,
-        seconds=_START_S + sum(map(cpu_seconds, usual)) / workers,
-        memory_GB=max(map(memory_GB, usual)),
-        most_seconds=_START_S + sum(map(cpu_seconds, most)) / workers,
-        most_memory_GB=max(map(memory_GB, most)),
+        seconds=START_SECONDS + each * sum(map(cpu_seconds, first)),
+        memory_GB=memory_GB(max(first)),
+        most_seconds=START_SECONDS + each * sum(map(cpu_seconds, most)),
+        most_memory_GB=memory_GB(max(most)),
         available_GB=psutil.virtual_memory().available / 1e9,
     )
 
 
-def _unknowns(case: Case) -> float:
-    if isinstance(case.resolution, str):
-        count = RESOLUTIONS[case.resolution]
-    else:
-        axes = [axis * (case.load_N / 100e3) ** (1.0 / 3.0) for axis in _SEMI_AXES_MM]
-        count = math.sqrt(math.prod(axis / step for axis, step in zip(axes, case.resolution, strict=True)))
-    relative, finest = count / RESOLUTIONS["quick"], RESOLUTIONS["fine"] / RESOLUTIONS["quick"]
-    grown = min(relative, finest) ** _GROWTH * max(1.0, relative / finest) ** _GROWTH_BEYOND
-    return float(_UNKNOWNS * grown * (1.0 if case.half else WHOLE))
+def spread(items: Sequence[Item], most: int) -> list[Item]:
+    """So many of some items at most, from the first to the last."""
+    step = max(1.0, (len(items) - 1) / (most - 1))
+    return [items[round(number * step)] for number in range(min(len(items), most))]

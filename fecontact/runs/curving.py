@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from fecontact.case import Case
 from fecontact.errors import InputError
+from fecontact.jobs.workers import evaluators
 from fecontact.runs.map_rows import map_rows
 from fecontact.solving.placing import wheelset_of_case
 from fecontact.vehicle.conditions import Conditions, Ride, straight_line
@@ -24,17 +25,6 @@ _AMPLITUDES_MM = (1.0, 2.0, 3.0)
 _LOADED = ("overlap", "half_space")
 # What a map may have other than the vehicle: its wheels stand without yaw, and their radius is seldom the same.
 _OTHER = ("roll", "roll_rad", "roll_load_N", "yaw_rad", "flange_climb", "rolling_radius_mm")
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Task:
-    """A vehicle by one theory."""
-
-    vehicle: Vehicle
-    case: Case
-    radii_m: tuple[float, ...]
-    conditions: Conditions
-    theory: str
 
 
 def curve(
@@ -80,6 +70,8 @@ def curve(
     InputError
         For unknown vehicles and theories, radii that the gauge does not let through, speeds at which the vehicle
         overturns, and maps of another contact.
+    WorkersLost
+        If a process ends before its time.
     """
     made = with_bogie(load_vehicle(vehicle) if isinstance(vehicle, str) else vehicle, bogie)
     radii, share = _radii(radii_m)
@@ -90,12 +82,8 @@ def curve(
     case, conditions = case or Case(), conditions or Conditions()
     cells, notes = ((), ()) if map_folder is None else _cells(Path(map_folder), case, made)
     case = replace(case, rolling_radius_mm=made.wheelset.rolling_radius_mm)
-    tasks = [_Task(vehicle=made, case=case, radii_m=radii, conditions=conditions, theory=theory) for theory in theories]
-    if workers > 1 and len(tasks) > 1:
-        with ProcessPoolExecutor(min(workers, len(tasks))) as pool:
-            found = list(pool.map(_of_theory, tasks))
-    else:
-        found = [_of_theory(task) for task in tasks]
+    with evaluators(len(theories), here=1 in (workers, len(theories)), workers=workers) as map_over:
+        found = list(map_over(partial(_of_theory, made, case, radii, conditions), theories))
     runs = {theory: one[0] for theory, one in zip(theories, found, strict=True)}
     straight = tuple(one[1] for one in found)
     return Curves(
@@ -151,12 +139,12 @@ def loaded_conicities(case: Case, wheel_load_N: float) -> list[dict[str, float]]
     ]
 
 
-def _of_theory(task: _Task) -> tuple[tuple[CurveRun, ...], StraightTrack]:
-    materials = (task.case.wheel_material, task.case.rail_material)
-    wheelset = wheelset_of_case(task.case)
-    ride = Ride(wheelset=wheelset, conditions=task.conditions, theory=task.theory, materials=materials)
-    found = curves(task.vehicle, ride, task.radii_m)
-    return tuple(found), straight_track(task.theory, task.vehicle, straight_line(ride))
+def _of_theory(
+    vehicle: Vehicle, case: Case, radii_m: Sequence[float], conditions: Conditions, theory: str
+) -> tuple[tuple[CurveRun, ...], StraightTrack]:
+    materials = (case.wheel_material, case.rail_material)
+    ride = Ride(wheelset=wheelset_of_case(case), conditions=conditions, theory=theory, materials=materials)
+    return tuple(curves(vehicle, ride, radii_m)), straight_track(theory, vehicle, straight_line(ride))
 
 
 def _cells(folder: Path, case: Case, vehicle: Vehicle) -> tuple[tuple[MapCell, ...], tuple[str, ...]]:
@@ -168,8 +156,9 @@ def _cells(folder: Path, case: Case, vehicle: Vehicle) -> tuple[tuple[MapCell, .
         MapCell(
             lateral_shift_mm=float(row["lateral_shift_mm"]),
             load_kN=float(row["load_kN"]),
-            verdict=row["verdict"] or "failed",
-            cheapest_theory=row.get("theory_cheapest") or "none",
+            verdict=row["verdict_answer"] or "failed",
+            cheapest_theory=(row.get("cheapest_theory") or "none")
+            + " (out of range)" * (row.get("cheapest_theory_status") == "out of range"),
         )
         for row in rows
     )

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from fecontact.case import Case
 from fecontact.outputs.words.verdicts import verdict_reason
-from fecontact.runs.case_store import case_folder, read_case
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id
+from fecontact.runs.store import case_folder, read_case
 from fecontact.runs.study import StudyOutcome
 
 _RADIUS_MM = 460.0

@@ -11,9 +11,9 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.files import json_text, read_json
-from fecontact.outputs.records.results import shown_case_record
-from fecontact.runs.case_store import ROW
+from fecontact.outputs.records.results import case_inputs
 from fecontact.runs.identity import case_id
+from fecontact.runs.store import ROW
 
 _KINDS = {ROW: "case", "study.json": "study", "map.json": "map"}
 # of the case of a map these are the map's own, or those by which it is judged
@@ -41,7 +41,7 @@ def prepare_for_study(out: Path, name: str, *, force: bool = False) -> None:
 
 def prepare_for_map(out: Path, case: Case, *, force: bool = False) -> None:
     """Do as `prepare_for_case` does, for a map, whose shifts, loads, criteria and friction may be others."""
-    own = {name: value for name, value in shown_case_record(case).items() if name not in _NOT_OF_A_MAP}
+    own = {name: value for name, value in case_inputs(case).items() if name not in _NOT_OF_A_MAP}
     written = json.loads(json_text(own))
     _prepare(
         out, "map.json", lambda stored: all(stored["case"].get(name) == value for name, value in written.items()), force

@@ -17,30 +17,8 @@ from fecontact.errors import InputError
 from fecontact.fe.linear_solver import choose_solver
 from fecontact.jobs.store import Origin
 from fecontact.profiles.identity import content_of, profile_file
+from fecontact.runs.sources import digests
 
-_PACKAGE = Path(__file__).parents[1]
-# What solves: a change of it makes stored results those of another version.
-SOLVING = (
-    *(
-        "errors.py",
-        "material.py",
-        "case.py",
-        "dimensions.py",
-        "profiles",
-        "geometry",
-        "contact",
-        "fe",
-        "solving",
-        "irregularity",
-    ),
-    *("theory/hertz.py", "theory/springs.py", "theory/touch_hertz.py"),
-)
-# What reads and judges what was solved: after a change of it stored fields are evaluated again.
-EVALUATING = (
-    *("creep.py", "criteria.py", "outcome.py", "comparison", "theory", "rolling", "map"),
-    *("outputs/records", "outputs/words"),
-    *("runs/case_store.py", "runs/position_store.py", "runs/work.py"),
-)
 SOLVING_SOURCE = "source of solving"
 # Inputs that are left out of an id where they are as in a case before they were there: its id stays what it was.
 _NOT_ALWAYS = ("roll", "roll_load_N", "flange_climb", "side", "opposite", "evidence")
@@ -50,12 +28,16 @@ _COMMON = ("numpy", "scipy", "scikit-fem", "gmsh")
 _SOLVERS = {"pardiso": ("pypardiso", "mkl"), "amg": ("pyamg",)}
 
 
-def case_id(case: Case) -> str:
+def case_id(case: Case, loads_N: Sequence[float] = ()) -> str:
     """Readable name of a case with a hash of all inputs that it is solved with, usable as a file name.
+
+    That of a position under several loads is the name of its case at the largest load, with a hash of all loads.
 
     Of a profile that is a file the content counts, not the folder. Neither do criteria and creepages count, with which
     a solved case is judged, nor versions: results of two versions have the same ids and can be compared row by row.
     """
+    if loads_N:
+        return f"{case_id(replace(case, load_N=max(loads_N)))}_{json_digest(sorted(set(loads_N)))[:8]}"
     default = _default_record()
     record = {
         name: value
@@ -89,11 +71,6 @@ def _default_record() -> dict[str, Any]:
     return case_record(Case(roll="given"))
 
 
-def position_id(case: Case, loads_N: Sequence[float]) -> str:
-    """Name of a position of a map: that of its case at the largest load, with a hash of all loads."""
-    return f"{case_id(replace(case, load_N=max(loads_N)))}_{json_digest(sorted(set(loads_N)))[:8]}"
-
-
 def input_files(case: Case) -> dict[str, dict[str, str]]:
     """Name and sha256 of the profiles that are files, by body; one that cannot be read is left for `solve`."""
     found = {}
@@ -123,7 +100,7 @@ def origin_of(case: Case) -> Origin:
     solving = _solving(case.solver)
     criteria = {f"criterion {name}": repr(limit) for name, limit in asdict(case.criteria).items()}
     creep = {f"creep {name}": repr(value) for name, value in asdict(case.creep).items() if case.creep.friction}
-    evaluated = {"source of evaluation": source_digest(EVALUATING)[:16], **criteria, **creep}
+    evaluated = {"source of evaluation": digests().evaluating, **criteria, **creep}
     return Origin(solved_by=solving, evaluated_by=evaluated)
 
 
@@ -138,7 +115,7 @@ def _solving(solver: str) -> Mapping[str, str]:
         "python": ".".join(platform.python_version_tuple()[:2]),
         **_versions((*_COMMON, *_SOLVERS[path])),
         "solver path": path,
-        SOLVING_SOURCE: source_digest(SOLVING)[:16],
+        SOLVING_SOURCE: digests().solving,
     }
 
 
@@ -154,31 +131,15 @@ def _versions(packages: Iterable[str]) -> dict[str, str]:
     return found
 
 
-@cache
-def source_digest(parts: tuple[str, ...]) -> str:
-    """Hash of the package's source and data files in some of its folders; read once."""
-    digest = hashlib.sha256()
-    for path in sorted({path for part in parts for path in _files(_PACKAGE / part)}):
-        name = path.relative_to(_PACKAGE).as_posix()
-        digest.update(name.encode() + b"\0" + path.read_bytes() + b"\0")
-    return digest.hexdigest()
-
-
-def _files(part: Path) -> list[Path]:
-    found = [part] if part.is_file() else list(part.rglob("*"))
-    return [path for path in found if path.suffix in (".py", ".toml") and path.is_file()]
-
-
-def provenance(case: Case, name: str, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Where a result comes from: what made it, platform, input files, settings of the command."""
+def provenance(case: Case, **more: Any) -> dict[str, Any]:
+    """Where a result comes from: what made it, platform, input files, and more that is given."""
     made = origin_of(case)
     return {
-        "id": name,
+        **more,
         "made_by": {**made.solved_by},
         "evaluated_by": {**made.evaluated_by},
         "platform": platform.platform(),
         "input_files": input_files(case),
-        "settings": dict(settings),
     }
 
 

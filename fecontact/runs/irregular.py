@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Sequence
 from functools import partial
-from multiprocessing import get_context
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from fecontact.alone.irregular import SmoothPair, smooth_pair
 from fecontact.case import Case
-from fecontact.comparison.irregular import JudgedPlace, judge_place, place_on
-from fecontact.comparison.irregular_map import LIMIT, judge_cell
+from fecontact.comparison.irregular import LIMIT, JudgedPlace, judge_place, place_on
+from fecontact.comparison.irregular_map import judge_cell
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.irregularity.shapes import Irregularity
 from fecontact.irregularity.texts import parse_irregularity
+from fecontact.jobs.workers import evaluators
 from fecontact.outputs.records.irregular import along_record, map_record
 from fecontact.theory.irregular import Pair
 
 Record = dict[str, Any]
 Progress = Callable[[int, int, str], None]
-T = TypeVar("T")
-R = TypeVar("R")
 _MOST_PLACES = 2000
 # Places of a table, where none are given: so many a half length of the patch.
 _A_HALF_LENGTH = 2.0
@@ -52,7 +49,7 @@ def irregular(
     case
         Its profiles at their position, load and materials; of the profiles the curvatures at first touch count.
     wavelengths_mm, amplitudes_mm
-        Of waves: a map, `cells`, `limits` and `conclusion`. An amplitude is half of peak to valley.
+        Of waves: a map, `cells` and `limits`. An amplitude is half of peak to valley.
     irregularity, positions_mm
         Of one irregularity or its text instead: what the models say along it, `places` and `worst`; without positions
         two of them a half length of the patch.
@@ -65,13 +62,13 @@ def irregular(
     ------
     InputError
         For inputs out of range, with what is allowed; as `smooth_pair` and `place_on` do.
+    WorkersLost
+        If a process ends before its time.
     """
     if (irregularity is None) == (not len(wavelengths_mm) and not len(amplitudes_mm)):
         raise InputError("irregular: give wavelengths and amplitudes for a map, or an irregularity, one of both")
     if not 0.0 < limit < 1.0:
         raise InputError(f"limit is {limit!r}; allowed: between 0 and 1, such as 0.05")
-    if workers < 1:
-        raise InputError(f"workers is {workers}; allowed: 1 and more")
     smooth = smooth_pair(case)
     by = partial(_all, workers=workers, progress=progress)
     if irregularity is None:
@@ -128,19 +125,12 @@ def _place(pair: Pair, force_N: float, line: Irregularity, s_mm: float) -> Judge
         return str(error)
 
 
-def _all(work: Callable[[T], R], items: Sequence[T], *, workers: int, progress: Progress | None) -> list[R]:
+def _all(work: Callable[[Any], Any], items: Sequence[Any], *, workers: int, progress: Progress | None) -> list[Any]:
     """Work on all items, in their order, in as many processes."""
-    if workers == 1 or len(items) == 1:
-        return _told(map(work, items), len(items), progress)
-    # spawned, as all workers are: a fork would copy threads half
-    with ProcessPoolExecutor(min(workers, len(items)), mp_context=get_context("spawn")) as pool:
-        return _told(pool.map(work, items, chunksize=4), len(items), progress)
-
-
-def _told(results: Iterable[R], count: int, progress: Progress | None) -> list[R]:
-    found: list[R] = []
-    for one in results:
-        found.append(one)
-        if progress is not None and (len(found) % 10 == 0 or len(found) == count):
-            progress(len(found), count, "models beside the half-space")
+    found = []
+    with evaluators(len(items), here=1 in (workers, len(items)), workers=workers) as map_over:
+        for one in map_over(work, items):
+            found.append(one)
+            if progress is not None and (len(found) % 10 == 0 or len(found) == len(items)):
+                progress(len(found), len(items), "models beside the half-space")
     return found

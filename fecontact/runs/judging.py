@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from fecontact.comparison.theories import HERTZ
 from fecontact.creep import Creep
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
-from fecontact.jobs.workers import evaluators
-from fecontact.map.cells import ApplicabilityMap, MapPosition
-from fecontact.map.uses import limits_by_use
+from fecontact.jobs.workers import began_on_one_thread, evaluators
+from fecontact.map.cells import ApplicabilityMap
 from fecontact.outcome import failed, has_numbers, usable
+from fecontact.outputs.documents.map import write_map_report
 from fecontact.outputs.maps.files import write_map
 from fecontact.outputs.maps.measures import MapMeasure, refuse_measure
-from fecontact.outputs.records.rows import Row, case_row, read_row
-from fecontact.outputs.reports.map import write_map_report
+from fecontact.outputs.records.results import Row, case_row, read_row
 from fecontact.outputs.reports.study_files import write_tables
-from fecontact.runs.case_store import RESULT, ROW, case_folder, read_case
-from fecontact.runs.load import read_map, readable, stored_study, unusable
-from fecontact.runs.position_store import read_position
+from fecontact.runs.load import read_map, stored_study, unusable
 from fecontact.runs.reports import report_judged
+from fecontact.runs.store import RESULT, ROW, case_folder, read_case
 
 # A case takes some hundredths of a second, with creep forces seconds, and a process seconds to begin.
 _WORTH_PROCESSES = 100
@@ -138,9 +138,9 @@ def judge_study(
         folders = [case_folder(folder, str(row["id"])) for row in before]
     rows = _judged_rows(before, folders, criteria, creep)
     changed = {
-        str(new["id"]): (str(old["verdict"]), str(new["verdict"]))
+        str(new["id"]): (str(old["verdict_answer"]), str(new["verdict_answer"]))
         for old, new in zip(before, rows, strict=True)
-        if old.get("verdict") and new.get("verdict") and old["verdict"] != new["verdict"]
+        if old.get("verdict_answer") and new.get("verdict_answer") and old["verdict_answer"] != new["verdict_answer"]
     }
     if out is not None:
         write_tables(name, len(rows), rows, out / "study")
@@ -151,13 +151,15 @@ def judge_study(
 def _judged_rows(before: Sequence[Row], folders: Sequence[Path], criteria: Criteria, creep: Creep | None) -> list[Row]:
     rows = [_unjudged(old, folder) for old, folder in zip(before, folders, strict=True)]
     left = [folder for folder, row in zip(folders, rows, strict=True) if row is None]
-    with evaluators(len(left), _worth_processes(creep)) as map_over:
+    with _judges(len(left), creep) as map_over:
         judged = iter(list(map_over(partial(_judged_row, criteria=criteria, creep=creep), left)))
     return [{"id": old["id"], **next(judged)} if row is None else row for old, row in zip(before, rows, strict=True)]
 
 
-def _worth_processes(creep: Creep | None) -> int:
-    return _WORTH_PROCESSES // (20 if creep is not None and creep.asked else 1)
+def _judges(count: int, creep: Creep | None) -> AbstractContextManager[Callable[..., Iterable[Any]]]:
+    """What judges so many on one thread, as the workers that solved them; this process if others are not worth it."""
+    worth = _WORTH_PROCESSES // (20 if creep is not None and creep.asked else 1)
+    return evaluators(count, here=count < worth and began_on_one_thread())
 
 
 def _unjudged(old: Row, folder: Path) -> Row | None:
@@ -194,20 +196,13 @@ def judge_map(
     """
     folder = Path(folder)
     _check_out(folder, out)
-    made, problems = read_map(folder, criteria, creep, partial(_judged_positions, creep_laws=measure == "theory"))
+    judges = partial(_judges, creep=creep)
+    made, problems = read_map(folder, criteria, creep, creep_laws=measure == "theory", judges=judges)
     refuse_measure(made.case, measure, theory)
     if out is not None:
         write_map(made, out, theory=theory)
-        write_map_report(made, out, uses=limits_by_use(made), theory=theory)
+        write_map_report(made, out, theory=theory)
     return made, list(problems.values())
-
-
-def _judged_positions(
-    folders: Sequence[Path], criteria: Criteria | None, creep: Creep | None, *, creep_laws: bool
-) -> list[MapPosition | str]:
-    read = partial(readable, partial(read_position, creep_laws=creep_laws), criteria=criteria, creep=creep)
-    with evaluators(len(folders), _worth_processes(creep)) as map_over:
-        return list(map_over(read, folders))
 
 
 def _check_out(folder: Path, out: Path | None) -> None:

@@ -2,31 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path, PureWindowsPath
-from typing import Any, TypeVar
+from typing import Any
 
-from fecontact.case import Case
 from fecontact.creep import Creep
 from fecontact.criteria import Criteria
-from fecontact.errors import FecontactError, InputError
+from fecontact.errors import InputError
 from fecontact.files import broken_seal, read_json
 from fecontact.jobs.store import whole_manifest
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.position import failed_position
 from fecontact.outcome import has_numbers
 from fecontact.outputs.records.map import MAP_SCHEMA
-from fecontact.outputs.records.rows import Row
+from fecontact.outputs.records.results import Row
 from fecontact.outputs.reports.study_files import STUDY_SCHEMA
-from fecontact.runs.case_store import RESULT, case_folder, read_case
 from fecontact.runs.identity import SOLVING_SOURCE, origin_of
-from fecontact.runs.position_store import POSITION, position_folder, read_position
-from fecontact.runs.work import stored_case
+from fecontact.runs.store import (
+    RESULT,
+    SOLVED,
+    case_folder,
+    position_folder,
+    read_case,
+    read_position,
+    refused_if_changed,
+    solved_in,
+    stored_case,
+)
 from fecontact.solving.solve import CaseResult
 
-Result = TypeVar("Result")
-ReadPositions = Callable[[Sequence[Path], Criteria | None, Creep | None], list[MapPosition | str]]
+Judges = Callable[[int], AbstractContextManager[Callable[..., Iterable[Any]]]]
 
 _REMEDY = "give the folder of a case, a study or a map that fecontact wrote"
 
@@ -75,19 +83,17 @@ def refuse_unusable(folder: Path) -> None:
 
 def unusable(folder: Path) -> str | None:
     """Why a finished case or position cannot be judged any more, and what to do."""
-    file = folder / (RESULT if (folder / RESULT).is_file() else POSITION)
+    file = folder / SOLVED
     if not file.is_file():
-        return f"{folder}: there is no finished result; solve it"
+        return f"{folder}: there is no finished result of this version ({SOLVED}); solve it"
     manifest = whole_manifest(folder)
     if isinstance(manifest, str):
         return f"{folder}: {manifest}; solve it again"
     try:
-        case = stored_case(folder, read_json(file)["case"])
+        with refused_if_changed(file, "solve it again"):
+            case = stored_case(folder, solved_in(folder)["case"])
     except InputError as error:
         return str(error)
-    except Exception as error:
-        # whatever a file that was changed on purpose leads to
-        return f"{file}: it has another layout ({type(error).__name__}: {error}); solve it again"
     # the packages, and the solver, of the machine that solved it need not be there for judging it
     made, here = (of.get(SOLVING_SOURCE, "none") for of in (manifest["solved_by"], origin_of(case).solved_by))
     if made == here:
@@ -140,16 +146,6 @@ def _sealed(path: Path, schema: str, remedy: str) -> Mapping[str, Any]:
     return document
 
 
-def readable(
-    read: Callable[..., Result], folder: Path, *, criteria: Criteria | None, creep: Creep | None
-) -> Result | str:
-    """What is read from the folder of a finished result, or why it cannot be."""
-    try:
-        return read(folder, criteria=criteria, creep=creep)
-    except InputError as error:
-        return str(error)
-
-
 def map_document(folder: Path) -> Mapping[str, Any]:
     """What `map.json` says, as it was written together with `map.csv`.
 
@@ -161,19 +157,18 @@ def map_document(folder: Path) -> Mapping[str, Any]:
     return _sealed(folder / "map.json", MAP_SCHEMA, "make the map again")
 
 
-def _read_positions(folders: Sequence[Path], criteria: Criteria | None, creep: Creep | None) -> list[MapPosition | str]:
-    return [readable(read_position, folder, criteria=criteria, creep=creep) for folder in folders]
-
-
 def read_map(
     folder: Path,
     criteria: Criteria | None = None,
     creep: Creep | None = None,
-    read: ReadPositions = _read_positions,
+    *,
+    creep_laws: bool = False,
+    judges: Judges = lambda count: nullcontext(map),
 ) -> tuple[ApplicabilityMap, dict[float, str]]:
     """A finished map, and which positions cannot be used.
 
-    Criteria, friction and creepages are those of the map, or others if they are given; `read` reads positions by them.
+    Criteria, friction and creepages are those of the map, or others if they are given. `judges` opens what reads so
+    many positions as `map` does.
 
     Raises
     ------
@@ -181,39 +176,32 @@ def read_map(
         If `map.json` has another layout, or no position of the map can be read.
     """
     document = map_document(folder)
+    read = partial(_position, criteria=criteria, creep=creep, creep_laws=creep_laws)
+    with refused_if_changed(folder / "map.json", "make the map again"):
+        names = {shift: name for name, shift in document["provenance"].get("positions", {}).items() if _is_name(name)}
+        folders = {shift: position_folder(folder, name) for shift, name in names.items()}
+        problems = {shift: problem for shift, own in folders.items() if (problem := unusable(own))}
+        usable = {shift: own for shift, own in folders.items() if shift not in problems}
+        with judges(len(usable)) as map_over:
+            found: dict[float, MapPosition | str] = dict(zip(usable, map_over(read, usable.values()), strict=True))
+        problems |= {shift: one for shift, one in found.items() if isinstance(one, str)}
+        known = {shift: one for shift, one in found.items() if not isinstance(one, str)}
+        positions = [
+            known[shift] if shift in known else failed_position(shift, document["loads_N"], problems[shift])
+            for shift in folders
+        ]
+        if not known:
+            why = next(iter(problems.values()), "none is there")
+            raise InputError(f"{folder}: no position of the map can be judged ({why})")
+        first = usable[min(known)]
+        base = stored_case(first, solved_in(first)["case"])
+        case = replace(base, lateral_shift_mm=0.0, criteria=criteria or base.criteria, creep=creep or base.creep)
+        return ApplicabilityMap(case=case, loads_N=tuple(document["loads_N"]), positions=tuple(positions)), problems
+
+
+def _position(folder: Path, **by: Any) -> MapPosition | str:
+    """A finished position, or why it cannot be read."""
     try:
-        return _read_map(folder, document, criteria, creep, read)
-    except FecontactError:
-        raise
-    except Exception as error:
-        # whatever a file that was changed on purpose leads to
-        said = f"{type(error).__name__}: {error}"
-        raise InputError(f"{folder / 'map.json'}: it cannot be read ({said}); make the map again") from error
-
-
-def _read_map(
-    folder: Path, document: Mapping[str, Any], criteria: Criteria | None, creep: Creep | None, read: ReadPositions
-) -> tuple[ApplicabilityMap, dict[float, str]]:
-    names = {shift: name for name, shift in document["provenance"].get("positions", {}).items() if _is_name(name)}
-    folders = {shift: position_folder(folder, name) for shift, name in names.items()}
-    problems = {shift: problem for shift, own in folders.items() if (problem := unusable(own))}
-    usable = {shift: own for shift, own in folders.items() if shift not in problems}
-    found = dict(zip(usable, read(list(usable.values()), criteria, creep), strict=True))
-    problems |= {shift: one for shift, one in found.items() if isinstance(one, str)}
-    known = {shift: one for shift, one in found.items() if not isinstance(one, str)}
-    positions = [
-        known[shift] if shift in known else failed_position(shift, document["loads_N"], problems[shift])
-        for shift in folders
-    ]
-    if not known:
-        why = next(iter(problems.values()), "none is there")
-        raise InputError(f"{folder}: no position of the map can be judged ({why})")
-    first = usable[min(known)]
-    base = stored_case(first, read_json(first / POSITION)["case"])
-    judged = replace(base, criteria=criteria or base.criteria, creep=creep or base.creep)
-    return _map(judged, document["loads_N"], positions), problems
-
-
-def _map(base: Case, loads_N: Sequence[float], positions: Sequence[MapPosition]) -> ApplicabilityMap:
-    case = replace(base, lateral_shift_mm=0.0)
-    return ApplicabilityMap(case=case, loads_N=tuple(loads_N), positions=tuple(positions))
+        return read_position(folder, **by)
+    except InputError as error:
+        return str(error)

@@ -9,7 +9,7 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.material import OF_YIELDING
-from fecontact.outputs.records.results import shown_case_record
+from fecontact.outputs.records.results import case_inputs
 from fecontact.regression.tables import load_table
 from fecontact.runs.load import map_document
 
@@ -38,12 +38,12 @@ def map_rows(folder: Path, case: Case, *, but_for: Sequence[str] = ()) -> list[M
         For a map of another contact, and for files that were changed.
     """
     document = map_document(folder)
-    theirs, own = (_contact(one) for one in (document["case"], shown_case_record(case)))
+    theirs, own = (_contact(one) for one in (document["case"], case_inputs(case)))
     different = [name for name in _CONTACT if name not in but_for and theirs.get(name) != own.get(name)]
     if different:
         told = "; ".join(f"{name} {theirs.get(name)!r} there, {own.get(name)!r} here" for name in different)
         raise InputError(f"{folder}: it is the map of another contact ({told}); give the same inputs, or another map")
-    return list(load_table(folder / "map.csv").rows.values())
+    return list(load_table(folder / "map.csv").rows.to_dict("records"))
 
 
 def _contact(record: Mapping[str, Any]) -> Record:

@@ -5,30 +5,25 @@ from __future__ import annotations
 import contextlib
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from fecontact.case import Case
 from fecontact.comparison.theories import HERTZ
 from fecontact.errors import InputError
 from fecontact.jobs.engine import OpenRun, Progress, RunSettings, finish, open_run
-from fecontact.jobs.job import Done, Job, Work
+from fecontact.jobs.job import Done, Job
 from fecontact.jobs.store import kept_folder
-from fecontact.jobs.workers import Crew
 from fecontact.map.cells import ApplicabilityMap, MapPosition
 from fecontact.map.position import failed_position
-from fecontact.map.uses import limits_by_use
+from fecontact.outputs.documents.map import write_map_report
 from fecontact.outputs.maps.files import write_map
 from fecontact.outputs.maps.measures import MapMeasure, refuse_measure
-from fecontact.outputs.reports.map import write_map_report
-from fecontact.runs.identity import input_files, origin_of, position_id, with_absolute_paths
-from fecontact.runs.position_store import has_open_loads, position_folder, position_work, read_position
-from fecontact.runs.work import job_of
+from fecontact.runs.identity import case_id, provenance, with_absolute_paths
+from fecontact.runs.store import Solving, has_open_loads, job_of, position_folder, read_position
 
-MakeWork = Callable[[Case, Sequence[float], str], Work]
 # Pictures are drawn while a map is made, but in its first minute; tables take so small a part of the time: what they
 # cost grows with the positions, and it is taken from those who solve.
 _DRAWN_EVERY_S, _PART_FOR_TABLES = 60.0, 0.02
@@ -53,8 +48,6 @@ def run_map(
     theory: str = HERTZ,
     settings: RunSettings | None = None,
     progress: Progress | None = None,
-    crew: Crew | None = None,
-    work: MakeWork = position_work,
 ) -> MapOutcome:
     """Solve all positions and loads that are not finished, find each position's load limit, and write the map.
 
@@ -68,8 +61,6 @@ def run_map(
         One of the pressure, whose map is drawn beside that of Hertz.
     progress
         Called with the number of finished positions, how many there are, and what is under way.
-    crew, work
-        Who solves, and what it does with a position; for tests.
 
     Raises
     ------
@@ -91,14 +82,13 @@ def run_map(
     # all are made first: a value that no case can have is said before anything is solved
     every = [replace(base_case, lateral_shift_mm=shift, load_N=load) for shift in shifts for load in reversed(loads)]
     cases = {case.lateral_shift_mm: case for case in every[:: len(loads)]}
-    with open_run(out, out / "positions", settings, crew, progress) as by:
+    with open_run(out, out / "positions", settings, progress) as by:
         run = _Run(
             base_case=base_case,
             cases=cases,
             loads_N=loads,
             out=out,
             by=by,
-            work=work,
             theory=theory,
             creep_laws=measure == "theory",
         )
@@ -110,7 +100,7 @@ def run_map(
             raise
         made = run.write()
         if by.settings.part is None and made.positions:
-            write_map_report(made, out, uses=limits_by_use(made), theory=theory)
+            write_map_report(made, out, theory=theory)
     return MapOutcome(made=made, reused=tuple(by.finished.reused), recomputed=by.finished.recomputed)
 
 
@@ -123,12 +113,11 @@ class _Run:
     loads_N: tuple[float, ...]
     out: Path
     by: OpenRun
-    work: MakeWork
     theory: str
     creep_laws: bool
 
     def __post_init__(self) -> None:
-        self._shifts = {position_id(case, self.loads_N): shift for shift, case in self.cases.items()}
+        self._shifts = {case_id(case, self.loads_N): shift for shift, case in self.cases.items()}
         self._positions: dict[float, MapPosition] = {}
         self._drawn_at, self._tables_at = time.monotonic(), -math.inf
 
@@ -137,46 +126,34 @@ class _Run:
         names = self.by.settings.own_part(list(self._shifts))
         # towards the gauge corner curvatures are large and second patches come: what takes longest is not left for last
         names = tuple(sorted(names, key=self._shifts.__getitem__, reverse=self.base_case.side == "left"))
-        again = [name for name in names if has_open_loads(position_folder(self.out, name)) and self._can_be_read(name)]
-        jobs = [self._job(name) for name in names if name not in again]
-        jobs += [replace(self._job(name), force=True) for name in again]
-        finish(jobs, self.by, total=len(self.cases), already=len(self._positions), on_done=self._done)
+        # loads that failed or did not converge are tried once more, after all others
+        jobs = sorted(map(self._job, names), key=lambda job: job.force)
+        finish(jobs, self.by, on_done=self._done)
 
     def write(self, *, drawn: bool = True) -> ApplicabilityMap:
         """Write the files of the map, or of the part, with the positions that are known."""
         found = tuple(self._positions[shift] for shift in sorted(self._positions))
         made = ApplicabilityMap(case=self.base_case, loads_N=self.loads_N, positions=found)
         name, begun = f"map{self.by.settings.part_suffix}", time.monotonic()
-        write_map(made, self.out, name, theory=self.theory, provenance=self._provenance(), drawn=drawn)
+        positions = {name: shift for name, shift in self._shifts.items() if shift in self._positions}
+        origin = provenance(self.base_case, positions=positions)
+        write_map(made, self.out, name, theory=self.theory, provenance=origin, drawn=drawn)
         now = time.monotonic()
         self._tables_at = now + (now - begun) / _PART_FOR_TABLES
         if drawn:
             self._drawn_at = now
         return made
 
-    def _provenance(self) -> dict[str, Any]:
-        made = origin_of(self.base_case)
-        return {
-            "made_by": dict(made.solved_by),
-            "evaluated_by": dict(made.evaluated_by),
-            "input_files": input_files(self.base_case),
-            "positions": {name: shift for name, shift in self._shifts.items() if shift in self._positions},
-        }
-
-    def _can_be_read(self, name: str) -> bool:
-        job = self._job(name)
-        kept = kept_folder(job.folder, job.name, job.origin)
-        return kept.found and kept.problem is None
-
     def _job(self, name: str) -> Job:
         case = self.cases[self._shifts[name]]
         if self.by.settings.scheduler:
             case = with_absolute_paths(case)
-        job = job_of(case, position_folder(self.out, name), self.work(case, self.loads_N, name))
+        job = job_of(case, position_folder(self.out, name), Solving(case=case, name=name, loads_N=self.loads_N))
         read = partial(
             read_position, criteria=self.base_case.criteria, creep=self.base_case.creep, creep_laws=self.creep_laws
         )
-        return replace(job, read=read, label=f"{case.lateral_shift_mm:+z.2f} mm")
+        open_ = has_open_loads(job.folder) and kept_folder(job.folder, job.name, job.origin).problem is None
+        return replace(job, read=read, label=f"{case.lateral_shift_mm:+z.2f} mm", force=open_)
 
     def _done(self, done: Done) -> None:
         shift = self._shifts[done.name]

@@ -9,17 +9,16 @@ from tempfile import TemporaryDirectory
 from fecontact.creep import Creep
 from fecontact.criteria import Criteria
 from fecontact.outcome import usable
+from fecontact.outputs.documents.study import PAIR, ShownPair, most_used, reported_case, shown_pair, write_study_report
 from fecontact.outputs.figures.case import case_figure
 from fecontact.outputs.figures.study import study_figure
 from fecontact.outputs.paraview.scene import begin_scene
-from fecontact.outputs.records.results import result_record
-from fecontact.outputs.records.rows import Row, read_row
-from fecontact.outputs.reports.study import PAIR, ShownPair, most_used, reported_case, shown_pair, write_study_report
+from fecontact.outputs.records.results import Row, result_record
 from fecontact.outputs.tables.cases import ReportedCase
 from fecontact.outputs.words.cases import case_words
-from fecontact.runs.case_store import ROW, case_folder, keep_case, read_case, store_fields
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id
+from fecontact.runs.store import Told, case_folder, keep_solved, keep_told, read_case, seal_case
 from fecontact.solving.placing import place_case
 from fecontact.solving.solve import CaseResult
 
@@ -54,17 +53,17 @@ def report_study(
     )
 
 
-def keep_with_report(result: CaseResult, folder: Path) -> Path:
-    """Put the files of a solved case into a folder, as `case_store.keep_case` does, and its report."""
-    stored = store_fields(result, folder)
+def keep_with_report(result: CaseResult, told: Told, folder: Path) -> Path:
+    """Put the files of a solved case into a folder, as `store.keep_case` does, and its report."""
+    keep_solved(result, result.case, folder)
     scene = begin_scene(folder, folder / PAIR)
-    keep_case(result, folder, stored)
-    row = read_row(folder / ROW)
+    keep_told(result, told, folder)
+    seal_case(result.case, folder)
     return write_study_report(
         case_words(result.case, result.placement),
-        [reported_case(row, folder)],
+        [ReportedCase(row=told.row, record=told.record, picture=folder / "case.png")],
         folder,
-        shown=ShownPair(row=row, placement=result.placement, scene=folder / PAIR, no_scene=scene),
+        shown=ShownPair(row=told.row, placement=result.placement, scene=folder / PAIR, no_scene=scene),
         criteria=result.case.criteria,
     )
 
@@ -93,7 +92,7 @@ def report_judged(
                 shown = shown_pair(row, result.placement, folder, out)
         rail = shown.placement.rail.profile if shown is not None and len(rails) == 1 else None
         # a single case is no line over the shift
-        if sum(row.get("p_max_fe_MPa") is not None for row in rows) > 1:
+        if sum(row.get("fe_p_max_MPa") is not None for row in rows) > 1:
             study_figure(rows, out / "study.png", rail, criteria)
         return write_study_report(
             f"{name}, judged again",

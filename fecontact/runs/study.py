@@ -4,31 +4,25 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from fecontact.case import Case
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.jobs.engine import Progress, RunSettings, finish, open_run
-from fecontact.jobs.job import Done, Work
-from fecontact.jobs.workers import Crew
+from fecontact.jobs.job import Done
 from fecontact.outcome import failed, usable
-from fecontact.outputs.records.rows import Row, input_columns, read_row
+from fecontact.outputs.records.results import Row, input_columns, read_row
 from fecontact.outputs.reports.study_files import study_figures, write_tables
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail
-from fecontact.runs.case_store import ROW, case_folder, case_work
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id, with_absolute_paths
 from fecontact.runs.reports import report_study, study_pair
-from fecontact.runs.work import job_of
+from fecontact.runs.store import ROW, Solving, case_folder, job_of
 
 _TABLES_EVERY_S = 2.0
-
-MakeWork = Callable[[Case, str, Mapping[str, Any]], Work]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,8 +61,6 @@ def run_study(
     *,
     settings: RunSettings | None = None,
     progress: Progress | None = None,
-    crew: Crew | None = None,
-    work: MakeWork = case_work,
 ) -> StudyOutcome:
     """Solve all cases of a study that are not finished and write its outputs below `out`.
 
@@ -80,8 +72,6 @@ def run_study(
     ----------
     progress
         Called with the number of finished cases, the number of cases, and what is under way.
-    crew, work
-        Who solves, and what it does with a case; for tests.
 
     Raises
     ------
@@ -97,10 +87,15 @@ def run_study(
     cases = _by_name(named)
     own = settings.own_part([name for name, _ in named])
     table = _Table(study.name, [(name, case) for name, case in named if name in set(own)], len(named), out, settings)
-    with open_run(out, out / "cases", settings, crew, progress) as by:
+    with open_run(out, out / "cases", settings, progress) as by:
         solved = {name: with_absolute_paths(cases[name]) if settings.scheduler else cases[name] for name in own}
         jobs = [
-            job_of(case, case_folder(out, name), work(case, name, command), label=_label(cases[name], study.cases))
+            job_of(
+                case,
+                case_folder(out, name),
+                Solving(case=case, name=name, settings=command),
+                label=_label(cases[name], study.cases),
+            )
             for name, case in solved.items()
         ]
         try:

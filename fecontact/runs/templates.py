@@ -29,6 +29,7 @@ resolution = "quick"          # quick, standard, fine; or element sizes along x 
 p_max_percent = 5.0           # peak pressure
 area_percent = 10.0           # area of the patch
 judged_by = "all"             # or strength (peak alone), patch (area, a, b, centre), or measures by name
+# theories_in_range = true    # name no theory that is out of its own range as the cheapest that holds
 
 # [track]
 # gauge_mm = 1435.0
@@ -62,7 +63,7 @@ def cases(quick: bool = False) -> list[Case]:
 
 def conclude(rows: list[dict], out: Path) -> str:
     """What the rows of the table say, when all cases are solved."""
-    holds = [row["lateral_shift_mm"] for row in rows if row["verdict"] == "HOLDS"]
+    holds = [row["lateral_shift_mm"] for row in rows if row["verdict_answer"] == "HOLDS"]
     return f"Hertz holds at {', '.join(f'{shift:g}' for shift in holds) or 'no'} mm"
 
 

@@ -16,7 +16,7 @@ from fecontact.comparison.judging import judge_load
 from fecontact.comparison.theories import HERTZ
 from fecontact.errors import ConvergenceError, InputError, check_positive
 from fecontact.solving.meshes import Meshes
-from fecontact.solving.position import Position, Progress, position_of
+from fecontact.solving.position import Position, position_of
 
 # Loads share meshes whose elements are at most so many times finer than the largest of them asks for: a coarse mesh
 # that served all loads would have too few elements for the smallest, and a fine one too many for the largest.
@@ -40,9 +40,9 @@ class LoadSweep:
         Loads to come; meshes are made so that some of them can share them.
     """
 
-    def __init__(self, case: Case, planned_N: Sequence[float] = (), *, progress: Progress | None = None) -> None:
+    def __init__(self, case: Case, planned_N: Sequence[float] = ()) -> None:
         """Place the case; its own load does not matter."""
-        self._position = _placed(case, planned_N, progress)
+        self._position = _placed(case, planned_N)
         self.placement = self._position.placement
         self._planned: dict[float, Position] = {}
         for load_N in sorted(set(planned_N), reverse=True):
@@ -128,14 +128,14 @@ def _elastic(case: Case) -> Case:
     return replace(case, rail_material=rail, wheel_material=wheel)
 
 
-def _placed(case: Case, planned_N: Sequence[float], progress: Progress | None) -> Position:
+def _placed(case: Case, planned_N: Sequence[float]) -> Position:
     """The position of a case under the largest of its loads that can be expected; which one does not matter."""
     try:
-        return position_of(case, progress=progress)
+        return position_of(case)
     except (InputError, ConvergenceError):
         for load_N in sorted(set(planned_N) - {case.load_N}, reverse=True):
             with suppress(InputError, ConvergenceError):
-                return position_of(replace(case, load_N=load_N), progress=progress)
+                return position_of(replace(case, load_N=load_N))
         raise
 
 

@@ -15,7 +15,6 @@ from fecontact.comparison.judging import Evidence, judge_hertz
 from fecontact.comparison.measures import patch_of
 from fecontact.comparison.point_noise import PointNoise
 from fecontact.comparison.solved_load import Level, SolvedLoad, elements_off
-from fecontact.comparison.theories import HERTZ
 from fecontact.comparison.uncertainty import MESH_RATIO
 from fecontact.contact.rung import Rung
 from fecontact.errors import InputError, NotEnoughMemory
@@ -29,6 +28,7 @@ from fecontact.solving.planes import angle_of_normals
 from fecontact.solving.position import Position, hertz_of_case
 from fecontact.solving.quadratic_rung import quadratic_rung
 from fecontact.solving.yielding import nodal_fields
+from fecontact.theory.hertz import hertz_from_hessian
 
 # The case's own mesh, a coarser one, and three refinements.
 _MOST_MESHES = 5
@@ -88,7 +88,11 @@ class Meshes:
         while stop is None and is_open(case, levels, placement, noise):
             stop = self._refine(position, levels)
         with position.clock.step("ladder"):
-            hertz = judge_hertz(case, levels, placement, noise)[HERTZ].hertz
+            hertz = hertz_from_hessian(
+                placement.first.curvature.hessian,
+                normal_force_N=levels[0].fe.normal_force_N,
+                contact_modulus_MPa=case.contact_modulus_MPa,
+            )
             return SolvedLoad(
                 case=case,
                 levels=tuple(levels),

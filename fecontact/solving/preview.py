@@ -6,17 +6,13 @@ from dataclasses import dataclass
 
 from fecontact.case import Case
 from fecontact.geometry.placement import Placement
-from fecontact.solving.cost import START_SECONDS, WHOLE, cpu_seconds, memory_GB
+from fecontact.solving.cost import START_SECONDS, cpu_seconds, memory_GB, unknowns_of
 from fecontact.solving.expected_patch import ExpectedPatch
 from fecontact.solving.measured_lines import hertz_uncertainty
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import MARGIN_ELEMENTS, element_size_mm, expect_on_half_space
 from fecontact.solving.zone import fine_zone
 from fecontact.theory.hertz import HertzContact
-
-# Unknowns of both bodies for n_x by n_s elements in the zone of a half model: eight meshes of 8 by 16 to 13 by 50
-# elements have 0.93 to 1.06 of it (60E1, a cylinder, A120; quick and standard).
-_UNKNOWNS, _MORE_X, _MORE_S = 125.0, 0.2, 14.4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,7 +68,7 @@ def preview(case: Case) -> Preview:
     # patches far apart have fewer between them
     if (zone := fine_zone(expected, sizes)).bands:
         across = zone.intervals_s
-    unknowns = _UNKNOWNS * (along_x + _MORE_X) * (across + _MORE_S) * (1.0 if case.half else WHOLE)
+    unknowns = unknowns_of(along_x, across, half=case.half)
     return Preview(
         case=case,
         placement=placement,

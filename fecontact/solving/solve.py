@@ -21,9 +21,8 @@ from fecontact.fe.linear_solver import SolverName
 from fecontact.fe.stress_peak import StressPeak, stress_peak
 from fecontact.geometry.placement import Placement
 from fecontact.solving.meshes import Meshes, SolvedBodies
-from fecontact.solving.position import Clock, Progress, hertz_points_of_case, position_of
+from fecontact.solving.position import Clock, Progress, position_of
 from fecontact.theory.hertz import HertzContact
-from fecontact.theory.touch_hertz import HertzPoints
 
 Floats = NDArray[np.float64]
 
@@ -46,8 +45,6 @@ class CaseResult:
     ----------
     load
         The load as it was solved, field by field and rung by rung, with all that is read from it.
-    hertz_points
-        Hertz's ellipses at all touch points of the rigid bodies.
     von_mises
         Largest von Mises stress of rail and wheel, and where it lies.
     bodies
@@ -57,7 +54,6 @@ class CaseResult:
 
     load: JudgedLoad
     placement: Placement
-    hertz_points: HertzPoints
     von_mises: Mapping[str, StressPeak]
     effort: Effort
     bodies: SolvedBodies | None
@@ -69,6 +65,16 @@ class CaseResult:
     def case(self) -> Case:
         """The inputs."""
         return self.load.case
+
+    @property
+    def solved(self) -> tuple[JudgedLoad, ...]:
+        """All loads that gave numbers, as a position of a map has them."""
+        return (self.load,)
+
+    @property
+    def short_of_memory(self) -> bool:
+        """Whether the machine had too little memory for all that was asked for."""
+        return self.load.solved.short_of_memory
 
     @property
     def status(self) -> Status:
@@ -111,12 +117,6 @@ class CaseResult:
         return Field(grid=self.load.fe.grid, values=self.load.fe.gap_mm).whole().values
 
     @property
-    def surface_points_mm(self) -> Floats:
-        """The pressure nodes on the true rail (nx, ns, 3), in the track frame."""
-        grid = self.grid
-        return self.placement.surface(grid.x_mm[:, None], grid.s_mm[None, :])[0]
-
-    @property
     def notes(self) -> tuple[str, ...]:
         """What is to be known of the profiles and of the contact as a whole."""
         return position_notes(self.placement, self.comparison)
@@ -152,7 +152,6 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
     return CaseResult(
         load=judged,
         placement=position.placement,
-        hertz_points=hertz_points_of_case(case, position.placement),
         von_mises=peaks,
         effort=_effort(position.clock, bodies),
         bodies=bodies,

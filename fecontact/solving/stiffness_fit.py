@@ -49,8 +49,6 @@ class Stiffness:
         Of c1 and c2; NaN for two points.
     hertz_c1_mm_per_N23
         K_H^(-2/3).
-    c1_deviation
-        (Hertz - fit) / fit of c1.
     residual
         Root mean square of the relative error of the approach.
     """
@@ -59,7 +57,6 @@ class Stiffness:
     c2_mm_per_N: float
     covariance: Floats
     hertz_c1_mm_per_N23: float
-    c1_deviation: float
     residual: float
 
     @property
@@ -118,6 +115,5 @@ def fit_stiffness(points: Sequence[JudgedLoad]) -> Stiffness:
         c2_mm_per_N=float(c2),
         covariance=np.asarray(covariance),
         hertz_c1_mm_per_N23=hertz,
-        c1_deviation=hertz / float(c1) - 1.0,
         residual=math.sqrt(float(np.mean(error**2))),
     )

@@ -10,24 +10,21 @@ from fecontact.theory.load_search import under_load
 from fecontact.theory.strip_contact import StripContact, strip_contact
 
 
-def analyn(line: GapLine, normal_force_N: float, *, curvature_smoothing_mm: float = 0.0) -> StripContact:
+def analyn(line: GapLine, normal_force_N: float) -> StripContact:
     """ANALYN under a normal force; as `analyn_at`."""
-    smooth = line.smoothed(curvature_smoothing_mm) if curvature_smoothing_mm else line
-    return under_load(smooth, normal_force_N, lambda approach: analyn_at(smooth, approach))
+    return under_load(line, normal_force_N, lambda approach: analyn_at(line, approach))
 
 
-def analyn_at(line: GapLine, approach_mm: float, *, curvature_smoothing_mm: float = 0.0) -> StripContact:
+def analyn_at(line: GapLine, approach_mm: float) -> StripContact:
     """ANALYN at an approach (mm).
 
     Each strip is the middle of Hertz's ellipse for its own curvature across, at the approach that is left of the whole
     one after the gap and the deformation in proportion to it.
 
-    `curvature_smoothing_mm` as in `stripes_at`.
-
     Raises
     ------
     InputError
-        If the approach is not positive, or the smoothing is negative.
+        If the approach is not positive.
 
     Notes
     -----
@@ -37,8 +34,6 @@ def analyn_at(line: GapLine, approach_mm: float, *, curvature_smoothing_mm: floa
     curvature.
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
-    if curvature_smoothing_mm:
-        line = line.smoothed(curvature_smoothing_mm)
     own = line.own_ellipses
     left = np.maximum(approach_mm - line.f_mm / own.part_t, 0.0)
     inside = left > 0.0

@@ -19,6 +19,8 @@ Floats = NDArray[np.float64]
 _CHORD_MM = 0.1
 # Gaps wider than this are never closed by running wheels.
 _WIDEST_GAP_MM = 1.0
+# Of the positions; it follows every profile. And how far they go to each side.
+_STEP_MM, _HALF_WIDTH_MM = 0.02, 40.0
 _EVEN = 1e-6
 LEAST_B_PER_MM = 1e-4
 """Curvature across (1/mm) that stands for a flat or concave gap where a theory needs a convex one."""
@@ -112,17 +114,6 @@ class GapLine:
         share = 100.0 * np.count_nonzero(flat) / np.count_nonzero(inside)
         return [f"{share:.0f} % of the patch is flat or concave across; {LEAST_B_PER_MM:g} 1/mm stands for it"]
 
-    def smoothed(self, deviation_mm: float) -> GapLine:
-        """The line with its curvature averaged by a Gaussian of this standard deviation, the gap as it is.
-
-        Beyond the ends of the line the curvature counts as it is there.
-        """
-        check_positive("standard deviation of the smoothing", deviation_mm, "mm", "leave smoothing out for none")
-        reach = int(np.ceil(4.0 * deviation_mm / self.step_mm))
-        weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) * self.step_mm / deviation_mm) ** 2)
-        padded = np.pad(self.B_per_mm, reach, mode="edge")
-        return replace(self, B_per_mm=np.convolve(padded, weights / weights.sum(), mode="valid"))
-
 
 def _curvature(f: Floats, step: float) -> Floats:
     """Half the second derivative of a line (n,), that of the nearest place with a whole chord at its ends."""
@@ -131,20 +122,11 @@ def _curvature(f: Floats, step: float) -> Floats:
     return np.pad(inner, reach, mode="edge")
 
 
-def gap_line(
-    placement: Placement,
-    *,
-    contact_modulus_MPa: float,
-    step_mm: float = 0.02,
-    half_width_mm: float = 40.0,
-    slide_mm: float = 0.0,
-) -> GapLine:
+def gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm: float = 0.0) -> GapLine:
     """Gap line of a placed wheel through its first touch point, as far as the surfaces face each other within 1 mm.
 
     Parameters
     ----------
-    step_mm, half_width_mm
-        Distance of the positions, and how far to go to each side.
     slide_mm
         How far the wheel goes along the tangent plane, to the field side positive, before the gap is taken. A load
         that is not along the contact normal lets it slide: approach times tan(contact angle) under a vertical one,
@@ -155,9 +137,8 @@ def gap_line(
     Range of validity: one plane for the whole patch; the wheel stands without yaw, or with so little that the gap is
     even in x.
     """
-    check_positive("step of the gap line", step_mm, "mm", "0.02 mm follows every profile")
-    count = int(np.ceil(half_width_mm / step_mm))
-    t = np.asarray(step_mm * np.arange(-count, count + 1), dtype=np.float64)
+    count = round(_HALF_WIDTH_MM / _STEP_MM)
+    t = np.asarray(_STEP_MM * np.arange(-count, count + 1), dtype=np.float64)
     touch, wheel = placement.first, placement.wheel
     slid = replace(placement, wheel=replace(wheel, centre_mm=wheel.centre_mm + slide_mm * touch.tangent))
     f = slid.tangent_plane_gap(0.0, t)

@@ -10,36 +10,31 @@ from fecontact.theory.load_search import under_load
 from fecontact.theory.strip_contact import StripContact, strip_contact
 
 
-def stripes(line: GapLine, normal_force_N: float, *, curvature_smoothing_mm: float = 0.0) -> StripContact:
+def stripes(line: GapLine, normal_force_N: float) -> StripContact:
     """STRIPES under a normal force; as `stripes_at`."""
-    smooth = line.smoothed(curvature_smoothing_mm) if curvature_smoothing_mm else line
-    return under_load(smooth, normal_force_N, lambda approach: stripes_at(smooth, approach))
+    return under_load(line, normal_force_N, lambda approach: stripes_at(line, approach))
 
 
-def stripes_at(line: GapLine, approach_mm: float, *, curvature_smoothing_mm: float = 0.0) -> StripContact:
+def stripes_at(line: GapLine, approach_mm: float) -> StripContact:
     """STRIPES at an approach (mm).
 
     The bodies interpenetrate by the part of the approach that Hertz's ellipse at the touch point takes up across. The
     curvature along the rail is corrected strip by strip so that the patch is Hertz's for the strip's own curvature
     across, whose pressure it has.
 
-    `curvature_smoothing_mm` is the standard deviation of a Gaussian over the curvature across; 0 leaves it as it is.
-
     Raises
     ------
     InputError
-        If the approach is not positive, or the smoothing is negative.
+        If the approach is not positive.
 
     Notes
     -----
     Class of cost: closed form. Source: Ayasse and Chollet (2005), as others tell it, with constants that give Hertz.
-    Not found: the paper's rule for smoothing the curvature; the peak follows it (5 to 15 % at junctions), so that none
-    is the default. Range: a gap that is convex all over the patch; the peak is too high where the curvature rises
+    Not found: the paper's rule for smoothing the curvature; the peak would follow it (5 to 15 % at junctions), and here
+    there is none. Range: a gap that is convex all over the patch; the peak is too high where the curvature rises
     inside it. Exact for constant curvature.
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
-    if curvature_smoothing_mm:
-        line = line.smoothed(curvature_smoothing_mm)
     f, own = line.f_mm, line.own_ellipses
     overlap = np.maximum(float(own.part_t[line.touch]) * approach_mm - f, 0.0)
     inside = overlap > 0.0

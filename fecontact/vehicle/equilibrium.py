@@ -55,7 +55,7 @@ class Equilibrium:
     iterations
         Of Newton's method.
     notes
-        What happened on the way: folds, jumps to another branch.
+        What happened on the way: folds, jumps to another branch; and contacts that were not solved.
     """
 
     status: Status
@@ -107,7 +107,7 @@ def solve_at(
         if found > _WELL_DOWN * size:
             slopes = None
         stalled, least = (stalled + 1, least) if found > _STALLED * least else (0, found)
-    balanced = float(np.abs(here.residual_N).max()) < tolerance
+    balanced = float(np.abs(here.residual_N).max()) < tolerance and not here.problems
     return Equilibrium(
         status="equilibrium" if balanced else "no equilibrium",
         line=line,
@@ -115,6 +115,7 @@ def solve_at(
         balance=here,
         slopes=slopes,
         iterations=iterations,
+        notes=here.problems,
     )
 
 
@@ -262,7 +263,7 @@ class _Path:
             tried.append(one)
         best = min(tried, key=lambda one: one.left_over_N)
         left = f"no equilibrium was found from {len(tried)} starts: {best.left_over_N:.0f} N left"
-        return replace(best, notes=(end, left))
+        return replace(best, notes=(end, left, *best.notes))
 
     def _starts(self, line: Line) -> Iterator[Floats]:
         yield self._known[-1].state

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fecontact.errors import InputError, check_positive
+from fecontact.errors import ConvergenceError, InputError, check_positive
 from fecontact.geometry.contact_functions import harmonic_conicity
 from fecontact.geometry.wheelset import Wheelset
 from fecontact.material import STEEL, Material, contact_modulus_MPa
@@ -80,6 +80,8 @@ def loaded_contacts(
     ------
     InputError
         If the load is not positive, or a shift is not possible under it.
+    ConvergenceError
+        If the theory finds no contact at a shift.
     """
     check_positive("wheel load", wheel_load_N, "N", "give the vertical load of one wheel")
     left = Surfaces(pair=wheelset.left.pair)
@@ -161,6 +163,8 @@ class _Loaded:
         pressed = () if overlap is None else self.pressed(overlap)
         if overlap is None or not pressed:
             return LoadedWheel(load_N=0.0, radius_mm=float("nan"), centre_mm=float("nan"), patches=0)
+        if problem := pressed[0].problem:
+            raise ConvergenceError(problem)
         s = np.concatenate([one.s_mm for one in pressed])
         force = np.concatenate([one.force_N_per_mm * one.width_mm for one in pressed])
         share = force / force.sum()

@@ -54,12 +54,15 @@ class Pressed:
         Along the rail.
     force_N_per_mm (n,)
         Along the rail's normal, over the width.
+    problem
+        Why its force is not to be trusted; empty where it is.
     """
 
     s_mm: Floats
     width_mm: Floats
     half_length_mm: Floats
     force_N_per_mm: Floats
+    problem: str = ""
 
 
 NormalTheory: TypeAlias = Callable[[Overlap, float], tuple[Pressed, ...]]
@@ -160,7 +163,7 @@ def half_space(overlap: Overlap, contact_modulus_MPa: float, *, fine: bool = Fal
     found = pressed_strips(overlap, contact_modulus_MPa, fine=fine)
     if found is None:
         return ()
-    s, half_length, force = found
+    s, half_length, force, problem = found
     width = np.full(s.size, s[1] - s[0])
     return tuple(
         Pressed(
@@ -168,6 +171,7 @@ def half_space(overlap: Overlap, contact_modulus_MPa: float, *, fine: bool = Fal
             width_mm=width[first : last + 1],
             half_length_mm=half_length[first : last + 1],
             force_N_per_mm=force[first : last + 1],
+            problem=problem,
         )
         for first, last in _regions(force)
     )

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.errors import InputError
+from fecontact.errors import ConvergenceError, InputError
 from fecontact.vehicle.equilibrium import solve_at, straight_start
 from fecontact.vehicle.model import Vehicle
 from fecontact.vehicle.steady import (
@@ -101,12 +101,15 @@ def linear_model(vehicle: Vehicle, line: Line) -> LinearModel:
     ------
     InputError
         If it has none there, or the track is curved.
+    ConvergenceError
+        If a contact beside it is not solved.
     """
     if line.curvature_per_mm != 0.0:
         raise InputError("stability is that of straight track; allowed: curvature 0")
     found = solve_at(straight_start(vehicle, line), vehicle, line)
     if found.status != "equilibrium":
-        raise InputError(f"there is no equilibrium on straight track: {found.left_over_N:.0f} N left; check profiles")
+        why = "; ".join(found.notes) or f"{found.left_over_N:.0f} N left; check profiles"
+        raise InputError(f"there is no equilibrium on straight track: {why}")
     size = found.state.size
     stiffness = _central(lambda q: without_rails(q, vehicle, line), found.state, 1e-3)
     if vehicle.bogie is not None:
@@ -114,13 +117,21 @@ def linear_model(vehicle: Vehicle, line: Line) -> LinearModel:
     of_rates = np.zeros((size, size))
     for k, one in enumerate(wheelset_states(found.state, vehicle)):
         block = slice(WHEELSET_SIZE * k, WHEELSET_SIZE * (k + 1))
-        stiffness[block, block] += _central(lambda q: on_wheelset(rail_forces(q, line), q), one, _PLACE_STEP)
+        stiffness[block, block] += _central(lambda q: _of_rails(q, line), one, _PLACE_STEP)
         of_rates[block, WHEELSET_SIZE * k : WHEELSET_SIZE * k + _PLACES] = _central(
-            lambda r, q=one: on_wheelset(rail_forces(q, line, r), q),  # type: ignore[misc]
+            lambda r, q=one: _of_rails(q, line, r),  # type: ignore[misc]
             np.zeros(_PLACES),
             _RATE_STEP,
         )
     return LinearModel(vehicle=vehicle, stiffness=stiffness, damping=_dampers(vehicle, size), of_rates=of_rates)
+
+
+def _of_rails(state: Floats, line: Line, rates: Floats | None = None) -> Floats:
+    """Sums (5,) that rails add to a wheelset's balance, of contacts that were solved."""
+    wheels = rail_forces(state, line, rates)
+    if problem := wheels[0].problem or wheels[1].problem:
+        raise ConvergenceError(problem)
+    return on_wheelset(wheels, state)
 
 
 def _central(f: Callable[[Floats], Floats], at: Floats, step: float) -> Floats:
@@ -162,7 +173,7 @@ def straight_track(theory: str, vehicle: Vehicle, line: Line) -> StraightTrack:
     """Critical speed and wavelengths on a straight line, by a theory that `line` has; without an equilibrium, why."""
     try:
         model = linear_model(vehicle, line)
-    except InputError as error:
+    except (InputError, ConvergenceError) as error:
         return StraightTrack(theory=theory, problem=str(error))
     critical, slow = critical_speed_m_s(model), hunting(model, _SLOWEST_M_S)
     at = slow if critical is None else hunting(model, critical)

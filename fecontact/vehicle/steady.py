@@ -84,6 +84,11 @@ class Balance:
     pull_N: float
     power_per_speed_N: float
 
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """Why forces of wheels are not to be trusted, each reason once; empty where all are."""
+        return tuple(dict.fromkeys(wheel.problem for both in self.wheels for wheel in both if wheel.problem))
+
 
 def motion_of(state: Floats, curvature_per_mm: float, rates: Floats | None = None) -> Motion:
     """The motion that a state (5,) of a wheelset stands for; `rates` (4,) are those of its position over the speed."""

@@ -20,7 +20,10 @@ _BEYOND_MM, _BEYOND_LOAD = 0.5, 1.25
 
 @dataclass(frozen=True, kw_only=True)
 class MapCell:
-    """What a map of the left wheel says at a shift and a load: the verdict of Hertz, and the cheapest theory."""
+    """What a map of the left wheel says at a shift and a load: the verdict of Hertz, and the cheapest theory.
+
+    That theory is told with the words that it is out of its range, where it is.
+    """
 
     lateral_shift_mm: float
     load_kN: float

@@ -95,6 +95,8 @@ class PatchForce:
         Semi-axes of the ellipse that stands for it.
     creepages
         There.
+    problem
+        Why the normal force is not to be trusted; empty where it is.
     """
 
     normal_force_N: float
@@ -106,6 +108,7 @@ class PatchForce:
     a_mm: float
     b_mm: float
     creepages: Creepages
+    problem: str = ""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -120,6 +123,11 @@ class WheelForce:
     power_per_speed_N: float
     turned_N: float
     patches: tuple[PatchForce, ...]
+
+    @property
+    def problem(self) -> str:
+        """Why the normal force of a patch is not to be trusted; empty where all are."""
+        return next((patch.problem for patch in self.patches if patch.problem), "")
 
     def mirrored(self) -> WheelForce:
         """That of the right wheel in the frame of the left side, which it is the mirror image of."""
@@ -192,6 +200,7 @@ def _patch_force(
         a_mm=piece.contact.a_mm,
         b_mm=piece.contact.b_mm,
         creepages=plane,
+        problem=pressed.problem,
     )
     return force, moment, power, turned, patch
 

@@ -123,9 +123,9 @@ def _draw_outlines(ax: Axes, fields: PressureFields) -> None:
         edge.set(label=f"{name}finite elements")
 
 
-def ellipse_outline(hertz: HertzContact, points: int = 181) -> tuple[Floats, Floats]:
-    """Edge of Hertz's ellipse: s and x (points,) in mm, closed."""
-    turn = np.linspace(0.0, 2.0 * np.pi, points)
+def ellipse_outline(hertz: HertzContact) -> tuple[Floats, Floats]:
+    """Edge of Hertz's ellipse: s and x (n,) in mm, closed."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 181)
     first, second = hertz.a_mm * np.cos(turn), hertz.b_mm * np.sin(turn)
     c, s = np.cos(hertz.orientation_rad), np.sin(hertz.orientation_rad)
     return first * s + second * c, first * c - second * s

@@ -31,9 +31,10 @@ def ladder_figure(rows: Sequence[Row]) -> Figure | None:
     half-space, from there to the finite bodies, and to bodies that yield, with its uncertainty.
     """
     told = [row for row in rows if usable(row)]
-    every = {f"p_max_step_{step.column}": step.cause for step in STEPS if step.column}
     steps = {
-        name: cause for name, cause in every.items() if all(row.get(f"{name}_percent") is not None for row in told)
+        step.name: step.cause
+        for step in STEPS
+        if step.shown and all(row.get(f"steps_{step.name}_p_max_percent") is not None for row in told)
     }
     if not told or not steps:
         return None
@@ -57,8 +58,8 @@ def ladder_figure(rows: Sequence[Row]) -> Figure | None:
 
 def _draw_step(ax: Axes, rows: Sequence[Row], name: str, colour: str, label: str | None) -> None:
     shifts = [float(row["lateral_shift_mm"]) for row in rows]
-    values = [float(row[f"{name}_percent"]) for row in rows]
-    unsure = [row.get(f"{name}_uncertainty_percent") for row in rows]
+    values = [float(row[f"steps_{name}_p_max_percent"]) for row in rows]
+    unsure = [row.get(f"steps_uncertainty_{name}_p_max_percent") for row in rows]
     ax.plot(shifts, values, "o", color=colour, ms=5, label=label)
     ax.vlines(shifts, 0.0, values, color=colour, lw=1.4)
     if all(value is not None for value in unsure):

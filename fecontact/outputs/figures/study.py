@@ -78,10 +78,10 @@ def study_figure(
         fe, hertz = f"{kept}FE{label}", f"{kept}Hertz{label}"
         of_fe: dict[str, Any] = style | ({"color": FE} if single else {})
         of_hertz: dict[str, Any] = style | ({"color": HERTZ} if single else {}) | {"ls": "--", "mfc": "white"}
-        value = _numbers(group, "p_max_fe_MPa")
-        unsure = 1e-2 * _numbers(group, "p_max_uncertainty_percent") * value
+        value = _numbers(group, "fe_p_max_MPa")
+        unsure = 1e-2 * _numbers(group, "hertz_uncertainty_p_max_percent") * value
         _draw_series(peak, group, value, unsure, label=fe, **of_fe)
-        _draw_series(peak, group, _numbers(group, "p_max_hertz_MPa"), label=hertz, **of_hertz)
+        _draw_series(peak, group, _numbers(group, "hertz_p_max_MPa"), label=hertz, **of_hertz)
         places = _numbers(group, "touch_rail_y_mm")
         _draw_series(touch, group, places, **(style | ({"color": "0.2"} if single else {})))
         _draw_without_value(peak, group)
@@ -103,7 +103,7 @@ def _numbers(rows: Sequence[Row], column: str) -> Floats:
 
 def _draw_deviations(ax: Axes, group: Sequence[Row], style: Mapping[str, Any], labels: tuple[str, str]) -> None:
     for measure, label, own in zip(("p_max", "area"), labels, ({"ls": "-"}, {"ls": ":", "mfc": "white"}), strict=True):
-        value, unsure = (_numbers(group, f"{measure}_{of}_percent") for of in ("deviation", "uncertainty"))
+        value, unsure = (_numbers(group, f"hertz_{of}_{measure}_percent") for of in ("deviation", "uncertainty"))
         _draw_series(ax, group, value, unsure, label=label, **style, **own)
 
 
@@ -147,7 +147,7 @@ def _draw_answers(ax: Axes, rows: Sequence[Row]) -> None:
 
     handles = []
     for answer, colour in ANSWERS.items():
-        shifts = [float(row["lateral_shift_mm"]) for row in rows if usable(row) and row.get("verdict") == answer]
+        shifts = [float(row["lateral_shift_mm"]) for row in rows if usable(row) and row.get("verdict_answer") == answer]
         if shifts:
             style: dict[str, Any] = {"marker": ANSWER_MARKS[answer], "ms": 9, "mfc": colour, "mec": "0.2", "mew": 0.8}
             place: dict[str, Any] = {"transform": ax.get_xaxis_transform(), "clip_on": False, "ls": "none"}
@@ -172,13 +172,13 @@ def _draw_series(ax: Axes, group: Sequence[Row], value: Floats, unsure: Floats |
 
 def _jumps(group: Sequence[Row]) -> NDArray[np.int64]:
     """Numbers of the rows before which a touch point leaves the Hertz ellipse of either: anything may be between."""
-    touch, width = _numbers(group, "touch_rail_y_mm"), _numbers(group, "b_hertz_mm")
+    touch, width = _numbers(group, "touch_rail_y_mm"), _numbers(group, "hertz_b_mm")
     # a number that is not known (NaN) is no jump
     return 1 + np.flatnonzero(np.abs(np.diff(touch)) > np.minimum(width[1:], width[:-1]))
 
 
 def _draw_without_value(ax: Axes, group: Sequence[Row]) -> None:
-    lost = [float(row["lateral_shift_mm"]) for row in group if row.get("p_max_fe_MPa") is None]
+    lost = [float(row["lateral_shift_mm"]) for row in group if row.get("fe_p_max_MPa") is None]
     ax.plot(lost, [0.04] * len(lost), transform=ax.get_xaxis_transform(), color="0.2", **_BAD)
 
 

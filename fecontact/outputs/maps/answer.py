@@ -60,17 +60,23 @@ def theory_sentences(view: MapView) -> list[str]:
     found: list[str] = []
     for name, theory in THEORIES.items():
         if where := _where(view, name):
-            found.append(f"{'It' if found else 'The cheapest theory that holds'} is {theory.words} {where}.")
+            out = _where(view, name, out_of_range=True)
+            begin = "It" if found else _capital(view.title)
+            found.append(f"{begin} is {theory.words} {where}{out and f', out of its range {out}'}.")
     if where := _where(view, "FAILS"):
         found.append(f"None holds {where}.")
     return found + _counted(view)
 
 
-def _where(view: MapView, name: str) -> str:
-    """Shifts and loads at which this is the answer, shifts with the same loads together."""
+def _where(view: MapView, name: str, *, out_of_range: bool = False) -> str:
+    """Shifts and loads at which this is the answer, or is so out of its range; shifts with the same loads together."""
     shifts = [column.shift_mm for column in view.columns]
     at_loads = {
-        number: tuple(load_N for load_N, cell in zip(view.loads_N, column.cells, strict=True) if cell.answer == name)
+        number: tuple(
+            load_N
+            for load_N, cell in zip(view.loads_N, column.cells, strict=True)
+            if cell.answer == name and cell.out_of_range >= out_of_range
+        )
         for number, column in enumerate(view.columns)
     }
     parts = []

@@ -8,7 +8,7 @@ from itertools import chain, repeat
 from string import ascii_uppercase
 
 from fecontact.comparison.creep_theories import CREEP_LAWS, REAL
-from fecontact.comparison.judgement import FORCE, Judgement, cheapest, first_standing
+from fecontact.comparison.judgement import FORCE, Judgement, Standing, cheapest, standings
 from fecontact.comparison.theories import THEORIES
 from fecontact.map.cells import ApplicabilityMap, MapCell
 from fecontact.map.load_limit import stretches
@@ -34,6 +34,7 @@ _PRESSURE_COLOURS = (
     *("#f5d2a8", "#f5b878"),
 )
 _OPEN, _NONE, _LOST = "UNRESOLVED", "FAILS", "failed"
+_OUT, _OUT_WORDS = "*", "out of its range"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +46,11 @@ class _Theories:
     words: Mapping[str, str]
     number: Callable[[str, Judgement], str]
     lost: str
+    in_range: bool = False
+
+    def cheapest(self, cell: MapCell) -> Standing:
+        """The cheapest of them in a cell."""
+        return cheapest(standings(self.of(cell)), in_range=self.in_range)
 
 
 def law_view(made: ApplicabilityMap) -> MapView:
@@ -73,12 +79,12 @@ def theory_view(made: ApplicabilityMap) -> MapView:
         words={name: THEORIES[name].words for name in names},
         number=lambda _, judged: part_words(judged.limit_used),
         lost="could not be solved",
+        in_range=made.case.criteria.theories_in_range,
     )
-    note = "the cheapest theory that holds, and the largest part of a limit that it uses"
+    title = "the cheapest theory that holds" + " in its range" * theories.in_range
+    note = f"{title}, and the largest part of a limit that it uses"
     number = "largest part of a limit\nthat it uses; off from 1 on"
-    return _view(
-        made, theories, "the cheapest theory that holds", limits_text(made.case.criteria), number=number, note=note
-    )
+    return _view(made, theories, title, limits_text(made.case.criteria), number=number, note=note)
 
 
 def _view(
@@ -88,7 +94,8 @@ def _view(
     columns = tuple(_column(position.lateral_shift_mm, position.cells, theories) for position in made.positions)
     given = {cell.answer for column in columns for cell in column.cells}
     painted = given | {answer for column in columns for _, _, answer in column.bands}
-    standing = {first_standing(theories.of(cell)) for cell in made.cells}
+    found = [theories.cheapest(cell) for cell in made.cells]
+    standing, out_of_range = {one.name for one in found}, any(one.out_of_range for one in found)
     letters = {name: f"{theories.marks[name][0]}  {words}" for name, words in theories.words.items()}
     others = {_NONE: "none holds", _LOST: theories.lost, _OPEN: "unresolved", BETWEEN: ANSWER_WORDS[BETWEEN]}
     marks = {_NONE: ("$x$", "none holds"), _LOST: ("$!$", theories.lost), _OPEN: ("$?$", "open whether it holds")}
@@ -103,12 +110,13 @@ def _view(
             *((name, words) for name, words in letters.items() if name in standing),
             *((answer, words) for answer, words in others.items() if answer in painted),
         ],
-        marks=[mark for answer, mark in marks.items() if answer in given],
+        marks=[mark for answer, mark in marks.items() if answer in given] + [(f"${_OUT}$", _OUT_WORDS)] * out_of_range,
         number=number,
         notes=[
             note,
             ", ".join(f"{theories.marks[name][0]} {words}" for name, words in theories.words.items()),
-            f"? open whether it holds{', x none holds' * (_NONE in given)}, ! {theories.lost}",
+            f"? open whether it holds{', x none holds' * (_NONE in given)}, ! {theories.lost}"
+            + f", {_OUT} {_OUT_WORDS}" * out_of_range,
         ],
     )
 
@@ -125,11 +133,12 @@ def _column(shift_mm: float, cells: tuple[MapCell, ...], theories: _Theories) ->
 
 
 def _cell(cell: MapCell, theories: _Theories) -> CellView:
-    judged, load_kN = theories.of(cell), cell.load_kN
-    name, holds = first_standing(judged), cheapest(judged)
-    if name is None:
+    judged, load_kN, found = theories.of(cell), cell.load_kN, theories.cheapest(cell)
+    if not found.name:
         text = "x" if judged else "!"
         return CellView(load_kN=load_kN, answer=_NONE if judged else _LOST, text=text, letter=text, printed=text)
-    letter = theories.marks[name][0] + "?" * (holds is None)
-    text = f"{letter} {theories.number(name, judged[name])}".strip()
-    return CellView(load_kN=load_kN, answer=holds or _OPEN, text=text, letter=letter, printed=text)
+    letter = theories.marks[found.name][0] + "?" * (found.answer == _OPEN) + _OUT * found.out_of_range
+    text = f"{letter} {theories.number(found.name, judged[found.name])}".strip()
+    return CellView(
+        load_kN=load_kN, answer=found.label, text=text, letter=letter, printed=text, out_of_range=found.out_of_range
+    )

@@ -12,8 +12,8 @@ from fecontact.outputs.maps.figure import map_figure
 from fecontact.outputs.maps.verdicts import force_view, verdict_view
 from fecontact.outputs.records.contact_table import judged_row, ordered
 from fecontact.outputs.records.map import law_row, map_record, stiffness_rows
-from fecontact.outputs.records.plain import Record
-from fecontact.outputs.records.rows import cell_row
+from fecontact.outputs.records.results import cell_row
+from fecontact.outputs.records.told import Record
 from fecontact.outputs.tables.csv_file import write_csv
 
 

@@ -27,6 +27,8 @@ class CellView:
         For what does not hold.
     diamond
         Whether there is a diamond below it.
+    out_of_range
+        Whether the theory that is the answer is out of its own range.
     """
 
     load_kN: float
@@ -36,6 +38,7 @@ class CellView:
     printed: str
     bold: bool = False
     diamond: bool = False
+    out_of_range: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

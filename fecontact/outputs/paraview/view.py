@@ -14,7 +14,7 @@ import numpy as np
 from fecontact.errors import InputError
 from fecontact.files import read_json, write_text
 from fecontact.outputs.paraview.vtk import COLLECTION
-from fecontact.outputs.records.rows import read_row
+from fecontact.outputs.records.results import read_row
 
 Row = Mapping[str, Any]
 
@@ -39,7 +39,7 @@ def write_view(out: Path) -> Path:
     collections = sorted(path.name for path in out.glob("study*.pvd"))
     if collections:
         document = read_json(out / "study.json")
-        rows = [row for row in document["rows"] if row.get("p_max_fe_MPa") is not None]
+        rows = [row for row in document["rows"] if row.get("fe_p_max_MPa") is not None]
         folders = [out / "cases" / str(row["id"]) for row in rows]
     elif (out / COLLECTION).is_file():
         collections, rows, folders = [COLLECTION], [read_row(out / "row.json")], [out]
@@ -63,10 +63,13 @@ def view_script(collections: Sequence[str], rows: Sequence[Row], folders: Sequen
     """The script for these collections, whose cases are the rows in the folders."""
     touches = np.array([_touch_mm(folder) for folder in folders])
     low, high = touches.min(axis=0), touches.max(axis=0)
-    extent = _largest(rows, *(f"extent_{axis}_{of}_mm" for axis in "xy" for of in ("fe", "hertz")))
+    extent = _largest(rows, *(f"{of}_extent_{axis}_mm" for axis in "xy" for of in ("fe", "hertz")))
     pressure, stress = (
         _ROUND_MPA * math.ceil(_largest(rows, *columns) / _ROUND_MPA)
-        for columns in (("p_max_fe_MPa", "p_max_hertz_MPa"), ("von_mises_max_rail_MPa", "von_mises_max_wheel_MPa"))
+        for columns in (
+            ("fe_p_max_MPa", "hertz_p_max_MPa"),
+            ("von_mises_rail_von_mises_MPa", "von_mises_wheel_von_mises_MPa"),
+        )
     )
     return f'''"""Shows the contact in ParaView: pressure on the rail, and von Mises stress in the cut across.
 

@@ -22,7 +22,7 @@ from fecontact.fe.body import ElasticBody
 from fecontact.fe.stress import nodal_stress, von_mises
 from fecontact.files import write_text
 from fecontact.outputs.paraview.contact import contact_surface, ellipse_line
-from fecontact.outputs.records.rows import load_row
+from fecontact.outputs.records.results import load_row
 from fecontact.outputs.words.verdicts import case_annotation
 from fecontact.solving.solve import CaseResult
 

@@ -2,47 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
-from fecontact.outputs.records.plain import Record, picked
-from fecontact.regression.compare import ColumnComparison, Difference, TableComparison
+from fecontact.outputs.records.told import Record, picked
+
+if TYPE_CHECKING:
+    from fecontact.regression.compare import TableComparison
 
 
 def comparison_record(comparison: TableComparison) -> Record:
     """The whole comparison; numbers that are infinite (nothing was allowed) become null in the file."""
+    columns = comparison.columns
     return {
-        "schema": "fecontact/comparison/1",
+        "schema": "fecontact/comparison/2",
         **picked(comparison, "same verdict"),
         "baseline": str(comparison.baseline.path),
         "new": str(comparison.new.path),
         "matched_by": list(comparison.baseline.key),
-        **picked(comparison, "cases missing_cases extra_cases missing_columns extra_columns later_columns"),
-        "default_tolerance_columns": list(comparison.unknown_columns),
-        "versions": _pairs_record(comparison.versions.items()),
-        "settings": _pairs_record(comparison.settings.items()),
-        "columns": [_column_record(column) for column in comparison.columns],
-        "differences": [_difference_record(difference) for difference in comparison.differences],
-        "not_compared": [_column_record(column) for column in comparison.efforts],
-    }
-
-
-def _pairs_record(pairs: Iterable[tuple[str, tuple[str, str]]]) -> Record:
-    return {name: {"baseline": was, "new": now} for name, (was, now) in pairs}
-
-
-def _column_record(column: ColumnComparison) -> Record:
-    return {
-        **picked(column, "column kind"),
-        "tolerance": None if column.tolerance is None else picked(column.tolerance, "relative absolute reason"),
-        "cases": column.cases,
-        "differing": column.differing if column.compared else None,
-        "worst": _difference_record(column.worst),
-    }
-
-
-def _difference_record(difference: Difference) -> Record:
-    return {
-        **picked(difference, "column case baseline new difference"),
-        "tolerance": difference.allowed,
-        "times_tolerance": difference.excess,
+        "cases": comparison.cases,
+        **{what.replace(" ", "_"): names for what, names in comparison.one_sided.items()},
+        "later_columns": comparison.later_columns,
+        "default_tolerance_columns": list(columns.column[columns.kind == "default"]),
+        **{
+            what: {name: {"baseline": was, "new": now} for name, (was, now) in getattr(comparison, what).items()}
+            for what in ("versions", "settings")
+        },
+        "columns": columns.to_dict("records"),
+        "differences": comparison.differences.to_dict("records"),
+        "not_compared": comparison.efforts.to_dict("records"),
     }

@@ -8,8 +8,8 @@ from fecontact.case import Case, case_record
 from fecontact.geometry.contact_functions import ContactFunctions, rolling_radius_difference_mm
 from fecontact.geometry.placement import Placement
 from fecontact.geometry.wheelset import PlacedWheelset
-from fecontact.outputs.records.plain import Record, picked
-from fecontact.outputs.records.touch import profile_notes, touch_columns
+from fecontact.outputs.records.results import profile_notes, touch_columns
+from fecontact.outputs.records.told import Record, picked
 from fecontact.profiles.identity import profile_identity
 
 GEOMETRY_SCHEMA = "fecontact/geometry/1"

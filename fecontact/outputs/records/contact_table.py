@@ -8,13 +8,13 @@ from collections.abc import Mapping
 from fecontact.alone.contact_table import TableLine
 from fecontact.comparison.approximation import TheoryPatch
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.measures import hertz_measures
+from fecontact.comparison.measures import hertz_measures, measures_of_theory
 from fecontact.comparison.theories import HERTZ, MULTI_HERTZ, THEORIES
 from fecontact.geometry.placement import Placement
 from fecontact.map.cells import MapCell
-from fecontact.outputs.records.plain import Record, picked
-from fecontact.outputs.records.theories import cheapest_name, theories_of
-from fecontact.outputs.records.touch import touch_columns
+from fecontact.outputs.records.results import touch_columns
+from fecontact.outputs.records.theories import cheapest_columns, cheapest_of
+from fecontact.outputs.records.told import Record, picked
 from fecontact.solving.placing import roll_of_case
 from fecontact.theory.hertz import HertzContact
 from fecontact.theory.touch_hertz import HertzPoints
@@ -36,8 +36,7 @@ def table_row(line: TableLine) -> Record:
     row |= {
         "roll_mrad": 1e3 * roll_of_case(line.case, line.placement),
         "touch_points": len(line.placement.touch_points),
-        "cheapest_theory": line.cheapest,
-        "cheapest_theory_status": line.cheapest_status,
+        **cheapest_columns("cheapest_theory", line.cheapest),
         **_hertz_columns(line.hertz),
         **_strip_columns(line),
     }
@@ -57,21 +56,19 @@ def judged_row(cell: MapCell, placement: Placement | None) -> Record:
     load = cell.usable
     if load is None or placement is None:
         return row
-    theories = theories_of(load)
-    name = cheapest_name(theories)
+    cheapest = cheapest_of(load)
     row |= {
         "roll_mrad": 1e3 * roll_of_case(load.case, placement),
         "normal_force_N": load.normal_force_N,
-        "cheapest_theory": name,
+        **cheapest_columns("cheapest_theory", cheapest),
         **picked(load.comparison.fe, _SIZES, "fe_"),
         **_centre("fe", placement, (load.comparison.patch.centre_x_mm, load.comparison.patch.centre_y_mm)),
         "touch_points": len(placement.touch_points),
     }
-    found = theories[name].approximation if name in theories else None
+    found = cheapest.made if cheapest.answer == "HOLDS" else None
     if found is not None:
         row |= {
-            "theory_status": found.status,
-            **picked(theories[name].measures, _SIZES, "theory_"),
+            **picked(measures_of_theory(found), _SIZES, "theory_"),
             **_centre("theory", placement, found.centre_mm),
             "theory_patches": len(found.patches),
         }
@@ -168,10 +165,10 @@ def map_columns(row: Mapping[str, str] | None) -> Record:
     """What a row of a stored map says of theories at a line; `map_status` alone where the map has no such cell."""
     if row is None:
         return {"map_status": "not in the map"}
-    verdicts = {name: row.get(f"theory_{name}_verdict") or "" for name in THEORIES}
-    verdicts["hertz"] = row.get("verdict") or ""
+    verdicts = {name: row.get(f"{name}_verdict_answer") or "" for name in THEORIES}
+    verdicts["hertz"] = row.get("verdict_answer") or ""
     return {
         "map_status": row["status"],
-        "map_cheapest_theory": row.get("theory_cheapest") or "",
+        **{f"map_cheapest_theory{of}": row.get(f"cheapest_theory{of}") or "" for of in ("", "_status")},
         **{f"map_{name}_verdict": verdict for name, verdict in verdicts.items() if verdict},
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict
 
-from fecontact.outputs.records.plain import Record, picked
+from fecontact.outputs.records.told import Record, picked
 from fecontact.vehicle.curve import CurveRun, WheelRun
 from fecontact.vehicle.visits import Curves
 

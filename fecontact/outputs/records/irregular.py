@@ -9,27 +9,23 @@ from itertools import groupby
 
 from fecontact.alone.irregular import SmoothPair
 from fecontact.comparison.irregular import MODELS, JudgedPlace
-from fecontact.comparison.irregular_map import PHASES, Cell, largest_amplitude_mm, shortest_wavelength_mm
+from fecontact.comparison.irregular_map import PHASES, Cell, largest_amplitude_mm
+from fecontact.comparison.judgement import Standing, cheapest
 from fecontact.irregularity.shapes import Irregularity
-from fecontact.outputs.records.plain import Record, picked
-from fecontact.outputs.records.results import shown_case_record, versions
+from fecontact.outputs.records.results import case_inputs, versions
+from fecontact.outputs.records.told import Record, picked
 from fecontact.theory.irregular_limits import eq6_limits
 
 SCHEMA = "fecontact/irregular/1"
 
 
 def map_record(smooth: SmoothPair, cells: Sequence[Cell], *, limit: float) -> Record:
-    """The map over wavelength and amplitude: cells, largest amplitudes of each model, closed forms, the conclusion."""
+    """The map over wavelength and amplitude: cells, largest amplitudes of each model, closed forms."""
     by_wavelength = [list(group) for _, group in groupby(cells, key=lambda cell: cell.wavelength_mm)]
-    by_amplitude = [
-        [cell for cell in cells if cell.amplitude_mm == amplitude]
-        for amplitude in sorted({cell.amplitude_mm for cell in cells})
-    ]
     record = _head(smooth, limit) | {
         "phases": list(PHASES),
         "cells": [_cell_record(cell, smooth, limit) for cell in cells],
         "limits": [_limits_record(column, smooth, limit) for column in by_wavelength],
-        "from_wavelengths": [_from_record(row, smooth, limit) for row in by_amplitude],
     }
     above = max(cell.amplitude_mm for cell in cells)
     if above > smooth.hertz.approach_mm:
@@ -38,7 +34,7 @@ def map_record(smooth: SmoothPair, cells: Sequence[Cell], *, limit: float) -> Re
             " wheel that keeps its height leaves the rail over the hollows. All here is under the constant load; what"
             " the load is there is a matter of dynamics: take it from the vehicle code, or give smaller amplitudes"
         )
-    return record | {"conclusion": _conclusion(record, limit)}
+    return record
 
 
 def along_record(
@@ -69,7 +65,7 @@ def _head(smooth: SmoothPair, limit: float) -> Record:
     hertz, pair = smooth.hertz, smooth.pair
     return {
         "schema": SCHEMA,
-        "case": shown_case_record(smooth.case, smooth.placement),
+        "case": case_inputs(smooth.case, smooth.placement),
         "pair": {
             **asdict(pair),
             **picked(hertz, "normal_force_N a_mm b_mm approach_mm"),
@@ -93,7 +89,10 @@ def _cell_record(cell: Cell, smooth: SmoothPair, limit: float) -> Record:
             name: _known(one, "force_error peak_error") | {"holds": one.holds(limit)}
             for name, one in cell.models.items()
         },
-        "cheapest": next((name for name, one in cell.models.items() if one.holds(limit)), None),
+        "cheapest": cheapest(
+            Standing(name=name, answer="HOLDS" if one.holds(limit) else "FAILS") for name, one in cell.models.items()
+        ).name
+        or None,
         **_known(cell, "p_max_MPa pieces residual"),
         "problem": cell.problem or None,
     }
@@ -111,32 +110,6 @@ def _limits_record(column: Sequence[Cell], smooth: SmoothPair, limit: float) -> 
     }
 
 
-def _from_record(row: Sequence[Cell], smooth: SmoothPair, limit: float) -> Record:
-    """From which wavelength on models hold at one amplitude."""
-    return {
-        "amplitude_mm": row[0].amplitude_mm,
-        "wavelength_mm": {name: shortest_wavelength_mm(row, name, limit=limit) for name in MODELS},
-        "patch_length_mm": 2.0 * smooth.hertz.a_mm,
-    }
-
-
-def _conclusion(record: Record, limit: float) -> str:
-    """From which wavelength on eq. 6 holds, in lengths of the patch, by amplitude."""
-    told = []
-    for row in record["from_wavelengths"]:
-        wavelength, amplitude = row["wavelength_mm"]["eq6"], f"{1e3 * row['amplitude_mm']:.3g} um"
-        if wavelength is None:
-            told.append(f"at {amplitude} on none of these waves")
-        else:
-            told.append(
-                f"at {amplitude} from {wavelength:.0f} mm on ({wavelength / row['patch_length_mm']:.1f} lengths)"
-            )
-    return (
-        f"eq. 6 holds within {100 * limit:g} % of force and peak {', '.join(told)}; the patch is"
-        f" {2.0 * record['pair']['a_mm']:.1f} mm long"
-    )
-
-
 def _place_record(
     s_mm: float, place: JudgedPlace | str, line: Irregularity, smooth: SmoothPair, limit: float
 ) -> Record:
@@ -144,20 +117,19 @@ def _place_record(
     if isinstance(place, str):
         return record | {"models": {}, "problem": place}
     truth = place.truth
-    models = {}
-    for name, one in place.models.items():
-        errors = (one.force_error, one.peak_error)
-        models[name] = {
-            **_known(one, "force_N force_error peak_error approach_mm"),
-            "holds": all(abs(error) <= limit for error in errors),
-            "problem": one.problem or None,
-        }
     return record | {
         "load_N": smooth.hertz.normal_force_N,
         **picked(truth, "approach_mm p_max_MPa"),
         **picked(truth.patch, "area_mm2 pieces"),
         "residual": truth.residual,
-        "models": models,
+        "models": {
+            name: {
+                **_known(one, "force_N force_error peak_error approach_mm"),
+                "holds": one.holds(limit),
+                "problem": one.problem or None,
+            }
+            for name, one in place.models.items()
+        },
         "problem": None,
     }
 
@@ -171,8 +143,8 @@ def _worst_record(name: str, places: Mapping[float, JudgedPlace], limit: float) 
         at = max(known, key=lambda s: abs(known[s]), default=None)
         record[error] = None if at is None else known[at]
         record[f"{error}_at_mm"] = at
-    good = [s for s, one in said.items() if abs(one.force_error) <= limit and not abs(one.peak_error) > limit]
-    return record | {"share_within_limit": len(good) / len(places)}
+    good = sum(place.models[name].holds(limit) for place in places.values())
+    return record | {"share_within_limit": good / len(places)}
 
 
 def _known(value: object, names: str) -> Record:

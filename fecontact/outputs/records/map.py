@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import asdict
 
 from fecontact.comparison.creep_theories import REAL
-from fecontact.comparison.judgement import FORCE, cheapest
+from fecontact.comparison.judgement import FORCE, cheapest, standings
 from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapCell, MapPosition
-from fecontact.outputs.records.plain import Record, picked
-from fecontact.outputs.records.results import load_record, shown_case_record, versions
+from fecontact.outputs.records.results import case_inputs, load_record, versions
 from fecontact.outputs.records.theories import share_records
+from fecontact.outputs.records.told import Record, picked
 from fecontact.outputs.words.roll import roll_words
 
-MAP_SCHEMA = "fecontact/map/4"
+MAP_SCHEMA = "fecontact/map/5"
 
 
 def stiffness_rows(position: MapPosition) -> list[Record]:
@@ -52,7 +52,7 @@ def map_record(made: ApplicabilityMap, provenance: Record | None = None) -> Reco
     return {
         "schema": MAP_SCHEMA,
         # shift and load are the map's own
-        "case": {k: v for k, v in shown_case_record(made.case).items() if k not in ("lateral_shift_mm", "load_N")},
+        "case": {k: v for k, v in case_inputs(made.case).items() if k not in ("lateral_shift_mm", "load_N")},
         "roll": roll_words(made.case),
         "criteria": asdict(made.case.criteria),
         **picked(made, "lateral_shifts_mm loads_N"),
@@ -76,8 +76,8 @@ def yield_record(made: ApplicabilityMap) -> Record:
 def cell_record(cell: MapCell) -> Record:
     """A cell with all that is known of it."""
     return {
-        **picked(cell, "lateral_shift_mm load_N status verdict cause"),
-        "load": None if cell.judged is None else load_record(cell.judged),
+        **picked(cell, "lateral_shift_mm load_N status"),
+        **({} if cell.judged is None else load_record(cell.judged)),
     }
 
 
@@ -101,7 +101,7 @@ def law_row(cell: MapCell) -> Record:
     row = picked(cell, "lateral_shift_mm load_kN status")
     laws = {} if cell.judged is None else cell.judged.creep_laws
     if laws:
-        row["cheapest_theory"] = cheapest(laws) or "UNRESOLVED"
+        row["cheapest_theory"] = cheapest(standings(laws)).label
     for name, judged in laws.items():
         if name == REAL:
             continue

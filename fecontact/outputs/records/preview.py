@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from fecontact.outputs.records.plain import picked
-from fecontact.outputs.records.results import shown_case_record
-from fecontact.outputs.records.touch import profile_notes, touch_record
+from fecontact.outputs.records.results import case_inputs, profile_notes, touch_record
+from fecontact.outputs.records.told import picked
 from fecontact.solving.preview import Preview
 
 
@@ -17,7 +16,7 @@ def preview_record(seen: Preview) -> dict[str, Any]:
     sizes = picked(patch, "x_low_mm x_high_mm s_low_mm s_high_mm semi_axis_x_mm semi_axis_s_mm")
     return {
         "schema": "fecontact/place/1",
-        "case": shown_case_record(seen.case, seen.placement),
+        "case": case_inputs(seen.case, seen.placement),
         "touch_points": [touch_record(touch) for touch in seen.placement.touch_points],
         "hertz": {"p_max_MPa": seen.hertz.p0_MPa, **picked(seen.hertz, "a_mm b_mm")},
         "uncertainty_of_profile": seen.hertz_uncertainty,

@@ -1,39 +1,82 @@
-"""Results as plain dictionaries with units in their keys: what the JSON and CSV files hold."""
+"""What a result says, told once: the record of a case, which is its `result.json`, and the row of it in tables.
+
+A contact stands once in a record: that of the finite elements as `fe`, each other rung and theory by its name, with its
+own measures; beside them how far it is off, how sure that is, and what the criteria say of it. All of them carry the
+`normal_force_N` of the record, but for lobes and the patches of a theory, which have a force each along their own
+normal. A number that is added here is in the record, in the row, and so in all tables and comparisons.
+"""
 
 from __future__ import annotations
 
 import math
 import platform
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
+from fnmatch import fnmatchcase
 from functools import cache
 from importlib import metadata
+from pathlib import Path
+from typing import TypeAlias
 
 from fecontact import __version__
 from fecontact.case import Case, case_record
+from fecontact.comparison.approximation import Approximation, TheoryPatch
+from fecontact.comparison.creep_comparison import CreepComparison
 from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.judgement import FORCE, Judgement
+from fecontact.comparison.ladder import BODIES, PLASTIC
 from fecontact.comparison.lobes import LobeJudgement
+from fecontact.comparison.measures import Measures, hertz_measures
+from fecontact.comparison.plastic_verdict import NOT_IN_IT, PlasticVerdict
+from fecontact.comparison.theories import HERTZ, THEORIES
+from fecontact.errors import InputError
+from fecontact.files import read_json, write_json
 from fecontact.geometry.placement import Placement
-from fecontact.outputs.records.creep import creep_record
-from fecontact.outputs.records.plain import Record, picked
-from fecontact.outputs.records.plastic import plastic_record
-from fecontact.outputs.records.theories import answer_record, ellipse_record, theories_record, verdict_record
-from fecontact.outputs.records.touch import profile_notes, touch_record
+from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
+from fecontact.irregularity.texts import irregularity_text
+from fecontact.map.cells import ApplicabilityMap, MapCell
+from fecontact.outputs.records.theories import cheapest_columns, cheapest_of
+from fecontact.outputs.records.told import Record, flat, picked, told
+from fecontact.profiles.curve import radius_mm
 from fecontact.profiles.identity import profile_identity
 from fecontact.solving.hertz_alone import HertzAlone
 from fecontact.solving.lobe_sizes import narrowest_semi_axes_mm, semi_axes_of_elements_mm
 from fecontact.solving.meshes import finer_degrees_of_freedom
 from fecontact.solving.placing import roll_of_case
 from fecontact.solving.solve import CaseResult
-from fecontact.theory.touch_hertz import HertzPoints
+from fecontact.theory.creep.contact import CreepForce
+from fecontact.theory.creep.on_ellipse import EllipseForces
+from fecontact.theory.hertz import HertzContact
+from fecontact.theory.touch_hertz import sides
 
-_PACKAGES = ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "pyvista", "vtk", "pypardiso", "pyamg", "matplotlib")
-RESULT_SCHEMA = "fecontact/result/4"
+Row: TypeAlias = Record
+
+RESULT_SCHEMA = "fecontact/result/5"
+ROW_SCHEMA = "fecontact/row/2"
+CREEP_SCHEMA = "fecontact/creep/2"
 FOUND_INPUTS = ("roll_mrad",)
 """What a record of a case has beside its inputs: the roll as it stands, found or given."""
-STEP_MEASURES = ("p_max_MPa", "area_mm2", "approach_mm")
+_PACKAGES = ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "pyvista", "vtk", "pypardiso", "pyamg", "matplotlib")
+_RADII = ("rail", "wheel_lateral", "wheel_rolling")
+# Columns that a row leaves out: what stands there for each measure or mesh, what says how something was found, and of
+# most rungs and steps all but the measures that a table shows.
+_LEFT_OUT = (
+    *("*_each_*", "*_unknown", "*_limits_*", "*_notes", "*_overlapping", "*_solutions", "*_centre_mm", "*_patches"),
+    *("*_A_per_mm", "*_B_per_mm", "*_orientation_rad", "uncertainty_of_profile*", "hertz*_verdict_cause", "lobes"),
+    *("elements_hertz_deviation_*", "elements_hertz_uncertainty_*", "elements_hertz_verdict_[!am]*"),
+    *("half_space_quadratic_[!p]*", "steps_hertz_to_*", "steps_elements_to_*", "status", "slide_mm"),
+    *(f"steps_*_{name}*" for name in ("a_", "b_", "extent", "centre", "valley", "sep", "misp")),
+    *("solver_elements_*", "solver_node*", "solver_finer*", "solver_zone*", "solver_[cp]*", "von_mises_*_[xy]_mm"),
+    *("plastic_range", "plastic_path", "plastic_bodies_*_[xy]_mm", "plastic_hertz_[du]*", "creep_theories_[!r]*"),
+    *("creep_warnings", "creep_decided", "creep_centre_*"),
+)
+_OF_CHEAP_THEORIES = (
+    *("status", "verdict_answer", "verdict_measure", "limit_used"),
+    *("p_max_MPa", "deviation_p_max_percent", "deviation_area_percent"),
+)
 
 
-def shown_case_record(case: Case, placement: Placement | None = None) -> Record:
+def case_inputs(case: Case, placement: Placement | None = None) -> Record:
     """The inputs as results show them: of a profile that is a file its name and a hash of its content, no folder.
 
     Where a placement is given also what was found for it (`FOUND_INPUTS`).
@@ -47,16 +90,11 @@ def result_record(result: CaseResult) -> Record:
     load = load_record(result.load)
     return {
         "schema": RESULT_SCHEMA,
-        "status": result.status,
-        "case": shown_case_record(result.case, result.placement),
-        "contact_angle_rad": result.placement.first.contact_angle_rad,
-        "touch_points": [touch_record(touch) for touch in result.placement.touch_points],
+        "case": case_inputs(result.case, result.placement),
+        **_touch_records(result.placement),
         **load,
-        "patches": [patch_record(one) for one in result.load.lobes],
-        "hertz_points": points_record(result.hertz_points),
-        "von_mises": {body: asdict(peak) for body, peak in result.von_mises.items()},
-        "creep": creep_record(result.load),
-        "solver": {**asdict(result.effort), **load["solver"]},
+        "von_mises": told(result.von_mises),
+        "solver": {**told(result.effort), **load["solver"]},
         "warnings": list(result.notes),
         "versions": versions(),
     }
@@ -64,58 +102,158 @@ def result_record(result: CaseResult) -> Record:
 
 def load_record(load: JudgedLoad) -> Record:
     """What a judged load says, of a case and of a cell of a map alike."""
-    comparison = load.comparison
+    comparison, patch = load.comparison, load.comparison.patch
+    contacts: Record = {name: told(measures) for name, measures in load.ladder.rungs.items()}
+    contacts["fe"] |= picked(patch, "centre_x_mm centre_y_mm pieces lobes")
+    contacts["elements"] |= {
+        # relative, of its own measures
+        "uncertainty": load.elements_uncertainty,
+        "misfit": load.level.misfit,
+        # relative; None where there are too few elements to see it
+        "compliance_error": None if math.isnan(load.level.compliance_error) else load.level.compliance_error,
+        HERTZ: picked(load.by_elements, "deviation uncertainty verdict"),
+    }
+    theories = {name: judgement_record(one) for name, one in load.judgements.items()}
+    theories |= {name: {"problem": problem} for name, problem in load.without.items()}
+    plastic = contacts.pop(PLASTIC.end, None)
     return {
-        "normal_force_N": load.normal_force_N,
-        "fe": comparison.fe.as_dict(),
-        "hertz": comparison.hertz.as_dict(),
-        **picked(load, "deviation uncertainty"),
-        # the part of it that is the measured profile's, and no mesh takes away; None where both are exact lines
-        "uncertainty_of_profile": None if load.solved.point_noise is None else load.solved.point_noise.uncertainty(),
-        **picked(comparison, "pressure_l2 overlap"),
-        "centre_of_pressure_mm": [comparison.patch.centre_x_mm, comparison.patch.centre_y_mm],
-        "lobes": [asdict(lobe) for lobe in comparison.patch.lobes],
-        "pieces": comparison.patch.pieces,
-        "hertz_stiffness_GN_per_m15": load.hertz.stiffness_GN_per_m15,
-        "rungs": {name: rung.as_dict() for name, rung in load.ladder.rungs.items()},
-        # relative, of the elements' own contact
-        "elements_uncertainty": load.elements_uncertainty,
-        "steps": load.ladder.steps,
-        "bodies_step_uncertainty": load.bodies_step_uncertainty,
-        "geometry": asdict(load.geometry),
-        "slide_mm": load.level.slide_mm,
+        "status": load.status,
         "verdict": {
-            **answer_record(load.verdict),
-            "limits": load.case.criteria.limits,
-            **picked(load.verdict, "cause unknown"),
-            "sides": [
-                {
-                    "side": side,
-                    **answer_record(judged.verdict),
-                    "hertz": judged.measures.as_dict(),
-                    **picked(judged, "deviation uncertainty"),
-                }
-                for side, judged in load.sides.items()
-            ],
+            **told(load.verdict),
+            "limit_used": load.limit_used,
+            # with whose curvature, where the touch point lies at a junction
+            "side": load.deciding_side[0],
+            "limits": dict(load.case.criteria.limits),
             "warnings": list(load.warnings),
         },
-        # of the elements' own nodes alone
-        "verdict_elements": answer_record(load.by_elements.verdict) | picked(load.by_elements, "deviation uncertainty"),
-        **plastic_record(load),
-        "theories": theories_record(load),
+        **cheapest_columns("cheapest_theory", cheapest_of(load)),
+        "normal_force_N": load.normal_force_N,
+        **{name: one for name, one in contacts.items() if name not in theories},
+        "theories": {name: theories[name] for name in THEORIES if name in theories},
+        "steps": load.ladder.steps,
+        "steps_uncertainty": {BODIES.name: load.bodies_step_uncertainty}
+        | ({} if load.plastic is None else {PLASTIC.name: load.plastic.step_uncertainty}),
+        # the part of the uncertainty that is the measured profile's, and no mesh takes away; None of exact lines
+        "uncertainty_of_profile": None if load.solved.point_noise is None else load.solved.point_noise.uncertainty(),
+        **picked(comparison, "pressure_l2 overlap"),
+        "geometry": told(load.geometry),
+        "slide_mm": load.level.slide_mm,
+        # a single lobe is the whole contact
+        "lobes": [lobe_record(one) for one in load.lobes] if len(load.lobes) > 1 else [],
+        **({} if load.plastic is None or plastic is None else {"plastic": plastic | _plastic_record(load.plastic)}),
+        **({} if load.creep is None else {"creep": _creep_record(load.creep)}),
         "solver": _solver_record(load),
     }
 
 
-def patch_record(one: LobeJudgement) -> Record:
-    """A separate patch, or a lobe of one, with Hertz's ellipse at the nearest touch point under its own force."""
+def judgement_record(judged: Judgement) -> Record:
+    """A theory of the pressure, how far it is off, and its verdict."""
+    contact = judged.approximation
+    assert contact is not None
+    return contact_record(contact, judged.measures) | picked(judged, "deviation uncertainty verdict limit_used")
+
+
+def contact_record(contact: Approximation, measures: Measures) -> Record:
+    """What a theory of the pressure says of a contact; of several patches each by itself."""
+    single = contact.single
     return {
-        **picked(one, "normal_force_N contact_angle_rad rail_y_mm centre_mm separate touch_point"),
-        "touch_rail_y_mm": None if one.touch is None else one.touch.rail_y_mm,
-        **picked(one, "fe rungs"),
-        "hertz": None if one.hertz is None else ellipse_record(one.hertz),
-        **picked(one, "deviation uncertainty"),
-        "verdict": None if one.verdict is None else verdict_record(one.verdict),
+        **told(measures),
+        **picked(contact, "centre_mm overlapping status notes solutions"),
+        **(_axes(single.hertz) if single and single.hertz else {}),
+        "patches": [] if single else [_patch_record(one) for one in contact.patches],
+    }
+
+
+def _patch_record(patch: TheoryPatch) -> Record:
+    """A patch of several, under its own force along its own normal."""
+    where = picked(patch, "centre_mm")
+    if (touch := patch.touch) is not None:
+        where |= {"touch_point": patch.touch_point, **picked(touch, "rail_y_mm contact_angle_rad")}
+    own = ellipse_record(patch.hertz) if patch.hertz else picked(patch, "normal_force_N p_max_MPa area_mm2 a_mm b_mm")
+    return where | own
+
+
+def ellipse_record(hertz: HertzContact) -> Record:
+    """An ellipse with its force."""
+    return {"normal_force_N": hertz.normal_force_N, **told(hertz_measures(hertz)), **_axes(hertz)}
+
+
+def _axes(hertz: HertzContact) -> Record:
+    return picked(hertz, "orientation_rad A_per_mm B_per_mm stiffness_GN_per_m15")
+
+
+def lobe_record(one: LobeJudgement) -> Record:
+    """A separate patch, or a lobe of one, with Hertz's ellipse under its own force at the nearest touch point."""
+    return {
+        **picked(one, "normal_force_N contact_angle_rad rail_y_mm centre_mm separate touch_point fe"),
+        "half_space": told(one.rungs.get("half_space")),
+        "hertz": None if one.hertz is None else told(hertz_measures(one.hertz)) | _axes(one.hertz),
+        **picked(one, "deviation uncertainty verdict"),
+    }
+
+
+def _plastic_record(found: PlasticVerdict) -> Record:
+    """What yielding does to a contact; lengths in mm, loads in N."""
+    worst = next(one for one in found.judgements.values() if one.verdict.each == found.verdict.each)
+    return {
+        "status": found.status,
+        "range": NOT_IN_IT,
+        **picked(found.yielded, "first_yield_N first_body imprint_mm"),
+        **picked(found, "first_yield_uncertainty plastic_load_N plastic_measure"),
+        **{
+            f"step_with_yield_stress_15_percent_{which}": {name: band[at] for name, band in found.band.items()}
+            for at, which in enumerate(("lower", "higher"))
+        },
+        "bodies": told(found.yielded.bodies),
+        "path": told(found.yielded.path),
+        HERTZ: picked(worst, "deviation uncertainty") | picked(found, "verdict cancelling"),
+    }
+
+
+def _creep_record(found: CreepComparison) -> Record:
+    """Creep forces of a judged load; deviations are parts of the friction times the normal force."""
+    judged = found.verdict
+    decided = [told(at.creepages) | _of_muN(at.deviation, at.uncertainty) for at in judged.decided]
+    return {
+        **picked(found, "friction limit_N creepages centre_creepages curved surface_of_muN"),
+        "theories": {
+            theory: {
+                "hertz": force_record(found.hertz[theory]),
+                "fe": force_record(found.fe[theory]),
+                **_of_muN(found.deviation_of_muN[theory], found.uncertainty_of_muN[theory]),
+            }
+            for theory in found.hertz
+        },
+        "verdict": {
+            **picked(judged.verdict, "answer cause"),
+            **_of_muN(judged.decided[0].deviation, judged.decided[0].uncertainty),
+            "limit_of_muN": judged.limits[FORCE],
+        },
+        "decided": decided,
+        "warnings": list(found.warnings),
+    }
+
+
+def _of_muN(deviation: float | None, uncertainty: float | None) -> Record:
+    return {"deviation_of_muN": deviation, "uncertainty_of_muN": uncertainty}
+
+
+def force_record(force: CreepForce | str) -> Record:
+    """A creep force, or why there is none."""
+    if isinstance(force, str):
+        return {"problem": force}
+    # zero is told without a sign
+    return {name: value if value is None else value + 0.0 for name, value in asdict(force).items()}
+
+
+def ellipse_creep(found: EllipseForces) -> Record:
+    """Creep forces on an ellipse that is given by numbers."""
+    return {
+        "schema": CREEP_SCHEMA,
+        **picked(found, "contact creepages"),
+        "limit_N": found.contact.limit_N,
+        "theories": {theory: force_record(force) for theory, force in found.forces.items()},
+        "warnings": list(found.warnings),
     }
 
 
@@ -132,12 +270,9 @@ def _solver_record(load: JudgedLoad) -> Record:
     return {
         **picked(nodal, "iterations compliance_calls contact_residual penetration_residual"),
         "load_balance": load.fe.load_balance,
-        "misfit": level.misfit,
-        # relative; None where there are too few elements to see it
-        "elements_compliance_error": None if math.isnan(level.compliance_error) else level.compliance_error,
         **picked(level, "degrees_of_freedom elements"),
-        "element_size_mm": list(nodal.grid.steps_mm),
-        "node_spacing_mm": list(load.fe.grid.steps_mm),
+        "element_size_mm": dict(zip("xy", nodal.grid.steps_mm, strict=True)),
+        "node_spacing_mm": dict(zip("xy", load.fe.grid.steps_mm, strict=True)),
         "meshes": len(load.solved.levels),
         # of the lobe that elements are made for, and of the narrowest one that is not small
         "elements_a_semi_axis": _elements(load, semi_axes_of_elements_mm(half_space)),
@@ -164,38 +299,182 @@ def versions() -> dict[str, str | None]:
     return found
 
 
-def hertz_record(found: HertzAlone) -> Record:
-    """Hertz's theory alone at a case's position, as `runs.analytic.hertz` tells it."""
-    placement = found.placement
+def profile_notes(placement: Placement) -> list[str]:
+    """What is to be known of both profiles."""
+    return [*placement.rail.profile.notes, *placement.wheel.profile.notes]
+
+
+def _touch_records(placement: Placement) -> Record:
     return {
-        "schema": "fecontact/hertz/1",
-        "case": shown_case_record(found.case, placement),
-        "normal_force_N": found.hertz.normal_force_N,
         "contact_angle_rad": placement.first.contact_angle_rad,
         "touch_points": [touch_record(touch) for touch in placement.touch_points],
-        "hertz": ellipse_record(found.hertz),
-        **points_record(found.points),
+    }
+
+
+def touch_record(touch: TouchPoint) -> Record:
+    """A touch point with its curvatures: one entry, or two (gauge side, field side) at a junction."""
+    return {
+        **picked(touch, "x_mm y_mm z_mm rail_y_mm wheel_y_mm contact_angle_rad vertical_gap_mm at_junction"),
+        "curvatures": [
+            {"side": side, **told(curvature), **_radii(curvature)}
+            for side, curvature in zip(sides(touch), touch.curvatures, strict=True)
+        ],
+    }
+
+
+def touch_columns(placement: Placement, touch: TouchPoint) -> Record:
+    """A touch point in numbers alone, with the radii of one side of a junction."""
+    return {
+        **picked(touch, "rail_y_mm wheel_y_mm contact_angle_rad vertical_gap_mm"),
+        "rolling_radius_mm": float(placement.wheel.radius(touch.wheel_u)),
+        "at_junction": touch.at_junction,
+        **_radii(touch.curvature),
+    }
+
+
+def _radii(curvature: RelativeCurvature) -> Record:
+    return {f"{name}_radius_mm": radius_mm(getattr(curvature, f"{name}_per_mm")) for name in _RADII}
+
+
+def hertz_record(found: HertzAlone) -> Record:
+    """Hertz's theory alone at a case's position, each ellipse with the whole load."""
+    return {
+        "schema": "fecontact/hertz/2",
+        "case": case_inputs(found.case, found.placement),
+        "normal_force_N": found.hertz.normal_force_N,
+        **_touch_records(found.placement),
+        "ellipses": [
+            picked(p, "touch_point side") | ({"problem": p.problem} if p.whole is None else ellipse_record(p.whole))
+            for p in found.points.points
+        ],
+        "springs": {
+            "approach_mm": found.points.shared_approach_mm,
+            "overlapping": found.points.overlapping,
+            "patches": [
+                {"touch_point": p.touch_point, **ellipse_record(p.shared)}
+                for p in found.points.points
+                if p.shared is not None
+            ],
+        },
         "uncertainty_of_profile": found.uncertainty_of_profile,
-        "warnings": profile_notes(placement),
+        "warnings": profile_notes(found.placement),
         "versions": versions(),
     }
 
 
-def points_record(points: HertzPoints) -> Record:
-    """Hertz at every touch point: with the whole load, and under its share of it."""
-    return {
-        "ellipses": [
-            picked(p, "touch_point side") | ({"problem": p.problem} if p.whole is None else ellipse_record(p.whole))
-            for p in points.points
-        ],
-        "shared": {
-            "approach_mm": points.shared_approach_mm,
-            "overlapping": points.overlapping,
-            "p_max_MPa": points.shared_p_max_MPa,
-            "ellipses": [
-                {"touch_point": p.touch_point, **ellipse_record(p.shared)}
-                for p in points.points
-                if p.shared is not None
-            ],
-        },
+def rows(results: CaseResult | ApplicabilityMap | Iterable[CaseResult]) -> list[Row]:
+    """Results as flat dictionaries with units in their keys, one a case or a cell, as `pandas.DataFrame` takes them."""
+    if isinstance(results, ApplicabilityMap):
+        return [cell_row(cell, position.placement) for position in results.positions for cell in position.cells]
+    return [case_row(result) for result in ([results] if isinstance(results, CaseResult) else results)]
+
+
+def case_row(result: CaseResult) -> Row:
+    """A result as a flat row: its load, and what is known of its bodies and of the work."""
+    return load_row(result.load, result.placement) | {
+        **_of_row(flat({"von_mises": told(result.von_mises)})),
+        "seconds": sum(result.effort.seconds.values()),
+        "peak_memory_MB": result.effort.peak_memory_MB,
+        "warnings": "; ".join(result.notes),
     }
+
+
+def cell_row(cell: MapCell, placement: Placement | None) -> Row:
+    """A cell of a map as a flat row, with the columns of a case as far as it has them."""
+    head = picked(cell, "lateral_shift_mm load_kN status") | {"verdict_answer": cell.verdict}
+    return head if cell.judged is None or placement is None else head | load_row(cell.judged, placement)
+
+
+def load_row(load: JudgedLoad, placement: Placement) -> Row:
+    """A judged load as a flat row: its inputs and place, and the columns of its record; theories by their own names."""
+    first, record = placement.first, load_record(load)
+    columns = flat({**record, "theories": {}, **{name: one for name, one in record["theories"].items()}})
+    return {
+        "status": load.status,
+        **input_columns(load.case, placement),
+        "resolution": load.case.resolution if isinstance(load.case.resolution, str) else None,
+        "contact_angle_mrad": 1e3 * first.contact_angle_rad,
+        **picked(first, "rail_y_mm wheel_y_mm", "touch_"),
+        "at_junction": first.at_junction,
+        "touch_points": len(placement.touch_points),
+        **_of_row(columns),
+    }
+
+
+def _of_row(columns: Record) -> Row:
+    return {name: value for name, value in columns.items() if _in_row(name)}
+
+
+@cache
+def _in_row(column: str) -> bool:
+    of_hertz = column.startswith((f"{HERTZ}_", "half_space_quadratic_"))
+    theory = next((name for name in THEORIES if column.startswith(f"{name}_")), None)
+    if theory is not None and not of_hertz:
+        return column.removeprefix(f"{theory}_") in _OF_CHEAP_THEORIES
+    return not any(fnmatchcase(column, pattern) for pattern in _LEFT_OUT)
+
+
+def input_columns(case: Case, placement: Placement | None = None) -> Row:
+    """The inputs that a row shows; a roll that is found from both wheels is known with the placement alone.
+
+    The side stands in rows of wheelsets, and of right wheels.
+    """
+    roll = case.roll_rad if placement is None else roll_of_case(case, placement)
+    row: Row = {
+        "rail": profile_identity(case.rail),
+        "wheel": profile_identity(case.wheel),
+        "lateral_shift_mm": case.lateral_shift_mm,
+        "load_kN": case.load_N / 1e3,
+        **picked(case, "load_kind inclination_rad"),
+        "roll_mrad": None if case.roll != "given" and placement is None else 1e3 * roll,
+        "yaw_mrad": 1e3 * case.yaw_rad,
+    }
+    of_wheelset: Row = {"side": case.side, "roll": case.roll}
+    for name, load_N in (("roll_load_kN", case.roll_load_N), ("opposite_load_kN", case.opposite.wheel_load_N)):
+        if load_N is not None:
+            of_wheelset[name] = load_N / 1e3
+    if case.roll != "given" or case.side != "left":
+        row |= of_wheelset
+    return row | _irregular_columns(case, placement) if case.irregularities else row
+
+
+def _irregular_columns(case: Case, placement: Placement | None) -> Row:
+    """What rail and wheel have along the track, where on it, and how much lower the rigid wheel stands there."""
+    along = None if placement is None else placement.along
+    lines = {"rail_irregularity": case.rail_irregularity, "wheel_irregularity": case.wheel_irregularity}
+    return {
+        "distance_mm": case.distance_mm,
+        **{name: None if line is None else irregularity_text(line) for name, line in lines.items()},
+        "lowered_mm": None if along is None else along.lowered_mm,
+    }
+
+
+def write_row(path: Path, row: Row) -> Path:
+    """Write a row with what made it; numbers that JSON does not have are kept as texts."""
+    kept = {key: repr(value) if _is_not_finite(value) else value for key, value in row.items()}
+    return write_json(path, {"schema": ROW_SCHEMA, "row": kept, "versions": versions()})
+
+
+def read_row(path: Path) -> Row:
+    """Read a row as it was before it was written.
+
+    Raises
+    ------
+    InputError
+        If the file is no row of this layout.
+    """
+    document = read_json(path)
+    if not isinstance(document, Mapping) or document.get("schema") != ROW_SCHEMA:
+        raise InputError(f"{path}: no row of the layout {ROW_SCHEMA}; solve the case again")
+    row = document.get("row")
+    plain = (str, int, float, bool, type(None))
+    if not isinstance(row, Mapping) or not all(isinstance(value, plain) for value in row.values()):
+        raise InputError(f"{path}: it is no row; solve the case again")
+    return {key: _NOT_FINITE.get(value, value) if isinstance(value, str) else value for key, value in row.items()}
+
+
+_NOT_FINITE = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
+
+
+def _is_not_finite(value: object) -> bool:
+    return isinstance(value, float) and not math.isfinite(value)

@@ -25,7 +25,7 @@ from fecontact.contact.rung import Rung
 from fecontact.files import open_regular, write_atomically
 from fecontact.geometry.along_track import AlongTrack
 from fecontact.geometry.placement import Placement
-from fecontact.outputs.records.plain import picked
+from fecontact.outputs.records.told import picked
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 

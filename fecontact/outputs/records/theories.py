@@ -1,4 +1,4 @@
-"""Judged theories as records, columns and words."""
+"""The judged theories of a load or a map: which is the cheapest that holds, how often each is, and in words."""
 
 from __future__ import annotations
 
@@ -6,15 +6,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from fecontact.comparison.approximation import Approximation, TheoryPatch
 from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.judgement import Judgement, cheapest, first_standing
-from fecontact.comparison.measures import Measures, hertz_measures
+from fecontact.comparison.judgement import Judgement, Standing, cheapest, standings
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, OF_ELLIPSES, THEORIES
-from fecontact.comparison.verdict import Verdict
 from fecontact.map.cells import ApplicabilityMap, MapCell
-from fecontact.outputs.records.plain import Record, picked
-from fecontact.theory.hertz import HertzContact
+from fecontact.outputs.records.told import Record, picked
 
 
 def other_theories(load: JudgedLoad) -> dict[str, Judgement]:
@@ -43,18 +39,24 @@ def judged_by(load: JudgedLoad | None, theory: str) -> JudgedLoad | Judgement | 
     return load if theory == HERTZ else load.judgements.get(theory, load)
 
 
-def ellipses_instead(load: JudgedLoad | None) -> str | None:
+def cheapest_of(load: JudgedLoad) -> Standing:
+    """The cheapest theory of the pressure that holds."""
+    return cheapest(standings(theories_of(load)), in_range=load.case.criteria.theories_in_range)
+
+
+def ellipses_instead(load: JudgedLoad | None) -> Standing | None:
     """The theory of ellipses that holds where the single one of Hertz does not; None where it does, or none holds."""
     if load is None or not load.usable or load.verdict.answer == "HOLDS":
         return None
-    others = other_theories(load).items()
-    return next((name for name, one in others if name in OF_ELLIPSES and one.verdict.answer == "HOLDS"), None)
+    holding = (one for one in standings(other_theories(load)) if one.name in OF_ELLIPSES and one.answer == "HOLDS")
+    found = cheapest(holding, in_range=load.case.criteria.theories_in_range)
+    return found if found.name else None
 
 
 def all_ellipses_instead(made: ApplicabilityMap) -> str:
     """The theories of ellipses that hold in cells of a map where Hertz does not, in words; empty without one."""
-    found = {ellipses_instead(cell.judged) for cell in made.cells}
-    return " or ".join(theory.words for name, theory in THEORIES.items() if name in found)
+    found = (ellipses_instead(cell.judged) for cell in made.cells)
+    return " or ".join(dict.fromkeys(theory_words(one.name, "out of range" * one.out_of_range) for one in found if one))
 
 
 def share_records(made: ApplicabilityMap) -> list[Record]:
@@ -62,20 +64,22 @@ def share_records(made: ApplicabilityMap) -> list[Record]:
 
     The last lines are the cells where it is open which, where none holds, and those that may not be used.
     """
-    cells = [theories_of_cell(cell) for cell in made.cells]
-    answers = [cheapest_name(one) if one else "failed" for one in cells]
+    loads = [cell.usable for cell in made.cells if cell.usable]
+    cells, cheapest_ones = [theories_of(load) for load in loads], [cheapest_of(load) for load in loads]
+    answers = [one.label for one in cheapest_ones] + ["failed"] * (len(made.cells) - len(loads))
 
     def counted(of: str, count: int) -> Record:
-        return {f"{of}_cells": count, f"{of}_percent": 100.0 * count / len(cells) if cells else 0.0}
+        return {f"{of}_cells": count, f"{of}_percent": 100.0 * count / len(answers) if answers else 0.0}
 
     found: list[Record] = []
     for name in (name for name in THEORIES if any(name in one for one in cells)):
-        used = [one[name].limit_used for one, answer in zip(cells, answers, strict=True) if answer == name]
+        used = [one[name].limit_used for one, answer in zip(cells, answers, strict=False) if answer == name]
         found.append(
             {
                 "theory": name,
                 **picked(THEORIES[name], "words cost"),
                 **counted("cheapest", len(used)),
+                "out_of_range_cells": sum(one.label == name and one.out_of_range for one in cheapest_ones),
                 "largest_limit_used": max(used, default=None),
                 **counted("holds", sum(name in one and one[name].verdict.answer == "HOLDS" for one in cells)),
             }
@@ -84,93 +88,31 @@ def share_records(made: ApplicabilityMap) -> list[Record]:
     return found + [{"theory": name, **counted("cheapest", answers.count(name))} for name in others]
 
 
-def theories_record(load: JudgedLoad) -> Record:
-    """Every theory that was judged, and why another one has no contact."""
-    judged = {name: judgement_record(one) for name, one in load.judgements.items()}
-    found = judged | {name: {"problem": problem} for name, problem in load.without.items()}
-    return {name: found[name] for name in THEORIES if name in found}
+def cheapest_columns(column: str, found: Standing) -> Record:
+    """Columns of the cheapest theory that holds: its name, whether it is in its own range, and why not."""
+    made = found.made if found.answer == "HOLDS" else None
+    status, notes = ("", ()) if made is None else (made.status, made.notes)
+    return {column: found.label, f"{column}_status": status, f"{column}_reason": "; ".join(notes)}
 
 
-def judgement_record(judged: Judgement) -> Record:
-    """A theory of the pressure and its verdict."""
-    contact = judged.approximation
-    assert contact is not None
-    return {
-        **contact_record(contact, judged.measures),
-        **picked(judged, "deviation uncertainty"),
-        "verdict": verdict_record(judged.verdict),
-        "limit_used": judged.limit_used,
-    }
-
-
-def contact_record(contact: Approximation, measures: Measures) -> Record:
-    """What a theory of the pressure says of a contact."""
-    return {
-        **measures.as_dict(),
-        **picked(contact, "centre_mm overlapping status notes solutions"),
-        "patches": [_patch_record(one) for one in contact.patches],
-    }
-
-
-def _patch_record(patch: TheoryPatch) -> Record:
-    where = picked(patch, "centre_mm")
-    if (touch := patch.touch) is not None:
-        at = {"touch_point": patch.touch_point, "touch_rail_y_mm": touch.rail_y_mm}
-        where = {**at, "contact_angle_rad": touch.contact_angle_rad, **where}
-    if patch.hertz is not None:
-        return where | ellipse_record(patch.hertz)
-    return where | picked(patch, "normal_force_N p_max_MPa area_mm2 a_mm b_mm")
-
-
-def answer_record(verdict: Verdict) -> Record:
-    """The answer of a verdict, what decided it, and the answer of each measure."""
-    return {"verdict": verdict.answer, **picked(verdict, "measure each")}
-
-
-def verdict_record(verdict: Verdict) -> Record:
-    """A verdict without its limits and its cause."""
-    return answer_record(verdict) | picked(verdict, "unknown")
-
-
-def ellipse_record(hertz: HertzContact) -> Record:
-    """An ellipse with its force."""
-    return {
-        "normal_force_N": hertz.normal_force_N,
-        **hertz_measures(hertz).as_dict(),
-        **picked(hertz, "orientation_rad A_per_mm B_per_mm stiffness_GN_per_m15"),
-    }
-
-
-def theory_columns(load: JudgedLoad) -> Record:
-    """Columns of a row: the cheapest theory that holds, and each theory but Hertz that says something of its own."""
-    columns: Record = {"theory_cheapest": cheapest_name(theories_of(load))}
-    for name, judged in other_theories(load).items():
-        columns[f"theory_{name}_verdict"] = judged.verdict.answer
-        columns[f"theory_{name}_measure"] = judged.verdict.measure
-        columns[f"theory_{name}_limit_used"] = judged.limit_used
-        for measure, short in (("p_max_MPa", "p_max"), ("area_mm2", "area")):
-            columns[f"theory_{name}_{short}_deviation_percent"] = 1e2 * judged.deviation[measure]
-    return columns
-
-
-def cheapest_name(theories: Mapping[str, Judgement]) -> str:
-    """The cheapest of theories that holds, UNRESOLVED where it is open which, `none` where all fail."""
-    return cheapest(theories) or ("UNRESOLVED" if first_standing(theories) else "none")
+def theory_words(name: str | None, status: str | None = "", reason: str | None = "") -> str:
+    """A theory in words, or another answer, and that it is out of its own range, and why."""
+    words = THEORIES[name].words if name and name in THEORIES else name or ""
+    return f"{words}, {status}{reason and f': {reason}'}" if status == "out of range" else words
 
 
 def theory_text(row: Mapping[str, Any]) -> str:
-    """What a row says of the theory to take where Hertz does not hold; empty where it does, and without one."""
-    name = str(row.get("theory_cheapest"))
-    if name not in THEORIES or name in EITHER_SIDE:
+    """What a row says of the theory to take where Hertz does not hold in his range; empty elsewhere."""
+    name = row.get("cheapest_theory")
+    if name not in THEORIES or (name == HERTZ and row.get("cheapest_theory_status") != "out of range"):
         return ""
-    off = (float(row[f"theory_{name}_{short}_deviation_percent"]) for short in ("p_max", "area"))
+    off = (float(row[f"{name}_deviation_{short}_percent"]) for short in ("p_max", "area"))
     return (
-        f"the cheapest theory that holds: {THEORIES[name].words} (p_max {next(off):+z.1f} %, area {next(off):+z.1f} %,"
-        f" part of a limit {float(row[f'theory_{name}_limit_used']):.2f})"
+        f"the cheapest theory that holds: {cheapest_words(row)} (p_max {next(off):+z.1f} %, area {next(off):+z.1f} %,"
+        f" part of a limit {float(row[f'{name}_limit_used']):.2f})"
     )
 
 
 def cheapest_words(row: Mapping[str, Any]) -> str:
     """The cheapest theory that holds in words."""
-    name = str(row.get("theory_cheapest") or "")
-    return THEORIES[name].words if name in THEORIES else name
+    return theory_words(*(row.get(f"cheapest_theory{of}") for of in ("", "_status", "_reason")))

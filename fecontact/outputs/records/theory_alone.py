@@ -8,10 +8,8 @@ from fecontact.alone.position import TheoryAlone
 from fecontact.comparison.creep_theories import CREEP_LAWS
 from fecontact.comparison.theories import THEORIES, Theory
 from fecontact.errors import InputError
-from fecontact.outputs.records.plain import Record, picked
-from fecontact.outputs.records.results import shown_case_record, versions
-from fecontact.outputs.records.theories import contact_record
-from fecontact.outputs.records.touch import profile_notes
+from fecontact.outputs.records.results import case_inputs, contact_record, profile_notes, versions
+from fecontact.outputs.records.told import Record, picked
 
 SCHEMA = "fecontact/theory/1"
 
@@ -50,7 +48,7 @@ def alone_record(found: TheoryAlone) -> Record:
         "schema": SCHEMA,
         "theory": found.name,
         **_theory_record(THEORIES[found.name]),
-        "case": shown_case_record(found.case, placement),
+        "case": case_inputs(found.case, placement),
         "contact_angle_rad": placement.first.contact_angle_rad,
         "given_normal_force_N": found.normal_force_N,
         "problem": found.problem,

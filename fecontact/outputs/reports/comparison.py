@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from fecontact.outputs.reports.html import folded, heading, items, page, paragraph, table
+from typing import TYPE_CHECKING
+
+from fecontact.outputs.documents.parts import Details, Heading, Items, Lead, Part
+from fecontact.outputs.reports.html import page
 from fecontact.outputs.tables.comparison import (
-    case_names,
-    column_table,
-    effort_table,
+    COLUMN_TABLE,
+    VALUE_TABLE,
     head_lines,
     tolerance_table,
     value_table,
     version_table,
 )
-from fecontact.regression.compare import TableComparison, counted
+
+if TYPE_CHECKING:
+    from fecontact.regression.compare import TableComparison
 
 # More values than these are folded away.
 _MOST_OPEN = 40
@@ -20,26 +24,23 @@ _MOST_OPEN = 40
 
 def comparison_html(comparison: TableComparison) -> str:
     """The comparison as one HTML page that needs no other file; well-formed XML as well."""
-    names = case_names(comparison)
-    changed = [column for column in comparison.columns if not column.unchanged]
-    unchanged = [column for column in comparison.columns if column.unchanged]
+    columns, differences = comparison.columns, comparison.differences
+    changed, equal = columns[columns.times_tolerance > 0.0], columns[columns.times_tolerance == 0.0]
     beyond = "All values beyond their tolerance, the worst first"
-    values = table(value_table(beyond, comparison.differences, names))
-    if len(comparison.differences) > _MOST_OPEN:
-        open_values = value_table("", comparison.differences, names)
-        values = folded(f"{beyond}: {len(comparison.differences)}", table(open_values))
-    equal = f"{counted(len(unchanged), 'column')} with equal values"
-    return page(
-        comparison.verdict,
-        [
-            heading("Comparison of results", 1),
-            paragraph(comparison.verdict, "same" if comparison.same else "different"),
-            items(head_lines(comparison)),
-            table(column_table("Columns, the worst first", changed, names)),
-            values,
-            folded(equal, table(column_table("", unchanged, names))),
-            folded("Not compared; where they are furthest apart", table(effort_table(comparison, names))),
-            folded("Tolerances", table(tolerance_table(comparison))),
-            folded("Versions", table(version_table(comparison))),
-        ],
-    )
+    many = len(differences) > _MOST_OPEN
+    values = value_table("" if many else beyond, VALUE_TABLE, differences, comparison)
+    below = {
+        f"Columns with equal values: {len(equal)}": value_table("", COLUMN_TABLE, equal, comparison),
+        "Not compared; where they are furthest apart": value_table("", VALUE_TABLE, comparison.efforts, comparison),
+        "Tolerances": tolerance_table(comparison),
+        "Versions": version_table(comparison),
+    }
+    parts: list[Part] = [
+        Heading("Comparison of results", 1),
+        Lead(comparison.verdict, "same" if comparison.same else "different"),
+        Items(list(head_lines(comparison))),
+        value_table("Columns, the worst first", COLUMN_TABLE, changed, comparison),
+        Details(f"{beyond}: {len(differences)}", [values]) if many else values,
+        *(Details(title, [one]) for title, one in below.items()),
+    ]
+    return page(comparison.verdict, parts)

@@ -42,7 +42,7 @@ def study_figures(
     """
     from fecontact.outputs.figures.study import study_figure
 
-    solved = [row for row in rows if row.get("p_max_fe_MPa") is not None]
+    solved = [row for row in rows if row.get("fe_p_max_MPa") is not None]
     if solved:
         study_figure(list(rows), out / "study.png", rail, criteria)
     return _write_collections(solved, out)

@@ -6,9 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from fecontact.comparison.theories import EITHER_SIDE, THEORIES
+from fecontact.comparison.ladder import PLASTIC
+from fecontact.comparison.measures import MEASURES
+from fecontact.comparison.theories import HERTZ, THEORIES
+from fecontact.criteria import Criteria
 from fecontact.outcome import short_status, usable
-from fecontact.outputs.records.theories import cheapest_words
+from fecontact.outputs.records.theories import cheapest_words, theory_words
 from fecontact.outputs.tables.table import (
     Column,
     Record,
@@ -21,7 +24,8 @@ from fecontact.outputs.tables.table import (
     table_of,
     text,
 )
-from fecontact.outputs.words.measures import WORDS
+from fecontact.outputs.tables.theories import cheapest_column
+from fecontact.outputs.words.measures import WORDS, deviation_column
 from fecontact.outputs.words.pairs import pair_of_row
 from fecontact.outputs.words.verdicts import decided
 
@@ -55,44 +59,51 @@ class ReportedCase:
 
 def verdict_of(row: Record) -> str:
     """Its verdict; `failed` where the result must not be used."""
-    return str(row.get("verdict", "failed")) if usable(row) else "failed"
+    return str(row.get("verdict_answer", "failed")) if usable(row) else "failed"
 
 
 _PLACE = (number("shift\nmm", "lateral_shift_mm", "{:+z.2f}"), number("load\nkN", "load_kN"))
 _DISTANCE = number("distance\nmm", "distance_mm")
+
+
+def _off(measure: str, limit: float) -> Column:
+    """How far Hertz is off in a measure that decides, to a digit that a limit below 1 is seen by."""
+    words, (column, _, _) = WORDS[measure], deviation_column(measure)
+    form = f"{{:{'+' * words.signed}z.{1 + (words.factor * limit < 1.0)}f}}"
+    unit = f"in {words.off_unit}" if words.off_unit != "%" else "dev %" if measure in MEASURES else "%"
+    short = words.short if len(words.short) < 8 else f"{words.short[:5]}."
+    return number(f"{short}\n{unit}", column, form, rank=words.rank, name=words.short * bool(words.rank))
+
+
+_P_MAX, *_OTHERS = (_off(measure, limit) for measure, limit in Criteria().limits.items())
 _NUMBERS = (
-    number("p_max\nFE MPa", "p_max_fe_MPa", "{:.0f}", rank=5, name="p_max in MPa"),
-    number("p_max\ndev %", "p_max_deviation_percent", "{:+z.1f}"),
-    number("\n± %", "p_max_uncertainty_percent", "{:.1f}", rank=3, name="± of p_max"),
-    number("area\ndev %", "area_deviation_percent", "{:+z.1f}", rank=9, name="area"),
-    number("a\ndev %", "a_deviation_percent", "{:+z.1f}", rank=4, name="a"),
-    number("b\ndev %", "b_deviation_percent", "{:+z.1f}", rank=8, name="b"),
-    number("centre\nin b", "centre_over_b", "{:+z.2f}", rank=7, name="centre"),
-    number("valley\n%", "valley_percent", "{:z.1f}", rank=6, name="valley"),
-    number("mispl.\n%", "misplaced_load_percent", "{:z.1f}", rank=10, name="misplaced"),
+    number("p_max\nFE MPa", "fe_p_max_MPa", "{:.0f}", rank=5, name="p_max in MPa"),
+    _P_MAX,
+    number("\n± %", "hertz_uncertainty_p_max_percent", "{:.1f}", rank=3, name="± of p_max"),
+    *_OTHERS,
 )
 _EFFORT = (
-    number("meshes", "meshes", "{:.0f}", rank=2, name="meshes"),
+    number("meshes", "solver_meshes", "{:.0f}", rank=2, name="meshes"),
     number("time\ns", "seconds", "{:.0f}", rank=1, name="time"),
 )
 _PEAKS = (
-    number("peak FE MPa", "p_max_fe_MPa", "{:.0f}"),
-    number("peak Hertz MPa", "p_max_hertz_MPa", "{:.0f}"),
-    number("part of a limit", "limit_used", "{:.2f}"),
+    number("peak FE MPa", "fe_p_max_MPa", "{:.0f}"),
+    number("peak Hertz MPa", "hertz_p_max_MPa", "{:.0f}"),
+    number("part of a limit", "verdict_limit_used", "{:.2f}"),
 )
 
 
 def deviation_table(rows: Sequence[Record], title: str, failing_width: int, *, with_pair: bool = False) -> Table:
     """How far Hertz is off in each case, and by what it fails, in so many characters."""
-    theories = any(row.get("theory_cheapest") for row in rows)
+    theories = any(row.get("cheapest_theory") for row in rows)
     columns = [
         *[text("rail, wheel", pair_of_row)] * with_pair,
         *_places(rows),
         *_NUMBERS,
         # what must not be used has no verdict
-        text("verdict", lambda row: row.get("verdict", "-") if usable(row) else short_status(row)),
+        text("verdict", lambda row: row.get("verdict_answer", "-") if usable(row) else short_status(row)),
         text("fails by", lambda row: _failing(row, failing_width)),
-        *[text("cheapest\ntheory", "theory_cheapest", none="-", name="cheapest theory")] * theories,
+        *[cheapest_column("cheapest\ntheory", "cheapest_theory", name="cheapest theory")] * theories,
         *_EFFORT,
     ]
     return table_of(title, columns, rows, lambda row: "plain" if usable(row) else "fails")
@@ -105,7 +116,7 @@ def _places(rows: Sequence[Record]) -> list[Column]:
 
 def _failing(row: Record, width: int) -> str:
     """Short names of the measures that fail, the one that decided first; those that find no room are counted."""
-    measures, first = str(row.get("verdict_failing") or "").split(), row.get("verdict_measure")
+    measures, first = filter(None, str(row.get("verdict_failing") or "").split("; ")), row.get("verdict_measure")
     names = [WORDS[measure].short for measure in sorted(measures, key=lambda measure: measure != first)]
     for shown in range(len(names), 0, -1):
         more = [f"+{len(names) - shown}"] if shown < len(names) else []
@@ -119,7 +130,7 @@ def verdict_table(cases: Sequence[ReportedCase]) -> Table:
     """All cases with their verdicts and what decided; with those of forces where there are any."""
     rows = [{**case.row, "limits": case.limits} for case in cases]
     several = len({pair_of_row(row) for row in rows}) > 1
-    theories, forces = (any(row.get(name) for row in rows) for name in ("theory_cheapest", "force_verdict"))
+    theories, forces = (any(row.get(name) for row in rows) for name in ("cheapest_theory", "creep_verdict_answer"))
     columns = [
         *[text("rail and wheel", lambda row: pair_of_row(row, " and "))] * several,
         *_places(rows),
@@ -129,7 +140,7 @@ def verdict_table(cases: Sequence[ReportedCase]) -> Table:
         *_PEAKS,
         *[text("cheapest theory that holds", cheapest_words)] * theories,
         *[
-            text("for forces", lambda row: row.get("force_verdict") or "failed", "answer"),
+            text("for forces", lambda row: row.get("creep_verdict_answer") or "failed", "answer"),
             text("force off by, % of mu N", _force_off, "number"),
         ]
         * forces,
@@ -139,57 +150,41 @@ def verdict_table(cases: Sequence[ReportedCase]) -> Table:
 
 def _force_off(row: Record) -> str:
     """By how much creep forces are off."""
-    if not row.get("force_verdict"):
+    if not row.get("creep_verdict_answer"):
         return "-"
-    off, unsure = (float(row[f"force_worst{name}_percent"]) for name in ("", "_uncertainty"))
+    off, unsure = (1e2 * float(row[f"creep_verdict_{name}_of_muN"]) for name in ("deviation", "uncertainty"))
     return f"{off:.1f} ± {unsure:.1f}"
-
-
-def hertz_tables(record: Record) -> list[Table]:
-    """All measures of a case by Hertz, with both curvatures where the touch point lies at a junction."""
-    tables = []
-    for side in record.get("verdict", {}).get("sides", ()):
-        by = "" if side["side"] == "both" else f", with the curvature of the {side['side']} side"
-        tables.append(_measure_table(record, f"Hertz against finite elements{by}", "Hertz", side["hertz"], side))
-    return tables
 
 
 def elements_table(record: Record) -> Table:
     """Hertz against the contact on the elements' own nodes alone: what they say by themselves."""
-    judged, verdict = record["verdict_elements"], record["verdict"]
-    limits, own, fine = verdict["limits"], record["rungs"]["elements"], record["fe"]
+    own, fine, limits = record["elements"], record["fe"], record["verdict"]["limits"]
+    judged = own[HERTZ]
     lines = []
     for measure in limits:
-        words, answer = WORDS[measure], judged["each"][measure]
+        words, answer = WORDS[measure], judged["verdict"]["each"][measure]
         values = (number_text(own[measure]), number_text(fine[measure])) if measure in own else ("", "")
         off, unsure = (judged[of].get(measure) for of in ("deviation", "uncertainty"))
         cells = [words.title, *values, words.off(off), words.off(unsure, size=True), words.limit(limits[measure])]
         lines.append(TableRow(cells=[*cells, answer], tone=_TONES[answer]))
     columns = columns_of("own nodes", "finer nodes", "Hertz off\nown nodes", "±", "limit", "answer", texts=("answer",))
-    title = f"The elements by themselves: Hertz {judged['verdict']} (verdict: {verdict['verdict']})"
+    title = f"The elements by themselves: Hertz {judged['verdict']['answer']} (verdict: {record['verdict']['answer']})"
     return Table(title=title, columns=[Column(heading="measure", kind="text", wraps=True), *columns], rows=lines)
 
 
-def measure_tables(record: Record) -> list[Table]:
-    """All measures of a case by each theory."""
-    tables = hertz_tables(record)
-    for name, theory in record.get("theories", {}).items():
-        if name not in EITHER_SIDE and "patches" in theory:
-            judged = {**theory, "each": theory["verdict"]["each"]}
-            tables.append(_measure_table(record, THEORIES[name].words, "theory", theory, judged))
-    return tables
-
-
-def _measure_table(record: Record, title: str, name: str, sizes: Record, judged: Record) -> Table:
+def measures_table(
+    record: Record, judged: Record, title: str = "", name: str = "Hertz", *, judged_only: bool = False
+) -> Table:
     """The measures of the finite elements beside those of a theory, those that decide first."""
-    limits, each = record["verdict"]["limits"], judged["each"]
+    limits, each = record["verdict"]["limits"], judged["verdict"]["each"]
+    others = () if judged_only else (measure for measure in WORDS if measure not in limits)
     lines = []
-    for measure in (*limits, *(measure for measure in WORDS if measure not in limits)):
+    for measure in (*limits, *others):
         words, off = WORDS[measure], judged["deviation"].get(measure)
         # of some there is nothing in an ellipse
         values = (words.off(off).removesuffix(words.off_unit).strip(), "0")
-        if measure in sizes:
-            values = (number_text(record["fe"][measure]), number_text(sizes[measure]))
+        if measure in judged:
+            values = (number_text(record["fe"][measure]), number_text(judged[measure]))
         cells = [words.title, *values, words.off(off), words.off(judged["uncertainty"].get(measure), size=True)]
         cells += [words.limit(limits[measure]) if measure in limits else "", each.get(measure, "not judged")]
         lines.append(TableRow(cells=cells, tone=_TONES.get(each.get(measure, ""), "dim")))
@@ -204,42 +199,60 @@ _OF_THEORY = (
     number("area\ndev %", lambda theory: theory["deviation"].get("area_mm2"), "{:+z.1f}", 1e2, none=""),
     number("part of\na limit", "limit_used", "{:.2f}", none=""),
     text("decided by", lambda theory: theory.get("problem") or WORDS[theory["verdict"]["measure"]].name, wraps=True),
-    text("verdict", lambda theory: theory["verdict"]["verdict"]),
+    text("verdict", lambda theory: theory_words(theory["verdict"]["answer"], theory.get("status")), wraps=True),
 )
 
 
 def theories_table(record: Record) -> Table:
     """The verdict on every theory of the pressure, and why one has no contact."""
-    none = {"deviation": {}, "verdict": {"verdict": "none"}}
+    none = {"deviation": {}, "verdict": {"answer": "none"}}
     theories = [{**none, **theory, "name": name} for name, theory in record["theories"].items()]
     title = "Theories of the contact, the cheapest first"
-    return table_of(title, _OF_THEORY, theories, lambda theory: _TONES.get(theory["verdict"]["verdict"], "dim"))
+    return table_of(title, _OF_THEORY, theories, lambda theory: _TONES.get(theory["verdict"]["answer"], "dim"))
 
 
-_LOBE = (
+_PEAK = (
     number("lobe", "number", "{:.0f}"),
     number("place across\nmm", "y_mm", "{:+z.1f}"),
     number("peak\nMPa", "p_max_MPa", "{:.0f}"),
     number("of the force\n%", "force_share", "{:.1f}", 1e2),
 )
+_LOBE = (
+    text("part", lambda one: "patch" if one["separate"] else "lobe"),
+    number("at rail y\nmm", "rail_y_mm", "{:+z.1f}"),
+    number("its force\nkN", "normal_force_N", "{:.2f}", 1e-3),
+    number("p_max\nFE MPa", lambda one: one["fe"]["p_max_MPa"], "{:.0f}"),
+    number("p_max\ndev %", lambda one: one["deviation"].get("p_max_MPa"), "{:+z.1f}", 1e2),
+    number("area\ndev %", lambda one: one["deviation"].get("area_mm2"), "{:+z.1f}", 1e2),
+    text("decided by", lambda one: WORDS[one["verdict"]["measure"]].short if one["verdict"] else "no ellipse there"),
+    text("Hertz", lambda one: one["verdict"]["answer"] if one["verdict"] else "none", "answer"),
+)
 
 
-def lobe_table(record: Record) -> Table:
-    """The lobes of a contact, from the gauge side on."""
-    lobes, pieces = record["lobes"], record["pieces"]
-    counts = f"{len(lobes)} {'lobe' if len(lobes) == 1 else 'lobes'}, {pieces} {'patch' if pieces == 1 else 'patches'}"
-    return table_of(counts, _LOBE, [{**lobe, "number": place} for place, lobe in enumerate(lobes, start=1)])
+def lobes_table(record: Record) -> Table:
+    """Every separate patch and every lobe by itself, each beside Hertz's ellipse under its own force."""
+    return table_of("", _LOBE, record["lobes"])
+
+
+def peaks_table(record: Record) -> Table:
+    """The peaks of a contact, from the gauge side on."""
+    peaks, pieces = record["fe"]["lobes"], record["fe"]["pieces"]
+    counts = f"{len(peaks)} {'lobe' if len(peaks) == 1 else 'lobes'}, {pieces} {'patch' if pieces == 1 else 'patches'}"
+    return table_of(counts, _PEAK, [{**peak, "number": place} for place, peak in enumerate(peaks, start=1)])
 
 
 def ladder_table(record: Record) -> Table:
     """The rungs from Hertz to the finite elements."""
     columns = columns_of("rung", "p_max\nMPa", "area\nmm²", "approach\nmm", texts=("rung",))
     lines = []
-    for name, rung in record["rungs"].items():
+    rungs = {**record, **record["theories"], "fe_plastic": record.get("plastic")}
+    for name in ("hertz", "half_space_quadratic", "half_space", "elements", "fe", "fe_plastic"):
+        if (rung := rungs[name]) is None:
+            continue
         # the other rungs of the same nodes are no better known than what is judged
-        unsure = record["elements_uncertainty"] if name == "elements" else {}
+        unsure = record["elements"]["uncertainty"] if name == "elements" else {}
         if name == "fe_plastic":
-            unsure = record["plastic"]["step_uncertainty"]
+            unsure = record["steps_uncertainty"][PLASTIC.name]
         cells = (
             number_text(rung[m]) + (f" ± {1e2 * unsure[m]:.1f} %" if m in unsure else "")
             for m in ("p_max_MPa", "area_mm2", "approach_mm")
@@ -268,16 +281,16 @@ def plastic_tables(record: Record) -> list[Table]:
     plastic = record.get("plastic")
     if plastic is None:
         return []
-    steps, unsure = plastic["step"], plastic["step_uncertainty"]
-    band = plastic["step_with_yield_stress_15_percent_lower_and_higher"]
+    steps, unsure = (record[of][PLASTIC.name] for of in ("steps", "steps_uncertainty"))
+    lower, higher = (plastic[f"step_with_yield_stress_15_percent_{which}"] for which in ("lower", "higher"))
     columns = [
         text("measure", lambda measure: WORDS[measure].name, wraps=True),
         text("by plasticity", lambda measure: WORDS[measure].off(steps[measure]), "number"),
         text("±", lambda measure: WORDS[measure].off(unsure[measure], size=True), "number"),
-        text("yield stress\n-15 %", lambda measure: WORDS[measure].off(band[measure][0]), "number"),
-        text("+15 %", lambda measure: WORDS[measure].off(band[measure][1]), "number"),
+        text("yield stress\n-15 %", lambda measure: WORDS[measure].off(lower[measure]), "number"),
+        text("+15 %", lambda measure: WORDS[measure].off(higher[measure]), "number"),
     ]
-    changes = [table_of(f"What yielding changes ({plastic['range']})", columns, band)] if band else []
+    changes = [table_of(f"What yielding changes ({plastic['range']})", columns, lower)] if lower else []
     bodies = ({**body, "name": name} for name, body in plastic["bodies"].items())
     return [*changes, table_of("Bodies that yield", _YIELDED, bodies)]
 
@@ -296,7 +309,7 @@ _SOLVER = (
     *_PLACE,
     text("status", "status"),
     text("elements a semi-axis", lambda row: ", ".join(f"{count:.1f}" for count in row["elements"]), "number"),
-    number("unknowns", "degrees_of_freedom", "{:.0f}"),
+    number("unknowns", "unknowns", "{:.0f}"),
     text("solver", lambda row: row["path"]),
     number("residual", "contact_residual", "{:.0e}"),
     number("load balance", "load_balance", "{:.0e}"),
@@ -312,5 +325,6 @@ def solver_table(cases: Sequence[ReportedCase]) -> Table:
         solver = case.record.get("solver", {})
         own = {name: solver.get(name) for name in ("contact_residual", "load_balance")}
         elements, path = solver.get("elements_a_semi_axis", ()), solver.get("path", "-")
-        rows.append({**case.row, **own, "elements": elements, "path": path})
+        unknowns = sum(solver["degrees_of_freedom"].values()) if solver else None
+        rows.append({**case.row, **own, "elements": elements, "path": path, "unknowns": unknowns})
     return table_of("", _SOLVER, rows)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from fecontact.outputs.tables.comparison import case_names, column_table, head_lines, value_text
-from fecontact.outputs.terminal.console import Lines
-from fecontact.regression.compare import ColumnComparison, TableComparison
+from typing import TYPE_CHECKING
+
+from fecontact.outputs.tables.comparison import COLUMN_TABLE, head_lines, value_table, value_text
+
+if TYPE_CHECKING:
+    from fecontact.outputs.terminal.console import Lines
+    from fecontact.regression.compare import TableComparison
 
 # Columns that are shown where none differs, so that one sees how close it is.
 _CLOSEST = 5
@@ -16,20 +20,14 @@ def comparison_lines(comparison: TableComparison) -> Lines:
     Columns in which all values are equal are not shown.
     """
     yield from head_lines(comparison)
-    names = case_names(comparison)
-    differing = [column for column in comparison.columns if column.differing]
-    closest = [column for column in comparison.columns if not column.unchanged][:_CLOSEST]
-    if differing:
-        yield column_table("Columns that differ", differing, names)
-    elif closest:
-        yield column_table("Closest to their tolerance", closest, names)
-    changed = [column for column in comparison.efforts if column.worst.baseline != column.worst.new]
+    columns, efforts = comparison.columns, comparison.efforts
+    if columns.differing.any():
+        yield value_table("Columns that differ", COLUMN_TABLE, columns[columns.differing > 0], comparison)
+    elif (columns.times_tolerance > 0.0).any():
+        closest = columns[columns.times_tolerance > 0.0][:_CLOSEST]
+        yield value_table("Closest to their tolerance", COLUMN_TABLE, closest, comparison)
+    changed = efforts[efforts.baseline != efforts.new].to_dict("records")
     if changed:
-        yield f"not compared: {', '.join(_effort(column) for column in changed)}"
+        told = (f"{one['column']} {value_text(one, 'baseline')} -> {value_text(one, 'new')}" for one in changed)
+        yield f"not compared: {', '.join(told)}"
     yield comparison.verdict
-
-
-def _effort(column: ColumnComparison) -> str:
-    worst = column.worst
-    was, now = (value_text(text, worst.difference) for text in (worst.baseline, worst.new))
-    return f"{column.column} {was} -> {now}"

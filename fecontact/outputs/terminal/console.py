@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from rich.console import Console, JustifyMethod
     from rich.table import Table as RichTable
 
+    from fecontact.outputs.documents.parts import Part
     from fecontact.outputs.tables.table import Table
 
 Lines: TypeAlias = "Iterator[Table | str]"
@@ -20,7 +21,7 @@ Lines: TypeAlias = "Iterator[Table | str]"
 _PLAIN_WIDTH = 120
 
 
-def answer(record: object, lines: Callable[[Any], Iterable[Table | str]], *, json: bool, **files: Path | None) -> None:
+def answer(record: object, lines: Callable[[Any], Iterable[Part]], *, json: bool, **files: Path | None) -> None:
     """Print what lines say of a record, or the record as JSON and nothing else, and tell of files by what they are."""
     from fecontact.files import json_text
 
@@ -33,14 +34,28 @@ def answer(record: object, lines: Callable[[Any], Iterable[Table | str]], *, jso
             print(f"{what}: {path}", file=sys.stderr if json else sys.stdout)
 
 
-def show(lines: Iterable[Table | str], console: Console | None = None) -> None:
-    """Print tables and lines on standard output, or on a console."""
+def show(parts: Iterable[Part], console: Console | None = None, *, long: bool = False) -> None:
+    """Print the parts of a document on standard output, or on a console; what is shown on demand with `long` alone.
+
+    Pictures are for pages, and so is what has no words.
+    """
+    from fecontact.outputs.documents.parts import Details, Heading, Items, Lead, Picture, Terms
+
     console = console or _standard_console()
-    for line in lines:
-        if isinstance(line, str):
-            _say(console, line)
-        else:
-            _print_table(console, line)
+    for part in parts:
+        match part:
+            case Details():
+                show(part.parts if long else (), console, long=long)
+            case Items():
+                show(notes(part.lines), console)
+            case Heading() | Lead():
+                _say(console, part.text)
+            case Terms() | Picture() | "":
+                pass
+            case str():
+                _say(console, part)
+            case _ if part.rows:
+                _print_table(console, part)
 
 
 def notes(texts: Iterable[str]) -> Iterator[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fecontact.outputs.tables.table import Record, number, table_of, text
+from fecontact.outputs.tables.theories import cheapest_column
 from fecontact.outputs.terminal.console import Lines
 
 _COLUMNS = (
@@ -20,10 +21,9 @@ _COLUMNS = (
     number("approach\nmm", "strip_approach_mm", "{:.4f}", rank=3, name="approach"),
     number("stiffness\nkN/mm", "strip_stiffness_N_per_mm", "{:.0f}", 1e-3, rank=7, name="stiffness"),
     text("strips", "strip_status", none="-"),
-    text("cheapest like them", "cheapest_theory", none="-"),
-    text("of itself", "cheapest_theory_status", none="-"),
+    cheapest_column("cheapest like them", "cheapest_theory"),
 )
-_OF_MAP = text("map: cheapest", "map_cheapest_theory", none="-")
+_OF_MAP = cheapest_column("map: cheapest", "map_cheapest_theory")
 
 
 def contact_table_lines(rows: Sequence[Record]) -> Lines:

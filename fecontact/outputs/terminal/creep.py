@@ -32,9 +32,10 @@ _FORCE = (
 def force_lines(rows: Sequence[Record]) -> Lines:
     """One line a row that has a verdict of forces."""
     for row in rows:
-        if row.get("force_verdict"):
-            off, unsure = row["force_worst_percent"], row["force_worst_uncertainty_percent"]
-            yield f"{row['id']}: {_force_verdict(row['force_verdict'], off, unsure, row.get('force_cause'))}"
+        if row.get("creep_verdict_answer"):
+            off, unsure = (1e2 * row[f"creep_verdict_{name}_of_muN"] for name in ("deviation", "uncertainty"))
+            cause = row.get("creep_verdict_cause")
+            yield f"{row['id']}: {_force_verdict(row['creep_verdict_answer'], off, unsure, cause)}"
 
 
 def creep_lines(record: Record) -> Lines:
@@ -47,8 +48,8 @@ def creep_lines(record: Record) -> Lines:
     told = ", ".join(f"{name} {1e2 * value:.1f}" for name, value in off.items() if value is not None)
     yield f"Hertz is off in force by, % of mu N: {told}"
     off_percent, unsure = 1e2 * verdict["deviation_of_muN"], 1e2 * verdict["uncertainty_of_muN"]
-    within = f" (limit {1e2 * verdict['limit_of_muN']:g} %), at {_creepages_text(verdict['at'])}"
-    yield _force_verdict(verdict["verdict"], off_percent, unsure, verdict["cause"], within)
+    within = f" (limit {1e2 * verdict['limit_of_muN']:g} %), at {_creepages_text(record['decided'][0])}"
+    yield _force_verdict(verdict["answer"], off_percent, unsure, verdict["cause"], within)
     yield from (f"warning: {warning}" for warning in record["warnings"])
 
 

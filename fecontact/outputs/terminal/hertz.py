@@ -33,8 +33,8 @@ def hertz_lines(record: Record) -> Lines:
     """A Hertz record: touch points and the ellipse of each, and of each side of a junction."""
     yield touch_point_table(record)
     yield table_of("Hertz's ellipse, each with the whole load", _ELLIPSE, record["ellipses"])
-    if len(record["shared"]["ellipses"]) > 1:
-        yield _shared_text(record["shared"])
+    if len(record["springs"]["patches"]) > 1:
+        yield _shared_text(record["springs"])
     for ellipse in record["ellipses"]:
         if "problem" in ellipse:
             yield f"point {ellipse['touch_point'] + 1}, {ellipse['side']} side: {ellipse['problem']}"
@@ -44,7 +44,7 @@ def hertz_lines(record: Record) -> Lines:
 def _shared_text(shared: Record) -> str:
     parts = (
         f"point {e['touch_point'] + 1} {e['normal_force_N'] / 1e3:.1f} kN, p0 {e['p_max_MPa']:.0f} MPa"
-        for e in shared["ellipses"]
+        for e in shared["patches"]
     )
     overlap = "; but their ellipses overlap: they are one patch" if shared["overlapping"] else ""
     return f"As springs side by side they share the load: {'; '.join(parts)}{overlap}."

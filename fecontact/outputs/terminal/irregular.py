@@ -19,7 +19,7 @@ _WORST = (
 
 
 def irregular_lines(record: Record) -> Lines:
-    """The smooth pair, what each model is worth, notes, and the conclusion of a map."""
+    """The smooth pair, what each model is worth, and notes."""
     pair = record["pair"]
     yield (
         f"Hertz without it: a {pair['a_mm']:.3f}, b {pair['b_mm']:.3f} mm, {pair['p_max_MPa']:.1f} MPa, approach"
@@ -40,8 +40,6 @@ def irregular_lines(record: Record) -> Lines:
     yield from notes(record["notes"])
     if found := [one["problem"] for one in record[kind] if one["problem"]]:
         yield from notes([f"{len(found)} of {len(record[kind])} {kind} have no solution; the first: {found[0]}"])
-    if "conclusion" in record:
-        yield record["conclusion"]
 
 
 def _limits_table(record: Record) -> Table:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fecontact.outputs.records.preview import junctions_of
-from fecontact.outputs.records.touch import profile_notes
+from fecontact.outputs.records.results import profile_notes
 from fecontact.outputs.terminal.console import Lines, notes
 from fecontact.profiles.recognition import Nearest
 from fecontact.solving.preview import Preview

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from fecontact.comparison.measures import MEASURES
 from fecontact.criteria import Criteria
+from fecontact.outputs.records.told import relative_name
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +28,8 @@ class Words:
         Unit of the deviation, its uncertainty and its limit: `%`, or Hertz's half-width `b`.
     signed
         Whether Hertz may be off to both sides.
+    rank
+        Where a table has no room, those of the lowest rank are left out first; 0 stays.
     """
 
     short: str
@@ -37,6 +39,7 @@ class Words:
     meaning: str
     off_unit: str = "%"
     signed: bool = True
+    rank: int = 0
 
     @property
     def title(self) -> str:
@@ -79,6 +82,7 @@ WORDS = {
         name="area",
         unit="mm²",
         meaning="of all patches together, up to where the pressure ends",
+        rank=9,
     ),
     "a_mm": Words(
         short="a",
@@ -86,6 +90,7 @@ WORDS = {
         name="half-width a along x",
         unit="mm",
         meaning="sqrt(5 <x²>) over the pressure, along the rolling direction; the semi-axis of a Hertz ellipse",
+        rank=4,
     ),
     "b_mm": Words(
         short="b",
@@ -93,6 +98,7 @@ WORDS = {
         name="half-width b across",
         unit="mm",
         meaning="sqrt(5 <s²>) over the pressure, across the rail; the semi-axis of a Hertz ellipse",
+        rank=8,
     ),
     "extent_x_mm": Words(
         short="extent x",
@@ -122,6 +128,7 @@ WORDS = {
         unit="b",
         meaning="how far it lies beside the first touch point, across the rail, in half-widths b of the ellipse",
         off_unit="b",
+        rank=7,
     ),
     "valley": Words(
         short="valley",
@@ -130,6 +137,7 @@ WORDS = {
         unit="% of the peak",
         meaning="by how much the pressure falls between its two highest peaks, over the highest; 0 for an ellipse",
         signed=False,
+        rank=6,
     ),
     "separate_load": Words(
         short="separate",
@@ -138,6 +146,7 @@ WORDS = {
         unit="%",
         meaning="the part of the load that is carried by patches beside the one that carries most; 0 for an ellipse",
         signed=False,
+        rank=1,
     ),
     "misplaced_load": Words(
         short="misplaced",
@@ -146,6 +155,7 @@ WORDS = {
         unit="%",
         meaning="load that is elsewhere than Hertz has it, with the ellipse moved to the centre of pressure",
         signed=False,
+        rank=10,
     ),
 }
 """The words of every measure."""
@@ -178,9 +188,6 @@ def unknown_text(measures: Iterable[str]) -> str:
 
 def deviation_column(measure: str) -> tuple[str, str, float]:
     """Columns of a measure's deviation and of its uncertainty, and what their numbers are multiplied by."""
-    if measure in MEASURES:
-        name = measure.rsplit("_", 1)[0]
-        return f"{name}_deviation_percent", f"{name}_uncertainty_percent", 1e2
-    if measure.endswith("_over_b"):
-        return measure, measure.replace("_over_b", "_uncertainty_over_b"), 1.0
-    return f"{measure}_percent", f"{measure}_uncertainty_percent", 1e2
+    factor = WORDS[measure].factor
+    name = relative_name(measure)
+    return f"hertz_deviation_{name}", f"hertz_uncertainty_{name}", factor

@@ -7,7 +7,9 @@ from typing import Any
 
 from fecontact.case import RESOLUTIONS
 from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, THEORIES
 from fecontact.outcome import usable, with_remedy
+from fecontact.outputs.records.theories import theory_words
 from fecontact.outputs.words.cases import case_words
 from fecontact.outputs.words.measures import WORDS, deviation_column
 from fecontact.solving.solve import CaseResult
@@ -38,34 +40,45 @@ def _because(cause: str | None) -> str:
     return f"; because: {cause}" if cause else ""
 
 
-def _reason(verdict: Record) -> str:
+def _reason(verdict: Record, judged: Record) -> str:
     """What decided a verdict, with which curvature, and why."""
-    side = _deciding_side(verdict)
-    at = "" if side["side"] == "both" else f", with the curvature of the {side['side']} side"
-    return f"{_off(side, verdict, verdict['limits'])}{at}{_because(verdict['cause'])}"
+    at = "" if verdict["side"] == "both" else f", with the curvature of the {verdict['side']} side"
+    return f"{_off(judged, verdict, verdict['limits'])}{at}{_because(verdict['cause'])}"
 
 
 def verdict_reason(load: JudgedLoad) -> str:
     """What decided the verdict, how far Hertz is off in it, and why, in one line."""
     if not load.usable:
         return f"not to be used: {load.status}"
-    sides = [{"side": side, **vars(judged), **vars(judged.verdict)} for side, judged in load.sides.items()]
-    return _reason({**vars(load.verdict), "limits": load.case.criteria.limits, "sides": sides})
+    side, judged = load.deciding_side
+    return _reason({**vars(load.verdict), "limits": load.case.criteria.limits, "side": side}, vars(judged))
 
 
 def reason_of_record(record: Record) -> str:
-    """The same of a result record, also of what must not be used."""
-    return _reason(record["verdict"])
+    """What decided the verdict of a record, also of one that must not be used."""
+    return _reason(record["verdict"], deciding(record))
 
 
 def plastic_words(record: Record) -> str:
     """Whether Hertz holds against bodies that yield, by which measure, and why not; empty without a yield stress."""
     if (plastic := record.get("plastic")) is None:
         return ""
-    verdict = plastic["verdict"]
-    off = _off(verdict, verdict, record["verdict"]["limits"])
-    said = f"against bodies that yield: Hertz {verdict['verdict']}; {off}{_because(verdict['cause'])}"
-    return f"{said}; {verdict['cancelling']}" if verdict["cancelling"] else said
+    judged, verdict = plastic[HERTZ], plastic[HERTZ]["verdict"]
+    off = _off(judged, verdict, record["verdict"]["limits"])
+    said = f"against bodies that yield: Hertz {verdict['answer']}; {off}{_because(verdict['cause'])}"
+    return f"{said}; {judged['cancelling']}" if judged["cancelling"] else said
+
+
+def cheapest_text(record: Record) -> str:
+    """The theory to take where Hertz does not hold in its range; empty elsewhere, and without one."""
+    name, *status = (record[f"cheapest_theory{of}"] for of in ("", "_status", "_reason"))
+    if name not in THEORIES or (name == HERTZ and status[0] != "out of range"):
+        return ""
+    found = record["theories"][name]
+    shown = {WORDS[one].short: WORDS[one].off(found["deviation"][one]) for one in ("p_max_MPa", "area_mm2")}
+    off = ", ".join(f"{short} {value}" for short, value in shown.items())
+    words = theory_words(name, *status)
+    return f"the cheapest theory that holds: {words} ({off}; {found['limit_used']:.2f} of a limit)"
 
 
 def decided(row: Record, limits: Mapping[str, float]) -> str:
@@ -80,16 +93,15 @@ def decided(row: Record, limits: Mapping[str, float]) -> str:
     return off_text(measure, off, unsure, limits.get(measure))
 
 
-def _deciding_side(verdict: Record) -> Record:
-    """The side whose verdict it is, that of the field side where both are the same."""
-    decided = (verdict["each"], verdict["measure"])
-    side: Record = next(s for s in reversed(verdict["sides"]) if (s["each"], s["measure"]) == decided)
-    return side
+def deciding(record: Record) -> Record:
+    """Hertz with the curvature of the side that decided the verdict of a record."""
+    found: Record = record["theories"][HERTZ_GAUGE if record["verdict"]["side"] == "gauge" else HERTZ]
+    return found
 
 
 def what_would_decide(record: Record) -> str:
     """What decides an open verdict: finer meshes, or better profiles."""
-    side, measure = _deciding_side(record["verdict"]), record["verdict"]["measure"]
+    side, measure = deciding(record), record["verdict"]["measure"]
     if not usable(record):
         return f"the result must not be used: {with_remedy(record)}"
     of_points = (record["uncertainty_of_profile"] or {}).get(measure, 0.0)
@@ -104,7 +116,9 @@ def what_would_decide(record: Record) -> str:
     if case["resolution"] in names[:-1]:
         finer = f"--resolution {' or '.join(names[names.index(case['resolution']) + 1 :])}"
     else:
-        finer = f"--resolution with sizes below {','.join(f'{size:.3g}' for size in solver['element_size_mm'])}"
+        finer = (
+            f"--resolution with sizes below {','.join(f'{size:.3g}' for size in solver['element_size_mm'].values())}"
+        )
     more = solver["finer_degrees_of_freedom"]
     limit = f", or --refine-degrees-of-freedom {more}" if more > case["refine_degrees_of_freedom"] else ""
     return f"to decide it: {finer}{limit}"

@@ -145,11 +145,9 @@ def fastsim_strips(
     )
 
 
-def strip_forces(
-    piece: Strips, creepages: Motion, *, bound: Bound = "strips", cells: int = CELLS
-) -> tuple[Floats, Floats, Floats]:
+def strip_forces(piece: Strips, creepages: Motion, *, cells: int = CELLS) -> tuple[Floats, Floats, Floats]:
     """FASTSIM strip by strip (n,): forces along and across in N, and moment of the latter about the strip's x = 0."""
-    x, sums, _ = _tractions(piece, creepages, bound, cells)
+    x, sums, _ = _tractions(piece, creepages, "strips", cells)
     return sums.real.sum(axis=0), sums.imag.sum(axis=0), (x * sums.imag).sum(axis=0)
 
 

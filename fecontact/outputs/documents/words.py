@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from fecontact.comparison.ladder import RUNGS
 from fecontact.comparison.theories import EITHER_SIDE, THEORIES
 from fecontact.criteria import Criteria
 from fecontact.outputs.words.measures import WORDS, criteria_text
@@ -24,8 +25,8 @@ GLOSSARY = (
      " elements, interpolation between nodes, truncation of the bodies, residuals, and, for profiles given by points,"
      " what changes on the other lines that these allow."),
     ("part of a limit", "The largest of all |off by| / limit: below 1 Hertz is within all limits."),
-    ("ladder", "Hertz, its quadratic gap on a half-space, the true gap on a half-space, the true gap between finite"
-     " bodies. What changes from step to step is the shape of the gap, or the finite bodies."),
+    ("ladder", "; ".join(f"{name.replace('_', ' ')}: {words}" for name, words in RUNGS.items()) +
+     ". What changes from step to step is the shape of the gap, or the finite bodies."),
     ("junction", "A point of a profile at which its curvature jumps."),
     ("lobe", "A peak of the pressure beside another one, with a valley of 5 % and more between them."),
     ("L2, overlap", "Of both pressures the norm of their difference over that of FE; of both patches the area that they"

@@ -1,10 +1,9 @@
-"""`report.html` of a study: one file that says the question, the answer and everything behind it."""
+"""A study in parts: a line a case for the terminal, and `report.html` with question, answer and all behind it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,30 +12,21 @@ from fecontact.errors import InputError
 from fecontact.files import read_json, write_text
 from fecontact.geometry.placement import Placement
 from fecontact.outcome import usable
+from fecontact.outputs.documents.case import case_parts
+from fecontact.outputs.documents.parts import Details, Heading, Items, Lead, Part, Picture, Terms
+from fecontact.outputs.documents.words import GLOSSARY, answer_words, lead_style, measure_terms, question
 from fecontact.outputs.figures.report import ladder_figure
 from fecontact.outputs.figures.section import pair_figure
 from fecontact.outputs.figures.style import svg_of
 from fecontact.outputs.paraview.scene import begin_scene
 from fecontact.outputs.records.results import versions
 from fecontact.outputs.records.theories import theory_text
-from fecontact.outputs.reports.html import drawing, folded, heading, items, page, paragraph, picture, table, terms
-from fecontact.outputs.reports.words import GLOSSARY, answer_words, lead_style, measure_terms, question
-from fecontact.outputs.tables.cases import (
-    ReportedCase,
-    elements_table,
-    ladder_table,
-    lobe_table,
-    measure_tables,
-    plastic_tables,
-    solver_table,
-    theories_table,
-    verdict_of,
-    verdict_table,
-)
-from fecontact.outputs.words.measures import unknown_text
+from fecontact.outputs.reports.html import page
+from fecontact.outputs.tables.cases import ReportedCase, deviation_table, solver_table, verdict_of, verdict_table
+from fecontact.outputs.tables.table import Record, Table
 from fecontact.outputs.words.pairs import pair_of_row, position_text
 from fecontact.outputs.words.roll import roll_words_of_rows
-from fecontact.outputs.words.verdicts import decided, plastic_words, what_would_decide
+from fecontact.outputs.words.verdicts import decided
 
 Row = Mapping[str, Any]
 _Row = TypeVar("_Row", bound=Row)
@@ -78,7 +68,7 @@ def reported_case(row: Row, folder: Path) -> ReportedCase:
 
 def most_used(rows: Iterable[_Row], count: int) -> list[_Row]:
     """So many of the rows, those that use most of a limit first."""
-    return sorted(rows, key=lambda row: -float(row.get("limit_used") or 0.0))[:count]
+    return sorted(rows, key=lambda row: -float(row.get("verdict_limit_used") or 0.0))[:count]
 
 
 def write_study_report(
@@ -109,35 +99,30 @@ def write_study_report(
     pairs = list(dict.fromkeys(pair_of_row(row, " and ") for row in rows))
     pair = "; ".join(pairs[:4]) + ("; ..." if len(pairs) > 4 else "")
     title = _title(name, rows)
-    # pictures become smaller ones beside what is drawn
-    with ThreadPoolExecutor() as beside:
-        told = _begin_pictures(cases, beside)
-        body = [
-            heading(title, 1),
-            paragraph(conclusion or _answer(cases), lead_style(verdicts)),
-            paragraph(f"{name}: {_answer(cases)}." if conclusion or title != name else ""),
-            paragraph(question(pair, criteria, roll_words_of_rows(rows))),
-            heading("Verdicts"),
-            table(verdict_table(cases)),
-            picture(out / "study.svg", "Peak pressure, how far Hertz is off, and the touch point."),
-            *_pair_drawn(shown, rows),
-            _ladder(rows),
-        ]
-    body += [
-        heading("Cases"),
-        *_cases(cases, told, pictures),
-        heading("Meshes and solver"),
-        folded("Of each case", table(solver_table(cases))),
+    parts: list[Part] = [
+        Heading(title, 1),
+        Lead(conclusion or _answer(cases), lead_style(verdicts)),
+        f"{name}: {_answer(cases)}." if conclusion or title != name else "",
+        question(pair, criteria, roll_words_of_rows(rows)),
+        Heading("Verdicts"),
+        verdict_table(cases),
+        Picture(content=out / "study.svg", words="Peak pressure, how far Hertz is off, and the touch point."),
+        *_pair_drawn(shown, rows),
+        *_ladder(rows),
+        Heading("Cases"),
+        *_cases(cases, pictures),
+        Heading("Meshes and solver"),
+        Details("Of each case", [solver_table(cases)]),
         *closing(),
     ]
-    return write_text(out / REPORT, page(f"{title}: where Hertz holds", body))
+    return write_text(out / REPORT, page(f"{title}: where Hertz holds", parts))
 
 
-def closing(*more: tuple[str, str]) -> list[str]:
+def closing(*more: tuple[str, str]) -> list[Part]:
     """What every report ends with: versions and terms, those of all and `more`."""
     packages = [f"{package} {version}" for package, version in versions().items() if version]
-    told = terms((*GLOSSARY, *measure_terms(), *more))
-    return [heading("What made it"), items(packages), heading("Terms"), told]
+    told = Terms((*GLOSSARY, *measure_terms(), *more))
+    return [Heading("What made it"), Items(packages), Heading("Terms"), told]
 
 
 def _title(name: str, rows: Sequence[Row]) -> str:
@@ -160,17 +145,17 @@ def _answer(cases: Sequence[ReportedCase]) -> str:
     return f"Hertz {verdict_of(row)}: {decided(row, cases[0].limits)}{cause}"
 
 
-def _pair_drawn(shown: ShownPair | None, rows: Sequence[Row]) -> list[str]:
+def _pair_drawn(shown: ShownPair | None, rows: Sequence[Row]) -> list[Part]:
     """Both pictures of the pair, each with the words that say which case it is."""
     if shown is None:
         return []
     which = _which(shown.row, rows)
-    section = drawing(svg_of(pair_figure(shown.placement)), f"Section through the first touch point {which}.")
-    parts = [heading("The pair"), section]
+    words = f"Section through the first touch point {which}."
+    section = Picture(content=svg_of(pair_figure(shown.placement)), words=words)
     if (reason := shown.no_scene()) is not None:
-        return [*parts, paragraph(f"There is no picture in three dimensions: {reason}.")]
+        return [Heading("The pair"), section, f"There is no picture in three dimensions: {reason}."]
     words = f"Pressure on the rail as a relief {which}; orange: the edge of Hertz's ellipse."
-    return [*parts, picture(shown.scene, words, small=True)]
+    return [Heading("The pair"), section, Picture(content=shown.scene, words=words, small=True)]
 
 
 def _which(row: Row, rows: Sequence[Row]) -> str:
@@ -180,67 +165,68 @@ def _which(row: Row, rows: Sequence[Row]) -> str:
     )
     if sum(usable(one) for one in rows) < 2:
         return at
-    used = row.get("limit_used")
+    used = row.get("verdict_limit_used")
     part = "" if used is None else f" ({float(used):.2f} times the limit)"
     return f"{at}, the case that uses most of a limit{part}"
 
 
-def _open(case: ReportedCase) -> str:
-    """What would decide a verdict that is open; nothing where it is decided."""
-    if verdict_of(case.row) != "UNRESOLVED" or not case.record:
-        return ""
-    unknown = case.record["verdict"]["unknown"]
-    return unknown_text(unknown) if unknown else what_would_decide(case.record)
-
-
-def _ladder(rows: Sequence[Row]) -> str:
+def _ladder(rows: Sequence[Row]) -> list[Part]:
     # a single case is no line over the shift
     figure = ladder_figure(rows) if len(rows) > 1 else None
     words = "The ladder: by how much the shape of the gap, and then the finite bodies, change the peak pressure."
-    return "" if figure is None else drawing(svg_of(figure), words)
+    return [] if figure is None else [Picture(content=svg_of(figure), words=words)]
 
 
-def _begin_pictures(cases: Sequence[ReportedCase], beside: Executor) -> dict[str, Future[str]]:
-    """The picture of each case, by its id; of many, of those that use most of a limit."""
-    have = {str(case.row["id"]): case for case in cases if case.picture is not None}
-    most = [str(row["id"]) for row in most_used((case.row for case in have.values()), MOST_PICTURES)]
-    return {name: beside.submit(_case_picture, have[name]) for name in most}
-
-
-def _case_picture(case: ReportedCase) -> str:
-    words = f"{decided(case.row, {})}. Dashed: Hertz's ellipse; solid: the patch of the finite elements."
-    return "" if case.picture is None else picture(case.picture, words)
-
-
-def _cases(cases: Sequence[ReportedCase], drawn: Mapping[str, Future[str]], pictures: str) -> list[str]:
+def _cases(cases: Sequence[ReportedCase], pictures: str) -> list[Part]:
     """Picture and all measures of the cases that are drawn, and where those of the others are."""
-    solved = sum(usable(case.row) for case in cases)
-    parts = []
-    if len(drawn) < max(solved, sum(case.picture is not None for case in cases)):
-        parts.append(paragraph(f"{len(drawn)} of {len(cases)} cases, those that use most of a limit; {pictures}."))
-    for case in cases:
-        row = case.row
-        if str(row["id"]) not in drawn:
-            continue
+    have = [case.row for case in cases if case.picture is not None]
+    drawn = {str(row["id"]) for row in most_used(have, MOST_PICTURES)}
+    parts: list[Part] = []
+    if len(drawn) < max(sum(usable(case.row) for case in cases), len(have)):
+        parts.append(f"{len(drawn)} of {len(cases)} cases, those that use most of a limit; {pictures}.")
+    for case in (case for case in cases if str(case.row["id"]) in drawn):
+        row, words = case.row, "Dashed: Hertz's ellipse; solid: the patch of the finite elements."
+        assert case.picture is not None
         parts += [
-            heading(f"{pair_of_row(row, ' and ')}, {position_text(row)}: {verdict_of(row)}", 3),
-            drawn[str(row["id"])].result(),
-            folded("All measures", _measures(case.record)),
+            Heading(f"{pair_of_row(row, ' and ')}, {position_text(row)}: {verdict_of(row)}", 3),
+            Picture(content=case.picture, words=f"{decided(row, {})}. {words}"),
+            *(case_parts(case.record) if "theories" in case.record else ()),
         ]
-        said = (
-            _open(case),
-            plastic_words(case.record),
-            theory_text(row),
-            *(str(row.get(key) or "") for key in ("verdict_warnings", "warnings")),
-        )
-        parts.append(items([one for one in said if one]))
     return parts
 
 
-def _measures(record: Mapping[str, Any]) -> str:
-    tables = measure_tables(record)
-    tables += (
-        [theories_table(record), lobe_table(record), elements_table(record), ladder_table(record)] if tables else []
-    )
-    tables += plastic_tables(record) if tables else []
-    return "".join(map(table, tables))
+_KEY = "dev %: what Hertz is off; separ., mispl.: load on other patches, elsewhere"
+# More of them are one table, with the pair in its first column.
+_MOST_TABLES = 6
+# Characters for the measures by which a case fails, from the most down to the fewest; those beyond are counted.
+_FAILING_WIDTHS = (50, 34, 30, 26, 22, 18)
+
+
+def rows_parts(rows: Sequence[Record]) -> Iterator[Table | str]:
+    """One line a case, a table for each rail, wheel and inclination, and in full what makes a row unusable."""
+    groups: dict[tuple[Any, ...], list[Record]] = {}
+    for row in rows:
+        pair = (row["rail"], row["wheel"], float(row.get("inclination_rad") or 0.0))
+        groups.setdefault(pair, []).append(row)
+    if len(groups) > _MOST_TABLES:
+        yield _fitting(rows, "", with_pair=True)
+    else:
+        for own in groups.values():
+            yield _fitting(own, "; ".join(filter(None, (pair_of_row(own[0]), roll_words_of_rows(own)))))
+    if any(usable(row) for row in rows):
+        yield _KEY
+    for row in rows:
+        where = (f"{pair_of_row(row)}, " if len(groups) > 1 else "") + position_text(row)
+        if not usable(row):
+            yield f"{where}: {row['status']}"
+            continue
+        if row.get("verdict_cause"):
+            yield f"{where}: {row['verdict_answer']}: {row['verdict_cause']}"
+        if text := theory_text(row):
+            yield f"{where}: {text}"
+
+
+def _fitting(rows: Sequence[Record], title: str, *, with_pair: bool = False) -> Table:
+    """The list of measures shrinks first, then columns go."""
+    wide, *shorter = (deviation_table(rows, title, width, with_pair=with_pair) for width in _FAILING_WIDTHS)
+    return replace(wide, shorter=shorter)

@@ -1,0 +1,1 @@
+"""What is told of results, part by part, for a terminal and for a page alike."""

@@ -1,0 +1,361 @@
+"""Finished results in their folders: positions under their loads, and cases, which are positions under one load.
+
+`solved.json`, `fields.npz` and `profiles/` have the inputs and what was solved. All else in a folder is made from them,
+and they are judged again, by other criteria or a newer evaluation, without being solved.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial
+from pathlib import Path, PureWindowsPath
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fecontact.case import Case, case_from_record
+from fecontact.comparison.judged_load import JudgedLoad
+from fecontact.comparison.judging import judge_load
+from fecontact.comparison.theories import HERTZ, THEORIES
+from fecontact.creep import Creep
+from fecontact.criteria import Criteria
+from fecontact.errors import FecontactError, InputError
+from fecontact.fe.stress_peak import StressPeak
+from fecontact.files import read_json, write_json
+from fecontact.geometry.placement import Placement
+from fecontact.jobs.job import Job, Work
+from fecontact.jobs.store import write_manifest
+from fecontact.map.cells import LoadLimit, MapCell, MapPosition
+from fecontact.map.forces import force_limit, with_laws
+from fecontact.map.load_limit import load_limit
+from fecontact.map.position import solve_position, solved_cell
+from fecontact.map.stiffness import stiffness_of
+from fecontact.outcome import usable
+from fecontact.outputs.records.results import FOUND_INPUTS, Row, case_inputs, case_row, result_record, write_row
+from fecontact.outputs.records.stored import (
+    Arrays,
+    placement_record,
+    read_arrays,
+    solved_from_record,
+    solved_record,
+    stored_placement,
+    write_arrays,
+)
+from fecontact.outputs.records.told import picked
+from fecontact.profiles.identity import content_of, file_of_identity
+from fecontact.profiles.library import is_known
+from fecontact.profiles.short_forms import is_short_form
+from fecontact.runs.identity import case_id, input_files, origin_of, provenance
+from fecontact.solving.load_sweep import unrefined
+from fecontact.solving.meshes import would_be_refined
+from fecontact.solving.solve import CaseResult, Effort, solve
+
+SCHEMA = "fecontact/solved/1"
+SOLVED, FIELDS, PROFILES = "solved.json", "fields.npz", "profiles"
+"""What was solved, its fields, and the profiles that are files."""
+RESULT, ROW = "result.json", "row.json"
+"""What is told of a case: all of it, and its line of a table."""
+_BODIES = ("rail.vtu", "wheel.vtu")
+_SHOWN = ("case.png", "case.svg", "case.vtm", "contact.vtp", "hertz_ellipse.vtp")
+
+Result = TypeVar("Result", CaseResult, MapPosition)
+
+
+def case_folder(out: Path, name: str) -> Path:
+    """Folder of a finished case."""
+    return out / "cases" / name
+
+
+def position_folder(out: Path, name: str) -> Path:
+    """Folder of a finished position; another one for other inputs or other loads."""
+    return out / "positions" / name
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solving:
+    """What a worker does with a case, or with a position under several loads, which increase: solve it and keep it.
+
+    `settings` are those of the command.
+    """
+
+    case: Case
+    name: str
+    loads_N: tuple[float, ...] = ()
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    def __call__(self, folder: Path, finished: Path | None) -> bool:
+        """Solve, or judge again what is in the finished folder, and write all files."""
+        again = None if finished is None else self.judged_again(finished)
+        if again is not None and finished is not None:
+            _copy_solved(finished, folder, self.case)
+            if isinstance(again, CaseResult):
+                from fecontact.outputs.paraview.vtk import write_contact_vtk
+
+                write_contact_vtk(again, folder)
+                keep_told(again, Told.of(again), folder, self.settings)
+            return False
+        result = solve_position(self.case, self.loads_N) if self.loads_N else solve(self.case)
+        keep_solved(result, self.case, folder)
+        if isinstance(result, CaseResult):
+            keep_told(result, Told.of(result), folder, self.settings)
+        if case_id(self.case, self.loads_N) != self.name:
+            raise InputError("a profile's file changed while it was used for solving; give the same command again")
+        return result.short_of_memory
+
+    def judged_again(self, finished: Path) -> CaseResult | MapPosition | None:
+        """What is stored by the criteria and readings of today, None where a new solution would have more."""
+        read = read_position if self.loads_N else read_case
+        try:
+            result = read(finished, criteria=self.case.criteria, creep=self.case.creep)
+        except InputError:
+            # of another layout
+            return None
+        placement = result.placement
+        refined = placement is not None and any(would_be_refined(load, placement) for load in result.solved)
+        narrowed = isinstance(result, CaseResult) or result.limit.narrowed
+        return result if narrowed and not refined else None
+
+
+def job_of(case: Case, folder: Path, work: Work, *, label: str = "") -> Job:
+    """Job that is kept in a folder of its own name; its case says what decides about its numbers."""
+    return Job(
+        name=folder.name,
+        folder=folder.absolute(),
+        origin=origin_of(case),
+        origin_here=partial(origin_of, case),
+        work=work,
+        label=label,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Told:
+    """What is told of a case: its line of a table, and all of it."""
+
+    row: Row
+    record: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, result: CaseResult) -> Told:
+        """What is told of a solved case."""
+        return cls(row={"id": case_id(result.case), **case_row(result)}, record=result_record(result))
+
+
+def keep_case(result: CaseResult, folder: Path) -> Told:
+    """Put all files of a solved case into a folder, as `load` and `judge` read them; other files there stay."""
+    told = Told.of(result)
+    keep_solved(result, result.case, folder)
+    keep_told(result, told, folder)
+    seal_case(result.case, folder)
+    return told
+
+
+def keep_solved(result: CaseResult | MapPosition, case: Case, folder: Path) -> None:
+    """Put what was solved into a folder: all that it can be judged again from, and the meshes of a case."""
+    folder.mkdir(parents=True, exist_ok=True)
+    copy_profiles(case, folder)
+    if isinstance(result, CaseResult):
+        from fecontact.outputs.paraview.vtk import write_case_vtk
+
+        write_case_vtk(result, folder)
+        peaks = {body: asdict(peak) for body, peak in result.von_mises.items()}
+        own: dict[str, Any] = {"von_mises": peaks, "effort": asdict(result.effort)}
+    else:
+        stopped = None if result.stopped is None else _cell_record(result.stopped)
+        cells = [_cell_record(cell) for cell in result.cells]
+        own = {"cells": cells, "tried": len(result.tried), "stopped": stopped, "reason": result.limit.reason}
+    arrays: Arrays = {}
+    record = {
+        "schema": SCHEMA,
+        "case": case_inputs(case),
+        "placement": None if result.placement is None else placement_record(result.placement),
+        "loads": [solved_record(one.solved, arrays, f"load{number}_") for number, one in enumerate(result.solved)],
+        **own,
+    }
+    write_arrays(folder / FIELDS, arrays)
+    write_json(folder / SOLVED, record)
+
+
+def _cell_record(cell: MapCell) -> dict[str, Any]:
+    return picked(cell, "load_N status short_of_memory")
+
+
+def keep_told(result: CaseResult, told: Told, folder: Path, settings: Mapping[str, Any] | None = None) -> None:
+    """Put what is told of a case beside what was solved; `settings` are those of the command."""
+    from fecontact.outputs.figures.case import case_figure
+
+    case_figure(result, folder / "case.png")
+    made = provenance(result.case, id=told.row["id"], settings=dict(settings or {}))
+    write_json(folder / RESULT, {**told.record, "provenance": made})
+    write_row(folder / ROW, told.row)
+
+
+def seal_case(case: Case, folder: Path) -> None:
+    """Seal the files of a case in a folder that may have others."""
+    own = [folder / file for file in (SOLVED, FIELDS, RESULT, ROW, *_BODIES, *_SHOWN)]
+    own += [folder / PROFILES / body / file["name"] for body, file in input_files(case).items()]
+    write_manifest(folder, own, case_id(case), origin_of(case))
+
+
+def copy_profiles(case: Case, folder: Path) -> None:
+    """Keep the profiles of a case that are files beside its result: without them it could not be judged again."""
+    for body, spec in case.profiles.items():
+        if (file := content_of(spec)) is not None:
+            own = folder / PROFILES / body / file[0]
+            own.parent.mkdir(parents=True, exist_ok=True)
+            own.write_bytes(file[1])
+
+
+def _copy_solved(finished: Path, folder: Path, case: Case) -> None:
+    """Take what was solved over into a new folder, with the criteria by which it is judged from now on."""
+    for file in (FIELDS, *_BODIES):
+        if (finished / file).is_file():
+            shutil.copyfile(finished / file, folder / file)
+    if (finished / PROFILES).is_dir():
+        shutil.copytree(finished / PROFILES, folder / PROFILES)
+    write_json(folder / SOLVED, {**read_json(finished / SOLVED), "case": case_inputs(case)})
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Stored:
+    """What a folder has of a solved position; the case by the criteria and creepages that are asked for."""
+
+    record: Mapping[str, Any]
+    case: Case
+    placement: Placement | None
+    arrays: Mapping[str, NDArray[np.float64]]
+
+    def judged(self, number: int, *, tried: bool = False) -> JudgedLoad:
+        """A load; one that the search for a limit solved is judged by Hertz alone."""
+        assert self.placement is not None
+        load = self.record["loads"][number]
+        case = replace(self.case, load_N=load["load_N"])
+        solved = solved_from_record(load, self.arrays, unrefined(case) if tried else case)
+        return judge_load(solved, self.placement, (HERTZ,) if tried else THEORIES)
+
+
+def read_case(folder: str | Path, *, criteria: Criteria | None = None, creep: Creep | None = None) -> CaseResult:
+    """Read a finished case and judge it, by other criteria, friction and creepages than its own if they are given.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no finished case, or one of another layout, and what to do.
+    """
+    return _read(_case_of, Path(folder), criteria, creep)
+
+
+def read_position(
+    folder: str | Path, *, criteria: Criteria | None = None, creep: Creep | None = None, creep_laws: bool = False
+) -> MapPosition:
+    """Do as `read_case` does, for a position; with `creep_laws` its laws of creep forces too, in seconds a load."""
+    position = _read(_position_of, Path(folder), criteria, creep)
+    return with_laws(position) if creep_laws else position
+
+
+def _read(of: Callable[[_Stored], Result], folder: Path, criteria: Criteria | None, creep: Creep | None) -> Result:
+    record = solved_in(folder)
+    with refused_if_changed(folder, "solve it again"):
+        case = stored_case(folder, record["case"])
+        case = replace(case, criteria=criteria or case.criteria, creep=creep or case.creep)
+        placement = None if record["placement"] is None else stored_placement(case, record["placement"])
+        return of(_Stored(record=record, case=case, placement=placement, arrays=read_arrays(folder / FIELDS)))
+
+
+@contextmanager
+def refused_if_changed(path: Path, remedy: str) -> Iterator[None]:
+    """Refuse whatever a file that was changed on purpose leads to."""
+    try:
+        yield
+    except FecontactError:
+        raise
+    except Exception as error:
+        said = f"{type(error).__name__}: {error}"
+        raise InputError(f"{path}: it cannot be read ({said}); {remedy}") from error
+
+
+def _case_of(stored: _Stored) -> CaseResult:
+    placement, effort = stored.placement, stored.record["effort"]
+    assert placement is not None
+    return CaseResult(
+        load=stored.judged(0),
+        placement=placement,
+        von_mises={body: StressPeak(**peak) for body, peak in stored.record["von_mises"].items()},
+        effort=Effort(
+            path=effort["path"],
+            seconds={step: float(value) for step, value in effort["seconds"].items()},
+            memory_MB={step: float(value) for step, value in effort["memory_MB"].items()},
+            peak_memory_MB=float(effort["peak_memory_MB"]),
+        ),
+        bodies=None,
+    )
+
+
+def _position_of(stored: _Stored) -> MapPosition:
+    record, shift, placement = stored.record, stored.case.lateral_shift_mm, stored.placement
+    cells = {cell["load_N"]: MapCell(lateral_shift_mm=shift, **cell) for cell in record["cells"]}
+    stopped = record["stopped"] and MapCell(lateral_shift_mm=shift, **record["stopped"])
+    if placement is None:
+        limit = LoadLimit(reason=record["reason"])
+        return MapPosition(lateral_shift_mm=shift, cells=tuple(cells.values()), limit=limit)
+    tried = tuple(stored.judged(number, tried=True) for number in range(record["tried"]))
+    for number in range(len(tried), len(record["loads"])):
+        judged = stored.judged(number)
+        cells[judged.load_N] = solved_cell(shift, judged)
+    found = tuple(cells.values())
+    limit = load_limit(found, tried, stopped=stopped)
+    return MapPosition(
+        lateral_shift_mm=shift,
+        cells=found,
+        limit=limit,
+        force_limit=force_limit(found, tried, placement, limit),
+        placement=placement,
+        stiffness=stiffness_of(found),
+        tried=tried,
+        stopped=stopped,
+    )
+
+
+def solved_in(folder: Path) -> Mapping[str, Any]:
+    """What `solved.json` of a folder says.
+
+    Raises
+    ------
+    InputError
+        If there is none, or one of another layout, and what to do.
+    """
+    path = folder / SOLVED
+    record = read_json(path)
+    found = record.get("schema") if isinstance(record, Mapping) else None
+    if not isinstance(record, Mapping) or found != SCHEMA:
+        raise InputError(f"{path}: its layout is {found}, not {SCHEMA}; solve it again")
+    return record
+
+
+def has_open_loads(folder: Path) -> bool:
+    """Whether a finished position has loads that failed or did not converge, so that it is worth another try."""
+    try:
+        return not all(usable(cell) for cell in solved_in(folder)["cells"])
+    except (InputError, KeyError, TypeError):
+        # not there or damaged: it is solved anyway
+        return False
+
+
+def stored_case(folder: Path, record: Mapping[str, Any]) -> Case:
+    """The case of a record, with the profiles that were stored beside it in place of the files that it was given."""
+    case = case_from_record({name: value for name, value in record.items() if name not in FOUND_INPUTS})
+    files = {}
+    for body, spec in case.profiles.items():
+        name = file_of_identity(spec)
+        if name is None and (is_known(spec) or is_short_form(spec)):
+            continue
+        if name is None or PureWindowsPath(name).name != name:
+            raise InputError(
+                f"{folder}: {body} is {spec!r:.80}; allowed is the name of a file beside the result, with @"
+            )
+        files[body] = str(folder / PROFILES / body / name)
+    return case.with_profiles(files)

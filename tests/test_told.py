@@ -1,0 +1,161 @@
+"""Results are told once: a record by its names, and a row by the paths of the record."""
+
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+from points import MEASURED_COLUMNS
+
+from fecontact.case import Case
+from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ
+from fecontact.outputs.records.results import case_row, input_columns, result_record
+from fecontact.outputs.records.told import flat, told
+from fecontact.solving.solve import CaseResult
+
+COARSE = Case(resolution=(1.2, 0.9), refine_degrees_of_freedom=0)
+CASES = {
+    # two lobes that have grown together, between two touch points
+    "two lobes": COARSE,
+    "at a junction": replace(COARSE, rail="arcs:300/80@0", wheel="cylinder:460", inclination_rad=0.0, roll="given"),
+}
+# Beside its inputs a row has these that stand in the head of a record, or in other units.
+HEAD = {
+    *("status", "resolution", "contact_angle_mrad", "touch_rail_y_mm", "touch_wheel_y_mm", "at_junction"),
+    *("touch_points", "warnings", *MEASURED_COLUMNS),
+}
+
+
+@dataclass(frozen=True)
+class Inner:
+    p_max_MPa: float
+    centre_over_b: float
+    area_mm2: float | None = None
+
+
+@dataclass(frozen=True)
+class Outer:
+    """Tells a property, and not all of its fields."""
+
+    TELLS = ("name", "deviation", "twice", "path")
+
+    name: str
+    deviation: Inner
+    hidden: float = 1.0
+    path: tuple[Inner, ...] = field(default=())
+
+    @property
+    def twice(self) -> np.ndarray:
+        return np.array([2.0, 4.0])
+
+
+OUTER = Outer("x", Inner(0.25, 0.5), path=(Inner(1.0, 2.0), Inner(3.0, 4.0)))
+
+
+def test_a_value_is_told_by_its_own_names():
+    assert told(Inner(0.25, 0.5)) == {"p_max_MPa": 0.25, "centre_over_b": 0.5, "area_mm2": None}
+    found = told({"outer": OUTER, 1: np.float64(1.5)})
+    assert found == {
+        "outer": {
+            "name": "x",
+            "deviation": {"p_max_MPa": 0.25, "centre_over_b": 0.5, "area_mm2": None},
+            "twice": [2.0, 4.0],
+            "path": [told(one) for one in OUTER.path],
+        },
+        "1": 1.5,
+    }
+    assert type(found["1"]) is float
+
+
+def test_a_row_has_paths_and_relative_numbers_in_percent():
+    row = flat({"fe": told(Inner(800.0, 0.5, 90.0)), "hertz": told(OUTER), "steps": {"one": {"a_mm": -0.01}}})
+    assert row == {
+        "fe_p_max_MPa": 800.0,
+        "fe_centre_over_b": 0.5,
+        "fe_area_mm2": 90.0,
+        "hertz_name": "x",
+        # over Hertz's half-width, and no part of a whole
+        "hertz_deviation_p_max_percent": 25.0,
+        "hertz_deviation_centre_over_b": 0.5,
+        # of what is not known nothing is known in percent
+        "hertz_deviation_area_percent": None,
+        "hertz_twice": "2.0; 4.0",
+        "hertz_path": 2,
+        "steps_one_a_percent": -1.0,
+    }
+    assert flat({"failing": ["a", "b"], "none": []}) == {"failing": "a; b", "none": ""}
+
+
+@pytest.fixture(scope="module", params=list(CASES))
+def result(request, solved) -> CaseResult:
+    return solved(CASES[request.param])
+
+
+@pytest.fixture(scope="module")
+def record(result) -> dict:
+    return result_record(result)
+
+
+def contacts(value: object, path: str = "") -> Iterator[tuple[str, Mapping]]:
+    """Whole contacts in a record by their paths: not the parts of one, which have a list of their own."""
+    if isinstance(value, Mapping):
+        if {"p_max_MPa", "area_mm2", "approach_mm"} <= set(value) and not re.search("deviation|uncertainty|step", path):
+            yield path, value
+        for name, one in value.items():
+            yield from contacts(one, f"{path}.{name}".removeprefix("."))
+
+
+def test_no_contact_stands_twice_in_a_record(record):
+    found = dict(contacts(record))
+    assert {"fe", "elements", "half_space_quadratic", "theories.hertz", "theories.half_space"} <= set(found)
+    for measure in ("p_max_MPa", "area_mm2", "approach_mm"):
+        twice = [value for value, count in Counter(one[measure] for one in found.values()).items() if count > 1]
+        assert not twice, [path for path, one in found.items() if one[measure] in twice]
+
+
+def test_all_whole_contacts_carry_the_force_of_the_record(record, result):
+    assert not [path for path, one in contacts(record) if "normal_force_N" in one]
+    for name in {HERTZ, HERTZ_GAUGE} & set(record["theories"]):
+        one = record["theories"][name]
+        mean = 2.0 / 3.0 * one["p_max_MPa"]
+        assert mean * one["area_mm2"] == pytest.approx(record["normal_force_N"], rel=1e-9)
+    # parts have a force each, along their own normals
+    parts = [record["lobes"], *(one.get("patches") for one in record["theories"].values())]
+    assert all(part["normal_force_N"] > 0.0 for own in parts for part in own or ())
+    assert bool(record["lobes"]) == (len(result.load.lobes) > 1)
+
+
+def by_path(value: Mapping, path: tuple[str, ...] = ()) -> Iterator[tuple[str, object]]:
+    """Columns that a record may have, written apart from `flat`."""
+    for name, one in value.items():
+        if isinstance(one, Mapping):
+            yield from by_path(one, (*path, name))
+            continue
+        relative = any(part.startswith(("deviation", "uncertainty", "step")) for part in path)
+        if relative and not name.endswith("_over_b"):
+            name, one = re.sub("_(MPa|mm2?)$", "", name) + "_percent", 100.0 * one
+        yield "_".join((*path, name)), one
+
+
+def test_every_column_of_a_row_is_a_number_of_the_record(record, result):
+    row = case_row(result)
+    plain = {**record, **record["theories"], "theories": {}}
+    known = dict(by_path(plain))
+    own = [name for name in row if name not in HEAD | set(input_columns(result.case))]
+    assert len(own) > 100
+    for name in own:
+        value = known[name]
+        if isinstance(value, list):
+            value = len(value) if any(isinstance(one, Mapping) for one in value) else "; ".join(map(str, value))
+        assert row[name] == value or math.isnan(row[name]), name
+
+
+def test_several_touch_points_are_told_as_patches(solved):
+    theories = result_record(solved(CASES["two lobes"]))["theories"]
+    springs = theories[MULTI_HERTZ]
+    assert len(springs["patches"]) == 2
+    assert springs["p_max_MPa"] == max(one["p_max_MPa"] for one in springs["patches"])
+    assert theories[HERTZ]["patches"] == []
