@@ -9,15 +9,15 @@ The story, step by step:
 
 2. Placement: the wheel on the rail, where the rigid bodies touch.
 
-    >>> from fecontact.geometry.placement import place
+    >>> from fecontact.wheel_rail.placement import place
     >>> position = place(rail, wheel, inclination_rad=1 / 40, lateral_shift_mm=4.0)
     >>> round(position.first.rail_y_mm, 1)
     -13.6
 
 3. Hertz: the ellipse that vehicle codes use there.
 
-    >>> from fecontact.material import STEEL, contact_modulus_MPa
-    >>> from fecontact.theory.hertz import hertz_from_hessian
+    >>> from fecontact.bodies import STEEL, contact_modulus_MPa
+    >>> from fecontact.normal.hertz import hertz_from_hessian
     >>> ellipse = hertz_from_hessian(
     ...     position.first.curvatures[0].hessian,
     ...     normal_force_N=100e3,
@@ -69,33 +69,29 @@ print it.
 """
 
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from fecontact import plot
+    from fecontact.bodies import BodySize, Material, Track
     from fecontact.case import Case, Opposite
-    from fecontact.creep import Creep
-    from fecontact.criteria import Criteria
-    from fecontact.dimensions import BodySize, Track
+    from fecontact.criteria import Creep, Criteria
     from fecontact.irregularity.shapes import Irregularity
-    from fecontact.material import Material
-    from fecontact.outputs.meshes.dataset import mesh
+    from fecontact.outputs.meshes import mesh
     from fecontact.outputs.records.results import rows
-    from fecontact.profiles.given import profile
+    from fecontact.profiles.library import profile
     from fecontact.profiles.reading import Reading
-    from fecontact.runs.analytic import creep, hertz, theories
-    from fecontact.runs.contact_table import table
-    from fecontact.runs.curving import curve
-    from fecontact.runs.irregular import irregular
+    from fecontact.runs.alone import creep, curve, hertz, irregular, table, theories, theory
     from fecontact.runs.judging import judge
     from fecontact.runs.load import load
-    from fecontact.runs.run import run
-    from fecontact.solving.preview import preview as place
+    from fecontact.runs.map import map_ as map
+    from fecontact.runs.map import run
+    from fecontact.solving.placing import geometry
+    from fecontact.solving.position import preview as place
     from fecontact.solving.solve import CaseResult, solve
-    from fecontact.vehicle.conditions import Conditions
+    from fecontact.vehicle.curve import Conditions
 
 __all__ = [
     "BodySize",
@@ -131,62 +127,40 @@ __all__ = [
 ]
 
 _HOMES = {
-    "BodySize": "dimensions.BodySize",
+    "BodySize": "bodies.BodySize",
     "Case": "case.Case",
-    "Conditions": "vehicle.conditions.Conditions",
     "CaseResult": "solving.solve.CaseResult",
-    "Creep": "creep.Creep",
+    "Conditions": "vehicle.curve.Conditions",
+    "Creep": "criteria.Creep",
     "Criteria": "criteria.Criteria",
     "Irregularity": "irregularity.shapes.Irregularity",
-    "Material": "material.Material",
+    "Material": "bodies.Material",
     "Opposite": "case.Opposite",
     "Reading": "profiles.reading.Reading",
-    "Track": "dimensions.Track",
-    "curve": "runs.curving.curve",
-    "hertz": "runs.analytic.hertz",
-    "irregular": "runs.irregular.irregular",
+    "Track": "bodies.Track",
+    "creep": "runs.alone.creep",
+    "curve": "runs.alone.curve",
+    "geometry": "solving.placing.geometry",
+    "hertz": "runs.alone.hertz",
+    "irregular": "runs.alone.irregular",
     "judge": "runs.judging.judge",
     "load": "runs.load.load",
-    "mesh": "outputs.meshes.dataset.mesh",
-    "profile": "profiles.given.profile",
-    "place": "solving.preview.preview",
+    "map": "runs.map.map_",
+    "mesh": "outputs.meshes.mesh",
+    "place": "solving.position.preview",
+    "profile": "profiles.library.profile",
     "rows": "outputs.records.results.rows",
-    "run": "runs.run.run",
+    "run": "runs.map.run",
     "solve": "solving.solve.solve",
-    "table": "runs.contact_table.table",
-    "theories": "runs.analytic.theories",
-}
-_HOMES_OF_ROOMS = {
-    "creep": "runs.analytic.creep",
-    "geometry": "runs.wheelset.geometry",
-    "map": "runs.run.map_",
-    "theory": "runs.analytic.theory",
+    "table": "runs.alone.table",
+    "theories": "runs.alone.theories",
+    "theory": "runs.alone.theory",
 }
 
 
 def _at(home: str) -> Any:
     module, _, name = home.rpartition(".")
     return getattr(import_module(f"fecontact.{module}"), name)
-
-
-class _Room(ModuleType):
-    """A module of the package that is called as the function of its name, whose signature and help it shows."""
-
-    def __call__(self, *args: Any, **options: Any) -> Any:
-        return self.__wrapped__(*args, **options)
-
-    @property
-    def __wrapped__(self) -> Any:
-        return _at(_HOMES_OF_ROOMS[self.__name__.rpartition(".")[2]])
-
-    @property
-    def __doc__(self) -> str | None:  # type: ignore[override]
-        text: str | None = self.__wrapped__.__doc__
-        return text
-
-
-for _name in _HOMES_OF_ROOMS:
-    import_module(f"fecontact.{_name}").__class__ = _Room
 
 
 def __getattr__(name: str) -> Any:

@@ -12,20 +12,31 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any, Literal, get_args
 
-from fecontact.creep import Creep
+from fecontact.bodies import STEEL, Material, TrackSide, contact_modulus_MPa
+from fecontact.bodies import BodySize as BodySize
+from fecontact.bodies import Track as Track
+from fecontact.criteria import Creep
 from fecontact.criteria import Criteria as Criteria
-from fecontact.dimensions import BodySize as BodySize
-from fecontact.dimensions import Track as Track
-from fecontact.dimensions import TrackSide
 from fecontact.errors import InputError
-from fecontact.inputs.kinds import Choice, Flag, Number, Text, Written
-from fecontact.inputs.slots import Part, Slot, by_name, check_inputs, given, slots
-from fecontact.inputs.texts import INCLINATION_FORMS, inclination_text, parse_inclination, renamed
-from fecontact.irregularity.shapes import Irregularity
-from fecontact.irregularity.texts import FORMS, irregularity_of, irregularity_text
-from fecontact.material import STEEL, Material, contact_modulus_MPa
-from fecontact.profiles.reading import Reading
-from fecontact.profiles.short_forms import makes_a_wheelset
+from fecontact.inputs import (
+    INCLINATION_FORMS,
+    Choice,
+    Flag,
+    Number,
+    Part,
+    Slot,
+    Text,
+    Written,
+    by_name,
+    check_inputs,
+    given,
+    inclination_text,
+    parse_inclination,
+    renamed,
+    slots,
+)
+from fecontact.irregularity.shapes import FORMS, Irregularity, irregularity_of, irregularity_text
+from fecontact.profiles.reading import Reading, makes_a_wheelset
 
 Group = Literal["place", "profiles", "load", "material", "bodies", "solution", "verdict", "creep"]
 LoadKind = Literal["vertical", "normal"]

@@ -14,10 +14,10 @@ from typing import Any
 from cyclopts import App, CycloptsError, Group, UnknownOptionError, UnusedCliTokensError
 
 from fecontact import __version__
-from fecontact.commands import analytic, bodies, curve, irregular, results, solving, start, theories
-from fecontact.commands.help import page_of
+from fecontact.commands import looking, results, solving, start
+from fecontact.commands.options import page_of
 from fecontact.errors import FecontactError, InputError
-from fecontact.inputs.texts import renamed
+from fecontact.inputs import renamed
 
 app = App(
     name="fecontact",
@@ -35,11 +35,11 @@ _START, _LOOK, _SOLVE, _AFTER, _DEVELOPMENT = (
 for group, commands in {
     _START: (start.demo, start.guide, start.doctor, start.init, start.check),
     _LOOK: (
-        *(bodies.profiles, analytic.place, analytic.hertz, analytic.geometry, analytic.creep),
-        *(theories.theories, theories.theory, theories.table, irregular.irregular),
+        *(looking.profiles, looking.place, looking.hertz, looking.geometry, looking.creep),
+        *(looking.theories, looking.theory, looking.table, looking.irregular),
     ),
-    _SOLVE: (solving.solve, solving.run, solving.map_, curve.curve),
-    _AFTER: (results.judge, results.compare, results.view, bodies.mesh),
+    _SOLVE: (solving.solve, solving.run, solving.map_, looking.curve),
+    _AFTER: (results.judge, results.compare, results.view, looking.mesh),
     _DEVELOPMENT: (solving.validate,),
 }.items():
     for place, command in enumerate(commands):

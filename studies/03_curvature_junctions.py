@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.regression.checks import Check, discretisation_check, hertz_check
+from fecontact.regression.baselines import Check, discretisation_check, hertz_check
 
 PAIRS = ((300, 80), (80, 13))
 DISTANCES_MM = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0)
@@ -141,7 +141,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
 
 def figure(found: Series, path: Path) -> None:
     """Error of Hertz's peak pressure, and the worst measure, over the distance from the junction."""
-    from fecontact.outputs.figures.style import MARKS, SERIES, blank_figure, finish, plain_log, save_figure
+    from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, plain_log, save_figure
 
     picture = blank_figure(8.0, 7.0)
     above, below = picture.subplots(2, 1, sharex=True)

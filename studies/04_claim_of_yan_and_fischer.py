@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.regression.checks import Check, discretisation_check
+from fecontact.regression.baselines import Check, discretisation_check
 
 SHIFTS_MM = tuple(0.5 * k for k in range(-16, 13))
 LOADS_KN = (50.0, 100.0)
@@ -95,7 +95,7 @@ def best_threshold(values: np.ndarray, fails: np.ndarray) -> tuple[float, int]:
 
 def figure(rows: list[dict[str, Any]], path: Path) -> None:
     """The worst measure over the distance to the next junction."""
-    from fecontact.outputs.figures.style import (
+    from fecontact.outputs.style import (
         ANSWER_MARKS,
         ANSWERS,
         blank_figure,

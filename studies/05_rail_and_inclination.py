@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.inputs.texts import parse_inclination
-from fecontact.regression.checks import Check, discretisation_check
+from fecontact.inputs import parse_inclination
+from fecontact.regression.baselines import Check, discretisation_check
 
 PAIRS = (("60E1", "1:40"), ("60E1", "1:20"), ("60E2", "1:40"))
 SHIFTS_MM = tuple(float(shift) for shift in range(-8, 6))
@@ -96,7 +96,7 @@ def _verdicts(rows: list[dict[str, Any]]) -> str:
 
 def figure(rows: list[dict[str, Any]], path: Path) -> None:
     """Both steps of the peak pressure over the lateral shift, one column a pair."""
-    from fecontact.outputs.figures.style import MARKS, SERIES, blank_figure, finish, legend_beside, save_figure
+    from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, save_figure
 
     loads = sorted({float(row["load_kN"]) for row in rows})
     pairs = list(dict.fromkeys(pair_of(row) for row in rows))

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
-from fecontact.regression.checks import Check, discretisation_check
+from fecontact.regression.baselines import Check, discretisation_check
 
 LOADS_KN = (10.0, 20.0, 50.0, 80.0, 100.0, 125.0, 150.0)
 SHIFTS = "-6:6:0.5"
@@ -27,7 +27,7 @@ DISCRETISATION_PERCENT = 0.05
 
 def cases(quick: bool = False) -> list[Case]:
     """All positions under 100 kN, or three of them."""
-    from fecontact.inputs.texts import parse_numbers
+    from fecontact.inputs import parse_numbers
 
     shifts = (-4.0, 0.0, 4.0) if quick else parse_numbers(SHIFTS, "shifts")
     made = [Case(lateral_shift_mm=shift, roll="touching") for shift in shifts]

@@ -8,7 +8,7 @@ more below a head of radius R, see `depth_limit_percent`), and the load of first
 within 9 %.
 
 The layers of the meshes are 0.15 to 0.25 semi-axes apart there: depth and size are read from a cubic spline through the
-nodes along the axis (fecontact/fe/stress_peak.py), which costs 0.2 % of the depth on the exact stresses. Hertz takes
+nodes along the axis (fecontact/fe/stress.py), which costs 0.2 % of the depth on the exact stresses. Hertz takes
 both bodies for half-spaces: below a head of radius 13 mm, 13 semi-axes across, the stress has less room to spread than
 in one, and the peak lies deeper than in the wheel.
 """
@@ -20,10 +20,10 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.special import elliprd
 
+from fecontact.bodies import STEEL
 from fecontact.case import Case
-from fecontact.material import STEEL
-from fecontact.outputs.figures.style import RAIL, WHEEL, blank_figure, finish, save_figure
-from fecontact.regression.checks import Check
+from fecontact.outputs.style import RAIL, WHEEL, blank_figure, finish, save_figure
+from fecontact.regression.baselines import Check
 from fecontact.solving.position import hertz_of_case, place_case
 
 LOAD_N = 100e3

@@ -20,14 +20,13 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
+from fecontact.bodies import Material, contact_modulus_MPa
 from fecontact.case import Case, Track
 from fecontact.comparison.measures import measures_of
-from fecontact.contact.grid import ContactGrid
+from fecontact.contact.grid import ContactGrid, Rung
 from fecontact.contact.halfspace import half_space_problem
-from fecontact.contact.rung import Rung
 from fecontact.contact.solver import solve_contact
-from fecontact.material import Material, contact_modulus_MPa
-from fecontact.regression.checks import Check, discretisation_check
+from fecontact.regression.baselines import Check, discretisation_check
 
 PROFILES = Path(__file__).parent / "profiles"
 STEEL = Material.from_shear(name="benchmark steel", shear_MPa=82_000.0, poisson=0.28)

@@ -32,20 +32,19 @@ import numpy as np
 
 from fecontact.case import RESOLUTIONS, Case
 from fecontact.comparison.measures import CUT_PLANES, MEASURES, deviations, measures_of, misfit_of
-from fecontact.comparison.uncertainty import MESH_RATIO, elements_uncertainty, uncertainty
-from fecontact.comparison.uncertainty import Solved as Stated
+from fecontact.comparison.solved_load import MESH_RATIO, elements_uncertainty, uncertainty
+from fecontact.comparison.solved_load import Solved as Stated
 from fecontact.contact.elements import COMPLIANCE_LIMIT
-from fecontact.contact.grid import ContactGrid
-from fecontact.contact.rung import Rung
+from fecontact.contact.grid import ContactGrid, Rung
 from fecontact.fe.coupling import CoupledBodies
-from fecontact.fe.fine_zone import FineZone
-from fecontact.geometry.placement import Placement
-from fecontact.outputs.figures.style import SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
-from fecontact.outputs.words.measures import WORDS, deviation_column
-from fecontact.regression.checks import Check
-from fecontact.solving.coupled_mesh import CoupledProblem, couple, coupled_problem, grid_over
+from fecontact.fe.meshing import FineZone
+from fecontact.normal.hertz import HertzContact, hertz_from_hessian
+from fecontact.outputs.style import SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
+from fecontact.outputs.words import WORDS, deviation_column
+from fecontact.regression.baselines import Check
+from fecontact.solving.meshes import CoupledProblem, couple, coupled_problem, grid_over
 from fecontact.solving.position import Clock, place_case, true_gap_of_case
-from fecontact.theory.hertz import HertzContact, hertz_from_hessian
+from fecontact.wheel_rail.placement import Placement
 
 JUDGED = ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "centre_over_b", "valley", "separate_load", "misplaced_load")
 SETS = ("exact, tuning", "exact, testing", "real, tuning", "real, testing")

@@ -25,18 +25,16 @@ import numpy as np
 
 import fecontact
 from fecontact.case import Case
-from fecontact.comparison.creep_patch import creepages_of, real_patch
-from fecontact.comparison.creep_theories import coarse_patch
-from fecontact.comparison.creep_verdict import creepage_range, force_verdict
-from fecontact.comparison.judgement import FORCE, Judgement
+from fecontact.comparison.creep import coarse_patch, creepage_range, creepages_of, force_verdict, real_patch
 from fecontact.comparison.measures import patch_of
-from fecontact.creep import Creep
+from fecontact.comparison.verdict import FORCE, Judgement
+from fecontact.criteria import Creep
 from fecontact.errors import FecontactError
-from fecontact.outputs.figures.style import FE, HERTZ, blank_figure, finish, legend_beside, save_figure
-from fecontact.regression.checks import Check
+from fecontact.outputs.style import FE, HERTZ, blank_figure, finish, legend_beside, save_figure
+from fecontact.regression.baselines import Check
+from fecontact.rolling.forces import CreepPatch, creep_force, force_difference, hertz_patch
+from fecontact.rolling.laws import Creepages, rolling_pair
 from fecontact.solving.solve import CaseResult
-from fecontact.theory.creep.contact import Creepages, rolling_pair
-from fecontact.theory.creep.forces import CreepPatch, creep_force, force_difference, hertz_patch
 
 SHIFTS_MM = (-6.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.25, 1.0, 3.0, 4.0)
 LOADS_N = (50e3, 100e3)

@@ -26,24 +26,26 @@ from typing import Any
 
 import numpy as np
 
-from fecontact.alone.position import HALF_SPACE, normal_force_of
 from fecontact.case import Case
 from fecontact.comparison.patch import measure_patch
 from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, Loaded
 from fecontact.comparison.theories import THEORIES as JUDGED_THEORIES
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.inputs.texts import parse_inclination
-from fecontact.regression.checks import Check
+from fecontact.inputs import parse_inclination
+from fecontact.normal.gap_line import GapLine, StripContact
+from fecontact.normal.strips import (
+    analyn,
+    equivalent_ellipse,
+    gap_line_under_load,
+    kik_piotrowski,
+    kpec,
+    strip,
+    stripes,
+)
+from fecontact.regression.baselines import Check
+from fecontact.solving.alone import HALF_SPACE, normal_force_of
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
-from fecontact.theory.analyn import analyn
-from fecontact.theory.equivalent_ellipse import equivalent_ellipse
-from fecontact.theory.gap_line import GapLine
-from fecontact.theory.kik_piotrowski import kik_piotrowski
-from fecontact.theory.kpec import kpec
-from fecontact.theory.strip import gap_line_under_load, strip
-from fecontact.theory.strip_contact import StripContact
-from fecontact.theory.stripes import stripes
 
 PAIRS = (("60E1", "1:40"), ("60E1", "1:20"), ("60E2", "1:40"), ("54E1", "1:40"))
 SHIFTS_MM = tuple(np.arange(-6.0, 6.5, 1.0))
@@ -270,15 +272,7 @@ def _over_elements(row: dict[str, Any], name: str, measure: str) -> float:
 
 def _figure(found: dict[str, Judged], costs: dict[str, float], count: int, path: Path) -> None:
     """Largest part of a limit over the cost of a call: median, and from best to worst."""
-    from fecontact.outputs.figures.style import (
-        MARKS,
-        SERIES,
-        blank_figure,
-        finish,
-        legend_beside,
-        plain_log,
-        save_figure,
-    )
+    from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
 
     figure = blank_figure(9.0, 5.0)
     ax = figure.add_subplot()

@@ -20,9 +20,9 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.irregularity.shapes import Irregularity
 from fecontact.jobs.workers import default_workers
-from fecontact.outputs.figures.irregular import irregular_figure
-from fecontact.regression.checks import Check
-from fecontact.runs.irregular import irregular
+from fecontact.outputs.irregular import irregular_figure
+from fecontact.regression.baselines import Check
+from fecontact.runs.alone import irregular
 
 CIRCLES: dict[str, Any] = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
 REAL = Case(lateral_shift_mm=3.0, inclination_rad=math.atan(1.0 / 40.0))

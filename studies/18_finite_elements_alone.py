@@ -19,8 +19,8 @@ import numpy as np
 from fecontact.case import RESOLUTIONS, Case
 from fecontact.comparison.verdict import FROM_BEST, answer_of
 from fecontact.criteria import Criteria
-from fecontact.outputs.figures.style import SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
-from fecontact.regression.checks import Check
+from fecontact.outputs.style import SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
+from fecontact.regression.baselines import Check
 
 Row = dict[str, Any]
 

@@ -22,10 +22,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from fecontact.bodies import STEEL
 from fecontact.case import Case
-from fecontact.material import STEEL
-from fecontact.outputs.figures.style import ANSWERS, blank_figure, finish, save_figure
-from fecontact.regression.checks import Check
+from fecontact.outputs.style import ANSWERS, blank_figure, finish, save_figure
+from fecontact.regression.baselines import Check
 
 YIELD_MPA, TANGENT_MPA = 450.0, 4200.0
 SHIFTS_MM = (-6.0, -4.0, -2.0, 0.0, 2.0, 4.0, 6.0)

@@ -30,7 +30,7 @@ import numpy as np
 from fecontact.case import Case
 from fecontact.contact.grid import ContactGrid
 from fecontact.jobs.workers import thread_environment
-from fecontact.theory.hertz import HertzContact
+from fecontact.normal.hertz import HertzContact
 
 ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, refine_degrees_of_freedom=0)
 # Element sizes along x and across (mm): 5, 8, 12 and 18 on a semi-axis.
@@ -47,12 +47,11 @@ def cases(quick: bool = False) -> list[Case]:
 
 def measure(case: Case) -> dict[str, Any]:
     """Solve a case on its one mesh and take the time of each step."""
-    from fecontact.comparison.compare import compare
-    from fecontact.contact.rung import Rung
-    from fecontact.solving.coupled_mesh import couple, coupled_problem
-    from fecontact.solving.position import hertz_of_case, position_of
+    from fecontact.comparison.ladder import compare
+    from fecontact.contact.grid import Rung
+    from fecontact.solving.meshes import couple, coupled_problem
+    from fecontact.solving.position import fine_zone, hertz_of_case, position_of
     from fecontact.solving.solve import peak_memory_MB
-    from fecontact.solving.zone import fine_zone
 
     begin = time.process_time()
     position = position_of(case)
@@ -111,9 +110,9 @@ def assembly(case: Case) -> dict[str, float]:
     from skfem import Basis, ElementHex1, ElementVector
     from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-    from fecontact.fe.stiffness import _skfem_mesh, stiffness
-    from fecontact.material import STEEL
-    from fecontact.solving.meshed_case import mesh_case
+    from fecontact.bodies import STEEL
+    from fecontact.fe.body import _skfem_mesh, stiffness
+    from fecontact.solving.position import mesh_case
 
     mesh = mesh_case(case, "rail")
     start = time.process_time()
@@ -147,7 +146,7 @@ def files(case: Case) -> dict[str, float]:
 
 def study_share(out: Path) -> float:
     """Part of all CPU seconds of the nine-position study that its own process takes, and none of its two workers."""
-    from fecontact.runs.run import run
+    from fecontact.runs.map import run
 
     run(Path(__file__).parent / "first_light.py", out / "share", quick=True, workers=2, force=True)
     spent = os.times()
@@ -207,15 +206,7 @@ def report(rows: list[dict[str, Any]], multigrid: list[dict[str, Any]], forms: d
 
 def figure(rows: list[dict[str, Any]], multigrid: list[dict[str, Any]], path: Path) -> None:
     """Errors against CPU seconds."""
-    from fecontact.outputs.figures.style import (
-        MARKS,
-        SERIES,
-        blank_figure,
-        finish,
-        legend_beside,
-        plain_log,
-        save_figure,
-    )
+    from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
 
     picture = blank_figure(9.0, 4.6)
     axes = picture.add_subplot()

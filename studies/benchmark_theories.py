@@ -14,17 +14,25 @@ from functools import partial
 from fecontact.case import Case
 from fecontact.comparison.patch import measure_patch
 from fecontact.contact.grid import ContactGrid
+from fecontact.normal.gap_line import GapLine, gap_line
+from fecontact.normal.hertz import hertz_ellipse
+from fecontact.normal.strip_method import Line, Load, Search, solve_strips
+from fecontact.normal.strips import (
+    analyn,
+    analyn_at,
+    equivalent_ellipse,
+    equivalent_ellipse_at,
+    kik_piotrowski,
+    kik_piotrowski_at,
+    kpec,
+    kpec_at,
+    strip,
+    strip_at,
+    stripes,
+    stripes_at,
+)
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
-from fecontact.theory.analyn import analyn, analyn_at
-from fecontact.theory.equivalent_ellipse import equivalent_ellipse, equivalent_ellipse_at
-from fecontact.theory.gap_line import GapLine, gap_line
-from fecontact.theory.hertz import hertz_ellipse
-from fecontact.theory.kik_piotrowski import kik_piotrowski, kik_piotrowski_at
-from fecontact.theory.kpec import kpec, kpec_at
-from fecontact.theory.strip import strip, strip_at
-from fecontact.theory.strip_method import Line, Load, Search, solve_strips
-from fecontact.theory.stripes import stripes, stripes_at
 
 CASE = Case(lateral_shift_mm=0.25, roll="touching")
 ROUNDS, ROUND_S = 5, 0.1

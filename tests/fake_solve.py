@@ -18,11 +18,11 @@ from fecontact.comparison.measures import FLOORS, MEASURES
 from fecontact.comparison.verdict import judge
 from fecontact.errors import ConvergenceError, NotEnoughMemory
 from fecontact.files import read_json, write_json, write_text
-from fecontact.map.position import failed_position
 from fecontact.outputs.records.results import input_columns, write_row
-from fecontact.outputs.records.told import flat
+from fecontact.outputs.tables import flat
 from fecontact.runs.identity import provenance
 from fecontact.runs.store import RESULT, ROW, keep_solved
+from fecontact.solving.map import failed_position
 
 MEMORY = "the factor of 9 degrees of freedom needs about 9.0 GB of memory, 1.0 GB are available; use a larger machine"
 

@@ -25,8 +25,7 @@ from fecontact.profiles.library import load, toml_text
 from fecontact.profiles.reading import PLAIN, Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.writers import csv_text, points_along
-from fecontact.solving.measured_lines import hertz_uncertainty
-from fecontact.solving.position import hertz_of_case, place_case
+from fecontact.solving.position import hertz_of_case, hertz_uncertainty, place_case
 
 FORMATS = (".csv", ".txt", ".prr", ".prw", ".ban", ".whl", ".toml")
 SLOWEST_S = 2.0

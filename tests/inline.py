@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from fecontact.jobs.workers import Crew
-from fecontact.runs.map_run import MapOutcome, run_map
+from fecontact.runs.map import MapOutcome, run_map
 from fecontact.runs.study import StudyOutcome, run_study
 
 
@@ -37,7 +37,7 @@ def stand_ins(crew: Crew | None, work: Callable[..., Any] | None) -> Iterator[No
             patch.setattr("fecontact.jobs.engine.process_crew", lambda workers, threads: crew)
         if work is not None:
             patch.setattr("fecontact.runs.study.Solving", work)
-            patch.setattr("fecontact.runs.map_run.Solving", work)
+            patch.setattr("fecontact.runs.map.Solving", work)
         yield
 
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from fecontact.contact.grid import ContactGrid
-from fecontact.contact.rung import Rung
+from fecontact.contact.grid import ContactGrid, Rung
 
 
 def rung_with(grid: ContactGrid, pressure_MPa: np.ndarray, **changes: object) -> Rung:

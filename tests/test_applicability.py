@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fecontact.case import Criteria
-from fecontact.comparison.cause import PatchGeometry, cause_of
+from fecontact.comparison.ladder import PatchGeometry, cause_of
 from fecontact.comparison.measures import MEASURES, MISFITS
 from fecontact.comparison.verdict import FROM_BEST, judge
 from fecontact.errors import InputError

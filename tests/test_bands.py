@@ -7,19 +7,26 @@ import numpy as np
 import pytest
 
 from fecontact.case import Case
-from fecontact.comparison.lobes import parts_of
-from fecontact.contact.bands import Bands
+from fecontact.comparison.judging import parts_of
+from fecontact.contact.elements import Bands
 from fecontact.contact.grid import ContactGrid, hat_functions
 from fecontact.contact.halfspace import half_space_below, half_space_problem
 from fecontact.contact.solver import ContactProblem, solve_contact
 from fecontact.errors import FoldedMesh
 from fecontact.fe.meshing import rail_mesh, wheel_mesh
 from fecontact.fe.section import Grading, Stretch, lines_of
-from fecontact.solving.load_sweep import _made_for, _serves
 from fecontact.solving.meshes import Meshes
-from fecontact.solving.position import MARGIN_ELEMENTS, element_size_mm, element_width_mm, position_of
-from fecontact.solving.preview import preview
-from fecontact.solving.zone import Room, fine_zone, more_room
+from fecontact.solving.position import (
+    MARGIN_ELEMENTS,
+    Room,
+    element_size_mm,
+    element_width_mm,
+    fine_zone,
+    more_room,
+    position_of,
+    preview,
+)
+from fecontact.solving.solve import _made_for, _serves
 
 MODULUS = 115e3
 # The gauge corner and the top of the head touch, 5 mm of free surface between them.

@@ -11,20 +11,27 @@ from scipy.special import elliprd, elliprf
 from fecontact.case import Case
 from fecontact.comparison.patch import measure_patch
 from fecontact.errors import InputError
-from fecontact.inputs.texts import parse_inclination
+from fecontact.inputs import parse_inclination
+from fecontact.normal.gap_line import GapLine, StripContact
+from fecontact.normal.hertz import ellipse_shape, hertz_ellipse
+from fecontact.normal.strip_method import Line, Load, Search, Strips, influence, solve_strips
+from fecontact.normal.strips import (
+    analyn,
+    analyn_at,
+    equivalent_ellipse,
+    equivalent_ellipse_at,
+    gap_line_under_load,
+    kik_piotrowski,
+    kik_piotrowski_at,
+    kpec,
+    kpec_at,
+    strip,
+    strip_at,
+    stripes,
+    stripes_at,
+)
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
-from fecontact.theory.analyn import analyn, analyn_at
-from fecontact.theory.ellipse_shape import ellipse_shape
-from fecontact.theory.equivalent_ellipse import equivalent_ellipse, equivalent_ellipse_at
-from fecontact.theory.gap_line import GapLine
-from fecontact.theory.hertz import hertz_ellipse
-from fecontact.theory.kik_piotrowski import kik_piotrowski, kik_piotrowski_at
-from fecontact.theory.kpec import kpec, kpec_at
-from fecontact.theory.strip import gap_line_under_load, strip, strip_at
-from fecontact.theory.strip_contact import StripContact
-from fecontact.theory.strip_method import Line, Load, Search, Strips, influence, solve_strips
-from fecontact.theory.stripes import stripes, stripes_at
 
 A = 1.0 / 920.0
 MODULUS = 115_384.615
@@ -358,7 +365,7 @@ def test_a_wrong_influence_is_seen(fault, monkeypatch):
         J = np.where(own if fault == "own strip" else ~own, 1.05, 1.0) * J if fault != "curvature" else J
         return J, slope, curving * (1.03 if fault == "curvature" else 1.0), u2
 
-    monkeypatch.setattr("fecontact.theory.strip_method.influence", wrong)
+    monkeypatch.setattr("fecontact.normal.strip_method.influence", wrong)
     line, hertz = parabola(0.7)
     found = strip(line, hertz.normal_force_N)
     off_most = max(

@@ -15,7 +15,7 @@ from fecontact.case import Case, Criteria, case_from_record, case_record
 from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.files import json_text
-from fecontact.inputs.texts import parse_inclination
+from fecontact.inputs import parse_inclination
 from fecontact.runs.casefile import Study, load_study
 from fecontact.runs.identity import case_id
 

@@ -9,12 +9,11 @@ from rungs import rung_with
 from scipy.integrate import dblquad
 from scipy.optimize import nnls
 
-from fecontact.contact.grid import ContactGrid, Field
+from fecontact.bodies import STEEL, contact_modulus_MPa
+from fecontact.contact.grid import ContactGrid, Field, misfit
 from fecontact.contact.halfspace import half_space_below, half_space_problem, love_influence
-from fecontact.contact.rung import misfit
 from fecontact.contact.solver import ContactProblem, ContactSolution, solve_contact
-from fecontact.material import STEEL, contact_modulus_MPa
-from fecontact.theory.hertz import HertzContact, hertz_ellipse
+from fecontact.normal.hertz import HertzContact, hertz_ellipse
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)
 WHEEL, LOAD = 460.0, 100e3

@@ -12,17 +12,13 @@ from rich.console import Console
 
 from fecontact.case import Case, Opposite, Track
 from fecontact.cli import call
-from fecontact.geometry.contact_functions import contact_functions, harmonic_conicity, rolling_radius_difference_mm
-from fecontact.geometry.placement import pair_of
-from fecontact.geometry.wheelset import Wheelset
-from fecontact.outputs.records.contact_functions import functions_record
-from fecontact.outputs.terminal.console import show
-from fecontact.outputs.terminal.contact_functions import functions_lines
-from fecontact.profiles.curve import Profile
+from fecontact.outputs.geometry import functions_lines, functions_record
+from fecontact.outputs.terminal import show
+from fecontact.profiles.curve import Profile, circular_rail_head
 from fecontact.profiles.segments import Line
-from fecontact.profiles.shapes import circular_rail_head
-from fecontact.runs.wheelset import geometry
-from fecontact.solving.placing import place_case, wheelset_of_case
+from fecontact.solving.placing import geometry, place_case, wheelset_of_case
+from fecontact.wheel_rail.placement import pair_of
+from fecontact.wheel_rail.wheelset import Wheelset, contact_functions, harmonic_conicity, rolling_radius_difference_mm
 
 TABLE = [-5.0, -3.0, -0.5, 0.0, 0.5, 1.0, 3.0, 5.0]
 

@@ -16,10 +16,10 @@ from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.files import write_sealed
 from fecontact.guide.pages import page
-from fecontact.outputs.records.map import MAP_SCHEMA
+from fecontact.outputs.alone import contact_table_lines
 from fecontact.outputs.records.results import case_inputs
-from fecontact.outputs.tables.csv_file import write_csv
-from fecontact.outputs.terminal.contact_table import contact_table_lines
+from fecontact.outputs.records.rows import MAP_SCHEMA
+from fecontact.outputs.tables import write_csv
 from fecontact.solving.placing import place_case
 
 ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)

@@ -120,7 +120,7 @@ def disk(tmp_path, monkeypatch) -> Disk:
     monkeypatch.setattr("fecontact.outputs.maps.files.map_figure", lambda *arguments: None)
     monkeypatch.setattr("fecontact.runs.study.study_pair", lambda *arguments: None)
     monkeypatch.setattr("fecontact.runs.study.report_study", lambda *arguments: None)
-    monkeypatch.setattr("fecontact.runs.map_run.write_map_report", lambda *arguments, **more: None)
+    monkeypatch.setattr("fecontact.runs.map.write_map_report", lambda *arguments, **more: None)
     monkeypatch.setattr("fecontact.runs.study._TABLES_EVERY_S", 0.0)
     return watched
 

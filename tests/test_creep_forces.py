@@ -10,32 +10,47 @@ import pytest
 from no_slip import no_slip_forces
 from rungs import rung_with
 
+from fecontact.bodies import RollingPair
 from fecontact.case import Case, case_from_record, case_record
 from fecontact.cli import call
-from fecontact.comparison.approximation import Approximation, ellipse, mean_pressure
-from fecontact.comparison.creep_comparison import CreepComparison, creep_of
-from fecontact.comparison.creep_patch import creepages_of
-from fecontact.comparison.creep_theories import CREEP_LAWS, REAL, judge_creep_laws
-from fecontact.comparison.creep_verdict import PLACE, SHAPE, SMALLEST_CREEPAGE, creepage_range, force_verdict
-from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.judgement import FORCE, ForceAt, Judgement, cheapest, judged_force, standings
-from fecontact.comparison.judging import judge_load, judge_theory, with_creep_laws
+from fecontact.comparison.creep import (
+    CREEP_LAWS,
+    PLACE,
+    REAL,
+    SHAPE,
+    SMALLEST_CREEPAGE,
+    CreepComparison,
+    creep_of,
+    creepage_range,
+    creepages_of,
+    force_verdict,
+    judge_creep_laws,
+)
+from fecontact.comparison.judging import JudgedLoad, judge_load, judge_theory, with_creep_laws
+from fecontact.comparison.measures import Approximation, ellipse, mean_pressure
 from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.comparison.theories import MULTI_HERTZ
-from fecontact.contact.grid import ContactGrid
-from fecontact.contact.rung import Rung
-from fecontact.creep import Creep
+from fecontact.comparison.verdict import FORCE, ForceAt, Judgement, cheapest, judged_force, standings
+from fecontact.contact.grid import ContactGrid, Rung
+from fecontact.criteria import Creep
 from fecontact.errors import InputError
-from fecontact.geometry.placement import Placement
-from fecontact.material import RollingPair
+from fecontact.normal.hertz import HertzContact
 from fecontact.outputs.records.results import load_record, load_row
+from fecontact.rolling.forces import (
+    THEORIES,
+    creep_force,
+    curved_creepages,
+    ellipse_patch,
+    force_difference,
+    hertz_patch,
+    slip_beside_plane,
+    wheelset_creepages,
+)
+from fecontact.rolling.laws import Creepages, RollingEllipse
 from fecontact.runs.identity import case_id, origin_of
 from fecontact.solving.position import hertz_of_case, place_case
 from fecontact.solving.solve import solve
-from fecontact.theory.creep.contact import Creepages, RollingEllipse
-from fecontact.theory.creep.forces import THEORIES, creep_force, ellipse_patch, force_difference, hertz_patch
-from fecontact.theory.creep.motion import curved_creepages, slip_beside_plane, wheelset_creepages
-from fecontact.theory.hertz import HertzContact
+from fecontact.wheel_rail.placement import Placement
 
 ROUND = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, load_N=100e3)
 CREEP = Creep(friction=0.3, xi=1e-3, eta=5e-4)
@@ -418,7 +433,7 @@ def test_a_force_is_judged_by_the_worst_of_its_creepages():
 @pytest.fixture
 def few_creepages(monkeypatch):
     """A range of three sizes in place of eight."""
-    monkeypatch.setattr("fecontact.comparison.creep_verdict._SIZES", 3)
+    monkeypatch.setattr("fecontact.comparison.creep._SIZES", 3)
 
 
 def test_theories_are_held_against_the_exact_one_on_the_real_patch(few_creepages):

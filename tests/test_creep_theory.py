@@ -8,20 +8,33 @@ import pytest
 from no_slip import no_slip_coefficients
 from scipy.integrate import quad
 
+from fecontact.bodies import STEEL, Material, RollingPair
 from fecontact.errors import InputError
-from fecontact.material import STEEL, Material, RollingPair
-from fecontact.theory.creep.contact import Creepages, CreepForce, CurvedCreepages, RollingEllipse, rolling_pair
-from fecontact.theory.creep.fastsim import CELLS, ellipse_strips, fastsim, fastsim_strips, flexibilities
-from fecontact.theory.creep.kalker import coefficients_of, kalker_coefficients, kalker_linear
-from fecontact.theory.creep.polach import polach
-from fecontact.theory.creep.saturation import (
+from fecontact.rolling.fastsim import (
+    CELLS,
+    ellipse_strips,
+    fastsim,
+    fastsim_strips,
+    flexibilities,
+    one_ellipse,
+    pressure_strips,
+)
+from fecontact.rolling.laws import (
+    Creepages,
+    CreepForce,
+    CurvedCreepages,
+    RollingEllipse,
     adhesion_ellipse,
+    coefficients_of,
+    kalker_coefficients,
+    kalker_linear,
+    polach,
+    rolling_pair,
     saturation,
     shen_hedrick_elkins,
     vermeulen_johnson,
     vermeulen_johnson_coefficients,
 )
-from fecontact.theory.creep.strips import one_ellipse, pressure_strips
 
 # CONTACT 25, examples "tractcurv" and "fastsim"
 WIDE = RollingEllipse(a_mm=6.304, b_mm=12.607, normal_force_N=106_700, friction=0.33, shear_MPa=82e3, poisson=0.28)

@@ -11,9 +11,9 @@ import pytest
 
 from fecontact.case import BodySize, Case
 from fecontact.cli import call
-from fecontact.fe.body_mesh import BodyMesh
-from fecontact.outputs.meshes.files import write_mesh
-from fecontact.solving.meshed_case import MeshedPair, mesh_pair
+from fecontact.fe.body import BodyMesh
+from fecontact.outputs.meshes import write_mesh
+from fecontact.solving.position import MeshedPair, mesh_pair
 from fecontact.solving.solve import solve
 
 SIZE = BodySize(rail_depth_mm=30.0, rail_half_length_mm=30.0, rim_thickness_mm=30.0, rim_half_length_mm=30.0)

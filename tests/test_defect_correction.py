@@ -6,12 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fecontact.contact.correction import solve_by_correction
+from fecontact.bodies import STEEL, contact_modulus_MPa
 from fecontact.contact.elements import UnitResponse
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.halfspace import convolution, half_space_problem, love_influence
-from fecontact.contact.solver import ContactProblem, solve_contact
-from fecontact.material import STEEL, contact_modulus_MPa
+from fecontact.contact.solver import ContactProblem, solve_by_correction, solve_contact
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)
 LOAD = 20e3

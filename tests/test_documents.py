@@ -12,8 +12,8 @@ import pytest
 
 from fecontact.cli import app, call
 from fecontact.guide.pages import page, titles
-from fecontact.regression.tolerances import read_tolerances
-from fecontact.runs.toml_cases import toml_cases
+from fecontact.regression.tables import read_tolerances
+from fecontact.runs.casefile import toml_cases
 from fecontact.vehicle.model import load_vehicle
 
 ROOT = Path(__file__).parents[1]

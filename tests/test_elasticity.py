@@ -9,15 +9,12 @@ from numpy.testing import assert_array_equal
 from skfem import Basis, ElementHex1, ElementVector
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
+from fecontact.bodies import STEEL
 from fecontact.case import Case
 from fecontact.errors import InputError
-from fecontact.fe import linear_solver as elasticity
-from fecontact.fe.body import elastic_body
-from fecontact.fe.linear_solver import choose_solver, pardiso_available
-from fecontact.fe.memory import factor_bytes
-from fecontact.fe.stiffness import _skfem_mesh, stiffness
-from fecontact.material import STEEL
-from fecontact.solving.meshed_case import mesh_case
+from fecontact.fe import body as elasticity
+from fecontact.fe.body import _skfem_mesh, choose_solver, elastic_body, factor_bytes, pardiso_available, stiffness
+from fecontact.solving.position import mesh_case
 
 needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO is not installed on this platform")
 

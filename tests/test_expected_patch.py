@@ -13,10 +13,10 @@ from fecontact.case import Case, Track
 from fecontact.comparison.measures import deviations, measures_of, misfit_of
 from fecontact.contact.grid import ContactGrid, Field
 from fecontact.errors import ConvergenceError, FecontactError, InputError
+from fecontact.normal.hertz import HertzContact, hertz_ellipse
 from fecontact.solving import expected_patch
+from fecontact.solving.expected_patch import TrueGap, carried
 from fecontact.solving.position import expect_on_half_space, place_case, true_gap_of_case
-from fecontact.solving.true_gap import TrueGap, carried
-from fecontact.theory.hertz import HertzContact, hertz_ellipse
 
 FLAT = """kind = "wheel"
 units = "mm"

@@ -7,7 +7,7 @@ from fuzz_commands import fuzz_commands
 from fuzz_profiles import FORMATS, HOSTILE, fuzz, kind_of, mutated, originals
 
 from fecontact.errors import InputError
-from fecontact.profiles.readers.toml import parse_toml
+from fecontact.profiles.readers.formats import parse_toml
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 
 

@@ -12,8 +12,7 @@ import fecontact
 from fecontact.case import Case, case_from_record, case_record
 from fecontact.errors import InputError
 from fecontact.outputs.records.results import case_row
-from fecontact.profiles.given import GivenProfile
-from fecontact.profiles.identity import profile_identity
+from fecontact.profiles.library import GivenProfile, profile_identity
 from fecontact.profiles.library import load as library_profile
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel

@@ -21,7 +21,7 @@ from fecontact.errors import InputError
 from fecontact.files import SEAL, broken_seal, json_text, read_json, write_json, write_sealed
 from fecontact.jobs.store import MANIFEST, write_manifest
 from fecontact.outputs.records.stored import read_arrays
-from fecontact.outputs.words.pairs import short_name
+from fecontact.outputs.tables import short_name
 from fecontact.runs.identity import case_id, origin_of
 from fecontact.runs.store import FIELDS, SOLVED
 

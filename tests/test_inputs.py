@@ -19,9 +19,7 @@ from fecontact.case import INPUTS, PARTS, Case, Criteria, Opposite, Track, case_
 from fecontact.cli import app, call
 from fecontact.errors import InputError
 from fecontact.guide.pages import page
-from fecontact.inputs.kinds import Flag
-from fecontact.inputs.slots import Slot
-from fecontact.inputs.texts import inclination_text, parse_inclination
+from fecontact.inputs import Flag, Slot, inclination_text, parse_inclination
 from fecontact.irregularity.shapes import Irregularity
 from fecontact.runs.casefile import load_study
 

@@ -11,22 +11,19 @@ import pytest
 import fecontact
 from fecontact.case import Case, case_from_record, case_record
 from fecontact.cli import call
-from fecontact.comparison.irregular import MODELS, judge_place, place_on, truth_on
-from fecontact.comparison.irregular_map import judge_cell, largest_amplitude_mm
 from fecontact.comparison.patch import measure_patch
 from fecontact.errors import InputError
-from fecontact.irregularity.shapes import Irregularity
-from fecontact.irregularity.texts import parse_irregularity
+from fecontact.irregularity.shapes import Irregularity, parse_irregularity
+from fecontact.normal.irregular import Pair, eq6_limits, filter_of, peak_exponent
 from fecontact.outputs.records.results import input_columns
 from fecontact.outputs.records.stored import placement_record, stored_placement
-from fecontact.outputs.words.cases import case_words
-from fecontact.outputs.words.pairs import position_text
+from fecontact.outputs.tables import position_text
+from fecontact.outputs.words import case_words
+from fecontact.runs.casefile import toml_cases
 from fecontact.runs.identity import case_id
-from fecontact.runs.toml_cases import toml_cases
+from fecontact.solving.irregular import MODELS, judge_cell, judge_place, largest_amplitude_mm, place_on, truth_on
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
-from fecontact.theory.irregular import Pair
-from fecontact.theory.irregular_limits import eq6_limits, filter_of, peak_exponent
 
 MODULUS = 210e3 / (2.0 * (1.0 - 0.3**2))
 # wheel of 460 mm on a rail head of 300 mm, 100 kN: a/b 1.33

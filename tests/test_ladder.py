@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from rungs import rung_with
 
+from fecontact.bodies import STEEL, Material, contact_modulus_MPa
 from fecontact.case import Case, Track
-from fecontact.comparison.cause import PatchGeometry, cause_of, patch_geometry
-from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.judging import judge_load
-from fecontact.comparison.ladder import RUNGS, STEPS, Ladder
+from fecontact.comparison.judging import JudgedLoad, judge_load
+from fecontact.comparison.ladder import RUNGS, STEPS, Ladder, PatchGeometry, cause_of, patch_geometry
 from fecontact.comparison.measures import (
     CUT_PLANES,
     IN_COMMON,
@@ -19,29 +18,26 @@ from fecontact.comparison.measures import (
     MISFITS,
     Measures,
     Misfit,
+    PointNoise,
     deviations,
     hertz_measures,
     measures_of,
     misfit_of,
     patch_of,
 )
-from fecontact.comparison.point_noise import PointNoise
-from fecontact.comparison.solved_load import SolvedLoad, just_parts
-from fecontact.comparison.uncertainty import Solved, step_uncertainty, uncertainty
-from fecontact.contact.grid import ContactGrid, hat_functions
+from fecontact.comparison.solved_load import Solved, SolvedLoad, just_parts, step_uncertainty, uncertainty
+from fecontact.contact.grid import ContactGrid, Rung, hat_functions, misfit
 from fecontact.contact.halfspace import half_space_problem
-from fecontact.contact.rung import Rung, misfit
 from fecontact.contact.solver import solve_contact
-from fecontact.geometry.placement import Placement, place
-from fecontact.geometry.touch_points import RelativeCurvature, TouchPoint
-from fecontact.material import STEEL, Material, contact_modulus_MPa
-from fecontact.outputs.documents.words import GLOSSARY
+from fecontact.normal.hertz import HertzContact, hertz_from_hessian
+from fecontact.outputs.words import GLOSSARY
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Arc
+from fecontact.solving.expected_patch import quadratic_rung
 from fecontact.solving.position import hertz_of_case, place_case
-from fecontact.solving.quadratic_rung import quadratic_rung
 from fecontact.solving.solve import CaseResult, solve
-from fecontact.theory.hertz import HertzContact, hertz_from_hessian
+from fecontact.wheel_rail.placement import Placement, place
+from fecontact.wheel_rail.poses import RelativeCurvature, TouchPoint
 
 E_STAR = contact_modulus_MPa(STEEL, STEEL)
 

@@ -19,13 +19,13 @@ import fecontact
 from fecontact.case import BodySize, Case, Criteria
 from fecontact.cli import call
 from fecontact.comparison.judging import judge_load
-from fecontact.creep import Creep
+from fecontact.criteria import Creep
 from fecontact.errors import InputError
 from fecontact.jobs import workers
 from fecontact.jobs.store import MANIFEST, kept_folder, write_manifest
-from fecontact.outputs.documents.case import case_parts
+from fecontact.outputs.documents import case_parts
 from fecontact.outputs.records.results import case_row, read_row, result_record
-from fecontact.outputs.terminal.console import show
+from fecontact.outputs.terminal import show
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.runs import identity, judging
@@ -398,9 +398,9 @@ def test_an_open_verdict_that_may_be_refined_is_solved_again(tmp_path, monkeypat
 PRESSURES = """
 import pickle, sys
 import numpy as np
-from fecontact.comparison.compare import compare
+from fecontact.comparison.ladder import compare
 from fecontact.contact.grid import ContactGrid
-from fecontact.theory.hertz import hertz_ellipse
+from fecontact.normal.hertz import hertz_ellipse
 from rungs import rung_with
 for force in (90e3, 100e3, 110e3):
     hertz = hertz_ellipse(1 / 460, 1 / 300, normal_force_N=force, contact_modulus_MPa=1.15e5)

@@ -34,34 +34,24 @@ from test_study import dask_cluster
 import fecontact
 from fecontact.case import Case, Criteria, Track
 from fecontact.cli import call
-from fecontact.comparison.approximation import mean_pressure
-from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.judging import judge_load
-from fecontact.comparison.measures import MEASURES, MISFITS
-from fecontact.comparison.point_noise import PointNoise
-from fecontact.comparison.solved_load import Level, SolvedLoad
+from fecontact.comparison.judging import JudgedLoad, judge_load
+from fecontact.comparison.measures import MEASURES, MISFITS, PointNoise, mean_pressure
+from fecontact.comparison.solved_load import MESH_RATIO, Level, SolvedLoad
 from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ
-from fecontact.comparison.uncertainty import MESH_RATIO
 from fecontact.comparison.verdict import judge
-from fecontact.contact.grid import ContactGrid
-from fecontact.contact.rung import Rung
-from fecontact.creep import Creep
+from fecontact.contact.grid import ContactGrid, Rung
+from fecontact.criteria import Creep
 from fecontact.errors import InputError, NotEnoughMemory
 from fecontact.files import json_text
-from fecontact.inputs.texts import parse_numbers
+from fecontact.inputs import parse_numbers
 from fecontact.jobs.engine import RunSettings
 from fecontact.jobs.store import write_manifest
 from fecontact.jobs.workers import Crew
-from fecontact.map.cells import ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition
-from fecontact.map.load_limit import KnownLoad, known_loads, load_limit, next_load
-from fecontact.map.position import solve_position
-from fecontact.outputs.documents.map import write_map_report
-from fecontact.outputs.maps.figure import map_figure
-from fecontact.outputs.maps.files import write_map
-from fecontact.outputs.maps.table import map_table
-from fecontact.outputs.maps.verdicts import CAUSE_LETTERS, limit_text, verdict_view
-from fecontact.outputs.records.map import cell_record, limit_record, map_record
+from fecontact.outputs.documents import write_map_report
+from fecontact.outputs.maps.files import map_figure, write_map
+from fecontact.outputs.maps.views import CAUSE_LETTERS, limit_text, map_table, verdict_view
 from fecontact.outputs.records.results import cell_row, load_row
+from fecontact.outputs.records.rows import cell_record, limit_record, map_record
 from fecontact.outputs.records.stored import (
     placement_from_record,
     placement_record,
@@ -78,9 +68,20 @@ from fecontact.runs.judging import judge_map
 from fecontact.runs.load import load as load_results
 from fecontact.runs.load import map_document
 from fecontact.runs.store import SOLVED, Solving, keep_solved, position_folder, read_position
-from fecontact.solving.load_sweep import LoadSweep
+from fecontact.solving.map import (
+    ApplicabilityMap,
+    KnownLoad,
+    LoadInterval,
+    LoadLimit,
+    MapCell,
+    MapPosition,
+    known_loads,
+    load_limit,
+    next_load,
+    solve_position,
+)
 from fecontact.solving.position import Clock, expect_on_half_space, hertz_of_case, place_case
-from fecontact.solving.stiffness_fit import fit_stiffness
+from fecontact.solving.solve import LoadSweep, fit_stiffness
 
 LOADS = (10e3, 50e3, 100e3, 150e3)
 # by none of them a verdict changes between -2 and 1 mm: no limit is looked for
@@ -567,7 +568,7 @@ def _as_new(request, monkeypatch):
     monkeypatch.setattr(FakeSweep, "open", 0)
     if "png" not in request.node.name:
         monkeypatch.setattr("fecontact.outputs.maps.files.map_figure", no_figure)
-    monkeypatch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
+    monkeypatch.setattr("fecontact.runs.map.write_map_report", no_figure)
     monkeypatch.setattr("fecontact.runs.judging.write_map_report", no_figure)
     monkeypatch.setattr(store, "judge_load", judged_once)
 
@@ -575,7 +576,7 @@ def _as_new(request, monkeypatch):
 def fake_position(case, loads_N, sweep=FakeSweep):
     """A position solved by another sweep; by one thread at a time, for the sweep is one of the whole module."""
     with SWEEPING, pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fecontact.map.position.LoadSweep", sweep)
+        patch.setattr("fecontact.solving.map.LoadSweep", sweep)
         return solve_position(case, loads_N)
 
 
@@ -613,7 +614,7 @@ def stored_map(out, shifts=SHIFTS, loads=LOADS, progress=None):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(store, "solve_position", fake_position)
         patch.setattr("fecontact.outputs.maps.files.map_figure", no_figure)
-        patch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
+        patch.setattr("fecontact.runs.map.write_map_report", no_figure)
         patch.setattr(store, "judge_load", judged_once)
         return out, fake_run(out, shifts, loads=loads, progress=progress).made
 
@@ -851,7 +852,7 @@ def test_map_needs_positions_and_loads(run, tmp_path):
 
 @pytest.mark.parametrize(("part", "known"), [(1e9, (1, 2)), (1e-9, (1, 1))])
 def test_files_are_written_after_each_position_that_took_much_longer(part, known, run, tmp_path, monkeypatch):
-    monkeypatch.setattr("fecontact.runs.map_run._PART_FOR_TABLES", part)
+    monkeypatch.setattr("fecontact.runs.map._PART_FOR_TABLES", part)
     seen, pictures = [], []
 
     def look(done, count, what):
@@ -862,7 +863,7 @@ def test_files_are_written_after_each_position_that_took_much_longer(part, known
         pictures.append(drawn)
         write_map(*given, drawn=False, **more)
 
-    monkeypatch.setattr("fecontact.runs.map_run.write_map", write)
+    monkeypatch.setattr("fecontact.runs.map.write_map", write)
     shifts = [-1.0, 0.0, 1.0]
     run(tmp_path, shifts, loads=FEW_LOADS, progress=look)
     # from the gauge corner on, where a position takes longest
@@ -1051,7 +1052,7 @@ def test_the_title_of_the_picture_says_by_what_hertz_is_judged_in_its_png(tmp_pa
         titles.append(figure.axes[0].get_title())
         return path
 
-    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", look)
+    monkeypatch.setattr("fecontact.outputs.maps.files.save_figure", look)
     made = fresh_map([0.0], [100e3])
     for criteria in (Criteria(), Criteria(p_max=0.03, area=0.2, judged_by=("strength", "area"))):
         map_figure(verdict_view(replace(made, case=replace(made.case, criteria=criteria))), tmp_path)
@@ -1072,7 +1073,7 @@ def test_every_cause_has_its_letter_in_the_png(cause, letter, tmp_path, monkeypa
         drawn.extend(text.get_text() for text in figure.axes[0].get_legend().get_texts())
         return path
 
-    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", look)
+    monkeypatch.setattr("fecontact.outputs.maps.files.save_figure", look)
     like = point(100e3, 0.2)
     cell = cell_of(replace(like, verdict=replace(like.verdict, cause=cause)))
     position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=load_limit([cell]))
@@ -1084,10 +1085,10 @@ def test_every_cause_has_its_letter_in_the_png(cause, letter, tmp_path, monkeypa
 def test_the_png_changes_its_colour_where_the_verdict_does(monkeypatch):
     from matplotlib.colors import to_hex
 
-    from fecontact.outputs.figures.style import ANSWERS
+    from fecontact.outputs.style import ANSWERS
 
     kept = []
-    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr("fecontact.outputs.maps.files.save_figure", lambda figure, path: kept.append(figure))
     limit = replace(load_limit(TWO_LOADS), tried=((3e4, "UNRESOLVED"),))
     lost = MapCell(lateral_shift_mm=1.0, load_N=1e4, status="failed: no memory")
     positions = (
@@ -1595,7 +1596,7 @@ def test_a_placement_comes_back_to_the_last_bit_without_a_search(case, monkeypat
     placement = place_case(case)
     record = json.loads(json_text(placement_record(placement)))
     rail, wheel = resolve_rail(case.rail), resolve_wheel(case.wheel).profile
-    monkeypatch.setattr("fecontact.geometry.placement.place", None)
+    monkeypatch.setattr("fecontact.wheel_rail.placement.place", None)
     read = placement_from_record(record, rail, wheel)
     assert placement_record(read) == placement_record(placement)
     assert read.climbs is placement.climbs is case.flange_climb
@@ -1960,8 +1961,8 @@ class FakeMeshes:
 @pytest.fixture
 def meshes(monkeypatch):
     monkeypatch.setattr(FakeMeshes, "made", [])
-    monkeypatch.setattr("fecontact.solving.load_sweep.Meshes", FakeMeshes)
-    monkeypatch.setattr("fecontact.solving.load_sweep.judge_load", lambda solved, placement, theories: solved)
+    monkeypatch.setattr("fecontact.solving.solve.Meshes", FakeMeshes)
+    monkeypatch.setattr("fecontact.solving.solve.judge_load", lambda solved, placement, theories: solved)
     return FakeMeshes.made
 
 
@@ -2095,7 +2096,7 @@ def test_every_load_has_the_elements_it_asks_for(meshes, sizes, planned, others)
     meshes.clear()
     position = AnyPosition(case=ROUND, element_size_mm=(1.0, 1.0), sizes=sizes)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fecontact.solving.load_sweep.position_of", lambda case: position)
+        patch.setattr("fecontact.solving.solve.position_of", lambda case: position)
         sweep = LoadSweep(ROUND, planned)
     for load_N in [*sorted(set(planned), reverse=True), *others]:
         ready, count = sweep.is_ready_for(load_N), len(meshes)

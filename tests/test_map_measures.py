@@ -10,22 +10,24 @@ from matplotlib.colors import to_hex
 
 from fecontact.case import Case
 from fecontact.cli import call
-from fecontact.comparison.creep_theories import REAL
-from fecontact.comparison.creep_verdict import PLACE, SHAPE
-from fecontact.comparison.judgement import ForceAt, judged_force
-from fecontact.creep import Creep
+from fecontact.comparison.creep import PLACE, REAL, SHAPE
+from fecontact.comparison.verdict import ForceAt, judged_force
+from fecontact.criteria import Creep
 from fecontact.errors import InputError
-from fecontact.map.cells import ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition
-from fecontact.map.forces import force_limit, with_laws
-from fecontact.outputs.figures.style import ANSWERS, BETWEEN
-from fecontact.outputs.maps.cheapest import law_view
-from fecontact.outputs.maps.figure import map_figure
-from fecontact.outputs.maps.files import write_laws
-from fecontact.outputs.maps.measures import refuse_measure
-from fecontact.outputs.maps.table import map_table
-from fecontact.outputs.maps.verdicts import force_view
-from fecontact.outputs.records.map import map_record
-from fecontact.theory.creep.contact import Creepages
+from fecontact.outputs.maps.files import map_figure, write_laws
+from fecontact.outputs.maps.views import force_view, law_view, map_table, refuse_measure
+from fecontact.outputs.records.rows import map_record
+from fecontact.outputs.style import ANSWERS, BETWEEN
+from fecontact.rolling.laws import Creepages
+from fecontact.solving.map import (
+    ApplicabilityMap,
+    LoadInterval,
+    LoadLimit,
+    MapCell,
+    MapPosition,
+    force_limit,
+    with_laws,
+)
 
 CASE = Case(roll="touching", creep=Creep(friction=0.3))
 LOADS = (20e3, 50e3, 100e3)
@@ -99,7 +101,7 @@ def made(monkeypatch):
         seen.append(solved)
         return found[solved]
 
-    monkeypatch.setattr("fecontact.map.forces.force_verdict", looked)
+    monkeypatch.setattr("fecontact.solving.map.force_verdict", looked)
     first = (
         cell(judged_load(20e3, 1.0, "HOLDS", laws=laws_of("HOLDS", "HOLDS"))),
         cell(judged_load(50e3, 4.0, "HOLDS", laws=laws_of("FAILS", "HOLDS"))),
@@ -153,7 +155,7 @@ def test_laws_of_forces_are_judged_at_loads_that_may_be_used(monkeypatch):
         seen.append((load.load_N, placement))
         return replace(load, creep_laws=laws_of("HOLDS", "HOLDS"))
 
-    monkeypatch.setattr("fecontact.map.forces.with_creep_laws", judged_by)
+    monkeypatch.setattr("fecontact.solving.map.with_creep_laws", judged_by)
     usable, lost = judged_load(20e3, 1.0, "HOLDS"), judged_load(50e3, 1.0, "HOLDS")
     nothing = MapCell(lateral_shift_mm=0.0, load_N=100e3, status="failed: no memory")
     before = position(0.0, (cell(usable), cell(lost, status="not converged"), nothing))
@@ -174,7 +176,7 @@ def bands(ax):
 
 def test_the_png_of_forces_is_drawn_as_that_of_pressure(made, monkeypatch):
     kept = []
-    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr("fecontact.outputs.maps.files.save_figure", lambda figure, path: kept.append(figure))
     map_figure(force_view(made[0]), "unused.png")
     (ax,) = kept[0].axes
     assert [colour for colour, *_ in bands(ax)] == [
@@ -214,7 +216,7 @@ def test_the_png_of_theories_has_a_colour_for_each_and_says_what_is_open(made, m
     colours = law_view(made[0]).colours
 
     kept = []
-    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr("fecontact.outputs.maps.files.save_figure", lambda figure, path: kept.append(figure))
     map_figure(law_view(made[0]), "unused.png")
     (ax,) = kept[0].axes
     unresolved = ANSWERS["UNRESOLVED"]
@@ -245,8 +247,8 @@ def test_a_measure_of_forces_needs_friction(tmp_path, capsys):
 
 
 def test_the_record_of_a_map_with_friction_has_the_limits_of_forces(made, monkeypatch):
-    monkeypatch.setattr("fecontact.outputs.records.map.cell_record", lambda cell: {})
-    monkeypatch.setattr("fecontact.outputs.records.map.stiffness_rows", lambda position: [])
-    monkeypatch.setattr("fecontact.outputs.records.map.share_records", lambda made: [])
+    monkeypatch.setattr("fecontact.outputs.records.rows.cell_record", lambda cell: {})
+    monkeypatch.setattr("fecontact.outputs.records.rows.stiffness_rows", lambda position: [])
+    monkeypatch.setattr("fecontact.outputs.records.rows.share_records", lambda made: [])
     limits = json.loads(json.dumps(map_record(made[0])["force_limits"]))
     assert [limit["F_max_N"] for limit in limits] == [50e3, None, None]

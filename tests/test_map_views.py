@@ -20,24 +20,23 @@ from fecontact.comparison.theories import HERTZ, MULTI_HERTZ, THEORIES
 from fecontact.comparison.verdict import Verdict
 from fecontact.errors import InputError
 from fecontact.files import json_text
-from fecontact.map.cells import ApplicabilityMap, MapCell, MapPosition
-from fecontact.map.load_limit import load_limit
-from fecontact.map.position import solved_cell
-from fecontact.outputs.documents.map import map_lines, write_map_report
-from fecontact.outputs.documents.study import rows_parts
-from fecontact.outputs.figures.style import ANSWERS
-from fecontact.outputs.maps.cheapest import theory_view
-from fecontact.outputs.maps.figure import map_figure
-from fecontact.outputs.maps.files import write_map
-from fecontact.outputs.maps.measures import map_answer, map_view, measure_table, refuse_measure
-from fecontact.outputs.maps.verdicts import verdict_view
-from fecontact.outputs.maps.view import CellView
-from fecontact.outputs.records.results import load_record
-from fecontact.outputs.records.theories import share_records
-from fecontact.outputs.tables.cases import theories_table
-from fecontact.outputs.tables.theories import shares_table
-from fecontact.outputs.terminal.console import show
-from fecontact.outputs.words.measures import WORDS
+from fecontact.outputs.cases import shares_table, theories_table
+from fecontact.outputs.documents import map_lines, rows_parts, write_map_report
+from fecontact.outputs.maps.files import map_figure, write_map
+from fecontact.outputs.maps.views import (
+    CellView,
+    map_answer,
+    map_text,
+    map_view,
+    refuse_measure,
+    theory_view,
+    verdict_view,
+)
+from fecontact.outputs.records.results import load_record, share_records
+from fecontact.outputs.style import ANSWERS
+from fecontact.outputs.terminal import show
+from fecontact.outputs.words import WORDS
+from fecontact.solving.map import ApplicabilityMap, MapCell, MapPosition, load_limit, solved_cell
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
@@ -188,7 +187,7 @@ def test_one_picture_draws_them_in_a_png(made, monkeypatch):
     from matplotlib.colors import to_hex
 
     kept = []
-    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr("fecontact.outputs.maps.files.save_figure", lambda figure, path: kept.append(figure))
     views = [verdict_view(made), verdict_view(made, MULTI_HERTZ), theory_view(made), theory_view(failing(made))]
     for view in views:
         map_figure(view, "unused.png")
@@ -206,7 +205,7 @@ def test_one_picture_draws_them_in_a_png(made, monkeypatch):
 def test_a_map_is_asked_for_by_names(made):
     assert map_view(made, "pressure", MULTI_HERTZ) == verdict_view(made, MULTI_HERTZ)
     assert map_view(made, "theory") == theory_view(made)
-    assert "the cheapest theory that holds" in measure_table(made, "theory")
+    assert "the cheapest theory that holds" in map_text(made, "theory")
     for theory in THEORIES:
         refuse_measure(made.case, "pressure", theory)
     # it needs no friction
@@ -379,7 +378,7 @@ def test_a_report_defines_every_theory_of_its_table(made, tmp_path):
 
 def test_columns_are_as_wide_as_the_smallest_step_and_wide_ones_leave_gaps(made, monkeypatch):
     kept = []
-    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr("fecontact.outputs.maps.files.save_figure", lambda figure, path: kept.append(figure))
     for shifts in ([-4.0, -2.0, 0.0], [0.0, 0.5, 1.0, 4.0], [3.0], [0.0, 1.0]):
         map_figure(verdict_view(verdicts(made, shifts, [50, 100], ["hf"] * len(shifts))), "unused.png")
     widths = [{round(bar.get_width(), 9) for bar in figure.axes[0].patches} for figure in kept]

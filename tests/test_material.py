@@ -7,8 +7,8 @@ import math
 
 import pytest
 
+from fecontact.bodies import STEEL, Material, contact_modulus_MPa
 from fecontact.errors import ConvergenceError, FecontactError, InputError
-from fecontact.material import STEEL, Material, contact_modulus_MPa
 
 
 def test_contact_modulus_of_equal_steel_bodies() -> None:

@@ -11,22 +11,17 @@ from scipy.interpolate import make_smoothing_spline
 
 from fecontact.case import Case, Track
 from fecontact.cli import call
-from fecontact.comparison.point_noise import spread
+from fecontact.comparison.measures import spread
 from fecontact.errors import InputError
-from fecontact.outputs.figures.preview import preview_figure
-from fecontact.outputs.figures.profile import profile_figure
-from fecontact.outputs.records.preview import preview_record
-from fecontact.outputs.terminal.preview import nearest_text, preview_lines
+from fecontact.outputs.alone import nearest_text, preview_lines, preview_record
+from fecontact.outputs.figures.position import preview_figure
+from fecontact.outputs.profiles import profile_figure
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load
-from fecontact.profiles.noise import noise_of
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.recognition import nearest
-from fecontact.profiles.registration import Registration, foot_points, register
-from fecontact.profiles.smoothed_lines import scaled, variant
-from fecontact.profiles.smoothing_spline import smoothed_by
-from fecontact.solving.position import expect_on_half_space, hertz_of_case, place_case
-from fecontact.solving.preview import preview
+from fecontact.profiles.segments import noise_of, smoothed_by
+from fecontact.profiles.smoothing import Registration, foot_points, nearest, register, scaled, variant
+from fecontact.solving.position import expect_on_half_space, hertz_of_case, place_case, preview
 
 
 def sampled(name, noise_mm=0.0, step_mm=0.2, seed=0, *, wear=None, moved=None):
@@ -285,8 +280,8 @@ def test_the_picture_of_a_measured_line(tmp_path):
 def test_what_was_left_out_is_drawn_with_its_place_and_a_key(tmp_path, monkeypatch):
     """In the pictures of a line that is smoothed, of one that is not, and of the pair in position."""
     drawn = []
-    monkeypatch.setattr("fecontact.outputs.figures.preview.save_figure", lambda figure, path: drawn.append(figure))
-    monkeypatch.setattr("fecontact.outputs.figures.profile.save_figure", lambda figure, path: drawn.append(figure))
+    monkeypatch.setattr("fecontact.outputs.figures.position.save_figure", lambda figure, path: drawn.append(figure))
+    monkeypatch.setattr("fecontact.outputs.profiles.save_figure", lambda figure, path: drawn.append(figure))
     points = sampled("60E1", 0.01)
     points[200, 1] += 0.15
     line = read(points, repair=True)
@@ -310,7 +305,7 @@ def test_what_was_left_out_is_drawn_with_its_place_and_a_key(tmp_path, monkeypat
 
 def test_a_profile_without_problems_has_no_marks(monkeypatch):
     drawn = []
-    monkeypatch.setattr("fecontact.outputs.figures.profile.save_figure", lambda figure, path: drawn.append(figure))
+    monkeypatch.setattr("fecontact.outputs.profiles.save_figure", lambda figure, path: drawn.append(figure))
     profile_figure(load("60E1"), "none.png")
     assert drawn[0].axes[0].get_legend() is None
 

@@ -13,14 +13,13 @@ import pytest
 
 from fecontact.case import BodySize, Track
 from fecontact.errors import InputError
-from fecontact.fe.body_mesh import BodyMesh, corner_jacobians, mesh_volume, surface_normals
-from fecontact.fe.fine_zone import FineZone
-from fecontact.fe.meshing import rail_mesh, wheel_mesh
+from fecontact.fe.body import BodyMesh, corner_jacobians, mesh_volume, surface_normals
+from fecontact.fe.meshing import FineZone, rail_mesh, wheel_mesh
 from fecontact.fe.section import Grading, Stretch, Zone, layer_depths, mesh_section, polygon_area
-from fecontact.geometry.placement import Placement, place
+from fecontact.profiles.curve import circular_rail_head, cylinder_wheel
 from fecontact.profiles.library import load
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel
+from fecontact.wheel_rail.placement import Placement, place
 
 INCLINATION = math.atan(1.0 / 40.0)
 ZONE = FineZone(half_length_mm=7.0, s_low_mm=-7.0, s_high_mm=7.0, step_x_mm=1.4, step_s_mm=1.0, semi_axis_mm=5.0)

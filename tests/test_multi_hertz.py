@@ -10,22 +10,19 @@ import numpy as np
 import pytest
 
 from fecontact.case import Case, Track
-from fecontact.comparison.approximation import Approximation, ellipse
-from fecontact.comparison.judging import judge_load, judge_theory
-from fecontact.comparison.lobes import judge_lobes, parts_of
-from fecontact.comparison.measures import MEASURES, measures_of, measures_of_theory, patch_of
+from fecontact.comparison.judging import judge_load, judge_lobes, judge_theory, parts_of
+from fecontact.comparison.measures import MEASURES, Approximation, ellipse, measures_of, measures_of_theory, patch_of
 from fecontact.comparison.patch import area_between
 from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.comparison.theories import MULTI_HERTZ, THEORIES, Loaded
 from fecontact.contact.grid import ContactGrid
-from fecontact.geometry.placement import place
-from fecontact.profiles.curve import Profile
+from fecontact.normal.hertz import hertz_ellipse
+from fecontact.profiles.curve import Profile, cylinder_wheel
 from fecontact.profiles.segments import Arc
-from fecontact.profiles.shapes import cylinder_wheel
 from fecontact.solving.expected_patch import expected_patch
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space, hertz_points_of_case, true_gap_of_case
-from fecontact.theory.hertz import hertz_ellipse
+from fecontact.wheel_rail.placement import place
 
 RADIUS, APART = 80.0, 40.0
 

@@ -21,30 +21,27 @@ from points import MEASURED_COLUMNS
 from rich.console import Console
 from scipy.interpolate import LinearNDInterpolator
 
+from fecontact.bodies import Material
 from fecontact.case import BodySize, Case, Criteria, Opposite, Track, case_from_record, case_record
-from fecontact.comparison.approximation import Approximation
 from fecontact.comparison.judging import judge_load
+from fecontact.comparison.measures import Approximation
 from fecontact.comparison.solved_load import Status
 from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, THEORIES
-from fecontact.contact.grid import Field
-from fecontact.contact.rung import Rung
-from fecontact.creep import Creep
-from fecontact.errors import InputError
-from fecontact.fe.body_mesh import BodyMesh, mesh_volume
+from fecontact.contact.grid import Field, Rung
+from fecontact.criteria import Creep
+from fecontact.errors import CONVERGED, UNUSABLE, InputError
+from fecontact.fe.body import BodyMesh, mesh_volume
 from fecontact.fe.stress import nodal_stress, von_mises
 from fecontact.files import json_text, write_atomically, write_json, write_text
 from fecontact.irregularity.shapes import Irregularity
-from fecontact.material import Material
-from fecontact.outcome import CONVERGED, UNUSABLE
-from fecontact.outputs.documents.case import case_parts
-from fecontact.outputs.documents.study import rows_parts
-from fecontact.outputs.figures.case import case_figure, case_inches, draw_case
-from fecontact.outputs.figures.pressure import PressureFields
-from fecontact.outputs.figures.profile import profile_figure
+from fecontact.outputs import tables
+from fecontact.outputs.cases import hertz_lines
+from fecontact.outputs.documents import _write_collections, case_parts, rows_parts, study_figures
+from fecontact.outputs.figures.case import PressureFields, case_figure, case_inches, draw_case
 from fecontact.outputs.figures.study import study_figure
-from fecontact.outputs.figures.style import blank_figure
-from fecontact.outputs.meshes.files import write_mesh
+from fecontact.outputs.meshes import write_mesh
 from fecontact.outputs.paraview.vtk import contact_surface, write_case_vtk, write_contact_vtk, write_pvd
+from fecontact.outputs.profiles import library_lines, profile_figure, profile_lines
 from fecontact.outputs.records.results import (
     ROW_SCHEMA,
     case_inputs,
@@ -64,18 +61,14 @@ from fecontact.outputs.records.stored import (
     solved_record,
     write_arrays,
 )
-from fecontact.outputs.reports.study_files import _write_collections, study_figures
-from fecontact.outputs.tables import csv_file as tables
-from fecontact.outputs.terminal.console import show
-from fecontact.outputs.terminal.hertz import hertz_lines
-from fecontact.outputs.terminal.profile import library_lines, profile_lines
-from fecontact.outputs.words.measures import WORDS, criteria_text
-from fecontact.outputs.words.series import series
+from fecontact.outputs.style import blank_figure
+from fecontact.outputs.terminal import show
+from fecontact.outputs.words import WORDS, criteria_text, series
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
-from fecontact.solving.hertz_alone import hertz_alone
 from fecontact.solving.placing import place_case
+from fecontact.solving.position import hertz_alone
 from fecontact.solving.solve import CaseResult
 
 MEASURES = ["p_max_MPa", "area_mm2", "a_mm", "b_mm", "extent_x_mm", "extent_y_mm", "approach_mm"]
@@ -1239,7 +1232,7 @@ def luminance(colour: str) -> float:
 
 
 def test_verdicts_are_told_apart_in_grey():
-    from fecontact.outputs.figures.style import ANSWER_MARKS, ANSWERS, SERIES
+    from fecontact.outputs.style import ANSWER_MARKS, ANSWERS, SERIES
 
     levels = sorted(luminance(ANSWERS[answer]) for answer in ("HOLDS", "UNRESOLVED", "FAILS"))
     # Weber steps above 40 %: many times what the eye tells apart (2 %)

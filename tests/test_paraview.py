@@ -16,9 +16,8 @@ from fecontact.cli import call
 from fecontact.comparison.judging import judge_load
 from fecontact.errors import InputError
 from fecontact.files import write_json
-from fecontact.outputs.paraview.view import write_view
-from fecontact.outputs.paraview.vtk import write_pvd
-from fecontact.outputs.reports.study_files import write_tables
+from fecontact.outputs.documents import write_tables
+from fecontact.outputs.paraview.vtk import write_pvd, write_view
 from fecontact.solving.solve import CaseResult
 
 

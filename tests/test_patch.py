@@ -8,32 +8,31 @@ import pytest
 from rungs import rung_with
 from scipy.signal import find_peaks, peak_prominences
 
+from fecontact.bodies import STEEL, contact_modulus_MPa
 from fecontact.case import Case, Criteria
-from fecontact.comparison.approximation import Approximation, mean_pressure
-from fecontact.comparison.compare import compare
+from fecontact.comparison.ladder import compare
 from fecontact.comparison.measures import (
     FLOORS,
     MEASURES,
     MISFITS,
+    Approximation,
     Measures,
     Misfit,
     deviations,
     hertz_measures,
+    mean_pressure,
     measures_of,
     misfit_of,
     patch_of,
 )
 from fecontact.comparison.patch import measure_patch, signed_square, standing_peaks
-from fecontact.contact.grid import ContactGrid, Field
+from fecontact.contact.grid import ContactGrid, Field, Rung
 from fecontact.contact.halfspace import half_space_problem
-from fecontact.contact.rung import Rung
 from fecontact.contact.solver import solve_contact
 from fecontact.errors import InputError
-from fecontact.material import STEEL, contact_modulus_MPa
-from fecontact.solving.expected_patch import ExpectedPatch, expected_patch
-from fecontact.solving.lobe_sizes import narrowest_semi_axes_mm
+from fecontact.normal.hertz import HertzContact, hertz_ellipse, hertz_from_hessian
+from fecontact.solving.expected_patch import ExpectedPatch, expected_patch, narrowest_semi_axes_mm
 from fecontact.solving.position import place_case, true_gap_of_case
-from fecontact.theory.hertz import HertzContact, hertz_ellipse, hertz_from_hessian
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)
 A, B, P0 = 7.0, 4.0, 1000.0

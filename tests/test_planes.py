@@ -7,17 +7,16 @@ from math import atan
 import numpy as np
 import pytest
 
+from fecontact.bodies import Material, contact_modulus_MPa
 from fecontact.case import Case
-from fecontact.comparison.judging import judge_load
-from fecontact.comparison.lobes import parts_of
+from fecontact.comparison.judging import judge_load, parts_of
 from fecontact.comparison.measures import measures_of
 from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.halfspace import along_normals, half_space_below, love_influence
 from fecontact.contact.solver import ContactProblem, solve_contact
-from fecontact.material import Material, contact_modulus_MPa
+from fecontact.solving.expected_patch import angle_of_normals, angle_of_patches
 from fecontact.solving.meshes import _turned
-from fecontact.solving.planes import angle_of_normals, angle_of_patches
 from fecontact.solving.position import position_of
 
 STEEL = Material(name="steel", young_MPa=210e3, poisson=0.28)

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fecontact.bodies import STEEL
 from fecontact.case import BodySize, Case, Track
 from fecontact.comparison.judging import judge_load
 from fecontact.comparison.measures import measures_of
@@ -21,15 +22,12 @@ from fecontact.contact.elements import COMPLIANCE_LIMIT, UnitResponse
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.halfspace import along_normals, half_space_below
 from fecontact.criteria import Criteria
-from fecontact.fe.body_mesh import BodyMesh
+from fecontact.fe.body import BodyMesh
 from fecontact.fe.coupling import CoupledBodies
-from fecontact.material import STEEL
-from fecontact.solving import coupled_mesh
-from fecontact.solving.coupled_mesh import couple, coupled_problem
-from fecontact.solving.meshes import Meshes, is_open
-from fecontact.solving.position import Position, position_of
+from fecontact.solving import meshes
+from fecontact.solving.meshes import Meshes, couple, coupled_problem, is_open
+from fecontact.solving.position import Position, fine_zone, position_of
 from fecontact.solving.solve import solve
-from fecontact.solving.zone import fine_zone
 
 ROUND = Case(
     rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resolution="quick", refine_degrees_of_freedom=0
@@ -58,12 +56,12 @@ def compliance_error(position: Position) -> float:
 
 def of_material(monkeypatch, **changes: Callable[[float], float]) -> None:
     """Both bodies are assembled with other constants than those of the case."""
-    plain = coupled_mesh.stiffness
+    plain = meshes.stiffness
 
     def assembled(mesh, material):
         return plain(mesh, replace(material, **{name: of(getattr(material, name)) for name, of in changes.items()}))
 
-    monkeypatch.setattr(coupled_mesh, "stiffness", assembled)
+    monkeypatch.setattr(meshes, "stiffness", assembled)
 
 
 def modulus(factor: float) -> Callable[..., None]:
@@ -78,16 +76,16 @@ def mortar(factor: float) -> Callable[..., None]:
     """The wheel gets so many times the force, and its motion counts as many times."""
 
     def plant(monkeypatch) -> None:
-        plain = coupled_mesh.mortar_matrix
-        monkeypatch.setattr(coupled_mesh, "mortar_matrix", lambda *given: factor * plain(*given))
+        plain = meshes.mortar_matrix
+        monkeypatch.setattr(meshes, "mortar_matrix", lambda *given: factor * plain(*given))
 
     return plant
 
 
 def on_rail(change: Callable[[BodyMesh], BodyMesh]) -> Callable[..., None]:
     def plant(monkeypatch) -> None:
-        plain = coupled_mesh.rail_mesh
-        monkeypatch.setattr(coupled_mesh, "rail_mesh", lambda *given, **named: change(plain(*given, **named)))
+        plain = meshes.rail_mesh
+        monkeypatch.setattr(meshes, "rail_mesh", lambda *given, **named: change(plain(*given, **named)))
 
     return plant
 
@@ -219,14 +217,14 @@ def test_a_body_that_does_not_stand_where_it_was_placed_is_refused(position, mon
 
 
 def test_a_gap_of_the_wrong_sign_on_one_side_leaves_the_verdict_open(monkeypatch):
-    plain = coupled_mesh.coupled_problem
+    plain = meshes.coupled_problem
 
     def planted(true_gap, bodies):
         problem = plain(true_gap, bodies)
         s = np.tile(bodies.grid.s_mm, bodies.grid.shape[0])
         return problem.with_gap(np.where(s < 0.0, -1.0, 1.0) * problem.bodies.gap_mm)
 
-    monkeypatch.setattr(coupled_mesh, "coupled_problem", planted)
+    monkeypatch.setattr(meshes, "coupled_problem", planted)
     # three elements a semi-axis are enough for that
     coarse = position_of(replace(ROUND, resolution=(2.4, 2.2)))
     judged = judge_load(Meshes(coarse).solve(coarse), coarse.placement)

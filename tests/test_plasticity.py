@@ -6,21 +6,18 @@ import numpy as np
 import pytest
 
 from fecontact import Case, solve
+from fecontact.bodies import STEEL, Material
 from fecontact.comparison.measures import measures_of
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
-from fecontact.fe.body_mesh import BodyMesh
-from fecontact.fe.linear_solver import pardiso_available
-from fecontact.fe.plasticity import PlasticLaw, PlasticState, PlasticZone
-from fecontact.fe.stiffness import stiffness
-from fecontact.map.cells import ApplicabilityMap, LoadLimit, MapPosition
-from fecontact.map.position import solved_cell
-from fecontact.material import STEEL, Material
-from fecontact.outputs.maps.verdicts import verdict_view
-from fecontact.outputs.records.map import map_record
+from fecontact.fe.body import BodyMesh, pardiso_available, stiffness
+from fecontact.fe.stress import PlasticLaw, PlasticState, PlasticZone
+from fecontact.outputs.maps.views import verdict_view
 from fecontact.outputs.records.results import load_record, load_row
+from fecontact.outputs.records.rows import map_record
 from fecontact.outputs.records.stored import solved_from_record, solved_record
 from fecontact.solving import plastic_contact
+from fecontact.solving.map import ApplicabilityMap, LoadLimit, MapPosition, solved_cell
 
 YIELDS = replace(STEEL, yield_MPa=450.0, tangent_MPa=4200.0)
 # crossed cylinders of one radius touch as a sphere of that radius touches a plane

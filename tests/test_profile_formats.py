@@ -18,7 +18,7 @@ from fecontact.profiles.library import load, toml_text
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.writers import csv_text, points_along, refuse_other_endings
-from fecontact.runs.toml_cases import toml_cases
+from fecontact.runs.casefile import toml_cases
 
 REPAIRED = Reading(repair=True, smoothing_mm=0.0)
 EXACT = {"rail": "54E1", "wheel": "S1002"}

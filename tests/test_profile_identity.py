@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fecontact.profiles.identity import content_sha256, profile_file, profile_identity
-from fecontact.profiles.library import load, names, toml_text
+from fecontact.profiles.library import content_sha256, load, names, profile_file, profile_identity, toml_text
 from fecontact.profiles.resolve import resolve_rail
 
 NO_FILES = [*names(), "60e1", "s1002", "circle:300", "CIRCLE:300", "arcs:300/80@2.5", "cylinder:460", "circle:abc"]

@@ -13,8 +13,8 @@ from fecontact.errors import InputError
 from fecontact.profiles.library import load
 from fecontact.profiles.points import SPLINE_NOISE
 from fecontact.profiles.readers import formats
-from fecontact.profiles.readers.table import Source, columns_of
-from fecontact.profiles.readers.toml import parse_toml, read_toml
+from fecontact.profiles.readers.columns import Source, columns_of
+from fecontact.profiles.readers.formats import parse_toml, read_toml
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.segments import Line

@@ -15,17 +15,15 @@ import pytest
 
 from fecontact.cli import call
 from fecontact.errors import InputError
-from fecontact.map.position import solved_cell
+from fecontact.outputs.comparison import case_names
+from fecontact.outputs.documents import write_tables
 from fecontact.outputs.records.results import case_row as row_of
 from fecontact.outputs.records.results import cell_row
-from fecontact.outputs.reports.study_files import write_tables
-from fecontact.outputs.tables.comparison import case_names
-from fecontact.outputs.tables.csv_file import write_csv
-from fecontact.regression.baselines import update_baseline
-from fecontact.regression.checks import discretisation_check
+from fecontact.outputs.tables import write_csv
+from fecontact.regression.baselines import discretisation_check, update_baseline
 from fecontact.regression.compare import compare_tables
-from fecontact.regression.tables import load_table
-from fecontact.regression.tolerances import EFFORT, KINDS, LATER, TEXT, kind_of, read_tolerances
+from fecontact.regression.tables import EFFORT, KINDS, LATER, TEXT, kind_of, load_table, read_tolerances
+from fecontact.solving.map import solved_cell
 
 BASELINES = Path(__file__).parents[1] / "studies" / "baselines"
 VERSIONS = {"fecontact": "0.1.0", "gmsh": "4.15.2", "platform": "Linux-6-x86_64"}

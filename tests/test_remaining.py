@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from fecontact.jobs.engine import Finished, _Report
-from fecontact.jobs.job import Done, Job
 from fecontact.jobs.remaining import duration, seconds_left
 from fecontact.jobs.store import Origin
+from fecontact.jobs.workers import Done, Job
 
 
 def schedule(durations: list[float], workers: int) -> list[tuple[float, float]]:

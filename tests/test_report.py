@@ -16,17 +16,15 @@ from fecontact.case import Criteria
 from fecontact.cli import call
 from fecontact.comparison.judging import judge_load
 from fecontact.files import write_sealed
-from fecontact.outputs.documents.study import ShownPair, reported_case, shown_pair, write_study_report
-from fecontact.outputs.documents.words import answer_words
-from fecontact.outputs.figures.report import ladder_figure, patches_figure
+from fecontact.outputs import style
+from fecontact.outputs.cases import ReportedCase
+from fecontact.outputs.documents import ShownPair, reported_case, shown_pair, write_study_report, write_tables
+from fecontact.outputs.figures.case import ladder_figure, patches_figure
 from fecontact.outputs.figures.study import study_figure
 from fecontact.outputs.paraview import scene
 from fecontact.outputs.paraview.scene import write_scene
-from fecontact.outputs.reports import html
-from fecontact.outputs.reports.study_files import write_tables
-from fecontact.outputs.tables.cases import ReportedCase
-from fecontact.outputs.tables.csv_file import write_csv
-from fecontact.outputs.words.measures import WORDS
+from fecontact.outputs.tables import write_csv
+from fecontact.outputs.words import WORDS, answer_words
 from fecontact.solving.solve import CaseResult
 
 LOST = {
@@ -187,7 +185,7 @@ def test_the_browser_finds_what_is_wrong(tmp_path):
     """The test above can fail: a picture that is not there, a request, a word that sticks out, a console error."""
     page = tmp_path / "bad.html"
     page.write_text(
-        html.page("bad", ()).replace(
+        style.page("bad", ()).replace(
             "</body>",
             f'<img alt="x" src="http://127.0.0.1:9/no.png"/><pre>{"w" * 500}</pre>'
             "<script>console.error('planted')</script></body>",
@@ -255,8 +253,8 @@ def test_a_scene_shows_the_pressure_and_the_ellipse(study):
 
 def test_only_the_worst_of_many_cases_have_pictures(study, monkeypatch):
     rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
-    monkeypatch.setattr("fecontact.outputs.documents.study.MOST_PICTURES", 1)
-    monkeypatch.setattr("fecontact.outputs.documents.study.REPORT", "few.html")
+    monkeypatch.setattr("fecontact.outputs.documents.MOST_PICTURES", 1)
+    monkeypatch.setattr("fecontact.outputs.documents.REPORT", "few.html")
     page = parsed(write_study_report("few", reported(study, rows), study))
     assert [text_of(one) for one in page.iter("h3")] == [
         "rail circle:300 and wheel cylinder:460, +2.50 mm, 100 kN: UNRESOLVED"

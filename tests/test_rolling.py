@@ -7,14 +7,21 @@ import pytest
 from no_slip import no_slip_coefficients
 from scipy.integrate import dblquad
 
+from fecontact.bodies import RollingPair
 from fecontact.errors import InputError
-from fecontact.material import RollingPair
-from fecontact.rolling.friction import solve_friction
-from fecontact.rolling.influence import _offsets, _response, cerruti_influence, rolling_response
-from fecontact.rolling.steady import PressureCells, ellipse_cells, pressure_cells, steady_rolling
-from fecontact.theory.creep.contact import Creepages, CurvedCreepages, RollingEllipse
-from fecontact.theory.creep.fastsim import fastsim
-from fecontact.theory.creep.kalker import kalker_coefficients
+from fecontact.rolling.fastsim import fastsim
+from fecontact.rolling.laws import Creepages, CurvedCreepages, RollingEllipse, kalker_coefficients
+from fecontact.rolling.steady import (
+    PressureCells,
+    _offsets,
+    _response,
+    cerruti_influence,
+    ellipse_cells,
+    pressure_cells,
+    rolling_response,
+    solve_friction,
+    steady_rolling,
+)
 
 WIDE = RollingEllipse(a_mm=6.304, b_mm=12.607, normal_force_N=106_700, friction=0.33, shear_MPa=82e3, poisson=0.28)
 LONG = RollingEllipse(a_mm=8.0, b_mm=4.0, normal_force_N=82e3, friction=0.3, shear_MPa=82e3, poisson=0.28)

@@ -38,24 +38,24 @@ def package(tmp_path_factory) -> Path:
         # code
         ("contact/solver.py", "", "\nADDED = 1\n", {"solving"}),
         ("case.py", "NODES_A_SEMI_AXIS = 32", "NODES_A_SEMI_AXIS = 33", {"solving"}),
-        ("dimensions.py", "", "\nADDED = 1\n", {"solving"}),
-        ("profiles/readers/miniprof.py", "", "\nADDED = 1\n", {"solving"}),
+        ("bodies.py", "", "\nADDED = 1\n", {"solving"}),
+        ("profiles/readers/columns.py", "", "\nADDED = 1\n", {"solving"}),
         ("profiles/data/60E1.toml", "", "\n# changed\n", BOTH),
-        ("theory/hertz.py", "", "\nADDED = 1\n", {"solving"}),
+        ("normal/hertz.py", "", "\nADDED = 1\n", {"solving"}),
         # its lobes decide about the sizes of elements
         ("comparison/patch.py", "", "\nADDED = 1\n", {"solving"}),
-        ("comparison/uncertainty.py", "MESH_RATIO = ", "MESH_RATIO = 1.0 + ", {"solving"}),
-        ("theory/analyn.py", "", "\nADDED = 1\n", {"evaluating"}),
+        ("comparison/solved_load.py", "MESH_RATIO = ", "MESH_RATIO = 1.0 + ", {"solving"}),
+        ("normal/strips.py", "", "\nADDED = 1\n", {"evaluating"}),
         ("comparison/verdict.py", "", "\nADDED = 1\n", {"evaluating"}),
         ("criteria.py", "", "\nADDED = 1\n", {"evaluating"}),
         ("outputs/records/results.py", "", "\nADDED = 1\n", {"evaluating"}),
-        ("map/load_limit.py", "", "\nADDED = 1\n", {"evaluating"}),
+        ("solving/map.py", "", "\nADDED = 1\n", {"evaluating"}),
         # what is neither
         ("runs/study.py", "", "\nADDED = 1\n", set()),
         ("outputs/figures/case.py", "", "\nADDED = 1\n", set()),
         ("vehicle/data/metro.toml", "", "\n# changed\n", set()),
         ("jobs/workers.py", "", "\nADDED = 1\n", set()),
-        ("inputs/kinds.py", "", "\nADDED = 1\n", set()),
+        ("inputs.py", "", "\nADDED = 1\n", set()),
         ("cli.py", "", "\nADDED = 1\n", set()),
         # words
         ("contact/solver.py", "", "\n# a comment\n", set()),
@@ -95,7 +95,7 @@ def test_whatever_runs_while_a_load_is_solved_is_in_the_digest_of_solving(monkey
     finally:
         sys.setprofile(None)
     own = {module for module, path in MODULES.items() if str(path) in run}
-    assert {"solving.meshes", "comparison.patch", "fe.mortar", "geometry.wheelset"} <= own
+    assert {"solving.meshes", "comparison.patch", "fe.coupling", "wheel_rail.wheelset"} <= own
     # both are values of the case that nothing asks for here
     assert {module for module in own - SOLVING if not within(module, INPUTS)} <= {"creep", "criteria"}
 
@@ -103,7 +103,7 @@ def test_whatever_runs_while_a_load_is_solved_is_in_the_digest_of_solving(monkey
 def test_only_those_who_ask_for_a_verdict_import_the_judges():
     # the digest of solving does not look into them: what else they decided about a solution would be missed
     asking = {module for module in SOLVING if any(within(other, JUDGES) for other in imported(module)[0])}
-    assert asking == {"case", "solving.solve", "solving.load_sweep", "solving.meshes"}
+    assert asking == {"case", "solving.solve", "solving.meshes"}
     assert {other for other in imported("case")[0] if within(other, JUDGES)} == {"creep", "criteria"}
     for name in (*JUDGES, *INPUTS, *SHOWN):
         assert any(within(module, (name,)) for module in MODULES), name
@@ -118,7 +118,7 @@ def test_what_reads_inputs_knows_no_physics():
 def test_all_that_judges_and_tells_a_stored_result_is_in_a_digest():
     told = {"comparison", "theory", "rolling", "map"}
     judged = {module for module in SOLVING | EVALUATING if room(module) in told}
-    assert {"comparison.judging", "map.forces", "theory.stripes", "theory.creep.kalker", "rolling.steady"} <= judged
+    assert {"comparison.judging", "solving.map", "normal.strips", "rolling.laws", "rolling.steady"} <= judged
     assert {"outputs.records.results", "outputs.records.stored", "runs.store"} <= EVALUATING
 
 

@@ -7,13 +7,12 @@ from points import profile_from_points
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.profiles.library import load, names
-from fecontact.profiles.noise import noise_of
+from fecontact.profiles.points import spikes, unclear
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.spikes import spikes, unclear
+from fecontact.profiles.segments import noise_of
 from fecontact.profiles.writers import points_along
-from fecontact.solving.measured_lines import hertz_uncertainty
 from fecontact.solving.placing import place_case
-from fecontact.solving.position import hertz_of_case
+from fecontact.solving.position import hertz_of_case, hertz_uncertainty
 
 
 def along(name, step_mm, start_mm=0.0):

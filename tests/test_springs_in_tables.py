@@ -16,22 +16,16 @@ from fecontact.case import Case
 from fecontact.comparison.judging import judge_load
 from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.comparison.theories import MULTI_HERTZ
-from fecontact.map.cells import ApplicabilityMap, MapPosition
-from fecontact.map.load_limit import load_limit
-from fecontact.map.position import solved_cell
-from fecontact.outputs.documents.map import write_map_report
-from fecontact.outputs.documents.study import rows_parts
-from fecontact.outputs.maps.figure import map_figure
-from fecontact.outputs.maps.table import map_table
-from fecontact.outputs.maps.verdicts import verdict_view
-from fecontact.outputs.records.map import map_record
-from fecontact.outputs.records.results import load_row
-from fecontact.outputs.records.theories import other_theories, theory_text
-from fecontact.outputs.tables.csv_file import write_csv
-from fecontact.outputs.terminal.console import show
+from fecontact.outputs.documents import rows_parts, write_map_report
+from fecontact.outputs.maps.files import map_figure
+from fecontact.outputs.maps.views import map_table, verdict_view
+from fecontact.outputs.records.results import load_row, other_theories, theory_text
+from fecontact.outputs.records.rows import map_record
+from fecontact.outputs.tables import write_csv
+from fecontact.outputs.terminal import show
 from fecontact.regression.compare import compare_tables
-from fecontact.regression.tables import load_table
-from fecontact.regression.tolerances import LATER, kind_of
+from fecontact.regression.tables import LATER, kind_of, load_table
+from fecontact.solving.map import ApplicabilityMap, MapPosition, load_limit, solved_cell
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
@@ -144,7 +138,7 @@ def test_a_map_marks_where_springs_hold_and_one_ellipse_does_not(made, monkeypat
     assert "*" not in lines[1]
     assert any(line.startswith("* Hertz at all touch points") for line in lines)
     kept = []
-    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr("fecontact.outputs.maps.files.save_figure", lambda figure, path: kept.append(figure))
     map_figure(verdict_view(made), "unused.png")
     (ax,) = kept[0].axes
     marks = [line for line in ax.get_lines() if line.get_marker() == "D"]

@@ -14,16 +14,11 @@ import pytest
 from fecontact import __version__
 from fecontact.case import Case
 from fecontact.cli import _system_error, call
-from fecontact.console import log_only, logged, many, print_reasons, say, solving
+from fecontact.commands.console import log_only, logged, many, print_reasons, say, solving
 from fecontact.errors import InputError
 from fecontact.runs.casefile import load_study
-from fecontact.runs.check import check_study
-from fecontact.runs.cost import cost_of
-from fecontact.runs.demo import SPHERE, demo_study, demo_words, exact_peak_MPa
-from fecontact.runs.study import StudyOutcome
-from fecontact.solving.meshed_case import mesh_pair
-from fecontact.solving.position import hertz_of_case, place_case
-from fecontact.solving.preview import preview
+from fecontact.runs.study import SPHERE, StudyOutcome, check_study, cost_of, demo_study, demo_words, exact_peak_MPa
+from fecontact.solving.position import hertz_of_case, mesh_pair, place_case, preview
 
 ROOT = Path(__file__).parents[1]
 # what is on the other side counts for a wheelset alone: these fail at once
@@ -204,7 +199,7 @@ def test_a_map_says_what_it_takes_before_it_begins(tmp_path, monkeypatch, capsys
         seen.append(capsys.readouterr().err)
         raise InputError("that was before it")
 
-    monkeypatch.setattr("fecontact.runs.map_run.run_map", stopped)
+    monkeypatch.setattr("fecontact.runs.map.run_map", stopped)
     asked = ["map", "--shifts=-4,3", "--loads-kn", "50,100", "--out", str(tmp_path / "map"), "--workers", "1"]
     for more in ((), ("--friction", "0.3"), ("--quiet",)):
         assert call([*asked, *more]) == 2
@@ -250,7 +245,7 @@ def test_progress_of_a_case_is_a_line_for_each_of_its_meshes_where_nobody_watche
 
 def test_progress_of_many_cases_is_a_line_each_time_one_is_done(capsys, monkeypatch):
     now = [100.0]
-    monkeypatch.setattr("fecontact.console.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("fecontact.commands.console.time.monotonic", lambda: now[0])
     with many("cases") as show:
         show(2, 6, "solving one")
         show(2, 6, "solving one, two")
@@ -266,7 +261,7 @@ def log_lines(path):
 
 
 def test_a_log_has_what_was_said_and_how_it_ended(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("fecontact.console.sys.argv", ["fecontact", "run", "my study.toml"])
+    monkeypatch.setattr("fecontact.commands.console.sys.argv", ["fecontact", "run", "my study.toml"])
     path = tmp_path / "new" / "run.log"
     with logged(path):
         with many("cases", quiet=True) as show:

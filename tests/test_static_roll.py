@@ -9,17 +9,14 @@ import pytest
 from fecontact.case import Case, Opposite, case_from_record, case_record
 from fecontact.cli import call
 from fecontact.errors import InputError
-from fecontact.map.cells import ApplicabilityMap, MapCell, MapPosition
-from fecontact.map.load_limit import load_limit
-from fecontact.outputs.maps.figure import map_figure
-from fecontact.outputs.maps.table import map_table
-from fecontact.outputs.maps.verdicts import verdict_view
-from fecontact.outputs.records.map import map_record
+from fecontact.outputs.maps.files import map_figure
+from fecontact.outputs.maps.views import map_table, verdict_view
 from fecontact.outputs.records.results import input_columns
-from fecontact.outputs.words.roll import other_wheel_label, roll_words, roll_words_of_rows, shift_label
-from fecontact.outputs.words.series import series
+from fecontact.outputs.records.rows import map_record
+from fecontact.outputs.words import other_wheel_label, roll_words, roll_words_of_rows, series, shift_label
 from fecontact.profiles.library import names, toml_text
 from fecontact.runs.casefile import load_study
+from fecontact.solving.map import ApplicabilityMap, MapCell, MapPosition, load_limit
 from fecontact.solving.placing import place_case
 
 FIRST_LIGHT = Path(__file__).parents[1] / "studies" / "first_light.py"
@@ -49,13 +46,13 @@ WAYS = [
     ),
 ]
 COMMANDS = {
-    "fecontact.runs.map_run.run_map": ["map", "--shifts", "0", "--out"],
-    "fecontact.runs.contact_table.table": ["table", "--shifts", "0", "--out"],
-    "fecontact.runs.analytic.theory": ["theory", "strip"],
-    "fecontact.runs.analytic.hertz": ["hertz"],
-    "fecontact.solving.preview.preview": ["place"],
+    "fecontact.runs.map.run_map": ["map", "--shifts", "0", "--out"],
+    "fecontact.runs.alone.table": ["table", "--shifts", "0", "--out"],
+    "fecontact.runs.alone.theory": ["theory", "strip"],
+    "fecontact.runs.alone.hertz": ["hertz"],
+    "fecontact.solving.position.preview": ["place"],
     "fecontact.solving.solve.solve": ["solve"],
-    "fecontact.solving.meshed_case.mesh_case": ["mesh", "rail", "--out"],
+    "fecontact.solving.position.mesh_case": ["mesh", "rail", "--out"],
 }
 
 
@@ -187,7 +184,7 @@ def test_both_sides_of_a_wheelset_are_two_series_whatever_their_rolls():
 )
 def test_a_map_of_a_symmetric_wheelset_is_both_wheels(case, below, above, monkeypatch):
     kept = []
-    monkeypatch.setattr("fecontact.outputs.maps.figure.save_figure", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr("fecontact.outputs.maps.files.save_figure", lambda figure, path: kept.append(figure))
     cells = [MapCell(lateral_shift_mm=shift, load_N=1e5, status="failed: for a test") for shift in (-2.0, 3.0)]
     positions = tuple(
         MapPosition(lateral_shift_mm=cell.lateral_shift_mm, cells=(cell,), limit=load_limit([cell])) for cell in cells

@@ -13,8 +13,7 @@ import pytest
 from fecontact.case import Case, Criteria
 from fecontact.errors import InputError
 from fecontact.files import read_json
-from fecontact.jobs.lock import locked
-from fecontact.jobs.store import MANIFEST, Kept, difference, kept_folder, new_folder, remove_leftovers
+from fecontact.jobs.store import MANIFEST, Kept, difference, kept_folder, locked, new_folder, remove_leftovers
 from fecontact.outputs.records.results import read_row
 from fecontact.runs import identity
 from fecontact.runs.identity import case_id, origin_of
@@ -155,7 +154,7 @@ def test_leftovers_of_killed_runs_are_removed_and_cases_stay(tmp_path):
     assert [path.name for path in (tmp_path / "cases").iterdir()] == [name]
 
 
-HOLD = "import sys, time; from pathlib import Path; from fecontact.jobs.lock import locked\n"
+HOLD = "import sys, time; from pathlib import Path; from fecontact.jobs.store import locked\n"
 HOLD += "with locked(Path(sys.argv[1]), eval(sys.argv[2])): print('held', flush=True); time.sleep(60)"
 
 

@@ -14,15 +14,14 @@ import pytest
 from inline import inline_crew, study_by
 from pictures import draw_nothing
 
-from fecontact.comparison.uncertainty import MESH_RATIO
+from fecontact.comparison.solved_load import MESH_RATIO
 from fecontact.errors import NotCovered
 from fecontact.profiles.resolve import resolve_rail
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.runs.casefile import load_study
-from fecontact.solving.coupled_mesh import CoupledMesh, couple
-from fecontact.solving.position import position_of
-from fecontact.solving.zone import fine_zone
+from fecontact.solving.meshes import CoupledMesh, couple
+from fecontact.solving.position import fine_zone, position_of
 
 STUDIES = Path(__file__).parents[1] / "studies"
 BASELINES = STUDIES / "baselines"

@@ -29,8 +29,7 @@ from fecontact.case import Case, Criteria
 from fecontact.errors import InputError
 from fecontact.jobs import workers
 from fecontact.jobs.engine import RunSettings, parse_part
-from fecontact.jobs.job import Job, run_job
-from fecontact.jobs.workers import Crew, default_workers, thread_environment
+from fecontact.jobs.workers import Crew, Job, default_workers, run_job, thread_environment
 from fecontact.runs import identity
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id

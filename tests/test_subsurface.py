@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from fecontact.case import Case
-from fecontact.fe.body_mesh import BodyMesh
+from fecontact.fe.body import BodyMesh
 from fecontact.fe.section import layer_depths
-from fecontact.fe.stress_peak import peak_on_line, stress_peak
+from fecontact.fe.stress import peak_on_line, stress_peak
 from fecontact.solving.solve import CaseResult
 
 _STUDY = runpy.run_path(str(Path(__file__).parents[1] / "studies" / "10_subsurface.py"))

@@ -13,28 +13,23 @@ from kept import keep_as
 from rich.console import Console
 
 from fecontact.case import Case, Criteria
-from fecontact.comparison.approximation import Approximation, TheoryPatch, ellipse
-from fecontact.comparison.judgement import cheapest, standings
 from fecontact.comparison.judging import judge_load, judge_theory
-from fecontact.comparison.measures import MEASURES, MISFITS, deviations_of
+from fecontact.comparison.measures import MEASURES, MISFITS, Approximation, TheoryPatch, deviations_of, ellipse
 from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES, Loaded, Theory
+from fecontact.comparison.verdict import cheapest, standings
 from fecontact.contact.grid import ContactGrid
-from fecontact.creep import Creep
-from fecontact.map.cells import ApplicabilityMap, MapPosition
-from fecontact.map.load_limit import load_limit
-from fecontact.map.position import solved_cell
-from fecontact.outputs.documents.case import case_parts
-from fecontact.outputs.documents.map import write_map_report
-from fecontact.outputs.documents.study import reported_case, rows_parts, write_study_report
-from fecontact.outputs.maps.measures import measure_table
-from fecontact.outputs.records.map import map_record
+from fecontact.criteria import Creep
+from fecontact.normal.hertz import HertzContact
+from fecontact.outputs.documents import case_parts, reported_case, rows_parts, write_map_report, write_study_report
+from fecontact.outputs.maps.views import map_text
 from fecontact.outputs.records.results import load_record, load_row, result_record
-from fecontact.outputs.terminal.console import show
-from fecontact.regression.tolerances import KINDS, LATER, TEXT, kind_of
+from fecontact.outputs.records.rows import map_record
+from fecontact.outputs.terminal import show
+from fecontact.regression.tables import KINDS, LATER, TEXT, kind_of
+from fecontact.solving.map import ApplicabilityMap, MapPosition, load_limit, solved_cell
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space, hertz_of_case
-from fecontact.theory.hertz import HertzContact
 
 ROUND = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
 TWO_POINTS = Case(lateral_shift_mm=5.0, roll="touching", load_N=50e3)
@@ -298,7 +293,7 @@ def test_a_further_theory_is_in_maps(judged, tmp_path):
     (cell,) = json.loads(json.dumps(map_record(made)))["cells"]
     assert [name for name in cell["theories"] if name in (HERTZ, "block")] == [HERTZ, "block"]
     assert "cheapest" in write_map_report(made, tmp_path).read_text("utf-8")
-    told = measure_table(made, "pressure", theory="block").splitlines()
+    told = map_text(made, "pressure", theory="block").splitlines()
     assert told[1].split()[1].startswith("x")
 
 

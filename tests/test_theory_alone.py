@@ -8,12 +8,12 @@ from dataclasses import replace
 import pytest
 
 import fecontact
-from fecontact.alone.position import theory_alone, theory_of
 from fecontact.case import Case
 from fecontact.cli import call
-from fecontact.comparison.creep_theories import CREEP_LAWS
+from fecontact.comparison.creep import CREEP_LAWS
 from fecontact.comparison.theories import THEORIES, Loaded
 from fecontact.errors import InputError
+from fecontact.solving.alone import theory_alone, theory_of
 
 # crossed cylinders: the gap is a parabola to 1e-4 over the patch
 ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)

@@ -13,7 +13,7 @@ from points import MEASURED_COLUMNS
 from fecontact.case import Case
 from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ
 from fecontact.outputs.records.results import case_row, input_columns, result_record
-from fecontact.outputs.records.told import flat, told
+from fecontact.outputs.tables import flat, told
 from fecontact.solving.solve import CaseResult
 
 COARSE = Case(resolution=(1.2, 0.9), refine_degrees_of_freedom=0)

@@ -7,14 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fecontact.bodies import STEEL, contact_modulus_MPa
 from fecontact.case import Case
 from fecontact.errors import InputError
-from fecontact.material import STEEL, contact_modulus_MPa
+from fecontact.normal.hertz import hertz_ellipse, hertz_spring_force_N, multi_hertz_approach_mm
 from fecontact.profiles.resolve import resolve_rail
 from fecontact.solving.position import hertz_points_of_case, place_case
 from fecontact.solving.solve import solve
-from fecontact.theory.hertz import hertz_ellipse
-from fecontact.theory.springs import hertz_spring_force_N, multi_hertz_approach_mm
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)
 

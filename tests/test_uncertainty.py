@@ -10,14 +10,12 @@ from hypothesis import strategies as st
 
 from fecontact.case import Case, Track
 from fecontact.comparison.judging import judge_load
-from fecontact.comparison.measures import CUT_PLANES, FLOORS, IN_COMMON, MEASURES, MISFITS
-from fecontact.comparison.point_noise import PointNoise
-from fecontact.comparison.uncertainty import Solved, step_uncertainty, uncertainty
-from fecontact.geometry.placement import Placement
+from fecontact.comparison.measures import CUT_PLANES, FLOORS, IN_COMMON, MEASURES, MISFITS, PointNoise
+from fecontact.comparison.solved_load import Solved, step_uncertainty, uncertainty
 from fecontact.profiles.reading import Reading
-from fecontact.solving.measured_lines import hertz_uncertainty, point_noise
-from fecontact.solving.position import expect_on_half_space, hertz_of_case, place_case
+from fecontact.solving.position import expect_on_half_space, hertz_of_case, hertz_uncertainty, place_case, point_noise
 from fecontact.solving.solve import solve
+from fecontact.wheel_rail.placement import Placement
 
 # Of reading one field, and of a cut plane that is moved out by half and what meshes have in common, written down a
 # second time.

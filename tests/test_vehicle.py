@@ -12,33 +12,26 @@ import pytest
 from scipy.optimize import brentq, fsolve
 
 import fecontact
+from fecontact.bodies import STEEL, RollingPair, Track, contact_modulus_MPa
 from fecontact.case import Case
 from fecontact.cli import call
 from fecontact.comparison.theories import THEORIES
-from fecontact.dimensions import Track
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.files import write_sealed
-from fecontact.geometry.placement import pair_of
-from fecontact.geometry.wheelset import Wheelset
 from fecontact.guide.pages import page
-from fecontact.material import STEEL, RollingPair, contact_modulus_MPa
-from fecontact.outputs.records.map import MAP_SCHEMA
 from fecontact.outputs.records.results import case_inputs
-from fecontact.outputs.tables.csv_file import write_csv
-from fecontact.profiles.curve import Profile
+from fecontact.outputs.records.rows import MAP_SCHEMA
+from fecontact.outputs.tables import write_csv
+from fecontact.profiles.curve import Profile, circular_rail_head
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.segments import Line as Segment
-from fecontact.profiles.shapes import circular_rail_head
-from fecontact.theory.creep.kalker import kalker_coefficients
-from fecontact.theory.creep.motion import wheelset_creepages
+from fecontact.rolling.forces import wheelset_creepages
+from fecontact.rolling.laws import kalker_coefficients
 from fecontact.vehicle import model
-from fecontact.vehicle.conditions import Conditions, Ride, lines_of, straight_line
-from fecontact.vehicle.curve import curves, nadal_limit, steepest_rad
-from fecontact.vehicle.differences import differences
-from fecontact.vehicle.equilibrium import path, solve_at, straight_start
+from fecontact.vehicle.curve import Conditions, Ride, curves, lines_of, nadal_limit, steepest_rad, straight_line
 from fecontact.vehicle.loaded import conicity_shifts, loaded_conicity, loaded_contacts
 from fecontact.vehicle.model import Vehicle, built_in_vehicles, load_vehicle, with_bogie
-from fecontact.vehicle.normal import NORMAL_THEORIES
+from fecontact.vehicle.normal import NORMAL_THEORIES, Overlap, Surfaces
 from fecontact.vehicle.stability import (
     StraightTrack,
     critical_speed_m_s,
@@ -47,10 +40,20 @@ from fecontact.vehicle.stability import (
     linear_model,
     straight_track,
 )
-from fecontact.vehicle.steady import Line, balance, without_rails
-from fecontact.vehicle.surfaces import Overlap, Surfaces
-from fecontact.vehicle.visits import Curves, MapCell, Visit
-from fecontact.vehicle.wheel_force import ContactLaw, Motion, wheel_force
+from fecontact.vehicle.steady import (
+    ContactLaw,
+    Line,
+    Motion,
+    balance,
+    path,
+    solve_at,
+    straight_start,
+    wheel_force,
+    without_rails,
+)
+from fecontact.vehicle.visits import Curves, MapCell, Visit, differences
+from fecontact.wheel_rail.placement import pair_of
+from fecontact.wheel_rail.wheelset import Wheelset
 
 MODULUS = contact_modulus_MPa(STEEL, STEEL)
 INCLINED = math.atan(1.0 / 40.0)
@@ -317,7 +320,7 @@ def test_a_half_space_that_does_not_converge_is_no_result(monkeypatch):
     line = lines_of(ride, widest_per_mm=1.0)(0.0)
     good = on_straight(line, made)
     assert (good.status, good.notes) == ("equilibrium", ())
-    monkeypatch.setattr("fecontact.vehicle.half_space._ITERATIONS", 25)
+    monkeypatch.setattr("fecontact.vehicle.normal._ITERATIONS", 25)
     said = r"the half-space did not converge in 25 iterations: \d\.\de-\d\d of the overlap is left open"
     found = solve_at(good.state, made, line)
     assert found.status == "no equilibrium"

@@ -7,23 +7,21 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from fecontact.bodies import Material, contact_modulus_MPa
 from fecontact.case import Case, Opposite, Track
 from fecontact.errors import InputError
-from fecontact.geometry.placement import pair_of
-from fecontact.geometry.wheelset import Wheelset
-from fecontact.map.cells import ApplicabilityMap
-from fecontact.map.position import failed_position
-from fecontact.material import Material, contact_modulus_MPa
-from fecontact.outputs.records.map import map_record
+from fecontact.normal.hertz import hertz_ellipse, hertz_from_hessian
 from fecontact.outputs.records.results import case_inputs, hertz_record, input_columns
+from fecontact.outputs.records.rows import map_record
 from fecontact.profiles.library import load
 from fecontact.runs.identity import case_id, input_files
-from fecontact.runs.map_run import run_map
+from fecontact.runs.map import run_map
 from fecontact.runs.store import copy_profiles, stored_case
-from fecontact.solving.hertz_alone import hertz_alone
+from fecontact.solving.map import ApplicabilityMap, failed_position
 from fecontact.solving.placing import place_case, place_wheelset_of_case, roll_of_case, wheelset_of_case
-from fecontact.solving.position import hertz_points_of_case
-from fecontact.theory.hertz import hertz_ellipse, hertz_from_hessian
+from fecontact.solving.position import hertz_alone, hertz_points_of_case
+from fecontact.wheel_rail.placement import pair_of
+from fecontact.wheel_rail.wheelset import Wheelset
 
 INCLINATION_40 = math.atan(1.0 / 40.0)
 # Manchester Contact Benchmark: shift to the right (mm) and roll (mrad) of the wheelset in CONTACT's examples, which
@@ -222,7 +220,7 @@ def test_a_map_says_under_which_load_its_wheelset_rolls(tmp_path, monkeypatch):
     def opened(*_):
         raise InputError("the run begins")
 
-    monkeypatch.setattr("fecontact.runs.map_run.open_run", opened)
+    monkeypatch.setattr("fecontact.runs.map.open_run", opened)
     case = Case(roll_load_N=8e4, opposite=Opposite(wheel_load_N=6e4))
     with pytest.raises(InputError, match="the run begins"):
         run_map(case, [0.0], [2e4, 1e5], tmp_path)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fecontact.case import Case
+from fecontact.normal.hertz import hertz_ellipse
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space, hertz_of_case
-from fecontact.theory.hertz import hertz_ellipse
 
 
 def turned_cylinders(wheel_mm: float, rail_mm: float, angle_rad: float) -> tuple[float, float]:

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 from cyclopts import Parameter
 
-from fecontact.console import count, width
-from fecontact.options import CaseOptions, options_of
-from fecontact.outputs.terminal.console import show
+from fecontact.commands.console import count, width
+from fecontact.commands.options import CaseOptions, options_of
+from fecontact.outputs.terminal import show
 
 _OF_VERDICT = options_of("verdict", "creep")
 if TYPE_CHECKING:
-    from fecontact.outputs.maps.measures import MapMeasure
+    from fecontact.outputs.maps.views import MapMeasure
     from fecontact.runs.judging import JudgedMap, JudgedStudy
 
     VerdictOptions: TypeAlias = CaseOptions
@@ -46,7 +46,7 @@ def judge(
         contacts.csv, map.json, map.png and map_theory.png, with friction map_force.png, of laws of forces map_law.csv
         and map_law.png).
     """
-    from fecontact.outputs.words.measures import criteria_text
+    from fecontact.outputs.words import criteria_text
     from fecontact.runs.judging import JudgedMap
     from fecontact.runs.judging import judge as judge_stored
 
@@ -61,8 +61,8 @@ def judge(
 
 def _print_judged(judged: JudgedStudy) -> str:
     """Print the rows and what has changed; a line with the criteria is left to say."""
-    from fecontact.outputs.documents.study import rows_parts
-    from fecontact.outputs.terminal.creep import force_lines
+    from fecontact.outputs.cases import force_lines
+    from fecontact.outputs.documents import rows_parts
 
     show((*rows_parts(judged.rows), *force_lines(judged.rows)))
     for name, (before, now) in judged.changed.items():
@@ -74,7 +74,7 @@ def _print_judged(judged: JudgedStudy) -> str:
 
 def _print_judged_map(judged: JudgedMap, measure: MapMeasure, theory: str) -> str:
     """Print the map and what cannot be judged; a line with the criteria is left to say."""
-    from fecontact.outputs.documents.map import map_lines
+    from fecontact.outputs.documents import map_lines
 
     made = judged.map
     show(map_lines(made, measure, theory, width=width()))
@@ -93,7 +93,7 @@ def view(out: Path) -> int:
     """
     import shlex
 
-    from fecontact.outputs.paraview.view import write_view
+    from fecontact.outputs.paraview.vtk import write_view
 
     path = write_view(out)
     print(f"{path}: open it with (cd {shlex.quote(str(path.parent))}; paraview --script={path.name})")
@@ -129,12 +129,9 @@ def compare(
         File for the comparison as HTML.
     """
     from fecontact.files import write_json, write_text
-    from fecontact.outputs.records.comparison import comparison_record
-    from fecontact.outputs.reports.comparison import comparison_html
-    from fecontact.outputs.terminal.comparison import comparison_lines
+    from fecontact.outputs.comparison import comparison_html, comparison_lines, comparison_record
     from fecontact.regression.compare import compare_tables
-    from fecontact.regression.tables import load_table
-    from fecontact.regression.tolerances import read_tolerances
+    from fecontact.regression.tables import load_table, read_tolerances
 
     tolerances = read_tolerances(tolerance) if tolerance is not None else None
     comparison = compare_tables(
@@ -168,7 +165,7 @@ def baseline_update(
     allow_failed
         Take cases that failed or did not converge as well.
     """
-    from fecontact.outputs.terminal.comparison import comparison_lines
+    from fecontact.outputs.comparison import comparison_lines
     from fecontact.regression.baselines import update_baseline
 
     update = update_baseline(study_result, baselines, reason=reason, allow_failed=allow_failed)

@@ -13,18 +13,28 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
 from cyclopts import Parameter
 
 from fecontact.case import Case, Group, unusual
-from fecontact.commands.grid import GridOptions
-from fecontact.console import announce, count, log_only, logged, many, print_reasons, say, solving, tell_notes, width
-from fecontact.options import PANELS, CaseOptions, options_of
-from fecontact.outcome import usable, with_remedy
-from fecontact.outputs.terminal.console import show
+from fecontact.commands.console import (
+    announce,
+    count,
+    log_only,
+    logged,
+    many,
+    print_reasons,
+    say,
+    solving,
+    tell_notes,
+    width,
+)
+from fecontact.commands.options import PANELS, CaseOptions, GridOptions, options_of
+from fecontact.errors import usable, with_remedy
+from fecontact.outputs.terminal import show
 
 _EVERY = options_of(*get_args(Group))
 # a map has lists of these two
 _OF_MAP = options_of(*get_args(Group), without=("lateral_shift_mm", "load_N"))
 if TYPE_CHECKING:
     from fecontact.jobs.engine import RunSettings
-    from fecontact.runs.map_run import MapOutcome
+    from fecontact.runs.map import MapOutcome
     from fecontact.runs.store import Told
     from fecontact.runs.study import StudyOutcome
     from fecontact.solving.solve import CaseResult
@@ -110,10 +120,10 @@ def solve(
         Write into a folder that holds other results.
     """
     from fecontact.files import json_text
-    from fecontact.outputs.documents.case import case_parts
-    from fecontact.outputs.words.cases import case_words
-    from fecontact.runs.folders import prepare_for_case
+    from fecontact.outputs.documents import case_parts
+    from fecontact.outputs.words import case_words
     from fecontact.runs.store import Told
+    from fecontact.runs.study import prepare_for_case
     from fecontact.solving.solve import solve as solve_case
 
     case = options.case()
@@ -142,7 +152,7 @@ def solve(
 
 def _keep(result: CaseResult, told: Told, out: Path) -> OSError | None:
     """Write a result with its report; what the system refused, for afterwards, since the numbers are there."""
-    from fecontact.runs.reports import keep_with_report
+    from fecontact.runs.study import keep_with_report
 
     try:
         keep_with_report(result, told, out)
@@ -169,10 +179,9 @@ def run(
     quick
         The small version of the study.
     """
-    from fecontact.outputs.documents.study import rows_parts
+    from fecontact.outputs.documents import rows_parts
     from fecontact.runs.casefile import load_study
-    from fecontact.runs.folders import prepare_for_study
-    from fecontact.runs.study import run_study
+    from fecontact.runs.study import prepare_for_study, run_study
 
     settings, loaded = how.settings(), load_study(study, quick=quick)
     prepare_for_study(out, loaded.name, force=how.force)
@@ -247,10 +256,10 @@ def map_(
     theory
         Theory of the pressure whose map is printed, and drawn as map_NAME.png; `fecontact theories` lists them.
     """
-    from fecontact.outputs.documents.map import map_lines
-    from fecontact.outputs.maps.measures import refuse_measure
-    from fecontact.runs.folders import prepare_for_map
-    from fecontact.runs.map_run import run_map
+    from fecontact.outputs.documents import map_lines
+    from fecontact.outputs.maps.views import refuse_measure
+    from fecontact.runs.map import run_map
+    from fecontact.runs.study import prepare_for_map
 
     settings, positions, case = how.settings(), grid.shifts_mm, options.case()
     refuse_measure(case, measure, theory)
@@ -283,7 +292,7 @@ def map_(
 def _tell_cost(cells: Sequence[Case], positions: int, out: Path, how: RunOptions) -> None:
     """Say about what a map takes before it begins."""
     from fecontact.jobs.workers import default_workers
-    from fecontact.runs.cost import cost_of
+    from fecontact.runs.study import cost_of
 
     cost = cost_of(cells, how.workers or min(default_workers(), positions))
     if cost is None:
@@ -317,8 +326,8 @@ def validate(
     workers
         Cases at a time, as for `run`.
     """
-    from fecontact.runs.validation import checked_studies
-    from fecontact.runs.validation import validate as run_and_check
+    from fecontact.runs.study import checked_studies
+    from fecontact.runs.study import validate as run_and_check
 
     @contextmanager
     def watched(name: str) -> Iterator[Callable[[int, int, str], None]]:

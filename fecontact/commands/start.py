@@ -8,8 +8,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from fecontact.console import count, many, tell_notes
-from fecontact.outputs.terminal.console import show
+from fecontact.commands.console import count, many, tell_notes
+from fecontact.outputs.terminal import show
 
 
 def demo(*, out: Path = Path("out/demo")) -> int:
@@ -20,9 +20,8 @@ def demo(*, out: Path = Path("out/demo")) -> int:
     out
         Folder for the results.
     """
-    from fecontact.outputs.documents.study import rows_parts
-    from fecontact.runs.demo import demo_study, demo_words
-    from fecontact.runs.study import run_study
+    from fecontact.outputs.documents import rows_parts
+    from fecontact.runs.study import demo_study, demo_words, run_study
 
     print("A wheel on a rail, and a sphere on a plane, for which Hertz's theory is exact:", flush=True)
     with many("cases") as progress:
@@ -41,7 +40,7 @@ def guide(topic: str = "", /) -> int:
         Which page; without it the topics are listed.
     """
     from fecontact.guide.pages import page, titles
-    from fecontact.outputs.terminal.guide import print_page, print_titles
+    from fecontact.outputs.terminal import print_page, print_titles
 
     if topic:
         print_page(page(topic))
@@ -60,7 +59,7 @@ def check(file: Path, *, quick: Annotated[bool, Parameter(negative="")] = False)
     quick
         The small version of the study.
     """
-    from fecontact.runs.check import check_study
+    from fecontact.runs.study import check_study
 
     found = check_study(file, quick=quick)
     print(f"{file}: {count(found.cases, 'case')}, {', '.join(found.varied) or 'nothing varied'}")
@@ -83,7 +82,7 @@ def init(folder: Path) -> int:
     folder
         Where they go; files that are there already stay.
     """
-    from fecontact.runs.templates import write_templates
+    from fecontact.runs.casefile import write_templates
 
     made = write_templates(folder)
     for path in made:

@@ -2,37 +2,445 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Literal
 
+import numpy as np
+
 from fecontact.case import Case
-from fecontact.comparison.approximation import Approximation
-from fecontact.comparison.cause import cause_of, patch_geometry
-from fecontact.comparison.compare import compare
-from fecontact.comparison.creep_comparison import creep_of
-from fecontact.comparison.creep_theories import judge_creep_laws
-from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.judgement import Judgement, worst_judgement, worst_of
-from fecontact.comparison.ladder import Ladder
-from fecontact.comparison.lobes import judge_lobes
-from fecontact.comparison.measures import FLOORS, MEASURES, deviations_of, values_of
-from fecontact.comparison.plastic_verdict import judge_plastic, plastic_warnings
-from fecontact.comparison.point_noise import PointNoise
+from fecontact.comparison.creep import CreepComparison, creep_of, judge_creep_laws
+from fecontact.comparison.ladder import Comparison, Ladder, PatchGeometry, cause_of, compare, patch_geometry
+from fecontact.comparison.measures import (
+    FLOORS,
+    MEASURES,
+    MISFITS,
+    Approximation,
+    PointNoise,
+    deviations_of,
+    ellipse,
+    hertz_measures,
+    measures_of,
+    misfit_of_theory,
+    patch_of,
+    values_of,
+)
+from fecontact.comparison.patch import area_between, lobe_columns
 from fecontact.comparison.solved_load import (
     ELEMENTS_OFF,
     Level,
     SolvedLoad,
+    Status,
     as_solved,
     elements_uncertainties,
+    step_uncertainty,
     uncertainties,
+    unmeshed_uncertainty,
 )
-from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES, Loaded
-from fecontact.comparison.uncertainty import step_uncertainty, unmeshed_uncertainty
-from fecontact.comparison.verdict import AT_JUNCTION, ELEMENTS, PROFILE, Verdict, judge
-from fecontact.comparison.warnings import elements_warnings, junction_warnings, slide_warnings
-from fecontact.contact.rung import Rung
-from fecontact.geometry.placement import Placement
+from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES, Loaded
+from fecontact.comparison.verdict import (
+    AT_JUNCTION,
+    ELEMENTS,
+    PROFILE,
+    Judgement,
+    PlasticVerdict,
+    Verdict,
+    judge,
+    judge_plastic,
+    plastic_warnings,
+    worst_judgement,
+    worst_of,
+)
+from fecontact.contact.elements import COMPLIANCE_LIMIT
+from fecontact.contact.grid import Rung
+from fecontact.normal.hertz import HertzContact, hertz_from_hessian
+from fecontact.normal.touch_hertz import Side
+from fecontact.wheel_rail.placement import Placement
+from fecontact.wheel_rail.poses import TouchPoint
+
+# --- Every patch of a contact, and every lobe of a joined one, as a contact of its own beside Hertz's ellipse.
+
+# What is read off a lobe; its approach is that of the bodies, and its extents end where the next one begins.
+_READ = ("p_max_MPa", "area_mm2", "a_mm", "b_mm")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """A lobe of a contact: its pressure alone, and where it lies across (mm from the first touch point).
+
+    Attributes
+    ----------
+    rung
+        The contact with all other pressures taken away; itself where there are none.
+    normal_force_N
+        Sum of its pressures.
+    low_mm, high_mm
+        Its ends: valleys, or the edge of the patch.
+    area_mm2
+        Its area up to them.
+    separate
+        Whether the pressure falls to zero at both ends.
+    """
+
+    rung: Rung
+    normal_force_N: float
+    low_mm: float
+    high_mm: float
+    area_mm2: float
+    separate: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class LobeJudgement:
+    """A lobe or a separate patch, and Hertz's ellipse under its force at the touch point that lies below it.
+
+    Attributes
+    ----------
+    normal_force_N
+        Sum of its pressures.
+    centre_mm, rail_y_mm, contact_angle_rad
+        Its centre of pressure (x, s from the first touch point), and the rail there.
+    touch_point, touch
+        Number of the touch point, the one of the smallest gap between its ends; None without one, and then without an
+        ellipse, deviations and a verdict.
+    fe
+        Its measures between the finite bodies.
+    rungs
+        Those of the lobe at the same place on the other rungs, as far as they have one.
+    """
+
+    normal_force_N: float
+    centre_mm: tuple[float, float]
+    rail_y_mm: float
+    contact_angle_rad: float
+    separate: bool
+    touch_point: int | None
+    touch: TouchPoint | None
+    fe: Mapping[str, float]
+    rungs: Mapping[str, Mapping[str, float]]
+    hertz: HertzContact | None
+    deviation: Mapping[str, float]
+    uncertainty: Mapping[str, float]
+    verdict: Verdict | None
+
+
+# each lobe looks for itself on all rungs
+@lru_cache(maxsize=32)
+def parts_of(rung: Rung) -> tuple[Part, ...]:
+    """The lobes of a contact, from the gauge side on."""
+    pressure, s = rung.pressure, rung.grid.s_mm
+    columns = lobe_columns(pressure.whole().values)
+    # what is read of the whole contact is read of a single lobe
+    only = len(columns) == 1
+    whole_area, force = rung.grid.whole_area_mm2(), rung.pressure_MPa.sum(axis=0)
+    found = []
+    for own in columns:
+        kept = np.zeros_like(rung.pressure_MPa)
+        kept[:, own] = rung.pressure_MPa[:, own]
+        own_force_N = float(np.sum(kept.ravel() * whole_area))
+        first, last = own.start, own.stop - 1
+        # the column of a valley belongs to the lobe behind it
+        after = own.stop if own.stop < s.size else last
+        low, high = float(s[first]), float(s[after])
+        found.append(
+            Part(
+                rung=rung if only else replace(rung, pressure_MPa=kept, normal_force_N=own_force_N),
+                normal_force_N=own_force_N,
+                low_mm=low,
+                high_mm=high,
+                area_mm2=patch_of(rung).area_mm2
+                if only
+                else area_between(
+                    pressure, -np.inf if own is columns[0] else low, np.inf if own is columns[-1] else high
+                ),
+                separate=bool(force[first] == 0.0 or first == 0) and bool(force[after] == 0.0 or after == s.size - 1),
+            )
+        )
+    return tuple(found)
+
+
+def judge_lobes(solved: SolvedLoad, placement: Placement) -> tuple[LobeJudgement, ...]:
+    """All lobes of a solved load, in the order of their forces."""
+    half_space = parts_of(solved.half_space)
+    judged = (_judge(part, solved, placement, half_space) for part in parts_of(solved.levels[0].fe))
+    return tuple(sorted(judged, key=lambda one: -one.normal_force_N))
+
+
+def _judge(part: Part, solved: SolvedLoad, placement: Placement, half_space: Sequence[Part]) -> LobeJudgement:
+    patch = patch_of(part.rung)
+    rail_y, _, angle = placement.on_profiles(patch.centre_x_mm, patch.centre_y_mm)
+    number = _touch_below(part, placement)
+    on_half_space = _same(half_space, part)
+    measured = _measures(part)
+    judgement = LobeJudgement(
+        normal_force_N=part.normal_force_N,
+        centre_mm=(patch.centre_x_mm, patch.centre_y_mm),
+        rail_y_mm=rail_y,
+        contact_angle_rad=angle,
+        separate=part.separate,
+        touch_point=number,
+        touch=None if number is None else placement.touch_points[number],
+        fe=measured,
+        rungs={"fe": measured, **({} if on_half_space is None else {"half_space": _measures(on_half_space)})},
+        hertz=None,
+        deviation={},
+        uncertainty={},
+        verdict=None,
+    )
+    return judgement if number is None else _beside_hertz(judgement, part, solved, placement)
+
+
+def _beside_hertz(judgement: LobeJudgement, part: Part, solved: SolvedLoad, placement: Placement) -> LobeJudgement:
+    touch = judgement.touch
+    assert touch is not None
+    hessian = touch.curvature.hessian
+    if np.linalg.eigvalsh(hessian)[0] <= 0.0:
+        # the surfaces conform there
+        return judgement
+    hertz = hertz_from_hessian(
+        hessian, normal_force_N=part.normal_force_N, contact_modulus_MPa=solved.case.contact_modulus_MPa
+    )
+    place = touch.x_mm - placement.first.x_mm, placement.arc_mm(touch)
+    theory = Approximation(patches=(ellipse(hertz, place),), approach_mm=hertz.approach_mm)
+
+    def read(rung: Rung) -> dict[str, float]:
+        same = _same(parts_of(rung), part)
+        return dict.fromkeys((*_READ, *MISFITS), float("nan")) if same is None else _values(same, theory)
+
+    values, own = _values(part, theory), hertz_measures(hertz).as_dict()
+    deviation = {name: own[name] / values[name] - 1.0 if name in MEASURES else values[name] for name in values}
+    uncertainty = uncertainties(solved.levels, read, deviation)
+    verdict = judge(deviation, uncertainty, solved.case.criteria).usable(solved.usable)
+    return replace(judgement, hertz=hertz, deviation=deviation, uncertainty=uncertainty, verdict=verdict)
+
+
+def _measures(part: Part) -> dict[str, float]:
+    read = measures_of(part.rung).as_dict()
+    return {name: read[name] for name in _READ} | {"area_mm2": part.area_mm2}
+
+
+def _values(part: Part, theory: Approximation) -> dict[str, float]:
+    """Measures of a lobe, and of what is beside its ellipse."""
+    return _measures(part) | misfit_of_theory(part.rung, theory).as_dict()
+
+
+def _same(parts: Sequence[Part], part: Part) -> Part | None:
+    """The lobe that carries most of those whose centre of pressure lies within another one's ends."""
+    inside = [one for one in parts if part.low_mm <= patch_of(one.rung).centre_y_mm <= part.high_mm]
+    return max(inside, key=lambda one: one.normal_force_N, default=None)
+
+
+def _touch_below(part: Part, placement: Placement) -> int | None:
+    inside = [
+        number
+        for number, touch in enumerate(placement.touch_points)
+        if part.low_mm <= placement.arc_mm(touch) <= part.high_mm
+    ]
+    return min(inside, key=lambda number: placement.touch_points[number].vertical_gap_mm, default=None)
+
+
+# --- A solved load and everything that is read from it: theories against the finite elements, each with its verdict.
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JudgedLoad:
+    """A solved load and everything that is read from it.
+
+    Attributes
+    ----------
+    judgements
+        Each theory by its name (`theories.THEORIES`), as far as it was asked for and has a contact. Hertz is always
+        there, with two entries where the touch point lies at a curvature junction, so that its ellipse is not defined.
+    without
+        Why a theory that was asked for has none.
+    comparison, ladder, geometry
+        The finest mesh against Hertz on the field side, the rungs between both, and the profiles below the patch.
+    bodies_step_uncertainty
+        Uncertainty of the relative step of each measure from the half-space to the bodies.
+    elements_uncertainty
+        Relative uncertainty of the measures on the elements' own nodes, where meshes tell it.
+    by_elements
+        Hertz against the contact on the elements' own nodes alone, on the worse of both sides.
+    verdict
+        Of Hertz, the worst of both sides: who takes either curvature must be able to rely on it.
+    warnings
+        What does not change the verdict.
+    lobes
+        Every lobe and separate patch by itself, in the order of their forces; none where Hertz alone was asked for.
+    creep
+        Creep forces, where there is a friction and more than Hertz was asked for.
+    plastic
+        The first loading of bodies that may yield, and Hertz against it; None without a yield stress.
+    creep_laws
+        Each law of creep forces by its name (`creep_theories.CREEP_LAWS`), where they were asked for.
+    """
+
+    solved: SolvedLoad
+    judgements: Mapping[str, Judgement]
+    without: Mapping[str, str]
+    comparison: Comparison
+    ladder: Ladder
+    geometry: PatchGeometry
+    bodies_step_uncertainty: Mapping[str, float]
+    elements_uncertainty: Mapping[str, float]
+    by_elements: Judgement
+    verdict: Verdict
+    warnings: tuple[str, ...]
+    lobes: tuple[LobeJudgement, ...] = ()
+    creep: CreepComparison | None = None
+    plastic: PlasticVerdict | None = None
+    creep_laws: Mapping[str, Judgement] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        case, verdict = self.case, self.verdict
+        return (
+            f"<JudgedLoad {case.rail} and {case.wheel}, {case.lateral_shift_mm:+z.2f} mm, {self.load_N / 1e3:g} kN:"
+            f" {self.status}, Hertz {verdict.answer} by {verdict.measure}>"
+        )
+
+    @property
+    def case(self) -> Case:
+        """The position under this load."""
+        return self.solved.case
+
+    @property
+    def load_N(self) -> float:
+        """The load of the case."""
+        return self.solved.case.load_N
+
+    @property
+    def level(self) -> Level:
+        """The finest pair of meshes."""
+        return self.solved.levels[0]
+
+    @property
+    def fe(self) -> Rung:
+        """Contact between the finite bodies, from the finest meshes."""
+        return self.level.fe
+
+    @property
+    def status(self) -> Status:
+        """`converged`, or why the load must not be used."""
+        return self.solved.status
+
+    @property
+    def usable(self) -> bool:
+        """Whether its numbers may be used."""
+        return self.solved.usable
+
+    @property
+    def normal_force_N(self) -> float:
+        """Force along the contact normal at first touch that the finite elements carry."""
+        return self.fe.normal_force_N
+
+    @property
+    def sides(self) -> Mapping[Side, Judgement]:
+        """Hertz with the curvature of the gauge side and of the field side, or of both where it is the same."""
+        gauge, field = (self.judgements.get(name) for name in (HERTZ_GAUGE, HERTZ))
+        assert field is not None
+        return {"both": field} if gauge is None else {"gauge": gauge, "field": field}
+
+    @property
+    def deciding_side(self) -> tuple[Side, Judgement]:
+        """The side whose verdict is that of the load; the field side where both say the same."""
+        decided = (self.verdict.each, self.verdict.measure)
+        return next(
+            (side, one)
+            for side, one in reversed([*self.sides.items()])
+            if (one.verdict.each, one.verdict.measure) == decided
+        )
+
+    @property
+    def hertz(self) -> HertzContact:
+        """Hertz's ellipse under that force, with the field side's curvature at a junction."""
+        return self.judgements[HERTZ].hertz
+
+    @property
+    def deviation(self) -> Mapping[str, float]:
+        """(Hertz - FE) / FE of each of `MEASURES`, and the `MISFITS`."""
+        return self.judgements[HERTZ].deviation
+
+    @property
+    def uncertainty(self) -> Mapping[str, float]:
+        """Numerical uncertainty of the deviations, of those where it is known."""
+        return self.judgements[HERTZ].uncertainty
+
+    @property
+    def limit_used(self) -> float:
+        """By how much the measure that uses most of its limit does so, on the worst side; Hertz is off from 1 on."""
+        used = [side.limit_used for side in self.sides.values()]
+        return math.nan if any(math.isnan(part) for part in used) else max(used)
+
+
+# --- What a judged load has to say beside its verdict.
+
+# Displacements are taken for small beside the patch.
+_SMALL_SLIDE = 0.1
+
+
+def junction_warnings(sides: Mapping[Side, Judgement]) -> list[str]:
+    """What Hertz says with the curvature of either side of a junction."""
+    if len(sides) == 1:
+        return []
+    said = (
+        f"with that of its {side} side Hertz {one.verdict.answer} ({one.deviation['p_max_MPa']:+.1%} in peak"
+        f" pressure, {one.deviation['area_mm2']:+.1%} in area)"
+        for side, one in sides.items()
+    )
+    return [f"the curvature is undefined at the touch point: {'; '.join(said)}"]
+
+
+def elements_warnings(level: Level) -> list[str]:
+    """Elements whose compliance is not checked, since too little is seen of a half-space on them."""
+    if not math.isnan(level.compliance_error):
+        return []
+    return [
+        "the compliance of the elements is not checked: there are too few of them around the patch, or the head is"
+        f" narrow or round for their size; {COMPLIANCE_LIMIT:.0%} of it is taken for its uncertainty, more elements"
+        " (--resolution) show it"
+    ]
+
+
+def slide_warnings(slide_mm: float, comparison: Comparison) -> list[str]:
+    """Bodies that slide along each other by more than displacements may be small."""
+    part = abs(slide_mm) / comparison.fe.b_mm
+    if part <= _SMALL_SLIDE:
+        return []
+    return [
+        f"the wheel slides {abs(slide_mm):.2f} mm down the steep rail under the load, {part:.2f} of the patch's"
+        f" half-width: beyond {_SMALL_SLIDE:g} of it what is stated for the finite elements does not cover what"
+        " displacements do that are not small; a smaller load or a place that is less steep is known better"
+    ]
+
+
+def position_notes(placement: Placement, comparison: Comparison) -> tuple[str, ...]:
+    """What is to be known of the profiles and of the contact as a whole."""
+    found = [*placement.rail.profile.notes, *placement.wheel.profile.notes]
+    if not placement.rail.profile.outline:
+        found.append(
+            f"rail {placement.rail.profile.name}: only its running surface is known; the body below"
+            " it is a block down to the cut"
+        )
+    if placement.climbs:
+        found.append(
+            f"the flange climbs: it touches the rail beyond its steepest place, at"
+            f" {math.degrees(placement.first.contact_angle_rad):.1f} degrees; a lateral force alone holds it there"
+        )
+    if placement.first.at_junction:
+        found.append(
+            "the touch point lies at a curvature junction: deviations are those from Hertz with the curvature of its"
+            " field side; the verdict is the worse of both sides"
+        )
+    if comparison.patch.pieces > 1:
+        found.append(
+            f"the contact has {comparison.patch.pieces} separate patches; Hertz stands for the first touch point alone"
+        )
+    return tuple(found)
+
+
+# --- From a solved load to what it says: the ladder, the lobes, and each theory judged in the same way.
 
 Evidence = Literal["fe", "elements", "profiles"]
 """What a theory is held against."""

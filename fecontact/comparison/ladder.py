@@ -1,13 +1,30 @@
-"""The rungs between Hertz and the finite elements, on the same pressure nodes: what each step moves."""
+"""The rungs between Hertz and the finite elements on the same nodes: what each step moves, and why."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
-from fecontact.comparison.measures import MEASURES, MISFITS, Measures, Misfit, hertz_measures, measures_of, misfit_of
-from fecontact.contact.rung import Rung
-from fecontact.theory.hertz import HertzContact
+import numpy as np
+from scipy.ndimage import zoom
+
+from fecontact.comparison.measures import (
+    MEASURES,
+    MISFITS,
+    Approximation,
+    Measures,
+    Misfit,
+    deviations,
+    hertz_measures,
+    measures_of,
+    misfit_of,
+    patch_of,
+)
+from fecontact.comparison.patch import Patch, signed_square
+from fecontact.contact.grid import Field, Rung
+from fecontact.normal.hertz import HertzContact
+from fecontact.wheel_rail.placement import Placement
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,3 +105,163 @@ class Ladder:
             for step in STEPS
             if step.end in rungs
         }
+
+
+# --- Why Hertz is off where it is: the step of the ladder that moved a measure most, and what the profiles do below it.
+
+# Above this turn of the normals below the patch the surfaces are called conforming: a flat half-space is off by about
+# the square of half of it, 2 % here.
+_CONFORMING_RAD = 0.3
+
+
+@dataclass(frozen=True, kw_only=True)
+class PatchGeometry:
+    """What the profiles do below the finite-element patch.
+
+    Attributes
+    ----------
+    junction_distance_mm
+        From the touch point to the next curvature junction of either profile, inf without one.
+    junction_distance_over_b
+        That distance over Hertz's semi-axis on that side.
+    junction_in_patch
+        Whether the patch covers a junction.
+    curvature_variation
+        (Largest - smallest) over the value at the touch point of the relative lateral curvature below the patch.
+    normal_turn_rad
+        How far the rail's normal turns below the patch: the measure of conformity.
+    lobes, pieces
+        Lobes of the pressure, and separate patches.
+    """
+
+    TELLS = (
+        *("junction_distance_mm", "junction_distance_over_b", "junction_in_patch"),
+        *("curvature_variation", "normal_turn_rad"),
+    )
+
+    junction_distance_mm: float
+    junction_distance_over_b: float
+    junction_in_patch: bool
+    curvature_variation: float
+    normal_turn_rad: float
+    lobes: int
+    pieces: int
+
+
+def cause_of(
+    steps: Mapping[str, Mapping[str, float]], measure: str, geometry: PatchGeometry, *, plastic: bool = False
+) -> str:
+    """Why Hertz is off in a measure, from the step of the ladder that moved it most and from the geometry.
+
+    With `plastic` off bodies that yield, otherwise off elastic ones.
+    """
+    # the load on a second patch jumps to nothing where the two just touch, on one rung or the other; whether there are
+    # two at all is told by the valley between them
+    told_by = "valley" if measure == "separate_load" else measure
+    counted = (step for step in STEPS if step.cause and step.name in steps and (plastic or step is not PLASTIC))
+    moved_most = max(counted, key=lambda step: abs(steps[step.name][told_by]))
+    return _cause_in_gap(geometry) if moved_most is GAP else moved_most.cause
+
+
+def _cause_in_gap(geometry: PatchGeometry) -> str:
+    if geometry.pieces > 1:
+        return "second patch"
+    if geometry.lobes > 1:
+        return "second lobe"
+    if geometry.junction_in_patch:
+        return "curvature change within the patch"
+    if geometry.normal_turn_rad > _CONFORMING_RAD:
+        return "conformity"
+    return "curvature varies over the patch"
+
+
+def patch_geometry(placement: Placement, fe: Rung, hertz: HertzContact, patch: Patch) -> PatchGeometry:
+    """What the two profiles do below the patch of the finite elements."""
+    touch = placement.first
+    below = np.flatnonzero(fe.pressure_MPa.max(axis=0) > 0.0)
+    low, high = fe.grid.s_mm[below[0]], fe.grid.s_mm[below[-1]]
+    places = [junction.s_mm for junction in placement.junctions]
+    nearest = min(places, key=abs, default=float("inf"))
+    s = np.linspace(low, high, 201)
+    u = placement.rail.profile.at_arc_length(s + placement.first_arc_length_mm)
+    wheel = placement.wheel.profile
+    w = wheel.at_arc_length(np.clip(s + float(wheel.arc_length(touch.wheel_u)), 0.0, wheel.length_mm))
+    rail_curve = placement.rail.profile.convex_sign * placement.rail.profile.evaluate(u).curvature_per_mm
+    relative = rail_curve + wheel.convex_sign * wheel.evaluate(w).curvature_per_mm
+    angles = placement.rail.section(u)[2]
+    return PatchGeometry(
+        junction_distance_mm=abs(nearest),
+        junction_distance_over_b=abs(nearest) / (0.5 * hertz.extent_y_mm),
+        junction_in_patch=any(low <= place <= high for place in places),
+        curvature_variation=float(np.ptp(relative) / abs(touch.curvature.yy_per_mm)),
+        normal_turn_rad=float(np.ptp(angles)),
+        lobes=len(patch.lobes),
+        pieces=patch.pieces,
+    )
+
+
+# --- The finite-element pressure beside the Hertz ellipse, on the same points.
+
+_OVERLAP_REFINEMENT = 8
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Comparison:
+    """Hertz against the finite elements at equal normal force.
+
+    Attributes
+    ----------
+    contact, ellipse
+        What is compared.
+    patch
+        What the pressure of the finite elements says of its patch.
+    deviation
+        (Hertz - FE) / FE of each of `MEASURES`, and the `MISFITS`.
+    pressure_l2
+        Norm of the pressure difference over the norm of the finite-element pressure, over both patches.
+    """
+
+    contact: Rung
+    ellipse: HertzContact
+    patch: Patch
+    fe: Measures
+    hertz: Measures
+    deviation: Mapping[str, float]
+    pressure_l2: float
+
+    # it takes hundredths of a second, and most loads of a map are not asked for it
+    @cached_property
+    def overlap(self) -> float:
+        """Area of the intersection of the patches over the area of their union."""
+        hertz = self.ellipse
+        return _overlap(self.contact.pressure.covering(hertz.extent_x_mm, hertz.extent_y_mm), hertz)
+
+
+def compare(fe: Rung, hertz: HertzContact) -> Comparison:
+    """Compare a solved contact with Hertz's ellipse at the origin of its grid."""
+    return Comparison(
+        contact=fe,
+        ellipse=hertz,
+        patch=patch_of(fe),
+        fe=measures_of(fe),
+        hertz=hertz_measures(hertz),
+        deviation=deviations(fe, hertz),
+        pressure_l2=_pressure_l2(fe, hertz),
+    )
+
+
+def _pressure_l2(fe: Rung, hertz: HertzContact) -> float:
+    contact, theory = Approximation.of(hertz).beside(fe)
+    # NumPy's own sum: that of BLAS, which numpy.linalg.norm takes, depends on the number of its threads
+    return float(np.sqrt(np.square(theory - contact).sum() / np.square(contact).sum()))
+
+
+def _overlap(pressure: Field, hertz: HertzContact) -> float:
+    square = signed_square(pressure.values)[1:-1, 1:-1]
+    count = [(n - 1) * _OVERLAP_REFINEMENT + 1 for n in square.shape]
+    fine = zoom(square, [c / n for c, n in zip(count, square.shape, strict=True)], order=1, grid_mode=False)
+    inside = fine > 0.0
+    lines = (pressure.grid.x_mm, pressure.grid.s_mm)
+    xs, ss = (np.linspace(line[0], line[-1], n) for line, n in zip(lines, fine.shape, strict=True))
+    ellipse = hertz.pressure_MPa(xs[:, None], ss[None, :]) > 0.0
+    return float(np.count_nonzero(inside & ellipse) / np.count_nonzero(inside | ellipse))

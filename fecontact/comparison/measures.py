@@ -7,21 +7,291 @@ is read, and how well. All that judges, tells or draws measures goes through the
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label
 
-from fecontact.comparison.approximation import Approximation
+from fecontact.arrays import Floats
 from fecontact.comparison.patch import Patch, measure_patch, valley_of
-from fecontact.contact.rung import Rung
-from fecontact.theory.hertz import HertzContact
+from fecontact.contact.grid import ContactGrid, Field, Rung
+from fecontact.normal.gap_line import StripContact, TheoryStatus, regions
+from fecontact.normal.hertz import HertzContact
+from fecontact.wheel_rail.poses import TouchPoint
 
-Floats = NDArray[np.float64]
+# --- What a cheap theory says of a contact: its patches with their pressures, which are read as those of a contact are.
+
+# Points a cell and direction at which a pressure is taken for its mean over the cell.
+_POINTS_A_CELL = 5
+
+
+class Shape(Protocol):
+    """A pressure over the places of a patch, as a theory has it."""
+
+    def pressure_MPa(self, x_mm: Floats, y_mm: Floats, /) -> Floats:
+        """Pressure at places along and across from its own origin."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TheoryPatch:
+    """A patch of a theory; places (x, s) in mm from the first touch point.
+
+    Attributes
+    ----------
+    shape, origin_mm
+        Its pressure, and where the origin of that lies.
+    p_max_MPa, area_mm2, a_mm, b_mm
+        Its own peak, area and half-widths.
+    low_mm, high_mm
+        Its ends.
+    touch_point, touch
+        Number of the touch point that it belongs to, and that point; None where the theory knows of none.
+    """
+
+    shape: Shape
+    normal_force_N: float
+    p_max_MPa: float
+    area_mm2: float
+    a_mm: float
+    b_mm: float
+    origin_mm: tuple[float, float]
+    centre_mm: tuple[float, float]
+    low_mm: tuple[float, float]
+    high_mm: tuple[float, float]
+    touch_point: int | None = None
+    touch: TouchPoint | None = None
+
+    @property
+    def hertz(self) -> HertzContact | None:
+        """Its ellipse, None where it is none."""
+        return self.shape if isinstance(self.shape, HertzContact) else None
+
+
+def ellipse(hertz: HertzContact, centre_mm: tuple[float, float] = (0.0, 0.0)) -> TheoryPatch:
+    """Hertz's ellipse as a patch, a along x and b across also where its axes are turned."""
+    (x, s), a, b = centre_mm, 0.5 * hertz.extent_x_mm, 0.5 * hertz.extent_y_mm
+    return TheoryPatch(
+        shape=hertz,
+        normal_force_N=hertz.normal_force_N,
+        p_max_MPa=hertz.p0_MPa,
+        area_mm2=hertz.area_mm2,
+        a_mm=a,
+        b_mm=b,
+        origin_mm=centre_mm,
+        centre_mm=centre_mm,
+        low_mm=(x - a, s - b),
+        high_mm=(x + a, s + b),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Approximation:
+    """A contact as a theory has it: its patches, in the order of their forces.
+
+    Attributes
+    ----------
+    approach_mm
+        Along the contact normal at first touch.
+    overlapping
+        Whether two patches overlap, so that they are none of their own.
+    status, notes
+        What the theory says of its own answer, in a word and in words.
+    solutions
+        Number of approaches that were found to carry the force.
+    """
+
+    patches: tuple[TheoryPatch, ...]
+    approach_mm: float
+    overlapping: bool = False
+    status: TheoryStatus = "solved"
+    notes: tuple[str, ...] = ()
+    solutions: int = 1
+
+    @property
+    def definite(self) -> bool:
+        """Whether it is the theory's answer: not one of several, nor of iterations that did not end."""
+        return self.status in ("solved", "out of range")
+
+    @classmethod
+    def of(cls, hertz: HertzContact) -> Approximation:
+        """Hertz's ellipse at the first touch point."""
+        return cls(patches=(ellipse(hertz),), approach_mm=hertz.approach_mm)
+
+    @property
+    def single(self) -> TheoryPatch | None:
+        """The only patch, None of several."""
+        return self.patches[0] if len(self.patches) == 1 else None
+
+    @property
+    def normal_force_N(self) -> float:
+        """Sum of the forces."""
+        return sum(one.normal_force_N for one in self.patches)
+
+    @property
+    def centre_mm(self) -> tuple[float, float]:
+        """Centre of pressure (x, s)."""
+        total = self.normal_force_N
+        x, s = (sum(one.normal_force_N / total * one.centre_mm[k] for one in self.patches) for k in (0, 1))
+        return x, s
+
+    @property
+    def half_widths_mm(self) -> tuple[float, float]:
+        """Half-widths (a, b) of one patch, of several from the second moments of all pressures together."""
+        if self.single is not None:
+            return self.single.a_mm, self.single.b_mm
+        total, centre = self.normal_force_N, self.centre_mm
+        # <x^2> of an ellipse is its half-width squared over 5
+        a, b = (
+            math.sqrt(
+                5.0
+                * sum(
+                    one.normal_force_N / total * ((one.centre_mm[k] - centre[k]) ** 2 + half**2 / 5.0)
+                    for one, half in ((one, (one.a_mm, one.b_mm)[k]) for one in self.patches)
+                )
+            )
+            for k in (0, 1)
+        )
+        return a, b
+
+    @property
+    def box_mm(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Smallest and largest (x, s) of all patches."""
+        low, high = ([[getattr(one, end)[k] for one in self.patches] for k in (0, 1)] for end in ("low_mm", "high_mm"))
+        return (min(low[0]), min(low[1])), (max(high[0]), max(high[1]))
+
+    @property
+    def extents_mm(self) -> tuple[float, float]:
+        """Full lengths along x and across, from end to end."""
+        low, high = self.box_mm
+        return high[0] - low[0], high[1] - low[1]
+
+    def on(self, grid: ContactGrid, moved_mm: tuple[float, float] = (0.0, 0.0)) -> Floats:
+        """Pressure (nx, ns) in MPa of all patches, moved together, in the mean over a cell of each node."""
+        (dx, ds) = moved_mm
+        return np.asarray(
+            sum(mean_pressure(grid, one.shape, (one.origin_mm[0] + dx, one.origin_mm[1] + ds)) for one in self.patches)
+        )
+
+    def beside(self, rung: Rung, moved_mm: tuple[float, float] = (0.0, 0.0)) -> tuple[Floats, Floats]:
+        """Pressures of a contact and of these patches on the same nodes, as far as both go."""
+        low, high = self.box_mm
+        lengths = (2.0 * (max(abs(low[k]), abs(high[k])) + abs(moved_mm[k])) for k in (0, 1))
+        covering = rung.pressure.covering(*lengths)
+        return covering.values, self.on(covering.grid, moved_mm)
+
+
+def of_strips(contact: StripContact) -> Approximation:
+    """A contact in strips, t its arc length from the first touch point; a patch for each of its regions."""
+    parts = []
+    for first, last in regions(contact.half_length_mm > 0.0):
+        inside = np.zeros(contact.t_mm.size, bool)
+        inside[first : last + 1] = True
+        own = replace(
+            contact,
+            half_length_mm=np.where(inside, contact.half_length_mm, 0.0),
+            centre_pressure_MPa=np.where(inside, contact.centre_pressure_MPa, 0.0),
+        )
+        force = float(0.5 * np.pi * (own.width_mm * own.half_length_mm) @ own.centre_pressure_MPa)
+        a, ends = float(own.half_length_mm.max()), (first, last)
+        low, high = (
+            float(own.t_mm[end] + side * 0.5 * own.width_mm[end]) for end, side in zip(ends, (-1.0, 1.0), strict=True)
+        )
+        parts.append(
+            TheoryPatch(
+                shape=own,
+                normal_force_N=force,
+                p_max_MPa=own.p_max_MPa,
+                area_mm2=own.area_mm2,
+                a_mm=own.a_mm,
+                b_mm=own.b_mm,
+                origin_mm=(0.0, 0.0),
+                centre_mm=(0.0, own.centre_t_mm),
+                low_mm=(-a, low),
+                high_mm=(a, high),
+            )
+        )
+    return Approximation(
+        patches=tuple(sorted(parts, key=lambda one: -one.normal_force_N)),
+        approach_mm=contact.approach_mm,
+        status=contact.status,
+        notes=contact.notes,
+        solutions=contact.solutions,
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CellPressure:
+    """A pressure that is constant on the cells around the nodes of a grid in equal steps."""
+
+    field: Field
+
+    def pressure_MPa(self, x_mm: Floats, y_mm: Floats, /) -> Floats:
+        """Pressure of the nearest node, zero beyond the grid."""
+        grid = self.field.grid
+        (i, in_x), (j, in_s) = (_nearest(*pair) for pair in ((grid.x_mm, x_mm), (grid.s_mm, y_mm)))
+        return np.where(in_x & in_s, self.field.values[i, j], 0.0)
+
+
+def _nearest(line: Floats, places: Floats) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Number of the node in whose cell each place lies, and whether there is one."""
+    number = np.rint((places - line[0]) / (line[1] - line[0])).astype(np.int64)
+    return np.clip(number, 0, line.size - 1), (number >= 0) & (number < line.size)
+
+
+def of_rung(rung: Rung) -> Approximation:
+    """A solved contact as a theory has it; a patch for each separate one."""
+    whole = rung.pressure.whole()
+    pieces, count = label(whole.values > 0.0, structure=np.ones((3, 3)))
+    fields = [Field(grid=whole.grid, values=np.where(pieces == k, whole.values, 0.0)) for k in range(1, count + 1)]
+    cell = whole.grid.steps_mm[0] * whole.grid.steps_mm[1]
+    parts = [_of_field(field, float(field.values.sum()) * cell) for field in fields]
+    return Approximation(
+        patches=tuple(sorted(parts, key=lambda one: -one.normal_force_N)), approach_mm=rung.approach_mm
+    )
+
+
+def _of_field(field: Field, force_N: float) -> TheoryPatch:
+    patch = measure_patch(field)
+    x, s = (np.flatnonzero(field.values.any(axis=axis)) for axis in (1, 0))
+    ends = ((field.grid.x_mm[x[end]], field.grid.s_mm[s[end]]) for end in (0, -1))
+    (low_x, low_s), (high_x, high_s) = ((float(x), float(s)) for x, s in ends)
+    more = 0.5 * (patch.extent_x_mm - (high_x - low_x)), 0.5 * (patch.extent_y_mm - (high_s - low_s))
+    return TheoryPatch(
+        shape=CellPressure(field=field),
+        normal_force_N=force_N,
+        p_max_MPa=patch.p_max_MPa,
+        area_mm2=patch.area_mm2,
+        a_mm=patch.a_mm,
+        b_mm=patch.b_mm,
+        origin_mm=(0.0, 0.0),
+        centre_mm=(patch.centre_x_mm, patch.centre_y_mm),
+        low_mm=(low_x - more[0], low_s - more[1]),
+        high_mm=(high_x + more[0], high_s + more[1]),
+    )
+
+
+def mean_pressure(grid: ContactGrid, shape: Shape, origin_mm: tuple[float, float] = (0.0, 0.0)) -> Floats:
+    """A theory's pressure (nx, ns) in MPa, in the mean over a cell of each node, its origin at a place of the grid.
+
+    A contact on a half-space has its nodal pressures on such cells.
+    """
+    places = (np.arange(_POINTS_A_CELL) + 0.5) / _POINTS_A_CELL - 0.5
+    x, s = (
+        (line[:, None] - middle + step * places).ravel()
+        for line, middle, step in zip((grid.x_mm, grid.s_mm), origin_mm, grid.steps_mm, strict=True)
+    )
+    pressure = shape.pressure_MPa(x[:, None], s[None, :])
+    # whole lines first: five numbers at a time cost as much each as a hundred
+    lines = pressure.reshape(grid.x_mm.size, _POINTS_A_CELL, s.size).sum(axis=1)
+    cells = lines.reshape(*grid.shape, _POINTS_A_CELL)
+    return np.asarray(cells @ np.full(_POINTS_A_CELL, _POINTS_A_CELL**-2.0))
+
+
+# --- Measures of one contact: how each is read from a pressure field and from a theory's patches.
 
 
 def _measure(
@@ -274,3 +544,87 @@ def part_elsewhere(pressure_MPa: Floats, reference_MPa: Floats) -> float:
     """Part of the force of a pressure that is elsewhere than a reference on the same cells has it."""
     # at equal force, whatever the cells leave of it
     return float(0.5 * np.abs(pressure_MPa / pressure_MPa.sum() - reference_MPa / reference_MPa.sum()).sum())
+
+
+# --- What measured profiles leave open: the same contact on the other lines that their points allow.
+
+# Student's factor for 95 % by the number of draws.
+_STUDENT = {1: 12.71, 2: 4.30, 3: 3.18, 4: 2.78, 5: 2.57, 6: 2.45, 7: 2.36, 8: 2.31}
+
+# What a smoothing blurs grows with the fourth power of its width: 0.71 of that shows three quarters of it. On half of
+# it the noise, which is six times as large there, hid what was to be shown.
+_BLURRED = (4.0 / 3.0, 1.0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PointNoise:
+    """Hertz and the half-space under the true gap, for profiles given by points and for others that these allow.
+
+    None stands for profiles that do not come into contact.
+
+    Attributes
+    ----------
+    own
+        The profiles as they are.
+    thinned
+        Lines through points with every second point left out; `own` again where there are none.
+    widths
+        Smoothed lines with 0.71 of the width, and with double the width.
+    draws
+        Smoothed lines from points with other noise of the same size.
+    """
+
+    own: tuple[HertzContact, Rung]
+    thinned: tuple[HertzContact, Rung] | None
+    widths: tuple[tuple[HertzContact, Rung] | None, ...] = ()
+    draws: tuple[tuple[HertzContact, Rung] | None, ...] = ()
+
+    @property
+    def others(self) -> tuple[tuple[HertzContact, Rung] | None, ...]:
+        """All but `own`."""
+        return (self.thinned, *self.widths, *self.draws)
+
+    def uncertainty(self) -> dict[str, float]:
+        """Part of the uncertainty of each deviation that is the profile's; NaN where a line does not come into contact.
+
+        Deviations are those of Hertz from the half-space, which sees curvature, noise and spacing alike.
+        """
+
+        def read(solved: tuple[HertzContact, Rung] | None) -> dict[str, float] | None:
+            return None if solved is None else deviations(solved[1], solved[0])
+
+        return spread(
+            deviations(self.own[1], self.own[0]),
+            thinned=() if self.thinned is self.own else (read(self.thinned),),
+            widths=[read(one) for one in self.widths],
+            draws=[read(one) for one in self.draws],
+        )
+
+
+def spread(
+    own: Mapping[str, float],
+    *,
+    thinned: Sequence[Mapping[str, float] | None] = (),
+    widths: Sequence[Mapping[str, float] | None] = (),
+    draws: Sequence[Mapping[str, float] | None] = (),
+) -> dict[str, float]:
+    """How far values may be off for what points leave open: NaN where one of the other lines has none.
+
+    Added are the change by thinning, and the root of the sum of the squares of two: the scatter of the draws for 95 %
+    (what the noise does), and the change by another width (what the smoothing blurs), which has noise of its own.
+    """
+    if any(one is None for one in (*thinned, *widths, *draws)):
+        return dict.fromkeys(own, math.nan)
+
+    def changes(of: Sequence[Mapping[str, float] | None], name: str) -> list[float]:
+        return [abs(one[name] - own[name]) for one in of if one is not None]
+
+    found = {}
+    for name in own:
+        drawn = changes(draws, name)
+        scatter = math.sqrt(sum(change**2 for change in drawn) / len(drawn)) if drawn else 0.0
+        blurred = max(
+            (part * change for part, change in zip(_BLURRED, changes(widths, name), strict=False)), default=0.0
+        )
+        found[name] = sum(changes(thinned, name)) + math.hypot(blurred, _STUDENT.get(len(drawn), 2.0) * scatter)
+    return found

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, binary_erosion, label
 
+from fecontact.arrays import Floats
 from fecontact.contact.grid import Field
-
-Floats = NDArray[np.float64]
 
 # A continuation goes through three nodes.
 _REACH = 3

@@ -10,21 +10,23 @@ from typing import TypeAlias
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.comparison.approximation import Approximation, ellipse, of_rung, of_strips
-from fecontact.contact.rung import Rung
+from fecontact.comparison.measures import Approximation, ellipse, of_rung, of_strips
+from fecontact.contact.grid import Rung
 from fecontact.errors import InputError
-from fecontact.geometry.placement import Placement
-from fecontact.geometry.touch_points import RelativeCurvature
-from fecontact.theory.analyn import analyn
-from fecontact.theory.equivalent_ellipse import equivalent_ellipse
-from fecontact.theory.gap_line import GapLine, gap_line
-from fecontact.theory.hertz import HertzContact, hertz_from_hessian
-from fecontact.theory.kik_piotrowski import kik_piotrowski
-from fecontact.theory.kpec import kpec
-from fecontact.theory.strip import gap_line_under_load, strip
-from fecontact.theory.strip_contact import StripContact
-from fecontact.theory.stripes import stripes
-from fecontact.theory.touch_hertz import hertz_points
+from fecontact.normal.gap_line import GapLine, StripContact, gap_line
+from fecontact.normal.hertz import HertzContact, hertz_from_hessian
+from fecontact.normal.strips import (
+    analyn,
+    equivalent_ellipse,
+    gap_line_under_load,
+    kik_piotrowski,
+    kpec,
+    strip,
+    stripes,
+)
+from fecontact.normal.touch_hertz import hertz_points
+from fecontact.wheel_rail.placement import Placement
+from fecontact.wheel_rail.poses import RelativeCurvature
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -231,7 +233,7 @@ THEORIES: Mapping[str, Theory] = {
     "strip": Theory(
         words="Strip method",
         cost="a system of as many equations as strips",
-        source="Knothe and Le The (1984); equations in theory/strip_method.py",
+        source="Knothe and Le The (1984); equations in normal/strip_method.py",
         range="one plane for the whole patch, no yaw",
         approximate=_in_strips(strip, in_plane=False),
         differs="its own: the condition on the curvature of the surfaces is met in closed form, strip by strip",

@@ -3,11 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from fecontact.comparison.ladder import PLASTIC, STEPS, Ladder, PatchGeometry, cause_of
+from fecontact.comparison.measures import (
+    MEASURES,
+    Approximation,
+    Measures,
+    deviations_of,
+    measures_of,
+    measures_of_theory,
+    values_of,
+)
+from fecontact.comparison.solved_load import YIELD_BAND, Level, SolvedLoad, Yielded
 from fecontact.criteria import Criteria
+from fecontact.normal.hertz import HertzContact
+from fecontact.rolling.laws import Creepages
 
 Answer = Literal["HOLDS", "FAILS", "UNRESOLVED"]
 FROM_BEST: tuple[Answer, ...] = ("HOLDS", "UNRESOLVED", "FAILS")
@@ -93,3 +106,367 @@ PROFILE = "profile"
 
 ELEMENTS = "elements"
 """Cause where the verdict is open because the finite elements do not answer as their material does."""
+
+
+# --- A judged theory as a value: how far it is off the finite elements, how sure that is, and its verdict.
+#
+# A theory of the pressure is judged by its measures; a law of creep forces by one of its own, over a range of
+# creepages.
+
+FORCE = "force"
+"""The measure of a creep law: its force, off by so much of mu N."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceAt:
+    """By how much of mu N a force is off at creepages of the first touch point, and how well that is known."""
+
+    creepages: Creepages
+    deviation: float
+    uncertainty: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Standing:
+    """Whether a theory holds by its numbers, and what it says of the contact; without a name where none stands."""
+
+    name: str = ""
+    answer: Answer = "FAILS"
+    made: Approximation | None = None
+
+    @property
+    def out_of_range(self) -> bool:
+        """Whether the theory is out of its own range; a law of creep forces has none."""
+        return self.made is not None and self.made.status == "out of range"
+
+    @property
+    def label(self) -> str:
+        """The name of a theory that holds, UNRESOLVED where that is open, `none` where all fail."""
+        return {"HOLDS": self.name, "FAILS": "none"}.get(self.answer, self.answer)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Judgement:
+    """A theory of the contact against the finite elements.
+
+    Attributes
+    ----------
+    deviation
+        (Theory - FE) / FE of each of `MEASURES`, and the `MISFITS`; of a creep law that of the `FORCE`.
+    uncertainty
+        Of the deviations, of those where it is known.
+    limits
+        Of the measures that decide.
+    approximation
+        What a theory of the pressure says.
+    decided
+        Creepages at which the exact theory decided about a creep law, the worst one first.
+    """
+
+    deviation: Mapping[str, float]
+    uncertainty: Mapping[str, float]
+    limits: Mapping[str, float]
+    verdict: Verdict
+    approximation: Approximation | None = None
+    decided: tuple[ForceAt, ...] = ()
+
+    @property
+    def measures(self) -> Measures:
+        """The own measures of a theory of the pressure."""
+        assert self.approximation is not None
+        return measures_of_theory(self.approximation)
+
+    @property
+    def hertz(self) -> HertzContact:
+        """The ellipse of a theory that has a single one."""
+        assert self.approximation is not None
+        assert self.approximation.single is not None
+        ellipse = self.approximation.single.hertz
+        assert ellipse is not None
+        return ellipse
+
+    @property
+    def limit_used(self) -> float:
+        """By how much the measure that uses most of its limit does so; the theory is off from 1 on."""
+        used = [abs(self.deviation[name]) / limit for name, limit in self.limits.items()]
+        return math.nan if any(math.isnan(part) for part in used) else max(used)
+
+
+def judged_force(decided: Sequence[ForceAt], limit: float, *, usable: bool = True) -> Judgement:
+    """A creep law by the worst answer of some creepages; a result that must not be used leaves it open."""
+    each = [(answer_of(at.deviation, at.uncertainty, limit), at) for at in decided]
+    each.sort(key=lambda one: (FROM_BEST.index(one[0]), one[1].deviation), reverse=True)
+    answer, worst = each[0]
+    return Judgement(
+        deviation={FORCE: worst.deviation},
+        uncertainty={FORCE: worst.uncertainty},
+        limits={FORCE: limit},
+        verdict=Verdict(answer=answer, measure=FORCE, each={FORCE: answer}).usable(usable),
+        decided=tuple(at for _, at in each),
+    )
+
+
+def worst_judgement(judged: Mapping[str, Judgement]) -> Judgement:
+    """The worst of both sides, that of the field side where both are the same."""
+    return max(reversed([*judged.values()]), key=lambda one: FROM_BEST.index(one.verdict.answer))
+
+
+def worst_of(judged: Mapping[str, Judgement]) -> Verdict:
+    """The worst verdict of both sides, that of the field side where both are the same."""
+    return worst_judgement(judged).verdict
+
+
+def standings(judged: Mapping[str, Judgement]) -> list[Standing]:
+    """How judged theories stand, in their order."""
+    return [Standing(name=name, answer=one.verdict.answer, made=one.approximation) for name, one in judged.items()]
+
+
+def cheapest(theories: Iterable[Standing], *, in_range: bool = False) -> Standing:
+    """The first theory by cost that does not fail; where it is open whether that one holds, so is the answer.
+
+    A theory holds by its numbers. With `in_range` it must be in its own range too.
+    """
+    left = (one for one in theories if one.answer != "FAILS" and not (in_range and one.out_of_range))
+    return next(left, Standing())
+
+
+# --- What yielding does to a contact, and whether Hertz holds for the first loading of virgin steel.
+
+NOT_IN_IT = "first loading of virgin steel: shakedown, residual stress, friction and repeated passes are not in it"
+"""What the plastic rung does not say, wherever its numbers stand."""
+# Of the change from half as many load steps: what is left is 0.3 to 0.5 of it.
+_OF_THE_STEPS = 0.5
+# Of the step itself, over the elements a semi-axis squared: two coarse meshes may agree by chance. With 4 elements peak
+# and area of spheres at 1.8 to 3.5 yield stresses are up to 8 % of their step off, and two meshes put it to half that.
+_OF_ELEMENTS = 1.6
+# What corrections leave of the peak, relative.
+_OF_CORRECTIONS = 1e-4
+# Of the von Mises peak: points of elements see 1 to 2 % too much below spheres, where two meshes agree.
+_OF_STRESS = 0.02
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlasticVerdict:
+    """The first loading of bodies that may yield, as it is judged.
+
+    Attributes
+    ----------
+    yielded
+        As it was solved on the finest meshes.
+    step_uncertainty
+        Of the step `bodies_to_plastic` of each measure, for a yield stress that is exact.
+    band
+        The peak's, and each other measure's, step with a yield stress lower and higher by `YIELD_BAND`.
+    judgements
+        Hertz on each side of the touch point against bodies that yield, by the names of the theories.
+    verdict
+        The worst of them.
+    first_yield_uncertainty
+        Relative, of the load of first yield.
+    plastic_load_N, plastic_measure
+        Load at which plasticity alone takes up the limit of a measure, and which; None where it does not up to the
+        load.
+    cancelling
+        Steps that take each other's place where Hertz holds although one is beyond a limit; empty where none do.
+    """
+
+    yielded: Yielded
+    status: str
+    step_uncertainty: Mapping[str, float]
+    band: Mapping[str, tuple[float, float]]
+    judgements: Mapping[str, Judgement]
+    verdict: Verdict
+    first_yield_uncertainty: float
+    plastic_load_N: float | None
+    plastic_measure: str | None
+    cancelling: str
+
+    @property
+    def has_yielded(self) -> bool:
+        """Whether anything yields under the load."""
+        return any(body.largest_strain > 0.0 for body in self.yielded.bodies.values())
+
+
+def judge_plastic(
+    solved: SolvedLoad, judged: Mapping[str, Judgement], ladder: Ladder, geometry: PatchGeometry, *, at_junction: bool
+) -> PlasticVerdict | None:
+    """Judge the plastic rung of a load; None where no body has a yield stress, or it was not solved.
+
+    Parameters
+    ----------
+    judged
+        Hertz on each side of the touch point against elastic bodies.
+    """
+    finest = solved.levels[0]
+    if finest.yielded is None:
+        return None
+    yielded, limits = finest.yielded, solved.case.criteria.limits
+    status = "converged" if _converged(solved) else "not converged"
+    (theory, *_) = (one.approximation for one in judged.values())
+    assert theory is not None
+    unsure = _step_uncertainty(solved.levels, theory)
+    others = {name: _against(one, yielded, unsure, solved) for name, one in judged.items()}
+    worst = worst_of(others)
+    off = any(abs(one.deviation[worst.measure]) > limits[worst.measure] for one in others.values())
+    cause: str | None = None
+    if worst.answer != "HOLDS" and off:
+        cause = AT_JUNCTION if at_junction else cause_of(ladder.steps, worst.measure, geometry, plastic=True)
+    load_N, measure = _plastic_load(yielded, limits)
+    return PlasticVerdict(
+        yielded=yielded,
+        status=status,
+        step_uncertainty=unsure,
+        band=_band(solved.levels),
+        judgements=others,
+        verdict=replace(worst, cause=cause).usable(status == "converged"),
+        first_yield_uncertainty=_first_yield_uncertainty(solved.levels),
+        plastic_load_N=load_N,
+        plastic_measure=measure,
+        cancelling=_cancelling(ladder.steps, limits) if worst.answer == "HOLDS" else "",
+    )
+
+
+def _converged(solved: SolvedLoad) -> bool:
+    return solved.status == "converged" and all(
+        level.yielded is not None and level.yielded.status == "converged" for level in solved.levels
+    )
+
+
+def _against(elastic: Judgement, yielded: Yielded, unsure: Mapping[str, float], solved: SolvedLoad) -> Judgement:
+    """Hertz with one curvature against bodies that yield: as unsure as against elastic ones, and as the step is."""
+    made = elastic.approximation
+    assert made is not None
+    deviation = deviations_of(yielded.fe, made)
+    uncertainty = {
+        name: known * _scale(name, deviation, elastic.deviation)
+        + unsure[name] * (abs(1.0 + deviation[name]) if name in MEASURES else 1.0)
+        for name, known in elastic.uncertainty.items()
+    }
+    return replace(
+        elastic,
+        deviation=deviation,
+        uncertainty=uncertainty,
+        verdict=judge(deviation, uncertainty, solved.case.criteria),
+    )
+
+
+def _scale(name: str, deviation: Mapping[str, float], elastic: Mapping[str, float]) -> float:
+    """How much a relative uncertainty of elastic bodies is of what Hertz is off from bodies that yield."""
+    return abs((1.0 + deviation[name]) / (1.0 + elastic[name])) if name in MEASURES else 1.0
+
+
+def _step(level: Level, rung_values: Mapping[str, float], theory: Approximation) -> dict[str, float]:
+    """Change of each measure from elastic bodies on the same nodes: relative, or as it is where Hertz has no value."""
+    before = values_of(level.fe, theory)
+    return {
+        name: value / before[name] - 1.0 if name in MEASURES else value - before[name]
+        for name, value in rung_values.items()
+    }
+
+
+def _step_uncertainty(levels: Sequence[Level], theory: Approximation) -> dict[str, float]:
+    """What meshes, load steps, corrections and the elements' own nodes leave open of the step of each measure."""
+    of_meshes = [
+        _step(level, values_of(level.yielded.fe, theory), theory) for level in levels if level.yielded is not None
+    ]
+    half = next(
+        (
+            (found, _step(level, values_of(level.yielded.fewer_steps, theory), theory))
+            for level, found in zip(levels, of_meshes, strict=False)
+            if level.yielded is not None and level.yielded.fewer_steps is not None
+        ),
+        None,
+    )
+    if len(of_meshes) < 2:
+        return dict.fromkeys(of_meshes[0], math.nan)
+    finest, coarser = of_meshes[:2]
+    on_elements, least = _on_elements(levels[0]), _OF_ELEMENTS / _elements_a_semi_axis(levels[0]) ** 2
+    found = {}
+    for name, value in finest.items():
+        of_steps = 0.0 if half is None else _OF_THE_STEPS * abs(half[0][name] - half[1][name])
+        own = abs(on_elements[name] - value) if name in on_elements else 0.0
+        of_elements = max(abs(value - coarser[name]), least * abs(value))
+        found[name] = of_elements + of_steps + own + _OF_CORRECTIONS
+    return found
+
+
+def _elements_a_semi_axis(level: Level) -> float:
+    patch, (step_x, step_y) = measures_of(level.fe), level.nodal.grid.steps_mm
+    return min(patch.a_mm / step_x, patch.b_mm / step_y)
+
+
+def _on_elements(level: Level) -> dict[str, float]:
+    """The step of what the elements' own nodes tell well of a plastic pressure: its peak, and the approach."""
+    assert level.yielded is not None
+    before, after = (measures_of(rung).as_dict() for rung in (level.on_elements, level.yielded.nodal.even()))
+    return {name: after[name] / before[name] - 1.0 for name in ("p_max_MPa", "approach_mm")}
+
+
+def _first_yield_uncertainty(levels: Sequence[Level]) -> float:
+    loads = [level.yielded.first_yield_N for level in levels if level.yielded is not None]
+    # a load goes with the third power of the stress
+    return math.nan if len(loads) < 2 else abs(loads[1] / loads[0] - 1.0) + 3.0 * _OF_STRESS
+
+
+def _band(levels: Sequence[Level]) -> dict[str, tuple[float, float]]:
+    """Steps with a lower and a higher yield stress: what those move on coarse meshes, about the finest one's step."""
+    coarse = next((level.yielded for level in levels if level.yielded is not None and level.yielded.by_band), None)
+    finest = levels[0].yielded
+    if coarse is None or finest is None:
+        return {}
+    before, after = (measures_of(rung).as_dict() for rung in (levels[0].fe, finest.fe))
+    of = coarse.by_band
+    found = {}
+    for name in MEASURES:
+        ratio = after[name] / before[name] / (1.0 + of["given"][name])
+        found[name] = (ratio * (1.0 + of["lower"][name]) - 1.0, ratio * (1.0 + of["higher"][name]) - 1.0)
+    return found
+
+
+def _plastic_load(yielded: Yielded, limits: Mapping[str, float]) -> tuple[float | None, str | None]:
+    """Load at which plasticity alone takes up the limit of a measure first, between those of the path."""
+    found: list[tuple[float, str]] = []
+    for name in (name for name in limits if name in MEASURES):
+        load_N, step = yielded.first_yield_N, 0.0
+        for point in yielded.path:
+            here = abs(point.steps[name])
+            if here > limits[name]:
+                part = (limits[name] - step) / (here - step)
+                found.append((load_N + part * (point.load_N - load_N), name))
+                break
+            load_N, step = point.load_N, here
+    return min(found, default=(None, None), key=lambda one: one[0] or 0.0)
+
+
+def _cancelling(steps: Mapping[str, Mapping[str, float]], limits: Mapping[str, float]) -> str:
+    """Steps of one measure that are beyond its limit and make up for each other."""
+    for name in (name for name in limits if name in MEASURES):
+        moved = {step.cause: steps[step.name][name] for step in STEPS if step.cause and step.name in steps}
+        if abs(moved[PLASTIC.cause]) > limits[name]:
+            text = ", ".join(f"{cause} {1e2 * part:+.1f} %" for cause, part in moved.items())
+            return f"HOLDS by cancellation of {text}"
+    return ""
+
+
+def plastic_warnings(found: PlasticVerdict | None) -> list[str]:
+    """What yielding does, in words, with what is not in it."""
+    if found is None:
+        return []
+    yielded, load_kN = found.yielded, found.yielded.first_yield_N / 1e3
+    who = (
+        f"the {yielded.first_body} yields first, from {load_kN:.3g} kN ± {1e2 * found.first_yield_uncertainty:.0f} % on"
+    )
+    if not found.has_yielded:
+        return [f"plasticity: nothing yields under this load; {who} ({NOT_IN_IT})"]
+    if found.status != "converged":
+        return [f"plasticity: {who}; what it does to the contact was not solved: {found.status} ({NOT_IN_IT})"]
+    before_to_after = yielded.path[-1].steps
+    (low, high) = found.band.get("p_max_MPa", (math.nan, math.nan))
+    said = (
+        f"plasticity: {who}; the peak changes by {1e2 * before_to_after['p_max_MPa']:+.1f} ±"
+        f" {1e2 * found.step_uncertainty['p_max_MPa']:.1f} %, the area by {1e2 * before_to_after['area_mm2']:+.1f} ±"
+        f" {1e2 * found.step_uncertainty['area_mm2']:.1f} %; with yield stresses {1e2 * YIELD_BAND:.0f} % lower and"
+        f" higher the peak by {1e2 * low:+.1f} and {1e2 * high:+.1f} %"
+    )
+    against = f"Hertz {found.verdict.answer} against bodies that yield"
+    return [f"{said}; {against}{'; ' * bool(found.cancelling)}{found.cancelling} ({NOT_IN_IT})"]

@@ -1,22 +1,442 @@
-"""One elastic body: its mesh, how it is held, and its stiffness ready to be solved."""
+"""One elastic body: its mesh, how it is held, its stiffness, and the factors by which it is solved."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+import contextlib
+import os
+import sys
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, files
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
+from scipy.sparse import bsr_matrix, csr_matrix, diags, triu
+from scipy.sparse.linalg import cg
 
-from fecontact.errors import InputError
-from fecontact.fe.body_mesh import BodyMesh
-from fecontact.fe.linear_solver import LinearSolver, SolverName, amg_solver, pardiso_solver
-from fecontact.fe.stiffness import stiffness
-from fecontact.material import Material
+from fecontact.arrays import Floats, Integers
+from fecontact.bodies import Material
+from fecontact.errors import ConvergenceError, FoldedMesh, InputError, NotEnoughMemory
 
-Integers = NDArray[np.int64]
-Floats = NDArray[np.float64]
+# --- The mesh of one body, and what is measured on it.
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyMesh:
+    """A hexahedral mesh in the track frame (mm).
+
+    Attributes
+    ----------
+    points (n, 3), hexes (m, 8)
+        Cells in VTK order: four nodes of one layer, then the four nodes above them.
+    surfaces
+        Named boundary quadrilaterals (k, 4), their normals outward: `contact` (the uniform zone), `fixed` or `driven`,
+        `symmetry` (half models), `end` (cut planes), `free`.
+    contact_nodes (nx, ns)
+        Nodes of the uniform zone: rows along x, columns from the gauge to the field side.
+    block_nodes (nx, ns, layers)
+        Nodes of the uniform block below each contact node, along the normal into the body; the first one lies on it.
+    half
+        Whether only x >= 0 is meshed.
+    volume_mm3
+        Volume of the swept section in closed form.
+    """
+
+    name: Literal["rail", "wheel"]
+    points: Floats
+    hexes: Integers
+    surfaces: dict[str, Integers] = field(repr=False)
+    contact_nodes: Integers
+    block_nodes: Integers = field(repr=False)
+    half: bool
+    volume_mm3: float
+
+
+# Corner, and its three neighbours in a right-handed order, of a hexahedron in VTK order.
+_CORNERS = np.array(
+    [[0, 1, 3, 4], [1, 2, 0, 5], [2, 3, 1, 6], [3, 0, 2, 7], [4, 7, 5, 0], [5, 4, 6, 1], [6, 5, 7, 2], [7, 6, 4, 3]]
+)
+
+
+def corner_jacobians(mesh: BodyMesh) -> Floats:
+    """Jacobian determinants (m, 8) at the corners of the hexahedra (mm^3)."""
+    p = mesh.points[mesh.hexes[:, _CORNERS]]
+    e = p[:, :, 1:] - p[:, :, :1]
+    return np.asarray(np.einsum("mci,mci->mc", np.cross(e[:, :, 0], e[:, :, 1]), e[:, :, 2]))
+
+
+def mesh_volume(mesh: BodyMesh) -> float:
+    """Volume (mm^3) of the trilinear hexahedra, by quadrature (exact)."""
+    nodes, _ = np.polynomial.legendre.leggauss(2)
+    total = 0.0
+    p = mesh.points[mesh.hexes]
+    for r in nodes:
+        for s in nodes:
+            for t in nodes:
+                d = p.transpose(0, 2, 1) @ shape_gradients(r, s, t)
+                total += float(np.sum(np.linalg.det(d)))
+    return total
+
+
+CORNER_SIGNS = np.array(
+    [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]
+)
+"""Corners of the unit hexahedron from -1 to 1, in VTK order; its Gauss points lie at 1 / sqrt(3) of them."""
+
+
+def shape_gradients(r: float, s: float, t: float) -> Floats:
+    """Derivatives (8, 3) of the trilinear shape functions by r, s and t, each from -1 to 1."""
+    signs = CORNER_SIGNS
+    f = 1.0 + signs * np.array([r, s, t])
+    return np.asarray(
+        0.125
+        * np.column_stack(
+            [signs[:, 0] * f[:, 1] * f[:, 2], signs[:, 1] * f[:, 0] * f[:, 2], signs[:, 2] * f[:, 0] * f[:, 1]]
+        )
+    )
+
+
+def surface_normals(mesh: BodyMesh, name: str) -> Floats:
+    """Unit normals (k, 3) of the quadrilaterals of a named surface."""
+    p = mesh.points[mesh.surfaces[name]]
+    n = np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1])
+    return np.asarray(n / np.linalg.norm(n, axis=1, keepdims=True))
+
+
+def check_mesh(mesh: BodyMesh) -> None:
+    """Guards of the mesh hand-over: a broken mesh would give a wrong pressure without any message."""
+    for name, quads in mesh.surfaces.items():
+        assert len(quads) > 0, f"{mesh.name}: surface {name} is empty"
+    worst = float(corner_jacobians(mesh).min())
+    if worst <= 0.0:
+        raise FoldedMesh(
+            f"{mesh.name}: the mesh folds (smallest Jacobian {worst:.3g} mm^3); use a finer or coarser resolution,"
+            " another cut, or check the profile for sharp corners next to the contact zone"
+        )
+    volume = mesh_volume(mesh)
+    assert abs(volume - mesh.volume_mm3) < 1e-9 * volume, (
+        f"{mesh.name}: volume {volume} instead of {mesh.volume_mm3} mm^3"
+    )
+    up = 1.0 if mesh.name == "rail" else -1.0
+    # in the mean: around a corner some of them may point sideways and further
+    upwards = up * float(surface_normals(mesh, "contact")[:, 2].mean())
+    assert upwards > 0.0, f"{mesh.name}: contact normals point inwards"
+
+
+# --- Hooke's law of an isotropic body: the one law of its stiffness and of its stresses.
+
+
+def elasticity_MPa(material: Material) -> Floats:
+    """Elasticity tensor C (3, 3, 3, 3) in MPa: stress_ij = C_ijkl du_k/dx_l, small strains.
+
+    C_ijkl = lambda d_ij d_kl + G (d_ik d_jl + d_il d_jk) with Lame's constants.
+    """
+    one = np.eye(3)
+    dilation = np.einsum("ij,kl->ijkl", one, one)
+    shear = np.einsum("ik,jl->ijkl", one, one) + np.einsum("il,jk->ijkl", one, one)
+    return np.asarray(material.lame_MPa * dilation + material.shear_MPa * shear)
+
+
+# --- Stiffness matrix of one body by scikit-fem.
+
+# scikit-fem's corner order of a hexahedron, as positions in the VTK order.
+_TO_SKFEM = np.array([0, 4, 3, 1, 7, 5, 2, 6])
+
+
+def stiffness(mesh: BodyMesh, material: Material) -> csr_matrix:
+    """Stiffness matrix (3n, 3n) in N/mm, three displacement components per node in turn.
+
+    Trilinear hexahedra, isotropic Hooke's law, small strains. The integrals of d_i u d_j v are taken from scikit-fem's
+    shape functions and quadrature for all elements at once, and added up in one common pattern, which is faster than
+    its vector form by an order of magnitude.
+    """
+    from skfem import Basis, ElementHex1
+
+    basis = Basis(_skfem_mesh(mesh), ElementHex1(), intorder=3)
+    # one array (elements, corners, quadrature points) a direction
+    gradients = [np.stack([shape[0].grad[i] for shape in basis.basis], axis=1) for i in range(3)]
+    weights = basis.dx[:, None, :]
+    nodes, count = basis.element_dofs.T.astype(np.int64), len(mesh.points)
+    pairs, place = np.unique(nodes[:, :, None] * count + nodes[:, None, :], return_inverse=True)
+    place = place.ravel()
+    # row and column of the matrix belong to v and u
+    parts = np.empty((pairs.size, 3, 3))
+    for i in range(3):
+        for j in range(i, 3):
+            integrals = (gradients[i] * weights) @ gradients[j].transpose(0, 2, 1)
+            parts[:, i, j] = np.bincount(place, integrals.ravel())
+            if i != j:
+                parts[:, j, i] = np.bincount(place, integrals.transpose(0, 2, 1).ravel())
+    # d_k v_i C_ikjl d_l u_j
+    blocks = np.tensordot(parts, elasticity_MPa(material), axes=((1, 2), (1, 3)))
+    rows, columns = np.divmod(pairs, count)
+    starts = np.searchsorted(rows, np.arange(count + 1))
+    return bsr_matrix((blocks, columns, starts), shape=(3 * count, 3 * count)).tocsr()
+
+
+def _skfem_mesh(mesh: BodyMesh) -> Any:
+    from skfem import MeshHex1
+
+    return MeshHex1(mesh.points.T.copy(), mesh.hexes[:, _TO_SKFEM].T.copy(), sort_t=False)
+
+
+# --- What the solution of a body needs of the machine's memory, and whether it is there.
+
+# Bytes of a Cholesky factor of n degrees of freedom and of its analysis, from PARDISO's own count on bodies of 11 to
+# 61 thousand: 145 to 163 n^(4/3), the growth of nested dissection in space, and 1.3 kB each.
+_FACTOR_BYTES = 165.0
+_ANALYSIS_BYTES = 1300.0
+# The matrix itself, its assembly and the other body's work beside it.
+USABLE_MEMORY = 0.8
+
+
+def factor_bytes(degrees_of_freedom: int) -> float:
+    """Memory that PARDISO needs for a body, before anything is made."""
+    return float(_FACTOR_BYTES * degrees_of_freedom ** (4.0 / 3.0) + _ANALYSIS_BYTES * degrees_of_freedom)
+
+
+def check_memory(needed_bytes: float, what: str) -> None:
+    """Refuse what the machine cannot hold before it is begun.
+
+    Raises
+    ------
+    NotEnoughMemory
+        If more is needed than is available now.
+    """
+    import psutil
+
+    available = float(psutil.virtual_memory().available)
+    if needed_bytes > available:
+        raise NotEnoughMemory(
+            f"{what} needs about {needed_bytes / 1e9:.1f} GB of memory, {available / 1e9:.1f} GB are available;"
+            " use a coarser resolution, the amg solver, or a larger machine"
+        )
+
+
+# --- Linear systems of a body: Cholesky factors by MKL PARDISO, or conjugate gradients with algebraic multigrid.
+
+SolverName = Literal["pardiso", "amg"]
+LinearSolver = Callable[[Floats], Floats]
+_MKL_PATH = "PYPARDISO_MKL_RT"
+# Far below the contact solver's own tolerance, so that its residuals are those of the contact problem.
+AMG_TOLERANCE = 1e-10
+_AMG_ITERATIONS = 400
+# Of both bodies under a single load: from here on multigrid is the cheaper one. Factors or hierarchy and first load
+# take, in CPU seconds of one core (AMD EPYC, virtual, 2026; cylinder R 460 on R 300), 0.7 and 1.5 with 31 thousand, 2.1
+# and 4.8 with 69, 3.6 and 6.8 with 100, 11.6 and 12.4 with 188; they grow with n^1.8 and n^1 there. A further load
+# takes 0.1 of the first one with factors, 0.6 of it without.
+_MULTIGRID_UNKNOWNS = 200_000
+# The level that is solved directly, with six degrees of freedom a node.
+_COARSEST_NODES = 80
+_MOST_LEVELS = 10
+# Connections up to this many times the shortest one of a node are strong.
+_NEAR = 3.0
+# Earlier solutions that a new one begins with; combinations that differ by less than this part are the same.
+_REMEMBERED = 8
+_INDEPENDENT = 1e-12
+
+
+def pardiso_available() -> bool:
+    """Whether MKL PARDISO can be loaded on this machine."""
+    try:
+        return _pypardiso() is not None
+    except (ImportError, OSError):
+        return False
+
+
+def _pypardiso() -> Any:
+    """The package, told where MKL is: it asks the compiler and lists all of the environment, twice in 0.5 s."""
+    if _MKL_PATH not in os.environ:
+        with contextlib.suppress(PackageNotFoundError):
+            for path in files("mkl") or ():
+                if path.name.startswith(("libmkl_rt.", "mkl_rt.")):
+                    os.environ[_MKL_PATH] = str(path.locate())
+    import pypardiso
+
+    return pypardiso
+
+
+def choose_solver(
+    wanted: Literal["auto", "pardiso", "amg"], degrees_of_freedom: Sequence[int] = (), *, several_loads: bool = True
+) -> SolverName:
+    """Name of the solver path to take for bodies with so many degrees of freedom, which are solved at the same time.
+
+    `auto` takes PARDISO where the platform has it, its factors fit into the available memory, and it is the cheaper one
+    by size and number of loads (studies/benchmark.py); otherwise multigrid, which needs a third to a half of the
+    memory.
+
+    Raises
+    ------
+    InputError
+        If PARDISO is asked for and this platform does not have it.
+    """
+    import psutil
+
+    if wanted == "auto":
+        needed = sum(factor_bytes(count) for count in degrees_of_freedom)
+        fits = needed <= USABLE_MEMORY * float(psutil.virtual_memory().available)
+        cheaper = several_loads or sum(degrees_of_freedom) <= _MULTIGRID_UNKNOWNS
+        return "pardiso" if pardiso_available() and fits and cheaper else "amg"
+    if wanted == "pardiso" and not pardiso_available():
+        raise InputError(
+            "solver pardiso: MKL cannot be loaded here; pip install pypardiso (x86-64 Linux and Windows), or use auto"
+            " or amg"
+        )
+    return wanted
+
+
+def _pardiso() -> Any:
+    solver = _pypardiso().PyPardisoSolver(mtype=2)
+    os.environ.setdefault(_MKL_PATH, solver.libmkl._name)
+    # own values: nested dissection, no refinement of the solution (with it a solution takes 2.6 times as long, and
+    # Cholesky needs none: errors are of rounding size without it)
+    solver.iparm[0], solver.iparm[1] = 1, 2
+    return solver
+
+
+class _PardisoFactor:
+    """Cholesky factor by MKL PARDISO (symmetric positive definite, upper triangle)."""
+
+    def __init__(self, matrix: csr_matrix, free: Integers) -> None:
+        self._free = free
+        self._upper = triu(matrix[free][:, free], format="csr")
+        self._upper.sort_indices()
+        self._pardiso = _pardiso()
+        self._run(11)
+        # the analysis knows the size of the factor (KB): peak while ordering, or factor and its work space
+        peak, permanent, factor = (self._pardiso.get_iparm(k) for k in (15, 16, 17))
+        check_memory(1024.0 * max(peak, permanent + factor), f"the factor of {free.size} degrees of freedom")
+        self._run(22)
+        self._pardiso.set_phase(33)
+
+    def _run(self, phase: int) -> None:
+        self._pardiso.set_phase(phase)
+        self._pardiso._call_pardiso(self._upper, np.zeros(self._free.size))
+
+    def __call__(self, forces: Floats) -> Floats:
+        u = np.zeros_like(forces)
+        u[self._free] = self._pardiso._call_pardiso(self._upper, np.ascontiguousarray(forces[self._free]))
+        return u
+
+    def release(self) -> None:
+        if self._upper is not None:
+            # all of this factor's memory, that of the analysis as well
+            self._pardiso.free_memory(everything=True)
+            self._upper = None
+
+    def __del__(self) -> None:
+        # MKL's memory is not Python's; at the interpreter's end the process gives it back anyway
+        if getattr(self, "_upper", None) is not None and not sys.is_finalizing():
+            self.release()
+
+
+def pardiso_solver(matrix: csr_matrix, free: Integers, points: Floats) -> LinearSolver:
+    """Factors by MKL's PARDISO of the free degrees of freedom; it needs no points."""
+    return _PardisoFactor(matrix, free)
+
+
+def amg_solver(matrix: csr_matrix, free: Integers, points: Floats) -> LinearSolver:
+    """Conjugate gradients with smoothed aggregation; held degrees of freedom stay as decoupled rows, so that the
+    3 x 3 blocks of the nodes stay whole.
+    """
+    import pyamg
+
+    moves = np.zeros(matrix.shape[0])
+    moves[free] = 1.0
+    keep = diags(moves)
+    scale = float(matrix.diagonal().mean())
+    held = (keep @ matrix @ keep + diags(scale * (1.0 - moves))).tobsr(blocksize=(3, 3))
+    strengths, aggregates = _near_neighbours(held, points)
+    hierarchy = pyamg.smoothed_aggregation_solver(
+        held,
+        B=rigid_body_modes(points) * moves[:, None],
+        strength=strengths,
+        aggregate=aggregates,
+        smooth=("energy", {"krylov": "cg", "maxiter": 3}),
+        presmoother=("block_gauss_seidel", {"sweep": "forward"}),
+        postsmoother=("block_gauss_seidel", {"sweep": "backward"}),
+        improve_candidates=None,
+    )
+    return _MultigridSolver(held, moves, hierarchy.aspreconditioner())
+
+
+def _near_neighbours(matrix: bsr_matrix, points: Floats) -> tuple[list[Any], list[Any]]:
+    """Strength of connection and aggregates of each level, by distance: a node goes together with the nearest ones.
+
+    The elements are up to a hundred times as long as thin where the fine zone is swept to the cut planes. Errors vary
+    slowly only across their thin sides, so that only there nodes may be put together. What is read off the matrix
+    instead misses that on the coarse levels: six times as many iterations with 230 thousand degrees of freedom.
+    """
+    from pyamg.aggregation import standard_aggregation
+    from pyamg.strength import distance_strength_of_connection
+
+    graph = csr_matrix((np.ones(matrix.indices.size), matrix.indices, matrix.indptr))
+    strengths, aggregates = [], []
+    for _ in range(_MOST_LEVELS):
+        strength = distance_strength_of_connection(graph, points, theta=_NEAR)
+        aggregate, _ = standard_aggregation(strength)
+        strengths.append(("predefined", {"C": strength}))
+        aggregates.append(("predefined", {"AggOp": aggregate}))
+        members = csr_matrix(aggregate, dtype=float)
+        points = (members.T @ points) / np.asarray(members.sum(axis=0)).reshape(-1, 1)
+        if len(points) <= _COARSEST_NODES:
+            break
+        # aggregates meet where their smoothed basis functions do
+        reached = csr_matrix(strength) @ members
+        graph = csr_matrix(reached.T @ graph @ reached)
+        graph.data[:] = 1.0
+    return strengths, aggregates
+
+
+class _MultigridSolver:
+    """Preconditioned conjugate gradients that begin with the best combination of the last solutions."""
+
+    def __init__(self, matrix: bsr_matrix, moves: Floats, preconditioner: Any) -> None:
+        self._matrix, self._moves, self._preconditioner = matrix, moves, preconditioner
+        self._solved: deque[tuple[Floats, Floats]] = deque(maxlen=_REMEMBERED)
+
+    def __call__(self, forces: Floats) -> Floats:
+        load = forces * self._moves
+        u, info = cg(
+            self._matrix,
+            load,
+            x0=self._first_guess(load),
+            rtol=AMG_TOLERANCE,
+            maxiter=_AMG_ITERATIONS,
+            M=self._preconditioner,
+        )
+        if info != 0:
+            norm = float(np.linalg.norm(load))
+            residual = float(np.linalg.norm(load - self._matrix @ u))
+            raise ConvergenceError(
+                f"multigrid: residual {residual / norm:.1e} after {_AMG_ITERATIONS} iterations"
+                f" (wanted {AMG_TOLERANCE:g}); use the pardiso solver or a coarser resolution"
+            )
+        self._solved.append((load, u))
+        return np.asarray(u)
+
+    def _first_guess(self, load: Floats) -> Floats | None:
+        """The combination of earlier solutions with the least elastic energy of the error."""
+        if not self._solved:
+            return None
+        loads, solutions = (np.array(column) for column in zip(*self._solved, strict=True))
+        part, *_ = np.linalg.lstsq(solutions @ loads.T, solutions @ load, rcond=_INDEPENDENT)
+        return np.asarray(part @ solutions)
+
+
+def rigid_body_modes(points: Floats) -> Floats:
+    """The six rigid body displacements (3n, 6) of points (n, 3), about their centre and scaled to its size."""
+    p = (points - points.mean(axis=0)) / np.ptp(points, axis=0).max()
+    modes = np.zeros((len(points), 3, 6))
+    modes[:, [0, 1, 2], [0, 1, 2]] = 1.0
+    for k, (i, j) in enumerate(((0, 1), (1, 2), (2, 0))):
+        modes[:, i, 3 + k] = -p[:, j]
+        modes[:, j, 3 + k] = p[:, i]
+    return modes.reshape(-1, 6)
+
+
+# --- One elastic body: its mesh, how it is held, and its stiffness ready to be solved.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

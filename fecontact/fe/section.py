@@ -17,11 +17,9 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.arrays import Floats, Integers
 from fecontact.errors import NotCovered
 from fecontact.profiles.curve import Profile
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # A turn of the outline above this between two neighbouring points is a corner and keeps a node.
 _CORNER_RAD = 0.3

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from fecontact.errors import InputError
-from fecontact.inputs.texts import nearest
+from fecontact.inputs import nearest
 
 _FOLDER = Path(__file__).parent
 

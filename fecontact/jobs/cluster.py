@@ -16,8 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.errors import InputError
-from fecontact.jobs.job import Done, Job, run_job, unlike
-from fecontact.jobs.workers import Crew, other_threads
+from fecontact.jobs.workers import Crew, Done, Job, other_threads, run_job, unlike
 
 _CONNECT_S = 10
 _FIRST_WORKER_S = 60

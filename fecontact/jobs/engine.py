@@ -13,11 +13,9 @@ from pathlib import Path
 
 from fecontact.errors import InputError
 from fecontact.files import remove_unfinished
-from fecontact.jobs.job import Done, Job
-from fecontact.jobs.lock import locked
 from fecontact.jobs.remaining import duration, seconds_left
-from fecontact.jobs.store import Kept, kept_folder, remove_leftovers
-from fecontact.jobs.workers import Crew, default_workers, process_crew, run_jobs
+from fecontact.jobs.store import Kept, kept_folder, locked, remove_leftovers
+from fecontact.jobs.workers import Crew, Done, Job, default_workers, process_crew, run_jobs
 
 Progress = Callable[[int, int, str], None]
 _MOST_NAMES = 8

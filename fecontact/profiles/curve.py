@@ -1,4 +1,4 @@
-"""Plane profile lines made of exact segments: positions, slopes, curvatures, junctions.
+"""Plane profile lines made of segments: positions, slopes, curvatures, junctions, axes, and standard shapes.
 
 A profile lives in its own axes: y lateral (positive to the field side), z up, in mm. A rail has its material below the
 line, a wheel above it. A profile is one curve with the parameter u in [0, n]: segment k covers u in [k, k+1].
@@ -7,6 +7,7 @@ line, a wheel above it. A profile is one curve with the parameter u in [0, n]: s
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
@@ -14,22 +15,27 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.errors import InputError
-from fecontact.profiles.inversion import Table, inverted
-from fecontact.profiles.measured import Measured
+from fecontact.arrays import Floats, Integers
+from fecontact.errors import InputError, check_positive
+from fecontact.profiles.reading import remedy
 from fecontact.profiles.segments import (
     GAUSS_NODES,
     GAUSS_WEIGHTS,
+    Arc,
     CurvePoints,
-    Floats,
-    Integers,
+    Line,
+    Measured,
+    Polynomial,
     Segment,
     Smoothed,
     Spline,
+    Table,
+    inverted,
 )
 
 if TYPE_CHECKING:
-    from fecontact.profiles.problems import Problem
+    from fecontact.profiles.segments import Problem
+
 
 Kind = Literal["rail", "wheel"]
 Side = Literal["left", "right"]
@@ -319,3 +325,273 @@ class Profile:
             return self._arc_length(k, v), np.hypot(points.dy, points.dz)
 
         return inverted(self._table, self._table_lengths, slice(None), s, length_and_speed)
+
+
+# --- Profiles that are made from a few lengths: arcs, straight lines, and standard heads of tangent arcs.
+
+Point = tuple[float, float]
+
+
+def arc_between(start: Point, end: Point, *, centre: Point, radius: float, what: str = "arc") -> Arc:
+    """Shorter arc from `start` to `end` about `centre` (mm); the points only give its two angles.
+
+    Raises
+    ------
+    InputError
+        A point lies off the circle by more than 0.001 mm.
+    """
+    angles = []
+    for point in (start, end):
+        off = math.hypot(point[0] - centre[0], point[1] - centre[1]) - radius
+        if not abs(off) <= JOINT_GAP_MM:
+            raise InputError(
+                f"{what}: the point {point} mm lies {off:.3g} mm off the circle of radius {radius:g} mm about {centre} "
+                f"mm; allowed: {JOINT_GAP_MM:g} mm; correct the point, the centre or the radius"
+            )
+        angles.append(math.atan2(point[1] - centre[1], point[0] - centre[0]))
+    turn = math.remainder(angles[1] - angles[0], math.tau)
+    return Arc(centre=centre, radius=radius, angle_from=angles[0], angle_to=angles[0] + turn)
+
+
+def tangent_head(
+    radii: Sequence[float], half_widths: Sequence[float], *, side_one_in: float, side_to_z: float
+) -> list[Segment]:
+    """Segments of a mirror-symmetric rail head of tangent arcs and straight sides, from left to right.
+
+    Parameters
+    ----------
+    radii
+        Radii of the arcs from the crown outwards (mm).
+    half_widths
+        Distance from the axis of the point where each arc meets the next (mm), one fewer than the radii.
+    side_one_in
+        The sides lean outwards, 1 across to this much down; infinite for vertical sides.
+    side_to_z
+        Height at which the sides end (mm, negative: below the crown).
+
+    Raises
+    ------
+    InputError
+        The arcs do not follow one another outwards and downwards.
+    """
+    # Each centre lies on the radius through the joint, which makes the joint exactly tangent. Angles from the y axis.
+    centre, angles = (0.0, -radii[0]), [math.pi / 2]
+    right: list[Segment] = []
+    for i, radius in enumerate(radii):
+        if i < len(half_widths):
+            reach = (half_widths[i] - centre[0]) / radius
+            angle = math.acos(reach) if 0.0 < reach < 1.0 else math.nan
+        else:
+            angle = math.atan(1.0 / side_one_in)
+        if not angle < angles[-1]:
+            raise InputError(
+                f"head: arc {i + 1} with radius {radius:g} mm cannot reach its outer end; give the half-widths from "
+                f"the crown outwards, each within its arc (radii {list(radii)}, half_widths {list(half_widths)} mm)"
+            )
+        right.append(Arc(centre=centre, radius=radius, angle_from=angles[-1], angle_to=angle))
+        angles.append(angle)
+        if i + 1 < len(radii):
+            shift = radius - radii[i + 1]
+            centre = (centre[0] + shift * math.cos(angle), centre[1] + shift * math.sin(angle))
+    corner = (centre[0] + radii[-1] * math.cos(angles[-1]), centre[1] + radii[-1] * math.sin(angles[-1]))
+    if not side_to_z < corner[1]:
+        raise InputError(f"head: side_to_z is {side_to_z:g} mm; allowed: below the last arc, {corner[1]:.4f} mm")
+    foot = (corner[0] + (corner[1] - side_to_z) / side_one_in, side_to_z)
+    right.append(Line(start=corner, end=foot))
+    crown = Arc(centre=(0.0, -radii[0]), radius=radii[0], angle_from=math.pi - angles[1], angle_to=angles[1])
+    return [*mirrored(right[1:]), crown, *right[1:]]
+
+
+def mirrored(segments: Sequence[Segment]) -> list[Segment]:
+    """Mirror image in y of a chain, in the order that goes on from its end on the axis."""
+    image: list[Segment] = []
+    for s in reversed(segments):
+        if isinstance(s, Line):
+            image.append(Line(start=(-s.end[0], s.end[1]), end=(-s.start[0], s.start[1])))
+        elif isinstance(s, Arc):
+            image.append(
+                Arc(
+                    centre=(-s.centre[0], s.centre[1]),
+                    radius=s.radius,
+                    angle_from=math.pi - s.angle_to,
+                    angle_to=math.pi - s.angle_from,
+                )
+            )
+        elif isinstance(s, Polynomial):
+            flipped = tuple(c * (-1.0) ** k for k, c in enumerate(s.coefficients))
+            image.append(Polynomial(coefficients=flipped, y_from=-s.y_to, y_to=-s.y_from))
+        else:
+            raise AssertionError("points are never mirrored")
+    return image
+
+
+def circular_rail_head(radius_mm: float, half_width_mm: float = 36.0) -> Profile:
+    """Rail head of one arc with its crown at (0, 0), for comparisons with closed forms.
+
+    The arc reaches to |y| = min(half_width_mm, 0.95 radius_mm).
+
+    Raises
+    ------
+    InputError
+        A length is not finite and positive.
+    """
+    check_positive("radius of the rail head", radius_mm, "mm", "for example circle:300")
+    check_positive("half-width of the rail head", half_width_mm, "mm", "for example 36")
+    reach = math.asin(min(half_width_mm / radius_mm, 0.95))
+    arc = Arc(centre=(0.0, -radius_mm), radius=radius_mm, angle_from=math.pi / 2 + reach, angle_to=math.pi / 2 - reach)
+    return Profile(name=f"circle:{radius_mm:g}", kind="rail", segments=(arc,), source="circular arc")
+
+
+def two_arc_rail_head(crown_mm: float, gauge_mm: float, junction_mm: float, half_width_mm: float = 36.0) -> Profile:
+    """Rail head of two tangent arcs with its crown at (0, 0): a curvature junction at a known distance from it.
+
+    Parameters
+    ----------
+    crown_mm
+        Radius on the field side of the junction.
+    gauge_mm
+        Radius on its gauge side.
+    junction_mm
+        Arc length from the crown to the junction, positive to the gauge side: the crown then lies on the first arc;
+        negative: on the second; 0: at the junction itself.
+    half_width_mm
+        The arcs reach to this |y|, at most to 95 % of their radius from their centre.
+
+    Raises
+    ------
+    InputError
+        A length is not finite and positive, or the crown does not lie on the arcs.
+    """
+    for name, radius in (("field", crown_mm), ("gauge", gauge_mm)):
+        check_positive(f"radius on the {name} side", radius, "mm", "for example arcs:300/80@2.5")
+    radius = crown_mm if junction_mm >= 0.0 else gauge_mm
+    if not abs(junction_mm) < min(radius, half_width_mm):
+        raise InputError(
+            f"junction at {junction_mm:g} mm from the crown; allowed: less than the arc of {radius:g} mm under it and"
+            f" the half-width of {half_width_mm:g} mm"
+        )
+    angle = math.pi / 2 + junction_mm / radius
+    normal = (math.cos(angle), math.sin(angle))
+    # each centre lies on the common normal, which makes the junction exactly tangent
+    joint = (radius * normal[0], radius * (normal[1] - 1.0))
+    segments: list[Segment] = []
+    for r, side in ((gauge_mm, -1.0), (crown_mm, 1.0)):
+        centre = (joint[0] - r * normal[0], joint[1] - r * normal[1])
+        reach = min(max((half_width_mm - side * centre[0]) / r, 0.0), 0.95)
+        end = math.pi / 2 - side * math.asin(reach)
+        first, last = (end, angle) if side < 0.0 else (angle, end)
+        if not first > last:
+            raise InputError(
+                f"junction at {junction_mm:g} mm: the arc of {r:g} mm beside it is too steep there; give a smaller"
+                " distance"
+            )
+        segments.append(Arc(centre=centre, radius=r, angle_from=first, angle_to=last))
+    name = f"arcs:{crown_mm:g}/{gauge_mm:g}@{junction_mm:g}"
+    return Profile(name=name, kind="rail", segments=tuple(segments), source="two tangent arcs")
+
+
+def cylinder_wheel(y_from_mm: float = -70.0, y_to_mm: float = 65.0) -> Profile:
+    """Wheel with a straight tread at z = 0 and no flange, for comparisons with closed forms.
+
+    Raises
+    ------
+    InputError
+        The tread does not run from small to large y.
+    """
+    tread = Line(start=(float(y_from_mm), 0.0), end=(float(y_to_mm), 0.0))
+    return Profile(name="cylinder", kind="wheel", segments=(tread,), source="straight line")
+
+
+# --- Whether a line has the size and the axes of a rail or of a wheel: y to the field side, z up, mm.
+
+SPAN_RANGE_MM = (10.0, 500.0)
+# A rail's head has no dip, and a wheel's rim no drop at its field side, of this depth.
+_DIP_MM = 8.0
+
+
+def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str) -> None:
+    """Check the size of a line (mm, shape (n,)) and the direction of its axes.
+
+    Raises
+    ------
+    InputError
+        Implausible size, z pointing down, or a wheel with its flange on the field side.
+    """
+    span = float(max(np.ptp(y), np.ptp(z)))
+    low, high = SPAN_RANGE_MM
+    if not low <= span <= high:
+        advice = (
+            f"this looks like metres, so multiply by 1000, or {remedy(kind, 'units', 'm')}"
+            if 0.01 <= span <= 0.5
+            else f"say the unit of the file: for inches {remedy(kind, 'units', 'in')}"
+        )
+        raise InputError(f"{what}: the line spans {span:.4g} mm; allowed: {low:g} to {high:g} mm; {advice}")
+    if kind == "rail":
+        # a head lies above the chord between its ends, canted, worn or half
+        weight = (0.5 * (y[0] + y[-1]) - y[0]) / (y[-1] - y[0]) if y[-1] != y[0] else 0.5
+        middle = np.abs(y - 0.5 * (y[0] + y[-1])) <= 0.1 * abs(y[-1] - y[0])
+        above = float(np.median(z[middle])) - (z[0] + weight * (z[-1] - z[0])) if middle.any() else 0.0
+        if above < -0.1:
+            raise InputError(
+                f"{what}: the middle of the rail lies {-above:.2f} mm below the chord between its ends, but z points "
+                "up and a rail head is highest in the middle; flip the sign of z, or " + remedy(kind, "flip_z", "yes")
+            )
+        dip, at = _deepest_dip(z)
+        if dip > _DIP_MM:
+            raise InputError(
+                f"{what}: the line dips by {dip:.1f} mm at y = {y[at]:.1f} mm, as the flange of a wheel does; a rail is"
+                " wanted: give the file as the wheel, or cut the line at the sides of the head"
+            )
+        return
+    middle = z[(y > y[0] + 0.3 * (y[-1] - y[0])) & (y < y[0] + 0.7 * (y[-1] - y[0]))]
+    if middle.size and float(np.median(middle)) - max(z[0], z[-1]) > _DIP_MM and _deepest_dip(z)[0] < 1.0:
+        raise InputError(
+            f"{what}: both ends of the line lie more than {_DIP_MM:g} mm below its middle, as those of a rail do;"
+            " a wheel is wanted: give the file as the rail"
+        )
+    # the flange back and the rim face reach up far, so they do not count
+    steep = np.abs(np.diff(z)) > 4.0 * np.abs(np.diff(y))
+    gentle = np.flatnonzero(~steep)
+    if not gentle.size:
+        raise InputError(
+            f"{what}: the whole line is steep; a wheel needs its tread, z up and y across; swap the columns"
+        )
+    y, z = y[gentle[0] : gentle[-1] + 2], z[gentle[0] : gentle[-1] + 2]
+    tread = float(np.median(z))
+    up, down = float(z.max()) - tread, tread - float(z.min())
+    if up > 10.0 and up > down:
+        raise InputError(
+            f"{what}: the line rises to {up:.1f} mm above the tread at y = {y[z.argmax()]:.1f} mm and falls only "
+            f"{down:.1f} mm below it, but z points up and a flange reaches down; flip the sign of z, or "
+            + remedy(kind, "flip_z", "yes")
+        )
+    if down > 10.0 and y[z.argmin()] > 0.5 * (y.min() + y.max()):
+        raise InputError(
+            f"{what}: the flange lies at y = {y[z.argmin()]:.1f} mm, on the field side, but y is positive to the field "
+            "side; flip the sign of y, or " + remedy(kind, "mirror", "yes")
+        )
+
+
+def _deepest_dip(z: Floats) -> tuple[float, int]:
+    """How far a line lies below higher points on both of its sides at most, and where."""
+    depth = np.minimum(np.maximum.accumulate(z), np.maximum.accumulate(z[::-1])[::-1]) - z
+    at = int(np.argmax(depth))
+    return float(depth[at]), at
+
+
+def origin_notes(points: Floats, kind: Kind) -> list[str]:
+    """What is to be said of points (n, 2) whose origin is not a rail's crown or a wheel's tape circle."""
+    y, z = points.T
+    if kind == "rail":
+        top = points[z.argmax()]
+        if abs(top[0]) > 1.0 or abs(top[1]) > 0.1:
+            return [
+                f"the highest point is ({top[0]:.4g}, {top[1]:.4g}) mm, not the origin: the rail may be canted already,"
+                " worn, or have another origin; it is used as it is"
+            ]
+        return []
+    if not y.min() <= 0.0 <= y.max():
+        return [f"the tape circle y = 0 lies outside the line, y = {y.min():.4g} to {y.max():.4g} mm"]
+    if abs(at_tape := float(np.interp(0.0, np.maximum.accumulate(y), z))) > 0.1:
+        return [f"the line passes the tape circle y = 0 at z = {at_tape:.4g} mm, not 0: check the origin of the file"]
+    return []

@@ -1,11 +1,11 @@
-"""How a profile file is to be read and smoothed, where the file itself does not say so or more is known about it."""
+"""How a profile file is to be read and smoothed, and profiles that are told by their radii."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
-from fecontact.inputs.kinds import Choice, Flag, Number, Text
-from fecontact.inputs.slots import by_name, check_inputs, given
+from fecontact.inputs import Choice, Flag, Number, Text, by_name, check_inputs, given
 
 MM = {"mm": 1.0, "m": 1000.0, "cm": 10.0, "um": 1e-3, "in": 25.4}
 """Units of length that a file may be in, and how many mm each is."""
@@ -68,7 +68,7 @@ class Reading:
     noise_mm, smoothing_mm, nominal
         How measured points are smoothed (`profiles.smoothing`).
     repair
-        Whether points that are wrong are left out instead of refused (`profiles.problems`).
+        Whether points that are wrong are left out instead of refused (`profiles.segments`).
     """
 
     units: str | None = given(None, _UNITS)
@@ -94,3 +94,34 @@ def remedy(kind: str, key: str, value: str) -> str:
     """The exact option that settles a question about a file, on the command line and in study files."""
     shown = {"yes": "true"}.get(value, f'"{value}"')
     return f"give --{kind}-{key.replace('_', '-')} {value} ({key} = {shown} in [{kind}_file])"
+
+
+# --- Profiles that are told by their radii, such as `circle:300`, and which lines are those of a wheelset on a track.
+
+CIRCLE, ARCS, CYLINDER = "circle:", "arcs:", "cylinder:"
+# DIN 536-1, form A: symmetric heads without a gauge face
+_CRANE_RAIL = re.compile(r"A\d{2,3}", re.IGNORECASE)
+
+
+def is_short_form(spec: str) -> bool:
+    """Whether a text gives a profile by its radii, such as `circle:300`: neither a name nor a file."""
+    return spec.lower().startswith((CIRCLE, ARCS, CYLINDER))
+
+
+def has_no_gauge_face(spec: str) -> bool:
+    """Whether a rail is given by its radii alone: it has no gauge face, its crown lies under the tape circle."""
+    return spec.lower().startswith((CIRCLE, ARCS))
+
+
+def makes_a_wheelset(rail: str, wheel: str) -> bool:
+    """Whether rail and wheel may be those of a wheelset on its track.
+
+    A line that is given by its radii (`circle:300`, `arcs:300/80@2.5`, `cylinder:460`) is a body for a test: it has
+    neither gauge face nor flange that would say how a wheelset stands. Nor has the wheelset of a crane.
+    """
+    return not (is_short_form(rail) or is_short_form(wheel) or is_crane_rail(rail))
+
+
+def is_crane_rail(rail: str) -> bool:
+    """Whether a rail is one of the library's crane rails."""
+    return _CRANE_RAIL.fullmatch(rail) is not None

@@ -10,16 +10,13 @@ from functools import lru_cache
 from pathlib import Path
 
 from fecontact.errors import InputError, check_positive
-from fecontact.profiles.curve import Kind, Profile
-from fecontact.profiles.given import GivenProfile
-from fecontact.profiles.library import find, is_known, load, names
+from fecontact.profiles.curve import Kind, Profile, circular_rail_head, cylinder_wheel, two_arc_rail_head
+from fecontact.profiles.library import GivenProfile, find, is_known, load, names
 from fecontact.profiles.points import Points
+from fecontact.profiles.readers.columns import Source, file_bytes, points_of_columns
 from fecontact.profiles.readers.formats import DEFAULT, reader_of
-from fecontact.profiles.readers.table import Source, file_bytes, points_of_columns
-from fecontact.profiles.reading import PLAIN, Reading
-from fecontact.profiles.recognition import line_through
-from fecontact.profiles.shapes import circular_rail_head, cylinder_wheel, two_arc_rail_head
-from fecontact.profiles.short_forms import ARCS, CIRCLE, CYLINDER, has_no_gauge_face
+from fecontact.profiles.reading import ARCS, CIRCLE, CYLINDER, PLAIN, Reading, has_no_gauge_face
+from fecontact.profiles.smoothing import line_through
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +38,7 @@ class WheelProfile:
 def resolve_rail(spec: str, reading: Reading = PLAIN) -> Profile:
     """Rail from the text of the command line: a library name, `circle:R`, `arcs:R/R@D` (mm), or a profile file.
 
-    Measured points in a file are smoothed (`profiles.recognition`).
+    Measured points in a file are smoothed (`profiles.smoothing`).
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The pieces of a profile line: exact ones, splines through points, and smoothed ones.
+"""The pieces of a profile line, exact or through points, and the points that a line is made from.
 
 A segment is evaluated at the local parameter v from 0 to 1: position and both derivatives, in mm.
 """
@@ -6,19 +6,21 @@ A segment is evaluated at the local parameter v from 0 to 1: position and both d
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.arrays import Floats, Integers
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline, PPoly
 
-Floats: TypeAlias = NDArray[np.float64]
-Integers: TypeAlias = NDArray[np.intp]
 
 # Longest step of the table of a smoothed line: the least width is some points, and those are 0.1 mm apart and more.
 _TABLE_STEP_MM = 0.25
@@ -258,3 +260,385 @@ def polynomial_arc(base: Polynomial, v_from: float, v_to: float, s_from: float =
 
 
 Segment: TypeAlias = Line | Arc | Polynomial | Spline | Smoothed
+
+
+# --- Where an increasing function along a chain of segments has a value: Newton steps from a table of the chain.
+
+# A coordinate this little beyond an end still counts as the end (mm).
+_END_SLACK_MM = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Table:
+    """Samples of a chain of segments, both ends of every segment included (so each joint is there twice)."""
+
+    segment: Integers
+    v: Floats
+    points: CurvePoints
+
+    @property
+    def chords(self) -> Floats:
+        """Length of each interval (mm)."""
+        return np.hypot(np.diff(self.points.y), np.diff(self.points.z))
+
+    @cached_property
+    def joints(self) -> NDArray[np.bool_]:
+        """Whether the interval after each sample only steps from one segment to the next."""
+        return np.diff(self.segment) > 0
+
+
+def inverted(
+    table: Table,
+    values: Floats,
+    part: slice,
+    t: ArrayLike,
+    function: Callable[[Integers, Floats], tuple[Floats, Floats]],
+) -> Floats:
+    """Parameter u where an increasing function is t, NaN beyond its ends, by bracketed Newton steps.
+
+    `values` are those of the function on the table, and only the table's `part` is searched. `function` returns the
+    value and its derivative by v at the local parameters v of the segments k.
+    """
+    t = np.asarray(t, dtype=float)
+    table_k, table_v, values = table.segment[part], table.v[part], values[part]
+    inside = (t >= values[0] - _END_SLACK_MM) & (t <= values[-1] + _END_SLACK_MM)
+    target = np.clip(t[inside], values[0], values[-1])
+
+    # rounded data may step back by a hair at a joint
+    j = np.searchsorted(np.maximum.accumulate(values), target, side="right") - 1
+    j = np.clip(j, 0, values.size - 2)
+    k, high = table_k[j + 1], table_v[j + 1]
+    low = np.where(k == table_k[j], table_v[j], high)
+    rise = values[j + 1] - values[j]
+    v = low + (high - low) * np.clip((target - values[j]) / np.where(rise > 0.0, rise, 1.0), 0.0, 1.0)
+
+    active = np.flatnonzero(high > low)
+    for _ in range(60):
+        if not active.size:
+            break
+        v_old = v[active]
+        value, rate = function(k[active], v_old)
+        residual = target[active] - value
+        low[active] = np.where(residual >= 0.0, v_old, low[active])
+        high[active] = np.where(residual <= 0.0, v_old, high[active])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            v_new = v_old + residual / rate
+        trapped = (v_new >= low[active]) & (v_new <= high[active])
+        v_new = np.where(trapped, v_new, 0.5 * (low[active] + high[active]))
+        v[active] = v_new
+        # Newton steps converge quadratically: after one of this size the next would be lost in rounding
+        active = active[np.abs(v_new - v_old) > 1e-11]
+    u = np.full(t.shape, np.nan)
+    u[inside] = k + v
+    return u
+
+
+# --- The points behind a smoothed line.
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Held:
+    """Points held against a line, which may be their own.
+
+    Attributes
+    ----------
+    points (n, 2)
+        In mm, without those that were left out.
+    s_mm (n,)
+        Arc length of each point along the line that it is held against.
+    values (n, 2)
+        What is smoothed: how far the points lie off their nominal profile, or the points themselves.
+    normals (n, 2)
+        Of the line, to its left.
+    relative_width (n,)
+        Width of the smoothing at each point over the whole one, where it follows the curvature.
+    nominal, registration, reference
+        Name of the profile that the points are held against, if any; how that was turned and moved to lie on the
+        points; its segments.
+    """
+
+    points: Floats
+    s_mm: Floats
+    values: Floats
+    normals: Floats
+    relative_width: Floats | None = None
+    nominal: str = ""
+    registration: Registration = IN_PLACE
+    reference: tuple[Segment, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Measured:
+    """The points behind a smoothed line, and how it was made from them.
+
+    Attributes
+    ----------
+    held
+        The points and what they were held against.
+    residual_mm (n,)
+        How far each point lies to the left of the smoothed line.
+    noise_mm
+        Standard deviation of the points across the line.
+    width_mm
+        Wave length of which the smoothing leaves half, where the line is flat.
+    curvature_noise_per_mm (n,)
+        Standard deviation of the line's curvature from the noise of the points.
+    """
+
+    held: Held
+    residual_mm: Floats
+    noise_mm: float
+    width_mm: float
+    curvature_noise_per_mm: Floats
+
+    @property
+    def points(self) -> Floats:
+        """The points (n, 2) in mm."""
+        return self.held.points
+
+    @property
+    def s_mm(self) -> Floats:
+        """Arc length (n,) of each point along the line that it was held against."""
+        return self.held.s_mm
+
+    @property
+    def nominal(self) -> str:
+        """Name of the profile from which the deviation was smoothed; empty where there is none."""
+        return self.held.nominal
+
+
+# --- How noisy points are: what each misses the line through its neighbours by.
+
+# So many points know their scatter to a third.
+_FEWEST = 60
+
+
+def noise_of(points: Floats) -> float:
+    """Standard deviation of points (n, 2) across their line, from what four neighbours say of each, at most."""
+    missed, weight = missed_by_neighbours(points)
+    return float(scatter_of(points, missed / weight).max()) if missed.size else 0.0
+
+
+def scatter_of(points: Floats, missed: Floats) -> Floats:
+    """Standard deviation (n - 4,) across the line that the inner ones of points (n, 2) have by their misses (n - 4,).
+
+    An instrument may be wrong in the height alone, or across alone: flat and steep points are looked at by themselves,
+    and what is between them has of both.
+    """
+    along = points[4:] - points[:-4]
+    steep = np.abs(along[:, 1]) > np.abs(along[:, 0])
+    parts = (~steep, steep)
+    if any(np.count_nonzero(part) < _FEWEST for part in parts):
+        return np.full(missed.size, _deviation(missed))
+    flat, side = (_deviation(missed[part]) for part in parts)
+    scatter = np.hypot(flat * along[:, 0], side * along[:, 1])
+    return np.asarray(scatter / np.maximum(np.hypot(*along.T), 1e-12))
+
+
+def _deviation(missed: Floats) -> float:
+    # the median keeps corners, junctions and spikes out; 0.6745 turns it into a standard deviation
+    return float(np.median(np.abs(missed))) / 0.6745
+
+
+def missed_by_neighbours(points: Floats, place: Literal[0, 2, 4] = 2) -> tuple[Floats, Floats]:
+    """How far one of every five points lies across the cubic through the others, and its error over theirs.
+
+    Parameters
+    ----------
+    points (n, 2)
+        In mm, in the order along the line.
+    place
+        The middle one, the first or the last of the five: the line is then continued from one side.
+
+    Returns
+    -------
+    missed, weight (n - 4,)
+        Positive to the left (mm); standard deviation of it where each point has one of 1.
+    """
+    if len(points) < 5:
+        return np.zeros(0), np.ones(0)
+    five = [points[k : len(points) - 4 + k] for k in range(5)]
+    chords = [np.hypot(*(q - p).T) for p, q in pairwise(five)]
+    s = np.cumsum([np.zeros(len(five[0])), *chords], axis=0)
+    at, known = s[place], [k for k in range(5) if k != place]
+    weights = [
+        np.prod([(at - s[m]) / np.where(s[k] == s[m], 1e-12, s[k] - s[m]) for m in known if m != k], axis=0)
+        for k in known
+    ]
+    guess = sum(w[:, None] * five[k] for w, k in zip(weights, known, strict=True))
+    along = five[min(place + 1, 4)] - five[max(place - 1, 0)]
+    along = along / np.maximum(np.hypot(*along.T), 1e-12)[:, None]
+    off = five[place] - guess
+    return off[:, 1] * along[:, 0] - off[:, 0] * along[:, 1], np.sqrt(1.0 + sum(w**2 for w in weights))
+
+
+# --- The cubic smoothing spline of a stated width.
+#
+# Reinsch (1967), smoothing by spline functions; in the form of Green and Silverman (1994), nonparametric regression and
+# generalized linear models, section 2.3. scipy's `make_smoothing_spline` is the same spline in another basis: it takes
+# 15 times as long, and its equations lose so many digits that over waves of 500 mm it lies 0.0002 mm off.
+
+# How much a displacement along the line counts beside one across it: so little that it is free.
+_ALONG = 1e-5
+
+
+def smoothed_by(s_mm: Floats, values: Floats, width_mm: float, relative: Floats | None = None) -> PPoly:
+    """Cubic smoothing spline that leaves half of a wave of this length.
+
+    It makes the sum of the squared distances from the points, times the spacing, plus (width / 2 pi)^4 times the
+    integral of its squared second derivative the least.
+
+    Parameters
+    ----------
+    s_mm (n,), values (n, k)
+        Places along the line, ascending, and what is smoothed there.
+    relative (n,)
+        Width at each place over `width_mm`; the same everywhere if not given.
+    """
+    from scipy.interpolate import PPoly
+    from scipy.linalg import solveh_banded
+
+    h = np.diff(s_mm)
+    # a spline is stiffer or softer with the fourth root of the penalty at a point
+    width = np.full(s_mm.size, width_mm) if relative is None else width_mm * relative
+    penalty = (width / (2.0 * math.pi)) ** 4 * (s_mm.size - 1) / (s_mm[-1] - s_mm[0])
+    # second differences: row j is that of the points j, j + 1, j + 2
+    second = np.array([1.0 / h[:-1], -1.0 / h[:-1] - 1.0 / h[1:], 1.0 / h[1:]])
+    rows = s_mm.size - 2
+    lower = np.zeros((3, rows))
+    lower[0], lower[1, :-1] = (h[:-1] + h[1:]) / 3.0, h[1:-1] / 6.0
+    for k in range(3):
+        for i in range(3 - k):
+            lower[k, : rows - k] += second[i + k, : rows - k] * second[i, k:] * penalty[i + k : i + rows]
+    bent = np.zeros_like(values)
+    bent[1:-1] = solveh_banded(lower, np.diff(np.diff(values, axis=0) / h[:, None], axis=0), lower=True)
+
+    # from values and second derivatives at the points to the four coefficients of each piece
+    jumps = np.diff(np.pad(np.diff(bent, axis=0) / h[:, None], ((1, 1), (0, 0))), axis=0)
+    fitted, h = values - penalty[:, None] * jumps, h[:, None]
+    slope = np.diff(fitted, axis=0) / h - h * (2.0 * bent[:-1] + bent[1:]) / 6.0
+    return PPoly(np.array([np.diff(bent, axis=0) / (6.0 * h), bent[:-1] / 2.0, slope, fitted[:-1]]), s_mm)
+
+
+def least_bending(s_mm: Floats, values: Floats, normals: Floats, width_mm: float) -> Floats:
+    """Displacements (n, 2) as `smoothed_by` has them, where only what is across the line counts, to a small part.
+
+    Second differences in place of the spline: enough to say where points belong, and one banded solution.
+    """
+    from scipy.linalg import solveh_banded
+
+    n, h = s_mm.size, np.diff(s_mm)
+    penalty = (width_mm / (2.0 * math.pi)) ** 4 * (n - 1) / (s_mm[-1] - s_mm[0])
+    between = 0.5 * (h[:-1] + h[1:])
+    second = np.array([1.0 / h[:-1], -1.0 / h[:-1] - 1.0 / h[1:], 1.0 / h[1:]]) / between
+    upper = np.zeros((5, 2 * n))
+    for k in range(3):
+        for i in range(3 - k):
+            # of the points j + i and j + i + k, for both of their coordinates
+            entries = penalty * between * second[i] * second[i + k]
+            for axis in range(2):
+                upper[4 - 2 * k, 2 * (i + k) + axis : 2 * (n - 2 + i + k) + axis : 2] += entries
+    across = normals[:, :, None] * normals[:, None, :] * (1.0 - _ALONG) + _ALONG * np.eye(2)
+    upper[4] += across[:, (0, 1), (0, 1)].ravel()
+    upper[3, 1::2] += across[:, 0, 1]
+    right = np.einsum("nij,nj->ni", across, values).ravel()
+    return np.asarray(solveh_banded(upper, right).reshape(n, 2))
+
+
+# --- What is wrong with measured points, each with its place: out of order, crossing themselves; `spikes` has the rest.
+
+What = Literal["spike", "unclear", "out of order", "crosses itself"]
+
+# A step back in y is the side of the body, not a fold of the line, if it is this much steeper than wide.
+OVERHANG_SLOPE = 5.0
+_TURNED_RAD = 2.0
+# Neighbours that differ by less are in no order: two points of a thousand differ by four of these.
+_NOISE_SIGMAS = 8.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Problem:
+    """Something that is wrong with a point.
+
+    Attributes
+    ----------
+    index
+        Of the point, from 0.
+    y_mm, z_mm
+        Its place.
+    size_mm
+        How large it is.
+    """
+
+    what: What
+    index: int
+    y_mm: float
+    z_mm: float
+    size_mm: float
+
+    @property
+    def text(self) -> str:
+        """In words."""
+        at = f"point {self.index + 1}, ({self.y_mm:.4g}, {self.z_mm:.4g}) mm"
+        if self.what == "spike":
+            return f"a spike of {abs(self.size_mm):.2g} mm at {at}"
+        if self.what == "unclear":
+            return f"{at} is {abs(self.size_mm):.2g} mm off the lines on either side of it"
+        if self.what == "out of order":
+            return f"the line turns back at {at}"
+        return f"the line crosses itself at {at}"
+
+
+def turning_angles(points: Floats) -> Floats:
+    """Angle (rad) between the chords before and after each inner point."""
+    d = np.diff(points, axis=0)
+    return np.asarray(np.arctan2(d[:-1, 0] * d[1:, 1] - d[:-1, 1] * d[1:, 0], (d[:-1] * d[1:]).sum(axis=1)))
+
+
+def out_of_order(points: Floats) -> list[Problem]:
+    """Points (n, 2) at which the line turns back, by more than the noise of a steep side does."""
+    step = np.diff(points, axis=0)
+    noise = _NOISE_SIGMAS * noise_of(points)
+    back = step[:, 0] <= -noise
+    folded = np.flatnonzero(back & (np.abs(step[:, 1]) < OVERHANG_SLOPE * np.abs(step[:, 0])))
+    chord = np.hypot(*step.T)
+    turned = (
+        np.flatnonzero((np.abs(turning_angles(points)) > _TURNED_RAD) & (np.minimum(chord[:-1], chord[1:]) > noise)) + 1
+    )
+    return [
+        Problem(
+            what="out of order",
+            index=int(i),
+            y_mm=float(points[i, 0]),
+            z_mm=float(points[i, 1]),
+            size_mm=float(np.hypot(*step[min(i, len(step) - 1)])),
+        )
+        for i in dict.fromkeys((*folded, *turned))
+    ]
+
+
+def crossings(points: Floats) -> list[Problem]:
+    """Where the line through points (n, 2) crosses itself; a line that never turns back does not."""
+    if np.all(np.diff(points[:, 0]) > 0.0):
+        return []
+    a, b = points[:-1], points[1:]
+    d = b - a
+    found = []
+    for i in range(len(a) - 2):
+        c, e = a[i + 2 :], d[i + 2 :]
+        cross = d[i, 0] * e[:, 1] - d[i, 1] * e[:, 0]
+        off = c - a[i]
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+            t = (off[:, 0] * e[:, 1] - off[:, 1] * e[:, 0]) / cross
+            u = (off[:, 0] * d[i, 1] - off[:, 1] * d[i, 0]) / cross
+        if np.any((t > 0.0) & (t < 1.0) & (u > 0.0) & (u < 1.0)):
+            found.append(
+                Problem(
+                    what="crosses itself",
+                    index=i,
+                    y_mm=float(a[i, 0]),
+                    z_mm=float(a[i, 1]),
+                    size_mm=float(np.hypot(*d[i])),
+                )
+            )
+    return found

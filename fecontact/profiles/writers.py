@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from fecontact.arrays import Floats
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.segments import Floats, Spline
+from fecontact.profiles.segments import Spline
 
 # A file of points takes one so often, unless a line is made of points itself.
 STEP_MM = 0.1

@@ -1,1 +1,1 @@
-"""Rolling with friction on the half-space: the exact theory behind the simplified laws, for any pressure."""
+"""Rolling contact with friction: creep laws, FASTSIM, and the exact theory on the half-space."""

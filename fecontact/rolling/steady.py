@@ -1,4 +1,4 @@
-"""Steady rolling of any pressure on the half-space: forces, areas of adhesion and slip, tractions.
+"""Steady rolling with friction on the half-space: the exact theory, for any pressure.
 
 Kalker's variational theory (Kalker 1990, in the discretisation of CONTACT) for two bodies of one material, whose normal
 problem knows nothing of the tractions. Range of validity: flat half-spaces of one material, one friction coefficient.
@@ -10,18 +10,272 @@ their cells, and the slip is met a quarter ahead of them, which in two dimension
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import irfft2, next_fast_len, rfft2
+from scipy.sparse.linalg import LinearOperator, gmres
 
+from fecontact.arrays import Floats
+from fecontact.bodies import RollingPair
 from fecontact.errors import InputError
-from fecontact.material import RollingPair
-from fecontact.rolling.friction import FrictionSolution, FrictionStatus, solve_friction
-from fecontact.rolling.influence import rolling_response
 
-Floats = NDArray[np.float64]
+# --- Tangential displacements of a pair of half-spaces under tractions on the cells of a grid (Cerruti 1882).
+
+
+def cerruti_influence(x: Floats, y: Floats, step_x: float, step_y: float, poisson: float) -> tuple[Floats, ...]:
+    """Displacements xx, yy and xy at (x, y) mm over a unit traction on a rectangle around the origin, times pi G.
+
+    The displacement along one axis of the first body relative to the second, both of one material, under a traction
+    along the same or the other axis on the first one and the opposite one on the second: integrals of
+    (1 - nu)/r + nu x^2/r^3, the same with y, and nu x y/r^3 over the rectangle (Johnson 1985, section 3.6).
+    """
+    total = [np.zeros(np.broadcast_shapes(x.shape, y.shape)) for _ in range(3)]
+    for sign_x in (1.0, -1.0):
+        for sign_y in (1.0, -1.0):
+            u, v = x + 0.5 * sign_x * step_x, y + 0.5 * sign_y * step_y
+            # on the line of an edge the limit is zero
+            along = u * np.arcsinh(v / np.maximum(np.abs(u), 1e-300))
+            across = v * np.arcsinh(u / np.maximum(np.abs(v), 1e-300))
+            parts = ((1.0 - poisson) * along + across, along + (1.0 - poisson) * across, -poisson * np.hypot(u, v))
+            for k, part in enumerate(parts):
+                total[k] += sign_x * sign_y * part
+    return tuple(total)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TangentialResponse:
+    """Response of every cell of a grid to tractions on all cells, the same at every cell.
+
+    Attributes
+    ----------
+    kernels (3, 2 nx - 1, 2 ny - 1)
+        xx, yy and xy at offsets of 1 - nx to nx - 1 and 1 - ny to ny - 1 cells.
+    spectra
+        Their Fourier transforms, padded by zeros.
+    """
+
+    kernels: Floats
+    spectra: NDArray[np.complex128]
+    padded: tuple[int, int]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of cells along and across."""
+        return (self.kernels.shape[1] + 1) // 2, (self.kernels.shape[2] + 1) // 2
+
+    def apply(self, traction: Floats) -> Floats:
+        """Response (2, nx, ny) to tractions (2, nx, ny) in MPa."""
+        nx, ny = self.shape
+        p = rfft2(traction, self.padded)
+        xx, yy, xy = self.spectra
+        out = irfft2(np.stack([xx * p[0] + xy * p[1], xy * p[0] + yy * p[1]]), self.padded)
+        return np.asarray(out[:, :nx, :ny])
+
+    def strip_blocks(self) -> Floats:
+        """Response (2, nx, nx) along and across of the cells of a strip y = const to the tractions of that strip."""
+        nx, ny = self.shape
+        offsets = np.arange(nx)[:, None] - np.arange(nx)[None, :] + nx - 1
+        return np.asarray(self.kernels[:2, :, ny - 1][:, offsets])
+
+
+def rolling_response(
+    nx: int, ny: int, step_x: float, step_y: float, *, shear_MPa: float, poisson: float
+) -> TangentialResponse:
+    """Slip over the rolling speed that tractions cause in steady rolling: -du/dx, half a cell ahead of each cell.
+
+    A particle comes to a cell from the one ahead of it (Kalker 1990): the difference of the displacements of both is
+    taken over one step.
+    """
+    x, y = _offsets(nx, ny, step_x, step_y)
+    here = cerruti_influence(x, y, step_x, step_y, poisson)
+    ahead = cerruti_influence(x + step_x, y, step_x, step_y, poisson)
+    return _response([(u - v) / step_x for u, v in zip(here, ahead, strict=True)], shear_MPa)
+
+
+def _offsets(nx: int, ny: int, step_x: float, step_y: float) -> tuple[Floats, Floats]:
+    return np.asarray(np.arange(1 - nx, nx)[:, None] * step_x), np.asarray(np.arange(1 - ny, ny)[None, :] * step_y)
+
+
+def _response(kernels: tuple[Floats, ...] | list[Floats], shear_MPa: float) -> TangentialResponse:
+    every = np.stack(kernels) / (math.pi * shear_MPa)
+    rows, columns = every.shape[1:]
+    padded = (next_fast_len(rows, real=True), next_fast_len(columns, real=True))
+    wrapped = np.zeros((3, *padded))
+    wrapped[:, :rows, :columns] = every
+    # offset zero to the first place
+    wrapped = np.roll(wrapped, ((1 - rows) // 2, (1 - columns) // 2), axis=(1, 2))
+    return TangentialResponse(kernels=every, spectra=rfft2(wrapped), padded=padded)
+
+
+# --- Coulomb friction on a grid: find tractions that slip opposes where they reach their limit, without slip elsewhere.
+#
+# Kalker's variational theory as projections: p is the projection of p - r s(p) on the disc |p| <= limit, with the slip
+# s(p) = rigid slip + response to p, and any r > 0. Newton's method on that (Alart and Curnier 1991), each step by
+# GMRES, whose preconditioner has the response within each strip along the rolling direction alone.
+
+FrictionStatus = Literal["converged", "not converged"]
+
+FRICTION_TOLERANCE = 1e-6
+"""Largest error of the traction over the largest limit, or over what one cell alone would carry if that is less."""
+FRICTION_ITERATIONS = 60
+_LINEAR_TOLERANCE = 1e-3
+_SMALLEST_STEP = 1.0 / 64.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FrictionSolution:
+    """Tractions with friction.
+
+    Attributes
+    ----------
+    traction_MPa, slip (2, nx, ny)
+        Along and across; the slip has the unit of the rigid slip.
+    slips (nx, ny)
+        Whether a cell slips.
+    residual
+        Largest error of the traction, relative as the tolerance.
+    """
+
+    status: FrictionStatus
+    traction_MPa: Floats
+    slip: Floats
+    slips: NDArray[np.bool_]
+    residual: float
+    iterations: int
+
+
+def solve_friction(
+    response: TangentialResponse,
+    rigid_slip: Floats,
+    limit_MPa: Floats,
+    *,
+    tolerance: float = FRICTION_TOLERANCE,
+    iterations: int = FRICTION_ITERATIONS,
+) -> FrictionSolution:
+    """Solve the problem of friction on a grid.
+
+    Parameters
+    ----------
+    rigid_slip (2, nx, ny)
+        Slip of the rigid bodies.
+    limit_MPa (nx, ny)
+        Largest traction, mu times the pressure; zero outside the patch.
+    """
+    blocks = response.strip_blocks()
+    scale = 1.0 / float(np.mean([blocks[0, 0, 0], blocks[1, 0, 0]]))
+    # creepages that are far from saturating need as many digits
+    size = min(float(limit_MPa.max()), scale * float(np.hypot(*rigid_slip).max())) or 1.0
+    problem = _Problem(response=response, rigid_slip=rigid_slip, limit=limit_MPa, scale=scale)
+    now = problem.at(np.zeros_like(rigid_slip))
+    iteration = 0
+    while now.error > tolerance * size and iteration < iterations:
+        iteration += 1
+        step = problem.newton_step(now, blocks)
+        part = 1.0
+        while True:
+            trial = problem.at(now.p + part * step)
+            if trial.norm < (1.0 - 1e-4 * part) * now.norm or part < _SMALLEST_STEP:
+                break
+            part *= 0.5
+        now = trial
+    traction = _projected(now.p, limit_MPa)[0]
+    return FrictionSolution(
+        status="converged" if now.error <= tolerance * size else "not converged",
+        traction_MPa=traction,
+        slip=now.slip * problem.inside,
+        slips=problem.inside & now.beyond,
+        residual=now.error / size,
+        iterations=iteration,
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _State:
+    """Tractions with what they leave open: the difference from their projection."""
+
+    p: Floats
+    slip: Floats
+    aim: Floats
+    beyond: NDArray[np.bool_]
+    open: Floats
+
+    @property
+    def error(self) -> float:
+        return float(np.hypot(*self.open).max())
+
+    @property
+    def norm(self) -> float:
+        return float(np.linalg.norm(self.open))
+
+
+def _projected(aim: Floats, limit: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    size = np.hypot(*aim)
+    beyond = size > limit
+    return np.asarray(aim * np.where(beyond, limit / np.where(size > 0.0, size, 1.0), 1.0)), beyond
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Problem:
+    """Response of the bodies, slip of the rigid ones, the largest traction, and the r of the projection."""
+
+    response: TangentialResponse
+    rigid_slip: Floats
+    limit: Floats
+    scale: float
+
+    @property
+    def inside(self) -> NDArray[np.bool_]:
+        return self.limit > 0.0
+
+    def at(self, p: Floats) -> _State:
+        slip = self.rigid_slip + self.response.apply(p)
+        aim = p - self.scale * slip
+        projected, beyond = _projected(aim, self.limit)
+        return _State(p=p, slip=slip, aim=aim, beyond=beyond, open=p - projected)
+
+    def newton_step(self, now: _State, blocks: Floats) -> Floats:
+        """Step (2, nx, ny) with (I - J (I - r C)) step = -open, J the derivative of the projection at the aim."""
+        size, limit = np.hypot(*now.aim), self.limit
+        free = np.where(now.beyond, limit / np.where(size > 0.0, size, 1.0), 1.0)
+        unit = np.where(now.beyond, now.aim / np.where(size > 0.0, size, 1.0), 0.0)
+        # (2, 2, nx, ny)
+        J = free * (np.eye(2)[:, :, None, None] - unit[:, None] * unit[None, :])
+        J = np.where(self.inside, J, 0.0)
+        nx, ny = limit.shape
+        # (ny, 2, nx, 2, nx): strip by strip
+        matrix = np.einsum("abij,bik->jaibk", self.scale * J, blocks)
+        rows = np.arange(nx)
+        for a in (0, 1):
+            for b in (0, 1):
+                matrix[:, a, rows, b, rows] += (a == b) - J[a, b].T
+        inverse = np.linalg.inv(matrix.reshape(ny, 2 * nx, 2 * nx))
+
+        def apply(flat: Floats) -> Floats:
+            d = flat.reshape(2, nx, ny)
+            moved = d - self.scale * self.response.apply(d)
+            return np.asarray(d - np.einsum("abij,bij->aij", J, moved)).ravel()
+
+        def within_strips(flat: Floats) -> Floats:
+            d = flat.reshape(2 * nx, ny)
+            return np.asarray(np.einsum("jkl,lj->kj", inverse, d, optimize=True)).ravel()
+
+        n = 2 * nx * ny
+        step, _ = gmres(
+            LinearOperator((n, n), matvec=apply, dtype=float),
+            -now.open.ravel(),
+            M=LinearOperator((n, n), matvec=within_strips, dtype=float),
+            rtol=_LINEAR_TOLERANCE,
+            restart=60,
+            maxiter=2,
+        )
+        return np.asarray(step).reshape(2, nx, ny)
+
+
+# --- Steady rolling of any pressure on the half-space: forces, areas of adhesion and slip, tractions.
 
 CELLS = 48
 """Cells along a patch: forces within 0.4 % of mu N of those of very fine cells, 0.7 % with large spin."""

@@ -1,18 +1,151 @@
-"""Studies as files: a Python script with `cases(quick=False)`, or a TOML file of cases."""
+"""Studies as files: a Python script with `cases(quick=False)`, or a TOML file of cases; templates of both."""
 
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from fecontact.case import Case
+from fecontact.case import INPUTS, PARTS, Case, case_with
 from fecontact.errors import InputError
-from fecontact.regression.checks import Check
-from fecontact.runs.toml_cases import toml_cases
+from fecontact.files import toml_content, write_text
+from fecontact.inputs import Choice, Names, Number, Slot, nearest, parse_numbers, renamed
+from fecontact.regression.baselines import Check
+
+# --- Cases from a TOML file: keys with units, lists that are combined, and [[case]] tables that share the other keys.
+
+_INNERMOST = ("rail", "wheel", "load_N", "lateral_shift_mm")
+_MOST_CASES = 100_000
+
+Values = dict[Slot, list[Any]]
+
+
+def toml_cases(path: Path, *, quick: bool = False) -> tuple[Case, ...]:
+    """All cases of a file; `quick` takes the resolution of that name for each.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or has a key, a type or a value that is not allowed.
+    """
+    data = _parsed(path)
+    with _named(f"study {path}"):
+        tables = data.pop("case", None)
+        common = _values(data)
+        if tables is None:
+            return _combined(common, quick)
+        if not isinstance(tables, list) or not tables or not all(isinstance(table, dict) for table in tables):
+            raise InputError("case: cases are given as tables, each of which begins with the line [[case]]")
+    cases: list[Case] = []
+    for number, table in enumerate(tables, start=1):
+        with _named(f"study {path}, [[case]] {number}"):
+            cases += _combined(common | _values(table, "case."), quick)
+    return tuple(cases)
+
+
+def _parsed(path: Path) -> dict[str, Any]:
+    try:
+        text = path.read_text("utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"study {path}: it cannot be read ({error})") from error
+    return toml_content(text, f"study {path}")
+
+
+@contextmanager
+def _named(where: str) -> Iterator[None]:
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from error
+
+
+def _values(data: Mapping[str, Any], prefix: str = "") -> Values:
+    """Lists of values, of which most have one, by their inputs."""
+    values: Values = {}
+    for key, value in data.items():
+        if key not in PARTS:
+            slot = _slot(key, "", prefix)
+            with _named(key):
+                values[slot] = _listed(slot, value)
+        elif isinstance(value, dict):
+            with _named(f"[{prefix}{key}]"):
+                values |= _table(value, key, prefix)
+        else:
+            raise InputError(f"{key} is {value!r}; it is a table, which begins with the line [{prefix}{key}]")
+    return values
+
+
+def _table(data: Mapping[str, Any], table: str, prefix: str) -> Values:
+    values: Values = {}
+    for key, value in data.items():
+        slot = _slot(key, table, prefix)
+        with _named(key):
+            if isinstance(value, list) and not isinstance(slot.input, Names):
+                raise InputError(f"it is {value!r}; allowed: {slot.input.allowed}; a list cannot stand in a table")
+            values[slot] = [slot.input.read(value)]
+    return values
+
+
+def _slot(key: str, table: str, prefix: str) -> Slot:
+    own = {slot.key: slot for slot in INPUTS if slot.table == table}
+    if key in own:
+        return own[key]
+    if old := renamed(key):
+        raise InputError(old)
+    elsewhere = [f"[{prefix}{slot.table}]" if slot.table else "no table" for slot in INPUTS if slot.key == key]
+    beside = () if table else tuple(PARTS) if prefix else (*PARTS, "case")
+    known = {name: name for name in (*own, *beside)}
+    # a user may know an input by its name in Python or on the command line
+    known |= {name: slot.key for slot in own.values() for name in (slot.field, *slot.input.options)}
+    meant = f"; {key} stands in {' or '.join(elsewhere)}" if elsewhere else nearest(key, known)
+    tables = "" if table else f"; tables: {', '.join(f'[{prefix}{name}]' for name in PARTS)}"
+    raise InputError(f"{key}: there is no such key{meant}; keys: {', '.join(own)}{tables}")
+
+
+def _listed(slot: Slot, value: Any) -> list[Any]:
+    described = slot.input
+    if isinstance(value, list) and not (isinstance(described, Choice) and described.is_pair(value) and value):
+        if not value:
+            raise InputError(f"it is an empty list; allowed: {described.allowed}, or a list of such values")
+        return [read for item in value for read in _listed_item(slot, item)]
+    return _listed_item(slot, value)
+
+
+def _listed_item(slot: Slot, value: Any) -> list[Any]:
+    described = slot.input
+    if not (isinstance(described, Number) and described.parse is None and isinstance(value, str)):
+        return [described.read(value)]
+    try:
+        numbers = parse_numbers(value, described.label)
+    except InputError as error:
+        raise InputError(f"{error}; allowed: {described.allowed}") from error
+    return [described.read(number) for number in numbers]
+
+
+def _combined(values: Values, quick: bool) -> tuple[Case, ...]:
+    if quick:
+        values = values | {_slot("resolution", "", ""): ["quick"]}
+    # the last one changes fastest, so that a series over the shift stays together
+    slots = sorted(values, key=_place)
+    count = math.prod(len(values[slot]) for slot in slots)
+    if count > _MOST_CASES:
+        raise InputError(f"the lists make {count} cases; allowed are {_MOST_CASES}; take shorter lists or [[case]]")
+    return tuple(
+        case_with(dict(zip(slots, combination, strict=True))) for combination in product(*(values[s] for s in slots))
+    )
+
+
+def _place(slot: Slot) -> tuple[int, int]:
+    return (_INNERMOST.index(slot.field) if slot.field in _INNERMOST else -1, INPUTS.index(slot))
+
+
+# --- Studies as files: a Python script with `cases(quick=False)`, or a TOML file of cases.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,3 +214,86 @@ def _import(path: Path) -> ModuleType:
     except SyntaxError as error:
         raise InputError(f"study {path}, line {error.lineno}: {error.msg}") from error
     return module
+
+
+# --- Files to begin with: a study as TOML, and the same as a script.
+
+_TOML = """\
+# A study of fecontact: lists are combined with each other, each [[case]] is a case of its own.
+#   fecontact check cases.toml                  inputs, number of cases, about what time and memory
+#   fecontact run cases.toml --out out          solves them; the same command goes on where it was stopped
+# All keys, with units, ranges and defaults: fecontact solve --help-all (--load-kn is load_kN here)
+
+rail = "60E1"                 # library name (fecontact profiles), circle:R, or a file: CSV, text, TOML
+wheel = "S1002"               # library name, cylinder:R, or a file
+inclination = "1:40"          # of the rail; "none" if its profile is canted already
+load_kN = [50.0, 100.0]       # wheel load; a list, or a range such as "20:100:20"
+lateral_shift_mm = [-4.0, 4.0]  # of the wheelset, positive towards this rail
+# roll = "touching"           # of the wheelset: both wheels touch their rails, also without this line; or "loaded"
+# roll_mrad = 0.4             # a roll that is given instead; 0.0 is one wheel alone, not rolled
+# yaw_mrad = 0.0
+resolution = "quick"          # quick, standard, fine; or element sizes along x and across such as [0.5, 0.4] in mm
+# refine_degrees_of_freedom = 400000  # finer meshes while a verdict is open and these are not exceeded; 0: never
+# evidence = true             # also until the elements' own nodes know the verdict by themselves
+
+[criteria]                    # Hertz holds within these
+p_max_percent = 5.0           # peak pressure
+area_percent = 10.0           # area of the patch
+judged_by = "all"             # or strength (peak alone), patch (area, a, b, centre), or measures by name
+# theories_in_range = true    # name no theory that is out of its own range as the cheapest that holds
+
+# [track]
+# gauge_mm = 1435.0
+
+# [rail_material]
+# young_MPa = 210000.0
+# yield_MPa = 500.0           # the first loading of virgin steel beside the elastic contact: fecontact guide plastic
+# tangent_MPa = 0.0           # slope beyond it
+
+# Shift and roll that were measured together are given in tables of their own, which take over all that stands above;
+# then remove lateral_shift_mm above:
+# [[case]]
+# lateral_shift_mm = -4.0
+# roll_mrad = 0.4
+"""
+
+_SCRIPT = '''\
+"""Does Hertz hold where this wheel runs?  python study.py, or: fecontact run study.py --out out [--quick]"""
+
+from pathlib import Path
+
+from fecontact import Case
+from fecontact.cli import run_script
+
+
+def cases(quick: bool = False) -> list[Case]:
+    """All cases of the study; lengths in mm, forces in N, angles in rad."""
+    shifts = (-4.0, 4.0) if quick else (-6.0, -4.0, -2.0, 0.0, 2.0, 4.0)
+    return [Case(rail="60E1", wheel="S1002", lateral_shift_mm=shift, load_N=100e3) for shift in shifts]
+
+
+def conclude(rows: list[dict], out: Path) -> str:
+    """What the rows of the table say, when all cases are solved."""
+    holds = [row["lateral_shift_mm"] for row in rows if row["verdict_answer"] == "HOLDS"]
+    return f"Hertz holds at {', '.join(f'{shift:g}' for shift in holds) or 'no'} mm"
+
+
+if __name__ == "__main__":
+    run_script(__file__)
+'''
+
+_FILES = {"cases.toml": _TOML, "study.py": _SCRIPT}
+
+
+def write_templates(folder: Path) -> tuple[Path, ...]:
+    """Write the files and return their paths, the TOML first.
+
+    Raises
+    ------
+    InputError
+        If one of them is there already; then nothing is written.
+    """
+    there = [str(folder / name) for name in _FILES if (folder / name).exists()]
+    if there:
+        raise InputError(f"{', '.join(there)}: there already; give another folder")
+    return tuple(write_text(folder / name, text) for name, text in _FILES.items())

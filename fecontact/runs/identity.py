@@ -14,9 +14,9 @@ from typing import Any
 from fecontact import __version__
 from fecontact.case import Case, case_record
 from fecontact.errors import InputError
-from fecontact.fe.linear_solver import choose_solver
+from fecontact.fe.body import choose_solver
 from fecontact.jobs.store import Origin
-from fecontact.profiles.identity import content_of, profile_file
+from fecontact.profiles.library import content_of, profile_file
 from fecontact.runs.sources import digests
 
 SOLVING_SOURCE = "source of solving"

@@ -10,20 +10,17 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.comparison.theories import HERTZ
-from fecontact.creep import Creep
-from fecontact.criteria import Criteria
-from fecontact.errors import InputError
+from fecontact.criteria import Creep, Criteria
+from fecontact.errors import InputError, failed, has_numbers, usable
 from fecontact.jobs.workers import began_on_one_thread, evaluators
-from fecontact.map.cells import ApplicabilityMap
-from fecontact.outcome import failed, has_numbers, usable
-from fecontact.outputs.documents.map import write_map_report
+from fecontact.outputs.documents import write_map_report, write_tables
 from fecontact.outputs.maps.files import write_map
-from fecontact.outputs.maps.measures import MapMeasure, refuse_measure
+from fecontact.outputs.maps.views import MapMeasure, refuse_measure
 from fecontact.outputs.records.results import Row, case_row, read_row
-from fecontact.outputs.reports.study_files import write_tables
 from fecontact.runs.load import read_map, stored_study, unusable
-from fecontact.runs.reports import report_judged
 from fecontact.runs.store import RESULT, ROW, case_folder, read_case
+from fecontact.runs.study import report_judged
+from fecontact.solving.map import ApplicabilityMap
 
 # A case takes some hundredths of a second, with creep forces seconds, and a process seconds to begin.
 _WORTH_PROCESSES = 100

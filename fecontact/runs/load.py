@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
-from fecontact.creep import Creep
-from fecontact.criteria import Criteria
-from fecontact.errors import InputError
+from fecontact.bodies import OF_YIELDING
+from fecontact.case import Case
+from fecontact.criteria import Creep, Criteria
+from fecontact.errors import InputError, has_numbers
 from fecontact.files import broken_seal, read_json
 from fecontact.jobs.store import whole_manifest
-from fecontact.map.cells import ApplicabilityMap, MapPosition
-from fecontact.map.position import failed_position
-from fecontact.outcome import has_numbers
-from fecontact.outputs.records.map import MAP_SCHEMA
-from fecontact.outputs.records.results import Row
-from fecontact.outputs.reports.study_files import STUDY_SCHEMA
+from fecontact.outputs.documents import STUDY_SCHEMA
+from fecontact.outputs.records.results import Row, case_inputs
+from fecontact.outputs.records.rows import MAP_SCHEMA
+from fecontact.regression.tables import load_table
 from fecontact.runs.identity import SOLVING_SOURCE, origin_of
 from fecontact.runs.store import (
     RESULT,
@@ -32,6 +31,7 @@ from fecontact.runs.store import (
     solved_in,
     stored_case,
 )
+from fecontact.solving.map import ApplicabilityMap, MapPosition, failed_position
 from fecontact.solving.solve import CaseResult
 
 Judges = Callable[[int], AbstractContextManager[Callable[..., Iterable[Any]]]]
@@ -205,3 +205,46 @@ def _position(folder: Path, **by: Any) -> MapPosition | str:
         return read_position(folder, **by)
     except InputError as error:
         return str(error)
+
+
+# --- Rows of a stored map that must be of a given contact.
+
+Record = dict[str, Any]
+
+# Inputs of a case that say which contact it is; the others say how it is solved and judged.
+_CONTACT = (
+    *("rail", "wheel", "inclination_rad", "roll", "roll_rad", "yaw_rad", "roll_load_N", "flange_climb", "side"),
+    *("opposite", "load_kind", "rail_material", "wheel_material", "rolling_radius_mm", "track"),
+)
+
+
+def map_rows(folder: Path, case: Case, *, but_for: Sequence[str] = ()) -> list[Mapping[str, str]]:
+    """Rows of a stored map, as it was judged when it was written.
+
+    Parameters
+    ----------
+    case
+        The contact that it must be of.
+    but_for
+        Inputs that may be others.
+
+    Raises
+    ------
+    InputError
+        For a map of another contact, and for files that were changed.
+    """
+    document = map_document(folder)
+    theirs, own = (_contact(one) for one in (document["case"], case_inputs(case)))
+    different = [name for name in _CONTACT if name not in but_for and theirs.get(name) != own.get(name)]
+    if different:
+        told = "; ".join(f"{name} {theirs.get(name)!r} there, {own.get(name)!r} here" for name in different)
+        raise InputError(f"{folder}: it is the map of another contact ({told}); give the same inputs, or another map")
+    return list(load_table(folder / "map.csv").rows.to_dict("records"))
+
+
+def _contact(record: Mapping[str, Any]) -> Record:
+    """The inputs that say which contact it is, without what is said of yielding."""
+    found = {name: record.get(name) for name in _CONTACT}
+    for name in ("rail_material", "wheel_material"):
+        found[name] = {key: value for key, value in (record.get(name) or {}).items() if key not in OF_YIELDING}
+    return found

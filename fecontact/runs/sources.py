@@ -20,19 +20,15 @@ from fecontact.errors import InputError
 from fecontact.files import read_json, write_json
 
 _PACKAGE = Path(__file__).parents[1]
-SOLVE = ("solving.solve", "solving.load_sweep")
+SOLVE = ("solving.solve",)
 """Modules whose imports make a solution."""
 EVALUATE = ("runs.store",)
 """Modules whose imports read a solution back, judge it and tell it."""
-JUDGES = (
-    *("criteria", "creep"),
-    *(f"comparison.{name}" for name in ("compare", "judged_load", "judgement", "judging", "theories", "verdict")),
-    "comparison.warnings",
-)
+JUDGES = ("criteria", *(f"comparison.{name}" for name in ("judging", "ladder", "theories", "verdict")))
 """What solving asks for a verdict alone: whether it would refine further is asked of what is stored, too."""
-INPUTS = ("files", "inputs", "irregularity.texts")
+INPUTS = ("files", "inputs")
 """What reads, checks and tells inputs; their values are in the id of a case."""
-SHOWN = ("jobs", "outputs.figures", "outputs.paraview", "runs.identity", "runs.sources")
+SHOWN = ("jobs", "outputs.style", "outputs.figures", "outputs.paraview", "runs.identity", "runs.sources")
 """What is written beside the numbers of a result."""
 # Arguments that say what an input is called.
 _TEXTS = {"help", "label", "domain", "remedy", "forms", "options"}

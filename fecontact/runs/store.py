@@ -18,23 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact.case import Case, case_from_record
-from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.judging import judge_load
+from fecontact.comparison.judging import JudgedLoad, judge_load
 from fecontact.comparison.theories import HERTZ, THEORIES
-from fecontact.creep import Creep
-from fecontact.criteria import Criteria
-from fecontact.errors import FecontactError, InputError
-from fecontact.fe.stress_peak import StressPeak
+from fecontact.criteria import Creep, Criteria
+from fecontact.errors import FecontactError, InputError, usable
+from fecontact.fe.stress import StressPeak
 from fecontact.files import read_json, write_json
-from fecontact.geometry.placement import Placement
-from fecontact.jobs.job import Job, Work
 from fecontact.jobs.store import write_manifest
-from fecontact.map.cells import LoadLimit, MapCell, MapPosition
-from fecontact.map.forces import force_limit, with_laws
-from fecontact.map.load_limit import load_limit
-from fecontact.map.position import solve_position, solved_cell
-from fecontact.map.stiffness import stiffness_of
-from fecontact.outcome import usable
+from fecontact.jobs.workers import Job, Work
 from fecontact.outputs.records.results import FOUND_INPUTS, Row, case_inputs, case_row, result_record, write_row
 from fecontact.outputs.records.stored import (
     Arrays,
@@ -45,14 +36,24 @@ from fecontact.outputs.records.stored import (
     stored_placement,
     write_arrays,
 )
-from fecontact.outputs.records.told import picked
-from fecontact.profiles.identity import content_of, file_of_identity
-from fecontact.profiles.library import is_known
-from fecontact.profiles.short_forms import is_short_form
+from fecontact.outputs.tables import picked
+from fecontact.profiles.library import content_of, file_of_identity, is_known
+from fecontact.profiles.reading import is_short_form
 from fecontact.runs.identity import case_id, input_files, origin_of, provenance
-from fecontact.solving.load_sweep import unrefined
+from fecontact.solving.map import (
+    LoadLimit,
+    MapCell,
+    MapPosition,
+    force_limit,
+    load_limit,
+    solve_position,
+    solved_cell,
+    stiffness_of,
+    with_laws,
+)
 from fecontact.solving.meshes import would_be_refined
-from fecontact.solving.solve import CaseResult, Effort, solve
+from fecontact.solving.solve import CaseResult, Effort, solve, unrefined
+from fecontact.wheel_rail.placement import Placement
 
 SCHEMA = "fecontact/solved/1"
 SOLVED, FIELDS, PROFILES = "solved.json", "fields.npz", "profiles"

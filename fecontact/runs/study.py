@@ -1,26 +1,314 @@
-"""Many cases: each solved once, kept as it is finished, and told of in tables, figures and collections."""
+"""Many cases: each solved once, kept as it is finished, and told of in tables, figures and reports."""
 
 from __future__ import annotations
 
 import contextlib
+import json
+import math
+import secrets
 import time
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, TypeVar
 
-from fecontact.case import Case
-from fecontact.criteria import Criteria
-from fecontact.errors import InputError
+from fecontact.case import INPUTS, Case, unusual
+from fecontact.criteria import Creep, Criteria
+from fecontact.errors import FecontactError, InputError, failed, usable
+from fecontact.files import json_text, read_json, write_text
 from fecontact.jobs.engine import Progress, RunSettings, finish, open_run
-from fecontact.jobs.job import Done
-from fecontact.outcome import failed, usable
-from fecontact.outputs.records.results import Row, input_columns, read_row
-from fecontact.outputs.reports.study_files import study_figures, write_tables
+from fecontact.jobs.remaining import duration
+from fecontact.jobs.workers import Done, default_workers
+from fecontact.outputs.cases import ReportedCase
+from fecontact.outputs.documents import (
+    PAIR,
+    ShownPair,
+    most_used,
+    reported_case,
+    shown_pair,
+    study_figures,
+    write_study_report,
+    write_tables,
+)
+from fecontact.outputs.figures.case import case_figure
+from fecontact.outputs.figures.study import study_figure
+from fecontact.outputs.paraview.scene import begin_scene
+from fecontact.outputs.records.results import Row, case_inputs, input_columns, read_row, result_record, versions
+from fecontact.outputs.words import case_words, verdict_reason
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail
-from fecontact.runs.casefile import Study
+from fecontact.regression.baselines import Check, report
+from fecontact.runs.casefile import Study, load_study
 from fecontact.runs.identity import case_id, with_absolute_paths
-from fecontact.runs.reports import report_study, study_pair
-from fecontact.runs.store import ROW, Solving, case_folder, job_of
+from fecontact.runs.store import ROW, Solving, Told, case_folder, job_of, keep_solved, keep_told, read_case, seal_case
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import START_SECONDS, cpu_seconds, memory_GB, preview
+from fecontact.solving.solve import CaseResult
+
+# --- About what time and memory many cases take, from a few of them that are placed and expected.
+
+# Each takes 0.1 to 0.6 s.
+_MOST_SEEN = 3
+_REFINED = 3.0
+"""Unknowns of all meshes of a verdict that stays open over those of the first ones, where the limit allows."""
+Item = TypeVar("Item")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cost:
+    """About what a study or a map takes, on an idle machine.
+
+    Attributes
+    ----------
+    seconds, memory_GB
+        Of the whole and of its largest case, if every verdict is clear on its first meshes.
+    most_seconds, most_memory_GB
+        Of the whole and of its largest case with finer meshes, where verdicts stay open.
+    available_GB
+        Memory that is free now.
+    """
+
+    workers: int
+    seconds: float
+    memory_GB: float
+    most_seconds: float
+    most_memory_GB: float
+    available_GB: float
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Time and memory in words, and whether there is too little memory."""
+        workers = f"{self.workers} worker{'s' * (self.workers != 1)}"
+        expected = (
+            f"about {duration(self.seconds)} with {workers} and {self.memory_GB:.1f} GB a worker; up to"
+            f" {duration(self.most_seconds)} and {self.most_memory_GB:.1f} GB where verdicts stay open"
+        )
+        if self.most_memory_GB * self.workers <= self.available_GB:
+            return (expected,)
+        return (expected, f"{self.available_GB:.1f} GB are available: fewer --workers may be needed")
+
+
+def cost_of(cases: Sequence[Case], workers: int) -> Cost | None:
+    """What all cases take together, so many at a time; None where none of those that are looked at can be solved.
+
+    The loads of a map are counted as cases: what they save by sharing their meshes its load limits take about again.
+    """
+    import psutil
+
+    first, most = [], []
+    for case in spread(cases, _MOST_SEEN):
+        # what cannot be solved says so when it is its turn
+        with suppress(FecontactError):
+            unknowns = preview(case).degrees_of_freedom
+            first.append(unknowns)
+            most.append(max(unknowns, min(_REFINED * unknowns, case.refine_degrees_of_freedom)))
+    if not first:
+        return None
+    each = len(cases) / len(first) / workers
+    return Cost(
+        workers=workers,
+        seconds=START_SECONDS + each * sum(map(cpu_seconds, first)),
+        memory_GB=memory_GB(max(first)),
+        most_seconds=START_SECONDS + each * sum(map(cpu_seconds, most)),
+        most_memory_GB=memory_GB(max(most)),
+        available_GB=psutil.virtual_memory().available / 1e9,
+    )
+
+
+def spread(items: Sequence[Item], most: int) -> list[Item]:
+    """So many of some items at most, from the first to the last."""
+    step = max(1.0, (len(items) - 1) / (most - 1))
+    return [items[round(number * step)] for number in range(min(len(items), most))]
+
+
+# --- A study looked at before it is solved: whether its inputs are right, and about what it costs.
+
+# A position takes 15 ms; of more than these, some that are spread over the study.
+_MOST_PLACED = 40
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyCheck:
+    """What a study asks for.
+
+    Attributes
+    ----------
+    varied
+        The inputs that are not the same in all cases, with how many values they have.
+    cost
+        None where something is wrong.
+    positions, placed
+        Positions of a wheel on a rail among the cases, and how many of them were tried.
+    problems
+        What is wrong with profiles, or with the first position in which the wheel does not run on the rail.
+    notes
+        What is allowed and not usual.
+    """
+
+    cases: int
+    varied: tuple[str, ...]
+    cost: Cost | None
+    positions: int
+    placed: int
+    problems: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+
+def check_study(path: Path, *, quick: bool = False) -> StudyCheck:
+    """Read a study file and all its profiles, and place its wheels; nothing is meshed or solved.
+
+    Raises
+    ------
+    InputError
+        As `load_study` does.
+    """
+    cases = load_study(path, quick=quick).cases
+    positions = _positions(cases)
+    problems = tuple(_profile_problems(cases))
+    placed, problem = (0, None) if problems else _place(positions)
+    problems = problems if problem is None else (problem,)
+    return StudyCheck(
+        cases=len(cases),
+        varied=tuple(_varied(cases)),
+        cost=None if problems else cost_of(cases, min(default_workers(), len(cases))),
+        positions=len(positions),
+        placed=placed,
+        problems=problems,
+        notes=unusual(cases),
+    )
+
+
+def _varied(cases: tuple[Case, ...]) -> Iterable[str]:
+    for slot in INPUTS:
+        values = {slot.of(case) for case in cases}
+        if len(values) > 1:
+            yield f"{len(values)} values of {slot.key}"
+
+
+def _profile_problems(cases: tuple[Case, ...]) -> Iterable[str]:
+    from fecontact.profiles.resolve import resolve_wheel
+
+    for name, reading in dict.fromkeys((case.rail, case.rail_file) for case in cases):
+        yield from _problem(partial(resolve_rail, name, reading))
+    for name, reading in dict.fromkeys((case.wheel, case.wheel_file) for case in cases):
+        yield from _problem(partial(resolve_wheel, name, reading))
+
+
+def _positions(cases: tuple[Case, ...]) -> list[Case]:
+    """A case for each position of a wheel on a rail, whatever the load is."""
+    where = [slot for slot in INPUTS if slot.group in ("place", "profiles")]
+    return list({tuple(slot.of(case) for slot in where): case for case in cases}.values())
+
+
+def _place(positions: Sequence[Case]) -> tuple[int, str | None]:
+    """Place some positions, up to the first that is none; how many were tried, and what is wrong with the last one."""
+
+    chosen = spread(positions, _MOST_PLACED)
+    for number, case in enumerate(chosen, start=1):
+        for problem in _problem(partial(place_case, case)):
+            return number, problem
+    return len(chosen), None
+
+
+def _problem(read: Callable[[], object]) -> Iterable[str]:
+    try:
+        read()
+    except InputError as error:
+        yield str(error)
+
+
+# --- `report.html` of what was solved or judged: which cases it shows, and pictures of the pair and of new verdicts.
+
+# Each takes up to a second to draw, and judging shall not take minutes.
+_MOST_JUDGED_PICTURES = 12
+
+
+def study_pair(study: Study, rows: Sequence[Row], out: Path) -> ShownPair | None:
+    """The pair of the case that uses most of a limit, of a study that lies in `out`; None where no case can be used."""
+    for row in most_used(_usable(rows), 1):
+        case = next(case for case in study.cases if case_id(case) == row["id"])
+        return shown_pair(row, place_case(case), case_folder(out, str(row["id"])), out)
+    return None
+
+
+def report_study(
+    study: Study,
+    rows: Sequence[Row],
+    out: Path,
+    criteria: Criteria | None,
+    conclusion: str | None,
+    shown: ShownPair | None,
+) -> Path:
+    """Write the report of a study that lies in `out`."""
+    return write_study_report(
+        study.name,
+        [reported_case(row, case_folder(out, str(row["id"]))) for row in rows],
+        out,
+        shown=shown,
+        criteria=criteria,
+        conclusion=conclusion,
+    )
+
+
+def keep_with_report(result: CaseResult, told: Told, folder: Path) -> Path:
+    """Put the files of a solved case into a folder, as `store.keep_case` does, and its report."""
+    keep_solved(result, result.case, folder)
+    scene = begin_scene(folder, folder / PAIR)
+    keep_told(result, told, folder)
+    seal_case(result.case, folder)
+    return write_study_report(
+        case_words(result.case, result.placement),
+        [ReportedCase(row=told.row, record=told.record, picture=folder / "case.png")],
+        folder,
+        shown=ShownPair(row=told.row, placement=result.placement, scene=folder / PAIR, no_scene=scene),
+        criteria=result.case.criteria,
+    )
+
+
+def report_judged(
+    name: str, rows: Sequence[Row], folders: Sequence[Path], out: Path, criteria: Criteria, creep: Creep | None
+) -> Path:
+    """Write the report, and the picture, of rows that were judged by other criteria; their cases are in the folders.
+
+    Pictures of cases have the new verdicts; they are in the report alone.
+    """
+    rails = {str(row["rail"]) for row in rows}
+    most = most_used(_usable(rows), _MOST_JUDGED_PICTURES)
+    shown = None
+    with TemporaryDirectory() as temporary:
+        cases = []
+        for row, folder in zip(rows, folders, strict=True):
+            if row not in most:
+                kept = reported_case(row, folder)
+                cases.append(ReportedCase(row=row, record={"solver": kept.record.get("solver", {})}))
+                continue
+            result = read_case(folder, criteria=criteria, creep=creep)
+            path = case_figure(result, Path(temporary) / str(row["id"]) / "case.png")
+            cases.append(ReportedCase(row=row, record=result_record(result), picture=path))
+            if row is most[0]:
+                shown = shown_pair(row, result.placement, folder, out)
+        rail = shown.placement.rail.profile if shown is not None and len(rails) == 1 else None
+        # a single case is no line over the shift
+        if sum(row.get("fe_p_max_MPa") is not None for row in rows) > 1:
+            study_figure(rows, out / "study.png", rail, criteria)
+        return write_study_report(
+            f"{name}, judged again",
+            cases,
+            out,
+            shown=shown,
+            criteria=criteria,
+            pictures="judge a case alone to see another one",
+        )
+
+
+def _usable(rows: Sequence[Row]) -> list[Row]:
+    return [row for row in rows if usable(row)]
+
+
+# --- Many cases: each solved once, kept as it is finished, and told of in tables, figures and collections.
 
 _TABLES_EVERY_S = 2.0
 
@@ -194,3 +482,179 @@ def _conclude(study: Study, rows: list[Row], out: Path) -> str | None:
     if unusable:
         return f"No conclusion: {unusable} of {len(rows)} cases gave no usable result."
     return study.conclude(rows, out)
+
+
+# --- A first example: a position at which Hertz's peak is right and its patch is not, and a sphere, where all is.
+
+_RADIUS_MM = 460.0
+POSITION = Case(lateral_shift_mm=3.0, refine_degrees_of_freedom=0)
+# two cylinders of one radius that cross at right angles touch as a sphere of that radius touches a plane
+SPHERE = Case(
+    rail=f"circle:{_RADIUS_MM:g}",
+    wheel=f"cylinder:{_RADIUS_MM:g}",
+    inclination_rad=0.0,
+    refine_degrees_of_freedom=0,
+)
+
+
+def demo_study() -> Study:
+    """Both cases, on first meshes alone."""
+    return Study(name="demo", cases=(POSITION, SPHERE))
+
+
+def exact_peak_MPa() -> float:
+    """Peak pressure of the sphere in closed form (Johnson 1985, eq. 3.25): (6 F E*^2 / (pi^3 R^2))^(1/3)."""
+    return float((6.0 * SPHERE.load_N * SPHERE.contact_modulus_MPa**2 / (math.pi**3 * _RADIUS_MM**2)) ** (1.0 / 3.0))
+
+
+def demo_words(out: Path, outcome: StudyOutcome) -> str:
+    """What came out, and where the files are."""
+    if not outcome.all_converged:
+        return f"Not all could be solved; {out / 'study.csv'} says why"
+    folders = {case: case_folder(out, case_id(case)) for case in (POSITION, SPHERE)}
+    result, sphere = (read_case(folder) for folder in folders.values())
+    exact, found = exact_peak_MPa(), sphere.comparison.fe.p_max_MPa
+    where, verdict = folders[POSITION], result.verdict.answer
+    return "\n".join(
+        (
+            f"Sphere of {_RADIUS_MM:g} mm on a plane, {SPHERE.load_N / 1e3:g} kN: the finite elements' peak pressure is"
+            f" {found:.1f} MPa, the exact one {exact:.1f} MPa: {1e2 * (found / exact - 1.0):+.2f} %.",
+            f"S1002 on 60E1 1:40, shifted by {POSITION.lateral_shift_mm:g} mm, {POSITION.load_N / 1e3:g} kN: Hertz"
+            f" {verdict}.",
+            f"  {verdict_reason(result.load)}",
+            f"  Hertz's peak pressure is {result.comparison.hertz.p_max_MPa:.0f} MPa, that of the finite elements"
+            f" {result.comparison.fe.p_max_MPa:.0f} MPa.",
+            "",
+            f"Report:   {out / 'report.html'}",
+            f"Picture:  {where / 'case.png'}",
+            f"ParaView: {where / 'case.vtm'}",
+            f"Table:    {out / 'study.csv'}",
+            "Next: fecontact init FOLDER for a study of your own, fecontact solve --help-all for all inputs",
+        )
+    )
+
+
+# --- Studies run and their numbers checked against references, all of them in one table.
+
+
+@dataclass(frozen=True, kw_only=True)
+class Validation:
+    """Checks of all studies, studies with cases or checks without a usable result, and the file of the table."""
+
+    checks: tuple[Check, ...]
+    unusable: tuple[str, ...]
+    path: Path
+
+    @property
+    def failed(self) -> tuple[Check, ...]:
+        """Checks outside their limits."""
+        return tuple(check for check in self.checks if not check.passed)
+
+
+def validate(
+    studies: Sequence[Study],
+    out: Path,
+    *,
+    table: Path | None = None,
+    workers: int | None = None,
+    watched: Callable[[str], AbstractContextManager[Progress]],
+) -> Validation:
+    """Run studies that have checks, and write the table of all of them.
+
+    Parameters
+    ----------
+    out
+        Folder for the results, one folder a study.
+    table
+        Markdown file for the table; VALIDATION.md in `out`, if not given.
+    watched
+        Who hears of the progress of a study, by its name.
+    """
+    found: dict[str, list[Check]] = {}
+    unusable = []
+    for study in studies:
+        with watched(study.name) as progress:
+            outcome = run_study(study, out / study.name, settings=RunSettings(workers=workers), progress=progress)
+        bad = [str(row["id"]) for row in outcome.rows if not usable(row)]
+        if bad:
+            unusable.append(f"{study.name}: {', '.join(bad)}")
+        assert study.checks is not None
+        try:
+            found[study.name] = study.checks([row for row in outcome.rows if usable(row)])
+        except FecontactError as error:
+            # hours of other studies are not lost with one
+            unusable.append(f"{study.name}: its checks: {error}")
+    path = write_text(table or out / "VALIDATION.md", report(found, versions(), unusable))
+    checks = tuple(check for own in found.values() for check in own)
+    return Validation(checks=checks, unusable=tuple(unusable), path=path)
+
+
+def checked_studies(paths: Sequence[Path], *, quick: bool = False) -> tuple[Study, ...]:
+    """Those of some study files that have checks.
+
+    Raises
+    ------
+    InputError
+        If none has, or a file is no study.
+    """
+    loaded = [load_study(path, quick=quick) for path in paths]
+    found = tuple(study for study in loaded if study.checks is not None)
+    if not found:
+        raise InputError("validate: none of the studies has a function checks(rows); give scripts of studies/ that do")
+    return found
+
+
+# --- The folder of results before anything is solved: whether it can be written, and whether other results are in it.
+
+_KINDS = {ROW: "case", "study.json": "study", "map.json": "map"}
+# of the case of a map these are the map's own, or those by which it is judged
+_NOT_OF_A_MAP = ("lateral_shift_mm", "load_N", "criteria", "creep")
+
+
+def prepare_for_case(out: Path, case: Case, *, force: bool = False) -> None:
+    """Make the folder of a case and see that it can be written; one with other results in it is taken by force alone.
+
+    Raises
+    ------
+    InputError
+        With what is in it.
+    OSError
+        If it cannot be written.
+    """
+    name = case_id(case)
+    _prepare(out, ROW, lambda stored: stored["row"]["id"] == name, force)
+
+
+def prepare_for_study(out: Path, name: str, *, force: bool = False) -> None:
+    """Do as `prepare_for_case` does, for a study."""
+    _prepare(out, "study.json", lambda stored: stored["study"] == name, force)
+
+
+def prepare_for_map(out: Path, case: Case, *, force: bool = False) -> None:
+    """Do as `prepare_for_case` does, for a map, whose shifts, loads, criteria and friction may be others."""
+    own = {name: value for name, value in case_inputs(case).items() if name not in _NOT_OF_A_MAP}
+    written = json.loads(json_text(own))
+    _prepare(
+        out, "map.json", lambda stored: all(stored["case"].get(name) == value for name, value in written.items()), force
+    )
+
+
+def _prepare(out: Path, own: str, is_own: Callable[[Any], bool], force: bool) -> None:
+    for file, kind in () if force else _KINDS.items():
+        if (out / file).is_file() and not (file == own and _holds(is_own, out / file)):
+            which = f"another {kind}" if file == own else f"a {kind}"
+            raise InputError(f"{out} holds {which} ({file}), which would be lost; give another --out, or --force")
+    out.mkdir(parents=True, exist_ok=True)
+    probe = out / f".probe.{secrets.token_hex(6)}"
+    try:
+        probe.write_bytes(b"0")
+    finally:
+        probe.unlink(missing_ok=True)
+
+
+def _holds(is_own: Callable[[Any], bool], path: Path) -> bool:
+    try:
+        return is_own(read_json(path))
+    except (InputError, KeyError, TypeError, AttributeError):
+        # a file that is damaged is no result that could be lost
+        return True

@@ -2,33 +2,364 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.arrays import Floats
 from fecontact.case import Case
-from fecontact.comparison.judged_load import JudgedLoad
-from fecontact.comparison.judgement import worst_of
-from fecontact.comparison.judging import Evidence, judge_hertz
-from fecontact.comparison.measures import patch_of
-from fecontact.comparison.point_noise import PointNoise
-from fecontact.comparison.solved_load import Level, SolvedLoad, elements_off
-from fecontact.comparison.uncertainty import MESH_RATIO
-from fecontact.contact.rung import Rung
-from fecontact.errors import InputError, NotEnoughMemory
-from fecontact.fe.coupling import CoupledBodies
-from fecontact.geometry.placement import Placement
-from fecontact.solving.coupled_mesh import CoupledMesh
-from fecontact.solving.expected_patch import followed_mm
-from fecontact.solving.lobe_sizes import lobe_sizes
-from fecontact.solving.measured_lines import point_noise
-from fecontact.solving.planes import angle_of_normals
-from fecontact.solving.position import Position, hertz_of_case
-from fecontact.solving.quadratic_rung import quadratic_rung
-from fecontact.solving.yielding import nodal_fields
-from fecontact.theory.hertz import hertz_from_hessian
+from fecontact.comparison.judging import Evidence, JudgedLoad, judge_hertz
+from fecontact.comparison.measures import PointNoise, patch_of
+from fecontact.comparison.solved_load import MESH_RATIO, Level, SolvedLoad, elements_off
+from fecontact.comparison.verdict import worst_of
+from fecontact.contact.elements import Bands, UnitResponse
+from fecontact.contact.grid import ContactGrid, Field, Rung
+from fecontact.contact.solver import Compliance, ContactProblem, ContactSolution, solve_by_correction, solve_contact
+from fecontact.errors import FoldedMesh, InputError, NotCovered, NotEnoughMemory
+from fecontact.fe.body import check_memory, choose_solver, elastic_body, stiffness
+from fecontact.fe.coupling import CoupledBodies, mortar_matrix
+from fecontact.fe.meshing import FineZone, check_on_profiles, least_memory_bytes, rail_mesh, wheel_mesh
+from fecontact.fe.section import Grading
+from fecontact.normal.hertz import hertz_from_hessian
+from fecontact.solving.expected_patch import SLIDES, TrueGap, angle_of_normals, followed_mm, lobe_sizes, quadratic_rung
+from fecontact.solving.plastic_contact import PlasticContact, YieldingBodies, climb, nodal_fields, with_variants
+from fecontact.solving.position import (
+    EDGE_ELEMENTS,
+    MARGIN_ELEMENTS,
+    Clock,
+    Position,
+    Room,
+    fine_zone,
+    hertz_of_case,
+    more_room,
+    point_noise,
+)
+from fecontact.wheel_rail.placement import Placement
+
+# --- One pair of meshes of a position: fine zone, both bodies coupled at their surfaces, and the contact between them.
+
+# How far beside the middle a second response is looked at, as a part of the zone's length and width: two thirds of the
+# way to the edge of the patch.
+_BESIDE = 0.15
+_ENLARGEMENTS = 4
+# How layers grow downwards where steel may yield: a plastic zone reaches down to 1.2 semi-axes at 2.5 yield stresses.
+# Six elements a semi-axis have the peak of a sphere within 0.2 % then, and 1 % too high where layers grow by 1.3.
+_LAYERS_THAT_YIELD = 1.2
+# Sizes of the elements tried one after the other where those of a section fold: another size is another mesh.
+_SIZES_IF_FOLDED = (1.0, 0.97, 0.94, 0.91)
+
+
+def couple(
+    case: Case, placement: Placement, zone: FineZone, clock: Clock, *, several_loads: bool = False
+) -> CoupledBodies:
+    """Mesh both bodies, couple their surfaces, assemble and factorise them, for one load or for several."""
+    check_memory(least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements")
+    with clock.step("mesh"):
+        grading = Grading(layer_ratio=_LAYERS_THAT_YIELD) if case.may_yield else None
+        rail = rail_mesh(placement, zone, half=case.half, size=case.size, grading=grading)
+        wheel = wheel_mesh(placement, zone, half=case.half, size=case.size, grading=grading)
+        check_on_profiles(placement, rail, wheel)
+    # before the factors, which take longest: surfaces that do not face each other need none
+    with clock.step("couple"):
+        x = np.linspace(0.0 if case.half else -zone.half_length_mm, zone.half_length_mm, rail.contact_nodes.shape[0])
+        grid = ContactGrid(x_mm=x, s_mm=zone.s_mm, half=case.half)
+        _, normals = placement.surface(x[:, None], grid.s_mm[None, :])
+        wheel_nodes = np.unique(wheel.surfaces["contact"])
+        local = np.full(len(wheel.points), -1)
+        local[wheel_nodes] = np.arange(wheel_nodes.size)
+        coupling = mortar_matrix(grid, placement.project(wheel.points[wheel_nodes]), local[wheel.surfaces["contact"]])
+    # bodies that yield are solved many times for one load
+    path = choose_solver(
+        case.solver,
+        [3 * len(mesh.points) for mesh in (rail, wheel)],
+        several_loads=several_loads or case.may_yield,
+    )
+    bodies = []
+    for mesh, material in ((rail, case.rail_material), (wheel, case.wheel_material)):
+        with clock.step("assemble"):
+            matrix = stiffness(mesh, material)
+        with clock.step("factorise"):
+            bodies.append(elastic_body(mesh, material, path, matrix))
+        # the factor is what is kept
+        del matrix
+    rail_body, wheel_body = bodies
+    return CoupledBodies(
+        rail=rail_body,
+        wheel=wheel_body,
+        grid=grid,
+        normals=normals.reshape(-1, 3),
+        rail_nodes=rail.contact_nodes.ravel(),
+        wheel_nodes=wheel_nodes,
+        bands=zone.columns,
+        coupling=coupling,
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CoupledProblem:
+    """The contact problem of a position on one mesh, and what is known of its elements.
+
+    Attributes
+    ----------
+    bodies
+        Contact between the finite bodies, on the nodes of their mesh.
+    half_space
+        Contact of their gap on a half-space, where the solution starts.
+    model
+        Compliance of the bodies as if it were one and the same at every node.
+    elements, otherwise
+        Half-spaces as soft as the elements, by two ideas of what of a response is the elements'.
+    compliance_error
+        By how much the elements are softer than their material, the worst of all bands.
+    """
+
+    bodies: ContactProblem
+    half_space: ContactProblem
+    model: Compliance
+    elements: Compliance
+    otherwise: Compliance
+    compliance_error: float
+
+    def with_gap(self, gap_mm: Floats) -> CoupledProblem:
+        """Contact of these bodies with another gap (n,)."""
+        return replace(
+            self, bodies=replace(self.bodies, gap_mm=gap_mm), half_space=replace(self.half_space, gap_mm=gap_mm)
+        )
+
+    def solve(self, load_N: float) -> ContactSolution:
+        """Solve the contact on the half-space, and from there that of the bodies."""
+        start = solve_contact(self.half_space, load_N).pressure_MPa
+        return solve_by_correction(self.bodies, load_N, self.model, start_MPa=start)
+
+    def read(self, solution: ContactSolution, true_gap: TrueGap, bodies: CoupledBodies) -> tuple[Rung, Field, Field]:
+        """Rung of a solution on the elements' nodes, and what the bodies open more than a half-space of elements.
+
+        The opening twice, by both ideas of what is the elements'.
+        """
+        nodal = Rung.of(
+            bodies.grid,
+            solution,
+            approach_mm=solution.approach_mm * true_gap.closing,
+            upright=bodies.normals @ true_gap.placement.first.normal,
+        )
+        opening = self.bodies.opening_mm(solution)
+        added, otherwise = (
+            Field.of_nodes(bodies.grid, opening - elements(solution.pressure_MPa))
+            for elements in (self.elements, self.otherwise)
+        )
+        return nodal, added, otherwise
+
+
+def coupled_problem(true_gap: TrueGap, bodies: CoupledBodies) -> CoupledProblem:
+    """Set up the contact of coupled bodies; costs one application of their compliance for each of their bands."""
+    grid, modulus = bodies.grid, true_gap.contact_modulus_MPa
+    of_bodies = ContactProblem(
+        compliance=bodies.compliance,
+        gap_mm=grid.weighted_mean(true_gap.gap),
+        closing=bodies.normals @ true_gap.direction,
+        area_mm2=grid.whole_area_mm2(),
+    )
+    bands = Bands(grid=grid, columns=bodies.bands, contact_modulus_MPa=modulus)
+    responses = bands.responses(bodies.compliance)
+    # the elements of a yawed wheel meet those of the rail otherwise from place to place
+    others = responses if grid.half else bands.responses(bodies.compliance, beside=_BESIDE)
+    return CoupledProblem(
+        bodies=of_bodies,
+        half_space=replace(of_bodies, compliance=bands.half_space()),
+        model=bands.together([one.model() for one in responses]),
+        elements=bands.together([one.half_space_of_elements() for one in responses]),
+        otherwise=bands.together([one.half_space_of_elements(quartic=True) for one in others]),
+        compliance_error=_compliance_error(responses, true_gap.placement, bodies),
+    )
+
+
+def _compliance_error(responses: Sequence[UnitResponse], placement: Placement, bodies: CoupledBodies) -> float:
+    """The error of the largest size of all bands; NaN where none is seen."""
+    across = bodies.normals[: bodies.grid.shape[1]]
+    angle = np.arctan2(-across[:, 1], across[:, 2])
+    errors = (
+        one.compliance_error(angle[own], placement.side_mm(float(one.grid.s_mm[one.node[1]])))
+        for one, own in zip(responses, bodies.bands, strict=True)
+    )
+    return max((error for error in errors if not math.isnan(error)), key=abs, default=math.nan)
+
+
+class CoupledMesh:
+    """Bodies of a position on one mesh, coupled once; the fine zone grows where a patch comes to its edge.
+
+    `stopped_by` is the error that kept it from growing.
+    """
+
+    def __init__(self, position: Position, coarser: float) -> None:
+        """Make and couple both bodies; `coarser` multiplies the element sizes."""
+        self.plastic: tuple[YieldingBodies, PlasticContact] | None = None
+        self._position, self._coarser = position, coarser
+        self._room = Room()
+        self._enlarged = 0
+        self.stopped_by: InputError | None = None
+        self._take(self._couple(self._room))
+
+    def solve(self, position: Position) -> Level:
+        """Contact of the position's load between the bodies, and whether the patch is at the edge of the zone."""
+        while True:
+            with position.clock.step("contact"):
+                true_gap, problem, solution = self._contact(position)
+                nodal, added, otherwise = problem.read(solution, true_gap, self.bodies)
+            position = replace(position, true_gap=true_gap)
+            more = self._more_room(position, nodal, added)
+            at_edge = more != self._room
+            if not at_edge or self._enlarged == _ENLARGEMENTS:
+                level = self._level(position, nodal, (added, otherwise), at_edge=at_edge)
+                return self._with_yield(position, problem, solution, level)
+            try:
+                larger = self._couple(more)
+            except InputError as error:
+                self.stopped_by = error
+                level = self._level(position, nodal, (added, otherwise), at_edge=True)
+                return self._with_yield(position, problem, solution, level)
+            self.bodies.close()
+            self._take(larger)
+            self._room, self._enlarged = more, self._enlarged + 1
+
+    def _contact(self, position: Position) -> tuple[TrueGap, CoupledProblem, ContactSolution]:
+        """Gap with the slide of the bodies on a steep surface, and the contact on the elements' nodes."""
+        problem, true_gap, grid = self._problem, position.true_gap, self.bodies.grid
+        if true_gap.slide_mm != self._position.true_gap.slide_mm:
+            problem = problem.with_gap(grid.weighted_mean(true_gap.gap))
+        solution = problem.solve(position.case.load_N)
+        for _ in range(SLIDES if true_gap.is_steep else 0):
+            true_gap = replace(true_gap, slide_mm=self._slide_mm(true_gap, solution))
+            problem = problem.with_gap(grid.weighted_mean(true_gap.gap))
+            solution = problem.solve(position.case.load_N)
+        return true_gap, problem, solution
+
+    def _with_yield(
+        self, position: Position, problem: CoupledProblem, solution: ContactSolution, level: Level
+    ) -> Level:
+        """A level with the first loading of bodies that may yield, on the nodes of its rungs."""
+        if not position.case.may_yield or level.status != "converged":
+            return level
+        load_N, true_gap = position.case.load_N, position.true_gap
+
+        def read(solved: ContactSolution, load_N: float) -> tuple[Rung, Rung]:
+            nodal, added, _ = problem.read(solved, true_gap, self.bodies)
+            grid = grid_over(position.expected.half_space.grid, nodal)
+            return nodal, true_gap.solve(grid, load_N, added=added, start=level.fe.pressure)
+
+        with position.clock.step("yield"):
+            elastic = (solution, level.nodal, level.fe)
+            bodies = YieldingBodies.of(self.bodies, problem.bodies, problem.model, solution.pressure_MPa)
+            is_coarse = self._coarser > 1.0
+            found = climb(bodies, elastic, load_N, read, sparing=is_coarse)
+            if is_coarse:
+                found = with_variants(found, bodies, elastic, load_N, read)
+        self.plastic = None if found.contact is None else (bodies, found.contact)
+        return replace(level, yielded=found.yielded)
+
+    def _slide_mm(self, true_gap: TrueGap, solution: ContactSolution) -> float:
+        """How far the wheel goes along the rail below the patch, less what both bodies give way to it there."""
+        tangent = true_gap.placement.first.tangent
+        force = self.bodies.grid.whole_area_mm2() * solution.pressure_MPa
+        gives_way = float(force @ (self.bodies.parting(solution.pressure_MPa) @ tangent)) / float(force.sum())
+        return solution.approach_mm * float(true_gap.direction @ tangent) - gives_way
+
+    def _more_room(self, position: Position, nodal: Rung, added: Field) -> Room:
+        """Room of the zone: more where the contact comes near its edge or goes on beyond it, else what there is."""
+        more = more_room(self._room, nodal, position.expected, self.bodies.bands)
+        beyond = position.true_gap.overlaps_beyond(nodal, added)
+        if beyond is None:
+            return more
+        low, high = beyond
+        s = nodal.grid.s_mm
+        return replace(
+            more,
+            s_low=more.s_low + max(0.0, float(s[0]) - low),
+            s_high=more.s_high + max(0.0, high - float(s[-1])),
+        )
+
+    def close(self) -> None:
+        """Release both factors."""
+        self.bodies.close()
+
+    def _couple(self, room: Room) -> CoupledBodies:
+        """Couple the bodies over the expected patch and a margin, a narrower one where a head bears no wider one."""
+        step_s = self._coarser * self._position.element_size_mm[1]
+        too_wide: NotCovered | FoldedMesh | None = None
+        for less in range(MARGIN_ELEMENTS - EDGE_ELEMENTS + 1):
+            narrower = replace(room, s_low=room.s_low - less * step_s, s_high=room.s_high - less * step_s)
+            try:
+                return self._couple_over(narrower)
+            except (NotCovered, FoldedMesh) as error:
+                too_wide = too_wide or error
+        assert too_wide is not None
+        raise too_wide
+
+    def _couple_over(self, room: Room) -> CoupledBodies:
+        position = self._position
+        folded: FoldedMesh | None = None
+        for factor in _SIZES_IF_FOLDED:
+            step_x, step_s = (factor * self._coarser * step for step in position.element_size_mm)
+            zone = fine_zone(position.expected, (step_x, step_s), room)
+            try:
+                return couple(
+                    position.case, position.placement, zone, position.clock, several_loads=position.several_loads
+                )
+            except FoldedMesh as error:
+                folded = folded or error
+        assert folded is not None
+        raise folded
+
+    def _take(self, bodies: CoupledBodies) -> None:
+        self.bodies = bodies
+        with self._position.clock.step("contact"):
+            self._problem = coupled_problem(self._position.true_gap, bodies)
+
+    def _level(self, position: Position, nodal: Rung, added: tuple[Field, Field], *, at_edge: bool) -> Level:
+        bodies = self.bodies
+        with position.clock.step("resolve"):
+            rungs = [position.expected.half_space]
+            grid = grid_over(rungs[0].grid, nodal)
+            for one in added:
+                # each is nearly the one before it
+                start = rungs[-1].pressure
+                rungs.append(position.true_gap.solve(grid, position.case.load_N, added=one, start=start))
+            _, fe, otherwise = rungs
+        meshes = (bodies.rail.mesh, bodies.wheel.mesh)
+        return Level(
+            nodal=nodal,
+            fe=fe,
+            otherwise=otherwise,
+            compliance_error=self._problem.compliance_error,
+            degrees_of_freedom={mesh.name: 3 * len(mesh.points) for mesh in meshes},
+            elements={mesh.name: len(mesh.hexes) for mesh in meshes},
+            slide_mm=position.true_gap.slide_mm,
+            enlarged=self._enlarged,
+            at_edge=at_edge,
+        )
+
+
+def grid_over(fine: ContactGrid, nodal: Rung) -> ContactGrid:
+    """A grid with the steps and the places of a finer one, over a contact on elements and two of them around it."""
+    rows, columns = (np.flatnonzero(nodal.pressure_MPa.any(axis=axis)) for axis in (1, 0))
+    return ContactGrid(
+        x_mm=_line_over(fine.x_mm, nodal.grid.x_mm, rows, from_plane=nodal.grid.half),
+        s_mm=_line_over(fine.s_mm, nodal.grid.s_mm, columns),
+        half=nodal.grid.half,
+    )
+
+
+def _line_over(fine: Floats, coarse: Floats, covered: NDArray[np.int64], *, from_plane: bool = False) -> Floats:
+    first, last = max(int(covered[0]) - 2, 0), min(int(covered[-1]) + 2, coarse.size - 1)
+    step = float(fine[1] - fine[0])
+    low = 0 if from_plane else math.ceil((float(coarse[first]) - float(fine[0])) / step)
+    high = math.floor((float(coarse[last]) - float(fine[0])) / step)
+    return np.asarray(fine[0] + step * np.arange(low, high + 1))
+
+
+# --- The meshes of a position, the one owner of their factors: a load is solved on as many as its verdict takes.
 
 # The case's own mesh, a coarser one, and three refinements.
 _MOST_MESHES = 5

@@ -1,28 +1,35 @@
-"""A wheel on a rail before any finite element: placement, Hertz, and what the half-space expects of the patch."""
+"""A wheel on a rail before it is solved: placement, Hertz, the expected patch, where its meshes are fine, its cost."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Literal, TypeVar
 
 import numpy as np
 import psutil
 from numpy.typing import NDArray
 
+from fecontact.arrays import Floats
 from fecontact.case import RESOLUTIONS, Case
-from fecontact.errors import InputError
-from fecontact.fe.linear_solver import choose_solver
-from fecontact.geometry.placement import Placement
-from fecontact.solving.expected_patch import ExpectedPart, ExpectedPatch, expected_patch
+from fecontact.comparison.measures import PointNoise, spread
+from fecontact.contact.grid import Rung
+from fecontact.errors import ConvergenceError, InputError
+from fecontact.fe.body import BodyMesh, check_memory, choose_solver
+from fecontact.fe.meshing import FineZone, least_memory_bytes, rail_mesh, wheel_mesh
+from fecontact.fe.section import Stretch
+from fecontact.normal.hertz import HertzContact, hertz_from_hessian
+from fecontact.normal.touch_hertz import HertzPoints, hertz_points
+from fecontact.profiles.curve import Profile
+from fecontact.profiles.smoothing import Variant, variant
+from fecontact.solving.expected_patch import ExpectedPart, ExpectedPatch, TrueGap, expected_patch
 from fecontact.solving.placing import place_case
-from fecontact.solving.true_gap import TrueGap
-from fecontact.theory.hertz import HertzContact, hertz_from_hessian
-from fecontact.theory.touch_hertz import HertzPoints, hertz_points
+from fecontact.wheel_rail.placement import Placement
 
-Floats = NDArray[np.float64]
 Progress = Callable[[str], None]
 # More than the resolution says, so that its meshes have as many where the patch is a little smaller than expected.
 _ROOM = 0.25
@@ -243,3 +250,371 @@ def true_gap_of_case(case: Case, placement: Placement) -> TrueGap:
 def direction_of_case(case: Case, placement: Placement) -> Floats:
     """Unit vector (3,) along which the load of a case acts."""
     return placement.load_direction(normal=case.load_kind == "normal")
+
+
+# --- A case on the other lines that its measured points allow: what they leave open of Hertz and of the half-space.
+
+# Enough draws to know their scatter to a third.
+_WIDTHS: tuple[Variant, ...] = ("narrow", "double")
+_DRAWS: tuple[Variant, ...] = tuple(range(6))
+Value = TypeVar("Value")
+
+
+def point_noise(case: Case, placement: Placement, own: tuple[HertzContact, Rung]) -> PointNoise | None:
+    """Half-spaces that show what profiles given by points leave open; None where both are exact lines.
+
+    `own` is Hertz and the half-space of the profiles as they are.
+    """
+
+    def solved(placed: Placement) -> tuple[HertzContact, Rung]:
+        hertz, expected = expect_on_half_space(case, placed)
+        return hertz, expected.half_space
+
+    if (found := _on_other_lines(case, placement, solved)) is None:
+        return None
+    thinned, widths, draws = found
+    return PointNoise(own=own, thinned=thinned[0] if thinned else own, widths=tuple(widths), draws=tuple(draws))
+
+
+def hertz_uncertainty(case: Case, placement: Placement) -> dict[str, float] | None:
+    """What profiles given by points leave open of Hertz's peak pressure and semi-axes, relative, by closed forms alone.
+
+    None where both are exact lines; NaN where another line does not come into contact.
+    """
+
+    def read(placed: Placement) -> dict[str, float]:
+        hertz = hertz_of_case(case, placed)
+        return {"p_max_MPa": hertz.p0_MPa, "a_mm": hertz.extent_x_mm / 2.0, "b_mm": hertz.extent_y_mm / 2.0}
+
+    if (found := _on_other_lines(case, placement, read)) is None:
+        return None
+    thinned, widths, draws = found
+    own = read(placement)
+    return {name: value / own[name] for name, value in spread(own, thinned=thinned, widths=widths, draws=draws).items()}
+
+
+def _on_other_lines(
+    case: Case, placement: Placement, evaluate: Callable[[Placement], Value]
+) -> tuple[list[Value | None], list[Value | None], list[Value | None]] | None:
+    """Something of the case with thinned lines, with other widths, and with other noise; None for exact lines."""
+    rail, wheel = placement.rail.profile, placement.wheel.profile
+    smooth = rail.measured is not None or wheel.measured is not None
+    interpolated = rail.thinned() is not None or wheel.thinned() is not None
+    if not interpolated and not smooth:
+        return None
+
+    def with_lines(rail: Profile, wheel: Profile) -> Value | None:
+        try:
+            return evaluate(place_case(case, rail=rail, wheel=wheel))
+        except (InputError, ConvergenceError):
+            return None
+
+    thinned = [with_lines(*_thinned(case, placement))] if interpolated else []
+    widths = [with_lines(variant(rail, which), variant(wheel, which)) for which in _WIDTHS if smooth]
+    draws = [with_lines(variant(rail, which), variant(wheel, which)) for which in _DRAWS if smooth]
+    return thinned, widths, draws
+
+
+def _thinned(case: Case, placement: Placement) -> tuple[Profile, Profile]:
+    """Rail and wheel through one or the other half of their points, whichever moves Hertz's peak pressure more.
+
+    A wrong point is in one of the halves only: the other one shows what it does.
+    """
+    rail, wheel = placement.rail.profile, placement.wheel.profile
+    own = hertz_of_case(case, placement).p0_MPa
+
+    def moves(lines: tuple[Profile, Profile]) -> float:
+        try:
+            return abs(hertz_of_case(case, place_case(case, rail=lines[0], wheel=lines[1])).p0_MPa - own)
+        except (InputError, ConvergenceError):
+            return math.inf
+
+    firsts: tuple[Literal[0, 1], ...] = (0, 1)
+    return max(((rail.thinned(first) or rail, wheel.thinned(first) or wheel) for first in firsts), key=moves)
+
+
+# --- Hertz's theory alone at a case's position: what a solution is compared with, in milliseconds.
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HertzAlone:
+    """Hertz at a case's position.
+
+    Attributes
+    ----------
+    hertz
+        At the first touch point under the case's load, at a junction with the curvature of its field side.
+    points
+        At every touch point, with the whole load and all sharing it.
+    uncertainty_of_profile
+        What profiles given by points leave open of its peak pressure and semi-axes (relative); None for exact lines.
+    """
+
+    case: Case
+    placement: Placement
+    hertz: HertzContact
+    points: HertzPoints
+    uncertainty_of_profile: Mapping[str, float] | None
+
+
+def hertz_alone(case: Case) -> HertzAlone:
+    """Place a case and evaluate Hertz.
+
+    Raises
+    ------
+    InputError
+        As `place_case` and `hertz_of_case` do.
+    """
+    placement = place_case(case)
+    return HertzAlone(
+        case=case,
+        placement=placement,
+        hertz=hertz_of_case(case, placement),
+        points=hertz_points_of_case(case, placement),
+        uncertainty_of_profile=hertz_uncertainty(case, placement),
+    )
+
+
+# --- Where a position's meshes are fine: around the expected patch, and where the contact turns out to reach further.
+
+# A patch within so many elements of the edge enlarges the zone.
+EDGE_ELEMENTS = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Room:
+    """Free room around the expected patch (mm), where the contact may turn out larger than expected.
+
+    `joined` where it goes on between patches that were expected far apart.
+    """
+
+    x: float = 0.0
+    s_low: float = 0.0
+    s_high: float = 0.0
+    joined: bool = False
+
+
+def fine_zone(expected: ExpectedPatch, element_size_mm: tuple[float, float], room: Room | None = None) -> FineZone:
+    """The zone of these elements: the expected patch and a margin, in bands where patches are far apart."""
+    room = room or Room()
+    step_x, step_s = element_size_mm
+    bands = () if room.joined else _bands(expected, element_size_mm, room)
+    length = max(expected.x_high_mm, -expected.x_low_mm) + MARGIN_ELEMENTS * step_x + room.x
+    low = expected.s_low_mm - MARGIN_ELEMENTS * step_s - room.s_low
+    high = expected.s_high_mm + MARGIN_ELEMENTS * step_s + room.s_high
+    whole = _even_stretch(low, high, step_s)
+    return FineZone(
+        half_length_mm=step_x * math.ceil(length / step_x),
+        s_low_mm=bands[0].low_mm if bands else whole.low_mm,
+        s_high_mm=bands[-1].high_mm if bands else whole.high_mm,
+        step_x_mm=step_x,
+        step_s_mm=step_s,
+        semi_axis_mm=expected.semi_axis_s_mm,
+        bands=bands,
+    )
+
+
+def _even_stretch(low: float, high: float, step: float) -> Stretch:
+    steps = 2 * math.ceil(0.5 * (high - low) / step)
+    middle = 0.5 * (low + high)
+    return Stretch(low_mm=middle - 0.5 * steps * step, high_mm=middle + 0.5 * steps * step, intervals=steps)
+
+
+def _bands(expected: ExpectedPatch, element_size_mm: tuple[float, float], room: Room) -> tuple[Stretch, ...]:
+    """A band for each of several patches far apart; none where margins leave too little between them."""
+    found = []
+    for part in expected.parts:
+        step = element_width_mm(element_size_mm, part)
+        low = part.s_low_mm - MARGIN_ELEMENTS * step - (room.s_low if part is expected.parts[0] else 0.0)
+        high = part.s_high_mm + MARGIN_ELEMENTS * step + (room.s_high if part is expected.parts[-1] else 0.0)
+        found.append(_even_stretch(low, high, step))
+    short = (after.low_mm - before.high_mm < before.step_mm + after.step_mm for before, after in pairwise(found))
+    return () if len(found) == 1 or any(short) else tuple(found)
+
+
+def more_room(room: Room, nodal: Rung, expected: ExpectedPatch, bands: Sequence[slice]) -> Room:
+    """More room where the contact comes within EDGE_ELEMENTS of the edge; the same room if it nowhere does."""
+    contact = nodal.pressure_MPa > 0.0
+    rows, columns = np.asarray(contact.any(axis=1)), np.asarray(contact.any(axis=0))
+    between = np.ones(columns.size, dtype=bool)
+    for band in bands:
+        start, stop, _ = band.indices(columns.size)
+        between[start + (EDGE_ELEMENTS if start else 0) : stop - (EDGE_ELEMENTS if stop < columns.size else 0)] = False
+    at_end = bool(rows[-EDGE_ELEMENTS:].any() or (not nodal.grid.half and rows[:EDGE_ELEMENTS].any()))
+    quarter = 0.25 * (expected.s_high_mm - expected.s_low_mm)
+    return Room(
+        x=room.x + (0.25 * expected.x_high_mm if at_end else 0.0),
+        s_low=room.s_low + (quarter if columns[:EDGE_ELEMENTS].any() else 0.0),
+        s_high=room.s_high + (quarter if columns[-EDGE_ELEMENTS:].any() else 0.0),
+        joined=room.joined or bool(columns[between].any()),
+    )
+
+
+# --- Meshes of a case that is not solved here: one body, or both with all that another program needs to press them.
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeshedPair:
+    """Both bodies of a case on the first meshes that `solve` makes.
+
+    Attributes
+    ----------
+    direction (3,)
+        Unit vector against which the wheel is pushed: upwards, or the contact normal at first touch.
+    approach_mm
+        What the wheel moves along it under the case's load if both bodies were half-spaces.
+    """
+
+    case: Case
+    rail: BodyMesh
+    wheel: BodyMesh
+    direction: NDArray[np.float64]
+    approach_mm: float
+
+
+def mesh_case(case: Case, body: Literal["rail", "wheel"]) -> BodyMesh:
+    """Mesh one body of a case, without solving it.
+
+    Raises
+    ------
+    InputError
+        As `solve` does.
+    """
+    placement = place_case(case)
+    zone, _ = _expected(case, placement)
+    make = rail_mesh if body == "rail" else wheel_mesh
+    return make(placement, zone, half=case.half, size=case.size)
+
+
+def mesh_pair(case: Case) -> MeshedPair:
+    """Mesh both bodies of a case, without solving it.
+
+    Raises
+    ------
+    InputError
+        As `solve` does.
+    """
+    placement = place_case(case)
+    zone, approach = _expected(case, placement)
+    direction = placement.load_direction(normal=case.load_kind == "normal")
+    return MeshedPair(
+        case=case,
+        rail=rail_mesh(placement, zone, half=case.half, size=case.size),
+        wheel=wheel_mesh(placement, zone, half=case.half, size=case.size),
+        direction=direction,
+        # that of the half-space is the part along the normal
+        approach_mm=approach / float(direction @ placement.first.normal),
+    )
+
+
+def _expected(case: Case, placement: Placement) -> tuple[FineZone, float]:
+    """The fine zone of a case's first meshes, and the half-space's approach (mm) along the normal."""
+    _, expected = expect_on_half_space(case, placement)
+    zone = fine_zone(expected, element_size_mm(case, expected))
+    check_memory(least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements")
+    return zone, expected.half_space.approach_mm
+
+
+# --- About what the solution of a case takes: unknowns of its first meshes, CPU time and memory.
+
+START_SECONDS = 0.9
+"""CPU seconds of the start of the program and the position."""
+# Unknowns of both bodies for n_x by n_s elements in the zone of a half model: eight meshes of 8 by 16 to 13 by 50
+# elements have 0.93 to 1.06 of it (60E1, a cylinder, A120; quick and standard).
+_UNKNOWNS, _MORE_X, _MORE_S = 125.0, 0.2, 14.4
+# Of a model without symmetry over those of half of it.
+_WHOLE = 2.0
+_ONE_PATCH, _SECONDS, _SECONDS_POWER = 33_900.0, 2.6, 1.1
+_BASE_GB, _GB_PER_UNKNOWN = 0.077, 8.2e-6
+
+
+def unknowns_of(elements_x: int, elements_s: int, *, half: bool) -> float:
+    """Degrees of freedom of meshes with so many elements along x and across in their fine zone."""
+    return _UNKNOWNS * (elements_x + _MORE_X) * (elements_s + _MORE_S) * (1.0 if half else _WHOLE)
+
+
+def cpu_seconds(unknowns: float) -> float:
+    """CPU seconds of a solution on one thread, with the coarser meshes and the half-spaces, but for `START_SECONDS`.
+
+    Measured by `fecontact solve --refine-degrees-of-freedom 0` of S1002 on 60E1 under 100 kN, by PARDISO on one core
+    (AMD EPYC, virtual, 2026): -6, -2, 0, 1, 3 and 5 mm at `quick`, 1 and 3 mm at `standard`, 3 mm at `fine`, and 3 mm
+    with a yaw; 32 to 183 thousand unknowns. Users' and system's seconds are met to 10 % on one patch, and are up to
+    40 % more where several patches make half-spaces dear.
+    """
+    return float(_SECONDS * (unknowns / _ONE_PATCH) ** _SECONDS_POWER)
+
+
+def memory_GB(unknowns: float) -> float:
+    """Largest memory of the process that solves; of the same measurements, to 12 %."""
+    return _BASE_GB + _GB_PER_UNKNOWN * unknowns
+
+
+# --- A case before it is solved: position, expected patch and mesh, and about what the solution will cost.
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Preview:
+    """What is known of a case without finite elements.
+
+    Attributes
+    ----------
+    hertz
+        At the first touch point under the case's load.
+    hertz_uncertainty
+        What measured profiles leave open of its peak pressure and semi-axes (relative); None for exact lines.
+    expected
+        The patch under the true gap on a half-space.
+    element_size_mm, elements
+        Along x and across: sizes, and how many there are in the fine zone.
+    degrees_of_freedom, cpu_seconds, memory_GB
+        Of `fecontact solve` on its first meshes, to 10 % and to a factor of two; a refinement takes up to
+        `Case.refine_degrees_of_freedom`.
+    """
+
+    case: Case
+    placement: Placement
+    hertz: HertzContact
+    hertz_uncertainty: dict[str, float] | None
+    expected: ExpectedPatch
+    element_size_mm: tuple[float, float]
+    elements: tuple[int, int]
+    degrees_of_freedom: int
+    cpu_seconds: float
+    memory_GB: float
+
+
+def preview(case: Case) -> Preview:
+    """Place a case and expect its patch and the cost of its solution.
+
+    >>> import fecontact
+    >>> seen = fecontact.place(fecontact.Case(lateral_shift_mm=4.0))
+    >>> round(seen.placement.first.rail_y_mm, 1), seen.elements[1] > seen.elements[0]
+    (-13.8, True)
+
+    Raises
+    ------
+    InputError, ConvergenceError
+        As `expect_on_half_space` does.
+    """
+    placement = place_case(case)
+    hertz, expected = expect_on_half_space(case, placement)
+    sizes = element_size_mm(case, expected)
+    lengths = (max(expected.x_high_mm, -expected.x_low_mm), expected.s_high_mm - expected.s_low_mm)
+    along_x = round(lengths[0] / sizes[0]) + MARGIN_ELEMENTS
+    across = round(lengths[1] / sizes[1]) + 2 * MARGIN_ELEMENTS
+    # patches far apart have fewer between them
+    if (zone := fine_zone(expected, sizes)).bands:
+        across = zone.intervals_s
+    unknowns = unknowns_of(along_x, across, half=case.half)
+    return Preview(
+        case=case,
+        placement=placement,
+        hertz=hertz,
+        hertz_uncertainty=hertz_uncertainty(case, placement),
+        expected=expected,
+        element_size_mm=sizes,
+        elements=(along_x, across),
+        degrees_of_freedom=int(unknowns),
+        cpu_seconds=START_SECONDS + cpu_seconds(unknowns),
+        memory_GB=memory_GB(unknowns),
+    )

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fecontact.bodies import STEEL, Material, contact_modulus_MPa
 from fecontact.errors import ConvergenceError, InputError, check_positive
-from fecontact.geometry.contact_functions import harmonic_conicity
-from fecontact.geometry.wheelset import Wheelset
-from fecontact.material import STEEL, Material, contact_modulus_MPa
-from fecontact.vehicle.normal import DEFAULT_THEORY, Pressed, normal_theory
-from fecontact.vehicle.surfaces import Overlap, Surfaces
+from fecontact.vehicle.normal import DEFAULT_THEORY, Overlap, Pressed, Surfaces, normal_theory
+from fecontact.wheel_rail.wheelset import Wheelset, harmonic_conicity
 
 _ITERATIONS = 60
 # Of the wheel load, and in mm and mrad.

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from fecontact.errors import InputError
-from fecontact.inputs.kinds import Number
-from fecontact.inputs.slots import check_inputs
+from fecontact.inputs import Number, check_inputs
 
 BOGIES = ("leading", "trailing")
 """The bogies of a vehicle."""

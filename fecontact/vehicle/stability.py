@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.arrays import Floats
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.vehicle.equilibrium import solve_at, straight_start
 from fecontact.vehicle.model import Vehicle
 from fecontact.vehicle.steady import (
     FRAME_SIZE,
@@ -22,11 +22,12 @@ from fecontact.vehicle.steady import (
     Line,
     on_wheelset,
     rail_forces,
+    solve_at,
+    straight_start,
     wheelset_states,
     without_rails,
 )
 
-Floats = NDArray[np.float64]
 # Positions of a wheelset but for its slip of rotation, which is a rate.
 _PLACES = 4
 # Of mm and mrad, and of their rates over the speed.

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.arrays import Floats
 from fecontact.criteria import Criteria
-from fecontact.errors import InputError
-from fecontact.outcome import usable
-from fecontact.outputs.figures.style import (
+from fecontact.errors import InputError, usable
+from fecontact.outputs.style import (
     ANSWER_MARKS,
     ANSWERS,
     FE,
@@ -25,17 +25,13 @@ from fecontact.outputs.figures.style import (
     save_figure,
     series_style,
 )
-from fecontact.outputs.words.measures import WORDS, deviation_column
-from fecontact.outputs.words.pairs import pair_of_row
-from fecontact.outputs.words.roll import SHIFT, roll_words_of_rows
-from fecontact.outputs.words.series import series
+from fecontact.outputs.tables import Row, pair_of_row
+from fecontact.outputs.words import SHIFT, WORDS, deviation_column, roll_words_of_rows, series
 from fecontact.profiles.curve import Profile, radius_mm, radius_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Floats = NDArray[np.float64]
-Row = Mapping[str, Any]
 # A row whose numbers must not be used.
 _BAD: Mapping[str, Any] = {"marker": "x", "ms": 9, "mew": 2.0, "ls": "none"}
 

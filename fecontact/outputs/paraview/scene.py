@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.files import write_atomically
-from fecontact.outputs.figures.style import HERTZ
+from fecontact.outputs.style import HERTZ
 
 _SECONDS = 120.0
 _SIZE = [1500, 1000]

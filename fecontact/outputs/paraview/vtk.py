@@ -1,4 +1,4 @@
-"""ParaView files: both bodies, the contact, one collection a case and one a study.
+"""ParaView files: both bodies, the contact, one collection a case and one a study, and `view.py` that opens them.
 
 The files open in ParaView as they are: a case by its `case.vtm` (blocks `rail`, `wheel`, `contact`, `hertz_ellipse`), a
 study by its `.pvd`, whose time is the lateral shift. Half models are written whole, mirrored at their plane.
@@ -6,9 +6,12 @@ study by its `.pvd`, whose time is the lateral shift. Half models are written wh
 
 from __future__ import annotations
 
+import json
+import math
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -17,17 +20,91 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fecontact import __version__
+from fecontact.arrays import Floats, Integers
+from fecontact.comparison.measures import mean_pressure
+from fecontact.contact.grid import Field
 from fecontact.errors import InputError
 from fecontact.fe.body import ElasticBody
 from fecontact.fe.stress import nodal_stress, von_mises
-from fecontact.files import write_text
-from fecontact.outputs.paraview.contact import contact_surface, ellipse_line
-from fecontact.outputs.records.results import load_row
-from fecontact.outputs.words.verdicts import case_annotation
+from fecontact.files import read_json, write_text
+from fecontact.outputs.figures.case import ellipse_outline
+from fecontact.outputs.records.results import load_row, read_row
+from fecontact.outputs.tables import Row
+from fecontact.outputs.words import case_annotation
 from fecontact.solving.solve import CaseResult
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
+# --- The contact as ParaView shows it: both pressures on the rail's surface, and Hertz's ellipse as a line.
+
+LIFT_MM = 1e-3
+"""How far the contact lies above the rail, along its normals: in the rail's own surface both would flicker."""
+RELIEF_MM_PER_MPA = 2e-3
+"""Height of the pressure relief: the same for every case, so that reliefs can be compared."""
+
+
+def contact_surface(result: CaseResult) -> Any:
+    """The rail's contact surface as a pyvista mesh of quadrilaterals, their normals out of the rail.
+
+    It lies `LIFT_MM` above the rail and holds both patches, as far as the rail has a surface there. Its nodes are those
+    of the elements, and their pressure is what the bodies' displacements and stresses belong to. Arrays:
+    `contact_pressure_MPa`, `hertz_pressure_MPa`, `pressure_difference_MPa` (finite elements minus Hertz), `gap_mm`
+    (deformed; NaN beyond the nodes of the solution, where only Hertz presses), `in_contact` (0 or 1),
+    `pressure_relief_mm` and `hertz_relief_mm` (both pressures as vectors along the normal, to warp by). Pressures are
+    means over the cells of the nodes: both integrate to the force along the contact normal.
+    """
+    import pyvista
+
+    fields, points, normals = _covering(result)
+    index = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape[:2])
+    quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1).reshape(-1, 4)
+    surface = pyvista.PolyData.from_regular_faces((points + LIFT_MM * normals).reshape(-1, 3), quads)
+    fe, hertz = fields["contact_pressure_MPa"], fields["hertz_pressure_MPa"]
+    arrays: dict[str, NDArray[Any]] = {
+        **fields,
+        "pressure_difference_MPa": fe - hertz,
+        # ParaView's readers take Booleans for field data
+        "in_contact": (fe > 0.0).astype(np.uint8),
+        "pressure_relief_mm": RELIEF_MM_PER_MPA * fe[..., None] * normals,
+        "hertz_relief_mm": RELIEF_MM_PER_MPA * hertz[..., None] * normals,
+    }
+    for name, values in arrays.items():
+        surface.point_data[name] = values.reshape(-1, *values.shape[2:])
+    return surface
+
+
+def _covering(result: CaseResult) -> tuple[dict[str, Floats], Floats, Floats]:
+    """Fields (nx, ns), points (nx, ns, 3) and normals of the whole contact, far enough for Hertz's ellipse."""
+    hertz = result.hertz
+    lengths = (hertz.extent_x_mm, hertz.extent_y_mm)
+    rung = result.load.level.on_elements
+    pressure = rung.pressure.covering(*lengths)
+    inside = Field(grid=rung.grid, values=np.ones(rung.grid.shape)).covering(*lengths).values > 0.0
+    gap = Field(grid=rung.grid, values=rung.gap_mm).covering(*lengths).values
+    grid = pressure.grid
+    points, normals = result.placement.surface(grid.x_mm[:, None], grid.s_mm[None, :])
+    # a rail ends where its profile does, also below an ellipse that does not know of it
+    there = np.isfinite(points[0, :, 1])
+    fields = {
+        "contact_pressure_MPa": pressure.values,
+        "hertz_pressure_MPa": mean_pressure(grid, hertz),
+        "gap_mm": np.where(inside, gap, np.nan),
+    }
+    return {name: values[:, there] for name, values in fields.items()}, points[:, there], normals[:, there]
+
+
+def ellipse_line(result: CaseResult) -> Any:
+    """The edge of Hertz's ellipse on the rail as a closed line of pyvista, twice as far above it as the contact."""
+    import pyvista
+
+    s, x = ellipse_outline(result.hertz)
+    points, normals = result.placement.surface(x, s)
+    there = np.isfinite(points[:, 1])
+    index = np.cumsum(there) - 1
+    pairs = [(index[k], index[k + 1]) for k in range(len(s) - 1) if there[k] and there[k + 1]]
+    lines = np.array([(2, *pair) for pair in pairs], dtype=np.int64).ravel()
+    return pyvista.PolyData((points + 2.0 * LIFT_MM * normals)[there], lines=lines)
+
+
+# --- ParaView files: both bodies, the contact, one collection a case and one a study.
 
 COLLECTION = "case.vtm"
 _BODIES = (("rail", "rail.vtu"), ("wheel", "wheel.vtu"))
@@ -248,3 +325,86 @@ class _Mirror:
     def extended(self, values: Floats, signs: Floats) -> Floats:
         """Values (n, c) at the nodes, followed by those at the images."""
         return np.concatenate([values, values[self.copied] * signs])
+
+
+# --- `view.py`: opens the ParaView files of a study or a case with the cameras, colours and cuts that show the contact.
+
+VIEW = "view.py"
+_BODY = "script.py.txt"
+# Colour scales end at such a number of MPa, so that their labels are round.
+_ROUND_MPA = 100.0
+
+
+def write_view(out: Path) -> Path:
+    """Write `view.py` into the folder of a study, or of a single case, that has ParaView files.
+
+    The script holds paths relative to itself, so that the folder can be moved; the point to look at, and one colour
+    scale over all cases, are numbers in its head.
+
+    Raises
+    ------
+    InputError
+        If the folder has no ParaView files.
+    """
+    out = Path(out)
+    collections = sorted(path.name for path in out.glob("study*.pvd"))
+    if collections:
+        document = read_json(out / "study.json")
+        rows = [row for row in document["rows"] if row.get("fe_p_max_MPa") is not None]
+        folders = [out / "cases" / str(row["id"]) for row in rows]
+    elif (out / COLLECTION).is_file():
+        collections, rows, folders = [COLLECTION], [read_row(out / "row.json")], [out]
+    else:
+        raise InputError(_without_collection(out))
+    return write_text(out / VIEW, view_script(collections, rows, folders))
+
+
+def _without_collection(out: Path) -> str:
+    """Why there is nothing to see, and which folder to give."""
+    if single := sorted(path.parent for path in out.glob(f"cases/*/{COLLECTION}")):
+        # a .pvd has several shifts of one pair
+        return f"{out}: its cases are no series of shifts; give the folder of one of them, such as {single[0]}"
+    return (
+        f"{out}: it has no study.pvd and no {COLLECTION}; give the folder that `fecontact run` or"
+        " `fecontact solve --out` wrote (a map keeps no meshes)"
+    )
+
+
+def view_script(collections: Sequence[str], rows: Sequence[Row], folders: Sequence[Path]) -> str:
+    """The script for these collections, whose cases are the rows in the folders."""
+    touches = np.array([_touch_mm(folder) for folder in folders])
+    low, high = touches.min(axis=0), touches.max(axis=0)
+    extent = _largest(rows, *(f"{of}_extent_{axis}_mm" for axis in "xy" for of in ("fe", "hertz")))
+    pressure, stress = (
+        _ROUND_MPA * math.ceil(_largest(rows, *columns) / _ROUND_MPA)
+        for columns in (
+            ("fe_p_max_MPa", "hertz_p_max_MPa"),
+            ("von_mises_rail_von_mises_MPa", "von_mises_wheel_von_mises_MPa"),
+        )
+    )
+    return f'''"""Shows the contact in ParaView: pressure on the rail, and von Mises stress in the cut across.
+
+Start ParaView in the folder of this file: `paraview --script=view.py`. The slider of the time is the lateral
+shift. Paths are relative to this file: the whole folder can be moved.
+"""
+
+# collections beside this script; the first one is shown: put another one there
+FILES = {json.dumps(list(collections))}
+# middle of all touch points, in the track frame
+CENTRE_MM = {json.dumps([round(float(middle), 3) for middle in 0.5 * (low + high)])}
+# what the cameras show: the largest patch, and how far the touch point moves
+SIZE_MM = {json.dumps(round(extent + float(np.max(high - low)), 1))}
+# ends of the colour scales, the same for all cases
+PRESSURE_MPA = {json.dumps(pressure)}
+VON_MISES_MPA = {json.dumps(stress)}
+''' + (files("fecontact.outputs.paraview") / _BODY).read_text("utf-8")
+
+
+def _touch_mm(folder: Path) -> tuple[float, float, float]:
+    first = read_json(folder / "result.json")["touch_points"][0]
+    return first["x_mm"], first["y_mm"], first["z_mm"]
+
+
+def _largest(rows: Sequence[Row], *columns: str) -> float:
+    values = [float(row[column]) for row in rows for column in columns if row.get(column) is not None]
+    return max(values, default=1.0)

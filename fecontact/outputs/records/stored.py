@@ -20,16 +20,13 @@ from numpy.typing import NDArray
 
 from fecontact.case import Case
 from fecontact.comparison.solved_load import SolvedLoad
-from fecontact.contact.grid import ContactGrid
-from fecontact.contact.rung import Rung
+from fecontact.contact.grid import ContactGrid, Rung
 from fecontact.files import open_regular, write_atomically
-from fecontact.geometry.along_track import AlongTrack
-from fecontact.geometry.placement import Placement
-from fecontact.outputs.records.told import picked
+from fecontact.outputs.tables import Record, picked
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.wheel_rail.placement import AlongTrack, Placement
 
-Record = dict[str, Any]
 Arrays = dict[str, NDArray[np.float64]]
 
 # Solved fields unpack to two to three times what they have on disk; small ones of round numbers to more.

@@ -3,17 +3,131 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
 
 from fecontact.errors import InputError
-from fecontact.profiles.curve import Kind, Profile
+from fecontact.files import toml_content
+from fecontact.profiles.curve import Kind, Profile, arc_between, check_shape, mirrored, origin_notes, tangent_head
 from fecontact.profiles.points import Points
-from fecontact.profiles.readers.miniprof import read_miniprof
-from fecontact.profiles.readers.simpack import is_simpack, read_simpack
-from fecontact.profiles.readers.table import read_columns
-from fecontact.profiles.readers.toml import read_toml
+from fecontact.profiles.readers.columns import file_bytes, is_simpack, read_columns, read_miniprof, read_simpack, shown
 from fecontact.profiles.reading import Reading
+from fecontact.profiles.segments import Line, Polynomial, Segment
+
+if TYPE_CHECKING:
+    from fecontact.profiles.readers import schema
+
+
+# --- Profiles from TOML files of exact segments, the form of the library's own files.
+
+_MOST_TOLD = 3
+
+
+def read_toml(path: str | Path) -> Profile:
+    """Profile from a TOML file of the form of the library files; its name is the file's.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read or does not describe a profile; the message names the key.
+    """
+    path = Path(path)
+    try:
+        text = file_bytes(path).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError(f"{path} is not a text file in UTF-8; save the profile as plain text") from None
+    return parse_toml(text, name=path.stem)
+
+
+def parse_toml(text: str, *, name: str) -> Profile:
+    """Profile from the text of a TOML file.
+
+    Raises
+    ------
+    InputError
+        The text does not describe a profile; the message names the key.
+    """
+    # pydantic takes longer to import than everything else here
+    from pydantic import ValidationError
+
+    from fecontact.profiles.readers import schema
+
+    content = toml_content(text, f"profile {name}")
+    try:
+        file = schema.ProfileFile.model_validate(content)
+    except ValidationError as error:
+        wrong = error.errors(include_url=False, include_context=False)
+        told = "; ".join(_explain(dict(e)) for e in wrong[:_MOST_TOLD])
+        more = f"; and {len(wrong) - _MOST_TOLD} more" if len(wrong) > _MOST_TOLD else ""
+        raise InputError(f"profile {name}: {told}{more}") from None
+    # pydantic passes on what a number or a list of a file does to Python itself
+    except (ValueError, OverflowError, RecursionError):
+        raise InputError(
+            f"profile {name}: a number is too long, or a list too deep, for a profile; numbers have 17 digits at most"
+        ) from None
+
+    body = [_segment(s, f"profile {name}: body {i + 1}") for i, s in enumerate(file.body)]
+    if file.head is not None:
+        surface = tangent_head(
+            file.head.radii, file.head.half_widths, side_one_in=file.head.side_one_in, side_to_z=file.head.side_to_z
+        )
+        body += mirrored(body)
+    else:
+        surface = [_segment(s, f"profile {name}: surface {i + 1}") for i, s in enumerate(file.surface)]
+    profile = Profile(
+        name=name,
+        kind=file.kind,
+        segments=tuple(surface),
+        source=file.source,
+        certainty=file.certainty,
+        outline=(*surface, *body) if body else (),
+    )
+    line = profile.evaluate(np.linspace(0.0, len(surface), 16 * len(surface) + 1))
+    check_shape(line.y, line.z, kind=profile.kind, what=f"profile {name}")
+    return replace(profile, notes=(*file.notes, *origin_notes(np.column_stack((line.y, line.z)), profile.kind)))
+
+
+def _explain(error: dict[str, object]) -> str:
+    location = error["loc"]
+    assert isinstance(location, tuple)
+    where = ".".join(str(part) for part in location) or "file"
+    given = error["input"]
+    return f"{shown(where)}: {shown(error['msg'])}" + (f" (given: {_given(given)})" if _is_short(given) else "")
+
+
+def _is_short(given: object) -> bool:
+    # Python does not write whole numbers of thousands of digits
+    return isinstance(given, str | float) or (isinstance(given, int) and abs(given) < 10**60)
+
+
+def _given(given: object) -> str:
+    return shown(repr(given))
+
+
+def _segment(entry: schema.Entry, what: str) -> Segment:
+    if entry.type == "line":
+        return Line(start=entry.from_, end=entry.to)
+    if entry.type == "polynomial":
+        return _polynomial(entry, what)
+    return arc_between(entry.from_, entry.to, centre=entry.centre, radius=entry.radius, what=what)
+
+
+def _polynomial(entry: schema.PolynomialEntry, what: str) -> Polynomial:
+    polynomial = Polynomial(coefficients=tuple(entry.coefficients), y_from=entry.y_from, y_to=entry.y_to)
+    try:
+        polynomial.evaluate(np.array([0.0, 1.0]))
+    except OverflowError:
+        raise InputError(
+            f"{what}: the polynomial between y = {entry.y_from:g} and {entry.y_to:g} mm with coefficients up to "
+            f"{max(map(abs, entry.coefficients)):g} exceeds the range of numbers; check their powers of ten"
+        ) from None
+    return polynomial
+
+
+# --- The formats of profile files: a new one is one function and one entry in the table.
 
 # The kind is the one that is wanted. A file that says its own kind is read as that; whoever resolves it compares.
 Reader: TypeAlias = Callable[[Path, Kind, Reading], Profile | Points]

@@ -1,1 +1,0 @@
-"""Theories of the pressure without finite elements: one at a position, and tables of them."""

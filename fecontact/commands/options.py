@@ -1,0 +1,327 @@
+"""The options of the command line that describe a case, shifts and loads, and the pages of help on them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, make_dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Protocol, get_args
+
+from cyclopts import App, Parameter
+from cyclopts import Group as Panel
+
+from fecontact.case import INPUTS, Case, Group, case_with
+from fecontact.errors import InputError
+from fecontact.inputs import Flag, Number, Slot, nearest
+
+if TYPE_CHECKING:
+    from cyclopts.help import HelpPanel
+
+
+MOST = "Inputs that most runs need"
+"""Title of the panel that the first page of help begins with."""
+TOPICS = (*get_args(Group), "run")
+"""Topics of help: the groups of a case's inputs, and how many cases are worked through."""
+PANELS = {
+    MOST: Panel(MOST, sort_key=0),
+    **{topic: Panel(topic.capitalize(), sort_key=position) for position, topic in enumerate(TOPICS, start=1)},
+}
+"""Panels of help, by topic."""
+# what the first page says of them, in a line each
+_BRIEF = {
+    ("", "rail"): "Rail: library name, file, or circle:R in mm",
+    ("", "wheel"): "Wheel: library name, file, or cylinder:R in mm",
+    ("", "lateral_shift_mm"): "Shift of the wheelset in mm, > 0 to the left",
+    ("", "load_N"): "Wheel load in kN",
+    ("", "inclination_rad"): "Of the rail: 1:40, or none if canted already",
+    ("", "roll"): "touching, given (--roll-mrad) or loaded",
+    ("", "resolution"): "quick, standard, fine, or sizes in mm: 0.5,0.4",
+    ("creep", "friction"): "Coefficient of friction, for creep forces",
+    ("criteria", "p_max"): "Largest error of Hertz's peak pressure in %",
+    ("criteria", "judged_by"): "What decides: strength, patch, all, or measures",
+}
+
+
+class CaseOptions(Protocol):
+    """Options as they were given."""
+
+    def given(self, field: str) -> bool:
+        """Whether an input of this field was given."""
+
+    def case(self) -> Case:
+        """The case that they describe.
+
+        Raises
+        ------
+        InputError
+            If a value is outside its range.
+        """
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseOption:
+    """One option: its names, the inputs that it gives, and its help."""
+
+    names: tuple[str, ...]
+    slots: tuple[Slot, ...]
+    help: str
+
+    @property
+    def attribute(self) -> str:
+        """Name of its value among the values of all options."""
+        return self.names[0].removeprefix("--").replace("-", "_")
+
+    @property
+    def type(self) -> Any:
+        """Type of its value for the command line, which shows anything as a text."""
+        described = self.slots[0].input
+        if isinstance(described, Flag) and described.alone:
+            return bool
+        if not isinstance(described, Number) or described.parse:
+            return Any
+        return int if described.whole else float
+
+    def read(self, text: str) -> Any:
+        """The value in the unit inside.
+
+        Raises
+        ------
+        InputError
+            If the text cannot be understood.
+        """
+        return self.slots[0].input.read(text if self.type is Any else _number(text))
+
+
+def brief(option: str) -> str:
+    """What the first page of help says of an option; empty where it says nothing."""
+    found = (
+        f"{_BRIEF[slot.place]} [{slot.shown_default}]"
+        for slot in INPUTS
+        if slot.place in _BRIEF and option in slot.names
+    )
+    return next(found, "")
+
+
+def _refuse_unread(case: Case, values: Iterable[Slot]) -> None:
+    """Refuse options on how the file of a profile is read where the profile is none."""
+    read = [slot for slot in values if slot.body and slot.group == "profiles"]
+    if not read:
+        return
+    # not for a page of help
+    from fecontact.profiles.library import is_known
+    from fecontact.profiles.reading import is_short_form
+
+    for slot in read:
+        own = [spec for body, spec in case.profiles.items() if body.endswith(slot.body)]
+        if all(is_known(spec) or is_short_form(spec) for spec in own):
+            raise InputError(
+                f"{slot.names[0]}: it says how a file is read, but the {slot.body} is {' and '.join(own)}, which is"
+                f" none; leave it out, or give the file by --{slot.body}"
+            )
+
+
+def _number(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def case_options(*groups: Group, without: Sequence[str] = ()) -> tuple[CaseOption, ...]:
+    """Options of all inputs of some groups; those for both bodies come before those of one, which override them."""
+    chosen = [slot for slot in INPUTS if slot.group in groups and slot.field not in without]
+    common: dict[tuple[str, ...], list[Slot]] = {}
+    for slot in chosen:
+        if slot.common_names:
+            common.setdefault(slot.common_names, []).append(slot)
+    return (
+        *(CaseOption(names=names, slots=tuple(slots), help=_help(slots[0], "")) for names, slots in common.items()),
+        *(CaseOption(names=slot.names, slots=(slot,), help=_help(slot, slot.body)) for slot in chosen),
+    )
+
+
+def _help(slot: Slot, body: str) -> str:
+    described, default = slot.input, f"default {slot.shown_default}"
+    if not slot.body:
+        return f"{described.help}: {described.domain}; {default}."
+    if not body:
+        return f"{described.help} (both bodies): {described.domain}; {default}."
+    both = ", or that of both bodies" if slot.both else ""
+    return f"{described.help} ({body}): {described.domain}; {default}{both}."
+
+
+def options_of(*groups: Group, without: Sequence[str] = ()) -> CaseOptions:
+    """Options for a command, none of them given; their class is the type of the command's parameter.
+
+    Parameters
+    ----------
+    groups
+        Groups of inputs that the command uses.
+    without
+        Fields among them that it does not take.
+    """
+    options = case_options(*groups, without=without)
+
+    def case(given: Any) -> Case:
+        values = {
+            slot: value for o in options if (value := getattr(given, o.attribute)) is not None for slot in o.slots
+        }
+        case = case_with(values)
+        if any(option.slots[0].field == "rail" for option in options):
+            _refuse_unread(case, values)
+        return case
+
+    def given(options_given: Any, field: str) -> bool:
+        of_field = [option for option in options if any(slot.field == field for slot in option.slots)]
+        return any(getattr(options_given, option.attribute) is not None for option in of_field)
+
+    made = make_dataclass(
+        "CaseOptions",
+        [(option.attribute, _annotation(option), field(default=None)) for option in options],
+        frozen=True,
+        kw_only=True,
+        # cyclopts does not look into classes of the module "types"
+        namespace={"case": case, "given": given, "__module__": __name__},
+    )
+    defaults: CaseOptions = Parameter(name="*")(made)()
+    return defaults
+
+
+def _annotation(option: CaseOption) -> Any:
+    slot = option.slots[0]
+    first = (PANELS[MOST],) if slot.place in _BRIEF else ()
+    panels = (*first, PANELS[slot.group])
+    if option.type is bool:
+        # without a value behind it
+        return Annotated[
+            bool | None,
+            Parameter(name=option.names, help=option.help, group=panels, show_default=False, negative=""),
+        ]
+    return Annotated[
+        option.type | None,
+        Parameter(
+            name=option.names,
+            help=option.help,
+            group=panels,
+            show_default=False,
+            n_tokens=1,
+            converter=lambda _, tokens: option.read(tokens[0].value),
+        ),
+    ]
+
+
+# --- Shifts and loads of a map, or of a contact table, as they are written on the command line.
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class GridOptions:
+    """Positions, each under all loads.
+
+    Attributes
+    ----------
+    shifts
+        Lateral shifts in mm: numbers and ranges FROM:TO:STEP, separated by commas, such as -6:6:0.5.
+    loads_kn
+        Wheel loads in kN, likewise.
+    """
+
+    shifts: Annotated[str, Parameter(allow_leading_hyphen=True)]
+    loads_kn: Annotated[str, Parameter(name="--loads-kn", allow_leading_hyphen=True)] = "10,20,50,80,100,125,150"
+
+    @property
+    def shifts_mm(self) -> tuple[float, ...]:
+        """Lateral shifts."""
+        from fecontact.inputs import parse_numbers
+
+        return parse_numbers(self.shifts, "shifts")
+
+    @property
+    def loads_N(self) -> list[float]:
+        """Wheel loads."""
+        from fecontact.inputs import parse_numbers
+
+        return [1e3 * load for load in parse_numbers(self.loads_kn, "loads")]
+
+
+# --- Pages of help: first the options that most runs need, with `--help-all` all of them, with `--help TOPIC` some.
+
+_FLAGS = ("--help", "-h", "--help-all")
+_ALL = "all"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Page:
+    """What of a command's help is shown, as its formatter.
+
+    Attributes
+    ----------
+    tokens
+        Words by which cyclopts shows the help of the command.
+    topic
+        A topic, "all", or nothing for the first page.
+    topics
+        Those of the command, with how many options each has.
+    """
+
+    tokens: tuple[str, ...]
+    topic: str
+    topics: dict[str, int]
+
+    def __call__(self, console: Any, options: Any, panel: HelpPanel) -> None:
+        """Print a panel if it is of this page."""
+        from attrs import evolve
+        from cyclopts.help.formatters import DefaultFormatter
+
+        title = str(panel.title)
+        topic = title.lower() if title.lower() in TOPICS else ""
+        if title == MOST:
+            if self.topic:
+                return
+            short = [evolve(entry, description=brief(entry.names[0]) or entry.description) for entry in panel.entries]
+            panel = panel.copy(entries=short)
+        elif self.topic not in (topic, _ALL):
+            return
+        DefaultFormatter()(console, options, panel)
+
+    @property
+    def pointer(self) -> str:
+        """What leads from the first page to all the others."""
+        if self.topic or not self.topics:
+            return ""
+        command = " ".join(("fecontact", *self.tokens[:-1]))
+        return f"All {sum(self.topics.values())} inputs: {command} --help-all; some: --help {'|'.join(self.topics)}"
+
+
+def page_of(app: App, words: Sequence[str]) -> Page | None:
+    """The page of help that the words of a command ask for, if they ask for one.
+
+    Raises
+    ------
+    InputError
+        For a topic that there is not.
+    """
+    flag = next((at for at, word in enumerate(words) if word in _FLAGS), None)
+    if flag is None:
+        return None
+    place = next((at for at, word in enumerate(words) if not word.startswith("-") and word in app), None)
+    command = None if place is None else words[place]
+    topics = {} if command is None else _topics(app[command])
+    topic = next((word for at, word in enumerate(words) if at > flag and at != place), "")
+    if words[flag] == "--help-all" or not topics:
+        topic = _ALL
+    elif topic not in ("", *topics):
+        meant = nearest(topic, {name: name for name in topics})
+        raise InputError(f"help: there is no topic {topic!r}; topics of {command}: {', '.join(topics)}{meant}")
+    others = words if not topics else words[: (place or 0) + 1]
+    return Page(tokens=(*(word for word in others if word not in _FLAGS), "--help"), topic=topic, topics=topics)
+
+
+def _topics(command: App) -> dict[str, int]:
+    """Topics of a command that has a first page of its own, with how many options each has."""
+    if command.default_command is None:
+        return {}
+    panels: list[Any] = [argument.parameter.group or () for argument in command.assemble_argument_collection()]
+    if not any(PANELS[MOST] in own for own in panels):
+        return {}
+    counts = {topic: sum(PANELS[topic] in own for own in panels) for topic in TOPICS}
+    return {topic: count for topic, count in counts.items() if count}

@@ -1,1 +1,0 @@
-"""A wheel on a rail: poses, touch points and the true gap."""

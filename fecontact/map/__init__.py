@@ -1,1 +1,0 @@
-"""Where Hertz holds over lateral shift and load."""

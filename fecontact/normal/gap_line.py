@@ -1,0 +1,390 @@
+"""The gap on the line across through the first touch point, and what theories of strips say of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fecontact.arrays import Floats
+from fecontact.errors import InputError, check_positive
+from fecontact.normal.hertz import EllipseShape, ellipse_shape
+from fecontact.wheel_rail.placement import Placement
+
+# Chord over which the line's curvature is taken: long against rounding, short against any patch.
+_CHORD_MM = 0.1
+# Gaps wider than this are never closed by running wheels.
+_WIDEST_GAP_MM = 1.0
+# Of the positions; it follows every profile. And how far they go to each side.
+_STEP_MM, _HALF_WIDTH_MM = 0.02, 40.0
+_EVEN = 1e-6
+LEAST_B_PER_MM = 1e-4
+"""Curvature across (1/mm) that stands for a flat or concave gap where a theory needs a convex one."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GapLine:
+    """Gap f(t) + A x^2 of two bodies before they are pressed together, x along the rail, t across.
+
+    Attributes
+    ----------
+    t_mm (n,)
+        Positions across in the tangent plane, increasing in equal steps.
+    f_mm (n,)
+        Gap at x = 0 along the contact normal; made to have the minimum 0.
+    A_per_mm
+        Half the relative curvature along x: cos(contact angle) / (2 rolling radius), > 0.
+    contact_modulus_MPa
+        E* of the pair.
+    B_per_mm (n,)
+        Half the curvature of f. If it is not given (size 0): from central differences over 0.1 mm to each side, which
+        on measured points is noise.
+    surface_mm (n,)
+        Where the positions are along the rail's surface, arc length from first touch; as `t_mm` if not given.
+    turned_rad (n,)
+        Angle between the surface there and the tangent plane at first touch; 0 if not given. Only the strip method
+        looks at both; all else is in the plane.
+
+    Raises
+    ------
+    InputError
+        If an array does not fit, is not finite or not even, or a constant is not positive.
+    """
+
+    t_mm: Floats
+    f_mm: Floats
+    A_per_mm: float
+    contact_modulus_MPa: float
+    B_per_mm: Floats = field(default_factory=lambda: np.empty(0))
+    surface_mm: Floats = field(default_factory=lambda: np.empty(0))
+    turned_rad: Floats = field(default_factory=lambda: np.empty(0))
+
+    def __post_init__(self) -> None:
+        t, f, b, s, turned = (
+            np.asarray(values, dtype=np.float64)
+            for values in (self.t_mm, self.f_mm, self.B_per_mm, self.surface_mm, self.turned_rad)
+        )
+        check_positive("gap coefficient A", self.A_per_mm, "1/mm", "give cos(contact angle) / (2 rolling radius)")
+        check_positive("contact modulus", self.contact_modulus_MPa, "MPa", "take it from contact_modulus_MPa")
+        if t.ndim != 1 or t.size < 5 or f.shape != t.shape or {b.shape, s.shape, turned.shape} - {t.shape, (0,)}:
+            raise InputError(
+                f"gap line has positions {t.shape}, gaps {f.shape} and curvatures {b.shape}; allowed: one line of 5 or"
+                " more of each; give as many gaps as positions"
+            )
+        for name, values in (("position", t), ("gap", f), ("curvature", b), ("place", s), ("angle", turned)):
+            if not np.all(np.isfinite(values)):
+                raise InputError(f"a {name} of the gap line is not finite; allowed: finite; cut the line where it ends")
+        steps = np.diff(t)
+        if steps[0] <= 0.0 or np.ptp(steps) > _EVEN * steps[0]:
+            raise InputError(
+                f"steps of the gap line are {steps.min():g} to {steps.max():g} mm; allowed: > 0 and equal; interpolate"
+                " the gap on equal steps"
+            )
+        f = f - f.min()
+        object.__setattr__(self, "t_mm", t)
+        object.__setattr__(self, "f_mm", f)
+        object.__setattr__(self, "surface_mm", s if s.size else t)
+        object.__setattr__(self, "turned_rad", turned if turned.size else np.zeros_like(t))
+        object.__setattr__(self, "B_per_mm", b if b.size else _curvature(f, float(steps[0])))
+
+    @property
+    def step_mm(self) -> float:
+        """Distance between neighbouring positions."""
+        return float((self.t_mm[-1] - self.t_mm[0]) / (self.t_mm.size - 1))
+
+    @property
+    def touch(self) -> int:
+        """Index of the touch point, where the gap is smallest."""
+        return int(np.argmin(self.f_mm))
+
+    @cached_property
+    def own_ellipses(self) -> EllipseShape:
+        """Shape (n,) of Hertz's ellipse for the curvature of each place, flat and concave ones as `LEAST_B_PER_MM`."""
+        return ellipse_shape(self.A_per_mm, np.maximum(self.B_per_mm, LEAST_B_PER_MM))
+
+    def concave_notes(self, inside: NDArray[np.bool_]) -> list[str]:
+        """Why a theory of local ellipses is out of its range: places in contact (n,) where the gap opens nowhere."""
+        flat = inside & (self.B_per_mm < LEAST_B_PER_MM)
+        if not flat.any():
+            return []
+        share = 100.0 * np.count_nonzero(flat) / np.count_nonzero(inside)
+        return [f"{share:.0f} % of the patch is flat or concave across; {LEAST_B_PER_MM:g} 1/mm stands for it"]
+
+
+def _curvature(f: Floats, step: float) -> Floats:
+    """Half the second derivative of a line (n,), that of the nearest place with a whole chord at its ends."""
+    reach = min(max(1, round(_CHORD_MM / step)), (f.size - 1) // 2)
+    inner = (f[2 * reach :] - 2.0 * f[reach:-reach] + f[: -2 * reach]) / (2.0 * (reach * step) ** 2)
+    return np.pad(inner, reach, mode="edge")
+
+
+def gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm: float = 0.0) -> GapLine:
+    """Gap line of a placed wheel through its first touch point, as far as the surfaces face each other within 1 mm.
+
+    Parameters
+    ----------
+    slide_mm
+        How far the wheel goes along the tangent plane, to the field side positive, before the gap is taken. A load
+        that is not along the contact normal lets it slide: approach times tan(contact angle) under a vertical one,
+        which counts on a flange root (angles above 0.3 rad).
+
+    Notes
+    -----
+    Range of validity: one plane for the whole patch; the wheel stands without yaw, or with so little that the gap is
+    even in x.
+    """
+    count = round(_HALF_WIDTH_MM / _STEP_MM)
+    t = np.asarray(_STEP_MM * np.arange(-count, count + 1), dtype=np.float64)
+    touch, wheel = placement.first, placement.wheel
+    slid = replace(placement, wheel=replace(wheel, centre_mm=wheel.centre_mm + slide_mm * touch.tangent))
+    f = slid.tangent_plane_gap(0.0, t)
+    near = _around(np.isfinite(f) & (np.nan_to_num(f, nan=np.inf) < _WIDEST_GAP_MM), count)
+    surface, turned = _on_surface(placement, t[near])
+    return GapLine(
+        t_mm=t[near],
+        f_mm=f[near],
+        A_per_mm=0.5 * touch.curvature.xx_per_mm,
+        contact_modulus_MPa=contact_modulus_MPa,
+        surface_mm=surface,
+        turned_rad=turned,
+    )
+
+
+def _on_surface(placement: Placement, t_mm: Floats) -> tuple[Floats, Floats]:
+    """Arc length from first touch and angle against the tangent plane of the rail's points at places in that plane."""
+    rail, touch = placement.rail, placement.first
+    foot = rail.profile.evaluate(touch.rail_u)
+    tilt = touch.contact_angle_rad - rail.inclination_rad
+    u = rail.profile.locate(t_mm, angle_rad=tilt, origin=(float(foot.y), float(foot.z)))
+    surface = rail.profile.arc_length(u) - placement.first_arc_length_mm
+    return surface, rail.section(u)[2] - touch.contact_angle_rad
+
+
+def _around(wanted: NDArray[np.bool_], index: int) -> slice:
+    """The unbroken run of wanted places around an index."""
+    unwanted = np.flatnonzero(~wanted)
+    after = np.searchsorted(unwanted, index)
+    low = int(unwanted[after - 1]) + 1 if after > 0 else 0
+    high = int(unwanted[after]) if after < unwanted.size else wanted.size
+    return slice(low, high)
+
+
+def regions(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First and last index of each unbroken run of true places."""
+    places = np.flatnonzero(inside)
+    if places.size == 0:
+        return []
+    runs: Iterable[Floats] = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
+    return [(int(run[0]), int(run[-1])) for run in runs]
+
+
+def crossings_mm(line: GapLine, level_mm: float, first: int, last: int) -> tuple[float, float]:
+    """Where the gap rises above a level before and after a run of places below it; else the end of the line."""
+    t, f = line.t_mm, line.f_mm
+
+    def between(inner: int, outer: int) -> float:
+        if not 0 <= outer < t.size:
+            return float(t[inner])
+        part = (level_mm - f[inner]) / (f[outer] - f[inner])
+        return float(t[inner] + part * (t[outer] - t[inner]))
+
+    return between(first, first - 1), between(last, last + 1)
+
+
+def end_notes(line: GapLine, first: int, last: int) -> list[str]:
+    """Why a theory is out of its range whose region is a run of places."""
+    inside = first > 0 and last < line.t_mm.size - 1
+    return [] if inside else ["the region of contact reaches the end of the line; give a longer one"]
+
+
+def gap_at(line: GapLine, t_mm: ArrayLike) -> Floats:
+    """Gap (mm) between the line's positions; beyond its ends as at them."""
+    return np.asarray(np.interp(np.asarray(t_mm, dtype=np.float64), line.t_mm, line.f_mm))
+
+
+# --- What a theory of strips says of a contact: a half-elliptic pressure over the length of each strip along the rail.
+
+TheoryStatus = Literal["solved", "several solutions", "jump", "out of range", "not converged"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StripContact:
+    """A contact in strips along x; p(x, t) = p(0, t) sqrt(1 - x^2 / a(t)^2).
+
+    Attributes
+    ----------
+    status
+        `solved`; or the worst of what `notes` tell: several approaches carry the load, the force jumps over it, the
+        theory is out of its range, or its iterations did not end. Numbers are given all the same.
+    solutions
+        Number of approaches that were found to carry the wanted load; 1 where the approach was given.
+    approach_mm, normal_force_N
+        Of this contact, whatever load was wanted.
+    t_mm, width_mm (n,)
+        Middles and widths of the strips, in the tangent plane at first touch; of the strip method along the rail's
+        surface, where the line knows it.
+    half_length_mm, centre_pressure_MPa (n,)
+        a(t) and p(0, t), both 0 outside the patch.
+    """
+
+    status: TheoryStatus
+    notes: tuple[str, ...]
+    solutions: int
+    approach_mm: float
+    normal_force_N: float
+    t_mm: Floats
+    width_mm: Floats
+    half_length_mm: Floats
+    centre_pressure_MPa: Floats
+
+    @property
+    def p_max_MPa(self) -> float:
+        """Largest pressure of a strip."""
+        return float(self.centre_pressure_MPa.max())
+
+    @property
+    def area_mm2(self) -> float:
+        """Area of the patch."""
+        return float(2.0 * (self.width_mm @ self.half_length_mm))
+
+    @property
+    def centre_t_mm(self) -> float:
+        """Centre of pressure across; NaN without a force."""
+        return self._mean(self.t_mm)
+
+    @property
+    def a_mm(self) -> float:
+        """Half-width along x from the second moment of the pressure, sqrt(5 <x^2>); NaN without a force."""
+        # <x^2> of a half-elliptic strip is a quarter of its half length squared
+        return math.sqrt(5.0 * self._mean(0.25 * self.half_length_mm**2))
+
+    @property
+    def b_mm(self) -> float:
+        """Half-width across from the second moment of the pressure about its centre, sqrt(5 <t^2>)."""
+        # a strip's own width counts with it
+        return math.sqrt(5.0 * (self._mean((self.t_mm - self.centre_t_mm) ** 2 + self.width_mm**2 / 12.0)))
+
+    def pressure_MPa(self, x_mm: ArrayLike, t_mm: ArrayLike) -> Floats:
+        """Pressure at any points; shapes broadcast. Squares of lengths and pressures are linear between the strips."""
+        x, t = np.asarray(x_mm, dtype=np.float64), np.asarray(t_mm, dtype=np.float64)
+        a_square = np.interp(t, self.t_mm, self.half_length_mm**2, left=0.0, right=0.0)
+        p_square = np.interp(t, self.t_mm, self.centre_pressure_MPa**2, left=0.0, right=0.0)
+        # what goes with t alone first: a line of x beside one of t costs four operations a point
+        in_a, p_square = 1.0 / np.where(a_square > 0.0, a_square, 1.0), np.where(a_square > 0.0, p_square, 0.0)
+        pressure = np.asarray(1.0 - x**2 * in_a)
+        np.maximum(pressure, 0.0, out=pressure)
+        pressure *= p_square
+        return np.sqrt(pressure, out=pressure)
+
+    def _mean(self, values: Floats) -> float:
+        weights = self.width_mm * self.centre_pressure_MPa * self.half_length_mm
+        total = float(weights.sum())
+        return float(weights @ values) / total if total > 0.0 else math.nan
+
+
+def strip_contact(
+    line: GapLine, approach_mm: float, half_length_mm: Floats, centre_pressure_MPa: Floats, out: list[str]
+) -> StripContact:
+    """Contact of strips on the places of a line; `out` are the reasons why the theory is out of its range."""
+    notes = list(out)
+    if half_length_mm[0] > 0.0 or half_length_mm[-1] > 0.0:
+        notes.append("the patch reaches the end of the line; give a longer one")
+    return StripContact(
+        status="out of range" if notes else "solved",
+        notes=tuple(notes),
+        solutions=1,
+        approach_mm=approach_mm,
+        normal_force_N=float(0.5 * np.pi * line.step_mm * (half_length_mm @ centre_pressure_MPa)),
+        t_mm=line.t_mm,
+        width_mm=np.full_like(line.t_mm, line.step_mm),
+        half_length_mm=half_length_mm,
+        centre_pressure_MPa=centre_pressure_MPa,
+    )
+
+
+# --- All approaches at which a theory carries a load: its force need neither grow steadily nor be continuous.
+
+AtApproach = Callable[[float], StripContact]
+
+# Approaches from LOWEST to HIGHEST times Hertz's at the touch point, in steps of a factor.
+_LOWEST, _HIGHEST, _FACTOR = 0.25, 2.0, 1.02
+_BISECTIONS = 60
+# The force is met to this part, or it jumps over the load.
+_MET = 1e-9
+_JUMP = 2e-3
+
+
+def under_load(line: GapLine, normal_force_N: float, at_approach: AtApproach) -> StripContact:
+    """Contact at the smallest approach that carries a load, with the number of all that were found.
+
+    Approaches between a quarter of Hertz's and twice it are looked at, in steps of 2 %: two solutions between
+    neighbouring steps are not seen. Further up and down where the load is not met there.
+
+    Raises
+    ------
+    InputError
+        If the load is not positive.
+    """
+    check_positive("normal force", normal_force_N, "N", "give the compressive force")
+    guess = approach_of_hertz_mm(line, normal_force_N)
+    ladder = guess * _LOWEST * _FACTOR ** np.arange(np.ceil(np.log(_HIGHEST / _LOWEST) / np.log(_FACTOR)) + 1)
+    steps = [float(approach) for approach in ladder]
+    above = [at_approach(approach).normal_force_N >= normal_force_N for approach in steps]
+    while above[0] and len(steps) < 1000:
+        steps.insert(0, steps[0] / _FACTOR)
+        above.insert(0, at_approach(steps[0]).normal_force_N >= normal_force_N)
+    while not above[-1] and len(steps) < 1000:
+        steps.append(steps[-1] * _FACTOR)
+        above.append(at_approach(steps[-1]).normal_force_N >= normal_force_N)
+    changes = [number for number in range(len(steps) - 1) if above[number] != above[number + 1]]
+    if not changes:
+        return replace(
+            at_approach(steps[-1]),
+            status="not converged",
+            solutions=0,
+            notes=(f"no approach up to {steps[-1]:.3g} mm carries {normal_force_N:g} N",),
+        )
+    first = changes[0]
+    contact = _bisected(at_approach, normal_force_N, steps[first], steps[first + 1])
+    return _told(contact, normal_force_N, len(changes))
+
+
+def approach_of_hertz_mm(line: GapLine, normal_force_N: float) -> float:
+    """Approach of Hertz's ellipse with the curvature at the touch point, a least one where that is flat or concave."""
+    B = max(float(line.B_per_mm[line.touch]), LEAST_B_PER_MM)
+    part_t, integral = (float(v[line.touch]) for v in (line.own_ellipses.part_t, line.own_ellipses.integral))
+    # N = (2 pi / 3) a b p0 with a, b and p0 of the approach
+    per_approach = (part_t / B) ** 0.5 * 2.0 * np.pi * line.contact_modulus_MPa / (3.0 * integral)
+    return float((normal_force_N / per_approach) ** (2.0 / 3.0))
+
+
+def _bisected(at_approach: AtApproach, wanted: float, low: float, high: float) -> StripContact:
+    """The force passes the wanted one between both approaches, upwards or downwards."""
+    upwards = at_approach(low).normal_force_N < wanted
+    middle = at_approach(0.5 * (low + high))
+    for _ in range(_BISECTIONS):
+        if abs(middle.normal_force_N / wanted - 1.0) < _MET:
+            break
+        if (middle.normal_force_N < wanted) == upwards:
+            low = middle.approach_mm
+        else:
+            high = middle.approach_mm
+        middle = at_approach(0.5 * (low + high))
+    return middle
+
+
+def _told(contact: StripContact, wanted: float, solutions: int) -> StripContact:
+    notes = list(contact.notes)
+    status = contact.status
+    if solutions > 1:
+        notes.append(f"{solutions} approaches carry {wanted:g} N; this is the smallest")
+        status = "several solutions" if status == "solved" else status
+    if abs(contact.normal_force_N / wanted - 1.0) > _JUMP:
+        notes.append(f"the force jumps over {wanted:g} N at this approach: here it is {contact.normal_force_N:g} N")
+        status = "jump" if status == "solved" else status
+    return replace(contact, solutions=solutions, notes=tuple(notes), status=status)

@@ -1,0 +1,354 @@
+"""Hertz's elliptic contact in closed form: patch, pressure, stiffness, spring, and the stress below its centre.
+
+Everything is written in Carlson's symmetric integrals R_F and R_D (Carlson 1979; DLMF chapter 19) instead of Legendre's
+K and E. They treat the two axes alike, so no branch is needed for the longer axis, and nothing cancels in the circle
+(K - E tends to 0 there) or in a very slender ellipse.
+
+Range of validity of the theory: frictionless, linear elastic, each body a half-space, and an undeformed gap that is
+quadratic over the whole patch.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq
+from scipy.special import elliprd, elliprf
+
+from fecontact.arrays import Floats
+from fecontact.errors import InputError, check_positive
+
+# A numerically differentiated gap is symmetric to about this part of its size; more asymmetry is a wrong matrix.
+_HESSIAN_ASYMMETRY = 1e-6
+
+
+@dataclass(frozen=True, kw_only=True)
+class HertzContact:
+    """Result of Hertz's theory for one contact.
+
+    Attributes
+    ----------
+    a_mm, b_mm
+        Semi-axes along the first and the second principal axis, whichever of the two is longer. The principal axes are
+        x (rolling) and y (lateral) turned by `orientation_rad`.
+    p0_MPa
+        Peak pressure.
+    area_mm2
+        Patch area.
+    approach_mm
+        Approach of distant points of the two bodies, positive when they move together.
+    stiffness_N_per_mm15
+        K_H of the spring F = K_H approach^1.5; independent of the load, right at zero load too.
+    normal_force_N
+        Load.
+    A_per_mm, B_per_mm
+        Coefficients of the gap A x'^2 + B y'^2 in the principal axes.
+    contact_modulus_MPa
+        E* of the pair.
+    orientation_rad
+        Angle from x to the first principal axis, counter-clockwise, in (-pi/4, pi/4].
+    """
+
+    a_mm: float
+    b_mm: float
+    p0_MPa: float
+    area_mm2: float
+    approach_mm: float
+    stiffness_N_per_mm15: float
+    normal_force_N: float
+    A_per_mm: float
+    B_per_mm: float
+    contact_modulus_MPa: float
+    orientation_rad: float = 0.0
+
+    @property
+    def stiffness_GN_per_m15(self) -> float:
+        """K_H in GN/m^1.5; 1 N/mm^1.5 is 10^4.5 N/m^1.5, that is 10^-4.5 GN/m^1.5."""
+        return self.stiffness_N_per_mm15 * math.sqrt(1e-9)
+
+    @property
+    def extent_x_mm(self) -> float:
+        """Full length in x of the patch's bounding box, in mm."""
+        c, s = math.cos(self.orientation_rad), math.sin(self.orientation_rad)
+        return 2.0 * math.hypot(self.a_mm * c, self.b_mm * s)
+
+    @property
+    def extent_y_mm(self) -> float:
+        """Full length in y of the patch's bounding box, in mm."""
+        c, s = math.cos(self.orientation_rad), math.sin(self.orientation_rad)
+        return 2.0 * math.hypot(self.a_mm * s, self.b_mm * c)
+
+    def pressure_MPa(self, x_mm: ArrayLike, y_mm: ArrayLike) -> Floats:
+        """Pressure p0 sqrt(1 - (x'/a)^2 - (y'/b)^2) in MPa, zero outside the patch.
+
+        Parameters
+        ----------
+        x_mm, y_mm
+            Points relative to the patch centre in mm; any shapes that broadcast together.
+
+        Returns
+        -------
+        array
+            Of the broadcast shape (0-d for two numbers).
+
+        Notes
+        -----
+        Source: Johnson (1985), section 3.5.
+        """
+        x, y = np.asarray(x_mm, dtype=np.float64), np.asarray(y_mm, dtype=np.float64)
+        if self.normal_force_N == 0.0:
+            return np.zeros(np.broadcast_shapes(x.shape, y.shape))
+        c, s = math.cos(self.orientation_rad), math.sin(self.orientation_rad)
+        in_a, in_b = self.a_mm**-2, self.b_mm**-2
+        # squares before they are broadcast: a line of x beside one of y costs two operations a point
+        inside = np.asarray((1.0 - (in_a * c**2 + in_b * s**2) * x**2) - (in_a * s**2 + in_b * c**2) * y**2)
+        if s != 0.0:
+            inside -= 2.0 * (in_a - in_b) * c * s * (x * y)
+        np.sqrt(np.maximum(inside, 0.0, out=inside), out=inside)
+        inside *= self.p0_MPa
+        return inside
+
+
+def hertz_ellipse(
+    A_per_mm: float, B_per_mm: float, *, normal_force_N: float, contact_modulus_MPa: float
+) -> HertzContact:
+    """Hertz contact of the gap h = A x^2 + B y^2 with x rolling and y lateral.
+
+    Parameters
+    ----------
+    A_per_mm, B_per_mm
+        Half the relative curvatures in x and in y, in 1/mm, both > 0, in either order.
+    normal_force_N
+        Load in N, >= 0; zero gives a patch of zero size.
+    contact_modulus_MPa
+        E* of the pair in MPa.
+
+    Raises
+    ------
+    InputError
+        A value is not finite or outside its range.
+
+    Notes
+    -----
+    Source: Hertz (1881); Johnson (1985), sections 3.5 and 4.2: A = F R_D(0, b^2, a^2) / (2 pi E*), B with a and b
+    exchanged, approach = 3 F R_F(0, a^2, b^2) / (2 pi E*).
+    """
+    flat = "Hertz's theory needs a gap that opens in both directions: check the signs of the radii (concave: negative)"
+    check_positive("gap coefficient A", A_per_mm, "1/mm", flat)
+    check_positive("gap coefficient B", B_per_mm, "1/mm", flat)
+    check_positive("normal force", normal_force_N, "N", "give the compressive force", zero_allowed=True)
+    check_positive("contact modulus", contact_modulus_MPa, "MPa", "take it from contact_modulus_MPa of two materials")
+    root = math.exp(0.5 * _log_axis_ratio(math.log(B_per_mm / A_per_mm)))
+    # Semi-axes are size * root and size / root; the integrals are homogeneous, so the size follows from the load.
+    long2, short2 = root**2, root**-2
+    curvature_integral = float(elliprd(0.0, short2, long2) + elliprd(0.0, long2, short2))
+    approach_integral = float(elliprf(0.0, long2, short2))
+    compliance = 1.0 / (2.0 * math.pi * contact_modulus_MPa)
+    size_cubed_per_N = compliance * curvature_integral / (A_per_mm + B_per_mm)
+    size = math.cbrt(size_cubed_per_N * normal_force_N)
+    area = math.pi * size**2
+    loaded = normal_force_N > 0.0
+    return HertzContact(
+        a_mm=size * root,
+        b_mm=size / root,
+        p0_MPa=1.5 * normal_force_N / area if loaded else 0.0,
+        area_mm2=area,
+        approach_mm=3.0 * compliance * normal_force_N * approach_integral / size if loaded else 0.0,
+        stiffness_N_per_mm15=math.sqrt(size_cubed_per_N) / (3.0 * compliance * approach_integral) ** 1.5,
+        normal_force_N=float(normal_force_N),
+        A_per_mm=float(A_per_mm),
+        B_per_mm=float(B_per_mm),
+        contact_modulus_MPa=float(contact_modulus_MPa),
+    )
+
+
+def _log_axis_ratio(log_curvature_ratio: float) -> float:
+    """ln(a/b) from ln(B/A): the root of R_D(0, a^2, b^2) / R_D(0, b^2, a^2) = B/A, odd in its argument."""
+
+    def excess(t: float) -> float:
+        stretch = math.exp(t)
+        return math.log(float(elliprd(0.0, stretch, 1.0 / stretch) / elliprd(0.0, 1.0 / stretch, stretch))) - target
+
+    target = abs(log_curvature_ratio)
+    # The slope of ln(B/A) over ln(a/b) lies between 3/2 (circle) and 2 (line contact), which brackets the root; the
+    # small addition keeps the bracket open against rounding when the ellipse is nearly a circle.
+    ratio = float(brentq(excess, 0.0, target + 1e-3, xtol=1e-15, rtol=1e-14)) if target > 0.0 else 0.0
+    return math.copysign(ratio, log_curvature_ratio)
+
+
+def hertz_from_hessian(hessian_per_mm: ArrayLike, *, normal_force_N: float, contact_modulus_MPa: float) -> HertzContact:
+    """Hertz contact of the gap h = q^T H q / 2, q = (x, y), whose principal axes may be yawed against x and y.
+
+    Parameters
+    ----------
+    hessian_per_mm
+        H, shape (2, 2), in 1/mm, symmetric and positive definite.
+    normal_force_N
+        Load in N, >= 0.
+    contact_modulus_MPa
+        E* of the pair in MPa.
+
+    Returns
+    -------
+    HertzContact
+        The contact in its principal axes; `orientation_rad` is the angle of the one closest to x, in (-pi/4, pi/4].
+
+    Raises
+    ------
+    InputError
+        H has another shape, is not finite, not symmetric or not positive definite; or as `hertz_ellipse`.
+    """
+    hessian = np.asarray(hessian_per_mm, dtype=np.float64)
+    if hessian.shape != (2, 2) or not np.all(np.isfinite(hessian)):
+        raise InputError(f"Hessian of the gap is {hessian.tolist()} 1/mm; allowed: finite, shape (2, 2); check the gap")
+    (h_xx, h_xy), (h_yx, h_yy) = hessian.tolist()
+    if abs(h_xy - h_yx) > _HESSIAN_ASYMMETRY * float(np.max(np.abs(hessian))):
+        raise InputError(
+            f"Hessian of the gap is {hessian.tolist()} 1/mm; allowed: symmetric to {_HESSIAN_ASYMMETRY:g} of its "
+            "largest entry; symmetrise it or differentiate the gap with a smaller error"
+        )
+    shear = 0.5 * (h_xy + h_yx)
+    # Folding the double angle into the right half-plane picks the axis closest to x instead of the stiffer one.
+    sign = 1.0 if h_xx >= h_yy else -1.0
+    angle = 0.5 * math.atan2(2.0 * sign * shear, abs(h_xx - h_yy))
+    mean, radius = 0.5 * (h_xx + h_yy), math.hypot(0.5 * (h_xx - h_yy), shear)
+    if angle <= -math.pi / 4.0:
+        angle, sign = math.pi / 4.0, -sign
+    if mean - radius <= 0.0:
+        raise InputError(
+            f"Hessian of the gap is {hessian.tolist()} 1/mm with smallest eigenvalue {mean - radius!r} 1/mm; allowed: "
+            "> 0; the gap must open in every direction: check the signs of the radii (concave: negative)"
+        )
+    aligned = hertz_ellipse(
+        0.5 * (mean + sign * radius),
+        0.5 * (mean - sign * radius),
+        normal_force_N=normal_force_N,
+        contact_modulus_MPa=contact_modulus_MPa,
+    )
+    return replace(aligned, orientation_rad=angle)
+
+
+# --- Hertz's ellipse as functions of its ratio of curvatures alone, for many strips at once.
+
+# Logarithms of axis ratios from e^-8 to e^8; linear between them the ratio is good to 1e-7.
+_LARGEST_LOG_RATIO = 8.0
+_ENTRIES = 8001
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EllipseShape:
+    """Shape of Hertz's ellipse on the gap A x^2 + B t^2; arrays of any one shape.
+
+    With the semi-axes a along x and b across and the approach d: a^2 = part_x d / A, b^2 = part_t d / B, peak pressure
+    E* d / (a integral). part_x + part_t = 1.
+
+    Attributes
+    ----------
+    axis_ratio
+        a / b.
+    integral
+        R_F(0, (a/b)^2, 1).
+    part_x, part_t
+        How much of the approach the gap takes up at the ends of both axes.
+    """
+
+    axis_ratio: Floats
+    integral: Floats
+    part_x: Floats
+    part_t: Floats
+
+
+def ellipse_shape(A_per_mm: float, B_per_mm: ArrayLike) -> EllipseShape:
+    """Shape for A > 0 and any B > 0; B beyond e^16 times A or its inverse counts as that.
+
+    Raises
+    ------
+    InputError
+        If a coefficient is not positive.
+
+    Notes
+    -----
+    Source: Hertz (1881); Johnson (1985), section 4.2, in Carlson's integrals (DLMF 19).
+    """
+    check_positive("gap coefficient A", A_per_mm, "1/mm", "give cos(contact angle) / (2 rolling radius)")
+    b = np.asarray(B_per_mm, dtype=np.float64)
+    check_positive("smallest gap coefficient B", float(b.min()), "1/mm", "Hertz needs a gap that opens across")
+    log_curvatures, log_axes = _table()
+    ratio = np.exp(np.interp(np.log(A_per_mm / b), log_curvatures, log_axes))
+    integral = elliprf(0.0, ratio**2, 1.0)
+    part_t = elliprd(0.0, ratio**2, 1.0) / (3.0 * integral)
+    return EllipseShape(
+        axis_ratio=np.asarray(ratio),
+        integral=np.asarray(integral),
+        part_x=np.asarray(1.0 - part_t),
+        part_t=np.asarray(part_t),
+    )
+
+
+@cache
+def _table() -> tuple[Floats, Floats]:
+    """Logarithms of A / B, increasing, and of a / b."""
+    log_axes = np.linspace(_LARGEST_LOG_RATIO, -_LARGEST_LOG_RATIO, _ENTRIES)
+    square = np.exp(2.0 * log_axes)
+    return np.log(elliprd(0.0, 1.0, square) / elliprd(0.0, square, 1.0)), log_axes
+
+
+# --- Hertz's contact as a spring, and several of them side by side (`multi_hertz`).
+
+
+def hertz_spring_force_N(stiffness_N_per_mm15: float, approach_mm: ArrayLike) -> Floats:
+    """Normal force in N of Hertz's spring: K_H d^1.5 for an approach d > 0, zero where the bodies are apart.
+
+    Parameters
+    ----------
+    stiffness_N_per_mm15
+        K_H in N/mm^1.5, > 0.
+    approach_mm
+        Approach in mm, any shape; the result has the same shape.
+
+    Raises
+    ------
+    InputError
+        The stiffness is not positive.
+
+    Notes
+    -----
+    Source: Johnson (1985), eq. 4.23 for spheres; Otero Yugat, Part I, eq. 6.
+    """
+    check_positive("Hertz stiffness", stiffness_N_per_mm15, "N/mm^1.5", "take it from a HertzContact")
+    return np.asarray(stiffness_N_per_mm15 * np.maximum(np.asarray(approach_mm, dtype=np.float64), 0.0) ** 1.5)
+
+
+def multi_hertz_approach_mm(
+    stiffness_N_per_mm15: ArrayLike, *, load_N: float, gap_mm: ArrayLike, closing: ArrayLike
+) -> float:
+    """Rigid approach at which Hertz's springs at several touch points carry a load together.
+
+    Parameters
+    ----------
+    stiffness_N_per_mm15
+        K_H of each contact (n,).
+    load_N
+        Force along the approach.
+    gap_mm
+        Gap of each contact along its normal (n,) when the bodies first touch, >= 0.
+    closing
+        Cosine between each contact's normal and the approach (n,), > 0.
+
+    Notes
+    -----
+    Each contact carries K_H (closing approach - gap)^1.5 along its normal once its gap is closed.
+    """
+    check_positive("load", load_N, "N", "give the wheel load")
+    stiffness, gap, c = (np.asarray(v, dtype=float) for v in (stiffness_N_per_mm15, gap_mm, closing))
+
+    def excess(approach: float) -> float:
+        return float(np.sum(c * hertz_spring_force_N(1.0, c * approach - gap) * stiffness)) - load_N
+
+    # the stiffest spring alone bounds it from above
+    alone = (load_N / (c * stiffness)) ** (2.0 / 3.0)
+    return float(brentq(excess, 0.0, float(np.min((alone + gap) / c)) * (1.0 + 1e-12), xtol=1e-15, rtol=1e-14))

@@ -1,0 +1,388 @@
+"""Theories by themselves, previews and contact tables: records, rows, and what is printed of them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from fecontact.comparison.creep import CREEP_LAWS
+from fecontact.comparison.judging import JudgedLoad
+from fecontact.comparison.measures import TheoryPatch, hertz_measures, measures_of_theory
+from fecontact.comparison.theories import HERTZ, MULTI_HERTZ, THEORIES, Theory
+from fecontact.errors import InputError
+from fecontact.normal.hertz import HertzContact
+from fecontact.normal.touch_hertz import HertzPoints
+from fecontact.outputs.cases import cheapest_column
+from fecontact.outputs.records.results import (
+    case_inputs,
+    cheapest_columns,
+    cheapest_of,
+    contact_record,
+    profile_notes,
+    touch_columns,
+    touch_record,
+    versions,
+)
+from fecontact.outputs.tables import Item, Record, number, picked, table_of, text
+from fecontact.outputs.terminal import Lines, notes
+from fecontact.profiles.smoothing import Nearest
+from fecontact.solving.alone import TableLine, TheoryAlone
+from fecontact.solving.map import MapCell
+from fecontact.solving.placing import roll_of_case
+from fecontact.solving.position import Preview
+from fecontact.wheel_rail.placement import Placement
+
+SCHEMA = "fecontact/theory/1"
+
+
+def check_theory(name: str) -> None:
+    """Refuse a theory of the pressure that there is not.
+
+    Raises
+    ------
+    InputError
+        With those that there are.
+    """
+    if name not in THEORIES:
+        raise InputError(f"theory is {name!r}; allowed: {', '.join(THEORIES)}; `fecontact theories` says what they are")
+
+
+def theories_listed() -> Record:
+    """The theories of the `pressure` and the laws of `forces`, each from the cheapest."""
+    return {
+        "pressure": {name: _theory_record(theory) for name, theory in THEORIES.items()},
+        "forces": {name: asdict(law) for name, law in CREEP_LAWS.items()},
+    }
+
+
+def _theory_record(theory: Theory) -> Record:
+    return picked(theory, "words cost source range differs")
+
+
+def alone_record(found: TheoryAlone) -> Record:
+    """What a theory says at a position; without a contact its `problem` is why there is none."""
+    placement, measures = found.placement, found.measures
+    said: Record = {"status": found.status, "notes": [], "solutions": 0, "patches": []}
+    if found.contact is not None and measures is not None:
+        said = contact_record(found.contact, measures) | {"normal_force_N": found.contact.normal_force_N}
+    return {
+        "schema": SCHEMA,
+        "theory": found.name,
+        **_theory_record(THEORIES[found.name]),
+        "case": case_inputs(found.case, placement),
+        "contact_angle_rad": placement.first.contact_angle_rad,
+        "given_normal_force_N": found.normal_force_N,
+        "problem": found.problem,
+        **said,
+        "warnings": profile_notes(placement),
+        "versions": versions(),
+    }
+
+
+# --- A case before it is solved, as a record.
+
+
+def preview_record(seen: Preview) -> dict[str, Any]:
+    """Everything that a preview says, with units in the keys."""
+    patch = seen.expected
+    sizes = picked(patch, "x_low_mm x_high_mm s_low_mm s_high_mm semi_axis_x_mm semi_axis_s_mm")
+    return {
+        "schema": "fecontact/place/1",
+        "case": case_inputs(seen.case, seen.placement),
+        "touch_points": [touch_record(touch) for touch in seen.placement.touch_points],
+        "hertz": {"p_max_MPa": seen.hertz.p0_MPa, **picked(seen.hertz, "a_mm b_mm")},
+        "uncertainty_of_profile": seen.hertz_uncertainty,
+        "expected_patch": sizes | {"parts": [asdict(part) for part in patch.parts]},
+        **picked(seen, "element_size_mm elements degrees_of_freedom cpu_seconds memory_GB"),
+        "junctions": junctions_of(seen),
+        "notes": profile_notes(seen.placement),
+    }
+
+
+def junctions_of(seen: Preview) -> list[dict[str, Any]]:
+    """Curvature junctions of both profiles by their distance from the first touch point along the line."""
+    found = [
+        {"profile": place.profile.kind, "y_mm": place.junction.y_mm, "distance_mm": place.s_mm}
+        for place in seen.placement.junctions
+    ]
+    return sorted(found, key=lambda one: abs(one["distance_mm"]))
+
+
+# --- Lines of a contact table, and cells of a map as lines of one, as flat rows with units in their keys.
+
+# as each contact has them
+_SIZES = "p_max_MPa area_mm2 a_mm b_mm approach_mm"
+_NUMBERED = re.compile(r"(patch|touch)(\d+)_")
+
+
+def table_row(line: TableLine) -> Record:
+    """A line with all that is known of it; touch points come last, numbered from 1, the first touch first."""
+    row: Record = {
+        "lateral_shift_mm": line.case.lateral_shift_mm,
+        "load_kN": line.case.load_N / 1e3,
+        "problem": line.problem,
+    }
+    if line.placement is None:
+        return row
+    row |= {
+        "roll_mrad": 1e3 * roll_of_case(line.case, line.placement),
+        "touch_points": len(line.placement.touch_points),
+        **cheapest_columns("cheapest_theory", line.cheapest),
+        **_hertz_columns(line.hertz),
+        **_strip_columns(line),
+    }
+    springs = line.points
+    if springs is not None:
+        row |= {"springs_approach_mm": springs.shared_approach_mm, "springs_p_max_MPa": springs.shared_p_max_MPa}
+    return row | _touches(line.placement, {n: _spring_columns(springs, n) for n in range(row["touch_points"])})
+
+
+def judged_row(cell: MapCell, placement: Placement | None) -> Record:
+    """A cell of a map as a line: verdict, cheapest theory that holds with its patches, ellipses, finite elements.
+
+    Places `*_centre_mm` are along the rail's surface from the first touch point. Where no theory is known to hold, and
+    in a cell that may not be used, there are no patches.
+    """
+    row = picked(cell, "lateral_shift_mm load_kN status verdict")
+    load = cell.usable
+    if load is None or placement is None:
+        return row
+    cheapest = cheapest_of(load)
+    row |= {
+        "roll_mrad": 1e3 * roll_of_case(load.case, placement),
+        "normal_force_N": load.normal_force_N,
+        **cheapest_columns("cheapest_theory", cheapest),
+        **picked(load.comparison.fe, _SIZES, "fe_"),
+        **_centre("fe", placement, (load.comparison.patch.centre_x_mm, load.comparison.patch.centre_y_mm)),
+        "touch_points": len(placement.touch_points),
+    }
+    found = cheapest.made if cheapest.answer == "HOLDS" else None
+    if found is not None:
+        row |= {
+            **picked(measures_of_theory(found), _SIZES, "theory_"),
+            **_centre("theory", placement, found.centre_mm),
+            "theory_patches": len(found.patches),
+        }
+        for number, patch in enumerate(found.patches, start=1):
+            columns = _patch_columns(patch, placement, found.normal_force_N)
+            row |= {f"patch{number}_{key}": value for key, value in columns.items()}
+    return row | _touches(placement, _judged_springs(load, placement))
+
+
+def _touches(placement: Placement, springs: Mapping[int, Record]) -> Record:
+    """Columns of all touch points, numbered from 1, each with those of its spring."""
+    return {
+        f"touch{number + 1}_{name}": value
+        for number, touch in enumerate(placement.touch_points)
+        for name, value in (touch_columns(placement, touch) | springs.get(number, {})).items()
+    }
+
+
+def _centre(of: str, placement: Placement, centre_mm: tuple[float, float]) -> Record:
+    rail_y, wheel_y, _ = placement.on_profiles(*centre_mm)
+    return {f"{of}_centre_mm": centre_mm[1], f"{of}_centre_rail_y_mm": rail_y, f"{of}_centre_wheel_y_mm": wheel_y}
+
+
+def _patch_columns(patch: TheoryPatch, placement: Placement, whole_N: float) -> Record:
+    """A patch at its touch point, or at its centre of pressure where the theory knows of none."""
+    names = "rail_y_mm wheel_y_mm contact_angle_rad"
+    if patch.touch is None:
+        where = dict(zip(names.split(), placement.on_profiles(*patch.centre_mm), strict=True))
+    else:
+        where = picked(patch.touch, names)
+    return {**where, "load_share": patch.normal_force_N / whole_N, **picked(patch, "a_mm b_mm p_max_MPa")}
+
+
+def _judged_springs(load: JudgedLoad, placement: Placement) -> dict[int, Record]:
+    """Ellipses that share the load by touch point; Hertz's where it takes all of it, none where a point has none."""
+    if MULTI_HERTZ in load.without:
+        return {}
+    judged = load.judgements.get(MULTI_HERTZ, load.judgements[HERTZ])
+    patches = () if judged.approximation is None else judged.approximation.patches
+    ellipses = {patch.touch_point or 0: patch.hertz for patch in patches}
+    return {number: _ellipse_columns(ellipses.get(number)) for number in range(len(placement.touch_points))}
+
+
+def _hertz_columns(hertz: HertzContact | None) -> Record:
+    """The ellipse at the first touch point with the whole load; N grows with the approach as its power of 1.5."""
+    if hertz is None:
+        return {}
+    return {
+        "hertz_normal_force_N": hertz.normal_force_N,
+        **picked(hertz_measures(hertz), _SIZES, "hertz_"),
+        "hertz_stiffness_N_per_mm": 1.5 * hertz.normal_force_N / hertz.approach_mm,
+    }
+
+
+def _strip_columns(line: TableLine) -> Record:
+    strips = line.strips
+    if strips is None:
+        return {"strip_status": "no contact"}
+    contact = strips.contact
+    return {
+        "strip_status": contact.status,
+        "strip_patches": len(contact.patches),
+        "strip_normal_force_N": contact.normal_force_N,
+        **picked(strips.measures, _SIZES, "strip_"),
+        "strip_centre_mm": contact.centre_mm[1],
+        "strip_stiffness_N_per_mm": strips.stiffness_N_per_mm,
+    }
+
+
+def _spring_columns(points: HertzPoints | None, number: int) -> Record:
+    """The spring of a touch point, and its ellipse under the force that it takes as one of them."""
+    found = [one for one in points.points if one.touch_point == number and one.side != "gauge"] if points else []
+    if not found or found[0].whole is None:
+        return {}
+    return {"spring_N_per_mm15": found[0].whole.stiffness_N_per_mm15} | _ellipse_columns(found[0].shared)
+
+
+def _ellipse_columns(shared: HertzContact | None) -> Record:
+    """The force that a touch point takes, and its ellipse; None where it takes none."""
+    if shared is None:
+        return {"spring_force_N": 0.0}
+    sizes = picked(shared, "a_mm b_mm", "ellipse_")
+    return {"spring_force_N": shared.normal_force_N, **sizes, "ellipse_p_max_MPa": shared.p0_MPa}
+
+
+def ordered(rows: list[Record]) -> list[Record]:
+    """Rows with all columns that any has, patches and touch points last, by their numbers."""
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    columns.sort(key=lambda name: (found[1], int(found[2])) if (found := _NUMBERED.match(name)) else ("", 0))
+    return [{name: row.get(name) for name in columns} for row in rows]
+
+
+def map_columns(row: Mapping[str, str] | None) -> Record:
+    """What a row of a stored map says of theories at a line; `map_status` alone where the map has no such cell."""
+    if row is None:
+        return {"map_status": "not in the map"}
+    verdicts = {name: row.get(f"{name}_verdict_answer") or "" for name in THEORIES}
+    verdicts["hertz"] = row.get("verdict_answer") or ""
+    return {
+        "map_status": row["status"],
+        **{f"map_cheapest_theory{of}": row.get(f"cheapest_theory{of}") or "" for of in ("", "_status")},
+        **{f"map_{name}_verdict": verdict for name, verdict in verdicts.items() if verdict},
+    }
+
+
+# --- Theories on the terminal: the list of those that are judged, and one of them at a position.
+
+_TITLES = {
+    "pressure": "Theories of the pressure, from the cheapest",
+    "forces": "Laws of creep forces, from the cheapest",
+}
+_PATCH = (
+    text("patch", "patch"),
+    number("F_n\nkN", "normal_force_N", "{:.3f}", 1e-3),
+    number("p_max\nMPa", "p_max_MPa", "{:.1f}"),
+    number("area\nmm²", "area_mm2", "{:.2f}"),
+    number("a\nmm", "a_mm", "{:.3f}"),
+    number("b\nmm", "b_mm", "{:.3f}"),
+    number("approach\nmm", "approach_mm", "{:.5f}", none=""),
+    number("centre s\nmm", lambda patch: patch["centre_mm"][1], "{:+z.3f}"),
+)
+
+
+def theories_lines(listed: Item) -> Lines:
+    """What each theory is, where it is from, what it takes for granted, and what differs from its source."""
+    for kind, theories in listed.items():
+        yield f"{_TITLES[kind]}:"
+        for name, theory in theories.items():
+            yield f"  {name}: {theory['words']}; {theory['cost']}"
+            yield from (f"      {key}: {theory[key]}" for key in ("source", "range", "differs") if theory.get(key))
+
+
+def alone_lines(record: Item) -> Lines:
+    """What a theory says at a position, and each of its patches where there are several."""
+    if record["problem"] is None:
+        patches = record["patches"] if len(record["patches"]) > 1 else []
+        numbered = ({**patch, "patch": place, "approach_mm": None} for place, patch in enumerate(patches, 1))
+        yield table_of(record["words"], _PATCH, [{**record, "patch": "all"}, *numbered])
+    yield f"status: {record['status']}"
+    yield from filter(None, (record["problem"], *record["notes"]))
+    if record["solutions"] > 1:
+        yield f"approaches that carry the force: {record['solutions']}"
+    yield from notes(record["warnings"])
+
+
+# --- A case before it is solved, and the library profile that points are nearest to, in words.
+
+
+def preview_lines(seen: Preview) -> Lines:
+    """A preview in lines."""
+    patch, (dx, ds) = seen.expected, seen.element_size_mm
+    for place, touch in enumerate(seen.placement.touch_points, start=1):
+        yield (
+            f"touch point {place}: rail y {touch.rail_y_mm:+.2f} mm, wheel y {touch.wheel_y_mm:+.2f} mm, contact angle"
+            f" {1e3 * touch.contact_angle_rad:+.1f} mrad, gap {1e3 * touch.vertical_gap_mm:.1f} um"
+        )
+    unsure = "" if seen.hertz_uncertainty is None else f"; {uncertainty_text(seen.hertz_uncertainty)}"
+    yield f"Hertz: p0 {seen.hertz.p0_MPa:.1f} MPa, a {seen.hertz.a_mm:.3f} mm, b {seen.hertz.b_mm:.3f} mm{unsure}"
+    yield (
+        f"expected patch: {patch.x_high_mm - patch.x_low_mm:.2f} mm along x, {patch.s_high_mm - patch.s_low_mm:.2f} mm"
+        f" across, from {patch.s_low_mm:+.2f} to {patch.s_high_mm:+.2f} mm of the touch point"
+    )
+    reached = [one for one in junctions_of(seen) if patch.s_low_mm <= one["distance_mm"] <= patch.s_high_mm]
+    told = ", ".join(f"{one['profile']} at {one['distance_mm']:+.2f} mm" for one in reached)
+    yield f"curvature junctions below it: {told or 'none'}"
+    yield (
+        f"elements {dx:.3g} by {ds:.3g} mm, {seen.elements[0]} by {seen.elements[1]} in the fine zone: about"
+        f" {round(seen.degrees_of_freedom, -3)} unknowns, {seen.cpu_seconds:.0f} CPU s and {seen.memory_GB:.1f} GB;"
+        f" more where the verdict is open, up to {seen.case.refine_degrees_of_freedom} unknowns"
+    )
+    yield from notes(profile_notes(seen.placement))
+
+
+def uncertainty_text(part: dict[str, float]) -> str:
+    """What measured profiles leave open of Hertz, in words."""
+    if any(np.isnan(value) for value in part.values()):
+        return "another line that the measured points allow does not come into contact here: Hertz is not known"
+    p, a, b = (100.0 * part[name] for name in ("p_max_MPa", "a_mm", "b_mm"))
+    return f"the measured profiles leave ±{p:.2g} % of p0, ±{a:.2g} % of a and ±{b:.2g} % of b open"
+
+
+def nearest_text(found: list[Nearest]) -> str:
+    """Which profile of the library measured points are, in words."""
+    if not found:
+        return "nearest library profile: none within 2 mm"
+    best, turn = found[0], 1e3 * found[0].registration.turn_rad
+    dy, dz = found[0].registration.shift
+    rest = "".join(f"; then {one.name} ({one.usual_mm:.2g} mm)" for one in found[1:2])
+    return (
+        f"nearest library profile: {best.name}, turned by {turn:+.2f} mrad and moved by ({dy:+.3f}, {dz:+.3f}) mm; the"
+        f" points are usually {best.usual_mm:.2g} mm off it, at most {best.farthest_mm:.2g} mm at y ="
+        f" {best.at_y_mm:.1f} mm{rest}"
+    )
+
+
+# --- A contact table on the terminal: its most important columns.
+
+_COLUMNS = (
+    number("shift\nmm", "lateral_shift_mm", "{:+z.2f}"),
+    number("load\nkN", "load_kN"),
+    number("angle\nmrad", "touch1_contact_angle_rad", "{:.1f}", 1e3, rank=2, name="angle"),
+    number("points", "touch_points", "{:.0f}", rank=1, name="points"),
+    number("Hertz\np_max MPa", "hertz_p_max_MPa", "{:.0f}"),
+    number("strips\np_max MPa", "strip_p_max_MPa", "{:.0f}"),
+    number("area\nmm²", "strip_area_mm2", "{:.1f}", rank=6, name="area"),
+    number("a\nmm", "strip_a_mm", "{:.2f}", rank=5, name="a"),
+    number("b\nmm", "strip_b_mm", "{:.2f}", rank=4, name="b"),
+    number("approach\nmm", "strip_approach_mm", "{:.4f}", rank=3, name="approach"),
+    number("stiffness\nkN/mm", "strip_stiffness_N_per_mm", "{:.0f}", 1e-3, rank=7, name="stiffness"),
+    text("strips", "strip_status", none="-"),
+    cheapest_column("cheapest like them", "cheapest_theory"),
+)
+_OF_MAP = cheapest_column("map: cheapest", "map_cheapest_theory")
+
+
+def contact_table_lines(rows: Sequence[Item]) -> Lines:
+    """The most important columns of a contact table, those of a map where it was asked, and what is missing."""
+    of_map = any("map_cheapest_theory" in row for row in rows)
+    yield table_of("Contact table", [*_COLUMNS, *[_OF_MAP] * of_map], rows)
+    for row in rows:
+        if row["problem"]:
+            yield f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN: {row['problem']}"

@@ -1,0 +1,498 @@
+"""Tables of cases, and cases on the terminal: touch points, measures, lobes, ladder, verdict, creep forces."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from fecontact.comparison.ladder import PLASTIC
+from fecontact.comparison.measures import MEASURES
+from fecontact.comparison.theories import HERTZ, THEORIES
+from fecontact.criteria import Criteria
+from fecontact.errors import short_status, usable
+from fecontact.outputs.records.results import cheapest_words, theory_words
+from fecontact.outputs.tables import (
+    Column,
+    Item,
+    Of,
+    Table,
+    TableRow,
+    Tone,
+    columns_of,
+    number,
+    number_text,
+    pair_of_row,
+    radius,
+    table_of,
+    text,
+)
+from fecontact.outputs.terminal import Lines, notes
+from fecontact.outputs.words import WORDS, decided, deviation_column
+
+# --- Tables about theories of the pressure, for the terminal and reports.
+
+_OTHER_ANSWERS = {
+    "UNRESOLVED": "open whether a cheaper one holds",
+    "none": "none holds",
+    "failed": "could not be solved",
+}
+
+_SHARES = (
+    text("theory", lambda one: one.get("words") or _OTHER_ANSWERS[one["theory"]]),
+    text("cost", "cost"),
+    number("cheapest\ncells", "cheapest_cells", "{:.0f}"),
+    number("cheapest\n%", "cheapest_percent", "{:.0f}"),
+    number("out of\nrange", "out_of_range_cells", "{:.0f}"),
+    number("largest part\nof a limit", "largest_limit_used", "{:.2f}"),
+    number("holds\n%", "holds_percent", "{:.0f}"),
+)
+
+
+def shares_table(shares: Sequence[Item]) -> Table:
+    """In how many cells of a map each theory is the cheapest that holds, and in how many it holds at all."""
+    shown = [one for one in shares if one["cheapest_cells"] or "cost" in one]
+    return table_of("The cheapest theory that holds, and where each holds", _SHARES, shown)
+
+
+def cheapest_column(heading: str, of: str, *, name: str = "") -> Column:
+    """The cheapest theory that holds in words, and whether it is out of its range."""
+    return text(
+        heading, lambda row: theory_words(row.get(of), row.get(f"{of}_status")), none="-", name=name, wraps=True
+    )
+
+
+# --- Tables of cases: their verdicts, and of one its measures, lobes, ladder and effort.
+
+_TONES: Mapping[str, Tone] = {"HOLDS": "plain", "UNRESOLVED": "open", "FAILS": "fails"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReportedCase:
+    """A case as a report shows it.
+
+    Attributes
+    ----------
+    row
+        Its line in the study's table.
+    record
+        What its `result.json` says; empty where there is none.
+    picture
+        File of its picture; None where there is none.
+    """
+
+    row: Item
+    record: Item = field(default_factory=dict)
+    picture: Path | None = None
+
+    @property
+    def limits(self) -> Mapping[str, float]:
+        """Limits by which it was judged, by measure; empty where they are not known."""
+        found: Mapping[str, float] = self.record.get("verdict", {}).get("limits", {})
+        return found
+
+
+def verdict_of(row: Item) -> str:
+    """Its verdict; `failed` where the result must not be used."""
+    return str(row.get("verdict_answer", "failed")) if usable(row) else "failed"
+
+
+_PLACE = (number("shift\nmm", "lateral_shift_mm", "{:+z.2f}"), number("load\nkN", "load_kN"))
+_DISTANCE = number("distance\nmm", "distance_mm")
+
+
+def _off(measure: str, limit: float) -> Column:
+    """How far Hertz is off in a measure that decides, to a digit that a limit below 1 is seen by."""
+    words, (column, _, _) = WORDS[measure], deviation_column(measure)
+    form = f"{{:{'+' * words.signed}z.{1 + (words.factor * limit < 1.0)}f}}"
+    unit = f"in {words.off_unit}" if words.off_unit != "%" else "dev %" if measure in MEASURES else "%"
+    short = words.short if len(words.short) < 8 else f"{words.short[:5]}."
+    return number(f"{short}\n{unit}", column, form, rank=words.rank, name=words.short * bool(words.rank))
+
+
+_P_MAX, *_OTHERS = (_off(measure, limit) for measure, limit in Criteria().limits.items())
+_NUMBERS = (
+    number("p_max\nFE MPa", "fe_p_max_MPa", "{:.0f}", rank=5, name="p_max in MPa"),
+    _P_MAX,
+    number("\n± %", "hertz_uncertainty_p_max_percent", "{:.1f}", rank=3, name="± of p_max"),
+    *_OTHERS,
+)
+_EFFORT = (
+    number("meshes", "solver_meshes", "{:.0f}", rank=2, name="meshes"),
+    number("time\ns", "seconds", "{:.0f}", rank=1, name="time"),
+)
+_PEAKS = (
+    number("peak FE MPa", "fe_p_max_MPa", "{:.0f}"),
+    number("peak Hertz MPa", "hertz_p_max_MPa", "{:.0f}"),
+    number("part of a limit", "verdict_limit_used", "{:.2f}"),
+)
+
+
+def deviation_table(rows: Sequence[Item], title: str, failing_width: int, *, with_pair: bool = False) -> Table:
+    """How far Hertz is off in each case, and by what it fails, in so many characters."""
+    theories = any(row.get("cheapest_theory") for row in rows)
+    columns = [
+        *[text("rail, wheel", pair_of_row)] * with_pair,
+        *_places(rows),
+        *_NUMBERS,
+        # what must not be used has no verdict
+        text("verdict", lambda row: row.get("verdict_answer", "-") if usable(row) else short_status(row)),
+        text("fails by", lambda row: _failing(row, failing_width)),
+        *[cheapest_column("cheapest\ntheory", "cheapest_theory", name="cheapest theory")] * theories,
+        *_EFFORT,
+    ]
+    return table_of(title, columns, rows, lambda row: "plain" if usable(row) else "fails")
+
+
+def _places(rows: Sequence[Item]) -> list[Column]:
+    """Shift and load, and along what is irregular the distance."""
+    return [*_PLACE, *[_DISTANCE] * any(row.get("distance_mm") is not None for row in rows)]
+
+
+def _failing(row: Item, width: int) -> str:
+    """Short names of the measures that fail, the one that decided first; those that find no room are counted."""
+    measures, first = filter(None, str(row.get("verdict_failing") or "").split("; ")), row.get("verdict_measure")
+    names = [WORDS[measure].short for measure in sorted(measures, key=lambda measure: measure != first)]
+    for shown in range(len(names), 0, -1):
+        more = [f"+{len(names) - shown}"] if shown < len(names) else []
+        text = " ".join((*names[:shown], *more))
+        if len(text) <= width:
+            return text
+    return ""
+
+
+def verdict_table(cases: Sequence[ReportedCase]) -> Table:
+    """All cases with their verdicts and what decided; with those of forces where there are any."""
+    rows = [{**case.row, "limits": case.limits} for case in cases]
+    several = len({pair_of_row(row) for row in rows}) > 1
+    theories, forces = (any(row.get(name) for row in rows) for name in ("cheapest_theory", "creep_verdict_answer"))
+    columns = [
+        *[text("rail and wheel", lambda row: pair_of_row(row, " and "))] * several,
+        *_places(rows),
+        text("Hertz", verdict_of, "answer"),
+        text("decided by", lambda row: decided(row, row["limits"])),
+        text("because", "verdict_cause"),
+        *_PEAKS,
+        *[text("cheapest theory that holds", cheapest_words)] * theories,
+        *[
+            text("for forces", lambda row: row.get("creep_verdict_answer") or "failed", "answer"),
+            text("force off by, % of mu N", _force_off, "number"),
+        ]
+        * forces,
+    ]
+    return table_of("", columns, rows, lambda row: "fails" if verdict_of(row) == "FAILS" else "plain")
+
+
+def _force_off(row: Item) -> str:
+    """By how much creep forces are off."""
+    if not row.get("creep_verdict_answer"):
+        return "-"
+    off, unsure = (1e2 * float(row[f"creep_verdict_{name}_of_muN"]) for name in ("deviation", "uncertainty"))
+    return f"{off:.1f} ± {unsure:.1f}"
+
+
+def elements_table(record: Item) -> Table:
+    """Hertz against the contact on the elements' own nodes alone: what they say by themselves."""
+    own, fine, limits = record["elements"], record["fe"], record["verdict"]["limits"]
+    judged = own[HERTZ]
+    lines = []
+    for measure in limits:
+        words, answer = WORDS[measure], judged["verdict"]["each"][measure]
+        values = (number_text(own[measure]), number_text(fine[measure])) if measure in own else ("", "")
+        off, unsure = (judged[of].get(measure) for of in ("deviation", "uncertainty"))
+        cells = [words.title, *values, words.off(off), words.off(unsure, size=True), words.limit(limits[measure])]
+        lines.append(TableRow(cells=[*cells, answer], tone=_TONES[answer]))
+    columns = columns_of("own nodes", "finer nodes", "Hertz off\nown nodes", "±", "limit", "answer", texts=("answer",))
+    title = f"The elements by themselves: Hertz {judged['verdict']['answer']} (verdict: {record['verdict']['answer']})"
+    return Table(title=title, columns=[Column(heading="measure", kind="text", wraps=True), *columns], rows=lines)
+
+
+def measures_table(
+    record: Item, judged: Item, title: str = "", name: str = "Hertz", *, judged_only: bool = False
+) -> Table:
+    """The measures of the finite elements beside those of a theory, those that decide first."""
+    limits, each = record["verdict"]["limits"], judged["verdict"]["each"]
+    others = () if judged_only else (measure for measure in WORDS if measure not in limits)
+    lines = []
+    for measure in (*limits, *others):
+        words, off = WORDS[measure], judged["deviation"].get(measure)
+        # of some there is nothing in an ellipse
+        values = (words.off(off).removesuffix(words.off_unit).strip(), "0")
+        if measure in judged:
+            values = (number_text(record["fe"][measure]), number_text(judged[measure]))
+        cells = [words.title, *values, words.off(off), words.off(judged["uncertainty"].get(measure), size=True)]
+        cells += [words.limit(limits[measure]) if measure in limits else "", each.get(measure, "not judged")]
+        lines.append(TableRow(cells=cells, tone=_TONES.get(each.get(measure, ""), "dim")))
+    columns = columns_of("FE", name, "off by", "±", "limit", "answer", texts=("answer",))
+    # where there is no room, the names take two lines
+    return Table(title=title, columns=[Column(heading="measure", kind="text", wraps=True), *columns], rows=lines)
+
+
+_OF_THEORY = (
+    text("theory", lambda theory: THEORIES[theory["name"]].words),
+    number("p_max\ndev %", lambda theory: theory["deviation"].get("p_max_MPa"), "{:+z.1f}", 1e2, none=""),
+    number("area\ndev %", lambda theory: theory["deviation"].get("area_mm2"), "{:+z.1f}", 1e2, none=""),
+    number("part of\na limit", "limit_used", "{:.2f}", none=""),
+    text("decided by", lambda theory: theory.get("problem") or WORDS[theory["verdict"]["measure"]].name, wraps=True),
+    text("verdict", lambda theory: theory_words(theory["verdict"]["answer"], theory.get("status")), wraps=True),
+)
+
+
+def theories_table(record: Item) -> Table:
+    """The verdict on every theory of the pressure, and why one has no contact."""
+    none = {"deviation": {}, "verdict": {"answer": "none"}}
+    theories = [{**none, **theory, "name": name} for name, theory in record["theories"].items()]
+    title = "Theories of the contact, the cheapest first"
+    return table_of(title, _OF_THEORY, theories, lambda theory: _TONES.get(theory["verdict"]["answer"], "dim"))
+
+
+_PEAK = (
+    number("lobe", "number", "{:.0f}"),
+    number("place across\nmm", "y_mm", "{:+z.1f}"),
+    number("peak\nMPa", "p_max_MPa", "{:.0f}"),
+    number("of the force\n%", "force_share", "{:.1f}", 1e2),
+)
+_LOBE = (
+    text("part", lambda one: "patch" if one["separate"] else "lobe"),
+    number("at rail y\nmm", "rail_y_mm", "{:+z.1f}"),
+    number("its force\nkN", "normal_force_N", "{:.2f}", 1e-3),
+    number("p_max\nFE MPa", lambda one: one["fe"]["p_max_MPa"], "{:.0f}"),
+    number("p_max\ndev %", lambda one: one["deviation"].get("p_max_MPa"), "{:+z.1f}", 1e2),
+    number("area\ndev %", lambda one: one["deviation"].get("area_mm2"), "{:+z.1f}", 1e2),
+    text("decided by", lambda one: WORDS[one["verdict"]["measure"]].short if one["verdict"] else "no ellipse there"),
+    text("Hertz", lambda one: one["verdict"]["answer"] if one["verdict"] else "none", "answer"),
+)
+
+
+def lobes_table(record: Item) -> Table:
+    """Every separate patch and every lobe by itself, each beside Hertz's ellipse under its own force."""
+    return table_of("", _LOBE, record["lobes"])
+
+
+def peaks_table(record: Item) -> Table:
+    """The peaks of a contact, from the gauge side on."""
+    peaks, pieces = record["fe"]["lobes"], record["fe"]["pieces"]
+    counts = f"{len(peaks)} {'lobe' if len(peaks) == 1 else 'lobes'}, {pieces} {'patch' if pieces == 1 else 'patches'}"
+    return table_of(counts, _PEAK, [{**peak, "number": place} for place, peak in enumerate(peaks, start=1)])
+
+
+def ladder_table(record: Item) -> Table:
+    """The rungs from Hertz to the finite elements."""
+    columns = columns_of("rung", "p_max\nMPa", "area\nmm²", "approach\nmm", texts=("rung",))
+    lines = []
+    rungs = {**record, **record["theories"], "fe_plastic": record.get("plastic")}
+    for name in ("hertz", "half_space_quadratic", "half_space", "elements", "fe", "fe_plastic"):
+        if (rung := rungs[name]) is None:
+            continue
+        # the other rungs of the same nodes are no better known than what is judged
+        unsure = record["elements"]["uncertainty"] if name == "elements" else {}
+        if name == "fe_plastic":
+            unsure = record["steps_uncertainty"][PLASTIC.name]
+        cells = (
+            number_text(rung[m]) + (f" ± {1e2 * unsure[m]:.1f} %" if m in unsure else "")
+            for m in ("p_max_MPa", "area_mm2", "approach_mm")
+        )
+        lines.append((name.replace("_", " "), *cells))
+    return Table(title="Ladder", columns=columns, rows=[TableRow(cells=cells) for cells in lines])
+
+
+_YIELDED = (
+    text("body", "name"),
+    number("yield stress\nMPa", "yield_MPa"),
+    number("tangent\nMPa", "tangent_MPa"),
+    number("first yield\nkN", "first_yield_N", "{:.1f}", 1e-3),
+    number("plastic strain\n%", "largest_strain", "{:.2f}", 1e2),
+    number("depth\nmm", "depth_mm", "{:.1f}"),
+    text("zone\nmm", lambda body: _zone(body) if body["largest_strain"] else "-", "number"),
+)
+
+
+def _zone(body: Item) -> str:
+    return f"{body['top_mm']:.1f} to {body['bottom_mm']:.1f}"
+
+
+def plastic_tables(record: Item) -> list[Table]:
+    """What yielding does to a contact, and Hertz against bodies that yield; none without a yield stress."""
+    plastic = record.get("plastic")
+    if plastic is None:
+        return []
+    steps, unsure = (record[of][PLASTIC.name] for of in ("steps", "steps_uncertainty"))
+    lower, higher = (plastic[f"step_with_yield_stress_15_percent_{which}"] for which in ("lower", "higher"))
+    columns = [
+        text("measure", lambda measure: WORDS[measure].name, wraps=True),
+        text("by plasticity", lambda measure: WORDS[measure].off(steps[measure]), "number"),
+        text("±", lambda measure: WORDS[measure].off(unsure[measure], size=True), "number"),
+        text("yield stress\n-15 %", lambda measure: WORDS[measure].off(lower[measure]), "number"),
+        text("+15 %", lambda measure: WORDS[measure].off(higher[measure]), "number"),
+    ]
+    changes = [table_of(f"What yielding changes ({plastic['range']})", columns, lower)] if lower else []
+    bodies = ({**body, "name": name} for name, body in plastic["bodies"].items())
+    return [*changes, table_of("Bodies that yield", _YIELDED, bodies)]
+
+
+def effort_table(solver: Item) -> Table:
+    """Time and memory of each step of a case."""
+    lines = [
+        (step, f"{seconds:.2f}", f"{solver['memory_MB'][step]:.0f}") for step, seconds in solver["seconds"].items()
+    ]
+    lines.append(("all (memory: peak)", f"{sum(solver['seconds'].values()):.2f}", f"{solver['peak_memory_MB']:.0f}"))
+    columns = columns_of("step", "time\ns", "memory after\nMB", texts=("step",))
+    return Table(title="Time and memory", columns=columns, rows=[TableRow(cells=cells) for cells in lines])
+
+
+_SOLVER = (
+    *_PLACE,
+    text("status", "status"),
+    text("elements a semi-axis", lambda row: ", ".join(f"{count:.1f}" for count in row["elements"]), "number"),
+    number("unknowns", "unknowns", "{:.0f}"),
+    text("solver", lambda row: row["path"]),
+    number("residual", "contact_residual", "{:.0e}"),
+    number("load balance", "load_balance", "{:.0e}"),
+    number("seconds", "seconds", "{:.0f}"),
+    number("memory MB", "peak_memory_MB", "{:.0f}"),
+)
+
+
+def solver_table(cases: Sequence[ReportedCase]) -> Table:
+    """Meshes, residuals, time and memory of all cases."""
+    rows = []
+    for case in cases:
+        solver = case.record.get("solver", {})
+        own = {name: solver.get(name) for name in ("contact_residual", "load_balance")}
+        elements, path = solver.get("elements_a_semi_axis", ()), solver.get("path", "-")
+        unknowns = sum(solver["degrees_of_freedom"].values()) if solver else None
+        rows.append({**case.row, **own, "elements": elements, "path": path, "unknowns": unknowns})
+    return table_of("", _SOLVER, rows)
+
+
+# --- Creep forces on the terminal.
+
+_SIDES = {"hertz": "Hertz", "fe": "FE"}
+
+
+def _force(heading: str, of: Of, form: str, factor: float = 1.0) -> Column:
+    """A column of forces, of which a theory has none where it has a problem."""
+    known = number(heading, of, form, factor, none="")
+    return replace(known, cell=lambda force: "none" if "problem" in force else known.cell(force))
+
+
+_FORCE = (
+    text("theory", "name"),
+    _force("Fx\nkN", "fx_N", "{:+.3f}", 1e-3),
+    _force("Fy\nkN", "fy_N", "{:+.3f}", 1e-3),
+    _force("Mz\nN m", "mz_Nmm", "{:+.2f}", 1e-3),
+    _force("|F|\n% of mu N", lambda force: math.hypot(force["fx_N"], force["fy_N"]) / force["limit_N"], "{:.1f}", 1e2),
+    _force("adhesion\nmm²", "adhesion_area_mm2", "{:.1f}"),
+    _force("power/speed\nN", "power_per_speed_N", "{:.2f}"),
+)
+
+
+def force_lines(rows: Sequence[Item]) -> Lines:
+    """One line a row that has a verdict of forces."""
+    for row in rows:
+        if row.get("creep_verdict_answer"):
+            off, unsure = (1e2 * row[f"creep_verdict_{name}_of_muN"] for name in ("deviation", "uncertainty"))
+            cause = row.get("creep_verdict_cause")
+            yield f"{row['id']}: {_force_verdict(row['creep_verdict_answer'], off, unsure, cause)}"
+
+
+def creep_lines(record: Item) -> Lines:
+    """The forces of a result record."""
+    verdict, theories = record["verdict"], record["theories"]
+    sides = {f"{theory}, {of}": found[side] for theory, found in theories.items() for side, of in _SIDES.items()}
+    yield _force_table("creep forces", record, sides)
+    yield from _problems({theory: found["fe"] for theory, found in theories.items()})
+    off = {name: found["deviation_of_muN"] for name, found in theories.items()}
+    told = ", ".join(f"{name} {1e2 * value:.1f}" for name, value in off.items() if value is not None)
+    yield f"Hertz is off in force by, % of mu N: {told}"
+    off_percent, unsure = 1e2 * verdict["deviation_of_muN"], 1e2 * verdict["uncertainty_of_muN"]
+    within = f" (limit {1e2 * verdict['limit_of_muN']:g} %), at {_creepages_text(record['decided'][0])}"
+    yield _force_verdict(verdict["answer"], off_percent, unsure, verdict["cause"], within)
+    yield from (f"warning: {warning}" for warning in record["warnings"])
+
+
+def _force_verdict(answer: str, off: float, unsure: float, cause: str | None, within: str = "") -> str:
+    """What creep forces say of Hertz; numbers in percent of mu N."""
+    because = f": {cause}" if cause else ""
+    return f"for forces Hertz {answer}, off by at most {off:.1f} ± {unsure:.1f} % of mu N{within}{because}"
+
+
+def ellipse_lines(record: Item) -> Lines:
+    """The forces on an ellipse."""
+    yield _force_table("forces on the wheel", record, record["theories"])
+    yield from _problems(record["theories"])
+    yield from (f"warning: {warning}" for warning in record["warnings"])
+
+
+def _problems(theories: Mapping[str, Item]) -> Lines:
+    return (f"{theory}: {force['problem']}" for theory, force in theories.items() if "problem" in force)
+
+
+def _creepages_text(creepages: Item) -> str:
+    xi, eta, spin = 1e2 * creepages["xi"], 1e2 * creepages["eta"], creepages["spin_per_mm"]
+    return f"xi {xi:.3f} %, eta {eta:.3f} %, spin {spin:.3g}/mm"
+
+
+def _force_table(what: str, record: Item, forces: Mapping[str, Item]) -> Table:
+    """Forces by the names of their theories."""
+    limit_N = record["limit_N"]
+    title = f"{what} at {_creepages_text(record['creepages'])}, mu N {limit_N / 1e3:.2f} kN"
+    return table_of(title, _FORCE, ({**force, "name": name, "limit_N": limit_N} for name, force in forces.items()))
+
+
+# --- What Hertz says of a position on the terminal: touch points, and the ellipse of each.
+
+_ELLIPSE = (
+    number("point", lambda one: one["touch_point"] + 1, "{:.0f}"),
+    text("side", "side"),
+    number("F_n\nkN", "normal_force_N", "{:.3f}", 1e-3),
+    number("p0\nMPa", "p_max_MPa", "{:.1f}"),
+    number("a\nmm", "a_mm", "{:.3f}"),
+    number("b\nmm", "b_mm", "{:.3f}"),
+    number("turned\nmrad", "orientation_rad", "{:+z.1f}", 1e3),
+    number("area\nmm²", "area_mm2", "{:.2f}"),
+    number("approach\nmm", "approach_mm", "{:.5f}"),
+)
+_TOUCH = (
+    number("point", "point", "{:.0f}", none=""),
+    number("y rail\nmm", "rail_y_mm", "{:+z.3f}", none=""),
+    number("y wheel\nmm", "wheel_y_mm", "{:+z.3f}", none=""),
+    number("angle\nmrad", "contact_angle_rad", "{:+z.2f}", 1e3, none=""),
+    number("gap\nmm", "vertical_gap_mm", "{:.4f}", none=""),
+    text("side", "side"),
+    radius("R rail\nmm", "rail_radius_mm"),
+    radius("R wheel\nacross mm", "wheel_lateral_radius_mm"),
+    radius("R wheel\nrolling mm", "wheel_rolling_radius_mm"),
+)
+
+
+def hertz_lines(record: Item) -> Lines:
+    """A Hertz record: touch points and the ellipse of each, and of each side of a junction."""
+    yield touch_point_table(record)
+    yield table_of("Hertz's ellipse, each with the whole load", _ELLIPSE, record["ellipses"])
+    if len(record["springs"]["patches"]) > 1:
+        yield _shared_text(record["springs"])
+    for ellipse in record["ellipses"]:
+        if "problem" in ellipse:
+            yield f"point {ellipse['touch_point'] + 1}, {ellipse['side']} side: {ellipse['problem']}"
+    yield from notes(record["warnings"])
+
+
+def _shared_text(shared: Item) -> str:
+    parts = (
+        f"point {e['touch_point'] + 1} {e['normal_force_N'] / 1e3:.1f} kN, p0 {e['p_max_MPa']:.0f} MPa"
+        for e in shared["patches"]
+    )
+    overlap = "; but their ellipses overlap: they are one patch" if shared["overlapping"] else ""
+    return f"As springs side by side they share the load: {'; '.join(parts)}{overlap}."
+
+
+def touch_point_table(record: Item) -> Table:
+    """Where the rigid bodies touch, and the radii there; of a junction the second side has a line without the place."""
+    lines = [
+        {**({} if second else {**touch, "point": place}), **curvature}
+        for place, touch in enumerate(record["touch_points"], start=1)
+        for second, curvature in enumerate(touch["curvatures"])
+    ]
+    return table_of("Touch points (radii positive where convex)", _TOUCH, lines)

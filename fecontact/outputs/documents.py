@@ -1,0 +1,598 @@
+"""A case, a study and a map told part by part, for a terminal and for `report.html`; the files of a study."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from textwrap import fill
+from typing import Any, TypeVar
+
+from fecontact.case import Case
+from fecontact.comparison.judging import JudgedLoad
+from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES
+from fecontact.criteria import Criteria
+from fecontact.errors import InputError, usable
+from fecontact.files import read_json, write_sealed, write_text
+from fecontact.outputs.cases import (
+    ReportedCase,
+    creep_lines,
+    deviation_table,
+    effort_table,
+    elements_table,
+    ladder_table,
+    lobes_table,
+    measures_table,
+    peaks_table,
+    plastic_tables,
+    shares_table,
+    solver_table,
+    theories_table,
+    touch_point_table,
+    verdict_of,
+    verdict_table,
+)
+from fecontact.outputs.figures.case import ladder_figure, patches_figure
+from fecontact.outputs.figures.position import pair_figure
+from fecontact.outputs.maps.views import CAUSE_LETTERS, MapMeasure, force_view, map_answer, map_text, verdict_view
+from fecontact.outputs.paraview.scene import begin_scene
+from fecontact.outputs.records.results import (
+    cell_row,
+    cheapest_columns,
+    cheapest_of,
+    cheapest_words,
+    share_records,
+    theory_text,
+    versions,
+)
+from fecontact.outputs.style import image_of, page, svg_of
+from fecontact.outputs.tables import (
+    Details,
+    Heading,
+    Item,
+    Items,
+    Lead,
+    Part,
+    Picture,
+    Row,
+    Table,
+    TableRow,
+    Terms,
+    columns_of,
+    pair_of_row,
+    pair_words,
+    position_text,
+    write_csv,
+)
+from fecontact.outputs.words import (
+    GLOSSARY,
+    answer_words,
+    cheapest_text,
+    decided,
+    deciding,
+    lead_style,
+    measure_terms,
+    names_text,
+    other_wheel_label,
+    plastic_words,
+    question,
+    reason_of_record,
+    roll_words,
+    roll_words_of_rows,
+    series,
+    theory_terms,
+    unknown_text,
+    verdict_reason,
+    what_would_decide,
+)
+from fecontact.profiles.curve import Profile
+from fecontact.solving.map import ApplicabilityMap
+from fecontact.wheel_rail.placement import Placement
+
+# --- One case in parts: the answer, how far Hertz is off, the theories, and all that is behind it.
+
+
+def case_parts(record: Item, title: str = "") -> list[Part]:
+    """A result record, or that of a cell: what a user looks at first, and what is shown on demand."""
+    measures = measures_table(record, deciding(record), judged_only=True)
+    lobes = [lobes_table(record)] if record["lobes"] else []
+    return [
+        *_answer_lines(record, title),
+        measures,
+        *lobes,
+        *_theories(record),
+        Items([*record["verdict"]["warnings"], *record.get("warnings", ())]),
+        Details("All measures", list(_details(record))),
+    ]
+
+
+def _answer_lines(record: Item, title: str) -> Iterator[str]:
+    """What was asked, the answer, what decided it and why, and what would decide an open one."""
+    verdict = record["verdict"]
+    yield f"{title}:" if title else ""
+    yield f"Hertz {verdict['answer']}; {reason_of_record(record)}"
+    others = [name for name in verdict["failing"] if name != verdict["measure"]]
+    yield f"it fails by {names_text(others)} as well" if others else ""
+    open_ones = [name for name, one in verdict["each"].items() if one == "UNRESOLVED" and name != verdict["measure"]]
+    yield f"open are {names_text(open_ones)} as well" if open_ones else ""
+    yield plastic_words(record)
+    if verdict["unknown"]:
+        yield unknown_text(verdict["unknown"])
+    elif verdict["answer"] == "UNRESOLVED":
+        yield what_would_decide(record)
+
+
+def _theories(record: Item) -> Iterator[str]:
+    """The cheapest theory that holds, and in a line how every other one does."""
+    yield cheapest_text(record)
+    judged = {name: one for name, one in record["theories"].items() if name != HERTZ_GAUGE and "verdict" in one}
+    by_answer: dict[str, list[str]] = {}
+    for name, one in judged.items():
+        answer = record["verdict"]["answer"] if name in EITHER_SIDE else one["verdict"]["answer"]
+        range_ = " (out of its range)" if one["status"] == "out of range" and name not in EITHER_SIDE else ""
+        by_answer.setdefault(answer, []).append(f"{THEORIES[name].words}{range_}")
+    yield "; ".join(f"{answer}: {', '.join(names)}" for answer, names in by_answer.items())
+
+
+def _details(record: Item) -> Iterator[Part]:
+    """Everything else that is known of a case."""
+    if "touch_points" in record:
+        yield touch_point_table(record)
+    for name in (name for name in EITHER_SIDE if name in record["theories"]):
+        by = f", with the curvature of the {'gauge' if name == HERTZ_GAUGE else 'field'} side"
+        title = f"Hertz against finite elements{by if HERTZ_GAUGE in record['theories'] else ''}"
+        yield measures_table(record, record["theories"][name], title)
+    for name, theory in record["theories"].items():
+        if name not in EITHER_SIDE and "verdict" in theory:
+            yield measures_table(record, theory, THEORIES[name].words, "theory")
+    yield peaks_table(record)
+    yield theories_table(record)
+    yield Items(
+        [
+            f"{THEORIES[name].words} is {theory['status']}: {'; '.join(theory['notes'])}"
+            for name, theory in record["theories"].items()
+            if theory.get("notes")
+        ]
+    )
+    yield ladder_table(record)
+    yield from plastic_tables(record)
+    yield elements_table(record)
+    yield from _meshes(record)
+    if "creep" in record:
+        yield from creep_lines(record["creep"])
+    if "von_mises" in record:
+        yield "largest von Mises stress: " + ", ".join(
+            f"{name} {peak['von_mises_MPa']:.0f} MPa {peak['depth_mm']:.2f} mm below its surface"
+            for name, peak in record["von_mises"].items()
+        )
+    if "seconds" in record["solver"]:
+        yield effort_table(record["solver"])
+
+
+def _meshes(record: Item) -> Iterator[str]:
+    """On which meshes it was decided, how far the elements' own contact goes with it, and how well it was solved."""
+    elements, solver = record["elements"], record["solver"]
+    yield f"{_state(record['verdict']['answer'])} on {refinement(solver['elements_a_semi_axis'])}"
+    answer = elements["hertz"]["verdict"]["answer"]
+    asked = record.get("case", {}).get("evidence", True)
+    more = "; --evidence refines until they know" * (answer == "UNRESOLVED" and not asked)
+    yield f"the elements by themselves, on their own nodes: Hertz {answer}{more}"
+    yield (
+        f"beside the verdict: L2 difference of the pressures {1e2 * record['pressure_l2']:.1f} %, overlap of the"
+        f" patches {record['overlap']:.3f}"
+    )
+    off = elements["compliance_error"]
+    yield (
+        f"the elements' own nodes carry {1e2 * elements['misfit']:.1f} % of the load elsewhere: they are coarser; their"
+        f" compliance is {'not seen' if off is None else f'{1e2 * off:+.1f} % off that of a half-space'}"
+    )
+    yield (
+        f"normal force {record['normal_force_N'] / 1e3:.3f} kN, Hertz stiffness"
+        f" {record['theories']['hertz']['stiffness_GN_per_m15']:.2f} GN/m^1.5"
+    )
+    degrees = ", ".join(f"{name} {count}" for name, count in solver["degrees_of_freedom"].items())
+    yield (
+        f"solver {solver.get('path', '')}: degrees of freedom {degrees}; {solver['iterations']} iterations, residuals"
+        f" contact {solver['contact_residual']:.0e}, penetration {solver['penetration_residual']:.0e}, load balance"
+        f" {solver['load_balance']:.0e}"
+    )
+
+
+def _state(answer: str) -> str:
+    return "open" if answer == "UNRESOLVED" else "decided"
+
+
+def refinement(elements_a_semi_axis: Sequence[float]) -> str:
+    """Meshes by their elements, the finest first, and how often they were refined."""
+    elements, times = [f"{count:.1f}" for count in elements_a_semi_axis], len(elements_a_semi_axis) - 2
+    refined = ("not refined", "refined once", "refined twice")[times] if times < 3 else f"refined {times} times"
+    meshes = f"{', '.join(elements[:-1])} and {elements[-1]}"
+    return f"{len(elements)} meshes of {meshes} elements a semi-axis, {refined}"
+
+
+# --- A study in parts: a line a case for the terminal, and `report.html` with question, answer and all behind it.
+
+_Row = TypeVar("_Row", bound=Row)
+
+REPORT, PAIR = "report.html", "pair.png"
+MOST_PICTURES = 40
+"""More pictures make a page of tens of megabytes."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShownPair:
+    """The case whose pair is drawn: in section, and as `scene`; `no_scene` waits for it and says why there is none."""
+
+    row: Row
+    placement: Placement
+    scene: Path
+    no_scene: Callable[[], str | None]
+
+
+def shown_pair(row: Row, placement: Placement, folder: Path, out: Path) -> ShownPair:
+    """The pair of a case that lies in a folder; its picture in three dimensions is begun, and put into `out`."""
+    scene = out / PAIR
+    return ShownPair(row=row, placement=placement, scene=scene, no_scene=begin_scene(folder, scene))
+
+
+def reported_case(row: Row, folder: Path) -> ReportedCase:
+    """A case as it lies in its folder."""
+    try:
+        record = read_json(folder / "result.json")
+    except InputError:
+        record = None
+    picture = folder / "case.png"
+    return ReportedCase(
+        row=row,
+        record=record if isinstance(record, Mapping) else {},
+        picture=picture if picture.is_file() else None,
+    )
+
+
+def most_used(rows: Iterable[_Row], count: int) -> list[_Row]:
+    """So many of the rows, those that use most of a limit first."""
+    return sorted(rows, key=lambda row: -float(row.get("verdict_limit_used") or 0.0))[:count]
+
+
+def write_study_report(
+    name: str,
+    cases: Sequence[ReportedCase],
+    out: Path,
+    *,
+    shown: ShownPair | None = None,
+    criteria: Criteria | None = None,
+    conclusion: str | None = None,
+    pictures: str = "all are in cases/ID/case.png",
+) -> Path:
+    """Write `report.html` into the folder of a study, or of a single case.
+
+    Parameters
+    ----------
+    shown
+        The pair to draw, of the case that uses most of a limit.
+    criteria
+        Those by which all rows were judged, None if there is more than one set.
+    conclusion
+        What the study itself says.
+    pictures
+        Where the pictures are that the report leaves out.
+    """
+    rows = [case.row for case in cases]
+    verdicts = [verdict_of(row) for row in rows]
+    pairs = list(dict.fromkeys(pair_of_row(row, " and ") for row in rows))
+    pair = "; ".join(pairs[:4]) + ("; ..." if len(pairs) > 4 else "")
+    title = _title(name, rows)
+    parts: list[Part] = [
+        Heading(title, 1),
+        Lead(conclusion or _answer(cases), lead_style(verdicts)),
+        f"{name}: {_answer(cases)}." if conclusion or title != name else "",
+        question(pair, criteria, roll_words_of_rows(rows)),
+        Heading("Verdicts"),
+        verdict_table(cases),
+        Picture(content=out / "study.svg", words="Peak pressure, how far Hertz is off, and the touch point."),
+        *_pair_drawn(shown, rows),
+        *_ladder(rows),
+        Heading("Cases"),
+        *_cases(cases, pictures),
+        Heading("Meshes and solver"),
+        Details("Of each case", [solver_table(cases)]),
+        *closing(),
+    ]
+    return write_text(out / REPORT, page(f"{title}: where Hertz holds", parts))
+
+
+def closing(*more: tuple[str, str]) -> list[Part]:
+    """What every report ends with: versions and terms, those of all and `more`."""
+    packages = [f"{package} {version}" for package, version in versions().items() if version]
+    told = Terms((*GLOSSARY, *measure_terms(), *more))
+    return [Heading("What made it"), Items(packages), Heading("Terms"), told]
+
+
+def _title(name: str, rows: Sequence[Row]) -> str:
+    """The pair and its loads, or the name of a study of several pairs, and of a single case."""
+    pairs = {pair_of_row(row, " and ") for row in rows}
+    if len(rows) == 1 or len(pairs) != 1:
+        return name
+    loads = sorted({float(row["load_kN"]) for row in rows})
+    (pair,) = pairs
+    return (
+        f"{pair[0].upper()}{pair[1:]}, {' to '.join(f'{load:g}' for load in dict.fromkeys((loads[0], loads[-1])))} kN"
+    )
+
+
+def _answer(cases: Sequence[ReportedCase]) -> str:
+    if len(cases) != 1:
+        return answer_words([verdict_of(case.row) for case in cases], "cases")
+    (row,) = (case.row for case in cases)
+    cause = f"; {row['verdict_cause']}" if row.get("verdict_cause") else ""
+    return f"Hertz {verdict_of(row)}: {decided(row, cases[0].limits)}{cause}"
+
+
+def _pair_drawn(shown: ShownPair | None, rows: Sequence[Row]) -> list[Part]:
+    """Both pictures of the pair, each with the words that say which case it is."""
+    if shown is None:
+        return []
+    which = _which(shown.row, rows)
+    words = f"Section through the first touch point {which}."
+    section = Picture(content=svg_of(pair_figure(shown.placement)), words=words)
+    if (reason := shown.no_scene()) is not None:
+        return [Heading("The pair"), section, f"There is no picture in three dimensions: {reason}."]
+    words = f"Pressure on the rail as a relief {which}; orange: the edge of Hertz's ellipse."
+    return [Heading("The pair"), section, Picture(content=shown.scene, words=words, small=True)]
+
+
+def _which(row: Row, rows: Sequence[Row]) -> str:
+    """Which of the cases is drawn, and why that one."""
+    at = f"at {position_text(row)}" + (
+        f" of {pair_of_row(row, ' and ')}" if len({pair_of_row(one) for one in rows}) > 1 else ""
+    )
+    if sum(usable(one) for one in rows) < 2:
+        return at
+    used = row.get("verdict_limit_used")
+    part = "" if used is None else f" ({float(used):.2f} times the limit)"
+    return f"{at}, the case that uses most of a limit{part}"
+
+
+def _ladder(rows: Sequence[Row]) -> list[Part]:
+    # a single case is no line over the shift
+    figure = ladder_figure(rows) if len(rows) > 1 else None
+    words = "The ladder: by how much the shape of the gap, and then the finite bodies, change the peak pressure."
+    return [] if figure is None else [Picture(content=svg_of(figure), words=words)]
+
+
+def _cases(cases: Sequence[ReportedCase], pictures: str) -> list[Part]:
+    """Picture and all measures of the cases that are drawn, and where those of the others are."""
+    have = [case.row for case in cases if case.picture is not None]
+    drawn = {str(row["id"]) for row in most_used(have, MOST_PICTURES)}
+    parts: list[Part] = []
+    if len(drawn) < max(sum(usable(case.row) for case in cases), len(have)):
+        parts.append(f"{len(drawn)} of {len(cases)} cases, those that use most of a limit; {pictures}.")
+    for case in (case for case in cases if str(case.row["id"]) in drawn):
+        row, words = case.row, "Dashed: Hertz's ellipse; solid: the patch of the finite elements."
+        assert case.picture is not None
+        parts += [
+            Heading(f"{pair_of_row(row, ' and ')}, {position_text(row)}: {verdict_of(row)}", 3),
+            Picture(content=case.picture, words=f"{decided(row, {})}. {words}"),
+            *(case_parts(case.record) if "theories" in case.record else ()),
+        ]
+    return parts
+
+
+_KEY = "dev %: what Hertz is off; separ., mispl.: load on other patches, elsewhere"
+# More of them are one table, with the pair in its first column.
+_MOST_TABLES = 6
+# Characters for the measures by which a case fails, from the most down to the fewest; those beyond are counted.
+_FAILING_WIDTHS = (50, 34, 30, 26, 22, 18)
+
+
+def rows_parts(rows: Sequence[Item]) -> Iterator[Table | str]:
+    """One line a case, a table for each rail, wheel and inclination, and in full what makes a row unusable."""
+    groups: dict[tuple[Any, ...], list[Item]] = {}
+    for row in rows:
+        pair = (row["rail"], row["wheel"], float(row.get("inclination_rad") or 0.0))
+        groups.setdefault(pair, []).append(row)
+    if len(groups) > _MOST_TABLES:
+        yield _fitting(rows, "", with_pair=True)
+    else:
+        for own in groups.values():
+            yield _fitting(own, "; ".join(filter(None, (pair_of_row(own[0]), roll_words_of_rows(own)))))
+    if any(usable(row) for row in rows):
+        yield _KEY
+    for row in rows:
+        where = (f"{pair_of_row(row)}, " if len(groups) > 1 else "") + position_text(row)
+        if not usable(row):
+            yield f"{where}: {row['status']}"
+            continue
+        if row.get("verdict_cause"):
+            yield f"{where}: {row['verdict_answer']}: {row['verdict_cause']}"
+        if text := theory_text(row):
+            yield f"{where}: {text}"
+
+
+def _fitting(rows: Sequence[Item], title: str, *, with_pair: bool = False) -> Table:
+    """The list of measures shrinks first, then columns go."""
+    wide, *shorter = (deviation_table(rows, title, width, with_pair=with_pair) for width in _FAILING_WIDTHS)
+    return replace(wide, shorter=shorter)
+
+
+# --- An applicability map in parts, for the terminal and `report.html`: where Hertz holds, up to which load, and why.
+
+# Where no terminal says how wide it is.
+_WIDE = 120
+# More patches in one picture are too small to see.
+_MOST_PATCHES = 24
+
+
+def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) -> Path:
+    """Write `report.html` beside `map.csv`, with the pictures of the map, and that of another theory if it is one."""
+    case = made.case
+    pair = pair_words(case, " and ")
+    verdicts = [cell.verdict if cell.usable else "failed" for cell in made.cells]
+    shown = _largest_loads(made)
+    parts: list[Part] = [
+        Heading(f"Applicability map: {pair}", 1),
+        Lead(" ".join(map_answer(made, "pressure")), lead_style(verdicts)),
+        f"{answer_words(verdicts, 'cells')}.",
+        question(pair, case.criteria),
+        _rolled(case),
+        _map_picture(out, "map", "Where Hertz holds over lateral shift and load."),
+        *[_map_picture(out, "map_force", "Where Hertz holds for creep forces.")] * case.creep.asked,
+        *[_map_picture(out, f"map_{theory}", f"Where {THEORIES[theory].words} holds.")] * (theory != HERTZ),
+        Heading("If not Hertz, what?"),
+        " ".join(map_answer(made, "theory")),
+        _map_picture(out, "map_theory", "The cheapest theory of the pressure that holds."),
+        shares_table(share_records(made)),
+        *[_map_picture(out, "map_law", "The cheapest law of creep forces that holds.")] * made.laws_judged,
+        Heading("Load limits"),
+        _limits(made),
+        Heading("The pair"),
+        *_pictures(made, shown),
+        Heading("Cells"),
+        _cells(made),
+        *closing(
+            *theory_terms(str(one["theory"]) for one in share_records(made) if one["theory"] in THEORIES),
+            *((letter, cause) for cause, letter in CAUSE_LETTERS.items()),
+        ),
+    ]
+    return write_text(out / REPORT, page(f"Where Hertz holds: {pair}", parts))
+
+
+def _map_picture(out: Path, name: str, words: str) -> Picture:
+    return Picture(content=out / f"{name}.svg", words=words)
+
+
+def map_lines(made: ApplicabilityMap, measure: MapMeasure, theory: str, *, width: int | None) -> Iterator[Table | str]:
+    """A map on the terminal by a measure, or by a theory; by the cheapest theory with the share of each.
+
+    The answer in sentences comes first.
+    """
+    yield from (fill(one, width or _WIDE) for one in map_answer(made, measure, theory))
+    yield " "
+    yield map_text(made, measure, theory=theory, width=width)
+    if measure == "theory":
+        yield shares_table(share_records(made))
+
+
+def _rolled(case: Case) -> str:
+    both = " At the opposite shift it stands as the other wheel of the wheelset does: both are here."
+    return f"The {case.side} wheel, {roll_words(case)}.{both if other_wheel_label(case) else ''}"
+
+
+def _largest_loads(made: ApplicabilityMap) -> list[tuple[JudgedLoad, Placement]]:
+    """The largest load of each position that was solved, of many positions some evenly among them."""
+    found = [
+        (cells[-1], position.placement)
+        for position in made.positions
+        if position.placement is not None
+        and (cells := [cell.judged for cell in position.cells if cell.judged is not None])
+    ]
+    step = -(-len(found) // _MOST_PATCHES) or 1
+    return found[::step]
+
+
+def _pictures(made: ApplicabilityMap, shown: Sequence[tuple[JudgedLoad, Placement]]) -> list[Part]:
+    parts: list[Part] = []
+    if shown:
+        load, middle = shown[len(shown) // 2]
+        at = load.case.lateral_shift_mm
+        words = f"Section through the first touch point at {at:+z.2f} mm, the middle one of the positions shown below."
+        parts.append(Picture(content=svg_of(pair_figure(middle)), words=words))
+    largest = [
+        cell_row(position.cells[-1], position.placement) | {"rail": made.case.rail, "wheel": made.case.wheel}
+        for position in made.positions
+        if position.cells
+    ]
+    if (ladder := ladder_figure(largest)) is not None:
+        words = "The ladder at the largest load: what the shape of the gap, and then the finite bodies, change."
+        parts += [Heading("Shape of the gap, or finite bodies?"), Picture(content=svg_of(ladder), words=words)]
+    if shown:
+        words = "Pressure at the largest load of each position: solid the patch, dashed Hertz; below, cut across."
+        parts += [Heading("Pressure"), Picture(content=image_of(patches_figure(shown)), words=words, width=2400)]
+    return parts
+
+
+def _limits(made: ApplicabilityMap) -> Table:
+    """At which loads Hertz holds at each position, by the map's measures, and for forces."""
+    views = [verdict_view(made), *([force_view(made)] if made.case.creep.asked else [])]
+    heads = ("as judged here", "creep forces")[: len(views)]
+    rows = [
+        TableRow(cells=[f"{columns[0].shift_mm:+z.2f}", *(column.limit for column in columns)])
+        for columns in zip(*(view.columns for view in views), strict=True)
+    ]
+    return Table(title="", columns=columns_of("shift mm", *heads, texts=heads), rows=rows)
+
+
+def _cells(made: ApplicabilityMap) -> Table:
+    """The verdict of each cell, and the cheapest theory that holds there."""
+    words = ("decided by", "cheapest theory that holds")
+    headings = ("shift mm", "load kN", "Hertz", "part of a limit", words[0], "unknowns", words[1])
+    rows = []
+    for cell in made.cells:
+        judged = cell.judged
+        answer = cell.verdict if cell.usable else "failed"
+        cells = [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", answer]
+        cells += ["-", cell.status, "-", ""] if judged is None else _cells_of(judged)
+        rows.append(TableRow(cells=cells, tone="fails" if answer == "FAILS" else "plain"))
+    return Table(title="", columns=columns_of(*headings, texts=words, answers=("Hertz",)), rows=rows)
+
+
+def _cells_of(load: JudgedLoad) -> list[str]:
+    unknowns = str(sum(load.level.degrees_of_freedom.values()))
+    cheapest = cheapest_words(cheapest_columns("cheapest_theory", cheapest_of(load)))
+    return [f"{load.limit_used:.2f}", verdict_reason(load), unknowns, cheapest]
+
+
+# --- Files of a whole study: tables, figure, and collections of its cases for ParaView.
+
+STUDY_SCHEMA = "fecontact/study/2"
+
+
+def write_tables(study: str, cases: int, rows: Sequence[Row], path: Path) -> None:
+    """Write the rows of a study of so many cases to `path` with the endings .csv and .json."""
+    write_csv(rows, path.with_name(f"{path.name}.csv"))
+    record = {
+        "schema": STUDY_SCHEMA,
+        "study": study,
+        "cases": cases,
+        "rows": list(rows),
+        "versions": versions(),
+    }
+    write_sealed(path.with_name(f"{path.name}.json"), record, [path.with_name(f"{path.name}.csv")])
+
+
+def study_figures(
+    rows: Sequence[Row], out: Path, rail: Profile | None = None, criteria: Criteria | None = None
+) -> tuple[str, ...]:
+    """Draw the figure of a study and write its collections; cases are in the folder `cases` below `out`.
+
+    The junctions of `rail` are drawn where it is the only one, and the limits of `criteria` where they are.
+
+    Returns the names of the collections.
+    """
+    from fecontact.outputs.figures.study import study_figure
+
+    solved = [row for row in rows if row.get("fe_p_max_MPa") is not None]
+    if solved:
+        study_figure(list(rows), out / "study.png", rail, criteria)
+    return _write_collections(solved, out)
+
+
+def _write_collections(rows: Sequence[Row], out: Path) -> tuple[str, ...]:
+    """A .pvd for each series of cases over the lateral shift: ParaView merges equal times, so two cannot share one.
+
+    Left out are single cases beside others, and cases that differ in something else (such as their bodies' sizes).
+    """
+    from fecontact.outputs.paraview.vtk import write_pvd
+
+    unique = list({row["id"]: row for row in rows}.values())
+    found = series(unique)
+    written: list[str] = []
+    for one in found:
+        shifts = {float(row["lateral_shift_mm"]): out / "cases" / str(row["id"]) for row in one.rows}
+        if len(shifts) == len(one.rows) and (len(shifts) > 1 or len(found) == 1):
+            name = f"study{one.file_suffix}"
+            # profile files of the same name in two folders
+            same = sum(other.startswith(f"{name}.") for other in written)
+            path = out / (f"{name}.{same + 1}.pvd" if same else f"{name}.pvd")
+            written.append(write_pvd(path, shifts.items()).name)
+    return tuple(written)

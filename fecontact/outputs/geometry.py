@@ -1,0 +1,209 @@
+"""Touch points and the geometry of a wheelset over its lateral shift: records, terminal, picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fecontact.case import Case, case_record
+from fecontact.outputs.records.results import profile_notes, touch_columns
+from fecontact.outputs.style import SERIES, blank_figure, finish, save_figure
+from fecontact.outputs.tables import (
+    Item,
+    Record,
+    Table,
+    inclination_words,
+    number,
+    picked,
+    radius,
+    short_name,
+    table_of,
+    text,
+)
+from fecontact.outputs.terminal import Lines, notes
+from fecontact.profiles.library import profile_identity
+from fecontact.wheel_rail.placement import Placement
+from fecontact.wheel_rail.wheelset import ContactFunctions, PlacedWheelset, rolling_radius_difference_mm
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+
+
+GEOMETRY_SCHEMA = "fecontact/geometry/1"
+_INPUTS = ("rail", "wheel", "inclination_rad", "yaw_rad", "rolling_radius_mm", "track", "opposite", "flange_climb")
+# where something is said about them
+_READINGS = ("rail_file", "wheel_file")
+
+
+def functions_record(case: Case, found: ContactFunctions) -> Record:
+    """The table with units in its keys; radii of straight lines are None, positive where convex."""
+    shown = case_record(case.with_profiles({body: profile_identity(spec) for body, spec in case.profiles.items()}))
+    return {
+        "schema": GEOMETRY_SCHEMA,
+        "case": {name: shown[name] for name in (*_INPUTS, *_READINGS) if name in shown},
+        "symmetric": found.symmetric,
+        "positions": [
+            _position_record(shift, placed, found.centred_height_mm) for shift, placed in found.positions.items()
+        ],
+        "jumps": [asdict(jump) for jump in found.jumps],
+        "equivalent_conicity": [asdict(conicity) for conicity in found.conicities],
+        "warnings": _notes(found),
+    }
+
+
+def _notes(found: ContactFunctions) -> list[str]:
+    placed = next(one for one in found.positions.values() if not isinstance(one, str))
+    return list(dict.fromkeys((*profile_notes(placed.left), *profile_notes(placed.right))))
+
+
+def _position_record(shift: float, placed: PlacedWheelset | str, centred_mm: float) -> Record:
+    if isinstance(placed, str):
+        return {"lateral_shift_mm": shift, "problem": placed}
+    return {
+        "lateral_shift_mm": shift,
+        "roll_mrad": 1e3 * placed.roll_rad,
+        "axle_height_mm": placed.axle_height_mm,
+        "lift_mm": placed.axle_height_mm - centred_mm,
+        "rolling_radius_difference_mm": rolling_radius_difference_mm(placed),
+        "left": _side_record(placed.left),
+        "right": _side_record(placed.right),
+    }
+
+
+def functions_rows(record: Record) -> list[Record]:
+    """Positions of a record as flat rows: touch points are numbered, those of the left wheel first."""
+    rows = []
+    for position in record["positions"]:
+        row = {name: value for name, value in position.items() if name not in ("left", "right")}
+        for side in ("left", "right"):
+            for index, touch in enumerate(position.get(side, {}).get("touch_points", ()), start=1):
+                row |= {f"{side}_touch{index}_{name}": value for name, value in touch.items()}
+        rows.append(row)
+    return rows
+
+
+def _side_record(placement: Placement) -> Record:
+    return {
+        "touch_points": [
+            {
+                **picked(touch, "rail_y_mm wheel_y_mm"),
+                "ahead_mm": touch.x_mm - float(placement.wheel.point(touch.wheel_y_mm, 0.0, 0.0)[0]),
+                **touch_columns(placement, touch),
+            }
+            for touch in placement.touch_points
+        ],
+    }
+
+
+# --- The geometry of a wheelset over its lateral shift on the terminal.
+
+_COLUMNS = (
+    number("shift\nmm", "lateral_shift_mm", "{:+z.2f}"),
+    number("roll\nmrad", "roll_mrad", "{:+z.4f}"),
+    number("lift\nmm", "lift_mm", "{:+z.3f}", rank=2, name="lift"),
+    number("r left -\nright mm", "rolling_radius_difference_mm", "{:+z.3f}"),
+    number("y rail\nmm", "rail_y_mm", "{:+z.2f}"),
+    number("y wheel\nmm", "wheel_y_mm", "{:+z.2f}", rank=4, name="y wheel"),
+    number("angle\nmrad", "contact_angle_rad", "{:+z.2f}", 1e3),
+    number("radius\nmm", "rolling_radius_mm", "{:.3f}", rank=3, name="rolling radius"),
+    radius("R rail\nmm", "rail_radius_mm"),
+    radius("R wheel\nacross mm", "wheel_lateral_radius_mm", rank=5, name="radius of the wheel across"),
+    radius("R wheel\nrolling mm", "wheel_rolling_radius_mm", rank=1, name="radius of the wheel along the rail"),
+    text("touch\npoints", lambda row: f"{row['points']}{' junction' * row['at_junction']}", "number"),
+)
+
+
+def functions_lines(record: Item) -> Lines:
+    """A geometry record: a table of the left side, and of the right one where it is not its mirror image."""
+    mirrored = record["symmetric"] and record["case"]["yaw_rad"] == 0.0
+    sides = ("left",) if mirrored else ("left", "right")
+    for side in sides:
+        yield _side_table(record, side)
+    if mirrored:
+        yield "The right wheel at a shift is the left one at the opposite shift."
+    for jump in (jump for jump in record["jumps"] if jump["side"] in sides):
+        yield (
+            f"jump at {jump['shift_mm']:+z.3f} mm: the {jump['side']} rail is touched first at y ="
+            f" {jump['from_rail_y_mm']:+z.2f} mm below it, at {jump['to_rail_y_mm']:+z.2f} mm above it"
+        )
+    if conicities := record["equivalent_conicity"]:
+        yield (
+            "equivalent conicity by amplitude, harmonic linearisation without roll (with it in brackets): "
+            + ", ".join(f"{one['amplitude_mm']:g} mm {one['unrolled']:.3f} ({one['rolled']:.3f})" for one in conicities)
+        )
+    for row in record.get("loaded_conicity", ()):
+        yield (
+            f"loaded, {row['wheel_load_N'] / 1e3:g} kN a wheel, {row['amplitude_mm']:g} mm: conicity"
+            f" {row['overlap']:.3f} by overlapping strips, {row['half_space']:.3f} by the half-space"
+        )
+    for row in record["positions"]:
+        if "problem" in row:
+            yield f"no position at {row['lateral_shift_mm']:+z.2f} mm: {row['problem']}"
+    yield from notes(record["warnings"])
+
+
+def _side_table(record: Item, side: str) -> Table:
+    """A side of the wheelset at each shift, by its first touch point."""
+    placed = [(row, row[side]["touch_points"]) for row in record["positions"] if "problem" not in row]
+    title = f"The {side} wheel on its rail; lengths in mm, radii positive where convex"
+    return table_of(title, _COLUMNS, [{**row, **points[0], "points": len(points)} for row, points in placed])
+
+
+# --- The picture of a wheelset's geometry over its lateral shift.
+
+_LEFT, _RIGHT, _UNROLLED = SERIES[:3]
+
+
+def functions_figure(case: Case, found: ContactFunctions, path: str | Path) -> Path:
+    """Draw rolling-radius difference, touch points, contact angles and equivalent conicity."""
+    figure = blank_figure(12.0, 8.0)
+    axes = figure.subplots(2, 2)
+    placed = [one for one in found.positions.values() if not isinstance(one, str)]
+    shifts = np.array([one.shift_mm for one in placed])
+    difference = np.array([rolling_radius_difference_mm(one) for one in placed])
+    _line(axes[0, 0], shifts, difference, [jump.shift_mm for jump in found.jumps], "black")
+    axes[0, 0].set_ylabel("rolling radius, left - right, mm")
+    for side, colour in (("left", _LEFT), ("right", _RIGHT)):
+        first = [one.left.first if side == "left" else one.right.first for one in placed]
+        places, angles = (np.array([getattr(t, name) for t in first]) for name in ("rail_y_mm", "contact_angle_rad"))
+        jumps = [jump.shift_mm for jump in found.jumps if jump.side == side]
+        _line(axes[0, 1], shifts, places, jumps, colour).set_label(f"{side} rail")
+        _line(axes[1, 0], shifts, 1e3 * angles, jumps, colour).set_label(f"{side} wheel")
+    axes[0, 1].set_ylabel("first touch point on the rail, mm\n(> 0: field side)")
+    axes[1, 0].set_ylabel("contact angle, mrad")
+    for ax in (axes[0, 0], axes[0, 1], axes[1, 0]):
+        ax.set_xlabel("lateral shift of the wheelset, mm (> 0: to the left)")
+    _draw_conicity(axes[1, 1], found)
+    finish(*axes.flat)
+    axes[0, 1].legend(fontsize=9)
+    axes[1, 0].legend(fontsize=9)
+    rail, wheel = (short_name(profile_identity(spec)) for spec in (case.rail, case.wheel))
+    figure.suptitle(
+        f"wheelset {wheel} on {rail}{inclination_words(case.inclination_rad)}, gauge {case.track.gauge_mm:g} mm,"
+        f" back to back {case.track.back_to_back_mm:g} mm; dotted: jumps"
+    )
+    return save_figure(figure, Path(path))
+
+
+def _line(ax: Axes, x: np.ndarray, y: np.ndarray, jumps: Sequence[float], colour: str) -> Line2D:
+    """A line that ends at each jump and begins again behind it; returns its first piece."""
+    pieces = np.searchsorted(jumps, x)
+    drawn = [ax.plot(x[pieces == piece], y[pieces == piece], ".-", color=colour)[0] for piece in np.unique(pieces)]
+    for jump in jumps:
+        ax.axvline(jump, color=colour, linestyle=":", linewidth=0.8)
+    return drawn[0]
+
+
+def _draw_conicity(ax: Axes, found: ContactFunctions) -> None:
+    amplitudes = [one.amplitude_mm for one in found.conicities]
+    ax.plot(amplitudes, [one.unrolled for one in found.conicities], "o-", color=_UNROLLED, label="without roll")
+    ax.plot(amplitudes, [one.rolled for one in found.conicities], "s--", color="black", label="with roll")
+    ax.set_xlabel("amplitude, mm")
+    ax.set_ylabel("equivalent conicity")
+    ax.set_ylim(bottom=0.0)
+    ax.legend(fontsize=9)

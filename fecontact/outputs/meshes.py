@@ -1,0 +1,362 @@
+"""Meshes for other programs: files with named surfaces, input files of CalculiX and Abaqus, datasets of pyvista."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from fecontact import __version__
+from fecontact.arrays import Floats, Integers
+from fecontact.bodies import Material
+from fecontact.case import Case
+from fecontact.errors import InputError
+from fecontact.fe.body import BodyMesh
+from fecontact.files import write_atomically
+from fecontact.solving.position import MeshedPair, mesh_case
+from fecontact.solving.solve import CaseResult
+
+# --- Meshes as input files of CalculiX and Abaqus: one body, or both with supports, contact and load, ready to run.
+
+ElementType = Literal["C3D8", "C3D8I"]
+ELEMENT_TYPES = get_args(ElementType)
+
+# Faces S1 to S6 of an eight-node brick by its nodes (Abaqus and CalculiX number them alike).
+_FACES = np.array([[0, 1, 2, 3], [4, 7, 6, 5], [0, 4, 5, 1], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 4, 0]])
+# Numbers a line, of at most 16.
+_A_LINE = 8
+
+
+def write_body(mesh: BodyMesh, path: Path, element: ElementType = "C3D8") -> None:
+    """Write one body: nodes, elements, and for each surface a node set and a surface of element faces."""
+    lines = _mesh_lines(mesh, element, first_node=1, first_element=1, prefix="")
+    _write(path, ["*HEADING", f"fecontact {__version__}: {mesh.name}, {_of(element)}", *_notes(mesh.half), *lines])
+
+
+def write_deck(pair: MeshedPair, path: Path, element: ElementType = "C3D8") -> None:
+    """Write both bodies with numbers and names of their own, supports, frictionless contact and the load.
+
+    The supports are those of `fecontact.solve`: the rail fixed at its base and held across at its ends, the wheel's
+    rim moved as a whole, along the load alone, by the node `load_point`. A first step moves the rim by what half-spaces
+    would approach, so that the second one, which has the load, begins in contact.
+
+    Contact is CalculiX's mortar: a penalty between faces that do not match feels every micrometre between the polygons,
+    and its pressures are off by half. Abaqus knows its mortar as `TYPE=SURFACE TO SURFACE`.
+
+    Parameters
+    ----------
+    element
+        C3D8 is the element of `fecontact.solve`, C3D8I has incompatible modes, which bend without locking.
+    """
+    rail, wheel = pair.rail, pair.wheel
+    after = len(rail.points)
+    load_point = after + len(wheel.points) + 1
+    held = np.union1d(rail.surfaces["fixed"], rail.surfaces["end"])
+    lines = [
+        *("*HEADING", f"fecontact {__version__}: {_title(pair.case)}, {_of(element)}", *_notes(rail.half)),
+        *_mesh_lines(rail, element, first_node=1, first_element=1, prefix="rail_"),
+        *_mesh_lines(wheel, element, first_node=after + 1, first_element=len(rail.hexes) + 1, prefix="wheel_"),
+        # each node once, or CalculiX counts the reactions of both sets' common nodes twice
+        *("*NSET, NSET=rail_held", *_number_lines(held + 1)),
+        *("*NODE, NSET=load_point", _node_line(load_point, wheel.points[wheel.surfaces["driven"]].mean(axis=(0, 1)))),
+        *_material_lines("rail", pair.case.rail_material),
+        *_material_lines("wheel", pair.case.wheel_material),
+        *_guide_lines(wheel, pair.direction, after, load_point),
+        *_CONTACT_LINES,
+        *_step_lines(pair, load_point),
+    ]
+    _write(path, lines)
+
+
+def _of(element: ElementType) -> str:
+    """The elements in words: peaks of others differ by 0.3 to 0.5 % on the same mesh."""
+    return f"elements {element} {'as' if element == 'C3D8' else 'instead of C3D8'} in fecontact.solve"
+
+
+def _write(path: Path, lines: Iterable[str]) -> None:
+    with path.open("w", encoding="ascii", errors="replace", newline="\n") as file:
+        file.writelines(f"{line}\n" for line in lines)
+
+
+def _notes(half: bool) -> list[str]:
+    notes = ["** mm, N, MPa; x along the track, y to the field side, z up"]
+    return [*notes, "** half model, x >= 0: its set of nodes 'symmetry' lies on x = 0"] if half else notes
+
+
+def _title(case: Case) -> str:
+    return f"{Path(case.rail).name}, {Path(case.wheel).name}, shift {case.lateral_shift_mm:g} mm, {case.load_N:g} N"
+
+
+def _mesh_lines(
+    mesh: BodyMesh, element: ElementType, *, first_node: int, first_element: int, prefix: str
+) -> Iterator[str]:
+    yield f"*NODE, NSET={mesh.name}"
+    yield from (_node_line(number, point) for number, point in enumerate(mesh.points, start=first_node))
+    yield f"*ELEMENT, TYPE={element}, ELSET={mesh.name}"
+    for number, nodes in enumerate((mesh.hexes + first_node).tolist(), start=first_element):
+        yield f"{number}, {', '.join(map(str, nodes))}"
+    for name, quads in mesh.surfaces.items():
+        yield f"*NSET, NSET={prefix}{name}"
+        yield from _number_lines(np.unique(quads) + first_node)
+    for name, quads in mesh.surfaces.items():
+        elements, faces = element_faces(mesh.hexes, quads)
+        yield f"*SURFACE, NAME={prefix}{name}, TYPE=ELEMENT"
+        for number, face in zip((elements + first_element).tolist(), faces.tolist(), strict=True):
+            yield f"{number}, S{face + 1}"
+
+
+def _node_line(number: int, point: Floats) -> str:
+    # CalculiX reads 20 characters of a number
+    return f"{number}, {', '.join(f'{value:.12e}' for value in point.tolist())}"
+
+
+def _number_lines(numbers: Integers) -> Iterator[str]:
+    for start in range(0, len(numbers), _A_LINE):
+        yield ", ".join(map(str, numbers[start : start + _A_LINE].tolist()))
+
+
+def element_faces(hexes: Integers, quads: Integers) -> tuple[Integers, Integers]:
+    """Element and number of its face (k,), both from 0, behind each boundary quadrilateral (k, 4)."""
+    faces = np.sort(hexes[:, _FACES].reshape(-1, 4), axis=1)
+    # the three smallest of four nodes tell the faces of a mesh apart, and three fit into one integer each
+    base = int(hexes.max()) + 1
+    keys, wanted = (
+        (nodes[:, 0].astype(np.int64) * base + nodes[:, 1]) * base + nodes[:, 2]
+        for nodes in (faces, np.sort(quads, axis=1))
+    )
+    order = np.argsort(keys)
+    found = order[np.searchsorted(keys, wanted, sorter=order)]
+    assert np.array_equal(faces[found], np.sort(quads, axis=1)), "a boundary quadrilateral is no face of an element"
+    return found // 6, found % 6
+
+
+def _material_lines(body: str, material: Material) -> list[str]:
+    return [
+        f"*MATERIAL, NAME={body}",
+        "*ELASTIC",
+        f"{material.young_MPa:.9e}, {material.poisson:.9e}",
+        f"*SOLID SECTION, ELSET={body}, MATERIAL={body}",
+    ]
+
+
+def _guide_lines(wheel: BodyMesh, direction: Floats, after: int, load_point: int) -> Iterator[str]:
+    """Equations by which each node of the rim moves along the direction as the load point does."""
+    yield "*EQUATION"
+    for node in (np.unique(wheel.surfaces["driven"]) + after + 1).tolist():
+        for axis in _moved(direction):
+            yield "2"
+            yield f"{node}, {axis + 1}, 1., {load_point}, 3, {-direction[axis]:.12e}"
+
+
+def _moved(direction: Floats) -> list[int]:
+    return [axis for axis in range(3) if abs(float(direction[axis])) > 1e-12]
+
+
+_CONTACT_LINES = (
+    "*SURFACE INTERACTION, NAME=frictionless",
+    "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=HARD",
+    "** Abaqus: TYPE=SURFACE TO SURFACE",
+    "*CONTACT PAIR, INTERACTION=frictionless, TYPE=MORTAR",
+    "rail_contact, wheel_contact",
+)
+
+
+def _step_lines(pair: MeshedPair, load_point: int) -> list[str]:
+    half = pair.rail.half
+    held = [
+        *("rail_fixed, 1, 3", "rail_end, 2, 3"),
+        *(("rail_symmetry, 1, 1", "wheel_symmetry, 1, 1") if half else ()),
+        *(f"wheel_driven, {axis + 1}, {axis + 1}" for axis in range(3) if axis not in _moved(pair.direction)),
+        f"{load_point}, 1, 2",
+    ]
+    load_N = pair.case.load_N * (0.5 if half else 1.0)
+    static = ["*STATIC", "1., 1."]
+    return [
+        "** the rim comes down by what half-spaces would approach",
+        *("*STEP, INC=100", *static, "*BOUNDARY", *held, f"{load_point}, 3, 3, {-pair.approach_mm:.9e}"),
+        "*END STEP",
+        f"** then the load{', half of it on the half model' if half else ''}",
+        *("*STEP, INC=100", *static, "*BOUNDARY, OP=NEW", *held, "*CLOAD", f"{load_point}, 3, {-load_N:.9e}"),
+        *("*NODE FILE", "U", "*EL FILE", "S", "*CONTACT FILE", "CDIS, CSTR"),
+        *("*NODE PRINT, NSET=load_point", "U", "*NODE PRINT, NSET=rail_held, TOTALS=ONLY", "RF", "*END STEP"),
+    ]
+
+
+# --- Meshes for other programs, with the named surfaces kept.
+
+
+def write_mesh(mesh: BodyMesh | MeshedPair, path: str | Path, *, element: ElementType = "C3D8") -> Path:
+    """Write one body, or both, in the format of the path's ending, in mm and in the track frame.
+
+    Names of surfaces are those of `BodyMesh.surfaces`; where both bodies are written that of the body stands before
+    them, such as `rail_contact`.
+
+    ======== ================================================================================================
+    `.msh`   gmsh 4.1 as text: a physical group for each volume, named as the body, and one for each surface
+    `.inp`   CalculiX and Abaqus: a node set and an element-face surface for each surface, an element set for
+             each body; no shell elements, which would ask for a section. Both bodies make a deck with
+             materials, supports, contact and load, see `outputs.deck`
+    `.vtu`   hexahedra and the surfaces' quadrilaterals; cell array `surface_id` (0 in the volumes, then 1, 2,
+             ... in the order of the point arrays) and one point array of 0 and 1 for each surface
+    ======== ================================================================================================
+
+    Parameters
+    ----------
+    element
+        Type of the elements in `.inp`: C3D8, as in `fecontact.solve`, or C3D8I.
+
+    Raises
+    ------
+    InputError
+        If the ending is none of these, or the element is another one.
+    """
+    path = Path(path)
+    writer = _WRITERS.get(path.suffix.lower())
+    if writer is None:
+        raise InputError(
+            f"mesh file {path}: the ending {path.suffix or '(none)'} is not known; allowed are .msh (gmsh), .inp"
+            " (CalculiX, Abaqus) and .vtu (ParaView)"
+        )
+    if element not in ELEMENT_TYPES:
+        raise InputError(f"element {element!r}; allowed: {', '.join(ELEMENT_TYPES)}")
+    return write_atomically(path, lambda temporary: writer(mesh, temporary, element))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Cells:
+    """Nodes (n, 3), the hexahedra of each body and the quadrilaterals of each surface."""
+
+    points: Floats
+    bodies: dict[str, Integers]
+    surfaces: dict[str, Integers]
+
+    @classmethod
+    def of(cls, mesh: BodyMesh | MeshedPair) -> _Cells:
+        if isinstance(mesh, BodyMesh):
+            return cls(points=mesh.points, bodies={mesh.name: mesh.hexes}, surfaces=mesh.surfaces)
+        rail, wheel, after = mesh.rail, mesh.wheel, len(mesh.rail.points)
+        return cls(
+            points=np.vstack([rail.points, wheel.points]),
+            bodies={"rail": rail.hexes, "wheel": wheel.hexes + after},
+            surfaces={
+                **{f"rail_{name}": quads for name, quads in rail.surfaces.items()},
+                **{f"wheel_{name}": quads + after for name, quads in wheel.surfaces.items()},
+            },
+        )
+
+    @property
+    def blocks(self) -> list[tuple[str, Integers]]:
+        """The cells as meshio takes them."""
+        return [
+            *(("hexahedron", hexes) for hexes in self.bodies.values()),
+            *(("quad", quads) for quads in self.surfaces.values()),
+        ]
+
+    @property
+    def numbers(self) -> list[int]:
+        """Number of each block among those of its kind, from 1."""
+        return [*range(1, len(self.bodies) + 1), *range(1, len(self.surfaces) + 1)]
+
+
+def _write_msh(mesh: BodyMesh | MeshedPair, path: Path, _: ElementType) -> None:
+    import meshio
+
+    cells = _Cells.of(mesh)
+    tags = [np.full(len(block), number) for (_, block), number in zip(cells.blocks, cells.numbers, strict=True)]
+    groups: dict[str, Integers] = {name: np.array([number, 3]) for number, name in enumerate(cells.bodies, start=1)}
+    groups |= {name: np.array([number, 2]) for number, name in enumerate(cells.surfaces, start=1)}
+    made = meshio.Mesh(
+        cells.points,
+        cells.blocks,
+        point_data={"gmsh:dim_tags": _entities(cells)},
+        cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
+        field_data=groups,
+    )
+    # text: a small reference mesh under version control then shows what changed
+    meshio.write(path, made, file_format="gmsh", binary=False)
+
+
+def _entities(cells: _Cells) -> Integers:
+    """Dimension and tag (n, 2) of the geometric entity on which each node lies, as the format asks for.
+
+    A node on an edge goes to the smaller surface: a surface without any node would lose its name.
+    """
+    entities = np.tile([3, 1], (len(cells.points), 1))
+    for number, hexes in enumerate(cells.bodies.values(), start=1):
+        entities[np.unique(hexes)] = (3, number)
+    numbered = sorted(enumerate(cells.surfaces.values(), start=1), key=lambda item: -len(item[1]))
+    for number, quads in numbered:
+        entities[np.unique(quads)] = (2, number)
+    kept = set(entities[entities[:, 0] == 2, 1].tolist())
+    assert len(kept) == len(cells.surfaces), "a surface shares all of its nodes with smaller ones"
+    return entities
+
+
+def _write_inp(mesh: BodyMesh | MeshedPair, path: Path, element: ElementType) -> None:
+    if isinstance(mesh, BodyMesh):
+        write_body(mesh, path, element)
+    else:
+        write_deck(mesh, path, element)
+
+
+def _write_vtu(mesh: BodyMesh | MeshedPair, path: Path, _: ElementType) -> None:
+    import meshio
+
+    cells = _Cells.of(mesh)
+    flags: dict[str, Any] = {}
+    for name, quads in cells.surfaces.items():
+        flags[name] = np.zeros(len(cells.points), dtype=np.uint8)
+        flags[name][np.unique(quads)] = 1
+    ids = [0 if kind == "hexahedron" else number for (kind, _), number in zip(cells.blocks, cells.numbers, strict=True)]
+    made = meshio.Mesh(
+        cells.points,
+        cells.blocks,
+        point_data=flags,
+        cell_data={"surface_id": [np.full(len(b), n) for (_, b), n in zip(cells.blocks, ids, strict=True)]},
+    )
+    meshio.write(path, made, file_format="vtu")
+
+
+_WRITERS: dict[str, Callable[[BodyMesh | MeshedPair, Path, ElementType], None]] = {
+    ".msh": _write_msh,
+    ".inp": _write_inp,
+    ".vtu": _write_vtu,
+}
+
+
+# --- A body's mesh as a dataset of pyvista, for pictures and measurements in Python.
+
+
+def mesh(of: Case | CaseResult, body: Literal["rail", "wheel"]) -> Any:
+    """The hexahedra of a body as a `pyvista.UnstructuredGrid`, in mm and in the track frame.
+
+    Of a case they are the first meshes that `solve` makes, of a result the finest ones, with `displacement_mm` at the
+    nodes (base and driver held: the rigid approach is not in it). Half models stay half. There is a point array of 0
+    and 1 for each surface: `contact`, `fixed` or `driven`, `end`, `free`, and `symmetry` in half models.
+
+    Raises
+    ------
+    InputError
+        If the body is another one; for a case as `solve` does; for a result that was read from a folder, which has its
+        meshes as `rail.vtu` and `wheel.vtu`.
+    """
+    import pyvista
+
+    if body not in ("rail", "wheel"):
+        raise InputError(f"body {body!r}; allowed: rail, wheel")
+    if isinstance(of, Case):
+        made = mesh_case(of, body)
+    elif of.bodies is not None:
+        coupled = of.bodies.coupled
+        made = (coupled.rail if body == "rail" else coupled.wheel).mesh
+    else:
+        raise InputError(f"a result that was read back has no meshes; pyvista.read(FOLDER / '{body}.vtu') has this one")
+    grid = pyvista.UnstructuredGrid({pyvista.CellType.HEXAHEDRON: made.hexes}, made.points)
+    for name, quads in made.surfaces.items():
+        grid.point_data[name] = np.isin(np.arange(len(made.points)), quads).astype(np.uint8)
+    if isinstance(of, CaseResult) and of.bodies is not None:
+        grid.point_data["displacement_mm"] = of.bodies.displacement_mm[body]
+    return grid

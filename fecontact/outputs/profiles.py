@@ -1,0 +1,192 @@
+"""Profiles on the terminal and in a picture: the library, and the segments and junctions of one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fecontact.arrays import Floats
+from fecontact.outputs.style import (
+    MARKS,
+    POINTS,
+    PROBLEM,
+    RAIL,
+    RAIL_JUNCTION,
+    SIDES,
+    WHEEL,
+    blank_figure,
+    finish,
+    save_figure,
+)
+from fecontact.outputs.tables import number, radius, short_name, table_of, text
+from fecontact.outputs.terminal import Lines, notes
+from fecontact.profiles.curve import Profile, radius_mm, radius_text
+from fecontact.profiles.segments import Arc, Line, Measured, Problem, Segment
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+_LIBRARY = (
+    text("name", "name"),
+    text("kind", "kind"),
+    number("y from\nmm", "low", "{:.1f}", none=""),
+    number("y to\nmm", "high", "{:.1f}", none=""),
+    text("junctions", "junctions", "number"),
+    text("certainty", "certainty"),
+    text("source", "source", wraps=True),
+)
+_JUNCTIONS = (
+    number("y mm", lambda one: one.y_mm, "{:.4f}"),
+    number("z mm", lambda one: one.z_mm, "{:.4f}"),
+    radius("R before mm", lambda one: radius_mm(one.curvature_left_per_mm), "{:.2f}"),
+    radius("R after mm", lambda one: radius_mm(one.curvature_right_per_mm), "{:.2f}"),
+    number("kink mrad", lambda one: one.turn_rad, "{:z.3f}", 1e3),
+)
+_SEGMENTS = (
+    text("segment", "number", "number"),
+    text("kind", lambda one: type(one["segment"]).__name__.lower()),
+    *(number(f"{name} mm", name, "{:.4f}") for name in ("y from", "y to", "z from", "z to")),
+    text("R mm", lambda one: _segment_radius(one["segment"]), "number"),
+)
+
+
+def library_lines(folder: Path | None = None) -> Lines:
+    """The profiles of the library and files of a folder, and what else may be given in place of a name."""
+    from fecontact.profiles.library import load, names
+
+    items: list[dict[str, Any]] = []
+    for profile in map(load, names()):
+        low, high = profile.y_range_mm
+        own = {name: getattr(profile, name) for name in ("name", "kind", "certainty", "source")}
+        items.append({**own, "low": low, "high": high, "junctions": len(profile.junctions)})
+    for path in sorted(folder.iterdir()) if folder is not None and folder.is_dir() else ():
+        if path.is_file():
+            items.append({"name": path.stem, "source": f"file {path.name} of {folder}"})
+    yield table_of("Profile library", _LIBRARY, items)
+    yield "Also: circle:R and arcs:R/R@D (rails), cylinder:R (wheel), all in mm, or the path of a profile file."
+
+
+def profile_lines(profile: Profile) -> Lines:
+    """The segments of a profile, and the junctions where its curvature jumps."""
+
+    low, high = profile.y_range_mm
+    yield f"{profile.kind} {profile.name}: y from {low:.3f} to {high:.3f} mm, {profile.length_mm:.2f} mm long"
+    if profile.source:
+        yield f"source: {profile.source}"
+    yield from notes(profile.notes)
+    items = []
+    for place, segment in enumerate(profile.segments, start=1):
+        ends = segment.evaluate(np.array([0.0, 1.0]))
+        where = dict(zip(("y from", "y to", "z from", "z to"), (*ends.y, *ends.z), strict=True))
+        items.append({"number": place, "segment": segment, **where})
+    yield table_of("Running surface, from the gauge side to the field side", _SEGMENTS, items)
+    yield table_of("Junctions (radii positive where convex)", _JUNCTIONS, profile.junctions)
+
+
+def _segment_radius(segment: Segment) -> str:
+    if isinstance(segment, Line | Arc):
+        return radius_text(segment.radius if isinstance(segment, Arc) else None, "{:.4g}")
+    return "varies"
+
+
+# --- The picture of a profile.
+
+_KEY_OF_PROBLEM = {
+    "spike": "left out: spike",
+    "out of order": "left out: out of order",
+    "crosses itself": "left out: line crosses itself",
+    "unclear": "doubtful, kept",
+}
+# Of the picture's width; the radius of a shorter arc would lie on those of its neighbours.
+_LEAST_WIDTH = 0.045
+
+
+def profile_figure(profile: Profile, path: str | Path) -> Path:
+    """Draw a profile: its line, and its curvature (positive where convex) over y, with the junctions marked.
+
+    Of a smoothed line also the points, what they are off it, and twice the noise of its curvature.
+    """
+    measured, colour = profile.measured, RAIL if profile.kind == "rail" else WHEEL
+    ratios = (1.0, 1.0) if measured is None else (1.0, 0.8, 1.1)
+    figure = blank_figure(10.5, 4.0 + 2.0 * len(ratios))
+    line, *points, bent = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
+    for index, segment in enumerate(profile.segments):
+        # a hair inside the ends, so that each segment shows its own curvature up to them
+        p = profile.evaluate(index + np.linspace(1e-9, 1.0 - 1e-9, 300))
+        curvature = profile.convex_sign * p.curvature_per_mm
+        line.plot(p.y, p.z, color=colour, lw=1.8)
+        bent.plot(p.y, curvature, color=colour, lw=1.8)
+        if measured is not None:
+            s = np.linspace(getattr(segment, "s_from", 0.0), getattr(segment, "s_to", 0.0), p.y.size)
+            noise = 2.0 * np.interp(s, measured.s_mm, measured.curvature_noise_per_mm)
+            bent.fill_between(p.y, curvature - noise, curvature + noise, color=colour, alpha=0.25, lw=0)
+    for junction in profile.junctions:
+        line.plot(junction.y_mm, junction.z_mm, "o", color=RAIL_JUNCTION, ms=5)
+        for ax in (line, bent):
+            ax.axvline(junction.y_mm, color=RAIL_JUNCTION, lw=0.8, ls=":", zorder=0)
+    # curvatures of a head span four decades of either sign
+    bent.set_yscale("symlog", linthresh=1e-3)
+    bent.margins(y=0.08)
+    bent.axhline(0.0, color="0.5", lw=0.8)
+    band = "" if measured is None else ", band: twice its noise"
+    bent.set(
+        ylabel=f"curvature in 1/mm, convex positive\n(linear within ±0.001, magnitudes beyond{band})",
+        xlabel=f"y in mm\n{SIDES}",
+    )
+    of = "" if measured is None else _draw_points(line, points[0], measured)
+    line.set(title=f"{profile.kind} {short_name(profile.name)}{of}", ylabel="z (up) in mm")
+    _write_radii(line, profile)
+    draw_problems(line, profile)
+    finish(line, *points, bent)
+    return save_figure(figure, path)
+
+
+def _draw_points(line: Axes, off: Axes, measured: Measured) -> str:
+    """The points that a line was smoothed from, and what they are off it; returns what the line is."""
+    y, z = measured.points.T
+    line.plot(y, z, ".", color=POINTS, ms=2)
+    off.plot(y, 1e3 * measured.residual_mm, ".", color=POINTS, ms=3)
+    for level in (-2e3 * measured.noise_mm, 0.0, 2e3 * measured.noise_mm):
+        off.axhline(level, color="0.5", lw=0.8, ls="-" if level == 0.0 else "--")
+    off.set(ylabel="points off the line in um\n(dashed: twice the noise)")
+    of = f"deviation from {measured.nominal}" if measured.nominal else "line"
+    return f": {of} smoothed over {measured.width_mm:.3g} mm"
+
+
+def draw_problems(
+    ax: Axes, profile: Profile, place: Callable[[Floats, Floats], tuple[Floats, Floats]] | None = None
+) -> None:
+    """Mark where points of a file were left out, or are doubtful, and say in the key what was wrong with them.
+
+    `place` turns y and z of the profile (mm) into those of the picture, where they are others.
+    """
+    groups: dict[str, list[Problem]] = {}
+    for problem in profile.problems:
+        groups.setdefault(_KEY_OF_PROBLEM[problem.what], []).append(problem)
+    for (words, those), marker in zip(groups.items(), MARKS, strict=False):
+        y, z = np.array([one.y_mm for one in those]), np.array([one.z_mm for one in those])
+        y, z = (y, z) if place is None else place(y, z)
+        # hollow, so that the line is seen through them
+        ax.plot(y, z, marker, color=PROBLEM, mfc="none", mew=1.8, ms=10, ls="none", label=f"{words} ({len(those)})")
+    if groups:
+        ax.legend(loc="best")
+
+
+def _write_radii(ax: Axes, profile: Profile) -> None:
+    """Write the radius of each arc that is long enough for it beside the line."""
+    low, high = ax.get_xlim()
+    for index in range(len(profile.segments)):
+        p = profile.evaluate(index + np.array([1e-9, 0.5, 1.0 - 1e-9]))
+        curvature = profile.convex_sign * profile.evaluate(index + np.linspace(0.01, 0.99, 9)).curvature_per_mm
+        mean = float(np.mean(curvature))
+        is_arc = abs(mean) > 1e-9 and bool(np.ptp(curvature) < 1e-6 * abs(mean))
+        if is_arc and abs(float(p.y[2] - p.y[0])) > _LEAST_WIDTH * (high - low):
+            # lines run to the field side: a rail's material is on their right, a wheel's on their left
+            inwards = np.array([p.z[2] - p.z[0], p.y[0] - p.y[2]]) * (1.0 if profile.kind == "rail" else -1.0)
+            offset = tuple(13.0 * inwards / np.linalg.norm(inwards))
+            style: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "center", "fontsize": 8.5}
+            ax.annotate(f"R{1.0 / mean:.4g}", (float(p.y[1]), float(p.z[1])), xytext=offset, **style)

@@ -1,1 +1,0 @@
-"""Pages of HTML, and the files of a study."""

@@ -1,0 +1,216 @@
+"""How every picture and every page looks: colours, sizes, files, and one HTML file that needs no other one.
+
+Colours are those of Okabe and Ito (2008), chosen so that verdicts differ in lightness as well as in hue; wherever a
+colour has a meaning a mark, a dash or a word has it too.
+"""
+
+from __future__ import annotations
+
+import base64
+from functools import cache
+from importlib.resources import files
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from jinja2 import Environment, Template
+from markupsafe import Markup
+
+from fecontact.errors import InputError
+from fecontact.files import write_atomically
+from fecontact.outputs.tables import Parts, Picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.legend import Legend
+    from PIL.Image import Image
+
+
+DPI = 130
+# Of 9: more takes up to five times as long for some per cent.
+_COMPRESSED = 4
+# Logarithmic axes that end at less than so many times where they begin have numbers between the decades.
+_NARROW = 300.0
+FE, HERTZ = "#0072b2", "#d55e00"
+"""Colours of the finite elements and of Hertz, everywhere."""
+RAIL, WHEEL, POINTS = "0.15", "#0072b2", "#d55e00"
+"""Colours of the lines of both profiles, and of measured points."""
+RAIL_JUNCTION, WHEEL_JUNCTION = "0.35", "0.65"
+"""Of their curvature junctions."""
+EXPECTED = "#f0e442"
+"""Colour of an expected patch."""
+PROBLEM = "#cc79a7"
+"""Colour of points of a file that were left out or are doubtful."""
+BETWEEN = "between"
+"""In place of a verdict, where none of the loads between two whose verdicts differ was solved."""
+ANSWERS = {"HOLDS": "#56b4e9", "UNRESOLVED": "#f0e442", "FAILS": "#d55e00", "failed": "#c8c8c8", BETWEEN: "#ffffff"}
+"""Colours of the verdicts, of what could not be solved, and of what was not."""
+ANSWER_MARKS = {"HOLDS": "o", "UNRESOLVED": "D", "FAILS": "X", "failed": "s"}
+ANSWER_WORDS = {
+    "HOLDS": "Hertz holds",
+    "UNRESOLVED": "unresolved",
+    "FAILS": "Hertz fails",
+    "failed": "could not be solved",
+    BETWEEN: "not solved: between two verdicts",
+}
+SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#999999")
+"""Colours of series, which differ in their marks as well."""
+MARKS = "os^DvP*X"
+PRESSURE, DIFFERENCE = "viridis", "RdBu_r"
+"""Colour maps of pressures (lighter where higher) and of signed differences."""
+ACROSS, ROLLING = "s across in mm", "x (rolling) in mm"
+SIDES = "gauge side ←            → field side"
+
+
+def blank_figure(width: float, height: float) -> Figure:
+    """An empty figure of a size in inches."""
+    # Figure itself, not pyplot: a study draws hundreds, and pyplot would keep them all
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), dpi=DPI)
+    figure.set_layout_engine("constrained", w_pad=0.12, h_pad=0.12)
+    return figure
+
+
+def series_style(number: int) -> dict[str, Any]:
+    """Colour and mark of a series by its number."""
+    return {"color": SERIES[number % len(SERIES)], "marker": MARKS[number % len(MARKS)]}
+
+
+def finish(*axes: Axes) -> None:
+    """Give axes the grid that all pictures have."""
+    for ax in axes:
+        ax.grid(alpha=0.3)
+
+
+def legend_beside(ax: Axes, **more: Any) -> Legend:
+    """A legend on the right of axes, where it hides nothing."""
+    return ax.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, **more)
+
+
+def plain_log(ax: Axes, which: str = "xy") -> None:
+    """Make axes logarithmic, with numbers such as 0.5 and 20 instead of powers; narrow ones have more than decades."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+    for name in which:
+        ax.set(**{f"{name}scale": "log"})
+        axis = ax.xaxis if name == "x" else ax.yaxis
+        low, high = sorted(axis.get_view_interval())
+        narrow = high < _NARROW * low
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if narrow else (1.0,), numticks=12 if narrow else 5))
+        axis.set_minor_locator(NullLocator())
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+
+
+def save_figure(figure: Figure, path: str | Path) -> Path:
+    """Write a figure as PNG and as SVG of the same name, whichever of them the path names: the same bytes every time.
+
+    Raises
+    ------
+    InputError
+        If the path names neither.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in (".png", ".svg"):
+        raise InputError(f"picture {path}: allowed: a name that ends in .png or .svg; both are written")
+    as_png, as_svg = (path if path.suffix.lower() == own else path.with_suffix(own) for own in (".png", ".svg"))
+    svg, image = svg_of(figure), image_of(figure)
+    write_atomically(as_svg, lambda temporary: temporary.write_bytes(svg))
+    write_atomically(as_png, lambda temporary: image.save(temporary, "PNG", compress_level=_COMPRESSED, dpi=(DPI, DPI)))
+    return path
+
+
+def svg_of(figure: Figure) -> bytes:
+    """A figure as SVG."""
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    _settle(figure)
+    content = BytesIO()
+    # no version and no date in the files: the picture is all that may differ between two runs
+    unsaid = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+    with rc_context({"svg.hashsalt": "fecontact", "figure.autolayout": False, "figure.constrained_layout.use": False}):
+        FigureCanvasSVG(figure).print_figure(content, dpi=DPI, format="svg", metadata=unsaid)
+    return content.getvalue()
+
+
+def image_of(figure: Figure) -> Image:
+    """A figure as pixels, without the alpha channel of matplotlib's own files, which nobody sees and takes as long."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL.Image import fromarray
+
+    _settle(figure)
+    canvas: Any = FigureCanvasAgg(figure)
+    canvas.draw()
+    return fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+
+
+def _settle(figure: Figure) -> None:
+    """Lay a figure out once and keep it: the layout's last digits differ from run to run, and get into an SVG."""
+    engine = figure.get_layout_engine()
+    if engine is None:
+        return
+    engine.execute(figure)
+    # with an engine that does nothing ("none") every file would be drawn twice
+    figure.set_layout_engine(None)
+    for ax in figure.axes:
+        x, y, width, height = (round(edge, 6) for edge in ax.get_position(original=True).bounds)
+        ax.set_position((x, y, width, height))
+
+
+# --- One HTML file that needs no other one: how a document looks, on a screen of any width and on paper.
+
+_FILES = files("fecontact.outputs")
+_ANSWERS = ("HOLDS", "UNRESOLVED", "FAILS")
+
+
+def page(title: str, parts: Parts) -> str:
+    """A document as a whole page, well-formed XML as well."""
+    style = (_FILES / "style.css").read_text("utf-8")
+    return _template().render(title=title, parts=list(parts), style=style, answers=_ANSWERS, picture=_picture)
+
+
+@cache
+def _template() -> Template:
+    return Environment(autoescape=True).from_string((_FILES / "page.html").read_text("utf-8"))
+
+
+def _picture(of: Picture) -> Markup:
+    """A picture as part of the page, with a text for who cannot see it; nothing where its file is not there."""
+    content = of.content
+    if isinstance(content, Path):
+        if not content.is_file():
+            return Markup()
+        if content.suffix != ".svg":
+            from PIL.Image import open as open_image
+
+            with open_image(content) as image:
+                return _figure("image/webp", _webp(image, of.width), of)
+        content = content.read_bytes()
+    if isinstance(content, bytes):
+        return _figure("image/svg+xml", content, of)
+    return _figure("image/webp", _webp(content, of.width), of)
+
+
+def _webp(image: Image, width: int) -> bytes:
+    """An image of at most so many pixels, a fifth of the size of a PNG."""
+    from PIL.Image import Resampling
+
+    shown = image.convert("RGB")
+    if shown.width > width:
+        shown = shown.resize((width, round(shown.height * width / shown.width)), Resampling.BICUBIC)
+    content = BytesIO()
+    # a smaller file by 3 % would take twice as long
+    shown.save(content, "WEBP", quality=82, method=2)
+    return content.getvalue()
+
+
+def _figure(kind: str, content: bytes, of: Picture) -> Markup:
+    small = Markup(' class="small"') if of.small else ""
+    data = base64.b64encode(content).decode("ascii")
+    return Markup(
+        '<figure{}><label><input type="checkbox" aria-label="Show the picture in its full size"/>'
+        '<img alt="{}" src="data:{};base64,{}"/></label><figcaption>{}</figcaption></figure>'
+    ).format(small, of.words, kind, data, of.words)

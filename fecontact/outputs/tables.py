@@ -1,0 +1,335 @@
+"""Records, tables and parts of documents as values, made once and shown on the terminal, as CSV or on a page."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+import numpy as np
+
+from fecontact.files import write_text
+from fecontact.profiles.curve import radius_text
+from fecontact.profiles.library import file_of_identity, profile_identity
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+    from fecontact.case import Case
+
+
+Tone: TypeAlias = Literal["plain", "fails", "open", "dim"]
+"""How a row is to be seen: as it is, as what fails or must not be used, as what is open, as what does not decide."""
+Item: TypeAlias = Mapping[str, Any]
+"""What a table is made of: a record of results, or a row."""
+Kind: TypeAlias = Literal["number", "text", "answer"]
+Of: TypeAlias = str | Callable[[Any], Any]
+"""What a column takes of an item: the value of a key, or what a function says of it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Column:
+    """A column of a table.
+
+    Attributes
+    ----------
+    heading
+        Its name; a unit stands in a line of its own.
+    kind
+        Numbers stand at the right end, and a report gives answers their colour.
+    rank, name
+        Where there is no room columns with a name are left out, those of the lowest rank first, and named.
+    wraps
+        Whether its texts may take several lines where there is no room.
+    cell
+        Its text of an item, where the table is made of items (`table_of`).
+    """
+
+    heading: str
+    kind: Kind = "number"
+    rank: int = 0
+    name: str = ""
+    wraps: bool = False
+    cell: Callable[[Any], str] = str
+
+
+@dataclass(frozen=True, kw_only=True)
+class TableRow:
+    """A line of texts, one a column."""
+
+    cells: Sequence[str]
+    tone: Tone = "plain"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """Columns, and lines of them.
+
+    Attributes
+    ----------
+    shorter
+        The same table with shorter texts, to be shown where there is no room before columns are left out.
+    roomy_width
+        Characters of a terminal from which on there is more space between columns.
+    """
+
+    title: str
+    columns: Sequence[Column]
+    rows: Sequence[TableRow]
+    shorter: Sequence[Table] = ()
+    roomy_width: int = 100
+
+    def without(self, names: Sequence[str]) -> Table:
+        """The same table without some of the columns that have a name."""
+        kept = [number for number, column in enumerate(self.columns) if not column.name or column.name not in names]
+        return replace(
+            self,
+            columns=[self.columns[number] for number in kept],
+            rows=[replace(row, cells=[row.cells[number] for number in kept]) for row in self.rows],
+        )
+
+    def narrower(self) -> Iterator[tuple[Table, list[str]]]:
+        """The table, shorter ones, then without one column after the other, with the names of those left out."""
+        *before, shortest = (self, *self.shorter)
+        yield from ((table, []) for table in before)
+        names = [one.name for one in sorted(self.columns, key=lambda column: column.rank) if one.name]
+        for count in range(len(names) + 1):
+            yield shortest.without(names[:count]), names[:count]
+
+
+def table_of(
+    title: str, columns: Sequence[Column], items: Iterable[Any], tone: Callable[[Any], Tone] | None = None
+) -> Table:
+    """A table of items, each a line of what its columns say of it."""
+    rows = [
+        TableRow(cells=[column.cell(item) for column in columns], tone="plain" if tone is None else tone(item))
+        for item in items
+    ]
+    return Table(title=title, columns=columns, rows=rows)
+
+
+def number(
+    heading: str, of: Of, form: str = "{:g}", factor: float = 1.0, *, none: str = "-", rank: int = 0, name: str = ""
+) -> Column:
+    """A column of numbers in a format, in so many parts of their unit; `none` where there is no finite one."""
+
+    def cell(item: Any) -> str:
+        value = _value(of, item)
+        return none if missing(value) else form.format(factor * float(value))
+
+    return Column(heading=heading, rank=rank, name=name, cell=cell)
+
+
+def text(
+    heading: str, of: Of, kind: Kind = "text", *, none: str = "", rank: int = 0, name: str = "", wraps: bool = False
+) -> Column:
+    """A column of words; `none` where there are none."""
+
+    def cell(item: Any) -> str:
+        value = _value(of, item)
+        return none if value is None or value == "" else str(value)
+
+    return Column(heading=heading, kind=kind, rank=rank, name=name, wraps=wraps, cell=cell)
+
+
+def radius(heading: str, of: Of, form: str = "{:.1f}", *, rank: int = 0, name: str = "") -> Column:
+    """A column of radii in mm, None of a straight line."""
+    return text(heading, lambda item: radius_text(_value(of, item), form), "number", rank=rank, name=name)
+
+
+def _value(of: Of, item: Any) -> Any:
+    return of(item) if callable(of) else item.get(of)
+
+
+def columns_of(*headings: str, texts: Sequence[str] = (), answers: Sequence[str] = ()) -> list[Column]:
+    """Columns of numbers by their headings, but for those that are texts or answers."""
+    return [
+        Column(heading=one, kind="text" if one in texts else "answer" if one in answers else "number")
+        for one in headings
+    ]
+
+
+def missing(value: object) -> bool:
+    """Whether a value of a row is none, or no finite number."""
+    return value is None or (isinstance(value, float) and not math.isfinite(value))
+
+
+def number_text(value: float | None, form: str = "{:.5g}") -> str:
+    """A number, or a dash where there is none."""
+    return "-" if value is None or missing(value) else form.format(value)
+
+
+# --- Rows as CSV, for other programs.
+
+
+def write_csv(rows: Iterable[Item], path: str | Path) -> Path:
+    """Write rows as CSV: the columns in the order in which they first occur, missing values and NaN empty."""
+    rows = list(rows)
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    text = io.StringIO()
+    table = csv.DictWriter(text, columns, restval="", lineterminator="\n")
+    table.writeheader()
+    table.writerows({key: None if missing(value) else value for key, value in row.items()} for row in rows)
+    return write_text(path, text.getvalue())
+
+
+# --- A value as a record, and a record as a row: results are told once, by the names that they have in the program.
+
+Record: TypeAlias = dict[str, Any]
+
+# How groups of relative numbers begin: relative to the finite elements, or of a step to the rung that it starts from.
+_RELATIVE = ("deviation", "uncertainty", "step")
+
+
+def told(value: Any) -> Any:
+    """A value in plain JSON; of a dataclass the fields and properties in its `TELLS`, or else all its fields."""
+    if is_dataclass(value):
+        names: tuple[str, ...] = getattr(type(value), "TELLS", None) or tuple(one.name for one in fields(value))
+        return {name: told(getattr(value, name)) for name in names}
+    if isinstance(value, Mapping):
+        return {str(key): told(one) for key, one in value.items()}
+    if isinstance(value, tuple | list):
+        return [told(one) for one in value]
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+
+
+def picked(value: object, names: str, before: str = "") -> Record:
+    """Attributes of a value by their names, which are separated by blanks, with words before them."""
+    return {f"{before}{name}": told(getattr(value, name)) for name in names.split()}
+
+
+def flat(record: Mapping[str, Any]) -> Record:
+    """A record as a row: each number and text by its path, joined by `_`.
+
+    Numbers of a relative group are in percent, and end so in place of the unit of their measure. A list of records is
+    counted, a list of texts is joined.
+    """
+    return dict(_columns(record, "", relative=False))
+
+
+def _columns(record: Mapping[str, Any], before: str, *, relative: bool) -> Iterator[tuple[str, Any]]:
+    for name, value in record.items():
+        if isinstance(value, Mapping):
+            yield from _columns(value, f"{before}{name}_", relative=relative or name.startswith(_RELATIVE))
+        elif isinstance(value, list):
+            of_records = any(isinstance(one, Mapping) for one in value)
+            yield f"{before}{name}", len(value) if of_records else "; ".join(map(str, value))
+        elif relative:
+            column = relative_name(name)
+            yield f"{before}{column}", 1e2 * value if column.endswith("_percent") and value is not None else value
+        else:
+            yield f"{before}{name}", value
+
+
+def relative_name(measure: str) -> str:
+    """Column of a relative number: `p_max_percent` for `p_max_MPa`, `valley_percent` for `valley`, `centre_over_b`."""
+    stem, _, unit = measure.rpartition("_")
+    if measure.endswith("_over_b"):
+        return measure
+    return f"{stem if unit in ('MPa', 'mm', 'mm2') else measure}_percent"
+
+
+# --- Parts of a document: what is told of a result is made once, and shown on a terminal or as a page.
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A heading; a page has one of level 1."""
+
+    text: str
+    level: int = 2
+
+
+@dataclass(frozen=True)
+class Lead:
+    """The answer, with the style of the page's sheet that says how it turned out."""
+
+    text: str
+    style: str = "lead"
+
+
+@dataclass(frozen=True)
+class Items:
+    """Notes, a line each."""
+
+    lines: Sequence[str]
+
+
+@dataclass(frozen=True)
+class Terms:
+    """Names, and what they mean."""
+
+    pairs: Sequence[tuple[str, str]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture:
+    """A picture for a page: a PNG or SVG file, the text of an SVG, or an image; none where the file is not there.
+
+    On a wide screen a small one takes 40 % of it; an image is shown at most `width` pixels wide.
+    """
+
+    content: Path | bytes | Image
+    words: str
+    small: bool = False
+    width: int = 1600
+
+
+@dataclass(frozen=True)
+class Details:
+    """What is shown on demand: folded on a page, with `--long` on a terminal."""
+
+    summary: str
+    parts: Sequence[Part]
+
+
+Part: TypeAlias = "str | Table | Heading | Lead | Items | Terms | Picture | Details"
+Parts: TypeAlias = Iterable[Part]
+
+
+# --- Rails and wheels in words: on the terminal, in pictures and in reports.
+
+Row: TypeAlias = Mapping[str, Any]
+
+
+# longer ones leave no room for a picture
+_LONGEST_NAME = 60
+
+
+def short_name(name: str) -> str:
+    """Profile's name, of a file (`NAME.ext@HASH`) without ending and hash; of a very long one a part, with the hash."""
+    file = file_of_identity(name)
+    if file is None:
+        return name
+    stem = Path(file).stem
+    return stem if len(stem) <= _LONGEST_NAME else f"{stem[: _LONGEST_NAME - 20]}…{name.rpartition('@')[2]}"
+
+
+def inclination_words(inclination_rad: float) -> str:
+    """A rail's inclination such as " 1:40", nothing for an upright one."""
+    return f" 1:{1.0 / math.tan(inclination_rad):.3g}" if inclination_rad else ""
+
+
+def pair_words(case: Case, between: str = ", ") -> str:
+    """Rail and wheel, such as "rail 60E1 1:40, wheel S1002"."""
+    return pair_text(profile_identity(case.rail), profile_identity(case.wheel), case.inclination_rad, between)
+
+
+def pair_of_row(row: Row, between: str = ", ") -> str:
+    """Rail and wheel of a row, as `pair_words` has them."""
+    return pair_text(str(row["rail"]), str(row["wheel"]), float(row.get("inclination_rad") or 0.0), between)
+
+
+def pair_text(rail: str, wheel: str, inclination_rad: float, between: str) -> str:
+    """Two profiles by their identities, without endings and hashes."""
+    return f"rail {short_name(rail)}{inclination_words(inclination_rad)}{between}wheel {short_name(wheel)}"
+
+
+def position_text(row: Row) -> str:
+    """Shift and load of a row, and along what is irregular the distance."""
+    along = "" if row.get("distance_mm") is None else f", at {row['distance_mm']:g} mm"
+    return f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN{along}"

@@ -1,1 +1,0 @@
-"""Tables as values, which the terminal and reports show."""

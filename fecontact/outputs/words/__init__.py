@@ -1,1 +1,0 @@
-"""What results are called: measures, verdicts, cases and rolls."""

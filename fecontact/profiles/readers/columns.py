@@ -1,0 +1,630 @@
+"""Columns of numbers out of text files: tables of coordinates, and the files of MiniProf and SIMPACK."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from fecontact.arrays import Floats
+from fecontact.errors import InputError
+from fecontact.profiles.curve import FARTHEST_MM, Kind
+from fecontact.profiles.points import FEWEST_POINTS, Points, counted
+from fecontact.profiles.reading import MM, Reading, remedy
+
+_COMMENT = re.compile(r"\s*(?:#|!|%|//).*")
+_COMMA_NUMBER = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?|[-+]?\d+")
+_UNIT_IN_HEADER = re.compile(r"[\[(_ ](mm|m|cm|um|µm|in|inch|inches)[\])]?$", re.IGNORECASE)
+# Longer files are no profiles: an instrument with 0.01 mm steps gives 20,000 points.
+_MOST_BYTES = 20_000_000
+_MOST_HEADER_LINES = 40
+_SHOWN = 60
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Table:
+    """Two columns of a file in the unit of the file, and what had to be said about them."""
+
+    y: Floats
+    z: Floats
+    unit: str | None = None
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """Where columns come from: its name in messages, the profile that is wanted, and what is known beside it."""
+
+    what: str
+    kind: Kind
+    reading: Reading
+
+    def remedy(self, key: str, value: str) -> str:
+        """The exact option that settles a question about it."""
+        return remedy(self.kind, key, value)
+
+
+def read_columns(path: Path, kind: Kind, reading: Reading) -> Points:
+    """Points from a text file of columns, y and z.
+
+    Columns may be separated by blanks, tabs, commas or semicolons; what follows # ! % or // is a comment, and the first
+    lines may be a header. The axes are those of the library: y positive to the field side, z up; a rail has its crown
+    and a wheel its tape circle at (0, 0). `reading` says what is otherwise.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or is not two columns of numbers.
+    """
+    return points_of_columns(read_text(path), path.stem, Source(what=str(path), kind=kind, reading=reading))
+
+
+def points_of_columns(text: str, name: str, source: Source) -> Points:
+    """Points of a text of columns, as `read_columns` reads them from a file."""
+    table = columns_of(text, source)
+    points, notes = in_mm(table.y, table.z, table.unit, source.reading)
+    return Points(points=points, kind=source.kind, name=name, source=source.what, notes=(*table.notes, *notes))
+
+
+def file_bytes(path: Path) -> bytes:
+    """Content of a regular file of a size that a profile can have.
+
+    Raises
+    ------
+    InputError
+        It is a device or a pipe, which may never end, it is too large, or it cannot be read.
+    """
+    try:
+        size = path.stat().st_size
+        if not (path.is_file() or path.is_dir()):
+            raise InputError(f"cannot read {shown(path)}: it is a device or a pipe; give the path of a file")
+        if size > _MOST_BYTES:
+            raise InputError(f"{path} has {size / 1e6:.0f} MB; allowed: {_MOST_BYTES / 1e6:.0f} MB; it is no profile")
+        return path.read_bytes()
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot read {shown(path)}: {getattr(error, 'strerror', error)}; check the path") from None
+
+
+def read_text(path: Path) -> str:
+    """Text of a file, in UTF-8 or an older encoding.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or is no text.
+    """
+    data = file_bytes(path)
+    if b"\0" in data:
+        raise InputError(f"{path} is not plain text (a table file or UTF-16?); save it as text of two columns")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        # comments in an older encoding; the numbers are checked below
+        return data.decode("latin-1")
+
+
+def shown(text: object) -> str:
+    """A text that a user gave, at a length that a message can have."""
+    whole = str(text)
+    return whole if len(whole) <= 200 else f"{whole[:120]}... ({len(whole)} characters)"
+
+
+def columns_of(text: str, source: Source) -> Table:
+    """Columns y and z of a text.
+
+    Raises
+    ------
+    InputError
+        The text is not two columns of numbers, or may be read in several ways; with the option that settles it.
+    """
+    lines = _numbered(text)
+    comma = _has_decimal_commas([line for _, line in lines], source.reading)
+    table = _rows(lines, source, comma=comma)
+    return replace(table, notes=(*(("decimal commas",) if comma else ()), *table.notes))
+
+
+def _numbered(text: str) -> list[tuple[int, str]]:
+    stripped = ((number, _COMMENT.sub("", raw).strip()) for number, raw in enumerate(text.splitlines(), start=1))
+    return [(number, line) for number, line in stripped if line]
+
+
+def _has_decimal_commas(lines: Sequence[str], reading: Reading) -> bool:
+    """Whether commas are decimal signs for sure: something else separates the fields, and each has one at most."""
+    if reading.decimal is not None:
+        return reading.decimal == "comma"
+    numeric = [line for line in lines if re.match(r"[-+]?[\d.,]", line)]
+    with_commas = [line for line in numeric if "," in line]
+    if not with_commas or any("." in line for line in numeric):
+        return False
+    fields = [_split(line, comma=True) for line in with_commas]
+    return all(len(row) > 1 and all(_COMMA_NUMBER.fullmatch(field) for field in row) for row in fields)
+
+
+def _split(line: str, *, comma: bool) -> list[str]:
+    separator = r"\s*;\s*|\s+" if comma else r"\s*[,;]\s*|\s+"
+    return re.split(separator, line.rstrip("; \t" if comma else ",; \t"))
+
+
+def _number(field: str, *, comma: bool) -> float | None:
+    # float() takes underscores and other scripts' digits as well, which no instrument writes
+    if not field.isascii() or "_" in field:
+        return None
+    try:
+        return float(field.replace(",", ".") if comma else field)
+    except ValueError:
+        return None
+
+
+def _rows(lines: list[tuple[int, str]], source: Source, *, comma: bool) -> Table:
+    header, rest = _header(lines, comma=comma)
+    notes = [] if len(header) < 2 else [f"{len(header)} lines of header left out"]
+    names = header[-1] if header else ""
+    if rest and (count := _count_line(rest, comma=comma)):
+        rest = rest[1:]
+        notes.append(f"the first line, {count}, is the number of points")
+    if not rest:
+        raise InputError(f"{source.what}: no numbers; the file needs at least {FEWEST_POINTS} lines of y and z in mm")
+    chosen = _chosen(rest[0], names, source, comma=comma)
+    if len(first := _split(rest[0][1], comma=comma)) > 2 and source.reading.columns is None:
+        notes.append(f"of {len(first)} columns those named {_title(names, chosen[0])} and {_title(names, chosen[1])}")
+    known = source.reading.units
+    rows = []
+    for number, line in rest:
+        fields, where = _split(line, comma=comma), f"{source.what}, line {number}"
+        if len(fields) != len(first):
+            raise InputError(
+                f"{where}: {counted(len(fields), 'column')} instead of {len(first)} in {line[:_SHOWN]!r}; make all"
+                " lines alike, and start comments with #"
+            )
+        rows.append(_pair([fields[column] for column in chosen], where, line, comma=comma))
+    values = np.array(rows)
+    unit = known or _unit_of(names, chosen)
+    if unit is not None and known is None and unit != "mm":
+        notes.append(f"unit {unit} from the header")
+    return Table(y=values[:, 0], z=values[:, 1], unit=unit, notes=tuple(notes))
+
+
+def _header(lines: list[tuple[int, str]], *, comma: bool) -> tuple[list[str], list[tuple[int, str]]]:
+    """Lines before the first one of which a field is a number, and the lines from there."""
+    for i, (_, line) in enumerate(lines[: _MOST_HEADER_LINES + 1]):
+        if all(_number(field, comma=comma) is not None for field in _split(line, comma=comma)):
+            return [text for _, text in lines[:i]], lines[i:]
+    # no line is all numbers: the first one that has some says what is wrong
+    for i, (_, line) in enumerate(lines[: _MOST_HEADER_LINES + 1]):
+        if any(_number(field, comma=comma) is not None for field in _split(line, comma=comma)):
+            return [text for _, text in lines[:i]], lines[i:]
+    return [], []
+
+
+def _count_line(rest: list[tuple[int, str]], *, comma: bool) -> int:
+    first = _split(rest[0][1], comma=comma)
+    if len(first) != 1 or not first[0].isascii() or not first[0].isdigit() or len(first[0]) > 8:
+        return 0
+    return int(first[0]) if int(first[0]) == len(rest) - 1 else 0
+
+
+def _title(names: str, column: int) -> str:
+    titles = _titles(names)
+    return repr(titles[column]) if column < len(titles) else f"number {column + 1}"
+
+
+def _titles(names: str) -> list[str]:
+    # a unit belongs to the name before it
+    joined = re.sub(r"\s+(?=[\[(])", "_", names)
+    return [title for title in re.split(r"\s*[,;]\s*|\s+", joined.strip(" ,;\t\"'")) if title]
+
+
+def _stem(title: str) -> str:
+    return _UNIT_IN_HEADER.sub("", title.strip("\"'")).strip("_ ").lower()
+
+
+def _chosen(first: tuple[int, str], names: str, source: Source, *, comma: bool) -> tuple[int, int]:
+    """Which two columns are y and z."""
+    reading, count = source.reading, len(_split(first[1], comma=comma))
+    stems = [_stem(title) for title in _titles(names)]
+    if reading.columns is not None:
+        wanted = [part.strip().lower() for part in reading.columns.split(",")]
+        found = [
+            int(part) - 1 if part.isdigit() and len(part) < 4 else stems.index(part) if part in stems else -1
+            for part in wanted
+        ]
+        if len(found) != 2 or found[0] == found[1] or not all(0 <= column < count for column in found):
+            raise InputError(
+                f"{source.what}: columns {shown(reading.columns)!r} are not two of the {counted(count, 'column')}"
+                f"{' ' + ', '.join(stems[:12]) if stems else ''}; give two numbers from 1 to {count}, such as"
+                f" --{source.kind}-columns 1,2"
+            )
+        return found[0], found[1]
+    if count == 2:
+        return (1, 0) if stems[:2] == ["z", "y"] else (0, 1)
+    if len(stems) == count and stems.count("y") == 1 and stems.count("z") == 1:
+        return stems.index("y"), stems.index("z")
+    number, line = first
+    if "," in line and not comma and count in (3, 4) and reading.decimal is None and "." not in line:
+        raise InputError(
+            f"{source.what}, line {number}: {line[:_SHOWN]!r} may have decimal commas, or {count} columns;"
+            f" {source.remedy('decimal', 'comma')}, or {source.remedy('columns', '1,2')}"
+        )
+    raise InputError(
+        f"{source.what}, line {number}: {counted(count, 'column')} instead of 2 in {line[:_SHOWN]!r}; say which are y"
+        f" and z: {source.remedy('columns', '2,3')}"
+    )
+
+
+def _pair(fields: list[str], where: str, line: str, *, comma: bool) -> list[float]:
+    pair = [value for field in fields if (value := _number(field, comma=comma)) is not None]
+    if len(pair) < 2:
+        raise InputError(f"{where}: {line[:_SHOWN]!r} is not two numbers; start comments with #")
+    if not np.isfinite(sum(pair)):
+        raise InputError(f"{where}: {line[:_SHOWN]!r} is not finite; remove the line")
+    return pair
+
+
+def _unit_of(names: str, chosen: tuple[int, int]) -> str | None:
+    titles = _titles(names)
+    if max(chosen) >= len(titles):
+        return None
+    found = {match[1].lower() for column in chosen if (match := _UNIT_IN_HEADER.search(titles[column].strip("\"'")))}
+    unit = found.pop() if len(found) == 1 else None
+    if unit is None:
+        return None
+    return {"µm": "um", "inch": "in", "inches": "in"}.get(unit, unit)
+
+
+def in_mm(y: Floats, z: Floats, unit: str | None, reading: Reading) -> tuple[Floats, list[str]]:
+    """Points (n, 2) in mm with the signs that are asked for, and what was done."""
+    factor = MM[unit or "mm"]
+    notes = [] if factor == 1.0 else [f"turned from {unit} into mm"]
+    if reading.mirror:
+        notes.append("mirrored: the sign of y is turned")
+    if reading.flip_z:
+        notes.append("the sign of z is turned")
+    # far beyond what is allowed for mm, but finite when it is multiplied
+    wide = 1e12 * FARTHEST_MM
+    points = np.clip(np.column_stack((y, z)), -wide, wide) * factor
+    return points * (-1.0 if reading.mirror else 1.0, -1.0 if reading.flip_z else 1.0), notes
+
+
+# --- Profiles of the MiniProf instrument, .ban (rail) and .whl (wheel): lines of a header, and columns of numbers.
+#
+# The columns are named by `ColumnDef` (X across, Y into the depth of the body, then angle, curvature and more that a
+# profile does not need). Files of the instrument itself (MiniProf for Windows 2.43 and MiniProf 2020, in the test bank
+# of CONTACT by Vtech CMCC, testbank/profiles: left-wheel-v1-pre-dry.whl, Car7216_0001r.whl, left-roller-v1-pre-dry.ban)
+# have
+#
+# - a wheel's X from the back of the flange to the field side, with the tape circle at `WheelDiameterTaperline` (70 mm),
+#   its Y growing towards the tip of the flange, its points from the field side to the flange;
+# - a rail's X to the field side, zero near the middle, its Y growing downwards, into the head;
+# - lengths in mm; `Xoffset` and `Yoffset`, which CONTACT adds to the points; a blank line before the points, or none.
+#
+# Files that other programs write under the same endings have Y upwards, as avg_low2.ban there. The shape of the line
+# says which; the side of a rail it does not say. Where offsets, or an alignment that was found later (AlignDX, AlignDY,
+# AlignDA), are not zero, a user has to say whether the points have them already.
+
+_MINIPROF_KEY = re.compile(r"([A-Za-z][A-Za-z0-9_. ]*?)\s*=\s*(.*)")
+# The first lines of files with a header in words instead of keys.
+_TITLE = re.compile(r"#\s*MINI\w*PROF", re.IGNORECASE)
+_OFFSETS = ("xoffset", "yoffset", "xoff", "yoff")
+_ALIGNMENT = ("aligndx", "aligndy", "alignda")
+_KINDS: dict[str, Kind] = {".ban": "rail", ".whl": "wheel"}
+_TAPERLINE = "wheeldiametertaperline"
+# Where the tip of a flange lies over the back of the flange (mm): 15.5 mm on the S1002.
+_TIP_OVER_BACK_MM = (5.0, 30.0)
+_TAPE_CIRCLE_MM = (40.0, 100.0)
+
+
+def read_miniprof(path: Path, kind: Kind, reading: Reading) -> Points:
+    """Points of a MiniProf file; a file without its keys is read as columns.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or its offsets leave open where the points lie; with the option that settles it.
+    """
+    keys, rest = _split_header(read_text(path))
+    own = _KINDS.get(path.suffix.lower(), kind)
+    if not keys:
+        return read_columns(path, own, reading)
+    columns = keys.get("columndef", "X,Y,*")
+    names = [name.strip().lower() for name in columns.split(",")]
+    if "x" not in names or "y" not in names or len(set(names)) != len(names):
+        raise InputError(f"{path}: ColumnDef = {columns[:60]!r}; it has to name the columns X and Y, such as X,Y,A,C")
+    # X is y here, and Y is z until its sign is known; columns that are not named come last
+    count = next((len(_fields(line)) for line in rest.splitlines() if line.strip()), len(names))
+    named = [name for name in names if name != "*"]
+    named += [f"column{k}" for k in range(len(named), count if "*" in names else 0)]
+    header = ",".join({"x": "y", "y": "z"}.get(name, f"_{name}") for name in named)
+    source = Source(what=str(path), kind=own, reading=reading)
+    table = columns_of(f"{header}\n{rest}", source)
+    y, z, moved = _moved(table.y, table.z, keys, source)
+    points, done = in_mm(y, z, reading.units or _unit(keys, source), reading)
+    points, turned = _upwards(points, own)
+    points, placed = _from_tape_circle(points, keys, source)
+    said = ("MiniProf file: X taken as y, positive to the field side", *moved, *done, *turned, *placed)
+    return Points(points=points, kind=own, name=path.stem, source=str(path), notes=said)
+
+
+def _upwards(points: Floats, kind: Kind) -> tuple[Floats, list[str]]:
+    """z upwards, by the shape of the line: a head lies above its ends, the tip of a flange below the tread."""
+    if len(points) < 3:
+        return points, []
+    y, z = points.T
+    if kind == "rail":
+        middle = np.abs(y - 0.5 * (y.min() + y.max())) <= 0.2 * np.ptp(y)
+        down = bool(middle.any()) and float(np.median(z[middle])) < 0.5 * (float(z[0]) + float(z[-1]))
+    else:
+        tread = float(np.median(z))
+        down = float(z.max()) - tread > max(10.0, tread - float(z.min()))
+    if down:
+        return points * (1.0, -1.0), ["its Y grows into the body: z is -Y"]
+    return points, ["its Y grows upwards: z is Y"]
+
+
+def _from_tape_circle(points: Floats, keys: dict[str, str], source: Source) -> tuple[Floats, list[str]]:
+    """Points with y of a wheel from its tape circle, where the file has it from the back of the flange."""
+    tip = float(points[np.argmin(points[:, 1]), 0]) if points.size else 0.0
+    low, high = _TIP_OVER_BACK_MM
+    if source.kind == "rail" or not low <= tip <= high:
+        return points, []
+    at = _value(keys.get(_TAPERLINE, ""), "WheelDiameterTaperline", source)
+    if not _TAPE_CIRCLE_MM[0] <= at <= _TAPE_CIRCLE_MM[1]:
+        raise InputError(
+            f"{source.what}: the tip of the flange lies at X = {tip:.1f} mm, so X begins at the back of the flange, and"
+            f" the header has WheelDiameterTaperline = {keys.get(_TAPERLINE, '')[:40]!r}; write where the tape circle"
+            f" is, {_TAPE_CIRCLE_MM[0]:g} to {_TAPE_CIRCLE_MM[1]:g} mm from there: the line WheelDiameterTaperline=70"
+            " at the top of the file for the usual 70 mm"
+        )
+    said = f"X from the back of the flange: the tape circle at WheelDiameterTaperline = {at:g} mm is y = 0"
+    return points - (at, 0.0), [said]
+
+
+def _split_header(text: str) -> tuple[dict[str, str], str]:
+    """Keys in small letters, and the text after them; no keys where the text has no header of a MiniProf file."""
+    keys: dict[str, str] = {}
+    lines = text.splitlines()
+    titled = bool(lines) and _TITLE.match(lines[0]) is not None
+    for number, line in enumerate(lines):
+        line = line.strip()
+        if line.startswith('"'):
+            # a line that is quoted as a whole
+            line = line.strip('"')
+        if match := _MINIPROF_KEY.fullmatch(line):
+            # in quotes, or up to a remark in quotes
+            keys[match[1].lower()] = match[2].removeprefix('"').partition('"')[0].strip()
+        elif (line := _without_remark(line)) and not line.startswith(("#", "!")) and (not titled or _is_numbers(line)):
+            return (keys or ({"columndef": "X,Y,*"} if titled else {})), "\n".join(map(_without_remark, lines[number:]))
+    return keys, ""
+
+
+def _without_remark(line: str) -> str:
+    """A line without what it says in quotes behind its values; one that begins with a quote as it is."""
+    return line if line.lstrip().startswith('"') else line.partition('"')[0]
+
+
+def _is_numbers(line: str) -> bool:
+    try:
+        return len([float(field) for field in _fields(line)]) > 1
+    except ValueError:
+        return False
+
+
+def _fields(line: str) -> list[str]:
+    return re.split(r"\s*[,;]\s*|\s+", line.strip())
+
+
+def _unit(keys: dict[str, str], source: Source) -> str | None:
+    unit = keys.get("units", keys.get("unit", "")).lower()
+    if unit in MM or unit in ("", "metric"):
+        return unit if unit in MM else None
+    raise InputError(
+        f"{source.what}: the header says Units = {unit[:40]!r}; known are {', '.join(MM)}:"
+        f" {source.remedy('units', 'mm')}"
+    )
+
+
+def _moved(y: Floats, z: Floats, keys: dict[str, str], source: Source) -> tuple[Floats, Floats, list[str]]:
+    """The points with the offsets of the header, where it has some and they are to be added."""
+    values = {key: _value(keys[key], key, source) for key in (*_OFFSETS, *_ALIGNMENT) if key in keys}
+    given = {key: value for key, value in values.items() if value != 0.0}
+    if not given:
+        return y, z, []
+    said = ", ".join(f"{key.upper()} = {value:g}" for key, value in given.items())
+    if source.reading.offsets is None:
+        raise InputError(
+            f"{source.what}: the header has {said}, and does not say whether the points have it already;"
+            f" {source.remedy('offsets', 'ignore')} or {source.remedy('offsets', 'add')}"
+        )
+    if source.reading.offsets == "ignore":
+        return y, z, [f"{said} of the header not applied"]
+    if given.get("alignda"):
+        raise InputError(
+            f"{source.what}: the header has {said}; a rotation about a point of its own cannot be added here: let"
+            f" MiniProf write the aligned points, or {source.remedy('offsets', 'ignore')}"
+        )
+    along, up = (
+        sum(value for key, value in given.items() if key.startswith((f"{axis}off", f"alignd{axis}"))) for axis in "xy"
+    )
+    return y + along, z + up, [f"{said} of the header added"]
+
+
+def _value(text: str, key: str, source: Source) -> float:
+    if not text:
+        # a key of a form that was not filled in
+        return 0.0
+    try:
+        value = float(text) if len(text) < 40 else float("nan")
+    except ValueError:
+        value = float("nan")
+    if not abs(value) <= 1e6:
+        raise InputError(
+            f"{source.what}: {key.upper()} = {text[:40]!r} in the header; allowed: a number from -1e6 to 1e6"
+        )
+    return value
+
+
+# --- Profiles of SIMPACK, .prr (rail) and .prw (wheel): blocks of keys, and the points of a spline.
+#
+# The numbers in the comments of such a file give the order in which the points are processed: points that are closer
+# than `point.dist.min` are left out, then they are shifted, rotated, cut at the bounds, mirrored and reversed; lengths
+# are in units of which `units.len.f` make a metre. z points down, and y of a wheel to its flange unless the file
+# mirrors it. A third column is a weight, which means nothing for a line through the points.
+
+_BLOCK = re.compile(r"^\s*(header|spline)\.begin\s*(?:!.*)?$", re.MULTILINE)
+_SIMPACK_KEY = re.compile(r"^\s*([a-z][a-z.]*[a-z])\s*=\s*('[^']*'|[^!\s]+)")
+# The length unit in metres is 1 / units.len.f: 1000 for mm, 1 for m, 39.37 for inches.
+_FACTORS = (0.5, 2e6)
+_KNOWN = {
+    *("version", "type", "approx.smooth", "file", "file.mtime", "comment", "point.dist.min", "shift.y", "shift.z"),
+    *("rotate", "bound.y.min", "bound.y.max", "bound.z.min", "bound.z.max", "mirror.y", "mirror.z", "inversion"),
+    *("units.len", "units.ang", "units.len.f", "units.ang.f", "table.nr"),
+}
+_MOST_DIGITS = 40
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Keys:
+    """Keys of a file, with the line that each stands in."""
+
+    what: str
+    values: dict[str, tuple[str, int]]
+
+    def number(self, key: str, default: float) -> float:
+        if key not in self.values:
+            return default
+        text, line = self.values[key]
+        try:
+            value = float(text) if len(text) <= _MOST_DIGITS else float("nan")
+        except ValueError:
+            value = float("nan")
+        if not abs(value) <= 1e9:
+            raise InputError(f"{self.what}, line {line}: {key} = {text[:60]}; allowed: a number from -1e9 to 1e9")
+        return value
+
+    def flag(self, key: str) -> bool:
+        value = self.number(key, 0.0)
+        if value not in (0.0, 1.0):
+            line = self.values[key][1]
+            raise InputError(f"{self.what}, line {line}: {key} = {value:g}; allowed: 0 and 1")
+        return value == 1.0
+
+
+def is_simpack(path: Path) -> bool:
+    """Whether a file has SIMPACK's blocks."""
+    try:
+        with path.open("rb") as file:
+            return _BLOCK.search(file.read(20_000).decode("latin-1")) is not None
+    except (OSError, ValueError):
+        return False
+
+
+def read_simpack(path: Path, reading: Reading) -> Points:
+    """Points of a SIMPACK file.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or is not what the format allows; the message names line and key.
+    """
+    what = str(path)
+    keys, points, lines = _parsed(read_text(path), what)
+    kind: Kind = "wheel" if keys.flag("type@header") else "rail"
+    if reading.columns is not None or reading.decimal is not None:
+        raise InputError(f"{what}: a SIMPACK file says itself what its columns are; leave out columns and decimal sign")
+    table, notes = _processed(keys, points, lines)
+    factor = keys.number("units.len.f", 1000.0)
+    if not _FACTORS[0] <= factor <= _FACTORS[1]:
+        raise InputError(
+            f"{what}, line {keys.values['units.len.f'][1]}: units.len.f = {factor:g}; the number of length units in a"
+            " metre: 1000 for mm, 1 for m"
+        )
+    if reading.units is None:
+        table = table * (1000.0 / factor) if factor != 1000.0 else table
+        notes += [] if factor == 1000.0 else [f"turned into mm: the file has {factor:g} units in a metre"]
+    line, done = in_mm(table[:, 0], -table[:, 1], reading.units, reading)
+    said = ("SIMPACK file: z turned up", *notes, *done)
+    return Points(points=line, kind=kind, name=path.stem, source=what, notes=said)
+
+
+def _parsed(text: str, what: str) -> tuple[_Keys, list[list[str]], list[int]]:
+    values: dict[str, tuple[str, int]] = {}
+    points: list[list[str]] = []
+    lines: list[int] = []
+    block, inside, ended = "", False, False
+    for number, raw in enumerate(text.splitlines(), start=1):
+        line = raw.partition("!")[0].strip() if "'" not in raw else raw.strip()
+        if not line or line.startswith("!"):
+            continue
+        if line in ("header.begin", "spline.begin", "header.end", "spline.end"):
+            block = line[:6] if line.endswith("begin") else ""
+        elif line in ("point.begin", "point.end"):
+            inside, ended = line == "point.begin", ended or line == "point.end"
+        elif inside:
+            points.append(line.split())
+            lines.append(number)
+        elif match := _SIMPACK_KEY.match(line):
+            # both blocks have a `type`, of the profile and of the original data
+            key = f"type@{block}" if match[1] == "type" else match[1]
+            if key in values:
+                raise InputError(f"{what}, line {number}: {match[1]} is there twice, in line {values[key][1]} as well")
+            if key.partition("@")[0] not in _KNOWN:
+                raise InputError(f"{what}, line {number}: {match[1][:60]} is no key of this format that is known here")
+            values[key] = match[2], number
+        else:
+            raise InputError(f"{what}, line {number}: {line[:60]!r} is neither a key nor a block of a SIMPACK file")
+    if inside or not ended:
+        raise InputError(f"{what}: the points do not stand between point.begin and point.end; the file may be cut off")
+    if "type@header" not in values:
+        raise InputError(f"{what}: the header has no type (0 for a rail, 1 for a wheel); the file may be damaged")
+    return _Keys(what=what, values=values), points, lines
+
+
+def _processed(keys: _Keys, rows: list[list[str]], lines: list[int]) -> tuple[Floats, list[str]]:
+    table = np.array([_row(keys.what, row, line) for row, line in zip(rows, lines, strict=True)]).reshape(-1, 2)
+    notes = []
+    closest = keys.number("point.dist.min", 0.0)
+    if closest > 0.0 and len(table):
+        kept = [0]
+        for i in range(1, len(table)):
+            if np.hypot(*(table[i] - table[kept[-1]])) >= closest:
+                kept.append(i)
+        notes.append(f"{len(table) - len(kept)} points closer than point.dist.min left out")
+        table = table[kept]
+    shift = (keys.number("shift.y", 0.0), keys.number("shift.z", 0.0))
+    turn = keys.number("rotate", 0.0) / (keys.number("units.ang.f", 1.0) or 1.0)
+    if any(shift):
+        table = table + np.array(shift)
+        notes.append(f"shifted by ({shift[0]:g}, {shift[1]:g}) as the file says")
+    if turn:
+        c, s = np.cos(turn), np.sin(turn)
+        table = table @ np.array([[c, s], [-s, c]])
+        notes.append(f"rotated by {1e3 * turn:g} mrad as the file says")
+    for column, axis in enumerate("yz"):
+        low, high = keys.number(f"bound.{axis}.min", 1.0), keys.number(f"bound.{axis}.max", 0.0)
+        # the format's own way of saying none
+        if low < high:
+            inside = (table[:, column] >= low) & (table[:, column] <= high)
+            notes.append(f"{np.count_nonzero(~inside)} points beyond {axis} = {low:g} to {high:g} left out")
+            table = table[inside]
+    for column, axis in enumerate("yz"):
+        if keys.flag(f"mirror.{axis}"):
+            table = table * np.where(np.arange(2) == column, -1.0, 1.0)
+            notes.append(f"mirrored in {axis} as the file says")
+    if keys.flag("inversion"):
+        table = table[::-1]
+    if keys.number("approx.smooth", 0.0):
+        notes.append("the file asks SIMPACK for smoothing (approx.smooth), which is SIMPACK's own; not applied here")
+    return table, notes
+
+
+def _row(what: str, row: list[str], line: int) -> tuple[float, float]:
+    if len(row) in (2, 3) and all(len(field) <= _MOST_DIGITS and field.isascii() and "_" not in field for field in row):
+        try:
+            values = [float(field) for field in row]
+        except ValueError:
+            values = []
+        if values and np.isfinite(values).all():
+            return values[0], values[1]
+    raise InputError(f"{what}, line {line}: {' '.join(row)[:60]!r} is not y, z and perhaps a weight as numbers")

@@ -1,0 +1,279 @@
+"""An applicability map: positions as jobs, each kept as it is finished; many cases and maps from Python."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+
+from fecontact.case import Case
+from fecontact.comparison.theories import HERTZ
+from fecontact.errors import InputError
+from fecontact.jobs.engine import OpenRun, Progress, RunSettings, finish, open_run
+from fecontact.jobs.store import kept_folder
+from fecontact.jobs.workers import Done, Job
+from fecontact.outputs.documents import write_map_report
+from fecontact.outputs.maps.files import write_map
+from fecontact.outputs.maps.views import MapMeasure, refuse_measure
+from fecontact.runs.casefile import Study, load_study
+from fecontact.runs.identity import case_id, provenance, with_absolute_paths
+from fecontact.runs.store import Solving, has_open_loads, job_of, position_folder, read_position
+from fecontact.runs.study import StudyOutcome, prepare_for_map, prepare_for_study, run_study
+from fecontact.solving.map import ApplicabilityMap, MapPosition, failed_position
+
+# Pictures are drawn while a map is made, but in its first minute; tables take so small a part of the time: what they
+# cost grows with the positions, and it is taken from those who solve.
+_DRAWN_EVERY_S, _PART_FOR_TABLES = 60.0, 0.02
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapOutcome:
+    """What a map gave, which positions were finished before, and why others were solved, or judged, again."""
+
+    made: ApplicabilityMap
+    reused: tuple[str, ...] = ()
+    recomputed: dict[str, str] = field(default_factory=dict)
+
+
+def run_map(
+    base_case: Case,
+    lateral_shifts_mm: Sequence[float],
+    loads_N: Sequence[float],
+    out: Path,
+    *,
+    measure: MapMeasure = "pressure",
+    theory: str = HERTZ,
+    settings: RunSettings | None = None,
+    progress: Progress | None = None,
+) -> MapOutcome:
+    """Solve all positions and loads that are not finished, find each position's load limit, and write the map.
+
+    Parameters
+    ----------
+    base_case
+        Everything but lateral shift and load.
+    measure
+        By `theory` with friction the laws of creep forces are judged and written too.
+    theory
+        One of the pressure, whose map is drawn beside that of Hertz.
+    progress
+        Called with the number of finished positions, how many there are, and what is under way.
+
+    Raises
+    ------
+    InputError
+        If there are no shifts or loads, or values that no case can have; if another run has the folder, or the cluster
+        cannot be used. A position that cannot be solved is not an error but cells whose status says why.
+    """
+    settings = settings or RunSettings()
+    shifts, loads = tuple(sorted(set(lateral_shifts_mm))), tuple(sorted(set(loads_N)))
+    if not shifts or not loads:
+        raise InputError("map: give at least one lateral shift and one load")
+    base_case.creep.refuse_unheard()
+    refuse_measure(base_case, measure, theory)
+    if base_case.roll == "loaded" and base_case.roll_load_N is None:
+        raise InputError(
+            "map: it has one roll for all loads of a position; say under which load it is found, roll_load_kN"
+            f" (--roll-load-kn), such as {1e-3 * loads[len(loads) // 2]:g}"
+        )
+    # all are made first: a value that no case can have is said before anything is solved
+    every = [replace(base_case, lateral_shift_mm=shift, load_N=load) for shift in shifts for load in reversed(loads)]
+    cases = {case.lateral_shift_mm: case for case in every[:: len(loads)]}
+    with open_run(out, out / "positions", settings, progress) as by:
+        run = _Run(
+            base_case=base_case,
+            cases=cases,
+            loads_N=loads,
+            out=out,
+            by=by,
+            theory=theory,
+            creep_laws=measure == "theory",
+        )
+        try:
+            run.solve()
+        except BaseException:
+            with contextlib.suppress(OSError):
+                run.write()
+            raise
+        made = run.write()
+        if by.settings.part is None and made.positions:
+            write_map_report(made, out, theory=theory)
+    return MapOutcome(made=made, reused=tuple(by.finished.reused), recomputed=by.finished.recomputed)
+
+
+@dataclass(kw_only=True)
+class _Run:
+    """What is known of a map while it is made."""
+
+    base_case: Case
+    cases: Mapping[float, Case]
+    loads_N: tuple[float, ...]
+    out: Path
+    by: OpenRun
+    theory: str
+    creep_laws: bool
+
+    def __post_init__(self) -> None:
+        self._shifts = {case_id(case, self.loads_N): shift for shift, case in self.cases.items()}
+        self._positions: dict[float, MapPosition] = {}
+        self._drawn_at, self._tables_at = time.monotonic(), -math.inf
+
+    def solve(self) -> None:
+        """Solve what is not finished."""
+        names = self.by.settings.own_part(list(self._shifts))
+        # towards the gauge corner curvatures are large and second patches come: what takes longest is not left for last
+        names = tuple(sorted(names, key=self._shifts.__getitem__, reverse=self.base_case.side == "left"))
+        # loads that failed or did not converge are tried once more, after all others
+        jobs = sorted(map(self._job, names), key=lambda job: job.force)
+        finish(jobs, self.by, on_done=self._done)
+
+    def write(self, *, drawn: bool = True) -> ApplicabilityMap:
+        """Write the files of the map, or of the part, with the positions that are known."""
+        found = tuple(self._positions[shift] for shift in sorted(self._positions))
+        made = ApplicabilityMap(case=self.base_case, loads_N=self.loads_N, positions=found)
+        name, begun = f"map{self.by.settings.part_suffix}", time.monotonic()
+        positions = {name: shift for name, shift in self._shifts.items() if shift in self._positions}
+        origin = provenance(self.base_case, positions=positions)
+        write_map(made, self.out, name, theory=self.theory, provenance=origin, drawn=drawn)
+        now = time.monotonic()
+        self._tables_at = now + (now - begun) / _PART_FOR_TABLES
+        if drawn:
+            self._drawn_at = now
+        return made
+
+    def _job(self, name: str) -> Job:
+        case = self.cases[self._shifts[name]]
+        if self.by.settings.scheduler:
+            case = with_absolute_paths(case)
+        job = job_of(case, position_folder(self.out, name), Solving(case=case, name=name, loads_N=self.loads_N))
+        read = partial(
+            read_position, criteria=self.base_case.criteria, creep=self.base_case.creep, creep_laws=self.creep_laws
+        )
+        open_ = has_open_loads(job.folder) and kept_folder(job.folder, job.name, job.origin).problem is None
+        return replace(job, read=read, label=f"{case.lateral_shift_mm:+z.2f} mm", force=open_)
+
+    def _done(self, done: Done) -> None:
+        shift = self._shifts[done.name]
+        if done.failure is not None:
+            self._positions[shift] = failed_position(shift, self.loads_N, done.failure)
+        else:
+            self._positions[shift] = done.value
+        if done.name in self.by.finished.reused:
+            # it is drawn with the next one that is solved, or at the end
+            return
+        now = time.monotonic()
+        if now < self._tables_at:
+            return
+        # a full disk now may have room at the end
+        with contextlib.suppress(OSError):
+            self.write(drawn=now - self._drawn_at > _DRAWN_EVERY_S)
+
+
+# --- Many cases and maps from Python, as `fecontact run` and `map` solve them.
+
+
+def run(
+    study: str | Path | Study | Iterable[Case],
+    out: str | Path,
+    *,
+    quick: bool = False,
+    workers: int | None = None,
+    threads: int = 1,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> StudyOutcome:
+    """Solve many cases at a time, each once, and write their tables, pictures and ParaView files.
+
+    The same call goes on where an interrupted one stopped. `outcome.rows` is a list of flat dictionaries, one a case,
+    with units in their keys, as `pandas.DataFrame` takes it.
+
+    Parameters
+    ----------
+    study
+        Cases, or a study file: a script with `cases(quick=False)`, or TOML.
+    out
+        Folder for the results; `fecontact.load` reads them back.
+    quick
+        The small version of a study file.
+    workers
+        Cases at a time; as many as there are cores and 2 GB of memory for each, if not given.
+    threads
+        Threads that each case computes on.
+    force
+        Solve finished cases again, and write into a folder that holds other results.
+    progress
+        Called with the number of finished cases, the number of cases, and what is under way.
+
+    Raises
+    ------
+    InputError
+        If the study cannot be read, or another run has the folder. A case that cannot be solved is not an error but a
+        row whose status says why.
+    """
+    settings = RunSettings(workers=workers, threads=threads, force=force)
+    found = _study(study, Path(out), quick)
+    prepare_for_study(Path(out), found.name, force=force)
+    return run_study(found, Path(out), settings=settings, progress=progress)
+
+
+def map_(
+    case: Case,
+    lateral_shifts_mm: Sequence[float],
+    loads_N: Sequence[float],
+    out: str | Path,
+    *,
+    measure: MapMeasure = "pressure",
+    theory: str = HERTZ,
+    workers: int | None = None,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> MapOutcome:
+    """Map where Hertz holds over lateral shift and load; the same call goes on where an interrupted one stopped.
+
+    Parameters
+    ----------
+    case
+        Everything but lateral shift and load.
+    lateral_shifts_mm, loads_N
+        Of the wheelset, and wheel loads.
+    out
+        Folder for the results; `fecontact.load` reads them back.
+    measure
+        By `theory` with friction the laws of creep forces are judged and written too.
+    theory
+        One of the pressure, whose map is drawn beside that of Hertz.
+    workers, force, progress
+        As for `run`, with shifts in place of cases.
+
+    Raises
+    ------
+    InputError
+        As `runs.map.run_map` does, and for a folder that holds other results.
+    """
+    prepare_for_map(Path(out), case, force=force)
+    settings = RunSettings(workers=workers, force=force)
+    return run_map(
+        case,
+        lateral_shifts_mm,
+        loads_N,
+        Path(out),
+        measure=measure,
+        theory=theory,
+        settings=settings,
+        progress=progress,
+    )
+
+
+def _study(study: str | Path | Study | Iterable[Case], out: Path, quick: bool) -> Study:
+    if isinstance(study, Study):
+        return study
+    if isinstance(study, str | Path):
+        return load_study(study, quick=quick)
+    cases = tuple(study)
+    if not cases or not all(isinstance(case, Case) for case in cases):
+        raise InputError("run: give at least one Case and nothing else, or the file of a study")
+    return Study(name=out.name, cases=cases)

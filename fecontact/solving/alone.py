@@ -1,0 +1,239 @@
+"""Theories of the pressure without finite elements: one at a case's position, and contact tables of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from fecontact.case import Case
+from fecontact.comparison.measures import MEASURES, Approximation, Measures, measures_of_theory
+from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES, Loaded
+from fecontact.comparison.verdict import Answer, Standing, cheapest
+from fecontact.errors import ConvergenceError, InputError
+from fecontact.normal.gap_line import gap_line
+from fecontact.normal.hertz import HertzContact
+from fecontact.normal.strips import gap_line_under_load, strip
+from fecontact.normal.touch_hertz import HertzPoints
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import direction_of_case, expect_on_half_space, hertz_of_case, hertz_points_of_case
+from fecontact.wheel_rail.placement import Placement
+
+HALF_SPACE = "half_space"
+"""The theory that is a solution, by the name it has among `THEORIES`."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TheoryAlone:
+    """A theory at a case's position.
+
+    Attributes
+    ----------
+    normal_force_N
+        That it is given: of a vertical load that over the cosine of the contact angle at first touch.
+    contact
+        What it says; None where it has no contact, see `problem`.
+    """
+
+    name: str
+    case: Case
+    placement: Placement
+    normal_force_N: float
+    contact: Approximation | None
+    problem: str | None = None
+
+    @property
+    def status(self) -> str:
+        """What the theory says of its own answer in a word; `solved` where it is in its range."""
+        return "no contact" if self.contact is None else self.contact.status
+
+    @property
+    def measures(self) -> Measures | None:
+        """Its measures; None where it has no contact."""
+        return None if self.contact is None else measures_of_theory(self.contact)
+
+
+def theory_alone(case: Case, name: str) -> TheoryAlone:
+    """Place a case and evaluate one of `THEORIES` by its name.
+
+    A theory that says nothing of its own, such as springs at a single touch point, is Hertz, and says so. Range of
+    validity: strips carry the whole force along the normal at first touch; where patches stand at 17 and 7 degrees to a
+    vertical load (S1002 on 60E1, 5 mm, 50 kN) that is 3 % more than it takes, which springs and half-space know.
+
+    Raises
+    ------
+    InputError
+        As `place_case` does, and where there is no ellipse for Hertz, or no contact on the half-space.
+    ConvergenceError
+        If a patch on the half-space grows without bound.
+    """
+    placement = place_case(case)
+    loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))
+    if name == HALF_SPACE:
+        loaded = replace(loaded, half_space=expect_on_half_space(case, placement)[1].half_space)
+    return theory_of(loaded, name)
+
+
+def theory_of(loaded: Loaded, name: str) -> TheoryAlone:
+    """One of `THEORIES` on a loaded placement.
+
+    Raises
+    ------
+    InputError
+        Where there is no ellipse for Hertz.
+    """
+    made = THEORIES[name].approximate(loaded)
+    if made is None:
+        of_hertz = THEORIES[HERTZ].approximate(loaded)
+        assert isinstance(of_hertz, Approximation)
+        made = replace(
+            of_hertz, notes=(*of_hertz.notes, f"{THEORIES[name].words}: nothing of its own here, it is Hertz")
+        )
+    problem = made if isinstance(made, str) else None
+    return TheoryAlone(
+        name=name,
+        case=loaded.case,
+        placement=loaded.placement,
+        normal_force_N=loaded.normal_force_N,
+        contact=None if isinstance(made, str) else made,
+        problem=problem,
+    )
+
+
+def normal_force_of(case: Case, placement: Placement) -> float:
+    """Force (N) along the contact normal at first touch under a case's load, if that touch point carries all of it."""
+    return case.load_N / float(placement.first.normal @ direction_of_case(case, placement))
+
+
+# --- Lines of a contact table over lateral shift and load: what a vehicle code looks up in place of solving a contact.
+
+STRIPS = "strip"
+"""The strip method, by the name it has among `THEORIES`."""
+_CENTRE = "centre_over_b"
+# Part of the force to either side over which the stiffness of the strips is taken.
+_SIDE = 0.02
+_OPEN = Standing(answer="UNRESOLVED")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Strips:
+    """The strip method's contact, and by how much its force grows with the approach (N/mm)."""
+
+    contact: Approximation
+    stiffness_N_per_mm: float
+
+    @property
+    def measures(self) -> Measures:
+        """Its measures."""
+        return measures_of_theory(self.contact)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TableLine:
+    """A position under one load.
+
+    Attributes
+    ----------
+    case
+        With shift and load of the line.
+    placement
+        None where the wheel cannot stand, see `problem`.
+    hertz, points
+        The ellipse at the first touch point, and those at all touch points as springs; None where there is none.
+    strips
+        None where the strip method has no contact.
+    cheapest
+        The cheapest theory whose peak, area, half-widths and centre are within the case's criteria of the strips'; open
+        where there are no strips, or they are out of their range. It is no verdict: nothing is solved.
+    problem
+        What is missing, in words.
+    """
+
+    case: Case
+    placement: Placement | None = None
+    hertz: HertzContact | None = None
+    points: HertzPoints | None = None
+    strips: Strips | None = None
+    cheapest: Standing = _OPEN
+    problem: str = ""
+
+
+def table_lines(case: Case, lateral_shifts_mm: Sequence[float], loads_N: Sequence[float]) -> Iterator[TableLine]:
+    """Lines by shift, then load; where a wheel cannot stand, or no ellipse fits, a line says so.
+
+    A wheel is placed once a shift, but for a roll that depends on the load.
+    """
+    every_load = case.roll == "loaded" and case.roll_load_N is None
+    for shift in lateral_shifts_mm:
+        placed: Placement | str | None = None
+        for load_N in loads_N:
+            own = replace(case, lateral_shift_mm=shift, load_N=load_N)
+            if placed is None or every_load:
+                placed = _placed(own)
+            yield TableLine(case=own, problem=placed) if isinstance(placed, str) else _line(own, placed)
+
+
+def _placed(case: Case) -> Placement | str:
+    try:
+        return place_case(case)
+    except (InputError, ConvergenceError) as error:
+        return str(error)
+
+
+def _line(case: Case, placement: Placement) -> TableLine:
+    problems = []
+    hertz = None
+    try:
+        hertz = hertz_of_case(case, placement)
+    except InputError as error:
+        problems.append(str(error))
+    loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))
+    line = TableLine(case=case, placement=placement, hertz=hertz, points=hertz_points_of_case(case, placement))
+    strips = _strips(loaded)
+    if isinstance(strips, str):
+        return replace(line, problem="; ".join([*problems, f"{THEORIES[STRIPS].words}: {strips}"]))
+    line = replace(line, strips=strips, problem="; ".join(problems))
+    if strips.contact.status != "solved":
+        return line
+    found = cheapest(_standings(loaded, strips.contact), in_range=case.criteria.theories_in_range)
+    return replace(line, cheapest=found)
+
+
+def _strips(loaded: Loaded) -> Strips | str:
+    """The strips with their stiffness on the same gap, or why there are none."""
+    contact = THEORIES[STRIPS].approximate(loaded)
+    if not isinstance(contact, Approximation):
+        return str(contact)
+    case, force = loaded.case, loaded.normal_force_N
+    modulus = case.contact_modulus_MPa
+    line = (
+        gap_line(loaded.placement, contact_modulus_MPa=modulus)
+        if case.load_kind == "normal"
+        else gap_line_under_load(loaded.placement, force, contact_modulus_MPa=modulus)
+    )
+    less, more = (strip(line, (1.0 + side) * force) for side in (-_SIDE, _SIDE))
+    stiffness = (more.normal_force_N - less.normal_force_N) / (more.approach_mm - less.approach_mm)
+    return Strips(contact=contact, stiffness_N_per_mm=stiffness)
+
+
+def _standings(loaded: Loaded, strips: Approximation) -> Iterator[Standing]:
+    """Theories from the cheapest on: it holds within the criteria of the strips, Hertz on both sides of a junction."""
+    for name in THEORIES:
+        if name == HERTZ_GAUGE:
+            continue
+        try:
+            answers = [THEORIES[side].approximate(loaded) for side in (EITHER_SIDE if name == HERTZ else (name,))]
+        except InputError:
+            # no ellipse fits
+            continue
+        made = [one for one in answers if isinstance(one, Approximation)]
+        if made:
+            within = all(_is_within(one, strips, loaded.case.criteria.limits) for one in made)
+            answer: Answer = "HOLDS" if within else "FAILS"
+            yield Standing(name=name, answer=answer if made[-1].definite else "UNRESOLVED", made=made[-1])
+
+
+def _is_within(made: Approximation, strips: Approximation, limits: dict[str, float]) -> bool:
+    own, wanted = (measures_of_theory(one).as_dict() for one in (made, strips))
+    off = {name: own[name] / wanted[name] - 1.0 for name in MEASURES}
+    off[_CENTRE] = (made.centre_mm[1] - strips.centre_mm[1]) / made.half_widths_mm[1]
+    return all(abs(off[name]) <= limit for name, limit in limits.items() if name in off)

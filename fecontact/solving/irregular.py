@@ -1,0 +1,455 @@
+"""One-point models of a wheel on an irregularity, judged by the half-space that has all of it in its gap."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fecontact.arrays import Floats
+from fecontact.case import Case
+from fecontact.comparison.patch import Patch, measure_patch
+from fecontact.contact.halfspace import NODES, contact_on_gap
+from fecontact.errors import ConvergenceError, InputError
+from fecontact.irregularity.shapes import Irregularity
+from fecontact.normal.hertz import HertzContact
+from fecontact.normal.irregular import (
+    Estimate,
+    Pair,
+    Place,
+    eq6_force_N,
+    eq6_under,
+    filtered_force_N,
+    filtered_under,
+    fitted_force_N,
+    fitted_under,
+    local_force_N,
+    local_under,
+    path_force_N,
+    path_under,
+)
+from fecontact.solving.alone import normal_force_of
+from fecontact.solving.placing import place_case
+from fecontact.wheel_rail.placement import Placement
+
+# Nodes of a wave, so that the half-space follows it, where a patch has NODES on its half length.
+_FEWEST_A_WAVE = 4
+# Times as many nodes for an edge: the approach is within 0.02 % then, with as many as elsewhere within 0.15 %.
+_EDGED = 2
+# How far beyond a patch the bodies may come together, over the Hertz ellipse.
+_BEYOND = 1.6
+LIMIT = 0.05
+"""Largest error of force and peak with which a model holds, unless another one is given."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """A model of the contact on an irregularity.
+
+    Attributes
+    ----------
+    words, cost, source, range
+        Its name for readers, what it costs, where it is from, what it takes for granted.
+    under, force_N
+        Approach and peak under the force of a place; force at an approach.
+    """
+
+    words: str
+    cost: str
+    source: str
+    range: str
+    under: Callable[[Place], Estimate]
+    force_N: Callable[[Place, float], float]
+
+
+MODELS: Mapping[str, Model] = {
+    "eq6": Model(
+        words="Hertz's spring, e in the middle",
+        cost="closed form",
+        source="Otero Yugat, Part I, eq. 6",
+        range="waves much longer than the patch",
+        under=eq6_under,
+        force_N=eq6_force_N,
+    ),
+    "path": Model(
+        words="Hertz's spring over the path of the rigid wheel",
+        cost="closed form, once the path is known",
+        source="practice of vehicle codes; least of A x^2 + e",
+        range="curvature of e small beside that of the wheel",
+        under=path_under,
+        force_N=path_force_N,
+    ),
+    "filtered": Model(
+        words="Hertz's spring over the mean of e on the patch",
+        cost="an integral along the track",
+        source="flat punch and reciprocity: exact to first order in e",
+        range="amplitudes small beside the approach; says nothing of the peak",
+        under=filtered_under,
+        force_N=filtered_force_N,
+    ),
+    "local": Model(
+        words="Hertz at the rigid touch points with the curvature there",
+        cost="closed form a touch point",
+        source="Hertz (1882), springs side by side",
+        range="waves longer than the patch, away from hollows and edges",
+        under=local_under,
+        force_N=local_force_N,
+    ),
+    "fitted": Model(
+        words="Hertz on the parabola that fits over the patch",
+        cost="integrals along the track, some forty times",
+        source="its own: Legendre coefficients on the patch's own length",
+        range="patches that do not bridge a hollow",
+        under=fitted_under,
+        force_N=fitted_force_N,
+    ),
+}
+"""By name, from the cheapest."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Truth:
+    """The half-space on gap and irregularity.
+
+    Attributes
+    ----------
+    approach_mm
+        From where wheel and rail would touch without the irregularity.
+    patch
+        Measures of its patch.
+    p_max_MPa
+        Its peak; None where an edge lies in the patch, which has no bound.
+    residual
+        What the solution leaves open, relative to the approach.
+    pressure_MPa, x_mm, y_mm
+        Pressure (nx, ny) on the nodes.
+    """
+
+    approach_mm: float
+    patch: Patch
+    p_max_MPa: float | None
+    residual: float
+    x_mm: Floats
+    y_mm: Floats
+    pressure_MPa: Floats
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelErrors:
+    """Errors of a model at one place, or the largest ones over several with their signs.
+
+    Attributes
+    ----------
+    force_error
+        Of its force at the approach at which the half-space carries the load, over the load; NaN where it says nothing.
+    peak_error
+        Of its peak at the load; NaN where either has none.
+    """
+
+    force_error: float
+    peak_error: float
+
+    def holds(self, limit: float = LIMIT) -> bool:
+        """Whether both errors are within a limit; an error that is not known is not."""
+        return abs(self.force_error) <= limit and abs(self.peak_error) <= limit
+
+
+@dataclass(frozen=True, kw_only=True)
+class JudgedModel(ModelErrors):
+    """A model at one place.
+
+    Attributes
+    ----------
+    approach_mm
+        At the load.
+    force_N
+        At the approach at which the half-space carries the load.
+    problem
+        Why it says nothing.
+    """
+
+    approach_mm: float
+    force_N: float
+    problem: str = ""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JudgedPlace:
+    """All models at one place of an irregularity, and what they are judged by."""
+
+    s_mm: float
+    truth: Truth
+    models: Mapping[str, JudgedModel]
+
+
+def place_on(pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm: float) -> Place:
+    """A pair at a distance along an irregularity.
+
+    Raises
+    ------
+    InputError
+        If a table does not reach as far as the contact, or waves are too short for nodes.
+    """
+    hertz = pair.hertz(normal_force_N)
+    step = hertz.a_mm / NODES
+    if irregularity.finest_mm < _FEWEST_A_WAVE * step:
+        raise InputError(
+            f"irregularity {irregularity.kind}: its shortest wave is {irregularity.finest_mm:g} mm, and the patch of"
+            f" {2.0 * hertz.a_mm:.1f} mm has nodes {step:.2g} mm apart; allowed: {_FEWEST_A_WAVE * step:.2g} mm and"
+            " more; shorter ones are roughness, which the patch flattens: leave them out"
+        )
+    reach = math.sqrt((_BEYOND * hertz.approach_mm + irregularity.height_mm) / pair.A_per_mm)
+    if irregularity.kind == "table":
+        first, last = irregularity.points_mm[0][0], irregularity.points_mm[-1][0]
+        if not first + hertz.a_mm <= s_mm <= last - hertz.a_mm:
+            raise InputError(
+                f"irregularity table: the contact at {s_mm:g} mm reaches past its ends, {first:g} and {last:g} mm;"
+                f" allowed: {first + hertz.a_mm:.6g} to {last - hertz.a_mm:.6g} mm"
+            )
+    return Place(
+        pair=pair,
+        opening=lambda x: irregularity.opening_mm(s_mm + x),
+        reach_mm=reach,
+        normal_force_N=normal_force_N,
+        kinks_mm=tuple(kink - s_mm for kink in irregularity.kinks_mm),
+    )
+
+
+def truth_on(
+    pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm: float, *, nodes: int | None = None
+) -> Truth:
+    """The half-space at a distance along an irregularity, on 16 nodes a semi-axis, where it has edges on 32.
+
+    Raises
+    ------
+    InputError, ConvergenceError
+        As `place_on` and `contact_on_gap` do.
+    """
+    return _truth(place_on(pair, normal_force_N, irregularity, s_mm), irregularity, s_mm, nodes)
+
+
+def judge_place(pair: Pair, normal_force_N: float, irregularity: Irregularity, s_mm: float) -> JudgedPlace:
+    """All models at a distance along an irregularity beside the half-space.
+
+    Raises
+    ------
+    InputError, ConvergenceError
+        As `truth_on` does.
+    """
+    place = place_on(pair, normal_force_N, irregularity, s_mm)
+    truth = _truth(place, irregularity, s_mm)
+    return JudgedPlace(
+        s_mm=s_mm,
+        truth=truth,
+        models={name: _judged(model, place, truth) for name, model in MODELS.items()},
+    )
+
+
+def _truth(place: Place, irregularity: Irregularity, s_mm: float, nodes: int | None = None) -> Truth:
+    pair = place.pair
+
+    def gap(x: Floats, y: Floats) -> Floats:
+        return pair.A_per_mm * x**2 + pair.B_per_mm * y**2 + irregularity.opening_mm(s_mm + x)
+
+    solved = contact_on_gap(
+        gap,
+        place.normal_force_N,
+        pair.contact_modulus_MPa,
+        reach_mm=1.2 * place.hertz.approach_mm,
+        far_mm=(
+            2.0 * place.reach_mm,
+            2.0 * math.sqrt((_BEYOND * place.hertz.approach_mm + irregularity.height_mm) / pair.B_per_mm),
+        ),
+        nodes=nodes or (_EDGED * NODES if irregularity.kinks_mm else NODES),
+    )
+    patch, x = measure_patch(solved.pressure), solved.pressure.grid.x_mm
+    columns = np.flatnonzero(solved.pressure.values.any(axis=1))
+    step = solved.pressure.grid.steps_mm[0]
+    low, high = x[columns[0]] - step, x[columns[-1]] + step
+    edge = any(low < kink < high for kink in place.kinks_mm)
+    return Truth(
+        approach_mm=solved.approach_mm,
+        patch=patch,
+        p_max_MPa=None if edge else patch.p_max_MPa,
+        residual=solved.residual,
+        x_mm=x,
+        y_mm=solved.pressure.grid.s_mm,
+        pressure_MPa=solved.pressure.values,
+    )
+
+
+def _judged(model: Model, place: Place, truth: Truth) -> JudgedModel:
+    said = model.under(place)
+    force = np.nan if said.problem else model.force_N(place, truth.approach_mm)
+    peak = np.nan if truth.p_max_MPa is None else said.p_max_MPa / truth.p_max_MPa - 1.0
+    return JudgedModel(
+        force_error=force / place.normal_force_N - 1.0,
+        peak_error=float(peak),
+        approach_mm=said.approach_mm,
+        force_N=force,
+        problem=said.problem,
+    )
+
+
+# --- Where models of the contact on a wave hold: cells over wavelength and amplitude, and the largest amplitudes.
+
+PHASES = (0.0, 0.125, 0.25, 0.375, 0.5)
+"""Places along a wave at which a cell is judged, in wavelengths; those beyond are mirror images."""
+ERRORS = ("force_error", "peak_error")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Cell:
+    """All models on a wave, and what they are judged by.
+
+    Attributes
+    ----------
+    models
+        Errors by name, the largest over all places; empty where the half-space has no solution, see `problem`.
+    p_max_MPa
+        Largest peak of the half-space over all places.
+    pieces
+        Most pieces into which the patch splits at one of them.
+    residual
+        The largest of all solutions.
+    """
+
+    wavelength_mm: float
+    amplitude_mm: float
+    models: Mapping[str, ModelErrors]
+    p_max_MPa: float = np.nan
+    pieces: int = 0
+    residual: float = np.nan
+    problem: str = ""
+
+
+def judge_cell(pair: Pair, normal_force_N: float, wavelength_mm: float, amplitude_mm: float) -> Cell:
+    """Judge all models on a wave, at five places of it; a cell without a solution says why."""
+    try:
+        wave = Irregularity(kind="sine", wavelength_mm=wavelength_mm, amplitude_mm=amplitude_mm)
+        places = [judge_place(pair, normal_force_N, wave, phase * wavelength_mm) for phase in PHASES]
+    except (InputError, ConvergenceError) as error:
+        return Cell(wavelength_mm=wavelength_mm, amplitude_mm=amplitude_mm, models={}, problem=str(error))
+    return Cell(
+        wavelength_mm=wavelength_mm,
+        amplitude_mm=amplitude_mm,
+        models={name: worst_of_places(name, places) for name in MODELS},
+        p_max_MPa=max(place.truth.patch.p_max_MPa for place in places),
+        pieces=max(place.truth.patch.pieces for place in places),
+        residual=max(place.truth.residual for place in places),
+    )
+
+
+def worst_of_places(name: str, places: Sequence[JudgedPlace]) -> ModelErrors:
+    """The largest errors of a model over some places."""
+    forces, peaks = (np.array([getattr(place.models[name], error) for place in places]) for error in ERRORS)
+    # a NaN counts as the largest
+    return ModelErrors(
+        force_error=float(forces[np.argmax(np.abs(forces))]), peak_error=float(peaks[np.argmax(np.abs(peaks))])
+    )
+
+
+def largest_amplitude_mm(
+    cells: Sequence[Cell], model: str, errors: Sequence[str] = ERRORS, limit: float = LIMIT
+) -> float | None:
+    """Amplitude up to which a model holds on waves of one length; None if it does on all of its cells, or on none.
+
+    Parameters
+    ----------
+    cells
+        Of one wavelength, from small to large amplitudes.
+    errors
+        Which of both have to be within the limit.
+
+    Notes
+    -----
+    The logarithm of the larger error is taken to be straight over that of the amplitude between two cells.
+    """
+    worst = [_worst(cell, model, errors) for cell in cells]
+    first = next((number for number, one in enumerate(worst) if one > limit), 0)
+    return None if first == 0 else _between([cell.amplitude_mm for cell in cells], worst, first, limit)
+
+
+def _worst(cell: Cell, model: str, errors: Sequence[str]) -> float:
+    """The larger error of a model; infinite where it, or the half-space, says nothing."""
+    if not cell.models:
+        return np.inf
+    found = [abs(getattr(cell.models[model], error)) for error in errors]
+    return np.inf if np.isnan(found).any() else float(max(found))
+
+
+def _between(places: Sequence[float], worst: Sequence[float], number: int, limit: float) -> float:
+    """Where the error passes the limit between a cell and the one before it; the one that holds if one is unknown."""
+    (low, high), (below, above) = places[number - 1 : number + 1], worst[number - 1 : number + 1]
+    if not np.isfinite([below, above]).all() or min(below, above) <= 0.0:
+        return low if below <= limit else high
+    share = np.log(limit / below) / np.log(above / below)
+    return float(low * (high / low) ** share)
+
+
+# --- The smooth pair of a case, on which models of an irregularity are judged: Hertz's bodies at its first touch point.
+
+# A wave of no height: the half-space beside Hertz's closed form.
+_NONE = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SmoothPair:
+    """Hertz's bodies at the first touch point of a case.
+
+    Attributes
+    ----------
+    pair, hertz
+        Their gap, and Hertz under the force along the normal.
+    approach_error, peak_error
+        Of the half-space on its nodes, from Hertz on these bodies without an irregularity.
+    notes
+        What is left out.
+    """
+
+    case: Case
+    placement: Placement
+    pair: Pair
+    hertz: HertzContact
+    approach_error: float
+    peak_error: float
+    notes: tuple[str, ...] = ()
+
+
+def smooth_pair(case: Case) -> SmoothPair:
+    """The smooth pair of a case; of its profiles the curvatures at first touch count, and nothing else.
+
+    Raises
+    ------
+    InputError
+        As `place_case` does, for a yaw, for a case that is irregular itself, and where the surfaces conform, so that
+        there is no Hertz.
+    """
+    if case.yaw_rad != 0.0:
+        raise InputError(
+            f"yaw is {1e3 * case.yaw_rad:g} mrad; allowed: 0, for the models lie along the track; leave the yaw out"
+        )
+    if case.irregularities:
+        raise InputError("rail or wheel of the case is irregular; leave that out, and give it as the irregularity")
+    placement = place_case(case)
+    touch, force = placement.first, normal_force_of(case, placement)
+    curvature = touch.curvature
+    pair = Pair(
+        A_per_mm=0.5 * curvature.xx_per_mm,
+        B_per_mm=0.5 * curvature.yy_per_mm,
+        contact_modulus_MPa=case.contact_modulus_MPa,
+    )
+    hertz = pair.hertz(force)
+    flat = truth_on(pair, force, Irregularity(kind="sine", wavelength_mm=8.0 * hertz.a_mm, amplitude_mm=_NONE), 0.0)
+    assert flat.p_max_MPa is not None
+    return SmoothPair(
+        case=case,
+        placement=placement,
+        pair=pair,
+        hertz=hertz,
+        approach_error=flat.approach_mm / hertz.approach_mm - 1.0,
+        peak_error=flat.p_max_MPa / hertz.p0_MPa - 1.0,
+        notes=("the touch point lies at a curvature junction: field side",) if touch.at_junction else (),
+    )

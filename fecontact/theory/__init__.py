@@ -1,1 +1,0 @@
-"""Closed forms; sees no finite elements."""

@@ -1,0 +1,1 @@
+"""Wheel on rail as rigid bodies: poses, touch points, curvatures, wheelsets."""

@@ -1,0 +1,518 @@
+"""The wheel on the rail: where the rigid bodies touch, and what carries there, also over an irregularity.
+
+Track frame (right-handed): x along the running direction, y lateral and positive to the field side of the left rail,
+z up, origin in the track centre at the height of the rail's highest point. The pair is the left wheel on the left rail.
+The wheelset turns about its centre on the axle: first roll about x, then yaw about z (both right-handed, so that
+positive roll lifts this wheel and positive yaw moves it backwards).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fecontact.arrays import Floats
+from fecontact.bodies import Track, TrackSide
+from fecontact.errors import InputError
+from fecontact.irregularity.openings import on_edge, touches
+from fecontact.irregularity.shapes import Irregularity
+from fecontact.profiles.curve import Junction, Profile
+from fecontact.wheel_rail.poses import (
+    RailPose,
+    TouchPoint,
+    WheelPose,
+    place_rail,
+    search_parameters,
+    sign_change,
+    touch_point_at,
+)
+
+# --- Which places of a wheel's line can carry it on a rail: its tread, its flange up to the steepest place, or beyond.
+
+# Treads rise to the field side by 0.07, chamfers by 0.8.
+_CHAMFER_RAD = 0.35
+# Less is no flange but a tread that is worn.
+_FLANGE_RAD = 0.25 * np.pi
+# A straight flank through points swings by as much: where a flange is less steep than at its steepest place by no more
+# than this, that is its flank still. On the arc of an S1002 beyond it (R 20) it is 0.08 mm.
+_FLANK_RAD = 4e-3
+
+
+def why_it_cannot_carry(wheel: Profile, touch: TouchPoint, *, climbs: bool, flange_climb: bool) -> str:
+    """Why a wheel cannot run on a touch point where it climbs or not; empty if it can. `flange_climb` lets it climb."""
+    y_mm = touch.wheel_y_mm
+    if any(abs(y_mm - j.y_mm) < 1e-6 and j.is_corner for j in wheel.junctions):
+        return f"the wheel leaves the rail: the corner of its tread at y = {y_mm:.2f} mm carries it"
+    # on the chamfer beyond the tread's corner a wheel slides down between the rails
+    beyond = any(0.0 < j.y_mm < y_mm and j.is_corner for j in wheel.junctions)
+    if beyond and touch.contact_angle_rad > _CHAMFER_RAD:
+        return f"the wheel leaves the rail: its chamfer carries it, at y = {y_mm:.2f} mm"
+    if not climbs:
+        return ""
+    where = f"the wheel derails: the rail touches it at y = {y_mm:.2f} mm, beyond the"
+    p = wheel.evaluate(search_parameters(wheel)[1:-1])
+    if y_mm <= float(p.y[np.argmin(p.z)]):
+        return f"{where} top of its flange"
+    return "" if flange_climb else f"{where} steepest place of its flange (--flange-climb takes it nevertheless)"
+
+
+def climbs_at(wheel: Profile, y_mm: float) -> bool:
+    """Whether a place of a wheel's line (mm across) lies beyond the steepest place of its flange."""
+    p = wheel.evaluate(search_parameters(wheel)[1:-1])
+    # angles, not slopes: a flange may be upright
+    slope = np.where(p.y < 0.0, np.arctan2(p.dz, p.dy), 0.0)
+    steepest = float(np.max(slope))
+    # without a flange there is nothing to climb on
+    return steepest > _FLANGE_RAD and y_mm < float(np.min(p.y[slope > steepest - _FLANK_RAD]))
+
+
+# --- Irregularities of wheel and rail together, at a distance run.
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AlongTrack:
+    """Irregularities of both bodies at a distance run.
+
+    Attributes
+    ----------
+    distance_mm
+        Distance along them of where smooth bodies touch.
+    middle_x_mm
+        Where that is, in the track frame.
+    lowered_mm
+        How much lower than on the smooth rail the rigid wheel stands: the least of gap and irregularity.
+    """
+
+    lines: tuple[Irregularity, ...]
+    distance_mm: float
+    middle_x_mm: float
+    lowered_mm: float = 0.0
+
+    def opening_mm(self, x_mm: Floats) -> Floats:
+        """The sum of all openings at places x of the track frame."""
+        s = self.distance_mm + np.asarray(x_mm) - self.middle_x_mm
+        return np.asarray(sum(line.opening_mm(s) for line in self.lines))
+
+    @property
+    def height_mm(self) -> float:
+        """Largest opening less the smallest."""
+        return sum(line.height_mm for line in self.lines)
+
+    @property
+    def largest_slope(self) -> float:
+        """Largest slope of all together."""
+        return sum(line.largest_slope for line in self.lines)
+
+    @property
+    def finest_mm(self) -> float:
+        """The shortest length along it that nodes have to follow."""
+        return min(line.finest_mm for line in self.lines)
+
+    @property
+    def kinks_x_mm(self) -> tuple[float, ...]:
+        """Where the slope jumps, in the track frame."""
+        return tuple(kink - self.distance_mm + self.middle_x_mm for line in self.lines for kink in line.kinks_mm)
+
+    def covers(self, low_x_mm: float, high_x_mm: float) -> bool:
+        """Whether tables go from one place to another."""
+        shift = self.distance_mm - self.middle_x_mm
+        ends = [(line.points_mm[0][0], line.points_mm[-1][0]) for line in self.lines if line.points_mm]
+        return all(low <= low_x_mm + shift and high_x_mm + shift <= high for low, high in ends)
+
+
+# --- Put a wheel on a rail: touch points, contact frame, relative curvatures and the true undeformed gap.
+
+# Gap given to rail points whose normal does not meet the wheel's running surface: far beyond any elastic approach.
+OPEN_GAP_MM = 1e3
+# Further minima of the vertical gap up to this height are touch points: three times what wheels of 200 kN approach.
+REACH_MM = 0.3
+EVERY_SHIFT = np.arange(-40.0, 40.5, 0.5)
+"""Shifts (mm) that are tried for a message that says which are possible."""
+# A step in the height of a line may stand above its touch points by as much as segments may miss each other.
+_STEP_MM = 2e-3
+# What a line has turned by where a head's side begins, and how closely it is looked at for that.
+_SIDE_TURN_RAD = math.pi / 3.0
+_SIDE_STEP_MM = 0.1
+SIGN: dict[TrackSide, float] = {"left": 1.0, "right": -1.0}
+"""Sign of a wheelset's shift, roll and yaw in the frame of its left side."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlacedJunction:
+    """A junction of one of both profiles, its distance `s_mm` along that line from the first touch point."""
+
+    profile: Profile
+    junction: Junction
+    s_mm: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Placement:
+    """A wheel resting on a rail: poses, touch points (the first one carries the rigid wheel) and the true gap.
+
+    `climbs` says that it touches beyond the steepest place of its flange: a lateral force alone holds it there. `along`
+    is what both have along the track beside their profiles, if anything (`wheel_rail.placement`).
+    """
+
+    rail: RailPose
+    wheel: WheelPose
+    touch_points: tuple[TouchPoint, ...]
+    climbs: bool = False
+    along: AlongTrack | None = None
+
+    @property
+    def first(self) -> TouchPoint:
+        """The touch point of the rigid bodies."""
+        return self.touch_points[0]
+
+    @property
+    def ahead_mm(self) -> float:
+        """How far along the track the first touch point is ahead of that of smooth bodies."""
+        return 0.0 if self.along is None else self.first.x_mm - self.along.middle_x_mm
+
+    @cached_property
+    def first_arc_length_mm(self) -> float:
+        """Arc length along the rail profile at the first touch point: the origin of the surface coordinate s."""
+        return float(self.rail.profile.arc_length(self.first.rail_u))
+
+    def load_direction(self, *, normal: bool) -> Floats:
+        """Unit vector (3,) along which a load acts and the bodies approach: the normal at first touch, or vertical."""
+        return self.first.normal if normal else np.array([0.0, 0.0, 1.0])
+
+    def arc_mm(self, touch: TouchPoint) -> float:
+        """Surface coordinate s (mm) of a touch point."""
+        return float(self.rail.profile.arc_length(touch.rail_u)) - self.first_arc_length_mm
+
+    @cached_property
+    def junctions(self) -> tuple[PlacedJunction, ...]:
+        """Junctions of the rail and then of the wheel, each from small to large y."""
+        found = []
+        for profile, u in ((self.rail.profile, self.first.rail_u), (self.wheel.profile, self.first.wheel_u)):
+            arcs = profile.arc_length(profile.locate([j.y_mm for j in profile.junctions]))
+            for junction, arc in zip(profile.junctions, arcs - float(profile.arc_length(u)), strict=True):
+                if np.isfinite(arc):
+                    found.append(PlacedJunction(profile=profile, junction=junction, s_mm=float(arc)))
+        return tuple(found)
+
+    def on_profiles(self, x: float, s: float) -> tuple[float, float, float]:
+        """Places (mm) across the rail's and the wheel's own profile at surface coordinates (mm), and the rail's angle.
+
+        On the wheel it is the point that faces the rail along the rail's normal, NaN where there is none.
+        """
+        u = self.rail.profile.at_arc_length(s + self.first_arc_length_mm)
+        point, normal = self.surface(x, s)
+        facing = point + self.wheel.distance_along(point, normal) * normal
+        wheel_y = (facing - self.wheel.centre_mm) @ self.wheel.axes[:, 1] - self.wheel.tape_circle_y_mm
+        return float(self.rail.profile.evaluate(u).y), float(wheel_y), float(self.rail.section(u)[2])
+
+    def side_mm(self, s: float) -> float:
+        """How far (mm) it is along the rail's surface from a place to the nearer side of the head.
+
+        A side begins where the line has turned by a sixth of a circle, or where it ends.
+        """
+        profile, place = self.rail.profile, self.first_arc_length_mm + s
+        u = profile.spread(_SIDE_STEP_MM)
+        arc, angle = profile.arc_length(u), profile.evaluate(u).angle_rad
+        turned = np.abs(angle - np.interp(place, arc, angle)) > _SIDE_TURN_RAD
+        turned[[0, -1]] = True
+        return float(np.abs(arc[turned] - place).min())
+
+    def surface(self, x: ArrayLike, s: ArrayLike) -> tuple[Floats, Floats]:
+        """Points (..., 3) on the rail and their outward unit normals at x and the arc length s (mm) from first touch.
+
+        NaN beyond the running surface.
+        """
+        x, s = np.broadcast_arrays(np.asarray(x, float), np.asarray(s, float))
+        u = self.rail.profile.at_arc_length(s + self.first_arc_length_mm)
+        y, z, angle = self.rail.section(u)
+        points = np.stack([x + self.first.x_mm, y, z], axis=-1)
+        return points, np.stack([np.zeros_like(y), -np.sin(angle), np.cos(angle)], axis=-1)
+
+    def project(self, points: Floats) -> Floats:
+        """Surface coordinates (x, s) (..., 2) in mm of points near the rail's surface, along its normals.
+
+        Raises
+        ------
+        InputError
+            If a point does not project on the running surface.
+        """
+        rail = self.rail
+        u = rail.parameter_at_y(points[..., 1])
+        # points beside the head begin at its nearer end
+        end = np.where(points[..., 1] > rail.crown_y_mm, rail.profile.length_mm, 0.0)
+        s = np.where(np.isfinite(u), rail.profile.arc_length(np.nan_to_num(u)), end)
+        for _ in range(30):
+            u = rail.profile.at_arc_length(s)
+            y, z, angle = rail.section(u)
+            dy, dz = points[..., 1] - y, points[..., 2] - z
+            curvature = rail.profile.evaluate(u).curvature_per_mm
+            step = (dy * np.cos(angle) + dz * np.sin(angle)) / (
+                1.0 - curvature * (dz * np.cos(angle) - dy * np.sin(angle))
+            )
+            s = s + np.clip(step, -2.0, 2.0)
+            if not np.any(np.abs(step) > 1e-11):
+                break
+        if not np.all(np.abs(step) < 1e-8):
+            raise InputError(
+                "the wheel's contact zone reaches past the rail's running surface; use a smaller zone or a longer"
+                " rail line"
+            )
+        return np.stack([points[..., 0] - self.first.x_mm, s - self.first_arc_length_mm], axis=-1)
+
+    def gap(self, x: ArrayLike, s: ArrayLike) -> Floats:
+        """True undeformed gap (mm) along the rail's normal at (x, s); OPEN_GAP_MM where the surfaces never meet."""
+        points, normals = self.surface(x, s)
+        gap = np.nan_to_num(self.wheel.distance_along(points, normals), nan=OPEN_GAP_MM)
+        if self.along is None:
+            return gap
+        return gap + self.along.opening_mm(points[..., 0]) - self.along.lowered_mm * normals[..., 2]
+
+    def tangent_plane_gap(self, x: ArrayLike, t: ArrayLike) -> Floats:
+        """True undeformed gap (mm) along the contact normal over the tangent plane at the first touch point.
+
+        x and t (mm) are the coordinates in that plane; NaN where one of the bodies is missing. Along a line across, an
+        irregularity is the same everywhere, and not in it.
+        """
+        x, t = np.broadcast_arrays(np.asarray(x, float), np.asarray(t, float))
+        touch, rail = self.first, self.rail
+        tilt = touch.contact_angle_rad - rail.inclination_rad
+        foot = rail.profile.evaluate(touch.rail_u)
+        p = rail.profile.evaluate(rail.profile.locate(t, angle_rad=tilt, origin=(float(foot.y), float(foot.z))))
+        height = -(p.y - foot.y) * np.sin(tilt) + (p.z - foot.z) * np.cos(tilt)
+        origin = np.array([touch.x_mm, touch.y_mm, touch.z_mm])
+        plane = origin + x[..., None] * np.array([1.0, 0.0, 0.0]) + t[..., None] * touch.tangent
+        points = plane + height[..., None] * touch.normal
+        return self.wheel.distance_along(points, np.broadcast_to(touch.normal, points.shape))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Pair:
+    """A wheel and the rail below it, in the frame of the left side; the right side is its mirror image.
+
+    With `flange_climb` the wheel may stand on its flange beyond the steepest place of that.
+    """
+
+    rail: RailPose
+    wheel: Profile
+    rolling_radius_mm: float
+    tape_circle_y_mm: float
+    flange_climb: bool = False
+
+    def hung(self, shift_mm: float, roll_rad: float, yaw_rad: float) -> WheelPose:
+        """The wheel with the axle's centre at height zero; all three as in `place`, on the left side."""
+        return WheelPose(
+            profile=self.wheel,
+            rolling_radius_mm=self.rolling_radius_mm,
+            tape_circle_y_mm=self.tape_circle_y_mm,
+            axes=_axes(roll_rad, yaw_rad),
+            centre_mm=np.array([0.0, shift_mm, 0.0]),
+        )
+
+    def placed(
+        self, shift_mm: float, roll_rad: float, yaw_rad: float, *, reach_mm: float = REACH_MM
+    ) -> Placement | str:
+        """The wheel lowered on the rail, or why it cannot stand there."""
+        return _touch(self.rail, self.hung(shift_mm, roll_rad, yaw_rad), reach_mm, flange_climb=self.flange_climb)
+
+
+def pair_of(
+    rail_profile: Profile,
+    wheel_profile: Profile,
+    *,
+    inclination_rad: float,
+    rolling_radius_mm: float = 460.0,
+    track: Track | None = None,
+    flange_climb: bool = False,
+) -> Pair:
+    """Set a rail to gauge, and a wheel on its axle.
+
+    Raises
+    ------
+    InputError
+        As `place_rail` does.
+    """
+    track = track or Track()
+    return Pair(
+        rail=place_rail(rail_profile, inclination_rad, track),
+        wheel=wheel_profile,
+        rolling_radius_mm=rolling_radius_mm,
+        tape_circle_y_mm=track.tape_circle_y_mm,
+        flange_climb=flange_climb,
+    )
+
+
+def place(
+    rail_profile: Profile,
+    wheel_profile: Profile,
+    *,
+    inclination_rad: float,
+    lateral_shift_mm: float = 0.0,
+    roll_rad: float = 0.0,
+    yaw_rad: float = 0.0,
+    rolling_radius_mm: float = 460.0,
+    track: Track | None = None,
+    side: TrackSide = "left",
+    reach_mm: float = REACH_MM,
+    flange_climb: bool = False,
+) -> Placement:
+    """Lower a wheel on a rail until the rigid bodies touch.
+
+    Parameters
+    ----------
+    lateral_shift_mm
+        Wheelset displacement, positive towards the left rail.
+    side
+        Which wheel; the right one on its rail is the left one of the mirror image, as which it is given.
+    reach_mm
+        Further minima of the vertical gap up to this height above the first touch are reported.
+    flange_climb
+        Whether the wheel may stand on its flange beyond the steepest place of that.
+
+    Raises
+    ------
+    InputError
+        If the wheel leaves the rail or its flange climbs over it, naming the shifts that are possible.
+    """
+    pair = pair_of(
+        rail_profile,
+        wheel_profile,
+        inclination_rad=inclination_rad,
+        rolling_radius_mm=rolling_radius_mm,
+        track=track,
+        flange_climb=flange_climb,
+    )
+    sign = SIGN[side]
+
+    def at(shift: float) -> Placement | str:
+        return pair.placed(sign * shift, sign * roll_rad, sign * yaw_rad, reach_mm=reach_mm)
+
+    placed = at(lateral_shift_mm)
+    if isinstance(placed, str):
+        raise InputError(f"lateral shift {lateral_shift_mm:g} mm: {placed}; {possible_shifts(at)}")
+    return placed
+
+
+def possible_shifts(at: Callable[[float], object]) -> str:
+    """Shifts at which `at` gives no reason why not, in words."""
+    good = [shift for shift in EVERY_SHIFT if not isinstance(at(float(shift)), str)]
+    if not good:
+        return "no shift between -40 and 40 mm is possible for this wheel, rail and track"
+    return f"shifts between {min(good):g} and {max(good):g} mm (in steps of 0.5 mm) are possible"
+
+
+def _axes(roll: float, yaw: float) -> Floats:
+    cr, sr, cy, sy = np.cos(roll), np.sin(roll), np.cos(yaw), np.sin(yaw)
+    turn_x = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
+    turn_z = np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(turn_z @ turn_x)
+
+
+def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: bool) -> Placement | str:
+    """All touch points of a wheel that hangs with its axle at height zero, or the reason why there are none."""
+    u = search_parameters(wheel.profile)
+    _, _, y, z = wheel.silhouette(u)
+    over = np.isfinite(u_rail := rail.parameter_at_y(y))
+    gap = np.where(over, z - rail.section(u_rail)[1], np.nan)
+    if np.count_nonzero(over) < 3:
+        return "the wheel does not stand over the rail"
+
+    def slope_difference(v: float) -> float:
+        p = wheel.profile.evaluate(v)
+        theta = wheel._silhouette_angle(np.asarray(-p.dz / p.dy))
+        radial = wheel.axes @ np.array([np.sin(theta), 0.0, -np.cos(theta)])
+        normal = radial + float(p.dz / p.dy) * wheel.axes[:, 1]
+        angle = rail.section(rail.parameter_at_y(wheel.silhouette(v)[2]))[2]
+        return float(-normal[1] / normal[2] - np.tan(angle))
+
+    lowest = int(np.nanargmin(gap))
+    if not (0 < lowest < u.size - 1 and over[lowest - 1] and over[lowest + 1]):
+        return "the wheel leaves the rail: the end of one of the running surfaces carries it"
+    inner = np.flatnonzero(over[:-2] & over[1:-1] & over[2:]) + 1
+    minima = inner[
+        (gap[inner] <= gap[inner - 1]) & (gap[inner] < gap[inner + 1]) & (gap[inner] <= gap[lowest] + reach_mm)
+    ]
+    found = []
+    for i in minima:
+        low, high = u[i - 1], u[i + 1]
+        f_low, f_high = slope_difference(low), slope_difference(high)
+        # no sign change: a step in the height (rounded data of a profile), not a stationary point
+        if f_low < 0.0 < f_high:
+            v = sign_change(slope_difference, low, high)
+            u_r = float(rail.parameter_at_y(wheel.silhouette(v)[2]))
+            found.append((float(wheel.silhouette(v)[3] - rail.section(u_r)[1]), v, u_r))
+    if not found:
+        return "no point of the running surfaces is tangent to the other one where they come closest"
+    found.sort()
+    height = found[0][0]
+    if height - gap[lowest] > _STEP_MM:
+        y_closest = float(wheel.profile.evaluate(u[lowest]).y)
+        return (
+            f"the bodies come closest at y = {y_closest:.2f} mm of the wheel, where neither line is tangent to the"
+            f" other one, {1e3 * (height - gap[lowest]):.0f} micrometres before they touch elsewhere: a step in a"
+            " profile"
+        )
+    down = WheelPose(
+        profile=wheel.profile,
+        rolling_radius_mm=wheel.rolling_radius_mm,
+        tape_circle_y_mm=wheel.tape_circle_y_mm,
+        axes=wheel.axes,
+        centre_mm=wheel.centre_mm - np.array([0.0, 0.0, height]),
+    )
+    points = tuple(touch_point_at(rail, down, v, u_r, g - height) for g, v, u_r in found)
+    climbs = climbs_at(down.profile, points[0].wheel_y_mm)
+    if reason := why_it_cannot_carry(down.profile, points[0], climbs=climbs, flange_climb=flange_climb):
+        return reason
+    return Placement(rail=rail, wheel=down, touch_points=points, climbs=climbs)
+
+
+# --- A wheel on a rail that are irregular along the track: touch points and curvatures of gap and irregularity.
+
+
+def with_irregularities(placement: Placement, lines: Sequence[Irregularity], distance_mm: float) -> Placement:
+    """The rigid wheel on an irregular rail: lowered until both touch, with the touch points and curvatures there.
+
+    The openings are taken along the normals of the rail. Range of validity: slopes along the track are small, so that
+    the profile of the wheel is the same a few mm before its lowest point.
+
+    Raises
+    ------
+    InputError
+        If it touches an edge, where there is no curvature.
+    """
+    flats = [line.on_wheel(placement.wheel.rolling_radius_mm) for line in lines]
+    along = AlongTrack(lines=tuple(flats), distance_mm=distance_mm, middle_x_mm=placement.first.x_mm)
+    found = [touch for smooth in placement.touch_points for touch in _touches(smooth, along)]
+    found.sort(key=lambda touch: touch.vertical_gap_mm)
+    least = found[0].vertical_gap_mm
+    near = [touch for touch in found if touch.vertical_gap_mm <= least + REACH_MM]
+    return replace(
+        placement,
+        touch_points=tuple(replace(touch, vertical_gap_mm=touch.vertical_gap_mm - least) for touch in near),
+        along=replace(along, lowered_mm=least),
+    )
+
+
+def _touches(smooth: TouchPoint, along: AlongTrack) -> list[TouchPoint]:
+    """Touch points that a touch point of the smooth bodies becomes, their gaps from where those touch first."""
+    xx, upright = smooth.curvature.xx_per_mm, float(smooth.normal[2])
+    reach = math.sqrt(2.0 * (REACH_MM + along.height_mm) / xx)
+    found = touches(0.5 * xx, lambda x: along.opening_mm(x + smooth.x_mm), reach)
+    if on_edge(found, tuple(kink - smooth.x_mm for kink in along.kinks_x_mm), reach):
+        raise InputError(
+            f"at {along.distance_mm:g} mm the wheel stands on an edge of its irregularity, where there is no curvature"
+            " and the pressure has no bound; give a haversine, a table with the edge's radius, or another distance"
+        )
+    return [
+        replace(
+            smooth,
+            x_mm=smooth.x_mm + touch.x_mm,
+            vertical_gap_mm=smooth.vertical_gap_mm + touch.gap_mm / upright,
+            curvatures=tuple(replace(one, xx_per_mm=2.0 * touch.A_per_mm) for one in smooth.curvatures),
+        )
+        for touch in found
+    ]

@@ -1,0 +1,302 @@
+"""Poses of wheel and rail, and the points at which they touch with their relative curvatures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq
+
+from fecontact.arrays import Floats
+from fecontact.bodies import Track
+from fecontact.errors import InputError
+from fecontact.profiles.curve import Profile, Side
+from fecontact.profiles.segments import CurvePoints
+
+_SEARCH_STEP_MM = 0.02
+
+
+# A direction meets the surface where the last step along it is below this; elsewhere it is 1e-9 and less.
+_STEP_OF_A_LINE_MM = 1e-3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RailPose:
+    """A rail profile in the track frame: turned inwards by the inclination, its crown at (crown_y, crown_z) (mm)."""
+
+    profile: Profile
+    inclination_rad: float
+    crown_y_mm: float
+    crown_z_mm: float
+
+    def parameter_at_y(self, y: ArrayLike) -> Floats:
+        """Profile parameter of the points at the lateral position y (mm) of the track, NaN off the head."""
+        return self.profile.locate(np.asarray(y, dtype=float) - self.crown_y_mm, angle_rad=-self.inclination_rad)
+
+    def section(self, u: ArrayLike) -> tuple[Floats, Floats, Floats]:
+        """Position y, z (mm) and tangent angle (rad) in the track frame at the profile parameter u."""
+        p = self.profile.evaluate(u)
+        return (*self.point(p.y, p.z), p.angle_rad + self.inclination_rad)
+
+    def point(self, y: Floats, z: Floats) -> tuple[Floats, Floats]:
+        """Position y, z (mm) in the track frame of a point at y, z (mm) of the profile."""
+        c, s = np.cos(self.inclination_rad), np.sin(self.inclination_rad)
+        return self.crown_y_mm + y * c - z * s, self.crown_z_mm + y * s + z * c
+
+
+def place_rail(profile: Profile, inclination_rad: float, track: Track) -> RailPose:
+    """Incline a rail and set it to gauge, its highest point at z = 0.
+
+    Raises
+    ------
+    InputError
+        If the head does not reach down to the gauge plane and no crown position is given.
+    """
+    at_origin = RailPose(profile=profile, inclination_rad=inclination_rad, crown_y_mm=0.0, crown_z_mm=0.0)
+    u = search_parameters(profile)
+    _, z, _ = at_origin.section(u)
+    top = int(np.argmax(z))
+    u_top = u[top]
+    if 0 < top < u.size - 1:
+        u_top = sign_change(lambda v: float(np.sin(at_origin.section(v)[2])), u[top - 1], u[top + 1])
+    z_top = float(at_origin.section(u_top)[1])
+    if track.rail_crown_y_mm is not None:
+        crown_y = track.rail_crown_y_mm
+    else:
+        gauge_z = z_top - track.gauge_depth_mm
+        u_gauge = profile.locate(gauge_z, angle_rad=0.5 * np.pi - inclination_rad)
+        if not np.isfinite(u_gauge):
+            raise InputError(
+                f"rail {profile.name}: its gauge side ends {z_top - z[0]:.2f} mm below the highest point, but the gauge"
+                f" is measured {track.gauge_depth_mm:g} mm below it; give a rail line that reaches there, a smaller"
+                " gauge depth (--gauge-depth-mm, gauge_depth_mm in [track]), or the position of the rail's crown"
+                " (--rail-crown-y-mm, rail_crown_y_mm)"
+            )
+        crown_y = 0.5 * track.gauge_mm - float(at_origin.section(u_gauge)[0])
+    return RailPose(profile=profile, inclination_rad=inclination_rad, crown_y_mm=crown_y, crown_z_mm=-z_top)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class WheelPose:
+    """A wheel profile revolved about the axle and set down in the track frame.
+
+    `axes` has the wheel's own directions as columns: forward, along the axle to the field side, up. The wheelset's
+    centre lies at `centre_mm`; the tape circle `tape_circle_y_mm` along the axle, with the radius `rolling_radius_mm`.
+    """
+
+    profile: Profile
+    rolling_radius_mm: float
+    tape_circle_y_mm: float
+    axes: Floats
+    centre_mm: Floats
+
+    def radius(self, u: ArrayLike) -> Floats:
+        """Distance (mm) of the running surface from the axle at the profile parameter u."""
+        return np.asarray(self.rolling_radius_mm - self.profile.evaluate(u).z)
+
+    def silhouette(self, u: ArrayLike) -> tuple[Floats, Floats, Floats, Floats]:
+        """Outline of the wheel as seen along the rail: angle theta (rad) about the axle, and x-, y-, z-position (mm).
+
+        A rail is a prism, so the rigid contact is the plane contact of this outline with the rail's section.
+        """
+        return self.silhouette_of(self.profile.evaluate(u))
+
+    def silhouette_of(self, p: CurvePoints) -> tuple[Floats, Floats, Floats, Floats]:
+        """The same of points of the profile."""
+        # a vertical end of the line (the back of a flange) has no finite slope; it never touches the head
+        theta = self._silhouette_angle(-p.dz / np.where(np.abs(p.dy) > 1e-12, p.dy, 1e-12))
+        position = self.point(p.y, self.rolling_radius_mm - p.z, theta)
+        return theta, position[..., 0], position[..., 1], position[..., 2]
+
+    def _silhouette_angle(self, radius_rate: Floats) -> Floats:
+        # the normal (e_r - r' e_axle) has no x-component there
+        forward, axle, up = self.axes[0]
+        size = np.hypot(up, forward)
+        return np.asarray(np.arcsin(np.clip(radius_rate * axle / size, -1.0, 1.0)) + np.arctan2(up, forward))
+
+    def point(self, y: ArrayLike, radius: ArrayLike, theta: ArrayLike) -> Floats:
+        """Track position (..., 3) in mm of a point at y (mm) across, at a radius (mm) and an angle (rad) from below."""
+        y, radius, theta = np.broadcast_arrays(
+            np.asarray(y, float), np.asarray(radius, float), np.asarray(theta, float)
+        )
+        local = np.stack([radius * np.sin(theta), self.tape_circle_y_mm + y, -radius * np.cos(theta)], axis=-1)
+        return np.asarray(self.centre_mm + local @ self.axes.T)
+
+    def lowest_point(self, y: Floats, z: Floats) -> tuple[Floats, Floats]:
+        """Position y, z (mm) in the track frame of points at y, z (mm) of the profile, straight below the axle."""
+        position = self.point(y, self.rolling_radius_mm - z, 0.0)
+        return position[..., 1], position[..., 2]
+
+    def distance_along(self, points: Floats, normals: Floats) -> Floats:
+        """Distance (mm) from points (..., 3) along unit directions (..., 3) to the wheel's running surface.
+
+        NaN where the direction does not meet it within a few mm. Newton's method on the body of revolution.
+        """
+        d0 = (points - self.centre_mm) @ self.axes
+        n = normals @ self.axes
+        t = np.zeros(d0.shape[:-1])
+        y_low, y_high = self.profile.y_range_mm
+        for _ in range(12):
+            d = d0 + t[..., None] * n
+            y = d[..., 1] - self.tape_circle_y_mm
+            rho = np.hypot(d[..., 0], d[..., 2])
+            # beyond the ends the surface is continued by its end point; such points are sorted out by their y
+            u = self.profile.locate(np.clip(y, y_low, y_high))
+            p = self.profile.evaluate(u)
+            rate = (d[..., 0] * n[..., 0] + d[..., 2] * n[..., 2]) / rho + p.dz / p.dy * n[..., 1]
+            step = -(rho - self.rolling_radius_mm + p.z) / rate
+            t = t + np.clip(step, -5.0, 5.0)
+            if not np.any(np.abs(step) > 1e-12):
+                break
+        # a line may step by the rounding of its coefficients at a junction (S1002: 2e-4 mm), where steps go to and fro
+        inside = (y >= y_low) & (y <= y_high) & (np.abs(step) < _STEP_OF_A_LINE_MM)
+        return np.where(inside, t, np.nan)
+
+
+# a search for touch points takes half of its time otherwise, and a table of positions has many
+@lru_cache(maxsize=64)
+def search_parameters(profile: Profile) -> Floats:
+    """Parameters along a profile, `_SEARCH_STEP_MM` apart; those of one line serve every position."""
+    u = profile.spread(_SEARCH_STEP_MM)
+    u.flags.writeable = False
+    return u
+
+
+def sign_change(f: Callable[[float], float], low: float, high: float) -> float:
+    """Where a function changes its sign between two places; the place where it is nearest to 0 if it does not."""
+    ends = f(low), f(high)
+    # a kink at the place itself may hide from both ends
+    if not ends[0] * ends[1] <= 0.0:
+        return low if abs(ends[0]) < abs(ends[1]) else high
+    return float(brentq(f, low, high, xtol=1e-14, rtol=1e-14))
+
+
+# --- Where the rigid bodies touch: contact frame, contact angle and relative curvatures.
+
+# A touch point this close to a junction has no curvature of its own: profile tolerances are hundredths of a mm.
+AT_JUNCTION_MM = 1e-3
+
+
+@dataclass(frozen=True, kw_only=True)
+class RelativeCurvature:
+    """Curvatures at a touch point (1/mm, positive where the body is convex) and the Hessian of the gap.
+
+    gap = 1/2 (xx x^2 + 2 xy x y + yy y^2) in the contact frame. At a junction there is one for each side of it.
+    """
+
+    rail_per_mm: float
+    wheel_lateral_per_mm: float
+    wheel_rolling_per_mm: float
+    xx_per_mm: float
+    xy_per_mm: float
+    yy_per_mm: float
+
+    @property
+    def hessian(self) -> Floats:
+        """Second derivatives of the gap (2, 2) in 1/mm."""
+        return np.array([[self.xx_per_mm, self.xy_per_mm], [self.xy_per_mm, self.yy_per_mm]])
+
+
+@dataclass(frozen=True, kw_only=True)
+class TouchPoint:
+    """A separate minimum of the vertical gap between wheel and rail.
+
+    Attributes
+    ----------
+    x_mm, y_mm, z_mm
+        Position in the track frame, on the rail.
+    rail_y_mm, wheel_y_mm
+        Position across the rail's and the wheel's own profile.
+    contact_angle_rad
+        Angle of the tangent plane about x, positive on the gauge side of the head.
+    vertical_gap_mm
+        Undeformed gap; 0 at the first touch point.
+    curvatures
+        One entry, or two (gauge side, field side) where the touch point lies at a junction.
+    """
+
+    x_mm: float
+    y_mm: float
+    z_mm: float
+    rail_u: float
+    wheel_u: float
+    rail_y_mm: float
+    wheel_y_mm: float
+    contact_angle_rad: float
+    vertical_gap_mm: float
+    curvatures: tuple[RelativeCurvature, ...]
+
+    @property
+    def curvature(self) -> RelativeCurvature:
+        """The curvature, that of the field side where the touch point lies at a junction."""
+        return self.curvatures[-1]
+
+    @property
+    def at_junction(self) -> bool:
+        """Whether the curvature is undefined here."""
+        return len(self.curvatures) > 1
+
+    @property
+    def tangent(self) -> Floats:
+        """Lateral unit vector of the contact frame in the track frame."""
+        return np.array([0.0, np.cos(self.contact_angle_rad), np.sin(self.contact_angle_rad)])
+
+    @property
+    def normal(self) -> Floats:
+        """Normal unit vector of the contact frame in the track frame, from the rail to the wheel."""
+        return np.array([0.0, -np.sin(self.contact_angle_rad), np.cos(self.contact_angle_rad)])
+
+
+def touch_point_at(rail: RailPose, wheel: WheelPose, u_wheel: float, u_rail: float, gap: float) -> TouchPoint:
+    """The touch point at parameters of both lines that are a gap (mm) apart, with the curvatures of its sides."""
+    theta, x, y, _ = wheel.silhouette(u_wheel)
+    _, z_rail, angle = rail.section(u_rail)
+    sides: tuple[Side, ...] = ("left", "right")
+    rail_u = {s: rail.profile.snap(u_rail, AT_JUNCTION_MM) for s in sides}
+    wheel_u = {s: wheel.profile.snap(u_wheel, AT_JUNCTION_MM) for s in sides}
+    both = tuple(
+        _relative_curvature(rail, wheel, float(wheel_u[s]), float(rail_u[s]), float(theta), float(angle), s)
+        for s in sides
+    )
+    left, right = (c.rail_per_mm + c.wheel_lateral_per_mm for c in both)
+    smooth = abs(left - right) <= 1e-6 * (abs(left) + abs(right)) + 1e-9
+    return TouchPoint(
+        x_mm=float(x),
+        y_mm=float(y),
+        z_mm=float(z_rail),
+        rail_u=u_rail,
+        wheel_u=u_wheel,
+        rail_y_mm=float(rail.profile.evaluate(u_rail).y),
+        wheel_y_mm=float(wheel.profile.evaluate(u_wheel).y),
+        contact_angle_rad=float(angle),
+        vertical_gap_mm=gap,
+        curvatures=both[1:] if smooth else both,
+    )
+
+
+def _relative_curvature(
+    rail: RailPose, wheel: WheelPose, u_wheel: float, u_rail: float, theta: float, angle: float, side: Side
+) -> RelativeCurvature:
+    p = wheel.profile.evaluate(u_wheel, side)
+    meridian = np.arctan2(float(p.dz), float(p.dy))
+    radial = wheel.axes @ np.array([np.sin(theta), 0.0, -np.cos(theta)])
+    round_about = wheel.axes @ np.array([np.cos(theta), 0.0, np.sin(theta)])
+    along = np.cos(meridian) * wheel.axes[:, 1] - np.sin(meridian) * radial
+    rolling = float(np.cos(meridian) / wheel.radius(u_wheel))
+    lateral = float(wheel.profile.convex_sign * p.curvature_per_mm)
+    rail_curvature = float(rail.profile.convex_sign * rail.profile.evaluate(u_rail, side).curvature_per_mm)
+    tangent = np.array([0.0, np.cos(angle), np.sin(angle)])
+    a = np.array([round_about[0], round_about @ tangent])
+    b = np.array([along[0], along @ tangent])
+    hessian = rolling * np.outer(a, a) + lateral * np.outer(b, b)
+    return RelativeCurvature(
+        rail_per_mm=rail_curvature,
+        wheel_lateral_per_mm=lateral,
+        wheel_rolling_per_mm=rolling,
+        xx_per_mm=float(hessian[0, 0]),
+        xy_per_mm=float(hessian[0, 1]),
+        yy_per_mm=float(hessian[1, 1]) + rail_curvature,
+    )

@@ -1,0 +1,519 @@
+"""A wheelset on its rails: its roll, and its contact functions over the lateral shift.
+
+A wheelset that is free to roll stands on two rails at one height of its axle. Its shift, roll and yaw are those of the
+left side: a shift is positive towards the left rail, a roll lifts the left wheel. The right wheel on its rail is the
+left one of the mirror image, for which all three change their signs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from fecontact.arrays import Floats
+from fecontact.bodies import TrackSide
+from fecontact.errors import InputError
+from fecontact.profiles.segments import CurvePoints
+from fecontact.wheel_rail.placement import EVERY_SHIFT, SIGN, Pair, Placement
+from fecontact.wheel_rail.poses import RailPose, search_parameters
+
+SIDES: tuple[TrackSide, TrackSide] = ("left", "right")
+# Every so many samples of 0.02 mm are looked at first; what is so much higher than the lowest of them is not looked at
+# again. On lines of R 6 both, samples so far apart miss a touch point by 1e-3 mm, where the bound is the tenfold.
+_EVERY = 8
+_NEAR_MM = 0.01
+# Axle heights of both wheels are the same to this: a roll of 1e-13 rad.
+_HEIGHT_MM = 1e-10
+_STEPS = 60
+# Wheels that run on their treads or flanges roll by a tenth of it.
+_MOST_ROLL_RAD = 0.1
+# Of the search for shifts that are possible.
+_STEP_MM, _FARTHEST_MM = 0.5, 60.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Standing:
+    """A wheel on its rail, in the frame of the left side.
+
+    Attributes
+    ----------
+    axle_mm
+        Height of the axle's centre.
+    lever_mm
+        How much that falls for a radian of roll.
+    y_mm
+        Lateral position of the touch point from the track's centre.
+    radius_mm
+        Radius of the wheel there.
+    """
+
+    axle_mm: float
+    lever_mm: float
+    y_mm: float
+    radius_mm: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HungPair:
+    """A pair with tables of both lines, for thousands of positions."""
+
+    pair: Pair
+
+    @cached_property
+    def _wheel(self) -> CurvePoints:
+        return self.pair.wheel.evaluate(search_parameters(self.pair.wheel)[1:-1])
+
+    @cached_property
+    def _some(self) -> CurvePoints:
+        return _taken(self._wheel, slice(None, None, _EVERY))
+
+    @cached_property
+    def _rail(self) -> tuple[Floats, Floats]:
+        """Lateral positions and heights of what is seen of the head from above."""
+        return _seen_from_above(self.pair.rail)
+
+    def standing(self, shift_mm: float, roll_rad: float, yaw_rad: float) -> Standing | None:
+        """Where the wheel touches first, None where it does not stand over the rail.
+
+        The least gap of samples of 0.02 mm on the exact lines, and the parabola through it and both its neighbours:
+        the height is that of the touch point to 1e-9 mm where both lines have one curvature within a sample.
+        """
+        pose, rail = self.pair.hung(shift_mm, roll_rad, yaw_rad), self.pair.rail
+        _, _, y, z = pose.silhouette_of(self._some)
+        gap = z - np.interp(y, *self._rail, left=-np.inf, right=-np.inf)
+        low = float(gap.min())
+        if not np.isfinite(low):
+            return None
+        points = self._wheel
+        near = np.flatnonzero(np.convolve(gap < low + _NEAR_MM, np.ones(3), "same"))
+        places = np.unique(np.clip(near[:, None] * _EVERY + np.arange(-_EVERY, _EVERY + 1), 0, points.y.size - 1))
+        _, _, y, z = pose.silhouette_of(_taken(points, places))
+        _, z_rail, tangent = rail.section(rail.parameter_at_y(y))
+        gap = np.nan_to_num(z - z_rail, nan=np.inf)
+        k = int(np.argmin(gap))
+        least, step = float(gap[k]), 0.0
+        if not np.isfinite(least):
+            return None
+        if 0 < k < gap.size - 1 and places[k + 1] - places[k - 1] == 2:
+            before, after = float(gap[k - 1]), float(gap[k + 1])
+            bend = before - 2.0 * least + after
+            # infinite beside the end of a line
+            if 0.0 < bend < np.inf:
+                step = 0.5 * (before - after) / bend
+                least -= 0.125 * (before - after) ** 2 / bend
+        at, every = k + step, np.arange(gap.size)
+        y_touch = float(np.interp(at, every, y))
+        # the touch point turns about the axle's centre, and slides along the tangent that both lines have there
+        lever = (y_touch - shift_mm) + float(z[k] * np.tan(tangent[k]))
+        return Standing(
+            axle_mm=-least,
+            lever_mm=lever,
+            y_mm=y_touch,
+            radius_mm=self.pair.rolling_radius_mm - float(np.interp(at, every, points.z[places])),
+        )
+
+
+def _taken(points: CurvePoints, which: Any) -> CurvePoints:
+    return CurvePoints(**{field.name: getattr(points, field.name)[which] for field in fields(CurvePoints)})
+
+
+def _seen_from_above(rail: RailPose) -> tuple[Floats, Floats]:
+    u = search_parameters(rail.profile)
+    y, z, _ = rail.section(u)
+    with np.errstate(invalid="ignore"):
+        seen = np.abs(rail.parameter_at_y(y) - u) < 1e-6
+    return y[seen], z[seen]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlacedWheelset:
+    """A wheelset that stands on both rails.
+
+    Attributes
+    ----------
+    roll_rad
+        At which both wheels touch; positive lifts the left wheel.
+    axle_height_mm
+        Height of the axle's centre over the rails' highest point.
+    left, right
+        Both wheels on their rails, each in the frame of the left side.
+    """
+
+    shift_mm: float
+    yaw_rad: float
+    roll_rad: float
+    axle_height_mm: float
+    left: Placement
+    right: Placement
+
+    def side(self, side: TrackSide) -> Placement:
+        """One of both wheels."""
+        return self.left if side == "left" else self.right
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stand:
+    """Roll (rad) at which both wheels touch, and where they do; as `Standing`, each in the frame of the left side."""
+
+    roll_rad: float
+    left: Standing
+    right: Standing
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Wheelset:
+    """A rigid wheelset on a track: its left and its right wheel over their rails."""
+
+    left: HungPair
+    right: HungPair
+
+    @classmethod
+    def of(cls, left: Pair, right: Pair) -> Wheelset:
+        """A wheelset of two wheels over their rails; the same object twice for a symmetric one."""
+        hung = HungPair(pair=left)
+        return cls(left=hung, right=hung if right is left else HungPair(pair=right))
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the right side is the mirror image of the left one."""
+        return self.left is self.right
+
+    def stand(self, shift_mm: float, yaw_rad: float = 0.0, *, guess_rad: float = 0.0) -> Stand | str:
+        """Roll at which both wheels touch, by the height of the axle, which is one for both; or why there is none.
+
+        Newton's method, and bisection where it leads astray: the height difference is continuous in the roll and falls,
+        but with a kink wherever a wheel's touch point jumps.
+        """
+        roll, low, high = guess_rad, -_MOST_ROLL_RAD, _MOST_ROLL_RAD
+        for _ in range(_STEPS):
+            left = self.left.standing(shift_mm, roll, yaw_rad)
+            right = self.right.standing(-shift_mm, -roll, -yaw_rad)
+            if left is None or right is None:
+                return f"the {'left' if left is None else 'right'} wheel does not stand over its rail"
+            difference = left.axle_mm - right.axle_mm
+            if abs(difference) < _HEIGHT_MM:
+                return Stand(roll_rad=roll, left=left, right=right)
+            low, high = (roll, high) if difference > 0.0 else (low, roll)
+            lever = left.lever_mm + right.lever_mm
+            roll += difference / lever if lever > 0.0 else np.inf
+            if not low < roll < high:
+                roll = 0.5 * (low + high)
+        return "no roll is found at which both wheels touch their rails"
+
+    def placed(self, side: TrackSide, shift_mm: float, roll_rad: float, yaw_rad: float) -> Placement | str:
+        """One of its wheels on its rail, at a shift, roll and yaw of the wheelset, or why it cannot be there."""
+        sign, pair = SIGN[side], (self.left if side == "left" else self.right).pair
+        one = pair.placed(sign * shift_mm, sign * roll_rad, sign * yaw_rad)
+        return f"{side} side: {one}" if isinstance(one, str) else one
+
+    def at(self, shift_mm: float, yaw_rad: float = 0.0, *, guess_rad: float = 0.0) -> PlacedWheelset | str:
+        """The wheelset on its rails at a shift (mm, positive to the left) and yaw, or why it cannot stand there."""
+        stand = self.stand(shift_mm, yaw_rad, guess_rad=guess_rad)
+        if isinstance(stand, str):
+            return stand
+        placed: dict[TrackSide, Placement] = {}
+        for side in SIDES:
+            one = self.placed(side, shift_mm, stand.roll_rad, yaw_rad)
+            if isinstance(one, str):
+                return one
+            placed[side] = one
+        return PlacedWheelset(
+            shift_mm=shift_mm,
+            yaw_rad=yaw_rad,
+            roll_rad=stand.roll_rad,
+            axle_height_mm=float(placed["left"].wheel.centre_mm[2]),
+            **placed,
+        )
+
+
+def place_wheelset(wheelset: Wheelset, lateral_shift_mm: float, yaw_rad: float = 0.0) -> PlacedWheelset:
+    """Set a wheelset on its rails.
+
+    Parameters
+    ----------
+    lateral_shift_mm
+        Displacement, positive towards the left rail.
+
+    Raises
+    ------
+    InputError
+        If one of the wheels leaves its rail or climbs over it, naming the shifts that are possible.
+    """
+    placed = wheelset.at(lateral_shift_mm, yaw_rad)
+    if isinstance(placed, str):
+        can = possible_wheelset_shifts(wheelset, yaw_rad)
+        raise InputError(
+            f"lateral shift {lateral_shift_mm:g} mm of the wheelset: {placed}; {can}; a roll that is given"
+            " (--roll-mrad) leaves the other wheel out"
+        )
+    return placed
+
+
+def possible_wheelset_shifts(wheelset: Wheelset, yaw_rad: float = 0.0) -> str:
+    """Possible shifts in words, from the middle outwards: beyond the first that is not possible there is none."""
+    ends = []
+    for step in (-_STEP_MM, _STEP_MM):
+        shift = 0.0
+        while abs(shift) <= _FARTHEST_MM and not isinstance(wheelset.at(shift, yaw_rad), str):
+            shift += step
+        ends.append(shift - step)
+    if ends[0] > ends[1]:
+        return f"the wheelset cannot stand in the middle of the track: {_possible_gauges(wheelset, yaw_rad)}"
+    return f"shifts between {ends[0]:g} and {ends[1]:g} mm (in steps of {_STEP_MM:g} mm) are possible"
+
+
+def _possible_gauges(wheelset: Wheelset, yaw_rad: float) -> str:
+    """In words, on which other gauges a wheelset stands in the middle: where each wheel does without a roll.
+
+    Only a symmetric one has no roll there.
+    """
+    if not wheelset.symmetric:
+        return "check gauge, back-to-back distance, and profiles and diameters of both sides"
+    # rails that are farther apart by two millimetres are each one farther from its wheel
+    widths = [
+        -2.0 * shift
+        for shift in EVERY_SHIFT
+        if not any(isinstance(wheelset.left.pair.placed(float(shift), 0.0, yaw), str) for yaw in {yaw_rad, -yaw_rad})
+    ]
+    if not widths:
+        return "nor would it on a gauge up to 80 mm wider or narrower; check the profiles"
+    wider = min(widths) > 0.0
+    low, high = sorted(abs(end) for end in (min(widths), max(widths)))
+    return (
+        f"it can on a gauge {low:g} to {high:g} mm {'wider' if wider else 'narrower'}, or with a back-to-back distance"
+        f" that much {'smaller' if wider else 'larger'}"
+    )
+
+
+# --- What a wheelset's touch points do over its lateral shift: rolling radii, jumps, equivalent conicity.
+
+# Steps of the shift between which all functions are taken as straight, and in which jumps are looked for.
+_SHIFT_STEP_MM = 0.1
+# A touch point that moves by more across the rail, however small the step of the shift, jumps: it moves by 20 mm for a
+# millimetre of shift at most where two arcs are followed.
+_JUMP_MM = 0.5
+_JUMP_WITHIN_MM = 1e-4
+# Of the integral over one period.
+_PHASES = 4000
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A shift at which the first touch point of one wheel goes from one place of its rail to another (mm)."""
+
+    side: TrackSide
+    shift_mm: float
+    from_rail_y_mm: float
+    to_rail_y_mm: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Conicity:
+    """Equivalent conicity at an amplitude of the lateral motion: of a wheelset that rolls as it shifts, and of one that
+    does not, as profiles are compared by it.
+    """
+
+    amplitude_mm: float
+    rolled: float
+    unrolled: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ContactFunctions:
+    """A wheelset over its lateral shifts.
+
+    Attributes
+    ----------
+    positions
+        For each shift (mm, positive to the left) the wheelset on its rails, or why it cannot stand there.
+    centred_height_mm
+        Of the axle without a shift; NaN where the wheelset cannot stand there.
+    jumps
+        Between the smallest and the largest shift that are possible, in the order of the shifts.
+    conicities
+        At whole amplitudes (mm) up to the smaller of both ends.
+    """
+
+    symmetric: bool
+    centred_height_mm: float
+    positions: dict[float, PlacedWheelset | str]
+    jumps: tuple[Jump, ...]
+    conicities: tuple[Conicity, ...]
+
+
+def rolling_radius_difference_mm(placed: PlacedWheelset) -> float:
+    """Radius of the left wheel at its first touch point minus that of the right one, positive towards the left."""
+    left, right = (float(side.wheel.radius(side.first.wheel_u)) for side in (placed.left, placed.right))
+    return left - right
+
+
+def contact_functions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: float = 0.0) -> ContactFunctions:
+    """Set a wheelset on its rails at many shifts, with the roll at which both wheels touch.
+
+    Parameters
+    ----------
+    shifts_mm
+        Shifts of the table; jumps are looked for between them, and conicities need none of them.
+    """
+    positions = _positions(wheelset, shifts_mm, yaw_rad)
+    centred = wheelset.stand(0.0, yaw_rad)
+    height = float("nan") if isinstance(centred, str) else centred.left.axle_mm
+    possible = [shift for shift, placed in positions.items() if not isinstance(placed, str)]
+    if not possible:
+        return ContactFunctions(
+            symmetric=wheelset.symmetric, centred_height_mm=height, positions=positions, jumps=(), conicities=()
+        )
+    low, high = min(possible), max(possible)
+    rolled, unrolled = (_Line(wheelset, yaw_rad, rolls=rolls) for rolls in (True, False))
+    jumps = rolled.jumps(low, high)
+    end = min(-low, high)
+    # their shifts are nodes of the integrals
+    unrolled.jumps(-max(end, 0.0), max(end, 0.0))
+    return ContactFunctions(
+        symmetric=wheelset.symmetric,
+        centred_height_mm=height,
+        positions=positions,
+        jumps=jumps,
+        conicities=tuple(
+            Conicity(amplitude_mm=amplitude, rolled=rolled.conicity(amplitude), unrolled=unrolled.conicity(amplitude))
+            for amplitude in map(float, range(1, int(end + 1e-9) + 1))
+        ),
+    )
+
+
+def _positions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: float) -> dict[float, PlacedWheelset | str]:
+    positions: dict[float, PlacedWheelset | str] = {}
+    guess = 0.0
+    # from the middle outwards on either side, each from the roll before it
+    for shift in sorted(shifts_mm, key=lambda shift: (shift < 0.0, abs(shift))):
+        mirrored = positions.get(-shift)
+        if isinstance(mirrored, PlacedWheelset) and wheelset.symmetric and yaw_rad == 0.0:
+            positions[shift] = _mirrored(mirrored)
+            continue
+        placed = wheelset.at(shift, yaw_rad, guess_rad=guess)
+        guess = 0.0 if isinstance(placed, str) else placed.roll_rad
+        positions[shift] = placed
+    return {shift: positions[shift] for shift in sorted(positions)}
+
+
+def _mirrored(placed: PlacedWheelset) -> PlacedWheelset:
+    """The mirror image of a symmetric wheelset that is not yawed."""
+    return PlacedWheelset(
+        shift_mm=-placed.shift_mm,
+        yaw_rad=placed.yaw_rad,
+        roll_rad=-placed.roll_rad,
+        axle_height_mm=placed.axle_height_mm,
+        left=placed.right,
+        right=placed.left,
+    )
+
+
+class _Line:
+    """First touch points of both wheels over the shift, each shift found once; with the roll of the wheelset or none.
+
+    Those of a symmetric wheelset that is not yawed are mirror images.
+    """
+
+    def __init__(self, wheelset: Wheelset, yaw_rad: float, *, rolls: bool) -> None:
+        self._wheelset, self._yaw, self._rolls = wheelset, yaw_rad, rolls
+        self._mirrors = wheelset.symmetric and yaw_rad == 0.0
+        self._known: dict[float, tuple[Standing, Standing] | None] = {}
+        self._guess = 0.0
+
+    def jumps(self, low: float, high: float) -> tuple[Jump, ...]:
+        """Jumps of both wheels' first touch points between two shifts."""
+        sides: tuple[TrackSide, TrackSide] = ("left", "right")
+        found = (self._jump(side, a, b) for a, b in pairwise(_line(low, high)) for side in sides)
+        return tuple(jump for jump in found if jump is not None)
+
+    def conicity(self, amplitude: float) -> float:
+        """Equivalent conicity at an amplitude (mm)."""
+        # more of them about jumps
+        known = {shift for shift in self._known if abs(shift) < amplitude}
+        nodes = sorted({*_line(-amplitude, amplitude), *known, *((-shift for shift in known) if self._mirrors else ())})
+        return harmonic_conicity(self._radius_difference, amplitude, nodes)
+
+    def _standings(self, shift: float) -> tuple[Standing, Standing] | None:
+        if self._mirrors and shift < 0.0:
+            mirrored = self._standings(-shift)
+            return mirrored and (mirrored[1], mirrored[0])
+        if shift not in self._known:
+            self._known[shift] = self._find(shift)
+        return self._known[shift]
+
+    def _find(self, shift: float) -> tuple[Standing, Standing] | None:
+        wheelset = self._wheelset
+        if self._rolls:
+            stand = wheelset.stand(shift, self._yaw, guess_rad=self._guess)
+            if isinstance(stand, str):
+                return None
+            self._guess = stand.roll_rad
+            return stand.left, stand.right
+        left, right = wheelset.left.standing(shift, 0.0, self._yaw), wheelset.right.standing(-shift, 0.0, -self._yaw)
+        return None if left is None or right is None else (left, right)
+
+    def _jump(self, side: TrackSide, low: float, high: float) -> Jump | None:
+        """A jump between two shifts, by halving them as long as the touch point is at places far apart at both."""
+        ends = self._y(side, low), self._y(side, high)
+        while abs(ends[1] - ends[0]) > _JUMP_MM:
+            middle = 0.5 * (low + high)
+            if high - low < _JUMP_WITHIN_MM:
+                rail = getattr(self._wheelset, side).pair.rail
+                places = (float(rail.profile.evaluate(rail.parameter_at_y(y)).y) for y in ends)
+                return Jump(side, middle, *places)
+            at = self._y(side, middle)
+            if abs(at - ends[0]) > abs(ends[1] - at):
+                high, ends = middle, (ends[0], at)
+            else:
+                low, ends = middle, (at, ends[1])
+        return None
+
+    def _y(self, side: TrackSide, shift: float) -> float:
+        found = self._standings(shift)
+        return float("nan") if found is None else found[0 if side == "left" else 1].y_mm
+
+    def _radius_difference(self, shift: float) -> float:
+        found = self._standings(shift)
+        return float("nan") if found is None else found[0].radius_mm - found[1].radius_mm
+
+
+def _line(low: float, high: float) -> list[float]:
+    """Shifts from one to another in steps of a tenth of a millimetre or a little less, the same for all lines."""
+    inner = np.arange(np.ceil(low / _SHIFT_STEP_MM + 1e-9), np.floor(high / _SHIFT_STEP_MM - 1e-9) + 1.0)
+    every = np.round(np.concatenate([[low], _SHIFT_STEP_MM * inner, [high]]), 9)
+    return sorted({float(shift) for shift in every})
+
+
+def harmonic_conicity(
+    radius_difference_mm: Callable[[float], float], amplitude_mm: float, nodes_mm: Sequence[float] | None = None
+) -> float:
+    """Equivalent conicity of a rolling-radius difference by harmonic linearisation.
+
+    Parameters
+    ----------
+    radius_difference_mm
+        Difference (mm) over the lateral shift (mm); that of cones of the conicity g is 2 g y.
+    amplitude_mm
+        Of the lateral motion y = A cos(phase).
+    nodes_mm
+        Shifts between which the difference is taken as straight, from -A to A; every 0.1 mm if not given.
+
+    Returns
+    -------
+    float
+        The mean of the difference times cos(phase) over a period, over A: the conicity of cones whose wheelset has the
+        same first harmonic.
+
+    Notes
+    -----
+    Harmonic (quasi-) linearisation, one of the methods in use for EN 15302.
+    """
+    nodes = _line(-amplitude_mm, amplitude_mm) if nodes_mm is None else nodes_mm
+    values = np.array([radius_difference_mm(shift) for shift in nodes])
+    cosine = np.cos((np.arange(_PHASES) + 0.5) * 2.0 * np.pi / _PHASES)
+    return float(np.mean(np.interp(amplitude_mm * cosine, nodes, values) * cosine) / amplitude_mm)
