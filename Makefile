@@ -100,10 +100,11 @@ fuzz: setup ## mutate profile files of every format, study files, results and co
 	OMP_NUM_THREADS=1 PYTHONPATH=$(CURDIR) $(BIN)/python tests/fuzz_results.py $(FUZZ_RESULTS) --seed $(FUZZ_SEED)
 	OMP_NUM_THREADS=1 PYTHONPATH=$(CURDIR) $(BIN)/python tests/fuzz_commands.py --seed $(FUZZ_SEED)
 
-lint: $(INSTALLED) ## ruff check, ruff format --check, mypy
+lint: $(INSTALLED) ## ruff check, ruff format --check, mypy; how large the program is
 	$(BIN)/python -m ruff check .
 	$(BIN)/python -m ruff format --check .
 	$(BIN)/python -m mypy
+	@$(BIN)/python .ci/size.py fecontact
 
 lock: $(CREATED) ## write requirements.lock again from pyproject.toml
 	@test -x $(BIN)/uv || $(BIN)/python -m pip install --quiet --disable-pip-version-check uv

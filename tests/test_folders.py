@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from pictures import draw_no_scenes
 
 import fecontact
 from fecontact.case import Case
@@ -49,12 +48,11 @@ def test_a_result_that_cannot_be_written_is_printed_all_the_same(solve, tmp_path
 
 def test_what_is_told_of_a_case_is_made_once(solve, tmp_path, monkeypatch):
     """For the terminal, its files and its report."""
-    draw_no_scenes(monkeypatch)
     made = []
     for name in ("result_record", "case_row"):
         make = getattr(store, name)
         monkeypatch.setattr(store, name, lambda result, make=make, name=name: made.append(name) or make(result))
-    monkeypatch.setattr("fecontact.outputs.reports.study.read_json", lambda path: pytest.fail(f"{path} is read back"))
+    monkeypatch.setattr("fecontact.outputs.documents.read_json", lambda path: pytest.fail(f"{path} is read back"))
     assert call(["solve", *PAIR, "--out", str(tmp_path / "out")]) == 0
     assert sorted(made) == ["case_row", "result_record"]
     assert "HOLDS" in (tmp_path / "out" / "report.html").read_text("utf-8")

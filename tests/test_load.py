@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from damage import files_without_checksum, unnoticed
 from inline import inline_crew, study_by
-from pictures import draw_no_scenes, draw_nothing
+from pictures import draw_nothing
 
 import fecontact
 from fecontact.case import BodySize, Case, Criteria
@@ -118,7 +118,6 @@ def test_other_criteria_give_the_verdict_of_a_solution_with_them(elliptic_quick,
 
 
 def test_friction_gives_creep_forces_from_stored_fields(elliptic_quick, solved_folder, tmp_path, monkeypatch, capsys):
-    draw_no_scenes(monkeypatch)
     out = tmp_path / "judged"
     assert call(["judge", str(solved_folder), "--friction", "0.3", "--xi", "0.001", "--out", str(out)]) == 0
     assert "for forces Hertz HOLDS, off by at most" in " ".join(capsys.readouterr().out.split())
@@ -278,7 +277,6 @@ def test_no_file_of_a_result_says_where_it_was_made(twice):
 
 
 def test_a_study_is_read_back_and_judged_without_its_profile_files(twice, tmp_path, monkeypatch, capsys):
-    draw_no_scenes(monkeypatch)
     out = shutil.copytree(twice[0] / "out", tmp_path / "out")
     results = load(out)
     assert [result.case.load_N for result in results] == [50e3, 80e3]

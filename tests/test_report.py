@@ -18,11 +18,9 @@ from fecontact.comparison.judging import judge_load
 from fecontact.files import write_sealed
 from fecontact.outputs import style
 from fecontact.outputs.cases import ReportedCase
-from fecontact.outputs.documents import ShownPair, reported_case, shown_pair, write_study_report, write_tables
+from fecontact.outputs.documents import ShownPair, reported_case, write_study_report, write_tables
 from fecontact.outputs.figures.case import ladder_figure, patches_figure
 from fecontact.outputs.figures.study import study_figure
-from fecontact.outputs.paraview import scene
-from fecontact.outputs.paraview.scene import write_scene
 from fecontact.outputs.tables import write_csv
 from fecontact.outputs.words import WORDS, answer_words
 from fecontact.solving.solve import CaseResult
@@ -50,8 +48,7 @@ def study(elliptic_quick: CaseResult, tmp_path_factory: pytest.TempPathFactory) 
     rows.append(LOST)
     study_figure(rows, out / "study.png")
     write_tables("two", 3, rows, out / "study")
-    shown = shown_pair(rows[1], elliptic_quick.placement, out / "cases" / "at2.5", out)
-    assert shown.no_scene() is None
+    shown = ShownPair(row=rows[1], placement=elliptic_quick.placement)
     write_study_report("two <shifts>", reported(out, rows), out, shown=shown, conclusion="It is as expected.")
     return out
 
@@ -86,18 +83,14 @@ def test_a_report_says_question_answer_and_reason(study):
     assert lines[2][3] == "failed: the wheel <leaves> the rail"
 
 
-def test_pictures_of_the_pair_say_which_case_they_show(study):
+def test_the_picture_of_the_pair_says_which_case_it_shows(study):
     words = [text_of(one) for one in parsed(study / "report.html").iter("figcaption")]
     rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
     used = [row.get("verdict_limit_used", 0.0) for row in rows]
     assert used[1] == max(used) > used[0] > 0.0
     case = f"at +2.50 mm, 100 kN, the case that uses most of a limit ({used[1]:.2f} times the limit)"
-    # after that of the whole study; the relief is a small one
-    assert [one.get("class") for one in parsed(study / "report.html").iter("figure")][:3] == [None, None, "small"]
-    assert words[1:3] == [
-        f"Section through the first touch point {case}.",
-        f"Pressure on the rail as a relief {case}; orange: the edge of Hertz's ellipse.",
-    ]
+    # after that of the whole study
+    assert words[1] == f"Section through the first touch point {case}."
 
 
 def test_every_measure_that_is_judged_is_defined(study):
@@ -144,8 +137,8 @@ def test_numbers_of_a_report_are_those_of_the_result(study):
 def test_a_report_is_one_file_that_asks_for_nothing(study):
     text = (study / "report.html").read_text("utf-8")
     sources = re.findall(r'(?:src|href)="([^"]{0,30})', text)
-    # section, scene, study, ladder and two cases; and the icon that no browser shall ask for
-    assert len(sources) == 7
+    # section, study, ladder and two cases; and the icon that no browser shall ask for
+    assert len(sources) == 6
     assert all(source.startswith("data:") for source in sources)
     assert "<script" not in text
     assert "url(" not in text.partition("</style>")[0]
@@ -159,8 +152,8 @@ def test_a_case_alone_and_a_judged_one_have_a_report(elliptic_quick, tmp_path, m
     (decided,) = [text_of(one) for one in page.iter("p") if one.get("class") == "lead holds"]
     assert re.fullmatch(r"Hertz HOLDS: peak pressure -0\.\d\d % ± 0\.\d\d % \(limit ±5 %\)", decided)
     words = [text_of(one) for one in page.iter("figcaption")]
-    # section, scene and the case itself: one point is no line over the shift
-    assert len(words) == 3
+    # section and the case itself: one point is no line over the shift
+    assert len(words) == 2
     assert words[0] == "Section through the first touch point at +0.00 mm, 100 kN."
     # by a limit that the elements' own error comes near; with forces a stored case is judged in test_load
     given = ["judge", str(tmp_path / "one"), "--out", str(tmp_path / "again")]
@@ -170,14 +163,14 @@ def test_a_case_alone_and_a_judged_one_have_a_report(elliptic_quick, tmp_path, m
     # the picture is not the one of the old verdict
     assert "(limit < 0.01 %)" in text_of(page)
     assert {path.name for path in (tmp_path / "again").iterdir()} == {
-        "study.csv", "study.json", "pair.png", "report.html",
+        "study.csv", "study.json", "report.html",
     }  # fmt: skip
 
 
 def test_a_report_can_be_read_on_a_telephone_and_on_a_screen(study, tmp_path):
     found = assert_readable(study / "report.html", tmp_path)
     assert found["title"] == "Rail circle:300 and wheel cylinder:460, 100 kN: where Hertz holds"
-    assert len(found["pictures"]) == 6
+    assert len(found["pictures"]) == 5
     assert not any(is_open for _, is_open in found["folded"])
 
 
@@ -204,8 +197,8 @@ def test_a_comparison_can_be_read_on_a_telephone_and_on_a_screen(study, tmp_path
     document = json.loads((other / "study.json").read_text("utf-8"))
     document["rows"][0]["fe_p_max_MPa"] *= 1.03
     del document["sha256"]
-    write_sealed(other / "study.json", document)
     write_csv(document["rows"], other / "study.csv")
+    write_sealed(other / "study.json", document, [other / "study.csv"])
     page = tmp_path / "comparison.html"
     assert call(["compare", str(study), str(other), "--html", str(page)]) == 1
     found = assert_readable(page, tmp_path)
@@ -215,40 +208,6 @@ def test_a_comparison_can_be_read_on_a_telephone_and_on_a_screen(study, tmp_path
     assert len(texts) == 8 + 7
     assert len(found["folded"]) == 4
     assert not any(is_open for _, is_open in found["folded"])
-
-
-def test_a_scene_that_cannot_be_drawn_is_a_reason_and_no_error(study, elliptic_quick, tmp_path, monkeypatch):
-    reason = write_scene(tmp_path, tmp_path / "none.png")
-    assert reason is not None
-    assert "rail.vtu" in reason
-    assert not (tmp_path / "none.png").exists()
-    with monkeypatch.context() as patch:
-        patch.setattr(scene, "_SECONDS", 0.01)
-        assert "more than 0.01 s" in str(write_scene(study / "cases" / "at-1", tmp_path / "none.png"))
-    # a process that ends by a signal says nothing
-    monkeypatch.setattr(scene.sys, "executable", "/bin/false")
-    assert write_scene(study / "cases" / "at-1", tmp_path / "none.png") == "exit code 1"
-    shown = ShownPair(
-        row=LOST, placement=elliptic_quick.placement, scene=study / "pair.png", no_scene=lambda: "no library"
-    )
-    write_study_report("x", [ReportedCase(row=LOST)], tmp_path, shown=shown)
-    text = (tmp_path / "report.html").read_text("utf-8")
-    assert "There is no picture in three dimensions: no library." in text
-    # nor one of an earlier run
-    assert "Pressure on the rail" not in text
-
-
-def test_a_scene_shows_the_pressure_and_the_ellipse(study):
-    from PIL import Image
-
-    with Image.open(study / "pair.png") as image:
-        counted = image.convert("RGB").getcolors(maxcolors=1 << 24)
-    colours = {colour for _, colour in counted}
-    # the relief may not hide the whole edge of Hertz's ellipse: a line of four pixels around a patch of two hundred
-    assert sum(count for count, c in counted if c[0] > 1.8 * c[1] and c[1] > 2.0 * c[2]) > 1000
-    # the middle of the colour map, which no body has: green by far
-    assert [c for c in colours if c[1] > 1.5 * c[0] and c[1] > 1.1 * c[2] and c[1] > 100]
-    assert (255, 255, 255) in colours
 
 
 def test_only_the_worst_of_many_cases_have_pictures(study, monkeypatch):

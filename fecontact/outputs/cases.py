@@ -12,7 +12,7 @@ from fecontact.comparison.measures import MEASURES
 from fecontact.comparison.theories import HERTZ, THEORIES
 from fecontact.criteria import Criteria
 from fecontact.errors import short_status, usable
-from fecontact.outputs.records.results import cheapest_words, theory_words
+from fecontact.outputs.records.results import cheapest_words
 from fecontact.outputs.tables import (
     Column,
     Item,
@@ -21,6 +21,7 @@ from fecontact.outputs.tables import (
     TableRow,
     Tone,
     columns_of,
+    flat,
     number,
     number_text,
     pair_of_row,
@@ -29,7 +30,7 @@ from fecontact.outputs.tables import (
     text,
 )
 from fecontact.outputs.terminal import Lines, notes
-from fecontact.outputs.words import WORDS, decided, deviation_column
+from fecontact.outputs.words import WORDS, decided, deviation_column, theory_words
 
 # --- Tables about theories of the pressure, for the terminal and reports.
 
@@ -281,7 +282,7 @@ def ladder_table(record: Item) -> Table:
     """The rungs from Hertz to the finite elements."""
     columns = columns_of("rung", "p_max\nMPa", "area\nmm²", "approach\nmm", texts=("rung",))
     lines = []
-    rungs = {**record, **record["theories"], "fe_plastic": record.get("plastic")}
+    rungs = {**record["theories"], **record, "fe_plastic": record.get("plastic")}
     for name in ("hertz", "half_space_quadratic", "half_space", "elements", "fe", "fe_plastic"):
         if (rung := rungs[name]) is None:
             continue
@@ -329,6 +330,16 @@ def plastic_tables(record: Item) -> list[Table]:
     changes = [table_of(f"What yielding changes ({plastic['range']})", columns, lower)] if lower else []
     bodies = ({**body, "name": name} for name, body in plastic["bodies"].items())
     return [*changes, table_of("Bodies that yield", _YIELDED, bodies)]
+
+
+_NUMBER = (text("number", lambda one: one[0]), number("value", lambda one: one[1], "{:.6g}"))
+
+
+def numbers_table(record: Item) -> Table:
+    """Every number of a record by its path, as the columns of tables are called."""
+    told = {name: part for name, part in record.items() if name not in ("case", "theories", "versions")}
+    found = flat({**told, **record["theories"]}).items()
+    return table_of("", _NUMBER, (one for one in found if isinstance(one[1], int | float)))
 
 
 def effort_table(solver: Item) -> Table:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from textwrap import fill
@@ -23,6 +23,7 @@ from fecontact.outputs.cases import (
     ladder_table,
     lobes_table,
     measures_table,
+    numbers_table,
     peaks_table,
     plastic_tables,
     shares_table,
@@ -35,7 +36,6 @@ from fecontact.outputs.cases import (
 from fecontact.outputs.figures.case import ladder_figure, patches_figure
 from fecontact.outputs.figures.position import pair_figure
 from fecontact.outputs.maps.views import CAUSE_LETTERS, MapMeasure, force_view, map_answer, map_text, verdict_view
-from fecontact.outputs.paraview.scene import begin_scene
 from fecontact.outputs.records.results import (
     cell_row,
     cheapest_columns,
@@ -103,6 +103,7 @@ def case_parts(record: Item, title: str = "") -> list[Part]:
         *_theories(record),
         Items([*record["verdict"]["warnings"], *record.get("warnings", ())]),
         Details("All measures", list(_details(record))),
+        Details("All numbers", [numbers_table(record)]),
     ]
 
 
@@ -214,25 +215,17 @@ def refinement(elements_a_semi_axis: Sequence[float]) -> str:
 
 _Row = TypeVar("_Row", bound=Row)
 
-REPORT, PAIR = "report.html", "pair.png"
+REPORT = "report.html"
 MOST_PICTURES = 40
 """More pictures make a page of tens of megabytes."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ShownPair:
-    """The case whose pair is drawn: in section, and as `scene`; `no_scene` waits for it and says why there is none."""
+    """The case whose pair is drawn in section."""
 
     row: Row
     placement: Placement
-    scene: Path
-    no_scene: Callable[[], str | None]
-
-
-def shown_pair(row: Row, placement: Placement, folder: Path, out: Path) -> ShownPair:
-    """The pair of a case that lies in a folder; its picture in three dimensions is begun, and put into `out`."""
-    scene = out / PAIR
-    return ShownPair(row=row, placement=placement, scene=scene, no_scene=begin_scene(folder, scene))
 
 
 def reported_case(row: Row, folder: Path) -> ReportedCase:
@@ -329,16 +322,11 @@ def _answer(cases: Sequence[ReportedCase]) -> str:
 
 
 def _pair_drawn(shown: ShownPair | None, rows: Sequence[Row]) -> list[Part]:
-    """Both pictures of the pair, each with the words that say which case it is."""
+    """The pair in section, with the words that say which case it is."""
     if shown is None:
         return []
-    which = _which(shown.row, rows)
-    words = f"Section through the first touch point {which}."
-    section = Picture(content=svg_of(pair_figure(shown.placement)), words=words)
-    if (reason := shown.no_scene()) is not None:
-        return [Heading("The pair"), section, f"There is no picture in three dimensions: {reason}."]
-    words = f"Pressure on the rail as a relief {which}; orange: the edge of Hertz's ellipse."
-    return [Heading("The pair"), section, Picture(content=shown.scene, words=words, small=True)]
+    words = f"Section through the first touch point {_which(shown.row, rows)}."
+    return [Heading("The pair"), Picture(content=svg_of(pair_figure(shown.placement)), words=words)]
 
 
 def _which(row: Row, rows: Sequence[Row]) -> str:

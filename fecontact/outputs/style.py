@@ -208,9 +208,8 @@ def _webp(image: Image, width: int) -> bytes:
 
 
 def _figure(kind: str, content: bytes, of: Picture) -> Markup:
-    small = Markup(' class="small"') if of.small else ""
     data = base64.b64encode(content).decode("ascii")
     return Markup(
-        '<figure{}><label><input type="checkbox" aria-label="Show the picture in its full size"/>'
+        '<figure><label><input type="checkbox" aria-label="Show the picture in its full size"/>'
         '<img alt="{}" src="data:{};base64,{}"/></label><figcaption>{}</figcaption></figure>'
-    ).format(small, of.words, kind, data, of.words)
+    ).format(of.words, kind, data, of.words)

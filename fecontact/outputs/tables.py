@@ -270,12 +270,11 @@ class Terms:
 class Picture:
     """A picture for a page: a PNG or SVG file, the text of an SVG, or an image; none where the file is not there.
 
-    On a wide screen a small one takes 40 % of it; an image is shown at most `width` pixels wide.
+    An image is shown at most `width` pixels wide.
     """
 
     content: Path | bytes | Image
     words: str
-    small: bool = False
     width: int = 1600
 
 

@@ -14,7 +14,6 @@ from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEOR
 from fecontact.criteria import Criteria
 from fecontact.errors import usable, with_remedy
 from fecontact.irregularity.shapes import irregularity_text
-from fecontact.outputs.records.results import theory_words
 from fecontact.outputs.tables import Row, pair_words, relative_name, short_name
 from fecontact.profiles.reading import is_crane_rail, makes_a_wheelset
 from fecontact.solving.placing import roll_of_case
@@ -280,6 +279,12 @@ def plastic_words(record: Record) -> str:
     off = _off(judged, verdict, record["verdict"]["limits"])
     said = f"against bodies that yield: Hertz {verdict['answer']}; {off}{_because(verdict['cause'])}"
     return f"{said}; {judged['cancelling']}" if judged["cancelling"] else said
+
+
+def theory_words(name: str | None, status: str | None = "", reason: str | None = "") -> str:
+    """A theory in words, or another answer, and that it is out of its own range, and why."""
+    words = THEORIES[name].words if name and name in THEORIES else name or ""
+    return f"{words}, {status}{reason and f': {reason}'}" if status == "out of range" else words
 
 
 def cheapest_text(record: Record) -> str:

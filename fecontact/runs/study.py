@@ -24,18 +24,15 @@ from fecontact.jobs.remaining import duration
 from fecontact.jobs.workers import Done, default_workers
 from fecontact.outputs.cases import ReportedCase
 from fecontact.outputs.documents import (
-    PAIR,
     ShownPair,
     most_used,
     reported_case,
-    shown_pair,
     study_figures,
     write_study_report,
     write_tables,
 )
 from fecontact.outputs.figures.case import case_figure
 from fecontact.outputs.figures.study import study_figure
-from fecontact.outputs.paraview.scene import begin_scene
 from fecontact.outputs.records.results import Row, case_inputs, input_columns, read_row, result_record, versions
 from fecontact.outputs.words import case_words, verdict_reason
 from fecontact.profiles.curve import Profile
@@ -226,11 +223,11 @@ def _problem(read: Callable[[], object]) -> Iterable[str]:
 _MOST_JUDGED_PICTURES = 12
 
 
-def study_pair(study: Study, rows: Sequence[Row], out: Path) -> ShownPair | None:
-    """The pair of the case that uses most of a limit, of a study that lies in `out`; None where no case can be used."""
+def study_pair(study: Study, rows: Sequence[Row]) -> ShownPair | None:
+    """The pair of the case that uses most of a limit; None where no case can be used."""
     for row in most_used(_usable(rows), 1):
         case = next(case for case in study.cases if case_id(case) == row["id"])
-        return shown_pair(row, place_case(case), case_folder(out, str(row["id"])), out)
+        return ShownPair(row=row, placement=place_case(case))
     return None
 
 
@@ -256,14 +253,13 @@ def report_study(
 def keep_with_report(result: CaseResult, told: Told, folder: Path) -> Path:
     """Put the files of a solved case into a folder, as `store.keep_case` does, and its report."""
     keep_solved(result, result.case, folder)
-    scene = begin_scene(folder, folder / PAIR)
     keep_told(result, told, folder)
     seal_case(result.case, folder)
     return write_study_report(
         case_words(result.case, result.placement),
         [ReportedCase(row=told.row, record=told.record, picture=folder / "case.png")],
         folder,
-        shown=ShownPair(row=told.row, placement=result.placement, scene=folder / PAIR, no_scene=scene),
+        shown=ShownPair(row=told.row, placement=result.placement),
         criteria=result.case.criteria,
     )
 
@@ -289,7 +285,7 @@ def report_judged(
             path = case_figure(result, Path(temporary) / str(row["id"]) / "case.png")
             cases.append(ReportedCase(row=row, record=result_record(result), picture=path))
             if row is most[0]:
-                shown = shown_pair(row, result.placement, folder, out)
+                shown = ShownPair(row=row, placement=result.placement)
         rail = shown.placement.rail.profile if shown is not None and len(rails) == 1 else None
         # a single case is no line over the shift
         if sum(row.get("fe_p_max_MPa") is not None for row in rows) > 1:
@@ -394,7 +390,7 @@ def run_study(
         rows = table.write()
         whole = settings.part is None
         # in a process of its own, beside the other pictures
-        shown = study_pair(study, rows, out) if whole else None
+        shown = study_pair(study, rows) if whole else None
         collections = study_figures(rows, out, _only_rail(study.cases), _only_criteria(study.cases)) if whole else ()
         conclusion = _conclude(study, rows, out) if whole else None
         if whole:

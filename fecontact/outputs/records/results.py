@@ -23,7 +23,7 @@ from fecontact.case import Case, case_record
 from fecontact.comparison.creep import CreepComparison
 from fecontact.comparison.judging import JudgedLoad, LobeJudgement
 from fecontact.comparison.ladder import BODIES, PLASTIC
-from fecontact.comparison.measures import Approximation, Measures, TheoryPatch, hertz_measures
+from fecontact.comparison.measures import MEASURES, Approximation, Measures, TheoryPatch, hertz_measures
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, OF_ELLIPSES, THEORIES
 from fecontact.comparison.verdict import FORCE, NOT_IN_IT, Judgement, PlasticVerdict, Standing, cheapest, standings
 from fecontact.errors import InputError
@@ -32,6 +32,7 @@ from fecontact.irregularity.shapes import irregularity_text
 from fecontact.normal.hertz import HertzContact
 from fecontact.normal.touch_hertz import sides
 from fecontact.outputs.tables import Record, flat, picked, told
+from fecontact.outputs.words import theory_words
 from fecontact.profiles.curve import radius_mm
 from fecontact.profiles.library import profile_identity
 from fecontact.rolling.forces import EllipseForces
@@ -128,12 +129,6 @@ def cheapest_columns(column: str, found: Standing) -> Record:
     made = found.made if found.answer == "HOLDS" else None
     status, notes = ("", ()) if made is None else (made.status, made.notes)
     return {column: found.label, f"{column}_status": status, f"{column}_reason": "; ".join(notes)}
-
-
-def theory_words(name: str | None, status: str | None = "", reason: str | None = "") -> str:
-    """A theory in words, or another answer, and that it is out of its own range, and why."""
-    words = THEORIES[name].words if name and name in THEORIES else name or ""
-    return f"{words}, {status}{reason and f': {reason}'}" if status == "out of range" else words
 
 
 def theory_text(row: Mapping[str, Any]) -> str:
@@ -234,7 +229,8 @@ def load_record(load: JudgedLoad) -> Record:
         },
         **cheapest_columns("cheapest_theory", cheapest_of(load)),
         "normal_force_N": load.normal_force_N,
-        **{name: one for name, one in contacts.items() if name not in theories},
+        # separate patches of the half-space are read one by one as a theory, and together as a rung
+        **{name: one for name, one in contacts.items() if one != _measures_in(theories.get(name, {}))},
         "theories": {name: theories[name] for name in THEORIES if name in theories},
         "steps": load.ladder.steps,
         "steps_uncertainty": {BODIES.name: load.bodies_step_uncertainty}
@@ -250,6 +246,10 @@ def load_record(load: JudgedLoad) -> Record:
         **({} if load.creep is None else {"creep": _creep_record(load.creep)}),
         "solver": _solver_record(load),
     }
+
+
+def _measures_in(theory: Record) -> Record:
+    return {name: theory[name] for name in MEASURES if name in theory}
 
 
 def judgement_record(judged: Judgement) -> Record:
