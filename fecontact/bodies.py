@@ -12,7 +12,6 @@ _NAME = Text(label="name of the material", help="Label in reports", options=("ma
 _YOUNG = Number(
     label="Young's modulus",
     help="Young's modulus",
-    unit="MPa",
     usual=(50e3, 500e3),
     remedy="give it in MPa, for example 210000 for steel",
 )
@@ -28,14 +27,12 @@ _POISSON = Number(
 _YIELD = Number(
     label="yield stress",
     help="Uniaxial yield stress; with it the first loading of virgin steel is solved beside the elastic contact",
-    unit="MPa",
     usual=(100.0, 3000.0),
     remedy="leave it out (None) if it is not known",
 )
 _TANGENT = Number(
     label="tangent modulus",
     help="Slope of the uniaxial stress over the strain beyond the yield stress, 0 for perfectly plastic",
-    unit="MPa",
     high=500e3,
     remedy="steels have 0 to a tenth of Young's modulus; it counts where there is a yield stress",
 )
@@ -148,12 +145,8 @@ class RollingPair:
 TrackSide = Literal["left", "right"]
 
 
-def _length(label: str, help: str, remedy: str) -> Number:
-    return Number(label=label, help=help, unit="mm", remedy=remedy)
-
-
-def _cut(label: str, help: str) -> Number:
-    return _length(label, help, "bodies are usually cut at 60 mm")
+def _cut(help: str) -> Number:
+    return Number(help=help, remedy="bodies are usually cut at 60 mm")
 
 
 @by_name
@@ -165,10 +158,10 @@ class BodySize:
     slender web, which is a matter of the track and not of the contact. The rim is driven at its inner face.
     """
 
-    rail_depth_mm: float = given(60.0, _cut("rail depth", "Depth of the rail's base below its crown"))
-    rail_half_length_mm: float = given(60.0, _cut("rail half length", "Length of the rail to each side"))
-    rim_thickness_mm: float = given(65.0, _cut("rim thickness", "Thickness of the wheel's rim"))
-    rim_half_length_mm: float = given(60.0, _cut("rim half length", "Length of the rim to each side"))
+    rail_depth_mm: float = given(60.0, _cut("Depth of the rail's base below its crown"))
+    rail_half_length_mm: float = given(60.0, _cut("Length of the rail to each side"))
+    rim_thickness_mm: float = given(65.0, _cut("Thickness of the wheel's rim"))
+    rim_half_length_mm: float = given(60.0, _cut("Length of the rim to each side"))
 
     def __post_init__(self) -> None:
         check_inputs(self)
@@ -183,18 +176,21 @@ class Track:
     crown of the rail at a given distance from the track centre instead (for heads without a gauge face).
     """
 
-    gauge_mm: float = given(1435.0, _length("gauge", "Track gauge", "usually 1435 mm"))
-    gauge_depth_mm: float = given(
-        14.0, _length("gauge depth", "Depth of the gauge below the rail's top", "usually 14 mm")
-    )
+    gauge_mm: float = given(1435.0, Number(help="Track gauge", remedy="usually 1435 mm"))
+    gauge_depth_mm: float = given(14.0, Number(help="Depth of the gauge below the rail's top", remedy="usually 14 mm"))
     back_to_back_mm: float = given(
-        1360.0, _length("back-to-back distance", "Distance of the wheels' backs", "usually 1360 mm")
+        1360.0, Number(label="back-to-back distance", help="Distance of the wheels' backs", remedy="usually 1360 mm")
     )
     tape_circle_from_back_mm: float = given(
-        70.0, _length("tape circle", "Distance of the tape circle from the back", "usually 70 mm")
+        70.0, Number(label="tape circle", help="Distance of the tape circle from the back", remedy="usually 70 mm")
     )
     rail_crown_y_mm: float | None = given(
-        None, _length("rail crown", "Crown from the track centre, instead of the gauge", "None places by the gauge")
+        None,
+        Number(
+            label="rail crown",
+            help="Crown from the track centre, instead of the gauge",
+            remedy="None places by the gauge",
+        ),
     )
 
     def __post_init__(self) -> None:

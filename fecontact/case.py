@@ -55,26 +55,17 @@ INCLINATION_1_40 = math.atan(1.0 / 40.0)
 
 
 _RAIL = Text(
-    group="place",
-    label="rail",
     help="Rail",
     domain="library name, profile file, circle:R, or arcs:R/R@D for two arcs whose junction is D from the crown; mm",
 )
-_WHEEL = replace(_RAIL, label="wheel", help="Wheel", domain="library name, profile file, or cylinder:R (flat); mm")
+_WHEEL = replace(_RAIL, help="Wheel", domain="library name, profile file, or cylinder:R (flat); mm")
 _LIBRARY = Text(
-    group="profiles",
-    label="library",
-    help="Library of your own, before the built-in one",
-    domain="folder whose profile files rail and wheel may name",
+    help="Library of your own, before the built-in one", domain="folder whose profile files rail and wheel may name"
 )
 _INCLINATION = Number(
-    group="place",
-    label="inclination",
     help="Inclination of the rail towards the track centre, none if the profile is canted already",
     key="inclination",
-    unit="rad",
     shown_unit="mrad",
-    factor=1e3,
     low=-0.35,
     high=0.35,
     remedy="1:40 is 0.025 rad",
@@ -83,116 +74,74 @@ _INCLINATION = Number(
     forms=INCLINATION_FORMS,
 )
 _SHIFT = Number(
-    group="place",
-    label="lateral shift",
     help="Lateral shift of the wheelset, positive towards the left rail",
     options=("shift", "lateral-shift-mm"),
-    unit="mm",
     low=-60.0,
     high=60.0,
 )
 _ROLL = Choice(
-    group="place",
-    label="roll",
     help="Roll of the wheelset: that at which both wheels touch their rails, that with both pressed into them by the"
     " wheel loads, or a given one (0 for circles, cylinders and crane rails, which make no wheelset)",
     names=get_args(Roll),
 )
-_ROLL_ANGLE = Number(
-    group="place",
-    label="roll angle",
-    help="Roll of the wheelset about x where it is given, positive lifts the left wheel",
-    key="roll_mrad",
-    unit="rad",
+_YAW = Number(
+    help="Yaw of the wheelset about z",
     shown_unit="mrad",
-    factor=1e3,
     low=-0.1,
     high=0.1,
-    remedy="wheelsets roll by some mrad",
-)
-_YAW = replace(
-    _ROLL_ANGLE,
-    label="yaw",
-    help="Yaw of the wheelset about z",
-    key="yaw_mrad",
     remedy="wheelsets yaw by some mrad, or tens",
 )
-_CLIMB = Flag(
-    group="place",
-    label="flange climb",
-    help="Let the flange climb: take contacts beyond its steepest place too, up to its top",
-    alone=True,
+_ROLL_ANGLE = replace(
+    _YAW,
+    label="roll angle",
+    help="Roll of the wheelset about x where it is given, positive lifts the left wheel",
+    remedy="wheelsets roll by some mrad",
 )
-_SIDE = Choice(
-    group="place", label="side", help="Wheel and rail of the wheelset that are solved", names=("left", "right")
-)
+_CLIMB = Flag(help="Let the flange climb: take contacts beyond its steepest place too, up to its top", alone=True)
+_SIDE = Choice(help="Wheel and rail of the wheelset that are solved", names=("left", "right"))
 _LOAD = Number(
-    group="load",
-    label="load",
     help="Wheel load",
-    key="load_kN",
-    unit="N",
     shown_unit="kN",
-    factor=1e-3,
     low=1.0,
     high=1e9,
     usual=(1e3, 1e6),
     remedy="give the wheel load, for example 100000 N (100 kN)",
 )
 _LOAD_KIND = Choice(
-    group="load",
-    label="load kind",
-    help="Whether the load is vertical or acts along the contact normal at first touch",
-    names=get_args(LoadKind),
+    help="Whether the load is vertical or acts along the contact normal at first touch", names=get_args(LoadKind)
 )
 _ROLL_LOAD = replace(
     _LOAD,
-    group="place",
-    label="roll load",
     help="Wheel load under which the roll of the loaded wheelset is found, if it is another one than the load",
-    key="roll_load_kN",
     remedy="give the wheel load under which the wheelset rolls, for example 80000 N (80 kN)",
 )
-_ROLLING_RADIUS = Number(
-    group="place",
-    label="rolling radius",
-    help="Rolling radius at the tape circle",
-    unit="mm",
-    remedy="railway wheels have 300 to 625 mm",
-)
+_ROLLING_RADIUS = Number(help="Rolling radius at the tape circle", remedy="railway wheels have 300 to 625 mm")
 
 
 # of a number that stands in every case in the end
 _NOT_SAID: Any = None
 _RAIL_IRREGULARITY = Written(
-    group="place",
-    label="rail irregularity",
     help="Material that the rail misses along the track, opening the gap",
     domain=FORMS,
     kind=Irregularity,
     parse=irregularity_of,
     show=irregularity_text,
 )
-_WHEEL_IRREGULARITY = replace(
-    _RAIL_IRREGULARITY, label="wheel irregularity", help="Material that the wheel misses along its circumference"
-)
+_WHEEL_IRREGULARITY = replace(_RAIL_IRREGULARITY, help="Material that the wheel misses along its circumference")
 _DISTANCE = Number(
-    group="place",
-    label="distance",
     help="Distance run along the irregularities to where smooth bodies touch",
-    unit="mm",
     low=-1e7,
     high=1e7,
     remedy="give the place along the wave, the flat (its middle is 0) or the table",
 )
 
 
-def _opposite(described: Text | Number, name: str) -> Text | Number:
+def _opposite(described: Text | Number, label: str, option: str = "") -> Text | Number:
     return replace(
         described,
-        label=f"opposite {described.label}",
+        label=f"opposite {label}",
         help=f"{described.help} of the other side of the wheelset, if it is another one",
-        options=(f"opposite-{name}",),
+        options=(f"opposite-{option or label}",),
     )
 
 
@@ -206,8 +155,8 @@ class Opposite:
 
     rail: str | None = given(None, _opposite(_RAIL, "rail"))
     wheel: str | None = given(None, _opposite(_WHEEL, "wheel"))
-    rolling_radius_mm: float | None = given(None, _opposite(_ROLLING_RADIUS, "rolling-radius-mm"))
-    wheel_load_N: float | None = given(None, _opposite(_LOAD, "load-kn"))
+    rolling_radius_mm: float | None = given(None, _opposite(_ROLLING_RADIUS, "rolling radius", "rolling-radius-mm"))
+    wheel_load_N: float | None = given(None, _opposite(replace(_LOAD, key="load_kN"), "load", "load-kn"))
 
     def __post_init__(self) -> None:
         check_inputs(self)
@@ -219,16 +168,13 @@ class Opposite:
 
 
 _RESOLUTION = Choice(
-    group="solution",
-    label="resolution",
     help=f"Elements a semi-axis of the patch ({', '.join(f'{n:g}' for n in RESOLUTIONS.values())}), or their sizes"
     " along x and across",
     names=tuple(RESOLUTIONS),
     pair=Number(label="element size", help="", unit="mm", remedy="a tenth of the patch's semi-axis is a good size"),
 )
-_SOLVER = Choice(group="solution", label="solver", help="Linear solver", names=get_args(SolverChoice))
+_SOLVER = Choice(help="Linear solver", names=get_args(SolverChoice))
 _REFINE = Number(
-    group="solution",
     label="refinement limit",
     help="Refine an unresolved verdict while fewer unknowns than this are expected; 0 never refines",
     unit="degrees of freedom",
@@ -238,8 +184,6 @@ _REFINE = Number(
 )
 
 _EVIDENCE = Flag(
-    group="solution",
-    label="evidence",
     help="Refine also until the elements' own nodes know the verdict by themselves, within the refinement limit",
     alone=True,
 )
@@ -263,37 +207,37 @@ class Case:
     "given" as 0 for lines that make no wheelset.
     """
 
-    rail: str = given("60E1", _RAIL)
-    wheel: str = given("S1002", _WHEEL)
-    inclination_rad: float = given(INCLINATION_1_40, _INCLINATION)
-    lateral_shift_mm: float = given(0.0, _SHIFT)
-    roll: Roll | None = given(None, _ROLL)
-    roll_rad: float = given(_NOT_SAID, _ROLL_ANGLE)
-    yaw_rad: float = given(0.0, _YAW)
-    roll_load_N: float | None = given(None, _ROLL_LOAD)
-    flange_climb: bool = given(False, _CLIMB)
-    side: TrackSide = given("left", _SIDE)
+    rail: str = given("60E1", _RAIL, "place")
+    wheel: str = given("S1002", _WHEEL, "place")
+    inclination_rad: float = given(INCLINATION_1_40, _INCLINATION, "place")
+    lateral_shift_mm: float = given(0.0, _SHIFT, "place")
+    roll: Roll | None = given(None, _ROLL, "place")
+    roll_rad: float = given(_NOT_SAID, _ROLL_ANGLE, "place")
+    yaw_rad: float = given(0.0, _YAW, "place")
+    roll_load_N: float | None = given(None, _ROLL_LOAD, "place")
+    flange_climb: bool = given(False, _CLIMB, "place")
+    side: TrackSide = given("left", _SIDE, "place")
     opposite: Opposite = field(default_factory=Opposite, metadata={"part": Part(group="place")})
-    load_N: float = given(100e3, _LOAD)
-    load_kind: LoadKind = given("vertical", _LOAD_KIND)
+    load_N: float = given(100e3, _LOAD, "load")
+    load_kind: LoadKind = given("vertical", _LOAD_KIND, "load")
     rail_material: Material = field(default=STEEL, metadata={"part": Part(group="material", body="rail", both=True)})
     wheel_material: Material = field(default=STEEL, metadata={"part": Part(group="material", body="wheel", both=True)})
-    rolling_radius_mm: float = given(460.0, _ROLLING_RADIUS)
+    rolling_radius_mm: float = given(460.0, _ROLLING_RADIUS, "place")
     track: Track = field(default_factory=Track, metadata={"part": Part(group="place")})
     size: BodySize = field(default_factory=BodySize, metadata={"part": Part(group="bodies")})
-    resolution: str | tuple[float, float] = given("quick", _RESOLUTION)
-    solver: SolverChoice = given("auto", _SOLVER)
+    resolution: str | tuple[float, float] = given("quick", _RESOLUTION, "solution")
+    solver: SolverChoice = given("auto", _SOLVER, "solution")
     criteria: Criteria = field(default_factory=Criteria, metadata={"part": Part(group="verdict")})
     rail_file: Reading = field(default_factory=Reading, metadata={"part": Part(group="profiles", body="rail")})
     wheel_file: Reading = field(default_factory=Reading, metadata={"part": Part(group="profiles", body="wheel")})
     creep: Creep = field(default_factory=Creep, metadata={"part": Part(group="creep")})
-    refine_degrees_of_freedom: int = given(400_000, _REFINE)
-    evidence: bool = given(False, _EVIDENCE)
+    refine_degrees_of_freedom: int = given(400_000, _REFINE, "solution")
+    evidence: bool = given(False, _EVIDENCE, "solution")
 
-    rail_irregularity: Irregularity | None = given(None, _RAIL_IRREGULARITY)
-    wheel_irregularity: Irregularity | None = given(None, _WHEEL_IRREGULARITY)
-    distance_mm: float = given(0.0, _DISTANCE)
-    library: str | None = given(None, _LIBRARY)
+    rail_irregularity: Irregularity | None = given(None, _RAIL_IRREGULARITY, "place")
+    wheel_irregularity: Irregularity | None = given(None, _WHEEL_IRREGULARITY, "place")
+    distance_mm: float = given(0.0, _DISTANCE, "place")
+    library: str | None = given(None, _LIBRARY, "profiles")
 
     def __post_init__(self) -> None:
         check_inputs(self)
@@ -345,11 +289,10 @@ class Case:
 
     def with_profiles(self, specs: Mapping[str, str]) -> Case:
         """The same with other names or files of some profiles."""
-        prefix = "opposite_"
+        own: dict[str, Any] = {key: specs[key] for key in ("rail", "wheel") if key in specs}
         other: dict[str, Any] = {
-            key.removeprefix(prefix): spec for key, spec in specs.items() if key.startswith(prefix)
+            key: specs[f"opposite_{key}"] for key in ("rail", "wheel") if f"opposite_{key}" in specs
         }
-        own: dict[str, Any] = {key: spec for key, spec in specs.items() if not key.startswith(prefix)}
         return replace(self, **own, opposite=replace(self.opposite, **other))
 
     @property

@@ -11,7 +11,7 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
-from cyclopts import App, CycloptsError, Group, UnknownOptionError, UnusedCliTokensError
+from cyclopts import App, CycloptsError, Group, Parameter, UnknownOptionError, UnusedCliTokensError
 
 from fecontact import __version__
 from fecontact.commands import looking, results, solving, start
@@ -24,6 +24,8 @@ app = App(
     # it is said below what an interrupted command leaves
     suppress_keyboard_interrupt=False,
     version=__version__,
+    # what may be said of a command is never said with --no- before it
+    default_parameter=Parameter(negative=()),
     group_commands=Group("Options", sort_key=9),
     help="Where does Hertz's ellipse hold for a railway wheel on a rail?",
     help_epilogue="Exit codes: 0 solved, or the same; 1 results differ (compare); 2 bad input;"

@@ -9,17 +9,21 @@ from fecontact.errors import InputError
 from fecontact.inputs import Flag, Names, Number, by_name, check_inputs, given
 
 
-def _limit(default: float, measure: str, help: str, key: str) -> Any:
-    described = Number(
-        label=f"limit of {measure}",
-        help=f"Hertz holds if {help}",
+def _part(label: str, help: str, key: str) -> Number:
+    percent = key.endswith("_percent")
+    return Number(
+        label=f"limit of {label}",
+        help=f"Hertz holds {help}",
         key=key,
-        shown_unit="%" if key.endswith("_percent") else "",
-        factor=100.0 if key.endswith("_percent") else 1.0,
+        shown_unit="%" if percent else "",
         high=1.0,
         inclusive=False,
-        remedy="for example 0.05 for 5 %" if key.endswith("_percent") else "for example 0.15",
+        remedy="for example 0.05 for 5 %" if percent else "for example 0.15",
     )
+
+
+def _limit(default: float, measure: str, help: str, key: str) -> Any:
+    described = _part(measure, f"if {help}", key)
     return field(default=default, metadata={"input": described, "measure": measure})
 
 
@@ -62,7 +66,6 @@ class Criteria:
         default=("all",),
         metadata={
             "input": Names(
-                label="judged by",
                 help=f"Measures that decide, or sets of them (patch: {', '.join(_SETS['patch'])}; strength: p_max)",
                 sets=_SETS,
             )
@@ -72,7 +75,6 @@ class Criteria:
         default=False,
         metadata={
             "input": Flag(
-                label="theories in range",
                 help="Name no theory that is out of its own range as the cheapest that holds; by default it counts,"
                 " marked as out of range, since its numbers are held against the finite elements at this very contact",
                 alone=True,
@@ -106,11 +108,11 @@ FRICTION = Number(
     remedy="dry steel has 0.3 to 0.6, wet 0.1 to 0.3",
 )
 """Of a contact, wherever one is asked for."""
-_NO_UNIT = "it is relative to the rolling speed: 0.001 is 0.1 %"
 
 
 def _creepage(label: str, help: str, *, unit: str = "") -> Number:
-    return Number(label=label, help=help, low=-1.0, high=1.0, remedy=_NO_UNIT, unit=unit)
+    remedy = "it is relative to the rolling speed: 0.001 is 0.1 %"
+    return Number(label=label, help=help, low=-1.0, high=1.0, remedy=remedy, unit=unit)
 
 
 @by_name
@@ -137,7 +139,6 @@ class Creep:
     speed_ratio: float = given(
         1.0,
         Number(
-            label="speed ratio",
             help="Speed of rotation over that which rolls the tape circle; above 1 the wheel drives",
             high=2.0,
             remedy="a free wheel has 1, a driven one some thousandths more",
@@ -152,22 +153,11 @@ class Creep:
         ),
     )
     force_limit: float = given(
-        0.05,
-        Number(
-            label="limit of the creep force",
-            help="Hertz holds for forces if its creep force is off by less of mu N",
-            key="force_percent",
-            shown_unit="%",
-            factor=100.0,
-            high=1.0,
-            inclusive=False,
-            remedy="for example 0.05 for 5 %",
-        ),
+        0.05, _part("the creep force", "for forces if its creep force is off by less of mu N", "force_percent")
     )
     largest_creepage: float = given(
         0.02,
         Number(
-            label="largest creepage",
             help="Longitudinal and lateral creepage up to which forces are judged",
             low=1e-4,
             high=0.5,

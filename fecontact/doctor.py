@@ -20,7 +20,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import metadata
 
@@ -125,13 +125,12 @@ def doctor() -> int:
     """Say what this machine has for fecontact; 1 if no case can be solved here, else 0."""
     print(f"fecontact {__version__}, Python {platform.python_version()} ({sys.executable})")
     print(f"{platform.platform()}, {platform.machine()}")
-    lacks = False
-    for line, good in (*_packages(), *_machine()):
+    packages, incomplete = _packages()
+    for line in (*packages, *_machine()):
         print(line)
-        lacks = lacks or not good
     lines, cannot = examine()
     print("\n".join(lines))
-    lacks = lacks or cannot
+    lacks = incomplete or cannot
     print("A case cannot be solved here yet; see above." if lacks else "All that is needed is here: fecontact demo")
     return int(lacks)
 
@@ -151,41 +150,40 @@ def before(*, install: bool) -> int:
     return int(lacks)
 
 
-def _packages() -> Iterator[tuple[str, bool]]:
-    found, missing = [], []
+def _packages() -> tuple[list[str], bool]:
+    """Lines on the packages that are needed everywhere, and whether some of them are missing."""
     try:
         required = metadata.requires("fecontact") or []
     except metadata.PackageNotFoundError:
         # set-up is not at its end yet
-        return
-    for requirement in required:
-        name, _, marker = requirement.partition(";")
-        if "extra" in marker or "platform_machine" in marker:
-            # what is not needed, or not everywhere
-            continue
-        package = re.match(r"[\w.-]+", name)
-        assert package is not None
+        return [], False
+    # not those of an extra, nor of some machines
+    everywhere = (name for name in required if not re.search(r";.*(extra|platform_machine)", name))
+    needed = [name.partition(";")[0].strip() for name in everywhere]
+    found, missing = [], []
+    for requirement in needed:
+        package = re.split(r"[^\w.-]", requirement)[0]
         try:
-            found.append(f"{package[0]} {metadata.version(package[0])}")
+            found.append(f"{package} {metadata.version(package)}")
         except metadata.PackageNotFoundError:
-            missing.append(name.strip())
-    yield f"packages: {', '.join(found)}", True
+            missing.append(requirement)
+    lines = [f"packages: {', '.join(found)}"]
     if missing:
-        quoted = " ".join(f"'{name}'" for name in missing)
-        yield f"missing packages: {', '.join(missing)}; {sys.executable} -m pip install {quoted}", False
+        lines.append(f"missing packages: {', '.join(missing)}; {sys.executable} -m pip install {shlex.join(missing)}")
+    return lines, bool(missing)
 
 
-def _machine() -> Iterator[tuple[str, bool]]:
+def _machine() -> list[str]:
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     try:
         import psutil
     except ImportError:
-        return
+        return []
     memory = psutil.virtual_memory()
     line = f"{cores} core{'s' * (cores != 1)}, {memory.total / 1e9:.1f} GB of memory, {memory.available / 1e9:.1f} free"
     if memory.available < _ENOUGH_GB * 1e9:
         line += "; a patch of several lobes needs 4 GB: end other programs, or use --solver amg"
-    yield line, True
+    return [line]
 
 
 def failure(probe: Probe) -> str:

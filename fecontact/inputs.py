@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import MISSING, Field, dataclass, field, fields
-from dataclasses import field as dataclass_field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import MISSING, Field, dataclass, field, fields, replace
 from difflib import get_close_matches
 from functools import wraps
 from numbers import Real
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from fecontact.errors import EXTREME, LARGEST, SMALLEST, InputError
@@ -100,17 +100,60 @@ _RENAMED = {
 _TRUTH = {"yes": True, "true": True, "no": False, "false": False}
 
 
+# What users give a number in, times what it is inside the program.
+_FACTORS = {"mrad": 1e3, "kN": 1e-3, "%": 100.0}
+_UNITS = ("mm", "N", "MPa", "rad")
+
+
 @dataclass(frozen=True, kw_only=True)
-class Number:
+class Described:
+    """What all kinds have; what is not given of label, unit and key says the name of the field.
+
+    Attributes
+    ----------
+    label, help
+        Name in messages; what it is.
+    key, options
+        Key in files, if it is not the field's name; names on the command line (without hyphens), if they are not made
+        from the key.
+    """
+
+    label: str = ""
+    help: str
+    key: str = ""
+    options: tuple[str, ...] = ()
+
+    if TYPE_CHECKING:
+
+        @property
+        def domain(self) -> str:
+            """Range of the values."""
+
+    @property
+    def allowed(self) -> str:
+        """What a user may write."""
+        return self.domain
+
+    def shown(self, value: Any) -> str:
+        """A value as a user would write it."""
+        return str(value)
+
+    def refusal(self, value: Any, known: Iterable[str] = ()) -> InputError:
+        """Of a value that is none; of the known names it has the nearest one."""
+        meant = nearest(value, {name: name for name in known}) if isinstance(value, str) else ""
+        return InputError(f"{self.label} is {value!r}; allowed: {self.allowed}{meant}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Number(Described):
     """A number with its unit and range.
 
     Attributes
     ----------
-    label, help, remedy
-        Name in messages; what it is; what to do about a value outside the range.
-    unit, shown_unit, factor
-        Unit inside the program; unit in which users give it, if it is another; the latter's value is `factor` times the
-        former's.
+    remedy
+        What to do about a value outside the range.
+    unit, shown_unit
+        Unit inside the program; unit in which users give it, if it is another.
     low, high, inclusive
         Bounds in the unit inside; without `high`, `low` is 0 and everything above it is allowed.
     symbol
@@ -121,17 +164,11 @@ class Number:
         Whether it is a whole number.
     parse, show, forms
         For a number that is written as a text: the text's value in the unit inside, its inverse, and what is allowed.
-    key, group, options
-        Key in files, if it is not the field's name; group of the input; names on the command line (without hyphens), if
-        they are not made from the key.
     """
 
-    label: str
-    help: str
     remedy: str = ""
     unit: str = ""
     shown_unit: str = ""
-    factor: float = 1.0
     low: float = 0.0
     high: float = math.inf
     inclusive: bool = True
@@ -141,9 +178,11 @@ class Number:
     parse: Callable[[str], float] | None = None
     show: Callable[[float], str] | None = None
     forms: str = ""
-    key: str = ""
-    group: str = ""
-    options: tuple[str, ...] = ()
+
+    @property
+    def factor(self) -> float:
+        """By how much the value that users give is larger."""
+        return _FACTORS.get(self.shown_unit, 1.0)
 
     @property
     def domain(self) -> str:
@@ -182,7 +221,7 @@ class Number:
             return self.parse(value)
         number = None if self.parse else as_number(value)
         if number is None or (self.whole and not number.is_integer()):
-            raise InputError(f"{self.label} is {value!r}; allowed: {self.allowed}")
+            raise self.refusal(value)
         # with whole numbers, so that 9 mrad is 0.009 rad to the last bit
         inside = number * round(1.0 / self.factor) if self.factor < 1.0 else number / self.factor
         return int(inside) if self.whole else inside
@@ -199,22 +238,20 @@ class Number:
         if number is not None and self._within(number):
             return
         given = f"{float(value)!r}" if isinstance(value, float) else f"{value!r}"
-        text = f"{self.label} is {' '.join(filter(None, (given, self.unit)))}{self._outside(number)}"
+        outside = self._outside_unit if self._outside_unit != self.unit else ""
+        text = f"{self.label} is {' '.join(filter(None, (given, self.unit)))}"
+        if number is not None and outside:
+            text += f" ({number * self.factor:g} {outside})"
         if number is not None and math.isinf(self.high) and self.low < number < math.inf:
             raise InputError("; ".join(filter(None, (text, EXTREME, self.remedy))))
         allowed = self._range(1.0) + (f" {self.unit}" if math.isfinite(self.high) and self.unit else "")
-        if self._outside_unit != self.unit and math.isfinite(self.high):
-            allowed += f" ({self._range(self.factor)} {self._outside_unit})"
+        if outside and math.isfinite(self.high):
+            allowed += f" ({self._range(self.factor)} {outside})"
         raise InputError("; ".join(filter(None, (text, f"allowed: {allowed}", self.remedy))))
 
     @property
     def _outside_unit(self) -> str:
         return self.shown_unit or self.unit
-
-    def _outside(self, number: float | None) -> str:
-        if number is None or self._outside_unit == self.unit:
-            return ""
-        return f" ({number * self.factor:g} {self._outside_unit})"
 
     def _within(self, number: float) -> bool:
         if not math.isfinite(number) or (self.whole and not number.is_integer()):
@@ -234,24 +271,15 @@ class Number:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Text:
-    """A text that is not empty; the attributes are as those of `Number`."""
+class Text(Described):
+    """A text that is not empty."""
 
-    label: str
-    help: str
     domain: str = "not empty"
-    key: str = ""
-    group: str = ""
-    options: tuple[str, ...] = ()
 
     @property
     def allowed(self) -> str:
         """What a user may write."""
         return f"a text ({self.domain})"
-
-    def shown(self, value: str) -> str:
-        """A value as a user would write it."""
-        return value
 
     def read(self, value: Any) -> str:
         """The text itself.
@@ -273,20 +301,15 @@ class Text:
             With the value and what is allowed.
         """
         if not isinstance(value, str) or not value.strip():
-            raise InputError(f"{self.label} is {value!r}; allowed: {self.allowed}")
+            raise self.refusal(value)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Choice:
-    """One of several names or, with `pair`, two numbers instead; the other attributes are as those of `Number`."""
+class Choice(Described):
+    """One of several names or, with `pair`, two numbers instead."""
 
-    label: str
-    help: str
     names: tuple[str, ...]
     pair: Number | None = None
-    key: str = ""
-    group: str = ""
-    options: tuple[str, ...] = ()
 
     @property
     def domain(self) -> str:
@@ -295,11 +318,6 @@ class Choice:
         if self.pair is None:
             return names
         return f"{names}, or two {self.pair.label}s in {self.pair.unit} such as 0.5,0.4 ({self.pair.domain})"
-
-    @property
-    def allowed(self) -> str:
-        """What a user may write."""
-        return self.domain
 
     def shown(self, value: str | Sequence[float]) -> str:
         """A value as a user would write it."""
@@ -336,13 +354,12 @@ class Choice:
             for number in value:
                 self.pair.check(number)
         elif not (isinstance(value, str) and value in self.names):
-            meant = nearest(value, {name: name for name in self.names}) if isinstance(value, str) else ""
-            raise InputError(f"{self.label} is {value!r}; allowed: {self.domain}{meant}")
+            raise self.refusal(value, self.names)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Names:
-    """One or more of several names, or of sets of them; the other attributes are as those of `Number`.
+class Names(Described):
+    """One or more of several names, or of sets of them.
 
     Attributes
     ----------
@@ -350,22 +367,12 @@ class Names:
         Names in each set; every name is in at least one.
     """
 
-    label: str
-    help: str
     sets: Mapping[str, tuple[str, ...]] = field(hash=False)
-    key: str = ""
-    group: str = ""
-    options: tuple[str, ...] = ()
 
     @property
     def domain(self) -> str:
         """What is allowed."""
         return f"sets {', '.join(self.sets)}; measures {', '.join(self._single)}; joined by commas"
-
-    @property
-    def allowed(self) -> str:
-        """What a user may write."""
-        return self.domain
 
     @property
     def _single(self) -> tuple[str, ...]:
@@ -397,16 +404,15 @@ class Names:
         """
         known = (*self.sets, *self._single)
         if not isinstance(value, list | tuple) or not value:
-            raise InputError(f"{self.label} is {value!r}; allowed: {self.domain}")
+            raise self.refusal(value)
         for name in value:
             if name not in known:
-                meant = nearest(name, {one: one for one in known}) if isinstance(name, str) else ""
-                raise InputError(f"{self.label} is {name!r}; allowed: {self.domain}{meant}")
+                raise self.refusal(name, known)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Flag:
-    """Yes or no; the attributes are as those of `Number`.
+class Flag(Described):
+    """Yes or no.
 
     Attributes
     ----------
@@ -414,11 +420,6 @@ class Flag:
         Whether its option says yes by itself on the command line, without a word behind it.
     """
 
-    label: str
-    help: str
-    key: str = ""
-    group: str = ""
-    options: tuple[str, ...] = ()
     alone: bool = False
 
     @property
@@ -456,12 +457,12 @@ class Flag:
             With the value and what is allowed.
         """
         if not isinstance(value, bool):
-            raise InputError(f"{self.label} is {value!r}; allowed: {self.allowed}")
+            raise self.refusal(value)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Written:
-    """A value of a class of its own that is written as a text or a table; other attributes are as those of `Number`.
+class Written(Described):
+    """A value of a class of its own that is written as a text or a table.
 
     Attributes
     ----------
@@ -469,20 +470,10 @@ class Written:
         Its class; the value from what a user wrote; the text that is shown of it.
     """
 
-    label: str
-    help: str
     domain: str
     kind: type
     parse: Callable[[Any], Any] = field(hash=False)
     show: Callable[[Any], str] = field(hash=False)
-    key: str = ""
-    group: str = ""
-    options: tuple[str, ...] = ()
-
-    @property
-    def allowed(self) -> str:
-        """What a user may write."""
-        return self.domain
 
     def shown(self, value: Any) -> str:
         """A value as a user would write it."""
@@ -558,7 +549,7 @@ class Part:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Slot:
+class Slot(Part):
     """An input at its place.
 
     Attributes
@@ -567,17 +558,12 @@ class Slot:
         Name of its field, and of the part that the field belongs to (empty at the top level).
     input, default
         What it is, and its value if none is given.
-    group, body, both
-        As those of `Part`.
     """
 
     field: str
     table: str
     input: Input
     default: Any
-    group: str
-    body: str = ""
-    both: bool = False
 
     @property
     def place(self) -> tuple[str, str]:
@@ -613,39 +599,38 @@ class Slot:
         return "none" if self.default is None else self.input.shown(self.default)
 
 
-def given(default: Any, described: Input) -> Any:
-    """A field of a dataclass whose values are described."""
-    return dataclass_field(default=default, metadata={"input": described})
+def given(default: Any, described: Input, group: str = "") -> Any:
+    """A field of a dataclass whose values are described, in a group of its own if not in that of a part."""
+    return field(default=default, metadata={"input": described, "group": group})
 
 
 def slots(whole: DataclassInstance) -> tuple[Slot, ...]:
     """All inputs of a dataclass and of its parts, with the values of this instance as defaults."""
     found: list[Slot] = []
+
+    def add(entry: Field[Any], default: Any, table: str, part: Part) -> None:
+        described = entry.metadata["input"]
+        found.append(Slot(field=entry.name, table=table, input=described, default=default, **vars(part)))
+
     for entry in fields(whole):
         value = getattr(whole, entry.name)
         if (part := entry.metadata.get("part")) is None:
-            found.append(_slot(entry, value, "", Part(group=entry.metadata["input"].group)))
-        else:
-            found += [_slot(inner, getattr(value, inner.name), entry.name, part) for inner in fields(value)]
+            add(entry, value, "", Part(group=entry.metadata["group"]))
+            continue
+        for inner in fields(value):
+            add(inner, getattr(value, inner.name), entry.name, part)
     return tuple(found)
 
 
-def _slot(field: Field[Any], default: Any, table: str, part: Part) -> Slot:
-    described = field.metadata["input"]
-    return Slot(
-        field=field.name,
-        table=table,
-        input=described,
-        default=default,
-        group=part.group,
-        body=part.body,
-        both=part.both,
-    )
-
-
 def by_name(kind: type[T]) -> type[T]:
-    """Make a dataclass of inputs refuse names that it does not have, with the nearest one, and unnamed values."""
+    """Make a dataclass of inputs refuse names that it does not have, with the nearest one, and unnamed values.
+
+    Its descriptions get what the names of its fields say.
+    """
     make: Callable[..., None] = kind.__init__
+    for entry in fields(kind):
+        if described := entry.metadata.get("input"):
+            entry.metadata = MappingProxyType({**entry.metadata, "input": _filled(described, entry.name)})
 
     @wraps(make)
     def checked(self: T, *unnamed: Any, **values: Any) -> None:
@@ -659,6 +644,22 @@ def by_name(kind: type[T]) -> type[T]:
     # mypy: a method is no plain function
     setattr(kind, "__init__", checked)  # noqa: B010
     return kind
+
+
+def _filled(described: Input, name: str) -> Input:
+    """A description with the label, the unit and the key that the name of its field says, where none are given."""
+    if not isinstance(described, Number):
+        return replace(described, label=described.label or name.replace("_", " "))
+    stem, _, unit = name.rpartition("_")
+    if unit not in _UNITS:
+        stem, unit = name, ""
+    shown = described.shown_unit
+    return replace(
+        described,
+        label=described.label or stem.replace("_", " "),
+        unit=described.unit or unit,
+        key=described.key or (f"{stem}_{shown}" if shown else ""),
+    )
 
 
 def _meant(kind: type[DataclassInstance], name: str) -> str:
@@ -675,10 +676,8 @@ def _meant(kind: type[DataclassInstance], name: str) -> str:
     return nearest(name, known)
 
 
-def _default(field: Field[Any]) -> Any:
-    return (
-        field.default_factory() if field.default is MISSING and field.default_factory is not MISSING else field.default
-    )
+def _default(entry: Field[Any]) -> Any:
+    return entry.default if entry.default_factory is MISSING else entry.default_factory()
 
 
 def check_inputs(instance: DataclassInstance) -> None:

@@ -39,13 +39,13 @@ def case(result: CaseResult, axes: Axes | None = None, *, field: Field = "finite
     """
     if field not in get_args(Field):
         raise InputError(f"field {field!r}; allowed: {', '.join(get_args(Field))}")
+    fields = PressureFields.of(result.load)
     if axes is not None:
-        draw_pressure(axes, result.load, field)
+        draw_pressure(axes, result.load, field, fields)
         return axes.figure
     # pyplot, so that its show() finds it
     from matplotlib import pyplot
 
-    fields = PressureFields.of(result.load)
     figure = pyplot.figure(figsize=case_inches(fields))
     draw_case(figure, result.load, result.placement, fields)
     return figure

@@ -95,8 +95,8 @@ def best_threshold(values: np.ndarray, fails: np.ndarray) -> tuple[float, int]:
 
 def figure(rows: list[dict[str, Any]], path: Path) -> None:
     """The worst measure over the distance to the next junction."""
+    from fecontact.outputs.figures.study import ANSWER_MARKS
     from fecontact.outputs.style import (
-        ANSWER_MARKS,
         ANSWERS,
         blank_figure,
         finish,

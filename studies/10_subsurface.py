@@ -22,7 +22,7 @@ from scipy.special import elliprd
 
 from fecontact.bodies import STEEL
 from fecontact.case import Case
-from fecontact.outputs.style import RAIL, WHEEL, blank_figure, finish, save_figure
+from fecontact.outputs.style import Colour, blank_figure, finish, save_figure
 from fecontact.regression.baselines import Check
 from fecontact.solving.position import hertz_of_case, place_case
 
@@ -202,7 +202,7 @@ def _figure(rows: list[dict[str, Any]], path: Path) -> None:
     size, depth = figure.subplots(1, 2)
     size.plot(ratios, [peak.von_mises_MPa for peak in curve], color="0.3", label="closed form (Johnson)")
     depth.plot(ratios, [peak.depth_mm / k for peak, k in zip(curve, ratios, strict=True)], color="0.3")
-    for body, marker, colour in zip(BODIES, "ov", (RAIL, WHEEL), strict=True):
+    for body, marker, colour in zip(BODIES, "ov", Colour.LINES.values(), strict=True):
         style = {"marker": marker, "color": colour, "mfc": "none", "ls": "none"}
         shape = [row["hertz_b_mm"] / row["hertz_a_mm"] for row in rows]
         stress = [row[f"von_mises_{body}_von_mises_MPa"] / row["hertz_p_max_MPa"] for row in rows]

@@ -30,7 +30,7 @@ from fecontact.comparison.measures import patch_of
 from fecontact.comparison.verdict import FORCE, Judgement
 from fecontact.criteria import Creep
 from fecontact.errors import FecontactError
-from fecontact.outputs.style import FE, HERTZ, blank_figure, finish, legend_beside, save_figure
+from fecontact.outputs.style import Colour, blank_figure, finish, legend_beside, save_figure
 from fecontact.regression.baselines import Check
 from fecontact.rolling.forces import CreepPatch, creep_force, force_difference, hertz_patch
 from fecontact.rolling.laws import Creepages, rolling_pair
@@ -216,7 +216,7 @@ def _figure(results: Sequence[CaseResult], path: Path) -> None:
     for column, result in enumerate(sorted(shown, key=lambda one: one.case.lateral_shift_mm)):
         for row, (axis, word) in enumerate((("xi", "longitudinal"), ("eta", "lateral"))):
             drawn, ax = curve(result, SHOWN_FRICTION, axis), axes[row, column]
-            for side, label, colour in (("Hertz", "Hertz's ellipse", HERTZ), ("real", "real patch", FE)):
+            for side, label, colour in (("Hertz", "Hertz's ellipse", Colour.HERTZ), ("real", "real patch", Colour.FE)):
                 ax.plot(percent, drawn[f"rolling_half_space, {side}"], color=colour, label=f"{label}, exact theory")
                 ax.plot(percent, drawn[f"fastsim, {side}"], "--", color=colour, lw=1.0, label=f"{label}, FASTSIM")
             finish(ax)

@@ -40,7 +40,7 @@ def seconds(call: Callable[[], object]) -> float:
 def on_half_space(motion: Creepages, cells: int):
     """Rolling half-space of so many cells along and across."""
     made = ellipse_cells(CONTACT.a_mm, CONTACT.b_mm, CONTACT.normal_force_N, cells)
-    return steady_rolling(made, motion, CONTACT.pair)
+    return steady_rolling(made, motion, CONTACT).force
 
 
 def main() -> None:

@@ -1,10 +1,10 @@
-"""A solved case kept under a name of the test's own."""
+"""A solved case kept without a report, and under a name of the test's own."""
 
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from fecontact.runs.store import Told, keep_solved, keep_told
+from fecontact.runs.store import Told, keep_solved, keep_told, seal_case
 from fecontact.solving.solve import CaseResult
 
 
@@ -15,3 +15,12 @@ def keep_as(result: CaseResult, folder: Path) -> dict[str, Any]:
     keep_solved(result, result.case, folder)
     keep_told(result, told, folder)
     return told.row
+
+
+def keep_case(result: CaseResult, folder: Path) -> Told:
+    """Put all files of a case into a folder, as `load` and `judge` read them; other files there stay."""
+    told = Told.of(result)
+    keep_solved(result, result.case, folder)
+    keep_told(result, told, folder)
+    seal_case(result.case, folder)
+    return told

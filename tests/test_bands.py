@@ -14,7 +14,7 @@ from fecontact.contact.halfspace import half_space_below, half_space_problem
 from fecontact.contact.solver import ContactProblem, solve_contact
 from fecontact.errors import FoldedMesh
 from fecontact.fe.meshing import rail_mesh, wheel_mesh
-from fecontact.fe.section import Grading, Stretch, lines_of
+from fecontact.fe.section import Stretch, lines_of
 from fecontact.solving.meshes import Meshes
 from fecontact.solving.position import (
     MARGIN_ELEMENTS,
@@ -52,7 +52,7 @@ def banded(half: bool) -> tuple[Bands, ContactGrid]:
         Stretch(low_mm=-2.0, high_mm=2.0, intervals=20),
         Stretch(low_mm=8.0, high_mm=16.0, intervals=20),
     )
-    s = lines_of(stretches, Grading())
+    s = lines_of(stretches)
     x = 0.25 * np.arange(0 if half else -16, 17)
     columns = (slice(0, 21), slice(s.size - 21, s.size))
     regular = ContactGrid(x_mm=x, s_mm=-2.0 + 0.2 * np.arange(91), half=half)

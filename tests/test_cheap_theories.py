@@ -37,7 +37,6 @@ A = 1.0 / 920.0
 MODULUS = 115_384.615
 Theory = Callable[[GapLine, float], StripContact]
 
-own_ellipse = partial(equivalent_ellipse, level=None)
 corrected = partial(kik_piotrowski, shape_correction=True)
 # those that claim Hertz for constant curvature
 EXACT: dict[str, tuple[Theory, Theory]] = {
@@ -45,7 +44,6 @@ EXACT: dict[str, tuple[Theory, Theory]] = {
     "stripes": (stripes, stripes_at),
     "analyn": (analyn, analyn_at),
     "equivalent_ellipse": (equivalent_ellipse, equivalent_ellipse_at),
-    "own_ellipse": (own_ellipse, partial(equivalent_ellipse_at, level=None)),
     "strip": (strip, strip_at),
 }
 ALL = EXACT | {
@@ -194,9 +192,6 @@ PRINTED = {
     ("equivalent_ellipse", "J"): (1430.1, 83.91, 0.09783),
     ("equivalent_ellipse", "K"): (1075.8, 111.5, 0.08713),
     ("equivalent_ellipse", "W"): (780.4, 153.8, 0.07314),
-    ("own_ellipse", "J"): (1430.1, 83.91, 0.09783),
-    ("own_ellipse", "K"): (1070.2, 112.1, 0.08692),
-    ("own_ellipse", "W"): (783.8, 153.1, 0.07335),
 }
 HALF_SPACE = {"J": (1539.7, 84.26, 0.09768), "K": (1156.4, 111.2, 0.08544), "W": (948.1, 146.6, 0.06769)}
 

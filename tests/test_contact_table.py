@@ -146,7 +146,7 @@ def stored(tmp_path):
             ("FAILS", {"cheapest_theory": "strip", "strip_verdict_answer": "UNRESOLVED"}),
         ]
         cells = [
-            {"lateral_shift_mm": -4.0, "load_kN": load, "status": "converged", "verdict": verdict, **more}
+            {"lateral_shift_mm": -4.0, "load_kN": load, "status": "converged", "verdict_answer": verdict, **more}
             for load, (verdict, more) in zip((50.0, 100.0), told, strict=True)
         ]
         folder = tmp_path / "map"

@@ -8,13 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from kept import keep_case
 
 import fecontact
 from fecontact.case import Case
 from fecontact.cli import _system_error, call
 from fecontact.errors import InputError
 from fecontact.runs import store
-from fecontact.runs.store import keep_case
 from fecontact.runs.study import prepare_for_case, prepare_for_map, prepare_for_study
 
 PAIR = ["--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none"]

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from kept import keep_case
 
 import fecontact
 from fecontact.case import Case, case_from_record, case_record
@@ -18,7 +19,7 @@ from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.writers import points_along
 from fecontact.runs.identity import case_id, input_files, with_absolute_paths
-from fecontact.runs.store import PROFILES, keep_case, read_case
+from fecontact.runs.store import PROFILES, read_case
 
 COARSE = {"resolution": (1.6, 1.3), "refine_degrees_of_freedom": 0}
 

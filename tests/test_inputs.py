@@ -252,9 +252,9 @@ ROWS: dict[tuple[str, str], Row] = {
         "limit of centre_over_b is 1.2; allowed: between 0 and 1; for example",
         ": no unit, between 0 and 1; default 0.15",
     ),
-    ("criteria", "valley"): limit("hertz_deviation_valley_percent", "valley", "10"),
-    ("criteria", "separate"): limit("hertz_deviation_separate_load_percent", "separate_load", "0.1"),
-    ("criteria", "misplaced"): limit("hertz_deviation_misplaced_load_percent", "misplaced_load", "10"),
+    ("criteria", "valley"): limit("valley_percent", "valley", "10"),
+    ("criteria", "separate"): limit("separate_load_percent", "separate_load", "0.1"),
+    ("criteria", "misplaced"): limit("misplaced_load_percent", "misplaced_load", "10"),
     ("criteria", "judged_by"): Row(
         "judged_by", "--judged-by", "strength,b", ("strength", "b"), "strenght", ("strenght",),
         f"judged by is 'strenght'; allowed: {SETS}; did you mean strength?", f": {SETS}; default all",
@@ -450,9 +450,9 @@ def test_every_command_notes_what_is_not_usual_before_it_begins(command, capsys,
     def begun(*_, **__):
         raise InputError("begun")
 
-    for name in ("solve.solve", "preview.preview", "meshed_case.mesh_case"):
+    for name in ("solve.solve", "position.preview", "position.mesh_case"):
         monkeypatch.setattr(f"fecontact.solving.{name}", begun)
-    for name in ("map_run.run_map", "study.run_study"):
+    for name in ("map.run_map", "study.run_study"):
         monkeypatch.setattr(f"fecontact.runs.{name}", begun)
     (tmp_path / "one.toml").write_text("load_kN = 1e5")
     out = ["--out", str(tmp_path / "out")]

@@ -14,14 +14,14 @@ from fecontact.cli import call
 from fecontact.comparison.patch import measure_patch
 from fecontact.errors import InputError
 from fecontact.irregularity.shapes import Irregularity, parse_irregularity
-from fecontact.normal.irregular import Pair, eq6_limits, filter_of, peak_exponent
+from fecontact.normal.irregular import MODELS, Pair, eq6_limits, filter_of, peak_exponent
 from fecontact.outputs.records.results import input_columns
 from fecontact.outputs.records.stored import placement_record, stored_placement
 from fecontact.outputs.tables import position_text
 from fecontact.outputs.words import case_words
 from fecontact.runs.casefile import toml_cases
 from fecontact.runs.identity import case_id
-from fecontact.solving.irregular import MODELS, judge_cell, judge_place, largest_amplitude_mm, place_on, truth_on
+from fecontact.solving.irregular import judge_cell, judge_place, largest_amplitude_mm, place_on, truth_on
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 

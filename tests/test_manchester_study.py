@@ -24,8 +24,8 @@ def row_of(case):
         "lateral_shift_mm": case.lateral_shift_mm,
         "fe_p_max_MPa": measures.p_max_MPa,
         "hertz_uncertainty_p_max_percent": 0.1,
-        "centre_y_mm": patch.centre_y_mm,
-        "pieces": patch.pieces,
+        "fe_centre_y_mm": patch.centre_y_mm,
+        "fe_pieces": patch.pieces,
     }
 
 
@@ -70,7 +70,7 @@ def test_the_half_space_belongs_to_the_whole_study_alone(monkeypatch):
     row = dict.fromkeys(
         ("fe_p_max_MPa", "fe_area_mm2", "hertz_uncertainty_p_max_percent", "hertz_uncertainty_area_percent"), 1.0
     )
-    near, far = row | {"lateral_shift_mm": -2.0}, row | {"lateral_shift_mm": 5.0, "pieces": 2}
+    near, far = row | {"lateral_shift_mm": -2.0}, row | {"lateral_shift_mm": 5.0, "fe_pieces": 2}
     for one in ([near], [far]):
         assert len(study.checks(one)) == 2
     assert asked == []

@@ -919,7 +919,7 @@ def test_columns_of_a_map_are_those_of_a_case(kept):
     out, made = kept
     rows = rows_of(out / "map.csv")
     own = load_row(real_load(), placement_of(0.0))
-    assert list(rows[0]) == ["lateral_shift_mm", "load_kN", "status", "verdict", *(
+    assert list(rows[0]) == ["lateral_shift_mm", "load_kN", "status", "verdict_answer", *(
         name for name in own if name not in ("lateral_shift_mm", "load_kN", "status", "verdict_answer")
     )]  # fmt: skip
     assert not set(MEASURED_COLUMNS) & set(rows[0])

@@ -15,11 +15,12 @@ from fecontact.comparison.verdict import ForceAt, judged_force
 from fecontact.criteria import Creep
 from fecontact.errors import InputError
 from fecontact.outputs.maps.files import map_figure, write_laws
-from fecontact.outputs.maps.views import force_view, law_view, map_table, refuse_measure
+from fecontact.outputs.maps.views import YIELD_WORDS, force_view, law_view, map_table, refuse_measure
 from fecontact.outputs.records.rows import map_record
 from fecontact.outputs.style import ANSWERS, BETWEEN
 from fecontact.rolling.laws import Creepages
 from fecontact.solving.map import (
+    FIRST_YIELD,
     ApplicabilityMap,
     LoadInterval,
     LoadLimit,
@@ -172,6 +173,16 @@ def bands(ax):
         for bar in ax.patches
         if bar.get_fill()
     ]
+
+
+def test_the_picture_of_forces_has_the_lines_of_yielding(made, monkeypatch):
+    kept = []
+    monkeypatch.setattr("fecontact.outputs.maps.files.save_figure", lambda figure, path: kept.append(figure))
+    view = force_view(made[0])
+    words = YIELD_WORDS[FIRST_YIELD]
+    map_figure(replace(view, columns=tuple(replace(one, lines=[(60.0, words)]) for one in view.columns)), "unused.png")
+    (ax,) = kept[0].axes
+    assert words in [text.get_text() for text in ax.get_legend().get_texts()]
 
 
 def test_the_png_of_forces_is_drawn_as_that_of_pressure(made, monkeypatch):

@@ -178,7 +178,7 @@ def test_theories_out_of_their_range_may_be_left_out():
         "",
     )
     # its numbers hold as before
-    assert row["theory_analyn_verdict"] == "HOLDS"
+    assert row["analyn_verdict_answer"] == "HOLDS"
     assert map_answer(made, "theory") == ["The cheapest theory that holds in its range is KPEC at 3 mm at all loads."]
     assert not cells_of(theory_view(made))[0].out_of_range
 

@@ -15,7 +15,7 @@ from fecontact.case import BodySize, Track
 from fecontact.errors import InputError
 from fecontact.fe.body import BodyMesh, corner_jacobians, mesh_volume, surface_normals
 from fecontact.fe.meshing import FineZone, rail_mesh, wheel_mesh
-from fecontact.fe.section import Grading, Stretch, Zone, layer_depths, mesh_section, polygon_area
+from fecontact.fe.section import Stretch, Zone, layer_depths, mesh_section, polygon_area
 from fecontact.profiles.curve import circular_rail_head, cylinder_wheel
 from fecontact.profiles.library import load
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
@@ -277,7 +277,7 @@ def test_section_area_of_a_rail_with_its_outline():
 def test_section_reports_its_areas():
     zone = Zone(stretches=(Stretch(low_mm=30.0, high_mm=42.0, intervals=12),), depth_step_mm=0.8, depth_mm=5.0)
     profile = resolve_rail("circle:300")
-    section = mesh_section(profile, np.array([[36.0, -60.0], [-36.0, -60.0]]), (0, 1), zone, Grading())
+    section = mesh_section(profile, np.array([[36.0, -60.0], [-36.0, -60.0]]), (0, 1), zone)
     p = section.points[section.quads]
     d1, d2 = p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]
     areas = 0.5 * (d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0])
@@ -300,7 +300,7 @@ def test_section_that_recombination_turns_inside_out():
     )
     rail = load("MBench_UIC60")
     (y_low, _), (y_high, _) = ((float(p.y), float(p.z)) for p in (rail.evaluate(0.0), rail.evaluate(7.0)))
-    section = mesh_section(rail, np.array([[y_high, -60.0], [y_low, -60.0]]), (0, 1), zone, Grading())
+    section = mesh_section(rail, np.array([[y_high, -60.0], [y_low, -60.0]]), (0, 1), zone)
     p = section.points[section.quads]
     ahead, back = np.roll(p, -1, axis=1) - p, np.roll(p, 1, axis=1) - p
     assert np.all(ahead[..., 0] * back[..., 1] > ahead[..., 1] * back[..., 0])

@@ -759,7 +759,13 @@ def table_text(rows: list[dict], width: int) -> list[str]:
 
 def wide_rows(record: dict, flat: dict) -> list[dict]:
     """Rows whose cells are as long as they get, and one of each kind that must not be used."""
-    wide = {"lateral_shift_mm": -12.25, "load_kN": 112.5, "seconds": 1234.0, "meshes": 4, "verdict_answer": "FAILS"}
+    wide = {
+        "lateral_shift_mm": -12.25,
+        "load_kN": 112.5,
+        "seconds": 1234.0,
+        "solver_meshes": 4,
+        "verdict_answer": "FAILS",
+    }
     wide |= {"hertz_deviation_p_max_percent": -43.21, "hertz_deviation_area_percent": 143.2, "verdict_measure": "b_mm"}
     wide |= {
         "verdict_failing": "; ".join(Criteria().limits),
@@ -914,6 +920,10 @@ def test_the_answer_of_a_case_is_short_and_all_of_it_is_long(record):
         f"the elements' own nodes carry {misfit:.1f} % of the load elsewhere: they are coarser; their compliance is"
         f" {off:+.1f} % off that of a half-space"
     ) in everything
+    numbers = {line.split()[0]: line.split()[-1] for line in everything if len(line.split()) == 2}
+    assert float(numbers["hertz_stiffness_GN_per_m15"]) == pytest.approx(
+        record["theories"][HERTZ]["stiffness_GN_per_m15"], rel=1e-5
+    )
     # each theory by its name, in both
     for theory in record["theories"]:
         assert [line for line in lines if THEORIES[theory].words in line], theory
@@ -1129,8 +1139,9 @@ def test_one_series_is_drawn_in_parts_of_its_limits(flat, monkeypatch):
 def drawn_case(result: CaseResult):
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=case_inches(PressureFields.of(result.load)))
-    draw_case(figure, result.load, result.placement)
+    fields = PressureFields.of(result.load)
+    figure = Figure(figsize=case_inches(fields))
+    draw_case(figure, result.load, result.placement, fields)
     return figure
 
 
@@ -1232,7 +1243,8 @@ def luminance(colour: str) -> float:
 
 
 def test_verdicts_are_told_apart_in_grey():
-    from fecontact.outputs.style import ANSWER_MARKS, ANSWERS, SERIES
+    from fecontact.outputs.figures.study import _ANSWER_MARKS as ANSWER_MARKS
+    from fecontact.outputs.style import ANSWERS, SERIES
 
     levels = sorted(luminance(ANSWERS[answer]) for answer in ("HOLDS", "UNRESOLVED", "FAILS"))
     # Weber steps above 40 %: many times what the eye tells apart (2 %)
@@ -1278,20 +1290,9 @@ def test_study_and_profile_figures_are_pngs(record, flat, tmp_path):
 
 
 def test_importing_the_writers_loads_no_plotting_and_no_vtk():
-    modules = ", ".join(
-        f"fecontact.outputs.{name}"
-        for name in (
-            "records.results",
-            "records.stored",
-            "records.map",
-            "paraview.vtk",
-            "figures.profile",
-            "figures.case",
-            "figures.study",
-            "tables.csv_file",
-            "meshes.files",
-        )
-    )
+    names = ("records.results", "records.rows", "records.stored", "paraview.vtk", "figures.case", "figures.study")
+    names += ("documents", "cases", "words", "tables", "meshes", "maps.files")
+    modules = ", ".join(f"fecontact.outputs.{name}" for name in names)
     check = f"import sys, {modules}; print(*sorted({{'vtk', 'vtkmodules', 'pyvista', 'meshio', 'matplotlib', 'gmsh', 'rich'}} & set(sys.modules)))"  # noqa: E501
     done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == ""

@@ -80,7 +80,7 @@ def test_an_installed_archive_answers_from_another_folder(tmp_path, monkeypatch,
     where, _, record = done.stdout.partition("\n")
     assert Path(where).is_relative_to(site)
     # as here, where the profiles come from the repository
-    assert json.loads(record)["hertz"]["p_max_MPa"] == pytest.approx(1578.47, abs=0.01)
+    assert json.loads(record)["ellipses"][0]["p_max_MPa"] == pytest.approx(1578.47, abs=0.01)
 
 
 def test_every_package_that_is_imported_is_declared_and_locked():

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fecontact.profiles.library import content_sha256, load, names, profile_file, profile_identity, toml_text
+from fecontact.files import sha256
+from fecontact.profiles.library import load, names, profile_file, profile_identity, toml_text
 from fecontact.profiles.resolve import resolve_rail
 
 NO_FILES = [*names(), "60e1", "s1002", "circle:300", "CIRCLE:300", "arcs:300/80@2.5", "cylinder:460", "circle:abc"]
@@ -39,7 +40,7 @@ def test_a_file_of_the_same_name_does_not_hide_what_the_text_means(here, spec):
     assert profile_identity(spec) == spec
     # with its folder it is the file, for the command line as well
     assert profile_file(f"./{spec}") == Path(spec)
-    assert profile_identity(f"./{spec}") == f"{spec}@{content_sha256(here / spec)[:8]}"
+    assert profile_identity(f"./{spec}") == f"{spec}@{sha256(here / spec)[:8]}"
 
 
 def test_a_file_named_like_a_library_profile_is_read_only_with_its_folder(here):
@@ -69,7 +70,7 @@ def test_the_hash_is_that_of_the_bytes(here):
     path = here / "mine.toml"
     path.write_bytes(toml_text("60E1").encode())
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    assert content_sha256(path) == content_sha256("mine.toml") == digest
+    assert sha256(path) == sha256(Path("mine.toml")) == digest
     assert profile_identity("mine.toml") == f"mine.toml@{digest[:8]}"
     path.write_bytes(toml_text("60E1").replace("\n", "\r\n").encode())
     assert profile_identity("mine.toml") != f"mine.toml@{digest[:8]}"
@@ -81,7 +82,7 @@ def test_the_hash_is_that_of_the_bytes(here):
 def test_names_of_every_kind(here, name):
     path = write(here / "some folder" / name)
     assert profile_file(str(path)) == path
-    assert profile_identity(str(path)) == f"{name}@{content_sha256(path)[:8]}"
+    assert profile_identity(str(path)) == f"{name}@{sha256(path)[:8]}"
 
 
 @pytest.mark.parametrize(
@@ -108,14 +109,14 @@ def test_a_folder_is_no_file(here):
 def test_a_file_that_cannot_be_read_is_its_name(here, monkeypatch):
     path = write(here / "mine.toml")
 
-    def refuse(self):
+    def refuse(self, mode):
         raise PermissionError(13, "Permission denied", str(self))
 
-    monkeypatch.setattr(Path, "read_bytes", refuse)
+    monkeypatch.setattr(Path, "open", refuse)
     assert profile_file(str(path)) == path
     assert profile_identity(str(path)) == "mine.toml"
     with pytest.raises(OSError, match="Permission denied"):
-        content_sha256(path)
+        sha256(path)
 
 
 @pytest.mark.parametrize("spec", ODD)

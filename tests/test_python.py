@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from kept import keep_case
 from matplotlib.figure import Figure
 
 import fecontact
@@ -19,7 +20,6 @@ from fecontact.cli import app
 from fecontact.errors import InputError
 from fecontact.guide.pages import page
 from fecontact.outputs.paraview.vtk import write_case_vtk
-from fecontact.runs.store import keep_case
 from fecontact.solving.solve import CaseResult
 
 README = Path(__file__).parents[1] / "README.md"

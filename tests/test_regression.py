@@ -76,7 +76,7 @@ TEXTS += ("at_junction", "resolution")
 
 
 def case_row(name: str = "one", **more) -> dict:
-    return {"id": name, "status": "converged", "rail": "60E1", "p_max_fe_MPa": 1234.5, "area_fe_mm2": 120.0, **more}
+    return {"id": name, "status": "converged", "rail": "60E1", "fe_p_max_MPa": 1234.5, "fe_area_mm2": 120.0, **more}
 
 
 def write_study(folder: Path, rows: list[dict], **more) -> Path:
@@ -152,10 +152,10 @@ def test_effort_is_shown_and_not_compared(tmp_path):
 
 def test_nothing_equals_nothing_only(tmp_path):
     for was, now in ((None, math.nan), (math.nan, ""), (None, None)):
-        assert compared(tmp_path, [case_row(b_fe_mm=was)], [case_row(b_fe_mm=now)]).same
+        assert compared(tmp_path, [case_row(fe_b_mm=was)], [case_row(fe_b_mm=now)]).same
     for was, now in ((None, 0.0), (0.0, None), (math.nan, 2.0), (2.0, math.nan)):
-        different = compared(tmp_path, [case_row(b_fe_mm=was)], [case_row(b_fe_mm=now)])
-        assert [d.column for d in lines(different.differences)] == ["b_fe_mm"]
+        different = compared(tmp_path, [case_row(fe_b_mm=was)], [case_row(fe_b_mm=now)])
+        assert [d.column for d in lines(different.differences)] == ["fe_b_mm"]
         assert math.isinf(lines(different.differences)[0].times_tolerance)
 
 
@@ -169,9 +169,9 @@ def test_nan_written_as_text_is_no_number(tmp_path, text):
 
 def test_infinite_values(tmp_path):
     for name, values in (("was", "inf,1,inf"), ("now", "inf,inf,-inf")):
-        (tmp_path / f"{name}.csv").write_text(f"id,a_fe_mm,b_fe_mm,p_max_fe_MPa\none,{values}\n")
+        (tmp_path / f"{name}.csv").write_text(f"id,a_fe_mm,fe_b_mm,fe_p_max_MPa\none,{values}\n")
     comparison = compare_tables(load_table(tmp_path / "was.csv"), load_table(tmp_path / "now.csv"))
-    assert {d.column for d in lines(comparison.differences)} == {"b_fe_mm", "p_max_fe_MPa"}
+    assert {d.column for d in lines(comparison.differences)} == {"fe_b_mm", "fe_p_max_MPa"}
 
 
 def test_missing_and_extra_cases_and_columns_are_differences_and_named(tmp_path):
@@ -194,19 +194,19 @@ def test_missing_and_extra_cases_and_columns_are_differences_and_named(tmp_path)
 
 def test_the_worst_column_is_first_whatever_its_unit(tmp_path):
     was = [case_row("one"), case_row("two")]
-    now = [case_row("one", p_max_fe_MPa=1234.5 * (1 + 2e-4)), case_row("two", area_fe_mm2=121.2)]
+    now = [case_row("one", fe_p_max_MPa=1234.5 * (1 + 2e-4)), case_row("two", fe_area_mm2=121.2)]
     comparison = compared(tmp_path, was, now)
     assert [(c.column, c.differing, c.case) for c in lines(comparison.columns)[:2]] == [
-        ("area_fe_mm2", 1, "two"),
-        ("p_max_fe_MPa", 1, "one"),
+        ("fe_area_mm2", 1, "two"),
+        ("fe_p_max_MPa", 1, "one"),
     ]
     assert [round(d.times_tolerance, 6) for d in lines(comparison.differences)] == [10.0, 2.0]
     assert [c.times_tolerance > 0.0 for c in lines(comparison.columns)] == [True, True, False, False]
-    assert comparison.verdict.startswith("DIFFERENT: 2 values beyond tolerance, worst area_fe_mm2 (10 times")
+    assert comparison.verdict.startswith("DIFFERENT: 2 values beyond tolerance, worst fe_area_mm2 (10 times")
 
 
 def test_order_of_rows_and_columns_does_not_matter(tmp_path):
-    one, two = case_row("one"), case_row("two", area_fe_mm2=99.0)
+    one, two = case_row("one"), case_row("two", fe_area_mm2=99.0)
     assert compared(tmp_path, [one, two], [dict(reversed(row.items())) for row in (two, one)]).same
 
 
@@ -263,7 +263,7 @@ def test_a_map_is_matched_by_shift_and_load(tmp_path, capsys):
     assert list(case_names(comparison).values()) == ["-0.5 mm, 50 kN", "+0 mm, 50 kN"]
     assert {(d.column, d.case) for d in lines(comparison.differences)} == {
         ("cause", "lateral_shift_mm 0, load_kN 50"),
-        ("p_max_fe_MPa", "lateral_shift_mm 0, load_kN 50"),
+        ("fe_p_max_MPa", "lateral_shift_mm 0, load_kN 50"),
     }
     study = write_study(tmp_path / "study", [case_row()])
     assert call(["compare", str(tmp_path / "was"), str(study)]) == 2
@@ -300,7 +300,7 @@ def quick_and_standard(tmp_path: Path) -> tuple[Path, Path]:
     """The same positions in another order, with other ids, from other arithmetic, and one value off."""
     quick = [position_row(*at) for at in POSITIONS]
     other = ((-0.0, 100), (0.3, 50.0), (-1, 50))
-    standard = [position_row(*at, resolution="standard", area_fe_mm2=121.0 if at[0] < 0 else 120.0) for at in other]
+    standard = [position_row(*at, resolution="standard", fe_area_mm2=121.0 if at[0] < 0 else 120.0) for at in other]
     return write_study(tmp_path / "quick", quick), write_study(tmp_path / "standard", standard)
 
 
@@ -311,8 +311,8 @@ def test_cases_are_matched_by_columns_where_ids_differ(tmp_path, capsys, match):
     assert len(comparison.cases) == 3
     assert not any(comparison.one_sided.values())
     assert not {"id", "lateral_shift_mm", "load_kN"} & {column.column for column in lines(comparison.columns)}
-    assert [d.column for d in lines(comparison.differences) if d.column != "resolution"] == ["area_fe_mm2"]
-    (area,) = (d for d in lines(comparison.differences) if d.column == "area_fe_mm2")
+    assert [d.column for d in lines(comparison.differences) if d.column != "resolution"] == ["fe_area_mm2"]
+    (area,) = (d for d in lines(comparison.differences) if d.column == "fe_area_mm2")
     assert "lateral_shift_mm -1" in area.case
     assert "load_kN 50" in area.case
     assert area.difference == 1.0
@@ -358,7 +358,7 @@ def test_cases_that_only_one_side_has_are_named_by_what_they_are_matched_by(tmp_
 def test_two_cases_with_the_same_match_are_refused_and_what_tells_them_apart_is_named(tmp_path, capsys):
     rows = [
         position_row(0.0, 50.0, "one"),
-        position_row(0.0, 50.0, "two", resolution="fine", roll_mrad=3.0, p_max_fe_MPa=1300.0),
+        position_row(0.0, 50.0, "two", resolution="fine", roll_mrad=3.0, fe_p_max_MPa=1300.0),
     ]
     good, bad = write_study(tmp_path / "good", [rows[0]]), write_study(tmp_path / "bad", rows)
     for pair in ((good, bad), (bad, good)):
@@ -379,7 +379,7 @@ def test_two_cases_with_the_same_match_are_refused_and_what_tells_them_apart_is_
 @pytest.mark.parametrize(
     ("more", "says"),
     [
-        ({"p_max_fe_MPa": 1300.0}, "they differ in no input that both tables have; remove one of them"),
+        ({"fe_p_max_MPa": 1300.0}, "they differ in no input that both tables have; remove one of them"),
         ({"resolution": None, "solver_element_size_mm_x": 0.2}, "in which they differ: solver_element_size_mm_x\n"),
         ({"speed_limit": 7.0}, "in which they differ: speed_limit\n"),
     ],
@@ -436,19 +436,19 @@ def test_a_renamed_column_is_refused_with_the_table_that_lacks_it(tmp_path, caps
 
 
 def test_a_map_is_compared_with_a_study_by_shift_and_load(tmp_path, capsys):
-    cells = [{"lateral_shift_mm": 0.0, "load_kN": at, "status": "converged", "area_fe_mm2": 120.0} for at in (50, 100)]
+    cells = [{"lateral_shift_mm": 0.0, "load_kN": at, "status": "converged", "fe_area_mm2": 120.0} for at in (50, 100)]
     (tmp_path / "map").mkdir()
     write_csv([cell | {"fe_pieces": 1} for cell in cells], tmp_path / "map" / "map.csv")
-    study = write_study(tmp_path / "study", [position_row(0.0, 50.0), position_row(0.0, 100.0, area_fe_mm2=132.0)])
+    study = write_study(tmp_path / "study", [position_row(0.0, 50.0), position_row(0.0, 100.0, fe_area_mm2=132.0)])
     err = refused(capsys, tmp_path / "map", study)
     assert "no case in common" in err
     assert ", or match them by their inputs with --match shift,load (2 in common)" in err
     for pair in ((tmp_path / "map", study), (study, tmp_path / "map")):
         comparison = compare_tables(*map(load_table, pair), match=["shift", "load"])
         assert comparison.cases == [f"lateral_shift_mm 0, load_kN {load}" for load in (50, 100)]
-        assert [c.column for c in lines(comparison.columns)] == ["area_fe_mm2", "status"]
+        assert [c.column for c in lines(comparison.columns)] == ["fe_area_mm2", "status"]
         assert [(d.column, d.case) for d in lines(comparison.differences)] == [
-            ("area_fe_mm2", "lateral_shift_mm 0, load_kN 100")
+            ("fe_area_mm2", "lateral_shift_mm 0, load_kN 100")
         ]
         one_sided = {name for names in comparison.one_sided.values() for name in names}
         assert one_sided == {"fe_pieces", "rail", "wheel", "roll_mrad", "resolution", "fe_p_max_MPa"}
@@ -536,7 +536,7 @@ def test_exit_codes(tmp_path, capsys):
     assert call(["compare", was, was]) == 0
     assert capsys.readouterr().out.splitlines()[-1].startswith("SAME, all values are equal (1 case, 4 columns)")
     for name, rows in (
-        ("value", [case_row(p_max_fe_MPa=1300.0)]),
+        ("value", [case_row(fe_p_max_MPa=1300.0)]),
         ("extra", [case_row(), case_row("two")]),
         ("text", [case_row(status="not converged")]),
     ):
@@ -608,10 +608,10 @@ def write_row(folder: Path, row: dict, **more) -> Path:
 
 
 def test_solved_cases_are_compared_by_folder_and_by_file(tmp_path, capsys):
-    was = write_row(tmp_path / "was", case_row(b_fe_mm=math.nan))
-    same = write_row(tmp_path / "same", case_row(b_fe_mm=None))
+    was = write_row(tmp_path / "was", case_row(fe_b_mm=math.nan))
+    same = write_row(tmp_path / "same", case_row(fe_b_mm=None))
     now = write_row(
-        tmp_path / "now", case_row(b_fe_mm=None, p_max_fe_MPa=1300.0), versions={**VERSIONS, "gmsh": "4.13.1"}
+        tmp_path / "now", case_row(fe_b_mm=None, fe_p_max_MPa=1300.0), versions={**VERSIONS, "gmsh": "4.13.1"}
     )
     for folder in (same, same / "row.json"):
         assert call(["compare", str(was), str(folder)]) == 0
@@ -620,9 +620,9 @@ def test_solved_cases_are_compared_by_folder_and_by_file(tmp_path, capsys):
     out = capsys.readouterr().out
     assert "version gmsh: 4.15.2 -> 4.13.1" in out
     assert "setting" not in out
-    assert "worst p_max_fe_MPa (531 times its tolerance)" in out
+    assert "worst fe_p_max_MPa (531 times its tolerance)" in out
     # a study that has the case has it in the same columns
-    study = load_table(write_study(tmp_path / "study", [case_row(b_fe_mm=None)]))
+    study = load_table(write_study(tmp_path / "study", [case_row(fe_b_mm=None)]))
     assert compare_tables(study, load_table(same)).same
     # the tables of a study come first where a folder has both
     shutil.copy(now / "row.json", tmp_path / "study")
@@ -657,7 +657,7 @@ def test_a_table_that_was_changed_after_it_was_written_is_refused(tmp_path, caps
 def test_what_is_no_value_and_the_order_are_the_same_in_csv_and_json(tmp_path):
     rows = [
         case_row(
-            "a", b_fe_mm=math.nan, junction_distance_mm=math.inf, at_junction=False, status="failed: two\r\nlines"
+            "a", fe_b_mm=math.nan, junction_distance_mm=math.inf, at_junction=False, status="failed: two\r\nlines"
         ),
         case_row("b", fe_pieces=1, overlap=0.1 + 0.2, load_kN=1e22, warnings='"quoted", and; more', verdict_cause=""),
     ]
@@ -692,16 +692,16 @@ def tolerance_file(tmp_path: Path, text: str) -> Path:
 
 
 def test_a_tolerance_file_widens_and_narrows(tmp_path):
-    was, now = [case_row()], [case_row(p_max_fe_MPa=1234.5 * 1.001, area_fe_mm2=120.06)]
-    assert [d.column for d in lines(compared(tmp_path, was, now).differences)] == ["p_max_fe_MPa"]
+    was, now = [case_row()], [case_row(fe_p_max_MPa=1234.5 * 1.001, fe_area_mm2=120.06)]
+    assert [d.column for d in lines(compared(tmp_path, was, now).differences)] == ["fe_p_max_MPa"]
     given = read_tolerances(tolerance_file(tmp_path, "[kinds.pressure]\nrelative = 2e-3\n"))
     assert compared(tmp_path, was, now, given).same
     given = read_tolerances(
-        tolerance_file(tmp_path, "[columns.p_max_fe_MPa]\nabsolute = 2\n[kinds.area]\nrelative = 0\n")
+        tolerance_file(tmp_path, "[columns.fe_p_max_MPa]\nabsolute = 2\n[kinds.area]\nrelative = 0\n")
     )
-    assert [d.column for d in lines(compared(tmp_path, was, now, given).differences)] == ["area_fe_mm2"]
+    assert [d.column for d in lines(compared(tmp_path, was, now, given).differences)] == ["fe_area_mm2"]
     # what is not given stays
-    assert given.of("p_max_fe_MPa").relative == KINDS["pressure"].relative
+    assert given.of("fe_p_max_MPa").relative == KINDS["pressure"].relative
     assert given.of("p_max_half_space_MPa").absolute == 0.0
 
 
@@ -724,9 +724,9 @@ def test_effort_that_is_named_is_compared(tmp_path):
         ("[kinds.pressure]\nabsolute = nan\n", "finite and >= 0"),
         ("[kinds.pressure]\nabsolute = '1'\n", "kinds.pressure.absolute is '1'"),
         ("[kinds]\npressure = 1e-3\n", "kinds.pressure is 0.001"),
-        ("[column.area_fe_mm2]\nrelative = 1\n", "column is"),
+        ("[column.fe_area_mm2]\nrelative = 1\n", "column is"),
         ("[columns.verdict_answer]\nrelative = 1\n", "text and compared exactly"),
-        ("[columns.p_mx_fe_MPa]\nrelative = 1\n", "columns that are: status, rail, fe_p_max_MPa"),
+        ("[columns.fe_p_mx_MPa]\nrelative = 1\n", "columns that are: status, rail, fe_p_max_MPa"),
     ],
 )
 def test_a_wrong_tolerance_file_is_exit_code_2(tmp_path, capsys, text, says):
@@ -797,12 +797,12 @@ def test_reports_are_the_same_each_time(tmp_path):
 
 def test_the_terminal_shows_the_worst_first_with_both_values(tmp_path, capsys):
     was = write_study(tmp_path / "was", [case_row(seconds=1.0)])
-    now = write_study(tmp_path / "now", [case_row(p_max_fe_MPa=1235.5, area_fe_mm2=132.0, seconds=2.0)])
+    now = write_study(tmp_path / "now", [case_row(fe_p_max_MPa=1235.5, fe_area_mm2=132.0, seconds=2.0)])
     assert call(["compare", str(was), str(now)]) == 1
     lines = capsys.readouterr().out.splitlines()
-    area, pressure = (next(k for k, line in enumerate(lines) if name in line) for name in ("area_fe", "p_max_fe"))
+    area, pressure = (next(k for k, line in enumerate(lines) if name in line) for name in ("fe_area", "fe_p_max"))
     assert area < pressure
-    assert lines[area].split() == ["area_fe_mm2", "1/1", "one", "120", "132", "+12", "0.12", "100"]
+    assert lines[area].split() == ["fe_area_mm2", "1/1", "one", "120", "132", "+12", "0.12", "100"]
     assert any(line.startswith("not compared: seconds 1 -> 2") for line in lines)
     assert not any(line.startswith("status") for line in lines)
 
@@ -810,15 +810,15 @@ def test_the_terminal_shows_the_worst_first_with_both_values(tmp_path, capsys):
 def test_the_same_shows_only_what_is_not_equal(tmp_path, capsys):
     was = write_study(tmp_path / "was", [case_row(seconds=1.0, fe_pieces=1)])
     near = write_study(
-        tmp_path / "near", [case_row(seconds=1.0, fe_pieces=1.0) | {"p_max_fe_MPa": 1234.5 * (1 + 5e-5)}]
+        tmp_path / "near", [case_row(seconds=1.0, fe_pieces=1.0) | {"fe_p_max_MPa": 1234.5 * (1 + 5e-5)}]
     )
     equal = write_study(tmp_path / "equal", [case_row(seconds=2.0, fe_pieces=1.0)])
     assert call(["compare", str(was), str(near)]) == 0
     out = capsys.readouterr().out
     assert "Closest to their tolerance" in out
-    assert [line.split()[0] for line in out.splitlines() if " 0/1 " in line] == ["p_max_fe_MPa"]
+    assert [line.split()[0] for line in out.splitlines() if " 0/1 " in line] == ["fe_p_max_MPa"]
     assert out.splitlines()[-1] == (
-        "SAME within tolerance (1 case, 5 columns; closest: p_max_fe_MPa at 0.5 of its tolerance)"
+        "SAME within tolerance (1 case, 5 columns; closest: fe_p_max_MPa at 0.5 of its tolerance)"
     )
     assert call(["compare", str(was), str(equal)]) == 0
     out = capsys.readouterr().out
@@ -831,12 +831,12 @@ def test_the_same_shows_only_what_is_not_equal(tmp_path, capsys):
     ("more", "state", "open_columns", "title"),
     [
         ({}, "same", [], "SAME, all values are equal (1 case, 4 columns)"),
-        ({"p_max_fe_MPa": 1234.5 * (1 + 5e-5)}, "same", ["p_max_fe_MPa"], None),
+        ({"fe_p_max_MPa": 1234.5 * (1 + 5e-5)}, "same", ["fe_p_max_MPa"], None),
         (
-            {"area_fe_mm2": 132.0},
+            {"fe_area_mm2": 132.0},
             "different",
-            ["area_fe_mm2"],
-            "DIFFERENT: 1 value beyond tolerance, worst area_fe_mm2 (100 times its tolerance)"
+            ["fe_area_mm2"],
+            "DIFFERENT: 1 value beyond tolerance, worst fe_area_mm2 (100 times its tolerance)"
             " (1 case, 4 columns in common)",
         ),
     ],
@@ -852,7 +852,7 @@ def test_html_folds_columns_that_are_equal(tmp_path, more, state, open_columns, 
         assert page.find(".//title").text == page.find(f".//p[@class='{state}']").text == title
     folded = next(one for one in page.iter("details") if "equal values" in one.findtext("summary"))
     assert not [one for one in page.iter("details") if one.get("open") is not None]
-    equal = [name for name in ("status", "rail", "p_max_fe_MPa", "area_fe_mm2") if name not in open_columns]
+    equal = [name for name in ("status", "rail", "fe_p_max_MPa", "fe_area_mm2") if name not in open_columns]
     assert folded.find("summary").text == f"Columns with equal values: {len(equal)}"
     assert [line[0].text for line in folded.iter("tr") if line[0].tag == "td"] == equal
     tables = {table.findtext("caption"): table for table in page.find("body").iterfind("div/table")}
@@ -896,7 +896,7 @@ def test_a_baseline_is_written_and_compares_with_its_results(tmp_path, capsys):
     with (tmp_path / "b" / "mine.csv").open() as file:
         (written,) = csv.DictReader(file)
     assert written == {
-        **{"id": "a", "status": "converged", "rail": "60E1", "p_max_fe_MPa": "1234.5", "area_fe_mm2": "120"},
+        **{"id": "a", "status": "converged", "rail": "60E1", "fe_p_max_MPa": "1234.5", "fe_area_mm2": "120"},
         **{"fe_centre_x_mm": "0", "overlap": "0.3333333333", "fe_pieces": "1", "verdict_cause": ""},
     }
     beside = json.loads((tmp_path / "b" / "mine.json").read_text())
@@ -910,14 +910,14 @@ def test_a_baseline_is_written_and_compares_with_its_results(tmp_path, capsys):
 def test_an_update_says_what_changed(tmp_path, capsys):
     folder = tmp_path / "b"
     update_baseline(write_study(tmp_path / "one", [case_row()]), folder, reason="first")
-    changed = str(write_study(tmp_path / "two", [case_row(p_max_fe_MPa=1300.0), case_row("two")]))
+    changed = str(write_study(tmp_path / "two", [case_row(fe_p_max_MPa=1300.0), case_row("two")]))
     assert call(["baseline", "update", changed, "--baselines", str(folder), "--reason", "mended"]) == 0
     out = capsys.readouterr().out
-    assert "p_max_fe_MPa" in out
+    assert "fe_p_max_MPa" in out
     assert "extra cases: two" in out
     assert "mine.csv: DIFFERENT: 1 value beyond tolerance" in out
     assert json.loads((folder / "mine.json").read_text())["reason"] == "mended"
-    assert load_table(folder / "mine.csv").rows.loc["one", "p_max_fe_MPa"] == "1300"
+    assert load_table(folder / "mine.csv").rows.loc["one", "fe_p_max_MPa"] == "1300"
     replaced = update_baseline(write_study(tmp_path / "three", [case_row("x")]), folder, reason="other cases")
     assert replaced.comparison is None
     assert replaced.text == "2 cases replaced by 1 other case"

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fecontact.jobs.engine import Finished, _Report
+from fecontact.jobs.engine import _Report
 from fecontact.jobs.remaining import duration, seconds_left
 from fecontact.jobs.store import Origin
 from fecontact.jobs.workers import Done, Job
@@ -76,7 +76,7 @@ def test_a_run_tells_what_is_left_of_it(monkeypatch, tmp_path):
     heard: list[tuple[int, int, str]] = []
     # one of them was finished before, and is only to be read
     by = SimpleNamespace(
-        finished=Finished(reused=["f"]), crew=SimpleNamespace(workers=2), progress=lambda *args: heard.append(args)
+        reused=["f"], recomputed={}, crew=SimpleNamespace(workers=2), progress=lambda *args: heard.append(args)
     )
     report = _Report(jobs, by, None)
     report.under_way(["a", "b"])

@@ -33,7 +33,7 @@ def roll(contact: RollingEllipse, creepages: Creepages, cells: int = 32):
 
 
 def roll_cells(contact: RollingEllipse, creepages: Creepages, made: PressureCells):
-    solution = steady_rolling(made, creepages, contact.pair)
+    solution = steady_rolling(made, creepages, contact)
     assert solution.status == "converged"
     return solution
 
@@ -68,10 +68,16 @@ def coefficients(a_over_b: float, cells: int) -> np.ndarray:
     """Of Kalker from forces so small that nothing slips: c11, c22, c23, c32, c33."""
     a, b, tiny = 1.0, 1.0 / a_over_b, 1e-7
     contact = RollingEllipse(a_mm=a, b_mm=b, normal_force_N=1.0, friction=1e6, shear_MPa=1.0, poisson=0.25)
-    x, y, spin = (roll(contact, Creepages(**{k: tiny}), cells) for k in ("xi", "eta", "spin_per_mm"))
+    x, y, spin = (roll(contact, Creepages(**{k: tiny}), cells).force for k in ("xi", "eta", "spin_per_mm"))
     root = math.sqrt(a * b)
     assert x.slip_area_mm2 == y.slip_area_mm2 == spin.slip_area_mm2 == 0.0
-    forces = [-x.fx_N, -y.fy_N, -spin.fy_N / root, y.mz_Nmm / root, -spin.mz_Nmm / root**2]
+    forces = [
+        -x.fx_N,
+        -y.fy_N,
+        -spin.fy_N / root,
+        y.mz_Nmm / root,
+        -spin.mz_Nmm / root**2,
+    ]
     return np.array(forces) / (tiny * a * b)
 
 
@@ -112,8 +118,8 @@ def test_carter(part):
     relative_radius = (2 * shear / (2 * (1 - nu))) * a / (2 * p0)
     creepage = mu * a / relative_radius * (1 - math.sqrt(1 - part))
     solution = steady_rolling(cells, Creepages(xi=creepage), RollingPair(friction=mu, shear_MPa=shear, poisson=nu))
-    assert -solution.fx_N / (mu * cells.normal_force_N) == pytest.approx(part, abs=2e-3)
-    adhering = solution.adhesion_area_mm2 / cells.area_mm2
+    assert -solution.force.fx_N / (mu * cells.normal_force_N) == pytest.approx(part, abs=2e-3)
+    adhering = solution.force.adhesion_area_mm2 / cells.area_mm2
     assert adhering == pytest.approx(math.sqrt(1 - part), abs=1.5 / n)
 
 
@@ -140,27 +146,27 @@ def test_cattaneo():
 def test_the_traction_curve_of_contact(thousandths, of_contact):
     # CONTACT's own grid of 48 by 44 makes it 1.5 % high at small creepage, half a percent at half of mu N
     solution = roll(WIDE, Creepages(xi=1e-3 * thousandths), 48)
-    assert -solution.fx_N / WIDE.limit_N == pytest.approx(of_contact, rel=0.01)
+    assert -solution.force.fx_N / WIDE.limit_N == pytest.approx(of_contact, rel=0.01)
 
 
 def test_lines_of_a_cone_are_those_of_the_plane():
     cells = ellipse_cells(8.0, 4.0, 82e3, 24)
     motion, none = Creepages(xi=4e-4, eta=-3e-4, spin_per_mm=3e-4), Creepages(eta=-3e-4)
-    plane = steady_rolling(cells, motion, LONG.pair)
+    plane = steady_rolling(cells, motion, LONG)
     along, spin = motion.across(cells.y_mm)
     lines = CurvedCreepages(plane=none, y_mm=cells.y_mm, xi_beside=along, spin_beside_per_mm=spin)
-    cone = steady_rolling(cells, lines, LONG.pair)
+    cone = steady_rolling(cells, lines, LONG)
     for name in ("fx_N", "fy_N", "mz_Nmm", "power_per_speed_N", "slip_area_mm2"):
-        assert getattr(cone, name) == pytest.approx(getattr(plane, name), rel=1e-12), name
-    power = -(4e-4 * plane.fx_N - 3e-4 * plane.fy_N + 3e-4 * plane.mz_Nmm)
-    assert plane.power_per_speed_N == pytest.approx(power, rel=1e-12)
+        assert getattr(cone.force, name) == pytest.approx(getattr(plane.force, name), rel=1e-12), name
+    power = -(4e-4 * plane.force.fx_N - 3e-4 * plane.force.fy_N + 3e-4 * plane.force.mz_Nmm)
+    assert plane.force.power_per_speed_N == pytest.approx(power, rel=1e-12)
 
 
 def test_large_spin_as_in_contact():
     # 40 by 40 cells of the first order there; from 24 to 96 cells this one goes from -0.610 to -0.622
     solution = roll(LONG, Creepages(eta=-6.25e-4, spin_per_mm=6.25e-4), 48)
-    assert solution.fy_N / LONG.limit_N == pytest.approx(-0.6074, rel=0.03)
-    assert solution.mz_Nmm == pytest.approx(-48_210, rel=0.04)
+    assert solution.force.fy_N / LONG.limit_N == pytest.approx(-0.6074, rel=0.03)
+    assert solution.force.mz_Nmm == pytest.approx(-48_210, rel=0.04)
     # it prints the power of its cells, 540.4 W at 30 m/s
     assert 30.0 * dissipated_on_cells(solution) == pytest.approx(540.4, rel=0.03)
 
@@ -168,7 +174,7 @@ def test_large_spin_as_in_contact():
 def test_more_cells_tend_to_a_limit():
     one = Creepages(xi=6e-4, eta=3e-4, spin_per_mm=1e-4)
     forces = [roll(LONG, one, n) for n in (24, 48, 72)]
-    values = np.array([[f.fx_N, f.fy_N] for f in forces]) / LONG.limit_N
+    values = np.array([[f.force.fx_N, f.force.fy_N] for f in forces]) / LONG.limit_N
     change = np.abs(np.diff(values, axis=0)).max(axis=1)
     assert change[1] < 0.6 * change[0]
     assert change[1] < 3e-3
@@ -176,18 +182,18 @@ def test_more_cells_tend_to_a_limit():
 
 def test_symmetry_signs_and_limits():
     one = Creepages(xi=8e-4, eta=-5e-4, spin_per_mm=2e-4)
-    force = roll(LONG, one)
-    reverse = roll(LONG, Creepages(xi=-8e-4, eta=5e-4, spin_per_mm=-2e-4))
-    mirrored = roll(LONG, Creepages(xi=8e-4, eta=5e-4, spin_per_mm=-2e-4))
+    force = roll(LONG, one).force
+    reverse = roll(LONG, Creepages(xi=-8e-4, eta=5e-4, spin_per_mm=-2e-4)).force
+    mirrored = roll(LONG, Creepages(xi=8e-4, eta=5e-4, spin_per_mm=-2e-4)).force
     size = LONG.limit_N
     assert (reverse.fx_N, reverse.fy_N) == pytest.approx((-force.fx_N, -force.fy_N), abs=1e-5 * size)
     assert (mirrored.fx_N, mirrored.fy_N) == pytest.approx((force.fx_N, -force.fy_N), abs=1e-5 * size)
     assert force.fx_N < 0.0 < force.power_per_speed_N
-    full = roll(LONG, Creepages(xi=0.3, eta=-0.4))
+    full = roll(LONG, Creepages(xi=0.3, eta=-0.4)).force
     assert math.hypot(full.fx_N, full.fy_N) == pytest.approx(size, rel=1e-6)
     assert full.fx_N / full.fy_N == pytest.approx(-0.75, rel=1e-3)
     assert full.adhesion_area_mm2 == 0.0
-    none = roll(LONG, Creepages())
+    none = roll(LONG, Creepages()).force
     assert (none.fx_N, none.fy_N, none.mz_Nmm, none.slip_area_mm2, none.power_per_speed_N) == (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -205,7 +211,7 @@ def test_power_is_what_slip_dissipates():
     missed = []
     for n in (24, 48):
         solution = roll(LONG, one, n)
-        missed.append(1.0 - dissipated_on_cells(solution) / solution.power_per_speed_N)
+        missed.append(1.0 - dissipated_on_cells(solution) / solution.force.power_per_speed_N)
     assert missed[1] == pytest.approx(0.5 * missed[0], rel=0.1)
     assert abs(2.0 * missed[1] - missed[0]) < 0.01
 
@@ -223,7 +229,7 @@ def test_fastsim_is_within_its_known_error():
         )
         for creepages in (Creepages(xi=8e-4), Creepages(xi=2e-3), Creepages(eta=1e-3), Creepages(xi=6e-4, eta=6e-4)):
             exact, simple = roll(contact, creepages), fastsim(contact, creepages)
-            off = math.hypot(exact.fx_N - simple.fx_N, exact.fy_N - simple.fy_N) / contact.limit_N
+            off = math.hypot(exact.force.fx_N - simple.fx_N, exact.force.fy_N - simple.fy_N) / contact.limit_N
             worst = max(worst, off)
     # 5 to 10 % (Vollebregt, Iwnicki, Xie and Shackleton 2012)
     assert 0.02 < worst < 0.10
@@ -245,6 +251,6 @@ def test_cells_keep_load_area_and_place():
 
 def test_what_did_not_converge_says_so():
     cells = ellipse_cells(8.0, 4.0, 82e3, 16)
-    solution = steady_rolling(cells, Creepages(xi=1e-3), LONG.pair, iterations=1)
+    solution = steady_rolling(cells, Creepages(xi=1e-3), LONG, iterations=1)
     assert solution.status == "not converged"
     assert solution.friction.residual > 1e-6

@@ -4,41 +4,24 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
 from fecontact.bodies import OF_YIELDING
 from fecontact.case import IRREGULAR, unusual
 from fecontact.commands.console import many, tell_notes
-from fecontact.commands.options import CaseOptions, GridOptions, options_of
+from fecontact.commands.options import CaseOptions, GridOptions, takes
 from fecontact.errors import InputError
+from fecontact.inputs import parse_numbers
 from fecontact.outputs.terminal import answer, show
-
-if TYPE_CHECKING:
-    from fecontact.profiles.curve import Profile
 
 
 # no stress is looked at, and nothing is solved
-_OF_HERTZ = options_of("place", "profiles", "load", "material", without=OF_YIELDING)
-_OF_PLACE = options_of("place", "profiles", "load", "material", "solution")
-# a table has a list of shifts, finds the roll, and shows both sides
-_OF_TRACK = options_of(
-    *("place", "profiles"),
-    without=("lateral_shift_mm", "roll", "roll_rad", "roll_load_N", "wheel_load_N", "side", *IRREGULAR),
-)
-if TYPE_CHECKING:
-    HertzOptions: TypeAlias = CaseOptions
-    PlaceOptions: TypeAlias = CaseOptions
-    TrackOptions: TypeAlias = CaseOptions
-else:
-    HertzOptions = type(_OF_HERTZ)
-    PlaceOptions = type(_OF_PLACE)
-    TrackOptions = type(_OF_TRACK)
-
-
-def hertz(options: HertzOptions = _OF_HERTZ, *, json: Annotated[bool, Parameter(negative="")] = False) -> int:
+@takes("place", "profiles", "load", "material", without=OF_YIELDING)
+def hertz(*, options: CaseOptions, json: bool = False) -> int:
     """Hertz's ellipse at the touch points, analytic only (no mesh, no gmsh).
 
     Parameters
@@ -84,7 +67,7 @@ class EllipseOptions:
 
     a_mm: float
     b_mm: float
-    normal_force_kn: Annotated[float, Parameter(name="--normal-force-kn")]
+    normal_force_kn: float
     friction: float
     xi: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0
     eta: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0
@@ -93,9 +76,7 @@ class EllipseOptions:
     poisson: float = 0.3
 
 
-def creep(
-    ellipse: EllipseOptions, *, theory: str = "all", json: Annotated[bool, Parameter(negative="")] = False
-) -> int:
+def creep(ellipse: EllipseOptions, *, theory: str = "all", json: bool = False) -> int:
     """Creep forces on an elliptic contact by every theory; analytic, no mesh, no gmsh.
 
     Forces are those on the wheel: x in the running direction, y to the field side, z up for the left wheel. Creepages
@@ -125,12 +106,8 @@ def creep(
     return 0
 
 
-def place(
-    options: PlaceOptions = _OF_PLACE,
-    *,
-    out: Path | None = None,
-    json: Annotated[bool, Parameter(negative="")] = False,
-) -> int:
+@takes("place", "profiles", "load", "material", "solution")
+def place(*, options: CaseOptions, out: Path | None = None, json: bool = False) -> int:
     """See a case before it is solved: touch points, curvatures, expected patch and mesh, time and memory. Without gmsh.
 
     Parameters
@@ -154,12 +131,17 @@ def place(
     return 0
 
 
+# a table has a list of shifts, finds the roll, and shows both sides
+@takes(
+    *("place", "profiles"),
+    without=("lateral_shift_mm", "roll", "roll_rad", "roll_load_N", "wheel_load_N", "side", *IRREGULAR),
+)
 def geometry(
-    options: TrackOptions = _OF_TRACK,
     *,
+    options: CaseOptions,
     shifts: Annotated[str, Parameter(allow_leading_hyphen=True)] = "-8:8:0.5",
-    loaded_kn: Annotated[float | None, Parameter(name="--loaded-kn")] = None,
-    json: Annotated[bool, Parameter(negative="")] = False,
+    loaded_kn: float | None = None,
+    json: bool = False,
     out: Path | None = None,
 ) -> int:
     """Touch points of a rigid wheelset over its lateral shift, rolling radii and equivalent conicity (no mesh).
@@ -177,7 +159,6 @@ def geometry(
         File of the picture (.png or .svg; both are written), or of the table (.csv): a line a shift, with the touch
         points of both wheels.
     """
-    from fecontact.inputs import parse_numbers
     from fecontact.outputs.geometry import functions_lines, functions_record, functions_rows
     from fecontact.outputs.tables import write_csv
     from fecontact.solving.placing import geometry as wheelset_geometry
@@ -202,22 +183,8 @@ def geometry(
 
 # --- Commands on theories without any mesh: which there are, one of them at a position, and tables for vehicle codes.
 
-# no stress is looked at, and nothing is meshed
-_OF_THEORY = options_of("place", "profiles", "load", "material", without=OF_YIELDING)
-# a table has lists of these two
-_OF_TABLE = options_of(
-    *("place", "profiles", "load", "material", "verdict"),
-    without=("lateral_shift_mm", "load_N", *OF_YIELDING, *IRREGULAR),
-)
-if TYPE_CHECKING:
-    TheoryOptions: TypeAlias = CaseOptions
-    TableOptions: TypeAlias = CaseOptions
-else:
-    TheoryOptions = type(_OF_THEORY)
-    TableOptions = type(_OF_TABLE)
 
-
-def theories(*, json: Annotated[bool, Parameter(negative="")] = False) -> int:
+def theories(*, json: bool = False) -> int:
     """List the theories of the pressure and the laws of creep forces: cost, source, range, what differs from it.
 
     Parameters
@@ -232,9 +199,9 @@ def theories(*, json: Annotated[bool, Parameter(negative="")] = False) -> int:
     return 0
 
 
-def theory(
-    name: str, /, options: TheoryOptions = _OF_THEORY, *, json: Annotated[bool, Parameter(negative="")] = False
-) -> int:
+# no stress is looked at, and nothing is meshed
+@takes("place", "profiles", "load", "material", without=OF_YIELDING)
+def theory(name: str, /, *, options: CaseOptions, json: bool = False) -> int:
     """One theory of the pressure at a position: peak, area, half-widths, approach (no mesh, no gmsh).
 
     Parameters
@@ -254,13 +221,18 @@ def theory(
     return 0 if record["status"] == "solved" else 3
 
 
+# a table has lists of these two
+@takes(
+    *("place", "profiles", "load", "material", "verdict"),
+    without=("lateral_shift_mm", "load_N", *OF_YIELDING, *IRREGULAR),
+)
 def table(
-    options: TableOptions = _OF_TABLE,
     *,
+    options: CaseOptions,
     grid: GridOptions,
     out: Path | None = None,
     map_: Annotated[Path | None, Parameter(name="--map")] = None,
-    json: Annotated[bool, Parameter(negative="")] = False,
+    json: bool = False,
 ) -> int:
     """Contact table for a vehicle code, over shift and load: touch points, ellipses, strips, stiffness (no mesh).
 
@@ -290,23 +262,12 @@ def table(
 
 # --- Commands on what a case is made of: its profiles, and the meshes of its bodies.
 
-_OF_FILE = options_of("profiles", without=("library",))
-_OF_MESH = options_of(
-    *("place", "profiles", "load", "material", "bodies", "solution"),
-    without=(*OF_YIELDING, "name", "solver", "refine_degrees_of_freedom", *IRREGULAR),
-)
-if TYPE_CHECKING:
-    FileOptions: TypeAlias = CaseOptions
-    MeshOptions: TypeAlias = CaseOptions
-else:
-    FileOptions = type(_OF_FILE)
-    MeshOptions = type(_OF_MESH)
 
-
+@takes("profiles", without=("library",))
 def profiles(
     name: str | None = None,
-    options: FileOptions = _OF_FILE,
     *,
+    options: CaseOptions,
     kind: Literal["rail", "wheel"] | None = None,
     out: Path | None = None,
     write: Path | None = None,
@@ -328,9 +289,10 @@ def profiles(
         Folder of profiles of your own.
     """
     from fecontact.files import write_text
-    from fecontact.outputs.profiles import library_lines, profile_lines
+    from fecontact.outputs.profiles import library_lines, profile_figure, profile_lines
     from fecontact.profiles.library import in_folder
     from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+    from fecontact.profiles.smoothing import nearest
     from fecontact.profiles.writers import csv_text, refuse_other_endings
 
     if write is not None:
@@ -340,49 +302,38 @@ def profiles(
         return 0
     case = options.case()
     found = name if library is None else in_folder(name, library)
-    if kind is not None:
-        profile = (
-            resolve_rail(found, case.rail_file) if kind == "rail" else resolve_wheel(found, case.wheel_file).profile
-        )
-    else:
+    as_wheel = partial(resolve_wheel, found, case.wheel_file)
+    try:
+        profile = as_wheel().profile if kind == "wheel" else resolve_rail(found, case.rail_file)
+    except InputError as as_rail:
+        if kind is not None:
+            raise
         try:
-            profile = resolve_rail(found, case.rail_file)
-        except InputError as as_rail:
-            try:
-                profile = resolve_wheel(found, case.wheel_file).profile
-            except InputError:
-                raise as_rail from None
+            profile = as_wheel().profile
+        except InputError:
+            raise as_rail from None
     show(profile_lines(profile))
-    _print_measured(profile)
+    if profile.points is not None:
+        from fecontact.outputs.alone import nearest_text
+
+        print(nearest_text(nearest(profile.points, profile.kind)))
     if out is None:
         print("--out FILE.png draws its line and curvature")
     else:
-        print(f"picture: {_profile_picture(profile, out)}")
+        print(f"picture: {profile_figure(profile, out)}")
     if write is not None:
         print(f"written: {write_text(write, csv_text(profile))}")
     return 0
 
 
-def _profile_picture(profile: Profile, path: Path) -> Path:
-    """Line and curvature; with its points, where it was made from some."""
-    from fecontact.outputs.profiles import profile_figure
-
-    return profile_figure(profile, path)
-
-
-def _print_measured(profile: Profile) -> None:
-    """What the points behind a line say of it."""
-    from fecontact.outputs.alone import nearest_text
-    from fecontact.profiles.smoothing import nearest
-
-    if profile.points is not None:
-        print(nearest_text(nearest(profile.points, profile.kind)))
-
-
+@takes(
+    *("place", "profiles", "load", "material", "bodies", "solution"),
+    without=(*OF_YIELDING, "name", "solver", "refine_degrees_of_freedom", *IRREGULAR),
+)
 def mesh(
     body: Literal["rail", "wheel", "both"],
-    options: MeshOptions = _OF_MESH,
     *,
+    options: CaseOptions,
     out: Path,
     element: Literal["C3D8", "C3D8I"] = "C3D8",
 ) -> int:
@@ -413,12 +364,6 @@ def mesh(
 
 
 # --- Hertz's spring over an irregular wheel or rail: where models of it hold; no finite elements.
-
-_OF_PAIR = options_of("place", "profiles", "load", "material", without=("yaw_rad", *OF_YIELDING, *IRREGULAR))
-if TYPE_CHECKING:
-    PairOptions: TypeAlias = CaseOptions
-else:
-    PairOptions = type(_OF_PAIR)
 
 
 @Parameter(name="*")
@@ -457,11 +402,12 @@ class IrregularOptions:
 _NOTHING = IrregularOptions()
 
 
+@takes("place", "profiles", "load", "material", without=("yaw_rad", *OF_YIELDING, *IRREGULAR))
 def irregular(
-    options: PairOptions = _OF_PAIR,
     *,
+    options: CaseOptions,
     asked: IrregularOptions = _NOTHING,
-    json: Annotated[bool, Parameter(negative="")] = False,
+    json: bool = False,
     out: Path | None = None,
 ) -> int:
     """Hertz's spring over corrugation, flats and welds (eq. 6) and models like it beside the half-space (no mesh).
@@ -476,7 +422,6 @@ def irregular(
         Folder for irregular.json and irregular.png.
     """
     from fecontact.files import write_json
-    from fecontact.inputs import parse_numbers
     from fecontact.jobs.workers import default_workers
     from fecontact.outputs.irregular import irregular_figure, irregular_lines
     from fecontact.runs.alone import irregular as judged
@@ -509,19 +454,6 @@ def irregular(
 
 
 # --- A vehicle in curves: positions, angles of attack, guiding forces of all wheels; no finite elements.
-
-_OF_VEHICLE = options_of(
-    *("place", "profiles", "material"),
-    without=(
-        *("lateral_shift_mm", "roll_rad", "yaw_rad", "roll", "roll_load_N", "wheel_load_N"),
-        *("side", "flange_climb", *OF_YIELDING, "rolling_radius_mm"),
-        *IRREGULAR,
-    ),
-)
-if TYPE_CHECKING:
-    VehicleOptions: TypeAlias = CaseOptions
-else:
-    VehicleOptions = type(_OF_VEHICLE)
 
 
 @Parameter(name="*")
@@ -578,8 +510,6 @@ class CurveOptions:
         InputError
             If there are not as many shares as radii.
         """
-        from fecontact.inputs import parse_numbers
-
         every = parse_numbers(self.radii, "radii")
         parts = parse_numbers(self.shares, "shares") if self.shares else [1.0] * len(every)
         if len(parts) != len(every):
@@ -590,13 +520,15 @@ class CurveOptions:
 _AS_USUAL = CurveOptions()
 
 
-def curve(
-    options: VehicleOptions = _OF_VEHICLE,
-    *,
-    asked: CurveOptions = _AS_USUAL,
-    json: Annotated[bool, Parameter(negative="")] = False,
-    out: Path | None = None,
-) -> int:
+@takes(
+    *("place", "profiles", "material"),
+    without=(
+        *("lateral_shift_mm", "roll_rad", "yaw_rad", "roll", "roll_load_N", "wheel_load_N"),
+        *("side", "flange_climb", *OF_YIELDING, "rolling_radius_mm"),
+        *IRREGULAR,
+    ),
+)
+def curve(*, options: CaseOptions, asked: CurveOptions = _AS_USUAL, json: bool = False, out: Path | None = None) -> int:
     """Steady running of a wheelset or a bogie in curves: shift, yaw, forces of all wheels, critical speed (no mesh).
 
     Parameters

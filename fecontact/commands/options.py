@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, make_dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Protocol, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Protocol, TypeVar, get_args
 
 from cyclopts import App, Parameter
 from cyclopts import Group as Panel
 
 from fecontact.case import INPUTS, Case, Group, case_with
 from fecontact.errors import InputError
-from fecontact.inputs import Flag, Number, Slot, nearest
+from fecontact.inputs import Flag, Number, Slot, nearest, parse_numbers
 
 if TYPE_CHECKING:
     from cyclopts.help import HelpPanel
 
 
+Command = TypeVar("Command", bound=Callable[..., int])
 MOST = "Inputs that most runs need"
 """Title of the panel that the first page of help begins with."""
 TOPICS = (*get_args(Group), "run")
@@ -43,9 +44,6 @@ _BRIEF = {
 
 class CaseOptions(Protocol):
     """Options as they were given."""
-
-    def given(self, field: str) -> bool:
-        """Whether an input of this field was given."""
 
     def case(self) -> Case:
         """The case that they describe.
@@ -149,8 +147,8 @@ def _help(slot: Slot, body: str) -> str:
     return f"{described.help} ({body}): {described.domain}; {default}{both}."
 
 
-def options_of(*groups: Group, without: Sequence[str] = ()) -> CaseOptions:
-    """Options for a command, none of them given; their class is the type of the command's parameter.
+def takes(*groups: Group, without: Sequence[str] = ()) -> Callable[[Command], Command]:
+    """Give a command the options of a case: what stands for its parameter `options`.
 
     Parameters
     ----------
@@ -159,7 +157,20 @@ def options_of(*groups: Group, without: Sequence[str] = ()) -> CaseOptions:
     without
         Fields among them that it does not take.
     """
-    options = case_options(*groups, without=without)
+    made = _options_of(case_options(*groups, without=without))
+
+    def taking(command: Command) -> Command:
+        function: Any = command
+        # cyclopts makes the options from the fields of this class
+        function.__annotations__["options"] = made
+        function.__kwdefaults__ = {**(function.__kwdefaults__ or {}), "options": made()}
+        return command
+
+    return taking
+
+
+def _options_of(options: Sequence[CaseOption]) -> Any:
+    """Class of the values of some options, without any if none is given."""
 
     def case(given: Any) -> Case:
         values = {
@@ -170,43 +181,26 @@ def options_of(*groups: Group, without: Sequence[str] = ()) -> CaseOptions:
             _refuse_unread(case, values)
         return case
 
-    def given(options_given: Any, field: str) -> bool:
-        of_field = [option for option in options if any(slot.field == field for slot in option.slots)]
-        return any(getattr(options_given, option.attribute) is not None for option in of_field)
-
-    made = make_dataclass(
+    values = make_dataclass(
         "CaseOptions",
         [(option.attribute, _annotation(option), field(default=None)) for option in options],
         frozen=True,
         kw_only=True,
         # cyclopts does not look into classes of the module "types"
-        namespace={"case": case, "given": given, "__module__": __name__},
+        namespace={"case": case, "__module__": __name__},
     )
-    defaults: CaseOptions = Parameter(name="*")(made)()
-    return defaults
+    return Parameter(name="*")(values)
 
 
 def _annotation(option: CaseOption) -> Any:
     slot = option.slots[0]
     first = (PANELS[MOST],) if slot.place in _BRIEF else ()
-    panels = (*first, PANELS[slot.group])
+    shown = Parameter(name=option.names, help=option.help, group=(*first, PANELS[slot.group]), show_default=False)
     if option.type is bool:
         # without a value behind it
-        return Annotated[
-            bool | None,
-            Parameter(name=option.names, help=option.help, group=panels, show_default=False, negative=""),
-        ]
-    return Annotated[
-        option.type | None,
-        Parameter(
-            name=option.names,
-            help=option.help,
-            group=panels,
-            show_default=False,
-            n_tokens=1,
-            converter=lambda _, tokens: option.read(tokens[0].value),
-        ),
-    ]
+        return Annotated[bool | None, shown]
+    read = Parameter(n_tokens=1, converter=lambda _, tokens: option.read(tokens[0].value))
+    return Annotated[option.type | None, shown, read]
 
 
 # --- Shifts and loads of a map, or of a contact table, as they are written on the command line.
@@ -231,15 +225,11 @@ class GridOptions:
     @property
     def shifts_mm(self) -> tuple[float, ...]:
         """Lateral shifts."""
-        from fecontact.inputs import parse_numbers
-
         return parse_numbers(self.shifts, "shifts")
 
     @property
     def loads_N(self) -> list[float]:
         """Wheel loads."""
-        from fecontact.inputs import parse_numbers
-
         return [1e3 * load for load in parse_numbers(self.loads_kn, "loads")]
 
 

@@ -4,28 +4,22 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
-
-from cyclopts import Parameter
+from typing import TYPE_CHECKING, Literal
 
 from fecontact.commands.console import count, width
-from fecontact.commands.options import CaseOptions, options_of
+from fecontact.commands.options import CaseOptions, takes
 from fecontact.outputs.terminal import show
 
-_OF_VERDICT = options_of("verdict", "creep")
 if TYPE_CHECKING:
     from fecontact.outputs.maps.views import MapMeasure
     from fecontact.runs.judging import JudgedMap, JudgedStudy
 
-    VerdictOptions: TypeAlias = CaseOptions
-else:
-    VerdictOptions = type(_OF_VERDICT)
 
-
+@takes("verdict", "creep")
 def judge(
     folder: Path,
-    options: VerdictOptions = _OF_VERDICT,
     *,
+    options: CaseOptions,
     measure: Literal["pressure", "force", "theory"] = "pressure",
     theory: str = "hertz",
     out: Path | None = None,
@@ -150,7 +144,7 @@ def baseline_update(
     *,
     reason: str,
     baselines: Path = Path("studies/baselines"),
-    allow_failed: Annotated[bool, Parameter(negative="")] = False,
+    allow_failed: bool = False,
 ) -> int:
     """Make the results of a study its baseline, and say what changes.
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 from cyclopts import Parameter
 
@@ -25,25 +25,14 @@ from fecontact.commands.console import (
     tell_notes,
     width,
 )
-from fecontact.commands.options import PANELS, CaseOptions, GridOptions, options_of
+from fecontact.commands.options import PANELS, CaseOptions, GridOptions, takes
 from fecontact.errors import usable, with_remedy
 from fecontact.outputs.terminal import show
 
-_EVERY = options_of(*get_args(Group))
-# a map has lists of these two
-_OF_MAP = options_of(*get_args(Group), without=("lateral_shift_mm", "load_N"))
 if TYPE_CHECKING:
     from fecontact.jobs.engine import RunSettings
     from fecontact.runs.map import MapOutcome
-    from fecontact.runs.store import Told
     from fecontact.runs.study import StudyOutcome
-    from fecontact.solving.solve import CaseResult
-
-    EveryOption: TypeAlias = CaseOptions
-    MapOptions: TypeAlias = CaseOptions
-else:
-    EveryOption = type(_EVERY)
-    MapOptions = type(_OF_MAP)
 
 
 @Parameter(name="*", group=PANELS["run"])
@@ -69,10 +58,10 @@ class RunOptions:
 
     workers: int | None = None
     threads: int = 1
-    force: Annotated[bool, Parameter(negative="")] = False
+    force: bool = False
     part: str | None = None
     scheduler: str | None = None
-    quiet: Annotated[bool, Parameter(negative="", alias="-q")] = False
+    quiet: Annotated[bool, Parameter(alias="-q")] = False
 
     def settings(self) -> RunSettings:
         """What of it the run itself needs.
@@ -98,13 +87,14 @@ _AS_USUAL = RunOptions()
 _MUCH_KEPT = 0.1
 
 
+@takes(*get_args(Group))
 def solve(
-    options: EveryOption = _EVERY,
     *,
-    json: Annotated[bool, Parameter(negative="")] = False,
+    options: CaseOptions,
+    json: bool = False,
     out: Path | None = None,
-    force: Annotated[bool, Parameter(negative="")] = False,
-    long: Annotated[bool, Parameter(negative="")] = False,
+    force: bool = False,
+    long: bool = False,
 ) -> int:
     """Solve one position with finite elements and compare it with Hertz.
 
@@ -123,7 +113,7 @@ def solve(
     from fecontact.outputs.documents import case_parts
     from fecontact.outputs.words import case_words
     from fecontact.runs.store import Told
-    from fecontact.runs.study import prepare_for_case
+    from fecontact.runs.study import keep_with_report, prepare_for_case
     from fecontact.solving.solve import solve as solve_case
 
     case = options.case()
@@ -134,7 +124,13 @@ def solve(
         result = solve_case(case, progress=progress)
         # what was solved is kept before it is shown: what it is shown on may be full, or closed
         begun, told = time.perf_counter(), Told.of(result)
-        lost = None if out is None else _keep(result, told, out)
+        lost = None
+        try:
+            if out is not None:
+                keep_with_report(result, told, out)
+        except OSError as error:
+            # it is said afterwards, since the numbers are there
+            lost = error
         kept_s = time.perf_counter() - begun
     solved_s = sum(result.effort.seconds.values())
     if kept_s > _MUCH_KEPT * solved_s:
@@ -150,24 +146,7 @@ def solve(
     return 0 if result.load.usable else 3
 
 
-def _keep(result: CaseResult, told: Told, out: Path) -> OSError | None:
-    """Write a result with its report; what the system refused, for afterwards, since the numbers are there."""
-    from fecontact.runs.study import keep_with_report
-
-    try:
-        keep_with_report(result, told, out)
-    except OSError as error:
-        return error
-    return None
-
-
-def run(
-    study: Path,
-    *,
-    out: Path,
-    quick: Annotated[bool, Parameter(negative="")] = False,
-    how: RunOptions = _AS_USUAL,
-) -> int:
+def run(study: Path, *, out: Path, quick: bool = False, how: RunOptions = _AS_USUAL) -> int:
     """Run a study and write its tables, figures and ParaView files; finished cases are reused.
 
     Parameters
@@ -230,9 +209,11 @@ def _tell_files(out: Path, files: Sequence[str], more: str, how: RunOptions) -> 
         say(words, quiet=how.quiet)
 
 
+# a map has lists of these two
+@takes(*get_args(Group), without=("lateral_shift_mm", "load_N"))
 def map_(
-    options: MapOptions = _OF_MAP,
     *,
+    options: CaseOptions,
     grid: GridOptions,
     out: Path,
     measure: Literal["pressure", "force", "theory"] = "pressure",
@@ -308,7 +289,7 @@ def validate(
     *studies: Path,
     out: Path,
     report: Path | None = None,
-    quick: Annotated[bool, Parameter(negative="")] = False,
+    quick: bool = False,
     workers: int | None = None,
 ) -> int:
     """Run studies and check their numbers against references; exit code 1 if a check fails.

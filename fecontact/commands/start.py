@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
-
-from cyclopts import Parameter
 
 from fecontact.commands.console import count, many, tell_notes
 from fecontact.outputs.terminal import show
@@ -49,7 +46,7 @@ def guide(topic: str = "", /) -> int:
     return 0
 
 
-def check(file: Path, *, quick: Annotated[bool, Parameter(negative="")] = False) -> int:
+def check(file: Path, *, quick: bool = False) -> int:
     """Check a study file without solving it: inputs, profiles and positions, how many cases, what time and memory.
 
     Parameters

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import pairwise
+from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -112,6 +116,10 @@ class RollingLoad:
         """Coulomb's largest force mu N."""
         return self.real.ellipse.limit_N
 
+    def off(self, one: CreepForce, other: CreepForce) -> float:
+        """Size of the difference of two forces over mu N."""
+        return force_difference(one, other, self.limit_N)
+
     def motion(self, creepages: Creepages) -> Motion:
         """What the real patch feels of creepages at the first touch point."""
         return replace(self.surface, plane=creepages) if self.curved else creepages
@@ -149,21 +157,18 @@ def judge_on_hertz(solved: SolvedLoad, rolling: RollingLoad, creep: Creep) -> Ju
     """FASTSIM looks over the whole range, and the rolling half-space decides where it finds Hertz furthest off."""
 
     def deviation(theory: str, creepages: Creepages) -> float:
-        try:
+        with suppress(FecontactError):
             on_hertz = creep_force(theory, rolling.hertz, creepages)
-            on_real = creep_force(theory, rolling.real, rolling.motion(creepages))
-        except FecontactError:
-            return math.nan
-        return force_difference(on_hertz, on_real, rolling.limit_N)
+            return rolling.off(on_hertz, creep_force(theory, rolling.real, rolling.motion(creepages)))
+        return math.nan
 
     found = [
         (deviation(SCREEN, one), one) for one in creepage_range(creep.largest_creepage, rolling.creepages.spin_per_mm)
     ]
     decided = []
     for creepages in furthest(found):
-        known = pressure_uncertainty(SCREEN, rolling, rolling.motion(creepages))
-        off, unsure = deviation(DECIDES, creepages), math.nan if known is None else known
-        decided.append(ForceAt(creepages=creepages, deviation=off, uncertainty=unsure))
+        unsure = pressure_uncertainty(SCREEN, rolling, rolling.motion(creepages))
+        decided.append(ForceAt(creepages=creepages, deviation=deviation(DECIDES, creepages), uncertainty=unsure))
     made = judged_force(decided, creep.force_limit, usable=solved.usable)
     if not made.limit_used > 1.0:
         return made
@@ -187,18 +192,16 @@ def _cause(rolling: RollingLoad, worst: ForceAt) -> str | None:
         )
     except FecontactError:
         return None
-    by_place, by_shape = (force_difference(one, other, rolling.limit_N) for one, other in pairwise(steps))
+    by_place, by_shape = (rolling.off(one, other) for one, other in pairwise(steps))
     return PLACE if by_place > by_shape else SHAPE
 
 
-def pressure_uncertainty(theory: str, rolling: RollingLoad, motion: Motion) -> float | None:
-    """Of a theory's force on the real patch over mu N; None of a theory that does not cover all meshes."""
-    try:
+def pressure_uncertainty(theory: str, rolling: RollingLoad, motion: Motion) -> float:
+    """Of a theory's force on the real patch over mu N; NaN of a theory that does not cover all meshes."""
+    with suppress(FecontactError):
         finest, coarser, otherwise = (creep_force(theory, one, motion) for one in (rolling.real, *rolling.others))
-    except FecontactError:
-        return None
-    change, parting = (force_difference(finest, other, rolling.limit_N) for other in (coarser, otherwise))
-    return _OF_READING + change + _OF_THE_PARTING * parting
+        return _OF_READING + rolling.off(finest, coarser) + _OF_THE_PARTING * rolling.off(finest, otherwise)
+    return math.nan
 
 
 def creepage_range(largest: float, spin_per_mm: float) -> Sequence[Creepages]:
@@ -277,9 +280,10 @@ def creep_of(solved: SolvedLoad, hertz: HertzContact, placement: Placement) -> C
         if isinstance(force, str) or isinstance(other, str):
             deviation[theory] = uncertainty[theory] = None
             continue
-        deviation[theory] = force_difference(force, other, rolling.limit_N)
+        deviation[theory] = rolling.off(force, other)
         # what meshes leave open of the pressure is felt by the exact theory as by its fast neighbour
-        uncertainty[theory] = pressure_uncertainty(SCREEN if theory == DECIDES else theory, rolling, motion)
+        known = pressure_uncertainty(SCREEN if theory == DECIDES else theory, rolling, motion)
+        uncertainty[theory] = None if math.isnan(known) else known
     return CreepComparison(
         friction=creep.friction,
         limit_N=rolling.limit_N,
@@ -292,40 +296,34 @@ def creep_of(solved: SolvedLoad, hertz: HertzContact, placement: Placement) -> C
         deviation_of_muN=deviation,
         uncertainty_of_muN=uncertainty,
         verdict=judge_on_hertz(solved, rolling, creep),
-        warnings=_warnings(solved, creep.friction, 0.0 if creep.curved else surface_of_muN),
+        warnings=tuple(_warnings(solved, creep.friction, 0.0 if creep.curved else surface_of_muN)),
     )
 
 
 def _surface_effect(rolling: RollingLoad, largest: float) -> float:
     """By how much of mu N at most FASTSIM's force changes where creepages follow the curved surfaces."""
-    try:
+    with suppress(FecontactError):
         return max(
-            force_difference(
-                creep_force(SCREEN, rolling.real, one),
-                creep_force(SCREEN, rolling.real, replace(rolling.surface, plane=one)),
-                rolling.limit_N,
+            rolling.off(
+                *(creep_force(SCREEN, rolling.real, one) for one in (flat, replace(rolling.surface, plane=flat)))
             )
-            for one in creepage_range(largest, rolling.creepages.spin_per_mm)
+            for flat in creepage_range(largest, rolling.creepages.spin_per_mm)
         )
-    except FecontactError:
-        return math.nan
+    return math.nan
 
 
-def _warnings(solved: SolvedLoad, friction: float, left_out: float) -> tuple[str, ...]:
-    separate = ("on separate patches the laws for one ellipse take one of the second moments of all",)
-    curved = (
-        f"the surfaces are curved across the patch: creepages that follow them change forces by up to"
-        f" {1e2 * left_out:.1f} % of mu N; --curved takes them",
-    )
+def _warnings(solved: SolvedLoad, friction: float, left_out: float) -> Iterator[str]:
+    yield from friction_warnings(friction)
     wheel, rail = solved.case.wheel_material, solved.case.rail_material
-    pair = ("wheel and rail have different elastic constants: what the pressure does to the slip is left out",)
-    unlike = (wheel.young_MPa, wheel.poisson) != (rail.young_MPa, rail.poisson)
-    return (
-        *friction_warnings(friction),
-        *(pair if unlike else ()),
-        *(separate if patch_of(solved.levels[0].fe).pieces > 1 else ()),
-        *(curved if left_out > _CURVED else ()),
-    )
+    if (wheel.young_MPa, wheel.poisson) != (rail.young_MPa, rail.poisson):
+        yield "wheel and rail have different elastic constants: what the pressure does to the slip is left out"
+    if patch_of(solved.levels[0].fe).pieces > 1:
+        yield "on separate patches the laws for one ellipse take one of the second moments of all"
+    if left_out > _CURVED:
+        yield (
+            f"the surfaces are curved across the patch: creepages that follow them change forces by up to"
+            f" {1e2 * left_out:.1f} % of mu N; --curved takes them"
+        )
 
 
 # --- Laws of creep forces on a solved load: laws and patches against the exact theory on the real one.
@@ -344,45 +342,9 @@ class CreepLaw:
     range: str
 
 
-_FASTSIM = "Kalker (1982)"
-_EXACT = "Kalker (1990), variational theory"
 CREEP_LAWS: Mapping[str, CreepLaw] = {
-    "polach": CreepLaw(
-        words="Polach's law on Hertz's ellipse",
-        cost="closed form",
-        source="Polach (1999, 2005)",
-        range="one ellipse; creepages and spin together by one formula",
-    ),
-    "fastsim": CreepLaw(
-        words="FASTSIM on Hertz's ellipse",
-        cost="a sweep over 50 x 50 cells",
-        source=_FASTSIM,
-        range="one ellipse; forces within 5 to 10 % of the exact theory",
-    ),
-    "exact": CreepLaw(
-        words="the exact theory (which may be a table) on Hertz's ellipse",
-        cost="a solver by FFT, or a table made by it",
-        source=_EXACT,
-        range="one ellipse on half-spaces of one material",
-    ),
-    "multi_hertz": CreepLaw(
-        words="FASTSIM on the ellipses at all touch points, as springs",
-        cost="a sweep over 50 x 50 cells a touch point",
-        source=f"{_FASTSIM}; springs of Otero Yugat, Part I",
-        range="patches small against the distance between them",
-    ),
-    "strips": CreepLaw(
-        words="FASTSIM in strips on the real patch",
-        cost="a sweep over 80 strips",
-        source=_FASTSIM,
-        range="any pressure that is known; forces within 5 to 10 % of the exact theory",
-    ),
-    "real": CreepLaw(
-        words="the exact theory on the real patch",
-        cost="a solver by FFT",
-        source=_EXACT,
-        range="any pressure that is known, on half-spaces of one material",
-    ),
+    name: CreepLaw(**words)
+    for name, words in tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8")).items()
 }
 """Laws of creep forces, from the cheapest to that by which all are judged."""
 REAL = "real"
@@ -408,10 +370,40 @@ def judge_creep_laws(
     creep = solved.case.creep
     rolling = rolling_load(solved, pressures[HERTZ].hertz, placement, creep)
     every = creepage_range(creep.largest_creepage, rolling.creepages.spin_per_mm)
-    reference = _Reference(rolling, every)
+    patches = {_OF_COARSE: coarse_patch(rolling.real), _OF_FINE: rolling.real}
+
+    @cache
+    def exact_force(creepages: Creepages, cells: float) -> CreepForce | None:
+        """The force by which laws are judged; None where there is none."""
+        with suppress(FecontactError):
+            return creep_force(DECIDES, patches[cells], rolling.motion(creepages))
+        return None
+
+    def off(force: _Force, creepages: Creepages, cells: float) -> float:
+        """By how much of mu N a law is off; NaN where either force is not told."""
+        with suppress(FecontactError):
+            exact = exact_force(creepages, cells)
+            return math.nan if exact is None else rolling.off(force(creepages), exact)
+        return math.nan
+
+    def judged_law(force: _Force) -> Judgement:
+        """Where a law is furthest off by coarse cells, and by fine ones there if the answer is open."""
+        worst = furthest([(off(force, one, _OF_COARSE), one) for one in every])
+        unsure = {one: pressure_uncertainty(SCREEN, rolling, rolling.motion(one)) for one in worst}
+
+        def judged(cells: float) -> Judgement:
+            decided = [
+                ForceAt(creepages=one, deviation=off(force, one, cells), uncertainty=unsure[one] + cells)
+                for one in worst
+            ]
+            return judged_force(decided, creep.force_limit, usable=solved.usable)
+
+        coarse = judged(_OF_COARSE)
+        return judged(_OF_FINE) if coarse.verdict.answer == "UNRESOLVED" else coarse
+
     several = pressures.get(MULTI_HERTZ)
     forces = _forces(rolling, () if several is None or several.approximation is None else several.approximation.patches)
-    found = {name: _judged(force, solved, reference) for name, force in forces.items()}
+    found = {name: judged_law(force) for name, force in forces.items()}
     real = judged_force([replace(exact.decided[0], deviation=0.0, uncertainty=0.0)], creep.force_limit)
     judged = found | {"exact": exact, REAL: real}
     return {name: judged[name] for name in CREEP_LAWS if name in judged}
@@ -424,48 +416,17 @@ def _forces(rolling: RollingLoad, ellipses: Sequence[TheoryPatch]) -> dict[str, 
         "strips": lambda creepages: creep_force("fastsim", rolling.real, rolling.motion(creepages)),
     }
     if ellipses:
-        pair = rolling.real.ellipse.pair
+        pair = rolling.real.ellipse
         shared = [(hertz_patch(one.hertz, pair), one.centre_mm) for one in ellipses if one.hertz is not None]
-        forces[MULTI_HERTZ] = lambda creepages: _on_each(shared, rolling, creepages)
+
+        def on_each(creepages: Creepages) -> CreepForce:
+            # each with the creepages of its own touch point; forces across along the arc of the surface
+            motion = rolling.motion(creepages)
+            each = [creep_force("fastsim", patch, motion.at(*place)) for patch, place in shared]
+            return CreepForce(fx_N=sum(one.fx_N for one in each), fy_N=sum(one.fy_N for one in each))
+
+        forces[MULTI_HERTZ] = on_each
     return forces
-
-
-def _on_each(
-    shared: Sequence[tuple[CreepPatch, tuple[float, float]]], rolling: RollingLoad, creepages: Creepages
-) -> CreepForce:
-    """FASTSIM on each ellipse with the creepages of its own touch point; forces across along the arc of the surface."""
-    motion = rolling.motion(creepages)
-    forces = [creep_force("fastsim", patch, motion.at(*place)) for patch, place in shared]
-    return CreepForce(fx_N=sum(one.fx_N for one in forces), fy_N=sum(one.fy_N for one in forces))
-
-
-class _Reference:
-    """The exact theory on the real patch: on coarse cells at all creepages, on fine ones where it is asked."""
-
-    def __init__(self, rolling: RollingLoad, every: Sequence[Creepages]) -> None:
-        self.rolling, self.every = rolling, every
-        self._patches = {
-            _OF_COARSE: coarse_patch(rolling.real),
-            _OF_FINE: rolling.real,
-        }
-        self._forces: dict[tuple[float, Creepages], CreepForce | None] = {}
-
-    def off(self, force: _Force, creepages: Creepages, cells: float) -> float:
-        """By how much of mu N a theory's force is off; NaN where either does not tell."""
-        exact = self._exact(creepages, cells)
-        try:
-            return math.nan if exact is None else force_difference(force(creepages), exact, self.rolling.limit_N)
-        except FecontactError:
-            return math.nan
-
-    def _exact(self, creepages: Creepages, cells: float) -> CreepForce | None:
-        if (cells, creepages) not in self._forces:
-            try:
-                found = creep_force(DECIDES, self._patches[cells], self.rolling.motion(creepages))
-            except FecontactError:
-                found = None
-            self._forces[cells, creepages] = found
-        return self._forces[cells, creepages]
 
 
 def coarse_patch(real: CreepPatch) -> CreepPatch:
@@ -480,23 +441,3 @@ def coarse_patch(real: CreepPatch) -> CreepPatch:
         lobes=max(1, round(fine.y_mm.size / fine.x_mm.size)),
     )
     return replace(real, cells=cells)
-
-
-def _judged(force: _Force, solved: SolvedLoad, reference: _Reference) -> Judgement:
-    rolling, limit = reference.rolling, solved.case.creep.force_limit
-    worst = furthest([(reference.off(force, one, _OF_COARSE), one) for one in reference.every])
-    of_pressure = {one: pressure_uncertainty(SCREEN, rolling, rolling.motion(one)) for one in worst}
-
-    def judged(cells: float) -> Judgement:
-        decided = [
-            ForceAt(
-                creepages=one,
-                deviation=reference.off(force, one, cells),
-                uncertainty=math.nan if (known := of_pressure[one]) is None else known + cells,
-            )
-            for one in worst
-        ]
-        return judged_force(decided, limit, usable=solved.usable)
-
-    coarse = judged(_OF_COARSE)
-    return judged(_OF_FINE) if coarse.verdict.answer == "UNRESOLVED" else coarse

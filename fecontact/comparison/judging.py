@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Literal
@@ -120,10 +120,10 @@ class LobeJudgement:
     touch: TouchPoint | None
     fe: Mapping[str, float]
     rungs: Mapping[str, Mapping[str, float]]
-    hertz: HertzContact | None
-    deviation: Mapping[str, float]
-    uncertainty: Mapping[str, float]
-    verdict: Verdict | None
+    hertz: HertzContact | None = None
+    deviation: Mapping[str, float] = field(default_factory=dict)
+    uncertainty: Mapping[str, float] = field(default_factory=dict)
+    verdict: Verdict | None = None
 
 
 # each lobe looks for itself on all rungs
@@ -184,10 +184,6 @@ def _judge(part: Part, solved: SolvedLoad, placement: Placement, half_space: Seq
         touch=None if number is None else placement.touch_points[number],
         fe=measured,
         rungs={"fe": measured, **({} if on_half_space is None else {"half_space": _measures(on_half_space)})},
-        hertz=None,
-        deviation={},
-        uncertainty={},
-        verdict=None,
     )
     return judgement if number is None else _beside_hertz(judgement, part, solved, placement)
 
@@ -380,64 +376,52 @@ class JudgedLoad:
 _SMALL_SLIDE = 0.1
 
 
-def junction_warnings(sides: Mapping[Side, Judgement]) -> list[str]:
-    """What Hertz says with the curvature of either side of a junction."""
-    if len(sides) == 1:
-        return []
-    said = (
-        f"with that of its {side} side Hertz {one.verdict.answer} ({one.deviation['p_max_MPa']:+.1%} in peak"
-        f" pressure, {one.deviation['area_mm2']:+.1%} in area)"
-        for side, one in sides.items()
-    )
-    return [f"the curvature is undefined at the touch point: {'; '.join(said)}"]
-
-
-def elements_warnings(level: Level) -> list[str]:
-    """Elements whose compliance is not checked, since too little is seen of a half-space on them."""
-    if not math.isnan(level.compliance_error):
-        return []
-    return [
-        "the compliance of the elements is not checked: there are too few of them around the patch, or the head is"
-        f" narrow or round for their size; {COMPLIANCE_LIMIT:.0%} of it is taken for its uncertainty, more elements"
-        " (--resolution) show it"
-    ]
-
-
-def slide_warnings(slide_mm: float, comparison: Comparison) -> list[str]:
-    """Bodies that slide along each other by more than displacements may be small."""
-    part = abs(slide_mm) / comparison.fe.b_mm
-    if part <= _SMALL_SLIDE:
-        return []
-    return [
-        f"the wheel slides {abs(slide_mm):.2f} mm down the steep rail under the load, {part:.2f} of the patch's"
-        f" half-width: beyond {_SMALL_SLIDE:g} of it what is stated for the finite elements does not cover what"
-        " displacements do that are not small; a smaller load or a place that is less steep is known better"
-    ]
-
-
-def position_notes(placement: Placement, comparison: Comparison) -> tuple[str, ...]:
-    """What is to be known of the profiles and of the contact as a whole."""
-    found = [*placement.rail.profile.notes, *placement.wheel.profile.notes]
-    if not placement.rail.profile.outline:
-        found.append(
-            f"rail {placement.rail.profile.name}: only its running surface is known; the body below"
-            " it is a block down to the cut"
+def warnings_of(load: JudgedLoad) -> Iterator[str]:
+    """What makes a load doubtful."""
+    level, sides = load.level, load.sides
+    if len(sides) > 1:
+        said = (
+            f"with that of its {side} side Hertz {one.verdict.answer} ({one.deviation['p_max_MPa']:+.1%} in peak"
+            f" pressure, {one.deviation['area_mm2']:+.1%} in area)"
+            for side, one in sides.items()
         )
+        yield f"the curvature is undefined at the touch point: {'; '.join(said)}"
+    yield from load.solved.limits
+    # too little is seen of a half-space on them
+    if math.isnan(level.compliance_error):
+        yield (
+            "the compliance of the elements is not checked: there are too few of them around the patch, or the head is"
+            f" narrow or round for their size; {COMPLIANCE_LIMIT:.0%} of it is taken for its uncertainty, more elements"
+            " (--resolution) show it"
+        )
+    part = abs(level.slide_mm) / load.comparison.fe.b_mm
+    if not part <= _SMALL_SLIDE:
+        yield (
+            f"the wheel slides {abs(level.slide_mm):.2f} mm down the steep rail under the load, {part:.2f} of the"
+            f" patch's half-width: beyond {_SMALL_SLIDE:g} of it what is stated for the finite elements does not cover"
+            " what displacements do that are not small; a smaller load or a place that is less steep is known better"
+        )
+    yield from plastic_warnings(load.plastic)
+
+
+def position_notes(placement: Placement, comparison: Comparison) -> Iterator[str]:
+    """What is to be known of the profiles and of the contact as a whole."""
+    rail = placement.rail.profile
+    yield from (*rail.notes, *placement.wheel.profile.notes)
+    if not rail.outline:
+        yield f"rail {rail.name}: only its running surface is known; the body below it is a block down to the cut"
     if placement.climbs:
-        found.append(
+        yield (
             f"the flange climbs: it touches the rail beyond its steepest place, at"
             f" {math.degrees(placement.first.contact_angle_rad):.1f} degrees; a lateral force alone holds it there"
         )
     if placement.first.at_junction:
-        found.append(
+        yield (
             "the touch point lies at a curvature junction: deviations are those from Hertz with the curvature of its"
             " field side; the verdict is the worse of both sides"
         )
-    if comparison.patch.pieces > 1:
-        found.append(
-            f"the contact has {comparison.patch.pieces} separate patches; Hertz stands for the first touch point alone"
-        )
-    return tuple(found)
+    if (pieces := comparison.patch.pieces) > 1:
+        yield f"the contact has {pieces} separate patches; Hertz stands for the first touch point alone"
 
 
 # --- From a solved load to what it says: the ladder, the lobes, and each theory judged in the same way.
@@ -490,9 +474,7 @@ def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str]
         creep=creep,
         plastic=plastic,
     )
-    of_bodies = (*slide_warnings(finest.slide_mm, comparison), *plastic_warnings(plastic))
-    of_meshes = (*solved.limits, *elements_warnings(finest))
-    return replace(load, warnings=(*junction_warnings(load.sides), *of_meshes, *of_bodies))
+    return replace(load, warnings=tuple(warnings_of(load)))
 
 
 def with_creep_laws(load: JudgedLoad, placement: Placement) -> JudgedLoad:

@@ -239,6 +239,7 @@ class Comparison:
 
 def compare(fe: Rung, hertz: HertzContact) -> Comparison:
     """Compare a solved contact with Hertz's ellipse at the origin of its grid."""
+    contact, theory = Approximation.of(hertz).beside(fe)
     return Comparison(
         contact=fe,
         ellipse=hertz,
@@ -246,14 +247,9 @@ def compare(fe: Rung, hertz: HertzContact) -> Comparison:
         fe=measures_of(fe),
         hertz=hertz_measures(hertz),
         deviation=deviations(fe, hertz),
-        pressure_l2=_pressure_l2(fe, hertz),
+        # NumPy's own sum: that of BLAS, which numpy.linalg.norm takes, depends on the number of its threads
+        pressure_l2=float(np.sqrt(np.square(theory - contact).sum() / np.square(contact).sum())),
     )
-
-
-def _pressure_l2(fe: Rung, hertz: HertzContact) -> float:
-    contact, theory = Approximation.of(hertz).beside(fe)
-    # NumPy's own sum: that of BLAS, which numpy.linalg.norm takes, depends on the number of its threads
-    return float(np.sqrt(np.square(theory - contact).sum() / np.square(contact).sum()))
 
 
 def _overlap(pressure: Field, hertz: HertzContact) -> float:

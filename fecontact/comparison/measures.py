@@ -295,15 +295,11 @@ def mean_pressure(grid: ContactGrid, shape: Shape, origin_mm: tuple[float, float
 
 
 def _measure(
-    of_contact: Callable[[Patch, Rung], float],
-    of_theory: Callable[[Approximation], float],
-    *,
-    floor: float | None,
-    cut_planes: float,
-    meshes: float = 0.0,
+    of_contact: Callable[..., float], of_theory: Callable[[Approximation], float] | None = None, **known: float | None
 ) -> Any:
-    metadata = {"of_contact": of_contact, "of_theory": of_theory, "floor": floor, "cut_planes": cut_planes}
-    return field(metadata=metadata | {"meshes": meshes})
+    """A measure: how it is read, and what is known of its uncertainty, as `FLOORS` and the tables below it have it."""
+    read = {"of_contact": of_contact, "of_theory": of_theory, "meshes": 0.0, "noise": 0.0}
+    return field(metadata=read | known)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -356,17 +352,6 @@ class Measures:
         return {name: float(getattr(self, name)) for name in MEASURES}
 
 
-def _misfit(
-    of: Callable[[Patch, Rung, Approximation], float],
-    *,
-    floor: float,
-    cut_planes: float,
-    meshes: float = 0.0,
-    noise: float = 0.0,
-) -> Any:
-    return field(metadata={"of": of, "floor": floor, "cut_planes": cut_planes, "meshes": meshes, "noise": noise})
-
-
 @dataclass(frozen=True, kw_only=True)
 class Misfit:
     """What sizes do not see of a contact beside a theory; all are zero for the theory's own pressure.
@@ -392,19 +377,19 @@ class Misfit:
     `noise` is what is read where there is nothing, and adds in quadrature to what there is.
     """
 
-    centre_over_b: float = _misfit(
+    centre_over_b: float = _measure(
         lambda patch, rung, theory: (patch.centre_y_mm - theory.centre_mm[1]) / theory.half_widths_mm[1],
         floor=0.0003,
         cut_planes=0.004,
         meshes=0.0021,
     )
-    valley: float = _misfit(
+    valley: float = _measure(
         lambda patch, rung, theory: patch.valley - _own_valley(rung, theory),
         floor=0.0005,
         cut_planes=0.001,
         meshes=0.0006,
     )
-    separate_load: float = _misfit(
+    separate_load: float = _measure(
         lambda patch, rung, theory: patch.separate_load if theory.single else _unknown_load(rung, theory),
         floor=0.000025,
         cut_planes=0.0,
@@ -413,7 +398,7 @@ class Misfit:
     # elements the change from mesh to mesh does not show it: of 63 slender exact contacts on meshes of 6, 4 and 2.7
     # elements a semi-axis 86 % were inside the floor alone; with what is common all, and all of 59 others
     # (studies/12_uncertainty.py)
-    misplaced_load: float = _misfit(
+    misplaced_load: float = _measure(
         lambda patch, rung, theory: _misplaced_load(rung, theory),
         floor=0.0008,
         cut_planes=0.0008,
@@ -469,7 +454,7 @@ def hertz_measures(hertz: HertzContact) -> Measures:
 def misfit_of_theory(rung: Rung, theory: Approximation) -> Misfit:
     """Measures of a solved contact beside a theory, both about the origin of its grid."""
     patch = patch_of(rung)
-    return Misfit(**{name: read["of"](patch, rung, theory) for name, read in _READ_BESIDE.items()})
+    return Misfit(**{name: read["of_contact"](patch, rung, theory) for name, read in _READ_BESIDE.items()})
 
 
 def misfit_of(rung: Rung, hertz: HertzContact) -> Misfit:

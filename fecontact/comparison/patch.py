@@ -77,6 +77,7 @@ def measure_patch(pressure: Field) -> Patch:
     # far out, without it too far in, both by an error of first order in the element size; their mean is of higher
     # order.
     outer, inner = (_outline(x_mm, s_mm, signed_square(p, without_edge=w)) for w in (False, True))
+    area, extent_x, extent_s = 0.5 * (outer + inner)
     total = float(p.sum())
     along_x, across = p.sum(axis=1) / total, p.sum(axis=0) / total
     centre_x, centre_s = float(x_mm @ along_x), float(s_mm @ across)
@@ -85,11 +86,11 @@ def measure_patch(pressure: Field) -> Patch:
     forces = np.bincount(pieces.ravel(), weights=p.ravel())[1:]
     return Patch(
         p_max_MPa=_top(p),
-        area_mm2=0.5 * (outer.area + inner.area),
+        area_mm2=float(area),
         a_mm=float(np.sqrt(5.0 * ((x_mm - centre_x) ** 2 @ along_x))),
         b_mm=float(np.sqrt(5.0 * ((s_mm - centre_s) ** 2 @ across))),
-        extent_x_mm=0.5 * (outer.length_x + inner.length_x),
-        extent_y_mm=0.5 * (outer.length_s + inner.length_s),
+        extent_x_mm=float(extent_x),
+        extent_y_mm=float(extent_s),
         centre_x_mm=centre_x,
         centre_y_mm=centre_s,
         lobes=lobes,
@@ -239,19 +240,12 @@ def _continue_once(value: Floats, known: NDArray[np.bool_]) -> tuple[Floats, NDA
     return continued, here
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Outline:
-    area: float
-    length_x: float
-    length_s: float
-
-
 def area_between(pressure: Field, low_mm: float, high_mm: float) -> float:
     """Area (mm^2) of a patch between two lines across, read as in `measure_patch`."""
     whole = pressure.whole()
     x, s, p = whole.grid.x_mm, whole.grid.s_mm, whole.values
     squares = (signed_square(p, without_edge=edge) for edge in (False, True))
-    return 0.5 * sum(_outline(x, s, square, (low_mm, high_mm)).area for square in squares)
+    return 0.5 * sum(float(_outline(x, s, square, (low_mm, high_mm))[0]) for square in squares)
 
 
 def _clipped(line: Floats, low: float, high: float) -> Floats:
@@ -272,8 +266,8 @@ def _clipped(line: Floats, low: float, high: float) -> Floats:
     return np.concatenate([line, line[:1]])
 
 
-def _outline(x: Floats, s: Floats, square: Floats, between: tuple[float, float] | None = None) -> _Outline:
-    """Area and bounding box inside the line where a signed square (nx + 2, ns + 2) is zero."""
+def _outline(x: Floats, s: Floats, square: Floats, between: tuple[float, float] | None = None) -> Floats:
+    """Area and lengths of the bounding box (3,), inside the line where a signed square (nx + 2, ns + 2) is zero."""
     from contourpy import contour_generator
 
     hx, hs = x[1] - x[0], s[1] - s[0]
@@ -283,10 +277,10 @@ def _outline(x: Floats, s: Floats, square: Floats, between: tuple[float, float] 
     if between is not None:
         lines = [cut for line in lines if len(cut := _clipped(line[:-1], *between))]
         if not lines:
-            return _Outline(area=0.0, length_x=0.0, length_s=0.0)
+            return np.zeros(3)
     area = 0.0
     for line in lines:
         u, v = line.T
         area += 0.5 * float(np.dot(u[:-1], v[1:]) - np.dot(u[1:], v[:-1]))
     span = np.ptp(np.vstack(lines), axis=0)
-    return _Outline(area=abs(area), length_x=float(span[1]), length_s=float(span[0]))
+    return np.array([abs(area), span[1], span[0]])

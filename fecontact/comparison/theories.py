@@ -1,10 +1,15 @@
-"""The theories of the contact that are judged, from the cheapest to the dearest: a further one is one more entry."""
+"""The theories of the contact that are judged, from the cheapest to the dearest.
+
+A further one is one more entry here, and its words beside it in `theories.toml`.
+"""
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -135,7 +140,7 @@ def _in_strips(theory: Callable[[GapLine, float], StripContact], *, in_plane: bo
 
     def approximate(loaded: Loaded) -> Approximation | str:
         try:
-            line = _gap_line(loaded)
+            line = gap_line_of(loaded)
             found = theory(line, loaded.normal_force_N)
         except InputError as error:
             return str(error)
@@ -148,7 +153,7 @@ def _in_strips(theory: Callable[[GapLine, float], StripContact], *, in_plane: bo
 
 # all theories of strips ask for it, one after the other
 @lru_cache(maxsize=1)
-def _gap_line(loaded: Loaded) -> GapLine:
+def gap_line_of(loaded: Loaded) -> GapLine:
     """The gap on the line across; a vertical load lets the wheel slide down a steep flank."""
     placement, modulus = loaded.placement, loaded.case.contact_modulus_MPa
     if loaded.case.load_kind == "normal":
@@ -165,87 +170,20 @@ def _on_half_space(loaded: Loaded) -> Approximation | None:
 
 
 HERTZ, HERTZ_GAUGE, MULTI_HERTZ = "hertz", "hertz_gauge", "multi_hertz"
-_STRIPS = "sums over strips"
-
-THEORIES: Mapping[str, Theory] = {
-    HERTZ: Theory(
-        words="Hertz",
-        cost="closed form",
-        source="Hertz (1882); Johnson (1985), chapter 4",
-        range="one touch point, constant curvature in the patch, half-spaces; at a junction its field side",
-        approximate=_at_first_touch,
-    ),
-    HERTZ_GAUGE: Theory(
-        words="Hertz, with the curvature of the gauge side",
-        cost="closed form",
-        source="Hertz (1882); Johnson (1985), chapter 4",
-        range="where the touch point lies at a curvature junction",
-        approximate=_at_gauge_side,
-    ),
-    MULTI_HERTZ: Theory(
-        words="Hertz at all touch points, as springs",
-        cost="closed form a touch point",
-        source="springs of Otero Yugat, Part I, eq. 6, under one approach",
-        range="patches small against the distance between them; they know nothing of each other",
-        approximate=_at_all_touches,
-        differs="Pascal and Sauvage's search for further ellipses was not found",
-    ),
-    "equivalent_ellipse": Theory(
-        words="Equivalent ellipse",
-        cost="closed form an approach",
-        source="width of the overlap at 0.55 of the approach, practice of vehicle codes",
-        range="one region of overlap",
-        approximate=_in_strips(equivalent_ellipse),
-        differs="one of several levels in use; Sauvage's and Quost's own definitions were not found",
-    ),
-    "kik_piotrowski": Theory(
-        words="Kik-Piotrowski",
-        cost=_STRIPS,
-        source="Kik and Piotrowski (1996); Piotrowski and Kik (2008)",
-        range="ellipses of a/b near 1; its own area is 6 to 12 % too large on any ellipse",
-        approximate=_in_strips(kik_piotrowski),
-        differs="without the shape correction; several regions one by one, which was not seen in print",
-    ),
-    "stripes": Theory(
-        words="STRIPES",
-        cost=_STRIPS,
-        source="Ayasse and Chollet (2005)",
-        range="convex across all over the patch",
-        approximate=_in_strips(stripes),
-        differs="constants are those that give Hertz; the paper's smoothing of the curvature was not found: none",
-    ),
-    "analyn": Theory(
-        words="ANALYN",
-        cost=_STRIPS,
-        source="Sichani, Enblom and Berg (2014), normal part, as in CONTACT",
-        range="convex across all over the patch",
-        approximate=_in_strips(analyn),
-        differs="curvatures are 1e-4 1/mm at least; how the paper treats a concave gap was not found",
-    ),
-    "kpec": Theory(
-        words="KPEC",
-        cost=_STRIPS,
-        source="Vollebregt, CONTACT option B = 5",
-        range="one region below half the approach",
-        approximate=_in_strips(kpec),
-        differs="its part of the approach is held in 0 to 1 for pressures too, not for lengths alone",
-    ),
-    "strip": Theory(
-        words="Strip method",
-        cost="a system of as many equations as strips",
-        source="Knothe and Le The (1984); equations in normal/strip_method.py",
-        range="one plane for the whole patch, no yaw",
-        approximate=_in_strips(strip, in_plane=False),
-        differs="its own: the condition on the curvature of the surfaces is met in closed form, strip by strip",
-    ),
-    "half_space": Theory(
-        words="Half-space",
-        cost="a solver by FFT",
-        source="Boussinesq; Polonsky and Keer (1999)",
-        range="bodies large beside the patch",
-        approximate=_on_half_space,
-    ),
+_APPROXIMATE: Mapping[str, Approximate] = {
+    HERTZ: _at_first_touch,
+    HERTZ_GAUGE: _at_gauge_side,
+    MULTI_HERTZ: _at_all_touches,
+    "equivalent_ellipse": _in_strips(equivalent_ellipse),
+    "kik_piotrowski": _in_strips(kik_piotrowski),
+    "stripes": _in_strips(stripes),
+    "analyn": _in_strips(analyn),
+    "kpec": _in_strips(kpec),
+    "strip": _in_strips(strip, in_plane=False),
+    "half_space": _on_half_space,
 }
+_WORDS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
+THEORIES = {name: Theory(approximate=approximate, **_WORDS[name]) for name, approximate in _APPROXIMATE.items()}
 """By name, from the cheapest."""
 EITHER_SIDE = (HERTZ_GAUGE, HERTZ)
 """Hertz's ellipse with the curvature of each side of the first touch point."""

@@ -18,6 +18,7 @@ from fecontact.comparison.measures import (
     values_of,
 )
 from fecontact.comparison.solved_load import YIELD_BAND, Level, SolvedLoad, Yielded
+from fecontact.contact.grid import Rung
 from fecontact.criteria import Criteria
 from fecontact.normal.hertz import HertzContact
 from fecontact.rolling.laws import Creepages
@@ -355,35 +356,30 @@ def _scale(name: str, deviation: Mapping[str, float], elastic: Mapping[str, floa
     return abs((1.0 + deviation[name]) / (1.0 + elastic[name])) if name in MEASURES else 1.0
 
 
-def _step(level: Level, rung_values: Mapping[str, float], theory: Approximation) -> dict[str, float]:
+def _step(level: Level, yielded: Rung, theory: Approximation) -> dict[str, float]:
     """Change of each measure from elastic bodies on the same nodes: relative, or as it is where Hertz has no value."""
-    before = values_of(level.fe, theory)
+    before, after = values_of(level.fe, theory), values_of(yielded, theory)
     return {
-        name: value / before[name] - 1.0 if name in MEASURES else value - before[name]
-        for name, value in rung_values.items()
+        name: value / before[name] - 1.0 if name in MEASURES else value - before[name] for name, value in after.items()
     }
 
 
 def _step_uncertainty(levels: Sequence[Level], theory: Approximation) -> dict[str, float]:
     """What meshes, load steps, corrections and the elements' own nodes leave open of the step of each measure."""
-    of_meshes = [
-        _step(level, values_of(level.yielded.fe, theory), theory) for level in levels if level.yielded is not None
+    told = [(level, level.yielded) for level in levels if level.yielded is not None]
+    of_meshes = [_step(level, yielded.fe, theory) for level, yielded in told]
+    half = [
+        (found, _step(level, yielded.fewer_steps, theory))
+        for found, (level, yielded) in zip(of_meshes, told, strict=True)
+        if yielded.fewer_steps is not None
     ]
-    half = next(
-        (
-            (found, _step(level, values_of(level.yielded.fewer_steps, theory), theory))
-            for level, found in zip(levels, of_meshes, strict=False)
-            if level.yielded is not None and level.yielded.fewer_steps is not None
-        ),
-        None,
-    )
     if len(of_meshes) < 2:
         return dict.fromkeys(of_meshes[0], math.nan)
     finest, coarser = of_meshes[:2]
     on_elements, least = _on_elements(levels[0]), _OF_ELEMENTS / _elements_a_semi_axis(levels[0]) ** 2
     found = {}
     for name, value in finest.items():
-        of_steps = 0.0 if half is None else _OF_THE_STEPS * abs(half[0][name] - half[1][name])
+        of_steps = _OF_THE_STEPS * abs(half[0][0][name] - half[0][1][name]) if half else 0.0
         own = abs(on_elements[name] - value) if name in on_elements else 0.0
         of_elements = max(abs(value - coarser[name]), least * abs(value))
         found[name] = of_elements + of_steps + own + _OF_CORRECTIONS

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,9 +39,7 @@ class CoupledBodies:
     coupling: csr_matrix
     bands: tuple[slice, ...] = (slice(None),)
 
-    def displacements(
-        self, pressure: Floats, more: tuple[Floats | None, Floats | None] = (None, None)
-    ) -> tuple[Floats, Floats]:
+    def displacements(self, pressure: Floats, more: Sequence[Floats | None] = (None, None)) -> tuple[Floats, Floats]:
         """Displacements (nodes, 3) in mm of rail and wheel under nodal pressures (n,) in MPa, base and driver held.
 
         `more` are further forces (nodes, 3) in N on rail and wheel.

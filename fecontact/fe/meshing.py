@@ -13,7 +13,7 @@ from fecontact.arrays import Floats, Integers
 from fecontact.bodies import BodySize
 from fecontact.errors import FoldedMesh, InputError, NotCovered
 from fecontact.fe.body import BodyMesh, check_mesh
-from fecontact.fe.section import Grading, Section, Stretch, Zone, lines_of, mesh_section
+from fecontact.fe.section import LAYER_RATIO, Section, Stretch, Zone, lines_of, mesh_section
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Line, Segment
 from fecontact.wheel_rail.placement import Placement
@@ -73,7 +73,7 @@ class FineZone:
     @property
     def s_mm(self) -> Floats:
         """Nodes across, those on the strips between bands included."""
-        return lines_of(self.stretches, Grading())
+        return lines_of(self.stretches)
 
     @property
     def columns(self) -> tuple[slice, ...]:
@@ -91,9 +91,8 @@ _BYTES_A_NODE = 8e3
 
 def least_memory_bytes(zone: FineZone) -> float:
     """A lower bound of the memory that both bodies need, from the nodes of the uniform blocks under the zone."""
-    ratio = Grading().layer_ratio
     layers = 0.45 * zone.block_width_mm / min(zone.step_x_mm, zone.step_s_mm)
-    nodes = zone.intervals_x * zone.intervals_s * max(2.0, np.log1p((ratio - 1.0) * layers) / np.log(ratio))
+    nodes = zone.intervals_x * zone.intervals_s * max(2.0, np.log1p((LAYER_RATIO - 1.0) * layers) / np.log(LAYER_RATIO))
     return float(2.0 * nodes * _BYTES_A_NODE)
 
 
@@ -117,7 +116,7 @@ _COVER_STEPS = 2
 
 
 def rail_mesh(
-    placement: Placement, zone: FineZone, *, half: bool, size: BodySize, grading: Grading | None = None
+    placement: Placement, zone: FineZone, *, half: bool, size: BodySize, layer_ratio: float = LAYER_RATIO
 ) -> BodyMesh:
     """Extrude the rail's head along x.
 
@@ -138,7 +137,7 @@ def rail_mesh(
             zone,
             [(middle + part.low_mm, middle + part.high_mm, part.intervals) for part in zone.stretches],
         ),
-        grading or Grading(),
+        layer_ratio,
     )
     x, zone_layers = _sweep_positions(zone, size.rail_half_length_mm, half, 0, "the rail's half length")
     c, s = np.cos(pose.inclination_rad), np.sin(pose.inclination_rad)
@@ -151,7 +150,7 @@ def rail_mesh(
 
 
 def wheel_mesh(
-    placement: Placement, zone: FineZone, *, half: bool, size: BodySize, grading: Grading | None = None
+    placement: Placement, zone: FineZone, *, half: bool, size: BodySize, layer_ratio: float = LAYER_RATIO
 ) -> BodyMesh:
     """Revolve the wheel's rim about the axle.
 
@@ -168,7 +167,7 @@ def wheel_mesh(
         np.array([[y_high, z_inner], [y_low, z_inner]]),
         (0, 1),
         _section_zone(pose.profile, zone, _facing(placement, zone)),
-        grading or Grading(),
+        layer_ratio,
     )
     x, zone_layers = _sweep_positions(zone, size.rim_half_length_mm, half, _COVER_STEPS, "the rim's half length")
     rolling = float(pose.radius(touch.wheel_u))

@@ -24,23 +24,15 @@ from fecontact.profiles.curve import Profile
 # A turn of the outline above this between two neighbouring points is a corner and keeps a node.
 _CORNER_RAD = 0.3
 _TRACE_STEP_MM = 0.1
-
-
-@dataclass(frozen=True, kw_only=True)
-class Grading:
-    """How elements grow away from the zone: size = step + rate * distance, up to `largest_mm`.
-
-    That is for the outline, whose shape they follow. Inside, a size grows by `inside_rate` of the distance from each
-    side of the outline and of the uniform block, up to `inside_largest_mm`: no contact feels more (S1002 on 60E1, 60E2,
-    cylinders on R 300, R 80 and A120, 100 kN: peak, area and half-widths within 0.09 % of those with 0.2 and 6 mm
-    everywhere, layers that grow by 1.12 and a sweep that grows by 1.4, for 0.4 of the unknowns).
-    """
-
-    layer_ratio: float = 1.3
-    rate: float = 0.3
-    largest_mm: float = 9.0
-    inside_rate: float = 0.5
-    inside_largest_mm: float = 12.0
+# How elements grow away from the zone: size = step + rate * distance, up to the largest. That is for the outline, whose
+# shape they follow. Inside, a size grows by a part of the distance from each side of the outline and of the uniform
+# block: no contact feels more (S1002 on 60E1, 60E2, cylinders on R 300, R 80 and A120, 100 kN: peak, area and
+# half-widths within 0.09 % of those with 0.2 and 6 mm everywhere, layers that grow by 1.12 and a sweep that grows by
+# 1.4, for 0.4 of the unknowns).
+_RATE, _LARGEST_MM = 0.3, 9.0
+_INSIDE_RATE, _INSIDE_LARGEST_MM = 0.5, 12.0
+LAYER_RATIO = 1.3
+"""How layers of elements grow downwards."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,12 +54,12 @@ class Stretch:
         return np.linspace(self.low_mm, self.high_mm, self.intervals + 1)
 
 
-def lines_of(stretches: Sequence[Stretch], grading: Grading) -> Floats:
+def lines_of(stretches: Sequence[Stretch]) -> Floats:
     """Nodes of stretches in their order, and of the strips between, whose steps grow away from both neighbours."""
     found = [stretches[0].lines_mm]
     for before, after in pairwise(stretches):
         strip = np.array([0.0, after.low_mm - before.high_mm])
-        inner = _spaced(strip, (before.step_mm, after.step_mm), grading)[1:-1]
+        inner = _spaced(strip, (before.step_mm, after.step_mm))[1:-1]
         found += [before.high_mm + inner, after.lines_mm]
     return np.concatenate(found)
 
@@ -119,7 +111,9 @@ class Section:
     true_area_mm2: float
 
 
-def mesh_section(profile: Profile, closure: Floats, base: tuple[int, int], zone: Zone, grading: Grading) -> Section:
+def mesh_section(
+    profile: Profile, closure: Floats, base: tuple[int, int], zone: Zone, layer_ratio: float = LAYER_RATIO
+) -> Section:
     """Mesh the cross-section between a running surface and the polyline that closes it.
 
     Parameters
@@ -134,11 +128,11 @@ def mesh_section(profile: Profile, closure: Floats, base: tuple[int, int], zone:
     NotCovered
         If the outline crosses itself or the uniform block: gmsh would never come back from it.
     """
-    zone_s = lines_of(zone.stretches, grading)
-    block = _block(profile, zone_s, zone, grading)
+    zone_s = lines_of(zone.stretches)
+    block = _block(profile, zone_s, zone, layer_ratio)
     columns = zone_s.size
     trace = np.vstack([_along(profile, zone.high_mm, profile.length_mm), closure, _along(profile, 0.0, zone.low_mm)])
-    outer = _graded(trace, (zone.stretches[-1].step_mm, zone.stretches[0].step_mm), grading)
+    outer = _graded(trace, (zone.stretches[-1].step_mm, zone.stretches[0].step_mm))
     ring = np.vstack([outer, block[1:, 0], block[-1, 1:], block[-2:0:-1, -1]])
     if _crosses_itself(ring):
         raise NotCovered(
@@ -146,7 +140,7 @@ def mesh_section(profile: Profile, closure: Floats, base: tuple[int, int], zone:
             f" {zone.high_mm - zone.low_mm:.2f} mm, which is meshed {zone.depth_mm:.2f} mm deep; cut it deeper (rail"
             " depth, rim thickness)"
         )
-    fill_points, fill_quads = _fill(ring, grading)
+    fill_points, fill_quads = _fill(ring)
 
     ids = np.arange(block.shape[0] * columns).reshape(block.shape[:2])
     outer_ids = np.concatenate([[ids[0, -1]], ids.size + np.arange(len(outer) - 2), [ids[0, 0]]])
@@ -202,11 +196,11 @@ def layer_depths(first: float, total: float, ratio: float) -> Floats:
     return np.asarray(depths * (total / depths[-1]))
 
 
-def _block(profile: Profile, zone_s: Floats, zone: Zone, grading: Grading) -> Floats:
+def _block(profile: Profile, zone_s: Floats, zone: Zone, layer_ratio: float) -> Floats:
     """Nodes (layers, columns, 2) of the uniform block: copies of the line, moved inwards along its normals."""
     line = profile.evaluate(profile.at_arc_length(zone_s))
     inward = profile.convex_sign * np.column_stack([-line.dz, line.dy]) / np.hypot(line.dy, line.dz)[:, None]
-    depths = layer_depths(zone.depth_step_mm, zone.depth_mm, grading.layer_ratio)
+    depths = layer_depths(zone.depth_step_mm, zone.depth_mm, layer_ratio)
     return np.asarray(np.column_stack([line.y, line.z])[None] + depths[:, None, None] * inward[None])
 
 
@@ -217,24 +211,24 @@ def _along(profile: Profile, low: float, high: float) -> Floats:
     return np.column_stack([p.y, p.z])
 
 
-def _graded(trace: Floats, ends: tuple[float, float], grading: Grading) -> Floats:
+def _graded(trace: Floats, ends: tuple[float, float]) -> Floats:
     """Nodes along a polyline, from one step to the other at its ends; an even number between any two corners."""
     chords = np.diff(trace, axis=0)
     lengths = np.hypot(*chords.T)
     arc = np.concatenate(([0.0], np.cumsum(lengths)))
     heading = np.unwrap(np.arctan2(chords[:, 1], chords[:, 0]))
     corners = np.flatnonzero(np.abs(np.diff(heading)) > _CORNER_RAD) + 1
-    s = _spaced(np.concatenate(([0.0], arc[corners], [arc[-1]])), ends, grading)
+    s = _spaced(np.concatenate(([0.0], arc[corners], [arc[-1]])), ends)
     return np.column_stack([np.interp(s, arc, trace[:, k]) for k in (0, 1)])
 
 
-def _spaced(breaks: Floats, ends: tuple[float, float], grading: Grading) -> Floats:
+def _spaced(breaks: Floats, ends: tuple[float, float]) -> Floats:
     """Places from 0 to the last of some breaks, in steps that grow away from both ends; an even number between two."""
     length = breaks[-1]
     fine = np.unique(np.concatenate([np.linspace(0.0, length, 4000), breaks]))
     middle = 0.5 * (fine[1:] + fine[:-1])
-    size = np.minimum(ends[0] + grading.rate * middle, ends[1] + grading.rate * (length - middle))
-    count = np.concatenate(([0.0], np.cumsum(np.diff(fine) / np.minimum(size, grading.largest_mm))))
+    size = np.minimum(ends[0] + _RATE * middle, ends[1] + _RATE * (length - middle))
+    count = np.concatenate(([0.0], np.cumsum(np.diff(fine) / np.minimum(size, _LARGEST_MM))))
     nodes = [np.zeros(1)]
     for start, stop in pairwise(breaks):
         c0, c1 = np.interp([start, stop], fine, count)
@@ -278,14 +272,14 @@ def _ignore_broken_pipes() -> None:
         handler(signal.SIGPIPE, int(signal.SIG_IGN))
 
 
-def _fill(ring: Floats, grading: Grading) -> tuple[Floats, Integers]:
+def _fill(ring: Floats) -> tuple[Floats, Integers]:
     """Quadrilaterals inside a closed polygon with an even number of nodes; its nodes come first and in their order.
 
     Recombining triangles to quadrilaterals moves nodes with only the quadrilaterals in view and now and then turns a
     remaining triangle inside out: then without moving nodes, and at last from triangles alone, which never fold.
     """
     for recombine, optimize in ((True, True), (True, False), (False, False)):
-        points, quads = _subdivide(*_gmsh_cells(ring[::2], grading, recombine=recombine, optimize=optimize), ring)
+        points, quads = _subdivide(*_gmsh_cells(ring[::2], recombine=recombine, optimize=optimize), ring)
         if _all_convex(points[quads]):
             break
     return points, quads
@@ -298,9 +292,7 @@ def _all_convex(p: Floats) -> bool:
     return bool(np.all(turn > 0.0) or np.all(turn < 0.0))
 
 
-def _gmsh_cells(
-    corners: Floats, grading: Grading, *, recombine: bool, optimize: bool
-) -> tuple[Floats, Integers, Integers]:
+def _gmsh_cells(corners: Floats, *, recombine: bool, optimize: bool) -> tuple[Floats, Integers, Integers]:
     """Points, triangles and quadrilaterals inside a closed polygon, whose nodes come first; none are added to it.
 
     Inside, cells grow away from each side of the polygon.
@@ -311,7 +303,7 @@ def _gmsh_cells(
 
     def size(dimension: int, tag: int, y: float, z: float, x: float, given: float) -> float:
         away = np.hypot(middles[:, 0] - y, middles[:, 1] - z)
-        return float(min(np.min(lengths + 2.0 * grading.inside_rate * away), 2.0 * grading.inside_largest_mm))
+        return float(min(np.min(lengths + 2.0 * _INSIDE_RATE * away), 2.0 * _INSIDE_LARGEST_MM))
 
     with _gmsh_session() as gmsh:
         gmsh.option.setNumber("Mesh.Algorithm", 8)

@@ -17,14 +17,14 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
-from fecontact.errors import EXTREME, LARGEST, SMALLEST, InputError
+from fecontact.errors import InputError, check_positive
 from fecontact.inputs import nearest
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+    from scipy.interpolate import CubicSpline
 
     from fecontact.arrays import Floats
-    from fecontact.irregularity.openings import Opening
 
 
 Kind = Literal["sine", "chord", "haversine", "table"]
@@ -88,9 +88,8 @@ class Irregularity:
                 raise InputError(f"irregularity {self.kind}: {name} is none of its own; it has {', '.join(allowed)}")
         for name in _LENGTHS:
             value = getattr(self, name)
-            if value is not None and not SMALLEST <= value <= LARGEST:
-                why = EXTREME if value > 0.0 and math.isfinite(value) else "allowed: finite and > 0"
-                raise InputError(f"irregularity {self.kind}: {name} is {value!r}; {why}")
+            if value is not None:
+                check_positive(f"irregularity {self.kind}: {name}", value, "mm", "give lengths in mm, um, cm or m")
         if not math.isfinite(self.phase_rad):
             raise InputError(f"irregularity sine: phase_rad is {self.phase_rad!r}; allowed: finite")
         if self.kind == "table":
@@ -111,7 +110,18 @@ class Irregularity:
 
     def opening_mm(self, s_mm: ArrayLike) -> Floats:
         """The opening e at distances s, of any shape; a table goes on as it ends."""
-        return self._opening(s_mm)
+        import numpy as np
+
+        s = np.asarray(s_mm)
+        if self.kind == "table":
+            return np.asarray(self._spline(np.clip(s, self.points_mm[0][0], self.points_mm[-1][0])))
+        if self.kind == "sine":
+            wave = np.cos(2.0 * np.pi * s / (self.wavelength_mm or math.inf) + self.phase_rad)
+            return np.asarray((self.amplitude_mm or 0.0) * wave)
+        length, depth = self.length_mm or math.inf, self.depth_mm or 0.0
+        if self.kind == "chord":
+            return np.maximum(0.0, depth * (1.0 - (2.0 * s / length) ** 2))
+        return np.where(np.abs(s) < 0.5 * length, 0.5 * depth * (1.0 + np.cos(2.0 * np.pi * s / length)), 0.0)
 
     @property
     def largest_slope(self) -> float:
@@ -151,14 +161,10 @@ class Irregularity:
         return tuple(s for s, jump in zip(inner, jumps, strict=True) if jump > _KINK)
 
     @cached_property
-    def _opening(self) -> Opening:
-        from fecontact.irregularity.openings import opening_of_flat, opening_of_points, opening_of_sine
+    def _spline(self) -> CubicSpline:
+        from scipy.interpolate import CubicSpline
 
-        if self.kind == "table":
-            return opening_of_points(self.points_mm)
-        if self.kind == "sine":
-            return opening_of_sine(self.wavelength_mm or math.inf, self.amplitude_mm or 0.0, self.phase_rad)
-        return opening_of_flat(self.length_mm or math.inf, self.depth_mm or 0.0, worn=self.kind == "haversine")
+        return CubicSpline(*zip(*self.points_mm, strict=True), bc_type="natural")
 
 
 def _steps(points: Sequence[tuple[float, float]]) -> list[float]:
@@ -202,7 +208,6 @@ FORMS = (
 )
 _UNITS = {"mm": 1.0, "um": 1e-3, "cm": 10.0, "m": 1e3}
 _ANGLES = {"deg": math.pi / 180.0, "rad": 1.0}
-_STEMS = ("wavelength", "amplitude", "length", "depth", "phase")
 _MOST_BYTES = 20_000_000
 
 
@@ -215,14 +220,11 @@ def parse_irregularity(text: str) -> Irregularity:
         For a kind, a quantity or a unit that there is not, or a table that cannot be read.
     """
     kind, _, rest = text.strip().partition(":")
-    items = [item.strip() for item in rest.split(",") if item.strip()]
+    items = [item for item in rest.split(",") if item.strip()]
     if kind == "table":
-        return _table_of_text(items)
-    values: dict[str, Any] = {}
-    for item in items:
-        name, _, value = item.partition("=")
-        values |= quantity(name.strip(), value.strip())
-    return Irregularity(kind=kind, **values)  # type: ignore[arg-type]
+        items[:1] = [f"file={item.strip()}" for item in items[:1]]
+    pairs = (item.partition("=") for item in items)
+    return irregularity_of({"kind": kind, **{name.strip(): value.strip() for name, _, value in pairs}})
 
 
 def irregularity_of(value: Any) -> Irregularity:
@@ -241,15 +243,13 @@ def irregularity_of(value: Any) -> Irregularity:
         raise InputError(f"irregularity is {value!r}; allowed: {FORMS}, or a table with a kind")
     rest = {name: one for name, one in value.items() if name != "kind"}
     if value["kind"] == "table":
-        unknown = rest.keys() - {"file", "distance", "opening"}
-        if unknown or not rest.get("file"):
-            told = ", ".join(sorted(unknown)) or "file is missing"
-            raise InputError(f"irregularity table: {told}; it has file, distance and opening")
+        if unknown := rest.keys() - {"file", "distance", "opening"}:
+            raise InputError(f"irregularity table: {', '.join(sorted(unknown))}; it has file, distance and opening")
+        if not rest.get("file"):
+            raise InputError(f"irregularity table: no file is given; allowed: {FORMS}")
         return read_table(rest["file"], distance_unit=rest.get("distance"), opening_unit=rest.get("opening"))
-    values: dict[str, Any] = {}
-    for name, one in rest.items():
-        values |= quantity(name, one)
-    return Irregularity(kind=value["kind"], **values)
+    quantities: dict[str, Any] = dict(quantity(name, one) for name, one in rest.items())
+    return Irregularity(kind=value["kind"], **quantities)
 
 
 def irregularity_text(value: Irregularity) -> str:
@@ -257,20 +257,18 @@ def irregularity_text(value: Irregularity) -> str:
     if value.kind == "table":
         first, last = value.points_mm[0][0], value.points_mm[-1][0]
         return f"table of {len(value.points_mm)} points from {first:g} to {last:g} mm"
-    given = {name: getattr(value, name) for name in ("wavelength_mm", "amplitude_mm", "length_mm", "depth_mm")}
+    given = {name: getattr(value, name) for name in _LENGTHS}
     if value.phase_rad:
         given["phase_rad"] = value.phase_rad
     return f"{value.kind}:" + ",".join(f"{name}={one:.12g}" for name, one in given.items() if one is not None)
 
 
-def quantity(name: str, value: Any) -> dict[str, float]:
-    """A quantity of an irregularity by the name it has in files, which ends in its unit, in the unit inside."""
+def quantity(name: str, value: Any) -> tuple[str, float]:
+    """Name and value inside of a quantity by the name it has in files, which ends in its unit."""
     stem, _, unit = name.rpartition("_")
     units = _ANGLES if stem == "phase" else _UNITS
-    if stem not in _STEMS or unit not in units:
-        known = {
-            f"{one}_{'deg' if one == 'phase' else 'mm'}": f"{one}_{'deg' if one == 'phase' else 'mm'}" for one in _STEMS
-        }
+    if (stem != "phase" and f"{stem}_mm" not in _LENGTHS) or unit not in units:
+        known = {name: name for name in (*_LENGTHS, "phase_deg")}
         raise InputError(
             f"irregularity: {name or 'an empty item'} is none of its quantities; allowed: {', '.join(known)}, also in"
             f" um, cm and m{nearest(name, known)}"
@@ -279,16 +277,7 @@ def quantity(name: str, value: Any) -> dict[str, float]:
         number = float(value)
     except (TypeError, ValueError):
         raise InputError(f"irregularity: {name} is {value!r}; allowed: a number") from None
-    return {f"{stem}_{'rad' if stem == 'phase' else 'mm'}": number * units[unit]}
-
-
-def _table_of_text(items: list[str]) -> Irregularity:
-    if not items:
-        raise InputError(f"irregularity table: no file is given; allowed: {FORMS}")
-    options = dict(item.partition("=")[::2] for item in items[1:])
-    if unknown := options.keys() - {"distance", "opening"}:
-        raise InputError(f"irregularity table: {', '.join(sorted(unknown))}; allowed: distance=UNIT and opening=UNIT")
-    return read_table(items[0], distance_unit=options.get("distance"), opening_unit=options.get("opening"))
+    return f"{stem}_{'rad' if stem == 'phase' else 'mm'}", number * units[unit]
 
 
 def read_table(path: str | Path, *, distance_unit: str | None = None, opening_unit: str | None = None) -> Irregularity:
@@ -346,9 +335,6 @@ def _unit(given: str | None, heading: list[str] | None, column: int, path: str) 
             f"{path}: the unit of its {name} is not said; give {name}=mm, um, cm or m, or head it {name}_mm"
         )
     if unit not in _UNITS:
-        raise InputError(f"{path}: the unit of its {name} is {unit!r}; allowed: {', '.join(_UNITS)}: {_shown(_UNITS)}")
+        sizes = ", ".join(f"1 {name} is {factor:g} mm" for name, factor in _UNITS.items())
+        raise InputError(f"{path}: the unit of its {name} is {unit!r}; allowed: {', '.join(_UNITS)}: {sizes}")
     return _UNITS[unit]
-
-
-def _shown(units: Mapping[str, float]) -> str:
-    return ", ".join(f"1 {unit} is {factor:g} mm" for unit, factor in units.items())

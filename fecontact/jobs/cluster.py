@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import ExitStack, contextmanager
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -60,33 +60,30 @@ def dask_crew(address: str, lock: Path, threads: int) -> Iterator[Crew]:
             finally:
                 made.shutdown(wait=False)
 
-        client.subscribe_topic(_TOPIC, _Heard())
+        # what a worker says of itself is told once
+        told = cache(lambda problem: _LOG.warning("%s; its jobs go to other workers", problem))
+        client.subscribe_topic(_TOPIC, lambda event: told(event[1]))
         # all at once: the cluster knows best, and runs again what a lost worker had
         yield Crew(
             open=executor,
             workers=max(2, len(client.nthreads())),
             together=10**9,
-            run=_Run(lock, threads),
+            run=partial(_run, lock, threads),
             refuse=partial(_refuse_if_all_are_unlike, client),
             lost=partial(_why_lost, client, address),
         )
 
 
-class _Run:
-    """`run_job` with the checks of a worker that came later: one that cannot do a job gives it back to the others."""
-
-    def __init__(self, lock: Path, threads: int) -> None:
-        self._lock, self._threads = lock, threads
-
-    def __call__(self, job: Job) -> Done:
-        if problem := worker_problem(self._lock, self._threads) or unlike(job):
-            distributed: Any = import_module("distributed")
-            worker = distributed.get_worker()
-            worker.log_event(_TOPIC, problem)
-            time.sleep(_PAUSE_S)
-            worker.loop.add_callback(_step_aside, worker)
-            raise distributed.Reschedule
-        return run_job(job)
+def _run(lock: Path, threads: int, job: Job) -> Done:
+    """Do `run_job` with the checks of a worker that came later: one that cannot do it gives it back to the others."""
+    if problem := worker_problem(lock, threads) or unlike(job):
+        distributed: Any = import_module("distributed")
+        worker = distributed.get_worker()
+        worker.log_event(_TOPIC, problem)
+        time.sleep(_PAUSE_S)
+        worker.loop.add_callback(_step_aside, worker)
+        raise distributed.Reschedule
+    return run_job(job)
 
 
 def _step_aside(worker: Any) -> None:
@@ -94,19 +91,6 @@ def _step_aside(worker: Any) -> None:
     status = import_module("distributed.core").Status
     worker.status = status.paused
     worker.loop.call_later(_PAUSE_S, partial(setattr, worker, "status", status.running))
-
-
-class _Heard:
-    """Tells once what a worker says of itself."""
-
-    def __init__(self) -> None:
-        self._told: set[str] = set()
-
-    def __call__(self, event: tuple[float, str]) -> None:
-        _, problem = event
-        if problem not in self._told:
-            self._told.add(problem)
-            _LOG.warning("%s; its jobs go to other workers", problem)
 
 
 def _refuse_if_all_are_unlike(client: Any, job: Job) -> None:

@@ -72,22 +72,6 @@ def parse_part(text: str) -> tuple[int, int]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Finished:
-    """What became of jobs that had been finished before.
-
-    Attributes
-    ----------
-    reused
-        Ids of the jobs that were finished before.
-    recomputed
-        Why finished jobs were solved or evaluated again, by id.
-    """
-
-    reused: list[str] = field(default_factory=list)
-    recomputed: dict[str, str] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, kw_only=True)
 class OpenRun:
     """A run that holds its folder.
 
@@ -99,15 +83,18 @@ class OpenRun:
         Hears how many jobs are done, of how many, and what is under way.
     run
         Its name; its own results are taken even by force.
-    finished
-        What is known of earlier jobs, also when the run is interrupted.
+    reused
+        Ids of the jobs that were finished before, also when the run is interrupted.
+    recomputed
+        Why finished jobs were solved or evaluated again, by id.
     """
 
     crew: Crew
     settings: RunSettings
     progress: Progress | None = None
     run: str = field(default_factory=lambda: secrets.token_hex(8))
-    finished: Finished = field(default_factory=Finished)
+    reused: list[str] = field(default_factory=list)
+    recomputed: dict[str, str] = field(default_factory=dict)
 
 
 @contextmanager
@@ -184,11 +171,11 @@ class _Report:
         for job in self.open:
             kept = Kept() if job.force else kept_folder(job.folder, job.name, job.origin)
             if kept.usable:
-                self._by.finished.reused.append(job.name)
+                self._by.reused.append(job.name)
                 if job.read is None:
                     self.done(Done(name=job.name))
             elif kept.found:
-                self._by.finished.recomputed[job.name] = kept.problem or kept.outdated or ""
+                self._by.recomputed[job.name] = kept.problem or kept.outdated or ""
 
     def take_finished(self) -> None:
         """Take what workers finished before the run was interrupted."""
@@ -208,7 +195,7 @@ class _Report:
             )
             done, total = len(self._done), len(self._labels)
             # those that were finished before need only be read
-            unread = set(self._by.finished.reused) - self._done - self._begun.keys()
+            unread = set(self._by.reused) - self._done - self._begun.keys()
             waiting = total - done - len(self._begun) - len(unread)
             ages = [now - begun for begun in self._begun.values()]
             left = seconds_left(self._durations, ages, waiting, workers)
@@ -217,14 +204,13 @@ class _Report:
 
     def done(self, done: Done) -> None:
         """Keep what came of a job."""
-        finished = self._by.finished
         self._done.add(done.name)
         begun = self._begun.pop(done.name, None)
         if done.unreadable is not None:
-            finished.reused.remove(done.name)
-            finished.recomputed[done.name] = done.unreadable
+            self._by.reused.remove(done.name)
+            self._by.recomputed[done.name] = done.unreadable
         # what was finished before took next to no time, and says nothing of the others
-        if begun is not None and done.name not in finished.reused:
+        if begun is not None and done.name not in self._by.reused:
             self._durations.append(time.monotonic() - begun)
         if self._on_done is not None:
             self._on_done(done)

@@ -31,7 +31,7 @@ from typing import Any, Protocol
 
 from fecontact.errors import FecontactError, InputError, NotEnoughMemory
 from fecontact.files import write_text
-from fecontact.jobs.store import Kept, Origin, difference, kept_folder, new_folder, remove_leftovers
+from fecontact.jobs.store import Origin, difference, kept_folder, new_folder, remove_leftovers
 
 # --- One job in a worker process: do its work, store what it wrote, and say what came of it; nothing is raised.
 
@@ -146,7 +146,7 @@ def _do(job: Job) -> Done:
     if problem := unlike(job):
         raise InputError(problem)
     kept, unreadable = kept_folder(job.folder, job.name, job.origin), None
-    if kept.usable and (not job.force or _of_this_run(kept, job)):
+    if kept.usable and (not job.force or (job.run and kept.run == job.run)):
         # done already: by an earlier run, or by a worker that was lost before it could say so
         try:
             return Done(name=job.name, value=_value(job))
@@ -171,21 +171,12 @@ def _value(job: Job) -> Any:
 def unlike(job: Job) -> str | None:
     """Why this process must not do a job: what decides about its numbers is not as where the run was started."""
     here = job.origin_here()
-    changes = [
-        difference(there, own)
-        for there, own in (
-            (job.origin.solved_by, here.solved_by),
-            (job.origin.evaluated_by, here.evaluated_by),
-        )
-    ]
-    if not any(changes):
-        return None
+    changes = (
+        difference(job.origin.solved_by, here.solved_by),
+        difference(job.origin.evaluated_by, here.evaluated_by),
+    )
     said = ", ".join(filter(None, changes))
-    return f"worker on {socket.gethostname()} is not like the one that started the run: {said}"
-
-
-def _of_this_run(kept: Kept, job: Job) -> bool:
-    return bool(job.run) and kept.run == job.run
+    return f"worker on {socket.gethostname()} is not like the one that started the run: {said}" if said else None
 
 
 def _reset_peak_memory() -> None:

@@ -8,9 +8,12 @@ y = 0. What they are worth is judged against the half-space (`solving.irregular`
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import tomllib
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 from scipy.optimize import brentq
@@ -70,11 +73,6 @@ class Place:
         return self.pair.hertz(self.normal_force_N)
 
     @cached_property
-    def at_middle_mm(self) -> float:
-        """e in the middle."""
-        return float(self.opening(np.zeros(1))[0])
-
-    @cached_property
     def touches(self) -> tuple[Touch, ...]:
         """Where the rigid wheel touches, and every further minimum of the gap, from the lowest up."""
         return touches(self.pair.A_per_mm, self.opening, self.reach_mm)
@@ -83,10 +81,6 @@ class Place:
         """Mean of e from -a to a."""
         nodes, weights = _GAUSS
         return float(0.5 * weights @ self.opening(half_length_mm * nodes))
-
-    def mean_at(self, d_mm: float) -> float:
-        """Mean of e over the patch of an approach d of the smooth bodies."""
-        return self.mean_mm(self.hertz.a_mm * float(np.sqrt(max(d_mm, 0.0) / self.hertz.approach_mm)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,24 +92,38 @@ class Estimate:
     problem: str = ""
 
 
-def eq6_under(place: Place) -> Estimate:
-    """Hertz's spring with e in the middle (Otero Yugat, Part I, eq. 6)."""
-    return _shifted(place, place.at_middle_mm)
+# --- The models, each by its approach and peak under a force, and by its force at an approach.
+
+Under: TypeAlias = Callable[[Place], Estimate]
+Force: TypeAlias = Callable[[Place, float], float]
 
 
-def eq6_force_N(place: Place, approach_mm: float) -> float:
-    """Force of `eq6_under` at an approach; zero where it sees the bodies apart."""
-    return _spring(place, approach_mm - place.at_middle_mm)
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """A model of the contact on an irregularity.
+
+    Attributes
+    ----------
+    words, cost, source, range
+        Its name for readers, what it costs, where it is from, what it takes for granted.
+    under, force_N
+        Approach and peak under the force of a place; force at an approach, zero where the model sees the bodies apart.
+    """
+
+    words: str
+    cost: str
+    source: str
+    range: str
+    under: Under
+    force_N: Force
 
 
-def path_under(place: Place) -> Estimate:
-    """Hertz's spring over the path of the rigid wheel's centre, the least of A x^2 + e."""
-    return _shifted(place, place.touches[0].gap_mm)
-
-
-def path_force_N(place: Place, approach_mm: float) -> float:
-    """Force of `path_under` at an approach."""
-    return _spring(place, approach_mm - place.touches[0].gap_mm)
+def _spring_over(gap_mm: Callable[[Place], float]) -> tuple[Under, Force]:
+    """Hertz's spring, which begins where the approach is a gap of the place."""
+    return (
+        lambda place: _shifted(place, gap_mm(place)),
+        lambda place, approach_mm: _spring(place, approach_mm - gap_mm(place)),
+    )
 
 
 def filtered_under(place: Place) -> Estimate:
@@ -133,7 +141,9 @@ def filtered_force_N(place: Place, approach_mm: float) -> float:
     """Force of `filtered_under` at an approach, its mean over the patch of that force; the largest of several."""
 
     def excess(d: float) -> float:
-        return d + place.mean_at(d) - approach_mm
+        # the half length of the patch there
+        half = place.hertz.a_mm * float(np.sqrt(max(d, 0.0) / place.hertz.approach_mm))
+        return d + place.mean_mm(half) - approach_mm
 
     # at the highest no patch within reach has a mean low enough
     least = float(place.opening(np.linspace(-place.reach_mm, place.reach_mm, _LOOKED_AT)).min())
@@ -244,6 +254,19 @@ def _edge_touched(place: Place) -> str:
     if on_edge(place.touches, place.kinks_mm, place.reach_mm):
         return "the rigid wheel touches an edge, where there is no curvature"
     return ""
+
+
+_BY_NAME: Mapping[str, tuple[Under, Force]] = {
+    "eq6": _spring_over(lambda place: float(place.opening(np.zeros(1))[0])),
+    # the path of the rigid wheel's centre, the least of A x^2 + e
+    "path": _spring_over(lambda place: place.touches[0].gap_mm),
+    "filtered": (filtered_under, filtered_force_N),
+    "local": (local_under, local_force_N),
+    "fitted": (fitted_under, fitted_force_N),
+}
+_WORDS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
+MODELS = {name: Model(under=under, force_N=force, **_WORDS[name]) for name, (under, force) in _BY_NAME.items()}
+"""By name, from the cheapest."""
 
 
 # --- How high a wave may be for Hertz's spring over it (eq. 6), in closed form.

@@ -234,11 +234,10 @@ def _swept(line: Line, strips: Strips, load: Load, search: Search) -> Strips:
         weight = h * c / (np.pi * line.E)
         gap = J @ weight + closing * (f - d)
         closed = (q > opened) | (gap < 0.0)
-        force = None
+        along, missing = weight * closing, None
         if load.force is not None:
-            along = weight * closing
-            force = _Force(along=along, missing=2.0 * load.force / (np.pi**2 * line.E) - float(along @ q))
-        step, closer = _newton(slope * weight, gap, closed, closing, force)
+            missing = 2.0 * load.force / (np.pi**2 * line.E) - float(along @ q)
+        step, closer = _newton(slope * weight, gap, closed, closing, along, missing)
         after = np.maximum(q + np.minimum(step, 0.5 * q.max()), opened)
         step, q, d = after - q, after, d + closer
         # the sum of (5) after the step: its derivative to q is (dJ/dq - J / u^2) / u^2
@@ -264,27 +263,24 @@ def _swept(line: Line, strips: Strips, load: Load, search: Search) -> Strips:
     )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Force:
-    """A given force, over half of pi^2 E: what each q (n,) adds to it, and what is missing."""
+def _newton(
+    slope: Floats, gap: Floats, closed: Bools, closing: Floats, along: Floats, missing: float | None
+) -> tuple[Floats, float]:
+    """Steps of q (n,), none of open strips, and of the approach; `slope` (n, n) is that of the gap to q.
 
-    along: Floats
-    missing: float
-
-
-def _newton(slope: Floats, gap: Floats, closed: Bools, closing: Floats, force: _Force | None) -> tuple[Floats, float]:
-    """Steps of q (n,), none of open strips, and of the approach; `slope` (n, n) is that of the gap to q."""
+    Of a force that is given, over half of pi^2 E, `missing` is missing, and `along` (n,) is what each q adds to it.
+    """
     n, opened = gap.size, np.flatnonzero(~closed)
-    size = n if force is None else n + 1
+    size = n if missing is None else n + 1
     matrix, right = np.empty((size, size)), np.empty(size)
     matrix[:n, :n], right[:n] = slope, -gap
-    if force is not None:
-        matrix[:n, n], matrix[n, :n], matrix[n, n] = -closing, force.along, 0.0
-        right[n] = force.missing
+    if missing is not None:
+        matrix[:n, n], matrix[n, :n], matrix[n, n] = -closing, along, 0.0
+        right[n] = missing
     matrix[opened] = 0.0
     matrix[opened, opened], right[opened] = 1.0, 0.0
     step = np.linalg.solve(matrix, right)
-    return np.asarray(step[:n], dtype=np.float64), 0.0 if force is None else float(step[n])
+    return np.asarray(step[:n], dtype=np.float64), 0.0 if missing is None else float(step[n])
 
 
 def _first_solution(line: Line, load: Load, tolerance: float) -> Strips:

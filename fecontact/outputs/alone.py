@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -12,22 +11,20 @@ import numpy as np
 from fecontact.comparison.creep import CREEP_LAWS
 from fecontact.comparison.judging import JudgedLoad
 from fecontact.comparison.measures import TheoryPatch, hertz_measures, measures_of_theory
-from fecontact.comparison.theories import HERTZ, MULTI_HERTZ, THEORIES, Theory
+from fecontact.comparison.theories import HERTZ, MULTI_HERTZ, THEORIES
 from fecontact.errors import InputError
 from fecontact.normal.hertz import HertzContact
 from fecontact.normal.touch_hertz import HertzPoints
 from fecontact.outputs.cases import cheapest_column
+from fecontact.outputs.geometry import profile_notes, touch_columns, touch_record
 from fecontact.outputs.records.results import (
     case_inputs,
     cheapest_columns,
     cheapest_of,
     contact_record,
-    profile_notes,
-    touch_columns,
-    touch_record,
     versions,
 )
-from fecontact.outputs.tables import Item, Record, number, picked, table_of, text
+from fecontact.outputs.tables import Item, Record, flat, number, picked, table_of, text, told
 from fecontact.outputs.terminal import Lines, notes
 from fecontact.profiles.smoothing import Nearest
 from fecontact.solving.alone import TableLine, TheoryAlone
@@ -36,7 +33,8 @@ from fecontact.solving.placing import roll_of_case
 from fecontact.solving.position import Preview
 from fecontact.wheel_rail.placement import Placement
 
-SCHEMA = "fecontact/theory/1"
+_EXPECTED = "x_low_mm x_high_mm s_low_mm s_high_mm semi_axis_x_mm semi_axis_s_mm parts"
+_THEORY = "words cost source range differs"
 
 
 def check_theory(name: str) -> None:
@@ -54,13 +52,9 @@ def check_theory(name: str) -> None:
 def theories_listed() -> Record:
     """The theories of the `pressure` and the laws of `forces`, each from the cheapest."""
     return {
-        "pressure": {name: _theory_record(theory) for name, theory in THEORIES.items()},
-        "forces": {name: asdict(law) for name, law in CREEP_LAWS.items()},
+        "pressure": {name: picked(theory, _THEORY) for name, theory in THEORIES.items()},
+        "forces": told(CREEP_LAWS),
     }
-
-
-def _theory_record(theory: Theory) -> Record:
-    return picked(theory, "words cost source range differs")
 
 
 def alone_record(found: TheoryAlone) -> Record:
@@ -70,9 +64,9 @@ def alone_record(found: TheoryAlone) -> Record:
     if found.contact is not None and measures is not None:
         said = contact_record(found.contact, measures) | {"normal_force_N": found.contact.normal_force_N}
     return {
-        "schema": SCHEMA,
+        "schema": "fecontact/theory/1",
         "theory": found.name,
-        **_theory_record(THEORIES[found.name]),
+        **picked(THEORIES[found.name], _THEORY),
         "case": case_inputs(found.case, placement),
         "contact_angle_rad": placement.first.contact_angle_rad,
         "given_normal_force_N": found.normal_force_N,
@@ -88,15 +82,13 @@ def alone_record(found: TheoryAlone) -> Record:
 
 def preview_record(seen: Preview) -> dict[str, Any]:
     """Everything that a preview says, with units in the keys."""
-    patch = seen.expected
-    sizes = picked(patch, "x_low_mm x_high_mm s_low_mm s_high_mm semi_axis_x_mm semi_axis_s_mm")
     return {
         "schema": "fecontact/place/1",
         "case": case_inputs(seen.case, seen.placement),
         "touch_points": [touch_record(touch) for touch in seen.placement.touch_points],
         "hertz": {"p_max_MPa": seen.hertz.p0_MPa, **picked(seen.hertz, "a_mm b_mm")},
         "uncertainty_of_profile": seen.hertz_uncertainty,
-        "expected_patch": sizes | {"parts": [asdict(part) for part in patch.parts]},
+        "expected_patch": picked(seen.expected, _EXPECTED),
         **picked(seen, "element_size_mm elements degrees_of_freedom cpu_seconds memory_GB"),
         "junctions": junctions_of(seen),
         "notes": profile_notes(seen.placement),
@@ -120,7 +112,10 @@ _NUMBERED = re.compile(r"(patch|touch)(\d+)_")
 
 
 def table_row(line: TableLine) -> Record:
-    """A line with all that is known of it; touch points come last, numbered from 1, the first touch first."""
+    """A line with all that is known of it; touch points come last, numbered from 1, the first touch first.
+
+    The ellipse has the whole load at the first touch point; N grows with the approach as its power of 1.5.
+    """
     row: Record = {
         "lateral_shift_mm": line.case.lateral_shift_mm,
         "load_kN": line.case.load_N / 1e3,
@@ -128,14 +123,24 @@ def table_row(line: TableLine) -> Record:
     }
     if line.placement is None:
         return row
+    hertz, strips, springs = line.hertz, line.strips, line.points
     row |= {
         "roll_mrad": 1e3 * roll_of_case(line.case, line.placement),
         "touch_points": len(line.placement.touch_points),
         **cheapest_columns("cheapest_theory", line.cheapest),
-        **_hertz_columns(line.hertz),
-        **_strip_columns(line),
     }
-    springs = line.points
+    if hertz is not None:
+        row |= picked(hertz, "normal_force_N", "hertz_") | picked(hertz_measures(hertz), _SIZES, "hertz_")
+        row["hertz_stiffness_N_per_mm"] = 1.5 * hertz.normal_force_N / hertz.approach_mm
+    row["strip_status"] = "no contact" if strips is None else strips.status
+    if strips is not None:
+        row |= {
+            "strip_patches": len(strips.patches),
+            **picked(strips, "normal_force_N", "strip_"),
+            **picked(measures_of_theory(strips), _SIZES, "strip_"),
+            "strip_centre_mm": strips.centre_mm[1],
+            "strip_stiffness_N_per_mm": line.strip_stiffness_N_per_mm,
+        }
     if springs is not None:
         row |= {"springs_approach_mm": springs.shared_approach_mm, "springs_p_max_MPa": springs.shared_p_max_MPa}
     return row | _touches(line.placement, {n: _spring_columns(springs, n) for n in range(row["touch_points"])})
@@ -168,18 +173,14 @@ def judged_row(cell: MapCell, placement: Placement | None) -> Record:
             "theory_patches": len(found.patches),
         }
         for number, patch in enumerate(found.patches, start=1):
-            columns = _patch_columns(patch, placement, found.normal_force_N)
-            row |= {f"patch{number}_{key}": value for key, value in columns.items()}
+            row |= flat({f"patch{number}": _patch_columns(patch, placement, found.normal_force_N)})
     return row | _touches(placement, _judged_springs(load, placement))
 
 
 def _touches(placement: Placement, springs: Mapping[int, Record]) -> Record:
     """Columns of all touch points, numbered from 1, each with those of its spring."""
-    return {
-        f"touch{number + 1}_{name}": value
-        for number, touch in enumerate(placement.touch_points)
-        for name, value in (touch_columns(placement, touch) | springs.get(number, {})).items()
-    }
+    touches = enumerate(placement.touch_points)
+    return flat({f"touch{n + 1}": touch_columns(placement, touch) | springs.get(n, {}) for n, touch in touches})
 
 
 def _centre(of: str, placement: Placement, centre_mm: tuple[float, float]) -> Record:
@@ -190,10 +191,8 @@ def _centre(of: str, placement: Placement, centre_mm: tuple[float, float]) -> Re
 def _patch_columns(patch: TheoryPatch, placement: Placement, whole_N: float) -> Record:
     """A patch at its touch point, or at its centre of pressure where the theory knows of none."""
     names = "rail_y_mm wheel_y_mm contact_angle_rad"
-    if patch.touch is None:
-        where = dict(zip(names.split(), placement.on_profiles(*patch.centre_mm), strict=True))
-    else:
-        where = picked(patch.touch, names)
+    of_centre = zip(names.split(), placement.on_profiles(*patch.centre_mm), strict=True)
+    where = dict(of_centre) if patch.touch is None else picked(patch.touch, names)
     return {**where, "load_share": patch.normal_force_N / whole_N, **picked(patch, "a_mm b_mm p_max_MPa")}
 
 
@@ -205,32 +204,6 @@ def _judged_springs(load: JudgedLoad, placement: Placement) -> dict[int, Record]
     patches = () if judged.approximation is None else judged.approximation.patches
     ellipses = {patch.touch_point or 0: patch.hertz for patch in patches}
     return {number: _ellipse_columns(ellipses.get(number)) for number in range(len(placement.touch_points))}
-
-
-def _hertz_columns(hertz: HertzContact | None) -> Record:
-    """The ellipse at the first touch point with the whole load; N grows with the approach as its power of 1.5."""
-    if hertz is None:
-        return {}
-    return {
-        "hertz_normal_force_N": hertz.normal_force_N,
-        **picked(hertz_measures(hertz), _SIZES, "hertz_"),
-        "hertz_stiffness_N_per_mm": 1.5 * hertz.normal_force_N / hertz.approach_mm,
-    }
-
-
-def _strip_columns(line: TableLine) -> Record:
-    strips = line.strips
-    if strips is None:
-        return {"strip_status": "no contact"}
-    contact = strips.contact
-    return {
-        "strip_status": contact.status,
-        "strip_patches": len(contact.patches),
-        "strip_normal_force_N": contact.normal_force_N,
-        **picked(strips.measures, _SIZES, "strip_"),
-        "strip_centre_mm": contact.centre_mm[1],
-        "strip_stiffness_N_per_mm": strips.stiffness_N_per_mm,
-    }
 
 
 def _spring_columns(points: HertzPoints | None, number: int) -> Record:

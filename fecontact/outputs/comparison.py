@@ -19,8 +19,6 @@ from fecontact.outputs.tables import (
     Part,
     Record,
     Table,
-    TableRow,
-    columns_of,
     number,
     picked,
     short_name,
@@ -138,20 +136,16 @@ def _case_name(row: Mapping[str, str]) -> str:
 def tolerance_table(comparison: TableComparison) -> Table:
     """What is allowed in each column, and why."""
     columns = comparison.columns.sort_index()
-    parts = (
-        number("relative", "relative"),
-        number("absolute", "absolute"),
-        text("why", "reason", none="the same text"),
-    )
-    return table_of("", (VALUE_TABLE[0], text("kind", "kind"), *parts), columns.to_dict("records"))
+    allowed = (number("relative", "relative"), number("absolute", "absolute"))
+    why = text("why", "reason", none="the same text")
+    return table_of("", (VALUE_TABLE[0], text("kind", "kind"), *allowed, why), columns.to_dict("records"))
 
 
 def version_table(comparison: TableComparison) -> Table:
     """Versions on both sides."""
     was, now = comparison.baseline.versions, comparison.new.versions
-    headings = ("package", "baseline", "new")
-    rows = [TableRow(cells=(name, was.get(name, "-"), now.get(name, "-"))) for name in dict.fromkeys((*was, *now))]
-    return Table(title="", columns=columns_of(*headings, texts=headings), rows=rows)
+    items = ({"package": name, "baseline": was.get(name), "new": now.get(name)} for name in {**was, **now})
+    return table_of("", [text(heading, heading, none="-") for heading in ("package", "baseline", "new")], items)
 
 
 # --- A comparison of two tables of results on the terminal.

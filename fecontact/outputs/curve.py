@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, MARKS, blank_figure, finish, save_figure, series_style
-from fecontact.outputs.tables import Record, Table, number, number_text, picked, table_of, text
+from fecontact.outputs.tables import Record, Table, flat, number, number_text, picked, table_of, text, told
 from fecontact.outputs.terminal import Lines, notes
-from fecontact.vehicle.curve import CurveRun, WheelRun
+from fecontact.vehicle.curve import CurveRun
 from fecontact.vehicle.stability import StraightTrack
 from fecontact.vehicle.visits import NO_CELL, NO_EQUILIBRIUM, Curves, Difference, MapCell, Visit
 
@@ -20,46 +19,20 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-CURVE_SCHEMA = "fecontact/curve/1"
-_OF_WHEELSET = "lateral_shift_mm yaw_mrad roll_mrad"
-_OF_WHEEL = "side normal_force_N lateral_force_N vertical_force_N y_over_q"
-
-
 def curves_record(found: Curves) -> Record:
     """All runs, with units in the keys; the frame of each wheelset is that of its place on the track."""
     record: Record = {
-        "schema": CURVE_SCHEMA,
-        "vehicle": asdict(found.vehicle),
-        "conditions": asdict(found.conditions),
-        "differences": [asdict(one) for one in found.differences],
-        "straight_track": [asdict(one) for one in found.straight],
-        "curves": [_run_record(run) for runs in found.runs.values() for run in runs],
+        "schema": "fecontact/curve/1",
+        **picked(found, "vehicle conditions differences"),
+        "straight_track": told(found.straight),
+        "curves": [told(run) for runs in found.runs.values() for run in runs],
     }
     if found.cells:
-        record["visits"] = [asdict(visit) | {"verdict": visit.verdict} for visit in found.visits]
-        record["visited_percent"] = {theory: _percent(found.visited(theory)) for theory in found.runs}
-        record["cheapest_theory_percent"] = {theory: _percent(found.sufficient(theory)) for theory in found.runs}
+        record["visits"] = [told(visit) | {"verdict": visit.verdict} for visit in found.visits]
+        for name, shares in (("visited_percent", found.visited), ("cheapest_theory_percent", found.sufficient)):
+            record[name] = {theory: {of: 1e2 * part for of, part in shares(theory).items()} for theory in found.runs}
         record["map_notes"] = list(found.notes)
     return record
-
-
-def _percent(parts: Mapping[str, float]) -> Record:
-    return {name: 1e2 * part for name, part in parts.items()}
-
-
-def _run_record(run: CurveRun) -> Record:
-    return {
-        **picked(run, "theory radius_m status notes speed_km_h unbalanced_m_s2 pull_N power_per_speed_N"),
-        **picked(run, "resistance_N_per_kN left_over_N"),
-        "wheelsets": [
-            picked(wheelset, _OF_WHEELSET) | {"wheels": [_wheel_record(wheel) for wheel in wheelset.wheels]}
-            for wheelset in run.wheelsets
-        ],
-    }
-
-
-def _wheel_record(wheel: WheelRun) -> Record:
-    return picked(wheel, _OF_WHEEL) | {"patches": [asdict(patch) for patch in wheel.patches]}
 
 
 def curve_rows(found: Curves) -> list[Record]:
@@ -68,12 +41,10 @@ def curve_rows(found: Curves) -> list[Record]:
         {
             **picked(run, "theory radius_m status speed_km_h unbalanced_m_s2"),
             "wheelset": number,
-            **picked(wheelset, _OF_WHEELSET),
-            **picked(wheel, _OF_WHEEL),
-            "patches": len(wheel.patches),
+            **picked(wheelset, "lateral_shift_mm yaw_mrad roll_mrad"),
+            **flat(told(wheel)),
             "patch_forces_N": " ".join(f"{patch.normal_force_N:.0f}" for patch in wheel.patches),
-            **picked(run, "resistance_N_per_kN left_over_N"),
-            "notes": "; ".join(run.notes),
+            **flat(picked(run, "resistance_N_per_kN left_over_N notes")),
         }
         for runs in found.runs.values()
         for run in runs
@@ -84,8 +55,8 @@ def curve_rows(found: Curves) -> list[Record]:
 
 # --- What is said of a vehicle in curves.
 
-ZONES = ("HOLDS", "UNRESOLVED", "FAILS", "failed", NO_CELL, NO_EQUILIBRIUM)
-"""What a map says of the places that a vehicle visits."""
+# what a map says of the places that a vehicle visits
+_ZONES = ("HOLDS", "UNRESOLVED", "FAILS", "failed", NO_CELL, NO_EQUILIBRIUM)
 
 
 def difference_words(one: Difference) -> str:
@@ -238,7 +209,7 @@ def curves_lines(found: Curves) -> Lines:
     yield from map(straight_words, found.straight)
     if found.cells:
         for theory in found.runs:
-            yield f"{theory}: of the way of all wheels {share_words(found.visited(theory), ZONES)}"
+            yield f"{theory}: of the way of all wheels {share_words(found.visited(theory), _ZONES)}"
             yield f"{theory}: the cheapest theory that holds there: {share_words(found.sufficient(theory))}"
         yaw = max((abs(visit.yaw_mrad) for visit in found.visits), default=0.0)
         yield from notes(f"{note}; here up to {yaw:.1f} mrad" for note in found.notes)

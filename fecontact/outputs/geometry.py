@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fecontact.case import Case, case_record
-from fecontact.outputs.records.results import profile_notes, touch_columns
+from fecontact.normal.touch_hertz import sides
 from fecontact.outputs.style import SERIES, blank_figure, finish, save_figure
 from fecontact.outputs.tables import (
     Item,
     Record,
     Table,
+    flat,
     inclination_words,
     number,
     picked,
@@ -23,10 +23,13 @@ from fecontact.outputs.tables import (
     short_name,
     table_of,
     text,
+    told,
 )
 from fecontact.outputs.terminal import Lines, notes
+from fecontact.profiles.curve import radius_mm
 from fecontact.profiles.library import profile_identity
 from fecontact.wheel_rail.placement import Placement
+from fecontact.wheel_rail.poses import RelativeCurvature, TouchPoint
 from fecontact.wheel_rail.wheelset import ContactFunctions, PlacedWheelset, rolling_radius_difference_mm
 
 if TYPE_CHECKING:
@@ -34,24 +37,63 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 
-GEOMETRY_SCHEMA = "fecontact/geometry/1"
-_INPUTS = ("rail", "wheel", "inclination_rad", "yaw_rad", "rolling_radius_mm", "track", "opposite", "flange_climb")
-# where something is said about them
-_READINGS = ("rail_file", "wheel_file")
+_RADII = ("rail", "wheel_lateral", "wheel_rolling")
+# the last two where something is said about them
+_INPUTS = (
+    *("rail", "wheel", "inclination_rad", "yaw_rad", "rolling_radius_mm", "track", "opposite", "flange_climb"),
+    *("rail_file", "wheel_file"),
+)
+
+
+def profile_notes(placement: Placement) -> list[str]:
+    """What is to be known of both profiles."""
+    return [*placement.rail.profile.notes, *placement.wheel.profile.notes]
+
+
+def touch_records(placement: Placement) -> Record:
+    """Where the rigid bodies touch: the contact angle at first touch, and every touch point."""
+    return {
+        "contact_angle_rad": placement.first.contact_angle_rad,
+        "touch_points": [touch_record(touch) for touch in placement.touch_points],
+    }
+
+
+def touch_record(touch: TouchPoint) -> Record:
+    """A touch point with its curvatures: one entry, or two (gauge side, field side) at a junction."""
+    return {
+        **picked(touch, "x_mm y_mm z_mm rail_y_mm wheel_y_mm contact_angle_rad vertical_gap_mm at_junction"),
+        "curvatures": [
+            {"side": side, **told(curvature), **_radii(curvature)}
+            for side, curvature in zip(sides(touch), touch.curvatures, strict=True)
+        ],
+    }
+
+
+def touch_columns(placement: Placement, touch: TouchPoint) -> Record:
+    """A touch point in numbers alone, with the radii of one side of a junction."""
+    return {
+        **picked(touch, "rail_y_mm wheel_y_mm contact_angle_rad vertical_gap_mm"),
+        "rolling_radius_mm": float(placement.wheel.radius(touch.wheel_u)),
+        "at_junction": touch.at_junction,
+        **_radii(touch.curvature),
+    }
+
+
+def _radii(curvature: RelativeCurvature) -> Record:
+    return {f"{name}_radius_mm": radius_mm(getattr(curvature, f"{name}_per_mm")) for name in _RADII}
 
 
 def functions_record(case: Case, found: ContactFunctions) -> Record:
     """The table with units in its keys; radii of straight lines are None, positive where convex."""
     shown = case_record(case.with_profiles({body: profile_identity(spec) for body, spec in case.profiles.items()}))
     return {
-        "schema": GEOMETRY_SCHEMA,
-        "case": {name: shown[name] for name in (*_INPUTS, *_READINGS) if name in shown},
-        "symmetric": found.symmetric,
+        "schema": "fecontact/geometry/1",
+        "case": {name: shown[name] for name in _INPUTS if name in shown},
+        **picked(found, "symmetric jumps"),
         "positions": [
             _position_record(shift, placed, found.centred_height_mm) for shift, placed in found.positions.items()
         ],
-        "jumps": [asdict(jump) for jump in found.jumps],
-        "equivalent_conicity": [asdict(conicity) for conicity in found.conicities],
+        "equivalent_conicity": told(found.conicities),
         "warnings": _notes(found),
     }
 
@@ -82,7 +124,7 @@ def functions_rows(record: Record) -> list[Record]:
         row = {name: value for name, value in position.items() if name not in ("left", "right")}
         for side in ("left", "right"):
             for index, touch in enumerate(position.get(side, {}).get("touch_points", ()), start=1):
-                row |= {f"{side}_touch{index}_{name}": value for name, value in touch.items()}
+                row |= flat({f"{side}_touch{index}": touch})
         rows.append(row)
     return rows
 
@@ -203,7 +245,6 @@ def _draw_conicity(ax: Axes, found: ContactFunctions) -> None:
     amplitudes = [one.amplitude_mm for one in found.conicities]
     ax.plot(amplitudes, [one.unrolled for one in found.conicities], "o-", color=_UNROLLED, label="without roll")
     ax.plot(amplitudes, [one.rolled for one in found.conicities], "s--", color="black", label="with roll")
-    ax.set_xlabel("amplitude, mm")
-    ax.set_ylabel("equivalent conicity")
+    ax.set(xlabel="amplitude, mm", ylabel="equivalent conicity")
     ax.set_ylim(bottom=0.0)
     ax.legend(fontsize=9)

@@ -4,26 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fecontact.comparison.verdict import Standing, cheapest
+import numpy as np
+
 from fecontact.irregularity.shapes import Irregularity
-from fecontact.normal.irregular import eq6_limits
+from fecontact.normal.irregular import MODELS, eq6_limits
 from fecontact.outputs.records.results import case_inputs, versions
 from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
-from fecontact.outputs.tables import Item, Record, Table, number, picked, table_of, text
+from fecontact.outputs.tables import Item, Record, Table, number, picked, table_of, text, told
 from fecontact.outputs.terminal import Lines, notes
-from fecontact.solving.irregular import MODELS, PHASES, Cell, JudgedPlace, SmoothPair, largest_amplitude_mm
+from fecontact.solving.irregular import PHASES, Cell, JudgedPlace, SmoothPair, largest_amplitude_mm
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-
-SCHEMA = "fecontact/irregular/1"
 
 
 def map_record(smooth: SmoothPair, cells: Sequence[Cell], *, limit: float) -> Record:
@@ -50,7 +47,7 @@ def along_record(
     """What the models say along an irregularity, and where they are worst."""
     solved = {s: place for s, place in places.items() if isinstance(place, JudgedPlace)}
     record = _head(smooth, limit) | {
-        "irregularity": {key: value for key, value in asdict(line).items() if value not in (None, (), 0.0)},
+        "irregularity": {key: value for key, value in told(line).items() if value not in (None, [], 0.0)},
         "places": [_place_record(s, place, line, smooth, limit) for s, place in places.items()],
         "worst": {name: _worst_record(name, solved, limit) for name in MODELS} if solved else {},
     }
@@ -69,37 +66,34 @@ def along_record(
 
 
 def _head(smooth: SmoothPair, limit: float) -> Record:
-    hertz, pair = smooth.hertz, smooth.pair
+    hertz = smooth.hertz
     return {
-        "schema": SCHEMA,
+        "schema": "fecontact/irregular/1",
         "case": case_inputs(smooth.case, smooth.placement),
         "pair": {
-            **asdict(pair),
-            **picked(hertz, "normal_force_N a_mm b_mm approach_mm"),
+            **told(smooth.pair),
+            **picked(hertz, "normal_force_N a_mm b_mm approach_mm stiffness_N_per_mm15"),
             "p_max_MPa": hertz.p0_MPa,
-            "stiffness_N_per_mm15": hertz.stiffness_N_per_mm15,
         },
         "models": {name: picked(model, "words cost source range") for name, model in MODELS.items()},
         "half_space": picked(smooth, "approach_error peak_error"),
         "limit": limit,
-        "notes": list(smooth.notes),
+        **picked(smooth, "notes"),
         "versions": versions(),
     }
 
 
 def _cell_record(cell: Cell, smooth: SmoothPair, limit: float) -> Record:
+    models = {
+        name: _known(one, "force_error peak_error") | {"holds": one.holds(limit)} for name, one in cell.models.items()
+    }
     return {
         **picked(cell, "wavelength_mm amplitude_mm"),
         "patch_lengths": 0.5 * cell.wavelength_mm / smooth.hertz.a_mm,
         "approaches": cell.amplitude_mm / smooth.hertz.approach_mm,
-        "models": {
-            name: _known(one, "force_error peak_error") | {"holds": one.holds(limit)}
-            for name, one in cell.models.items()
-        },
-        "cheapest": cheapest(
-            Standing(name=name, answer="HOLDS" if one.holds(limit) else "FAILS") for name, one in cell.models.items()
-        ).name
-        or None,
+        "models": models,
+        # in the order of their cost
+        "cheapest": next((name for name, one in models.items() if one["holds"]), None),
         **_known(cell, "p_max_MPa pieces residual"),
         "problem": cell.problem or None,
     }
@@ -113,7 +107,7 @@ def _limits_record(column: Sequence[Cell], smooth: SmoothPair, limit: float) -> 
         "wavelength_mm": wavelength,
         "amplitude_mm": {name: largest_amplitude_mm(column, name, limit=limit) for name in MODELS},
         "force_amplitude_mm": {name: largest_amplitude_mm(column, name, ("force_error",), limit) for name in MODELS},
-        "closed_form_mm": {**asdict(closed), "eq6_mm": min(closed.force_mm, closed.peak_mm)},
+        "closed_form_mm": {**told(closed), "eq6_mm": min(closed.force_mm, closed.peak_mm)},
     }
 
 
@@ -123,22 +117,13 @@ def _place_record(
     record: Record = {"s_mm": s_mm, "opening_mm": float(line.opening_mm(s_mm))}
     if isinstance(place, str):
         return record | {"models": {}, "problem": place}
-    truth = place.truth
-    return record | {
-        "load_N": smooth.hertz.normal_force_N,
-        **picked(truth, "approach_mm p_max_MPa"),
-        **picked(truth.patch, "area_mm2 pieces"),
-        "residual": truth.residual,
-        "models": {
-            name: {
-                **_known(one, "force_N force_error peak_error approach_mm"),
-                "holds": one.holds(limit),
-                "problem": one.problem or None,
-            }
-            for name, one in place.models.items()
-        },
-        "problem": None,
+    models = {
+        name: _known(one, "force_N force_error peak_error approach_mm")
+        | {"holds": one.holds(limit), "problem": one.problem or None}
+        for name, one in place.models.items()
     }
+    record |= {"load_N": smooth.hertz.normal_force_N, **picked(place.truth, "approach_mm p_max_MPa residual")}
+    return record | picked(place.truth.patch, "area_mm2 pieces") | {"models": models, "problem": None}
 
 
 def _worst_record(name: str, places: Mapping[float, JudgedPlace], limit: float) -> Record:
@@ -220,15 +205,8 @@ def _line_figure(record: Record, path: str | Path) -> Path:
     s = [one["s_mm"] for one in places]
     top.axhline(1e-3 * record["pair"]["normal_force_N"], color="black", label="half-space (the load)")
     for index, name in enumerate(record["models"]):
-        force = [(one["models"].get(name) or {}).get("force_N") for one in places]
-        top.plot(
-            s,
-            [float("nan") if one is None else 1e-3 * one for one in force],
-            MARKS[index] + "-",
-            markersize=3,
-            color=SERIES[index],
-            label=name,
-        )
+        force = 1e-3 * np.array([_force(name, place) for place in places], dtype=float)
+        top.plot(s, force, MARKS[index] + "-", markersize=3, color=SERIES[index], label=name)
     _mark_worst(top, record)
     top.set(ylabel="force at the half-space's approach, kN")
     bottom.plot(s, [1e3 * one["opening_mm"] for one in places], color="0.3")
@@ -273,11 +251,8 @@ def irregular_lines(record: Item) -> Lines:
     else:
         yield _places_table(record)
         yield table_of("Worst places", _WORST, ({**one, "name": name} for name, one in record["worst"].items()))
-    own = record["half_space"]
-    yield (
-        f"the half-space on its nodes is {100 * own['approach_error']:+.2f} % (approach) and"
-        f" {100 * own['peak_error']:+.2f} % (peak) from Hertz without the irregularity"
-    )
+    approach, peak = (f"{100 * error:+.2f} %" for error in record["half_space"].values())
+    yield f"the half-space on its nodes is {approach} (approach) and {peak} (peak) from Hertz without the irregularity"
     yield from notes(record["notes"])
     if found := [one["problem"] for one in record[kind] if one["problem"]]:
         yield from notes([f"{len(found)} of {len(record[kind])} {kind} have no solution; the first: {found[0]}"])

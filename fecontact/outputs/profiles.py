@@ -9,19 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.outputs.style import (
-    MARKS,
-    POINTS,
-    PROBLEM,
-    RAIL,
-    RAIL_JUNCTION,
-    SIDES,
-    WHEEL,
-    blank_figure,
-    finish,
-    save_figure,
-)
-from fecontact.outputs.tables import number, radius, short_name, table_of, text
+from fecontact.outputs.style import MARKS, SIDES, Colour, blank_figure, finish, save_figure
+from fecontact.outputs.tables import number, picked, radius, short_name, table_of, text
 from fecontact.outputs.terminal import Lines, notes
 from fecontact.profiles.curve import Profile, radius_mm, radius_text
 from fecontact.profiles.segments import Arc, Line, Measured, Problem, Segment
@@ -60,9 +49,8 @@ def library_lines(folder: Path | None = None) -> Lines:
 
     items: list[dict[str, Any]] = []
     for profile in map(load, names()):
-        low, high = profile.y_range_mm
-        own = {name: getattr(profile, name) for name in ("name", "kind", "certainty", "source")}
-        items.append({**own, "low": low, "high": high, "junctions": len(profile.junctions)})
+        own = picked(profile, "name kind certainty source") | {"junctions": len(profile.junctions)}
+        items.append(own | dict(zip(("low", "high"), profile.y_range_mm, strict=True)))
     for path in sorted(folder.iterdir()) if folder is not None and folder.is_dir() else ():
         if path.is_file():
             items.append({"name": path.stem, "source": f"file {path.name} of {folder}"})
@@ -88,9 +76,7 @@ def profile_lines(profile: Profile) -> Lines:
 
 
 def _segment_radius(segment: Segment) -> str:
-    if isinstance(segment, Line | Arc):
-        return radius_text(segment.radius if isinstance(segment, Arc) else None, "{:.4g}")
-    return "varies"
+    return radius_text(getattr(segment, "radius", None), "{:.4g}") if isinstance(segment, Line | Arc) else "varies"
 
 
 # --- The picture of a profile.
@@ -110,7 +96,7 @@ def profile_figure(profile: Profile, path: str | Path) -> Path:
 
     Of a smoothed line also the points, what they are off it, and twice the noise of its curvature.
     """
-    measured, colour = profile.measured, RAIL if profile.kind == "rail" else WHEEL
+    measured, colour = profile.measured, Colour.LINES[profile.kind]
     ratios = (1.0, 1.0) if measured is None else (1.0, 0.8, 1.1)
     figure = blank_figure(10.5, 4.0 + 2.0 * len(ratios))
     line, *points, bent = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
@@ -125,9 +111,9 @@ def profile_figure(profile: Profile, path: str | Path) -> Path:
             noise = 2.0 * np.interp(s, measured.s_mm, measured.curvature_noise_per_mm)
             bent.fill_between(p.y, curvature - noise, curvature + noise, color=colour, alpha=0.25, lw=0)
     for junction in profile.junctions:
-        line.plot(junction.y_mm, junction.z_mm, "o", color=RAIL_JUNCTION, ms=5)
+        line.plot(junction.y_mm, junction.z_mm, "o", color=Colour.RAIL_JUNCTION, ms=5)
         for ax in (line, bent):
-            ax.axvline(junction.y_mm, color=RAIL_JUNCTION, lw=0.8, ls=":", zorder=0)
+            ax.axvline(junction.y_mm, color=Colour.RAIL_JUNCTION, lw=0.8, ls=":", zorder=0)
     # curvatures of a head span four decades of either sign
     bent.set_yscale("symlog", linthresh=1e-3)
     bent.margins(y=0.08)
@@ -148,8 +134,8 @@ def profile_figure(profile: Profile, path: str | Path) -> Path:
 def _draw_points(line: Axes, off: Axes, measured: Measured) -> str:
     """The points that a line was smoothed from, and what they are off it; returns what the line is."""
     y, z = measured.points.T
-    line.plot(y, z, ".", color=POINTS, ms=2)
-    off.plot(y, 1e3 * measured.residual_mm, ".", color=POINTS, ms=3)
+    line.plot(y, z, ".", color=Colour.POINTS, ms=2)
+    off.plot(y, 1e3 * measured.residual_mm, ".", color=Colour.POINTS, ms=3)
     for level in (-2e3 * measured.noise_mm, 0.0, 2e3 * measured.noise_mm):
         off.axhline(level, color="0.5", lw=0.8, ls="-" if level == 0.0 else "--")
     off.set(ylabel="points off the line in um\n(dashed: twice the noise)")
@@ -168,10 +154,11 @@ def draw_problems(
     for problem in profile.problems:
         groups.setdefault(_KEY_OF_PROBLEM[problem.what], []).append(problem)
     for (words, those), marker in zip(groups.items(), MARKS, strict=False):
-        y, z = np.array([one.y_mm for one in those]), np.array([one.z_mm for one in those])
+        y, z = np.array([(one.y_mm, one.z_mm) for one in those]).T
         y, z = (y, z) if place is None else place(y, z)
         # hollow, so that the line is seen through them
-        ax.plot(y, z, marker, color=PROBLEM, mfc="none", mew=1.8, ms=10, ls="none", label=f"{words} ({len(those)})")
+        label = f"{words} ({len(those)})"
+        ax.plot(y, z, marker, color=Colour.PROBLEM, mfc="none", mew=1.8, ms=10, ls="none", label=label)
     if groups:
         ax.legend(loc="best")
 

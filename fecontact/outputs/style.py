@@ -11,7 +11,7 @@ from functools import cache
 from importlib.resources import files
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from jinja2 import Environment, Template
@@ -33,21 +33,26 @@ DPI = 130
 _COMPRESSED = 4
 # Logarithmic axes that end at less than so many times where they begin have numbers between the decades.
 _NARROW = 300.0
-FE, HERTZ = "#0072b2", "#d55e00"
-"""Colours of the finite elements and of Hertz, everywhere."""
-RAIL, WHEEL, POINTS = "0.15", "#0072b2", "#d55e00"
-"""Colours of the lines of both profiles, and of measured points."""
-RAIL_JUNCTION, WHEEL_JUNCTION = "0.35", "0.65"
-"""Of their curvature junctions."""
-EXPECTED = "#f0e442"
-"""Colour of an expected patch."""
-PROBLEM = "#cc79a7"
-"""Colour of points of a file that were left out or are doubtful."""
+
+
+class Colour:
+    """Colours with a meaning, the same in all pictures."""
+
+    FE, HERTZ = "#0072b2", "#d55e00"
+    # lines of the profiles
+    LINES: ClassVar = {"rail": "0.15", "wheel": "#0072b2"}
+    # their curvature junctions, and measured points
+    RAIL_JUNCTION, WHEEL_JUNCTION, POINTS = "0.35", "0.65", "#d55e00"
+    # an expected patch
+    EXPECTED = "#f0e442"
+    # points of a file that were left out or are doubtful
+    PROBLEM = "#cc79a7"
+
+
 BETWEEN = "between"
 """In place of a verdict, where none of the loads between two whose verdicts differ was solved."""
 ANSWERS = {"HOLDS": "#56b4e9", "UNRESOLVED": "#f0e442", "FAILS": "#d55e00", "failed": "#c8c8c8", BETWEEN: "#ffffff"}
 """Colours of the verdicts, of what could not be solved, and of what was not."""
-ANSWER_MARKS = {"HOLDS": "o", "UNRESOLVED": "D", "FAILS": "X", "failed": "s"}
 ANSWER_WORDS = {
     "HOLDS": "Hertz holds",
     "UNRESOLVED": "unresolved",
@@ -58,9 +63,6 @@ ANSWER_WORDS = {
 SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#999999")
 """Colours of series, which differ in their marks as well."""
 MARKS = "os^DvP*X"
-PRESSURE, DIFFERENCE = "viridis", "RdBu_r"
-"""Colour maps of pressures (lighter where higher) and of signed differences."""
-ACROSS, ROLLING = "s across in mm", "x (rolling) in mm"
 SIDES = "gauge side ←            → field side"
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.resources import files
 from typing import Any
 
 from fecontact.case import RESOLUTIONS, Case, Opposite
@@ -79,96 +81,8 @@ class Words:
         return f"{'±' if self.signed else '< '}{self.factor * value:.12g} {self.off_unit}"
 
 
-WORDS = {
-    "p_max_MPa": Words(
-        short="p_max",
-        letter="p",
-        name="peak pressure",
-        unit="MPa",
-        meaning="the largest pressure, read between the nodes",
-    ),
-    "area_mm2": Words(
-        short="area",
-        letter="A",
-        name="area",
-        unit="mm²",
-        meaning="of all patches together, up to where the pressure ends",
-        rank=9,
-    ),
-    "a_mm": Words(
-        short="a",
-        letter="a",
-        name="half-width a along x",
-        unit="mm",
-        meaning="sqrt(5 <x²>) over the pressure, along the rolling direction; the semi-axis of a Hertz ellipse",
-        rank=4,
-    ),
-    "b_mm": Words(
-        short="b",
-        letter="b",
-        name="half-width b across",
-        unit="mm",
-        meaning="sqrt(5 <s²>) over the pressure, across the rail; the semi-axis of a Hertz ellipse",
-        rank=8,
-    ),
-    "extent_x_mm": Words(
-        short="extent x",
-        letter="l",
-        name="full length along x",
-        unit="mm",
-        meaning="from one end of the contact to the other along the rolling direction; not judged",
-    ),
-    "extent_y_mm": Words(
-        short="extent y",
-        letter="w",
-        name="full width across",
-        unit="mm",
-        meaning="from one end of the contact to the other across the rail; not judged",
-    ),
-    "approach_mm": Words(
-        short="approach",
-        letter="d",
-        name="approach, down to the cut planes",
-        unit="mm",
-        meaning="how far the bodies come together from the first touch; not judged, since a deeper rail moves it",
-    ),
-    "centre_over_b": Words(
-        short="centre",
-        letter="c",
-        name="centre of pressure across",
-        unit="b",
-        meaning="how far it lies beside the first touch point, across the rail, in half-widths b of the ellipse",
-        off_unit="b",
-        rank=7,
-    ),
-    "valley": Words(
-        short="valley",
-        letter="v",
-        name="valley between lobes",
-        unit="% of the peak",
-        meaning="by how much the pressure falls between its two highest peaks, over the highest; 0 for an ellipse",
-        signed=False,
-        rank=6,
-    ),
-    "separate_load": Words(
-        short="separate",
-        letter="s",
-        name="load on separate patches",
-        unit="%",
-        meaning="the part of the load that is carried by patches beside the one that carries most; 0 for an ellipse",
-        signed=False,
-        rank=1,
-    ),
-    "misplaced_load": Words(
-        short="misplaced",
-        letter="m",
-        name="misplaced load",
-        unit="%",
-        meaning="load that is elsewhere than Hertz has it, with the ellipse moved to the centre of pressure",
-        signed=False,
-        rank=10,
-    ),
-}
+_TEXTS = tomllib.loads((files("fecontact.outputs") / "words.toml").read_text("utf-8"))
+WORDS: dict[str, Words] = {name: Words(**parts) for name, parts in _TEXTS["measures"].items()}
 """The words of every measure."""
 
 
@@ -499,30 +413,8 @@ def _words(column: str, value: str) -> str:
 
 # --- What reports say in words: the question, the answer, and what the terms mean.
 
-GLOSSARY = (
-    ("HOLDS, FAILS, UNRESOLVED", "Hertz holds where it is within every limit by more than the uncertainty, fails where"
-     " it is beyond one by more than that, and is unresolved where a limit lies within the uncertainty."),
-    ("Hertz", "The ellipse in closed form, with the curvatures at the first touch point of the rigid bodies, under the"
-     " normal force that the finite elements carry."),
-    ("FE", "Frictionless contact of two finite bodies with the true profiles, by finite elements; the pressure is read"
-     " on nodes finer than the elements."),
-    ("off by", "(Hertz - FE) / FE of a size; centre, valley, separate and misplaced are those of the finite elements,"
-     " and zero for Hertz."),
-    ("±", "Numerical uncertainty: change from mesh to mesh, separation of the bodies' compliance from the error of the"
-     " elements, interpolation between nodes, truncation of the bodies, residuals, and, for profiles given by points,"
-     " what changes on the other lines that these allow."),
-    ("part of a limit", "The largest of all |off by| / limit: below 1 Hertz is within all limits."),
-    ("ladder", "; ".join(f"{name.replace('_', ' ')}: {words}" for name, words in RUNGS.items()) +
-     ". What changes from step to step is the shape of the gap, or the finite bodies."),
-    ("junction", "A point of a profile at which its curvature jumps."),
-    ("lobe", "A peak of the pressure beside another one, with a valley of 5 % and more between them."),
-    ("L2, overlap", "Of both pressures the norm of their difference over that of FE; of both patches the area that they"
-     " share over all that they cover."),
-    ("springs", "Hertz's ellipses at all touch points, which share the load as springs side by side with their initial"
-     " gaps: what vehicle codes with several contact points take; judged by the same measures and limits."),
-    ("lateral shift", "Of the wheelset, positive towards the left rail."),
-    ("roll of the wheelset", "That at which both wheels touch both rails; where it is fixed, one wheel stands alone."),
-)  # fmt: skip
+_RUNGS = "; ".join(f"{name.replace('_', ' ')}: {words}" for name, words in RUNGS.items())
+GLOSSARY = tuple((term, meaning.format(rungs=_RUNGS)) for term, meaning in _TEXTS["terms"].items())
 """Terms of a report."""
 
 

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.errors import InputError
+from fecontact.files import sha256
 from fecontact.profiles.curve import Kind, Profile
 from fecontact.profiles.readers.formats import parse_toml
 from fecontact.profiles.reading import is_short_form
@@ -222,7 +223,7 @@ def profile_identity(spec: str) -> str:
         # a path of either kind of system, from a record that was made on another machine
         return PureWindowsPath(spec).name or spec
     try:
-        return f"{path.name}@{content_sha256(path)[:SHOWN_DIGITS]}"
+        return f"{path.name}@{sha256(path)[:SHOWN_DIGITS]}"
     except OSError:
         return path.name
 
@@ -231,17 +232,6 @@ def file_of_identity(identity: str) -> str | None:
     """Own name of the file that an identity stands for, without folder and hash; None where it stands for none."""
     file = re.fullmatch(rf"(.+)@[0-9a-f]{{{SHOWN_DIGITS}}}", identity)
     return file[1] if file else None
-
-
-def content_sha256(path: str | Path) -> str:
-    """SHA-256 of a file's content in hex digits.
-
-    Raises
-    ------
-    OSError
-        The file cannot be read.
-    """
-    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
 def content_of(spec: str) -> tuple[str, bytes] | None:

@@ -61,8 +61,7 @@ def spikes(points: Floats) -> list[Problem]:
     left, index = points, np.arange(len(points))
     while len(found) < _MOST and (at := _largest_spike(left)) is not None:
         k, missed = at
-        y, z = left[k]
-        found.append(Problem(what="spike", index=int(index[k]), y_mm=float(y), z_mm=float(z), size_mm=missed))
+        found.append(Problem.at("spike", int(index[k]), left[k], missed))
         left, index = np.delete(left, k, axis=0), np.delete(index, k)
     return found
 
@@ -81,8 +80,7 @@ def unclear(points: Floats) -> list[Problem]:
     for k in (int(i) for i in np.flatnonzero(np.abs(off) > limit)):
         rest, _ = _from_either_side(np.delete(points, k + 2, axis=0), rounding, np.delete(least, k))
         if np.abs(rest[max(k - 4, 0) : k + 4]).max() < min(_LEFT_OF_SMALL * abs(off[k]), limit[k]):
-            y, z = points[k + 2]
-            found.append(Problem(what="unclear", index=k + 2, y_mm=float(y), z_mm=float(z), size_mm=float(off[k])))
+            found.append(Problem.at("unclear", k + 2, points[k + 2], float(off[k])))
     return found
 
 
@@ -313,6 +311,15 @@ def _different(points: Floats) -> tuple[Floats, int]:
     """Points (n, 2) without those that repeat the one before, and how many those are."""
     same = np.concatenate(([False], np.hypot(*np.diff(points, axis=0).T) < _SAME_MM))
     return points[~same], int(same.sum())
+
+
+def apart(points: Floats, closest_mm: float) -> Floats:
+    """Points (n, 2) without those that lie closer than this to the one before that is kept."""
+    kept = points[:1].tolist()
+    for point in points[1:]:
+        if np.hypot(*(point - kept[-1])) >= closest_mm:
+            kept.append(point)
+    return np.array(kept)
 
 
 def _without_wrong_ones(

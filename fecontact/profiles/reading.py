@@ -11,10 +11,9 @@ MM = {"mm": 1.0, "m": 1000.0, "cm": 10.0, "um": 1e-3, "in": 25.4}
 """Units of length that a file may be in, and how many mm each is."""
 
 _UNITS = Choice(label="units of the profile file", help="Unit of the points in a file", names=tuple(MM))
-_MIRROR = Flag(label="mirror", help="Turn the sign of y: the file has the other side of the track")
-_FLIP_Z = Flag(label="flip z", help="Turn the sign of z: in the file z points down", options=("flip-z",))
+_MIRROR = Flag(help="Turn the sign of y: the file has the other side of the track")
+_FLIP_Z = Flag(help="Turn the sign of z: in the file z points down", options=("flip-z",))
 _COLUMNS = Text(
-    label="columns",
     help="Columns of y and z in a file of points",
     domain="two numbers such as 2,3, counted from 1, or two names of the header such as y,z",
 )
@@ -25,15 +24,12 @@ _DECIMAL = Choice(
     options=("decimal",),
 )
 _OFFSETS = Choice(
-    label="offsets",
     help="What to do with the offsets and the alignment in the header of a MiniProf file",
     names=("ignore", "add"),
 )
 _NOISE = Number(
-    label="noise",
     help="Repeatability of the instrument, one standard deviation across the line; estimated from the points if not"
     " given",
-    unit="mm",
     high=1.0,
     inclusive=False,
     remedy="measured profiles have 0.002 to 0.05 mm",
@@ -42,7 +38,6 @@ _SMOOTHING = Number(
     label="smoothing width",
     help="Wave length along the line of which smoothing leaves half; 0 takes points as exact; from the noise if not"
     " given",
-    unit="mm",
     high=1000.0,
     remedy="5 to 60 mm are usual; 0 puts a spline through the points",
 )
@@ -51,7 +46,7 @@ _NOMINAL = Text(
     help="Profile from which a measured line is smoothed as its deviation",
     domain="auto for the nearest of the library if the points support it, none, or a name of the library",
 )
-_REPAIR = Flag(label="repair", help="Leave out what is wrong in a file of points, and say what was left out")
+_REPAIR = Flag(help="Leave out what is wrong in a file of points, and say what was left out")
 
 
 @by_name

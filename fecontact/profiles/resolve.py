@@ -18,6 +18,12 @@ from fecontact.profiles.readers.formats import DEFAULT, reader_of
 from fecontact.profiles.reading import ARCS, CIRCLE, CYLINDER, PLAIN, Reading, has_no_gauge_face
 from fecontact.profiles.smoothing import line_through
 
+_NO_RADIUS = " has no number after the colon; give a radius in mm, as in {}"
+_NO_ARCS = (
+    ": give the radii on the field and on the gauge side and the junction's distance from the crown in mm, as in"
+    " arcs:300/80@2.5"
+)
+
 
 @dataclass(frozen=True, kw_only=True)
 class WheelProfile:
@@ -46,9 +52,9 @@ def resolve_rail(spec: str, reading: Reading = PLAIN) -> Profile:
         No such name or file, or the file does not hold a rail.
     """
     if spec.lower().startswith(CIRCLE):
-        return circular_rail_head(_number(spec, "circle:300"))
+        return circular_rail_head(*_numbers(spec, r"circle:([^:]*)", _NO_RADIUS.format("circle:300")))
     if spec.lower().startswith(ARCS):
-        return two_arc_rail_head(*_arcs(spec))
+        return two_arc_rail_head(*_numbers(spec, r"arcs:([^/@]+)/([^/@]+)@([^/@]+)", _NO_ARCS))
     if spec.lower().startswith(CYLINDER):
         raise InputError(f"{spec!r} is a wheel; a rail may be circle:R or arcs:R/R@D")
     return _resolve(spec, "rail", reading)
@@ -63,31 +69,22 @@ def resolve_wheel(spec: str, reading: Reading = PLAIN) -> WheelProfile:
         No such name or file, or the file does not hold a wheel.
     """
     if spec.lower().startswith(CYLINDER):
-        radius = check_positive("radius of the wheel", _number(spec, "cylinder:460"), "mm", "for example cylinder:460")
+        radius, *_ = _numbers(spec, r"cylinder:([^:]*)", _NO_RADIUS.format("cylinder:460"))
+        check_positive("radius of the wheel", radius, "mm", "for example cylinder:460")
         return WheelProfile(profile=cylinder_wheel(), rolling_radius_mm=radius)
     if has_no_gauge_face(spec):
         raise InputError(f"{spec!r} is a rail; a wheel may be cylinder:R")
     return WheelProfile(profile=_resolve(spec, "wheel", reading))
 
 
-def _arcs(spec: str) -> tuple[float, float, float]:
-    match = re.fullmatch(r"arcs:([^/@]+)/([^/@]+)@([^/@]+)", spec.lower())
+def _numbers(spec: str, form: str, otherwise: str) -> list[float]:
+    match = re.fullmatch(form, spec.lower())
     try:
         if match:
-            return float(match[1]), float(match[2]), float(match[3])
+            return [float(number) for number in match.groups()]
     except ValueError:
         pass
-    raise InputError(
-        f"{spec!r}: give the radii on the field and on the gauge side and the junction's distance from the crown in mm,"
-        " as in arcs:300/80@2.5"
-    )
-
-
-def _number(spec: str, example: str) -> float:
-    try:
-        return float(spec.partition(":")[2])
-    except ValueError:
-        raise InputError(f"{spec!r} has no number after the colon; give a radius in mm, as in {example}") from None
+    raise InputError(f"{spec!r}{otherwise}")
 
 
 def _read(spec: str, kind: Kind, reading: Reading) -> Profile:

@@ -41,6 +41,12 @@ class CurvePoints:
     ddy: Floats
     ddz: Floats
 
+    @classmethod
+    def of(cls, place: Floats, first: Floats, second: Floats) -> CurvePoints:
+        """Of positions and derivatives (..., 2)."""
+        (y, z), (dy, dz), (ddy, ddz) = (np.moveaxis(both, -1, 0) for both in (place, first, second))
+        return cls(y=y, z=z, dy=dy, dz=dz, ddy=ddy, ddz=ddz)
+
     @property
     def angle_rad(self) -> Floats:
         """Angle of the tangent, atan2(dz, dy)."""
@@ -154,8 +160,7 @@ class Spline:
 
     def evaluate(self, v: Floats) -> CurvePoints:
         """Points at the local parameter v in [0, 1]."""
-        p, d, dd = self._spline(v), self._spline(v, 1), self._spline(v, 2)
-        return CurvePoints(y=p[..., 0], z=p[..., 1], dy=d[..., 0], dz=d[..., 1], ddy=dd[..., 0], ddz=dd[..., 1])
+        return CurvePoints.of(self._spline(v), self._spline(v, 1), self._spline(v, 2))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,18 +170,14 @@ class Registration:
     turn_rad: float = 0.0
     shift: tuple[float, float] = (0.0, 0.0)
 
-    @property
-    def cosine_and_sine(self) -> tuple[float, float]:
-        """Of the turn."""
-        return math.cos(self.turn_rad), math.sin(self.turn_rad)
-
     def turned(self, vectors: Floats) -> Floats:
-        """Directions (n, 2) of the reference, as they lie on the points."""
-        c, s = self.cosine_and_sine
-        return np.column_stack((vectors[:, 0] * c - vectors[:, 1] * s, vectors[:, 0] * s + vectors[:, 1] * c))
+        """Directions (..., 2) of the reference, as they lie on the points."""
+        c, s = math.cos(self.turn_rad), math.sin(self.turn_rad)
+        y, z = vectors[..., 0], vectors[..., 1]
+        return np.stack((y * c - z * s, y * s + z * c), axis=-1)
 
     def from_reference(self, points: Floats) -> Floats:
-        """Points (n, 2) of the reference, as they lie on the points."""
+        """Points (..., 2) of the reference, as they lie on the points."""
         return np.asarray(self.turned(points) + np.array(self.shift))
 
     def to_reference(self, points: Floats) -> Floats:
@@ -235,16 +236,13 @@ class Smoothed:
         if isinstance(self.base, Polynomial):
             dd = dd + first * self._arc(v, 2)[..., None]
         if self.base is None:
-            return CurvePoints(y=p[..., 0], z=p[..., 1], dy=d[..., 0], dz=d[..., 1], ddy=dd[..., 0], ddz=dd[..., 1])
-        part, (c, n) = self.v_to - self.v_from, self.registration.cosine_and_sine
+            return CurvePoints.of(p, d, dd)
+        part, lies = self.v_to - self.v_from, self.registration
         b = self.base.evaluate(self.v_from + part * v)
-        return CurvePoints(
-            y=b.y * c - b.z * n + self.registration.shift[0] + p[..., 0],
-            z=b.y * n + b.z * c + self.registration.shift[1] + p[..., 1],
-            dy=part * (b.dy * c - b.dz * n) + d[..., 0],
-            dz=part * (b.dy * n + b.dz * c) + d[..., 1],
-            ddy=part**2 * (b.ddy * c - b.ddz * n) + dd[..., 0],
-            ddz=part**2 * (b.ddy * n + b.ddz * c) + dd[..., 1],
+        return CurvePoints.of(
+            lies.from_reference(np.stack((b.y, b.z), axis=-1)) + p,
+            part * lies.turned(np.stack((b.dy, b.dz), axis=-1)) + d,
+            part**2 * lies.turned(np.stack((b.ddy, b.ddz), axis=-1)) + dd,
         )
 
 
@@ -576,6 +574,11 @@ class Problem:
     z_mm: float
     size_mm: float
 
+    @classmethod
+    def at(cls, what: What, index: int, point: Floats, size_mm: float) -> Problem:
+        """Of a point (2,)."""
+        return cls(what=what, index=index, y_mm=float(point[0]), z_mm=float(point[1]), size_mm=size_mm)
+
     @property
     def text(self) -> str:
         """In words."""
@@ -606,13 +609,7 @@ def out_of_order(points: Floats) -> list[Problem]:
         np.flatnonzero((np.abs(turning_angles(points)) > _TURNED_RAD) & (np.minimum(chord[:-1], chord[1:]) > noise)) + 1
     )
     return [
-        Problem(
-            what="out of order",
-            index=int(i),
-            y_mm=float(points[i, 0]),
-            z_mm=float(points[i, 1]),
-            size_mm=float(np.hypot(*step[min(i, len(step) - 1)])),
-        )
+        Problem.at("out of order", int(i), points[i], float(np.hypot(*step[min(i, len(step) - 1)])))
         for i in dict.fromkeys((*folded, *turned))
     ]
 
@@ -632,13 +629,5 @@ def crossings(points: Floats) -> list[Problem]:
             t = (off[:, 0] * e[:, 1] - off[:, 1] * e[:, 0]) / cross
             u = (off[:, 0] * d[i, 1] - off[:, 1] * d[i, 0]) / cross
         if np.any((t > 0.0) & (t < 1.0) & (u > 0.0) & (u < 1.0)):
-            found.append(
-                Problem(
-                    what="crosses itself",
-                    index=i,
-                    y_mm=float(a[i, 0]),
-                    z_mm=float(a[i, 1]),
-                    size_mm=float(np.hypot(*d[i])),
-                )
-            )
+            found.append(Problem.at("crosses itself", i, a[i], float(np.hypot(*d[i]))))
     return found

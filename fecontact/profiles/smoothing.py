@@ -25,7 +25,7 @@ from fecontact.arrays import Floats
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Kind, Profile
 from fecontact.profiles.library import find, load, names
-from fecontact.profiles.points import SPLINE_NOISE, Points, checked, profile_of, spline_through
+from fecontact.profiles.points import SPLINE_NOISE, Points, apart, checked, profile_of, spline_through
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.segments import (
     Arc,
@@ -166,13 +166,6 @@ SEED = 14
 _SLIDES = 4
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Fit:
-    residual: Floats
-    width_mm: float
-    score: float
-
-
 def against(reference: Profile, registration: Registration, points: Floats) -> Held | None:
     """Points (n, 2) over a registered reference; None where too few of them lie over it."""
     feet = foot_points(reference, registration.to_reference(points))
@@ -258,17 +251,17 @@ def smoothed(held: Held, *, width_mm: float | None, noise_mm: float | None) -> t
     # from the widest, each from the places of the one before
     for width in sorted(widths, reverse=True):
         held = slid(held, width)
-        fits.append((held, _fit(held, width, noise_mm)))
-    held, best = min(fits, key=lambda fit: fit[1].score)
+        fits.append((held, width, *_fit(held, width, noise_mm)))
+    held, best, residual, score = min(fits, key=lambda fit: fit[-1])
     scatter = noise_of(held.points) if noise_mm is None else noise_mm
     made = Measured(
         held=held,
-        residual_mm=best.residual,
+        residual_mm=residual,
         noise_mm=scatter,
-        width_mm=best.width_mm,
-        curvature_noise_per_mm=_curvature_noise(held, best.width_mm, scatter),
+        width_mm=best,
+        curvature_noise_per_mm=_curvature_noise(held, best, scatter),
     )
-    return made, best.score
+    return made, score
 
 
 def _widths(s: Floats) -> list[float]:
@@ -277,8 +270,11 @@ def _widths(s: Floats) -> list[float]:
     return [low * (max(WIDEST_MM, low) / low) ** (k / (_STEPS - 1)) for k in range(_STEPS)]
 
 
-def _fit(held: Held, width: float, noise: float | None) -> _Fit:
-    """One width and its score: cross-validation, or with a known noise Mallows' estimate of the error."""
+def _fit(held: Held, width: float, noise: float | None) -> tuple[Floats, float]:
+    """How far points are off a line of one width, and its score.
+
+    That is cross-validation, or with a known noise Mallows' estimate of the error.
+    """
     s, values = held.s_mm, held.values
     probes = np.random.default_rng(SEED).choice([-1.0, 1.0], size=(s.size, _PROBES))
     fitted = smoothed_by(s, np.column_stack((values, probes)), width, held.relative_width)(s)
@@ -287,10 +283,8 @@ def _fit(held: Held, width: float, noise: float | None) -> _Fit:
     residual = np.asarray(((values - fitted[:, :2]) * held.normals).sum(axis=1))
     off = float((residual**2).mean())
     if noise is None:
-        score = off / max(1.0 - _COST * freedom / s.size, 1e-3) ** 2
-    else:
-        score = off + 2.0 * _COST * noise**2 * freedom / s.size
-    return _Fit(residual=residual, width_mm=width, score=score)
+        return residual, off / max(1.0 - _COST * freedom / s.size, 1e-3) ** 2
+    return residual, off + 2.0 * _COST * noise**2 * freedom / s.size
 
 
 def _curvature_noise(held: Held, width: float, noise: float) -> Floats:
@@ -489,8 +483,8 @@ def line_through(given: Points, reading: Reading) -> Profile:
     given = checked(given, repair=reading.repair)
     if reading.smoothing_mm == 0.0 or len(given.points) < 20:
         return spline_through(given)
-    points = _spread(given.points)
-    spacing = float(np.median(np.hypot(*np.diff(points, axis=0).T)))
+    points = apart(given.points, _CLOSE_TO_SPACING * _spacing_mm(given.points))
+    spacing = _spacing_mm(points)
     asked = reading.smoothing_mm is not None or reading.noise_mm is not None or reading.nominal not in ("auto", "none")
     if not asked and SPLINE_NOISE * noise_of(points) / spacing**2 < _CURVATURE_NOISE_PER_MM:
         return spline_through(given)
@@ -498,6 +492,10 @@ def line_through(given: Points, reading: Reading) -> Profile:
     return profile_of(
         given, segments_of(measured), [_note(measured, reading), *_choices(measured, given.kind)], measured
     )
+
+
+def _spacing_mm(points: Floats) -> float:
+    return float(np.median(np.hypot(*np.diff(points, axis=0).T)))
 
 
 def _smoothed(given: Points, reading: Reading) -> Measured:
@@ -517,19 +515,6 @@ def _smoothed(given: Points, reading: Reading) -> Measured:
             " ends; give another nominal profile, or none"
         )
     return candidates[0][0]
-
-
-def _spread(points: Floats) -> Floats:
-    """Points without those that lie close to the one before."""
-    chord = np.hypot(*np.diff(points, axis=0).T)
-    closest = _CLOSE_TO_SPACING * float(np.median(chord))
-    if chord.min() >= closest:
-        return points
-    kept = [0]
-    for i in range(1, len(points)):
-        if np.hypot(*(points[i] - points[kept[-1]])) >= closest:
-            kept.append(i)
-    return points[kept]
 
 
 def _choices(made: Measured, kind: Kind) -> list[str]:

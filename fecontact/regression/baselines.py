@@ -190,19 +190,18 @@ def discretisation_check(rows: Sequence[Mapping[str, Any]], limit_percent: float
 
     Both have the same normal force: what differs is the resolution of the pressure and the contact solver.
     """
-    found = []
-    for row in rows:
-        found.append(
-            Check(
-                quantity="p_max of Hertz's gap on the half-space, MPa",
-                case=f"worst of {len(rows)}: {row['id']}",
-                reference="Hertz",
-                kind="analytic",
-                value=float(row["half_space_quadratic_p_max_MPa"]),
-                expected=float(row["hertz_p_max_MPa"]),
-                limit_percent=limit_percent,
-            )
+    found = [
+        Check(
+            quantity="p_max of Hertz's gap on the half-space, MPa",
+            case=f"worst of {len(rows)}: {row['id']}",
+            reference="Hertz",
+            kind="analytic",
+            value=float(row["half_space_quadratic_p_max_MPa"]),
+            expected=float(row["hertz_p_max_MPa"]),
+            limit_percent=limit_percent,
         )
+        for row in rows
+    ]
     return [max(found, key=lambda check: abs(check.deviation_percent))] if found else []
 
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -77,6 +77,12 @@ class Strips:
     middle_x_mm: Floats
     half_length_mm: Floats
     force_N_per_mm: Floats
+
+    @classmethod
+    def of(cls, pair: RollingPair, **lines: Floats) -> Strips:
+        """Strips of a pair with the ellipse of their second moments."""
+        contact, centre_x, centre_y = _ellipse_of(pair, **lines)
+        return cls(contact=contact, centre_x_mm=centre_x, centre_y_mm=centre_y, **lines)
 
 
 def ellipse_strips(contact: RollingEllipse, strips: int = CELLS) -> Strips:
@@ -252,25 +258,14 @@ def pressure_strips(
 
 def _piece(x: Floats, y: Floats, p: Floats, width: float, pair: RollingPair) -> Strips:
     total = p.sum(axis=0)
-    force = float(x[1] - x[0]) * total
-    load = float(width * force.sum())
     middle = x @ p / total
-    half = 2.0 * np.sqrt(np.maximum(x**2 @ p / total - middle**2, 0.0))
-    share = force / force.sum()
-    centre_x, centre_y = float(middle @ share), float(y @ share)
-    a = math.sqrt(5.0 * float((x**2 @ p / total) @ share - centre_x**2))
-    # pressure that is constant over a strip's width adds to the moment across
-    b = math.sqrt(5.0 * (float((y - centre_y) ** 2 @ share) + width**2 / 12.0))
-    scale = math.sqrt(2.0 * width * float(half.sum()) / (math.pi * a * b))
-    return Strips(
-        contact=RollingEllipse.of(pair, a_mm=scale * a, b_mm=scale * b, normal_force_N=load),
-        centre_x_mm=centre_x,
-        centre_y_mm=centre_y,
+    return Strips.of(
+        pair,
         y_mm=y,
         width_mm=np.full(y.size, width),
         middle_x_mm=middle,
-        half_length_mm=half,
-        force_N_per_mm=force,
+        half_length_mm=2.0 * np.sqrt(np.maximum(x**2 @ p / total - middle**2, 0.0)),
+        force_N_per_mm=float(x[1] - x[0]) * total,
     )
 
 
@@ -283,15 +278,26 @@ def mean_creepages(pieces: Sequence[Strips], creepages: Motion) -> Creepages:
 
 def one_ellipse(pieces: Sequence[Strips]) -> tuple[RollingEllipse, float, float]:
     """The ellipse of second moments of all patches together, scaled to their area, and its centre (mm)."""
-    y = np.concatenate([piece.y_mm for piece in pieces])
-    force = np.concatenate([piece.force_N_per_mm * piece.width_mm for piece in pieces])
-    middle = np.concatenate([piece.middle_x_mm for piece in pieces])
-    half = np.concatenate([piece.half_length_mm for piece in pieces])
-    width = np.concatenate([piece.width_mm for piece in pieces])
+    names = ("y_mm", "width_mm", "middle_x_mm", "half_length_mm", "force_N_per_mm")
+    lines = {name: np.concatenate([getattr(piece, name) for piece in pieces]) for name in names}
+    return _ellipse_of(pieces[0].contact, **lines)
+
+
+def _ellipse_of(
+    pair: RollingPair,
+    *,
+    y_mm: Floats,
+    width_mm: Floats,
+    middle_x_mm: Floats,
+    half_length_mm: Floats,
+    force_N_per_mm: Floats,
+) -> tuple[RollingEllipse, float, float]:
+    force = force_N_per_mm * width_mm
     share = force / force.sum()
-    centre_x, centre_y = float(middle @ share), float(y @ share)
-    a = math.sqrt(5.0 * float((half**2 / 4.0 + (middle - centre_x) ** 2) @ share))
-    b = math.sqrt(5.0 * float(((y - centre_y) ** 2 + width**2 / 12.0) @ share))
-    scale = math.sqrt(2.0 * float(half @ width) / (math.pi * a * b))
-    contact = replace(pieces[0].contact, a_mm=scale * a, b_mm=scale * b, normal_force_N=float(force.sum()))
+    centre_x, centre_y = float(middle_x_mm @ share), float(y_mm @ share)
+    a = math.sqrt(5.0 * float((half_length_mm**2 / 4.0 + (middle_x_mm - centre_x) ** 2) @ share))
+    # pressure that is constant over a strip's width adds to the moment across
+    b = math.sqrt(5.0 * float(((y_mm - centre_y) ** 2 + width_mm**2 / 12.0) @ share))
+    scale = math.sqrt(2.0 * float(half_length_mm @ width_mm) / (math.pi * a * b))
+    contact = RollingEllipse.of(pair, a_mm=scale * a, b_mm=scale * b, normal_force_N=float(force.sum()))
     return contact, centre_x, centre_y

@@ -101,21 +101,14 @@ def creep_force(theory: str, patch: CreepPatch, creepages: Motion) -> CreepForce
 
 
 def _on_half_space(patch: CreepPatch, creepages: Motion) -> CreepForce:
-    solution = steady_rolling(patch.cells, creepages, patch.ellipse.pair)
+    solution = steady_rolling(patch.cells, creepages, patch.ellipse)
     if solution.status != "converged":
         plane = creepages.at(0.0, 0.0)
         raise ConvergenceError(
             f"the rolling half-space did not converge at xi {plane.xi:g}, eta {plane.eta:g}, spin"
             f" {plane.spin_per_mm:g} 1/mm (residual {solution.friction.residual:.1e}); take FASTSIM there"
         )
-    return CreepForce(
-        fx_N=solution.fx_N,
-        fy_N=solution.fy_N,
-        mz_Nmm=solution.mz_Nmm,
-        adhesion_area_mm2=solution.adhesion_area_mm2,
-        slip_area_mm2=solution.slip_area_mm2,
-        power_per_speed_N=solution.power_per_speed_N,
-    )
+    return solution.force
 
 
 def creep_forces(patch: CreepPatch, creepages: Motion) -> Mapping[str, CreepForce | str]:

@@ -9,8 +9,10 @@ laws are odd under that. (Kalker 1990.)
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, replace
+import tomllib
+from dataclasses import dataclass, replace
 from functools import cache
+from importlib.resources import files
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -91,8 +93,7 @@ class CurvedCreepages:
 
     def at(self, x_mm: float, y_mm: float) -> Creepages:
         """Creepages at another point."""
-        xi, spin = (float(line[0]) for line in self.across(np.array([y_mm])))
-        return Creepages(xi=xi, eta=self.plane.eta + spin * x_mm, spin_per_mm=spin)
+        return self.mean(np.array([x_mm]), np.array([y_mm]), np.ones(1))
 
     def across(self, y_mm: Floats) -> tuple[Floats, Floats]:
         """Longitudinal creepage and spin (1/mm) on the lines y = const (n,)."""
@@ -113,7 +114,7 @@ Motion: TypeAlias = Creepages | CurvedCreepages
 
 
 @dataclass(frozen=True, kw_only=True)
-class RollingEllipse:
+class RollingEllipse(RollingPair):
     """An elliptic contact that rolls: semi-axes along x (a) and across (b), load, friction, elastic constants.
 
     `shear_MPa` and `poisson` are those of two bodies of one material, or of their combination by `rolling_pair`.
@@ -122,9 +123,6 @@ class RollingEllipse:
     a_mm: float
     b_mm: float
     normal_force_N: float
-    friction: float
-    shear_MPa: float
-    poisson: float
 
     def __post_init__(self) -> None:
         check_positive("semi-axis a", self.a_mm, "mm", "give the half-width along the rolling direction")
@@ -137,12 +135,8 @@ class RollingEllipse:
     @classmethod
     def of(cls, pair: RollingPair, *, a_mm: float, b_mm: float, normal_force_N: float) -> RollingEllipse:
         """An ellipse of a pair."""
-        return cls(a_mm=a_mm, b_mm=b_mm, normal_force_N=normal_force_N, **asdict(pair))
-
-    @property
-    def pair(self) -> RollingPair:
-        """Friction and elastic constants."""
-        return RollingPair(friction=self.friction, shear_MPa=self.shear_MPa, poisson=self.poisson)
+        constants = {"friction": pair.friction, "shear_MPa": pair.shear_MPa, "poisson": pair.poisson}
+        return cls(a_mm=a_mm, b_mm=b_mm, normal_force_N=normal_force_N, **constants)
 
     @property
     def limit_N(self) -> float:
@@ -225,30 +219,6 @@ def rolling_pair(friction: float, first: Material, second: Material) -> RollingP
 # Source: Kalker (1967; 1990, Table E.3). Range of validity: infinitesimal creepage, that is no slip; the force is 3 %
 # too high against the saturated one at a tenth of mu N, 11 % at three tenths.
 
-# a/b 0.1 to 1.0 and then b/a 0.9 to 0.1; for each c11, c22, c23, c33 at nu = 0, 1/4, 1/2. At a/b 0.8 and nu = 1/4
-# c23 is printed as 1.15 in some copies; its neighbours and a no-slip solution say 1.25.
-_TABLE = """
-2.51 3.31 4.85 2.51 2.52 2.53 .334 .473 .731 6.42 8.28 11.7
-2.59 3.37 4.81 2.59 2.63 2.66 .483 .603 .809 3.46 4.27 5.66
-2.68 3.44 4.80 2.68 2.75 2.81 .607 .715 .889 2.49 2.96 3.72
-2.78 3.53 4.82 2.78 2.88 2.98 .720 .823 .977 2.02 2.32 2.77
-2.88 3.62 4.83 2.88 3.01 3.14 .827 .929 1.07 1.74 1.93 2.22
-2.98 3.72 4.91 2.98 3.14 3.31 .930 1.03 1.18 1.56 1.68 1.86
-3.09 3.81 4.97 3.09 3.28 3.48 1.03 1.14 1.29 1.43 1.50 1.60
-3.19 3.91 5.05 3.19 3.41 3.65 1.13 1.25 1.40 1.34 1.37 1.42
-3.29 4.01 5.12 3.29 3.54 3.82 1.23 1.36 1.51 1.27 1.27 1.27
-3.40 4.12 5.20 3.40 3.67 3.98 1.33 1.47 1.63 1.21 1.19 1.16
-3.51 4.22 5.30 3.51 3.81 4.16 1.44 1.59 1.77 1.16 1.11 1.06
-3.65 4.36 5.42 3.65 3.99 4.39 1.58 1.75 1.94 1.10 1.04 .954
-3.82 4.54 5.58 3.82 4.21 4.67 1.76 1.95 2.18 1.05 .965 .852
-4.06 4.78 5.80 4.06 4.50 5.04 2.01 2.23 2.50 1.01 .892 .751
-4.37 5.10 6.11 4.37 4.90 5.56 2.35 2.62 2.96 .958 .819 .650
-4.84 5.57 6.57 4.84 5.48 6.31 2.88 3.24 3.70 .912 .747 .549
-5.57 6.34 7.34 5.57 6.40 7.51 3.79 4.32 5.01 .868 .674 .446
-6.96 7.78 8.82 6.96 8.14 9.79 5.72 6.63 7.89 .828 .601 .341
-10.7 11.7 12.9 10.7 12.8 16.0 12.2 14.6 18.0 .795 .526 .228
-"""
-_COEFFICIENTS: Floats = np.array([float(number) for number in _TABLE.split()]).reshape(19, 4, 3)
 _SMALLEST_RATIO = 0.1
 _RATIOS: Floats = np.append(np.arange(1, 11) / 10.0, 10.0 / np.arange(9, 0, -1))
 
@@ -298,7 +268,8 @@ def kalker_coefficients(a_over_b: float, poisson: float) -> KalkerCoefficients:
 def _along_the_table() -> CubicSpline:
     from scipy.interpolate import CubicSpline
 
-    return CubicSpline(np.log(_RATIOS), np.log(_COEFFICIENTS))
+    table = tomllib.loads((files("fecontact.rolling") / "data" / "kalker.toml").read_text("utf-8"))["rows"]
+    return CubicSpline(np.log(_RATIOS), np.log(np.reshape(table, (19, 4, 3))))
 
 
 def coefficients_of(contact: RollingEllipse) -> KalkerCoefficients:
@@ -343,36 +314,14 @@ def saturation(e: float) -> float:
     return 1.0 - (1.0 - min(e, 3.0) / 3.0) ** 3
 
 
-@dataclass(frozen=True, kw_only=True)
-class AdhesionEllipse:
-    """Area without slip after Vermeulen and Johnson: an ellipse similar to the patch, touching its leading edge.
+def adhesion_area_mm2(contact: RollingEllipse, e: float) -> float:
+    """Area without slip after Vermeulen and Johnson, at a linear force e = |F_linear| / (mu N).
 
-    Attributes
-    ----------
-    a_mm, b_mm
-        Its semi-axes; zero at full slip.
-    centre_x_mm
-        Its centre.
-    """
-
-    a_mm: float
-    b_mm: float
-    centre_x_mm: float
-
-    @property
-    def area_mm2(self) -> float:
-        """Its area."""
-        return math.pi * self.a_mm * self.b_mm
-
-
-def adhesion_ellipse(contact: RollingEllipse, e: float) -> AdhesionEllipse:
-    """Area without slip at a linear force e = |F_linear| / (mu N): smaller than the patch by 1 - e/3 in each direction.
-
-    The traction is mu times Hertz's pressure less such a one over the area of adhesion, whose force is the cube of the
+    It is an ellipse that touches the leading edge and is smaller than the patch by 1 - e/3 in each direction. The
+    traction is mu times Hertz's pressure less such a one over the area of adhesion, whose force is the cube of the
     ratio, from which the law of saturation follows.
     """
-    size = max(1.0 - e / 3.0, 0.0)
-    return AdhesionEllipse(a_mm=size * contact.a_mm, b_mm=size * contact.b_mm, centre_x_mm=(1.0 - size) * contact.a_mm)
+    return max(1.0 - e / 3.0, 0.0) ** 2 * contact.area_mm2
 
 
 def vermeulen_johnson_coefficients(a_over_b: float, poisson: float) -> tuple[float, float]:
@@ -439,7 +388,7 @@ def _saturated(contact: RollingEllipse, creepages: Creepages, fx: float, fy: flo
     size = math.hypot(fx, fy)
     e = size / contact.limit_N
     factor = saturation(e) / e if e > 0.0 else 1.0
-    adhesion = adhesion_ellipse(contact, e).area_mm2
+    adhesion = adhesion_area_mm2(contact, e)
     return CreepForce(
         fx_N=factor * fx,
         fy_N=factor * fy,
@@ -449,24 +398,11 @@ def _saturated(contact: RollingEllipse, creepages: Creepages, fx: float, fy: flo
     )
 
 
-# --- Polach's law of the creep force (Polach 1999), with the reduction factors of Polach (2005).
+# --- Polach's law of the creep force (Polach 1999).
 
 
-def polach(
-    contact: RollingEllipse, creepages: Creepages, *, adhesion_factor: float = 1.0, slip_factor: float = 1.0
-) -> CreepForce:
+def polach(contact: RollingEllipse, creepages: Creepages) -> CreepForce:
     """Polach's force of combined creepages and spin; no moment and no areas.
-
-    Parameters
-    ----------
-    adhesion_factor, slip_factor
-        kA and kS of Polach (2005), which lower the initial slope in the area of adhesion and of slip (wet rails);
-        0 < kS <= kA <= 1.
-
-    Raises
-    ------
-    InputError
-        If the factors are not in their range.
 
     Notes
     -----
@@ -474,11 +410,6 @@ def polach(
     one creepage alone, and for eta with spin of the same sign, but not for the others (at xi : eta = 1 : 2, a/b = 0.25
     and nu = 0.3 Fx is 0.80 of it).
     """
-    if not 0.0 < slip_factor <= adhesion_factor <= 1.0:
-        raise InputError(
-            f"reduction factors are kA {adhesion_factor!r} and kS {slip_factor!r}; allowed: 0 < kS <= kA <= 1;"
-            " 1 and 1 for dry, clean surfaces"
-        )
     xi, eta, spin = creepages.xi, creepages.eta, creepages.spin_per_mm
     # spin moves the trailing edge sideways; it counts where it adds to the lateral creepage
     moved = eta + spin * contact.a_mm
@@ -491,8 +422,7 @@ def polach(
     if s > 0.0:
         c_jj = math.hypot(c.c11 * xi / s, c.c22 * eta / s)
         eps = 0.25 * math.pi * contact.shear_MPa * contact.a_mm * contact.b_mm * c_jj * s_c / limit
-        in_adhesion, in_slip = adhesion_factor * eps, slip_factor * eps
-        force = -2.0 * limit / math.pi * (in_adhesion / (1.0 + in_adhesion**2) + math.atan(in_slip))
+        force = -2.0 * limit / math.pi * (eps / (1.0 + eps**2) + math.atan(eps))
         fx, fy = force * xi / s_c, force * eta / s_c
     fy -= 9.0 / 16.0 * contact.a_mm * limit * _spin_factor(contact, c.c23, abs(eta_c)) * spin / s_c
     return CreepForce(fx_N=fx, fy_N=fy, power_per_speed_N=dissipated_N(creepages, fx, fy, None))

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from scipy.sparse.linalg import LinearOperator, gmres
 from fecontact.arrays import Floats
 from fecontact.bodies import RollingPair
 from fecontact.errors import InputError
+from fecontact.rolling.laws import CreepForce, Motion
 
 # --- Tangential displacements of a pair of half-spaces under tractions on the cells of a grid (Cerruti 1882).
 
@@ -149,12 +150,7 @@ class FrictionSolution:
 
 
 def solve_friction(
-    response: TangentialResponse,
-    rigid_slip: Floats,
-    limit_MPa: Floats,
-    *,
-    tolerance: float = FRICTION_TOLERANCE,
-    iterations: int = FRICTION_ITERATIONS,
+    response: TangentialResponse, rigid_slip: Floats, limit_MPa: Floats, *, iterations: int = FRICTION_ITERATIONS
 ) -> FrictionSolution:
     """Solve the problem of friction on a grid.
 
@@ -172,7 +168,7 @@ def solve_friction(
     problem = _Problem(response=response, rigid_slip=rigid_slip, limit=limit_MPa, scale=scale)
     now = problem.at(np.zeros_like(rigid_slip))
     iteration = 0
-    while now.error > tolerance * size and iteration < iterations:
+    while now.error > FRICTION_TOLERANCE * size and iteration < iterations:
         iteration += 1
         step = problem.newton_step(now, blocks)
         part = 1.0
@@ -184,7 +180,7 @@ def solve_friction(
         now = trial
     traction = _projected(now.p, limit_MPa)[0]
     return FrictionSolution(
-        status="converged" if now.error <= tolerance * size else "not converged",
+        status="converged" if now.error <= FRICTION_TOLERANCE * size else "not converged",
         traction_MPa=traction,
         slip=now.slip * problem.inside,
         slips=problem.inside & now.beyond,
@@ -325,38 +321,20 @@ class RollingSolution:
 
     Attributes
     ----------
-    fx_N, fy_N, mz_Nmm
-        Forces on the first body (the wheel), moment about the normal through the origin.
-    power_per_speed_N
-        Dissipated power over the rolling speed.
+    force
+        On the first body (the wheel).
     friction
         Tractions and slip on the cells, the slip over the rolling speed.
     """
 
     cells: PressureCells
-    fx_N: float
-    fy_N: float
-    mz_Nmm: float
-    adhesion_area_mm2: float
-    slip_area_mm2: float
-    power_per_speed_N: float
+    force: CreepForce
     friction: FrictionSolution
 
     @property
     def status(self) -> FrictionStatus:
         """Whether it may be used."""
         return self.friction.status
-
-
-class RigidMotion(Protocol):
-    """Creepages of a body over the lines of a patch."""
-
-    @property
-    def eta(self) -> float:
-        """Lateral creepage at x = 0, the same on all lines."""
-
-    def across(self, y_mm: Floats, /) -> tuple[Floats, Floats]:
-        """Longitudinal creepage and spin (1/mm) on the lines y = const (n,)."""
 
 
 def ellipse_cells(a_mm: float, b_mm: float, normal_force_N: float, cells: int = CELLS) -> PressureCells:
@@ -431,10 +409,7 @@ def _overlaps(nodes: Floats, edges: Floats) -> Floats:
 
 
 def steady_rolling(
-    cells: PressureCells,
-    motion: RigidMotion,
-    pair: RollingPair,
-    **settings: Any,
+    cells: PressureCells, motion: Motion, pair: RollingPair, *, iterations: int = FRICTION_ITERATIONS
 ) -> RollingSolution:
     """Solve steady rolling under a pressure.
 
@@ -442,8 +417,8 @@ def steady_rolling(
     ----------
     motion
         Of the first body against the second; the slip of the rigid bodies at (x, y) is (xi(y), eta + spin(y) x).
-    **settings
-        Tolerance and iterations of `solve_friction`.
+    iterations
+        The most of `solve_friction`.
     """
     step_x, step_y = cells.steps_mm
     nx, ny = cells.pressure_MPa.shape
@@ -451,14 +426,13 @@ def steady_rolling(
     met, loaded = cells.x_mm + 0.25 * step_x, cells.x_mm - 0.25 * step_x
     (along, spin), eta = motion.across(cells.y_mm), motion.eta
     rigid = np.stack([np.broadcast_to(along, (nx, ny)), eta + spin * met[:, None]])
-    solved = solve_friction(response, rigid, pair.friction * cells.pressure_MPa, **settings)
+    solved = solve_friction(response, rigid, pair.friction * cells.pressure_MPa, iterations=iterations)
     traction = solved.traction_MPa * cells.cell_mm2
     fx, fy = (float(part.sum()) for part in traction)
     mz = float((loaded[:, None] * traction[1] - cells.y_mm * traction[0]).sum())
     power = -float((along * traction[0] + (eta + spin * loaded[:, None]) * traction[1]).sum())
     slipping = float(np.count_nonzero(solved.slips)) * cells.cell_mm2
-    return RollingSolution(
-        cells=cells,
+    force = CreepForce(
         fx_N=fx,
         fy_N=fy,
         mz_Nmm=mz,
@@ -466,5 +440,5 @@ def steady_rolling(
         slip_area_mm2=slipping,
         # zero is told without a sign
         power_per_speed_N=0.0 + power,
-        friction=solved,
     )
+    return RollingSolution(cells=cells, force=force, friction=solved)

@@ -130,8 +130,7 @@ def judge_study(
         row = read_row(folder / ROW)
         name, before, folders = str(row["id"]), [row], [folder]
     else:
-        study = stored_study(folder)
-        name, before = study.name, list(study.rows)
+        name, before = stored_study(folder)
         folders = [case_folder(folder, str(row["id"])) for row in before]
     rows = _judged_rows(before, folders, criteria, creep)
     changed = {

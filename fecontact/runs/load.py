@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path, PureWindowsPath
 from typing import Any
@@ -62,7 +62,7 @@ def load(folder: str | Path) -> CaseResult | tuple[CaseResult, ...] | Applicabil
         refuse_unusable(folder)
         return read_case(folder)
     if (folder / "study.json").is_file():
-        rows = stored_study(folder).rows
+        _, rows = stored_study(folder)
         folders = [case_folder(folder, row["id"]) for row in rows if has_numbers(row)]
         for one in folders:
             refuse_unusable(one)
@@ -101,16 +101,8 @@ def unusable(folder: Path) -> str | None:
     return f"{folder}: made by another version: {SOLVING_SOURCE} {made} -> {here}; solve it again"
 
 
-@dataclass(frozen=True, kw_only=True)
-class StoredStudy:
-    """Name and rows of a study as they were written."""
-
-    name: str
-    rows: tuple[Row, ...]
-
-
-def stored_study(folder: Path) -> StoredStudy:
-    """What `study.json` says.
+def stored_study(folder: Path) -> tuple[str, list[Row]]:
+    """Name and rows of a study as `study.json` has them.
 
     Raises
     ------
@@ -123,7 +115,7 @@ def stored_study(folder: Path) -> StoredStudy:
     name, rows = document.get("study"), document.get("rows")
     if not isinstance(name, str) or not isinstance(rows, list) or not all(map(_is_row, rows)):
         raise InputError(f"{folder / 'study.json'}: it is no list of rows; run the study again")
-    return StoredStudy(name=name, rows=tuple(rows))
+    return name, rows
 
 
 def _is_row(row: Any) -> bool:

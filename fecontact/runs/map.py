@@ -84,15 +84,8 @@ def run_map(
     every = [replace(base_case, lateral_shift_mm=shift, load_N=load) for shift in shifts for load in reversed(loads)]
     cases = {case.lateral_shift_mm: case for case in every[:: len(loads)]}
     with open_run(out, out / "positions", settings, progress) as by:
-        run = _Run(
-            base_case=base_case,
-            cases=cases,
-            loads_N=loads,
-            out=out,
-            by=by,
-            theory=theory,
-            creep_laws=measure == "theory",
-        )
+        laws = measure == "theory"
+        run = _Run(base_case=base_case, cases=cases, loads_N=loads, out=out, by=by, theory=theory, creep_laws=laws)
         try:
             run.solve()
         except BaseException:
@@ -102,7 +95,7 @@ def run_map(
         made = run.write()
         if by.settings.part is None and made.positions:
             write_map_report(made, out, theory=theory)
-    return MapOutcome(made=made, reused=tuple(by.finished.reused), recomputed=by.finished.recomputed)
+    return MapOutcome(made=made, reused=tuple(by.reused), recomputed=by.recomputed)
 
 
 @dataclass(kw_only=True)
@@ -158,19 +151,14 @@ class _Run:
 
     def _done(self, done: Done) -> None:
         shift = self._shifts[done.name]
-        if done.failure is not None:
-            self._positions[shift] = failed_position(shift, self.loads_N, done.failure)
-        else:
-            self._positions[shift] = done.value
-        if done.name in self.by.finished.reused:
-            # it is drawn with the next one that is solved, or at the end
-            return
+        why = done.failure
+        self._positions[shift] = done.value if why is None else failed_position(shift, self.loads_N, why)
         now = time.monotonic()
-        if now < self._tables_at:
-            return
-        # a full disk now may have room at the end
-        with contextlib.suppress(OSError):
-            self.write(drawn=now - self._drawn_at > _DRAWN_EVERY_S)
+        # what was finished before is drawn with the next one that is solved, or at the end
+        if done.name not in self.by.reused and now >= self._tables_at:
+            # a full disk now may have room at the end
+            with contextlib.suppress(OSError):
+                self.write(drawn=now - self._drawn_at > _DRAWN_EVERY_S)
 
 
 # --- Many cases and maps from Python, as `fecontact run` and `map` solve them.
@@ -256,16 +244,8 @@ def map_(
     """
     prepare_for_map(Path(out), case, force=force)
     settings = RunSettings(workers=workers, force=force)
-    return run_map(
-        case,
-        lateral_shifts_mm,
-        loads_N,
-        Path(out),
-        measure=measure,
-        theory=theory,
-        settings=settings,
-        progress=progress,
-    )
+    asked = case, lateral_shifts_mm, loads_N, Path(out)
+    return run_map(*asked, measure=measure, theory=theory, settings=settings, progress=progress)
 
 
 def _study(study: str | Path | Study | Iterable[Case], out: Path, quick: bool) -> Study:

@@ -146,15 +146,6 @@ class Told:
         return cls(row={"id": case_id(result.case), **case_row(result)}, record=result_record(result))
 
 
-def keep_case(result: CaseResult, folder: Path) -> Told:
-    """Put all files of a solved case into a folder, as `load` and `judge` read them; other files there stay."""
-    told = Told.of(result)
-    keep_solved(result, result.case, folder)
-    keep_told(result, told, folder)
-    seal_case(result.case, folder)
-    return told
-
-
 def keep_solved(result: CaseResult | MapPosition, case: Case, folder: Path) -> None:
     """Put what was solved into a folder: all that it can be judged again from, and the meshes of a case."""
     folder.mkdir(parents=True, exist_ok=True)

@@ -251,7 +251,7 @@ def report_study(
 
 
 def keep_with_report(result: CaseResult, told: Told, folder: Path) -> Path:
-    """Put the files of a solved case into a folder, as `store.keep_case` does, and its report."""
+    """Put the files of a solved case into a folder, as `load` and `judge` read them, with its report."""
     keep_solved(result, result.case, folder)
     keep_told(result, told, folder)
     seal_case(result.case, folder)
@@ -388,19 +388,20 @@ def run_study(
             with contextlib.suppress(OSError):
                 table.write()
         rows = table.write()
-        whole = settings.part is None
-        # in a process of its own, beside the other pictures
-        shown = study_pair(study, rows) if whole else None
-        collections = study_figures(rows, out, _only_rail(study.cases), _only_criteria(study.cases)) if whole else ()
-        conclusion = _conclude(study, rows, out) if whole else None
-        if whole:
-            report_study(study, rows, out, _only_criteria(study.cases), conclusion, shown)
+        collections: tuple[str, ...] = ()
+        conclusion: str | None = None
+        if settings.part is None:
+            criteria = _only_criteria(study.cases)
+            shown = study_pair(study, rows)
+            collections = study_figures(rows, out, _only_rail(study.cases), criteria)
+            conclusion = _conclude(study, rows, out)
+            report_study(study, rows, out, criteria, conclusion, shown)
     return StudyOutcome(
         rows=tuple(rows),
         conclusion=conclusion,
         collections=collections,
-        reused=tuple(by.finished.reused),
-        recomputed=by.finished.recomputed,
+        reused=tuple(by.reused),
+        recomputed=by.recomputed,
     )
 
 

@@ -7,12 +7,11 @@ from dataclasses import dataclass, replace
 
 from fecontact.case import Case
 from fecontact.comparison.measures import MEASURES, Approximation, Measures, measures_of_theory
-from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES, Loaded
+from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES, Loaded, gap_line_of
 from fecontact.comparison.verdict import Answer, Standing, cheapest
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.normal.gap_line import gap_line
 from fecontact.normal.hertz import HertzContact
-from fecontact.normal.strips import gap_line_under_load, strip
+from fecontact.normal.strips import strip
 from fecontact.normal.touch_hertz import HertzPoints
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import direction_of_case, expect_on_half_space, hertz_of_case, hertz_points_of_case
@@ -88,13 +87,13 @@ def theory_of(loaded: Loaded, name: str) -> TheoryAlone:
         made = replace(
             of_hertz, notes=(*of_hertz.notes, f"{THEORIES[name].words}: nothing of its own here, it is Hertz")
         )
-    problem = made if isinstance(made, str) else None
+    contact, problem = (None, made) if isinstance(made, str) else (made, None)
     return TheoryAlone(
         name=name,
         case=loaded.case,
         placement=loaded.placement,
         normal_force_N=loaded.normal_force_N,
-        contact=None if isinstance(made, str) else made,
+        contact=contact,
         problem=problem,
     )
 
@@ -115,19 +114,6 @@ _OPEN = Standing(answer="UNRESOLVED")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Strips:
-    """The strip method's contact, and by how much its force grows with the approach (N/mm)."""
-
-    contact: Approximation
-    stiffness_N_per_mm: float
-
-    @property
-    def measures(self) -> Measures:
-        """Its measures."""
-        return measures_of_theory(self.contact)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class TableLine:
     """A position under one load.
 
@@ -139,8 +125,8 @@ class TableLine:
         None where the wheel cannot stand, see `problem`.
     hertz, points
         The ellipse at the first touch point, and those at all touch points as springs; None where there is none.
-    strips
-        None where the strip method has no contact.
+    strips, strip_stiffness_N_per_mm
+        The strip method's contact, and by how much its force grows with the approach; None where it has no contact.
     cheapest
         The cheapest theory whose peak, area, half-widths and centre are within the case's criteria of the strips'; open
         where there are no strips, or they are out of their range. It is no verdict: nothing is solved.
@@ -152,7 +138,8 @@ class TableLine:
     placement: Placement | None = None
     hertz: HertzContact | None = None
     points: HertzPoints | None = None
-    strips: Strips | None = None
+    strips: Approximation | None = None
+    strip_stiffness_N_per_mm: float | None = None
     cheapest: Standing = _OPEN
     problem: str = ""
 
@@ -180,39 +167,27 @@ def _placed(case: Case) -> Placement | str:
 
 
 def _line(case: Case, placement: Placement) -> TableLine:
-    problems = []
-    hertz = None
+    hertz, problem = None, ""
     try:
         hertz = hertz_of_case(case, placement)
     except InputError as error:
-        problems.append(str(error))
+        problem = str(error)
     loaded = Loaded(placement=placement, case=case, normal_force_N=normal_force_of(case, placement))
     line = TableLine(case=case, placement=placement, hertz=hertz, points=hertz_points_of_case(case, placement))
-    strips = _strips(loaded)
-    if isinstance(strips, str):
-        return replace(line, problem="; ".join([*problems, f"{THEORIES[STRIPS].words}: {strips}"]))
-    line = replace(line, strips=strips, problem="; ".join(problems))
-    if strips.contact.status != "solved":
+    strips = THEORIES[STRIPS].approximate(loaded)
+    if not isinstance(strips, Approximation):
+        return replace(line, problem=f"{problem}{'; ' * bool(problem)}{THEORIES[STRIPS].words}: {strips}")
+    line = replace(line, strips=strips, strip_stiffness_N_per_mm=_stiffness(loaded), problem=problem)
+    if strips.status != "solved":
         return line
-    found = cheapest(_standings(loaded, strips.contact), in_range=case.criteria.theories_in_range)
-    return replace(line, cheapest=found)
+    return replace(line, cheapest=cheapest(_standings(loaded, strips), in_range=case.criteria.theories_in_range))
 
 
-def _strips(loaded: Loaded) -> Strips | str:
-    """The strips with their stiffness on the same gap, or why there are none."""
-    contact = THEORIES[STRIPS].approximate(loaded)
-    if not isinstance(contact, Approximation):
-        return str(contact)
-    case, force = loaded.case, loaded.normal_force_N
-    modulus = case.contact_modulus_MPa
-    line = (
-        gap_line(loaded.placement, contact_modulus_MPa=modulus)
-        if case.load_kind == "normal"
-        else gap_line_under_load(loaded.placement, force, contact_modulus_MPa=modulus)
-    )
-    less, more = (strip(line, (1.0 + side) * force) for side in (-_SIDE, _SIDE))
-    stiffness = (more.normal_force_N - less.normal_force_N) / (more.approach_mm - less.approach_mm)
-    return Strips(contact=contact, stiffness_N_per_mm=stiffness)
+def _stiffness(loaded: Loaded) -> float:
+    """By how much the strips' force grows with the approach (N/mm), on the gap of their contact."""
+    line = gap_line_of(loaded)
+    less, more = (strip(line, (1.0 + side) * loaded.normal_force_N) for side in (-_SIDE, _SIDE))
+    return (more.normal_force_N - less.normal_force_N) / (more.approach_mm - less.approach_mm)
 
 
 def _standings(loaded: Loaded, strips: Approximation) -> Iterator[Standing]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,21 +15,7 @@ from fecontact.contact.halfspace import NODES, contact_on_gap
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.irregularity.shapes import Irregularity
 from fecontact.normal.hertz import HertzContact
-from fecontact.normal.irregular import (
-    Estimate,
-    Pair,
-    Place,
-    eq6_force_N,
-    eq6_under,
-    filtered_force_N,
-    filtered_under,
-    fitted_force_N,
-    fitted_under,
-    local_force_N,
-    local_under,
-    path_force_N,
-    path_under,
-)
+from fecontact.normal.irregular import MODELS, Model, Pair, Place
 from fecontact.solving.alone import normal_force_of
 from fecontact.solving.placing import place_case
 from fecontact.wheel_rail.placement import Placement
@@ -42,71 +28,6 @@ _EDGED = 2
 _BEYOND = 1.6
 LIMIT = 0.05
 """Largest error of force and peak with which a model holds, unless another one is given."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Model:
-    """A model of the contact on an irregularity.
-
-    Attributes
-    ----------
-    words, cost, source, range
-        Its name for readers, what it costs, where it is from, what it takes for granted.
-    under, force_N
-        Approach and peak under the force of a place; force at an approach.
-    """
-
-    words: str
-    cost: str
-    source: str
-    range: str
-    under: Callable[[Place], Estimate]
-    force_N: Callable[[Place, float], float]
-
-
-MODELS: Mapping[str, Model] = {
-    "eq6": Model(
-        words="Hertz's spring, e in the middle",
-        cost="closed form",
-        source="Otero Yugat, Part I, eq. 6",
-        range="waves much longer than the patch",
-        under=eq6_under,
-        force_N=eq6_force_N,
-    ),
-    "path": Model(
-        words="Hertz's spring over the path of the rigid wheel",
-        cost="closed form, once the path is known",
-        source="practice of vehicle codes; least of A x^2 + e",
-        range="curvature of e small beside that of the wheel",
-        under=path_under,
-        force_N=path_force_N,
-    ),
-    "filtered": Model(
-        words="Hertz's spring over the mean of e on the patch",
-        cost="an integral along the track",
-        source="flat punch and reciprocity: exact to first order in e",
-        range="amplitudes small beside the approach; says nothing of the peak",
-        under=filtered_under,
-        force_N=filtered_force_N,
-    ),
-    "local": Model(
-        words="Hertz at the rigid touch points with the curvature there",
-        cost="closed form a touch point",
-        source="Hertz (1882), springs side by side",
-        range="waves longer than the patch, away from hollows and edges",
-        under=local_under,
-        force_N=local_force_N,
-    ),
-    "fitted": Model(
-        words="Hertz on the parabola that fits over the patch",
-        cost="integrals along the track, some forty times",
-        source="its own: Legendre coefficients on the patch's own length",
-        range="patches that do not bridge a hollow",
-        under=fitted_under,
-        force_N=fitted_force_N,
-    ),
-}
-"""By name, from the cheapest."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -123,17 +44,12 @@ class Truth:
         Its peak; None where an edge lies in the patch, which has no bound.
     residual
         What the solution leaves open, relative to the approach.
-    pressure_MPa, x_mm, y_mm
-        Pressure (nx, ny) on the nodes.
     """
 
     approach_mm: float
     patch: Patch
     p_max_MPa: float | None
     residual: float
-    x_mm: Floats
-    y_mm: Floats
-    pressure_MPa: Floats
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -274,9 +190,6 @@ def _truth(place: Place, irregularity: Irregularity, s_mm: float, nodes: int | N
         patch=patch,
         p_max_MPa=None if edge else patch.p_max_MPa,
         residual=solved.residual,
-        x_mm=x,
-        y_mm=solved.pressure.grid.s_mm,
-        pressure_MPa=solved.pressure.values,
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, field, replace
 from itertools import pairwise, takewhile
 from typing import Literal, TypeVar
@@ -306,12 +307,13 @@ def load_limit(
     known = known_loads(cells, tried)
     lost = [] if not known else [cell for cell in cells if not cell.usable]
     lost += [] if stopped is None else [stopped]
+    statuses = {cell.status for cell in cells}
     notes = [f"{cell.load_N / 1e3:.4g} kN: {cell.status}" for cell in lost]
     unusable = [judged for judged in tried if not judged.usable]
     notes += [f"{judged.load_N / 1e3:.4g} kN: {judged.status}" for judged in unusable]
     return LoadLimit(
         intervals=intervals_of([(one.load_N, one.answer) for one in known]),
-        reason=None if known else _without_any(cells),
+        reason=None if known else statuses.pop() if len(statuses) == 1 else "no load could be solved",
         note="; ".join(notes) or None,
         tried=tuple((one.load_N, one.verdict.answer) for one in tried),
         # another attempt would end in the same unusable result
@@ -342,11 +344,6 @@ def stretches(known: Sequence[tuple[float, _Word]], between: _Word) -> list[tupl
             add(known[number - 1][0], load_N, between)
         add(found[-1][1] if found else load_N, load_N, word)
     return found
-
-
-def _without_any(cells: Sequence[MapCell]) -> str:
-    statuses: Mapping[str, None] = dict.fromkeys(cell.status for cell in cells)
-    return "no load could be solved" if len(statuses) != 1 else next(iter(statuses))
 
 
 # --- At which loads Hertz holds for creep forces at one position of a map: from the loads that were solved, no others.
@@ -416,56 +413,47 @@ def solve_position(case: Case, loads_N: Sequence[float]) -> MapPosition:
 
     A position or a load that cannot be solved is not an error but cells whose status says why.
     """
+    shift = case.lateral_shift_mm
     try:
-        solver = LoadSweep(case, loads_N)
+        sweep = LoadSweep(case, loads_N)
     except FecontactError as error:
-        return failed_position(case.lateral_shift_mm, loads_N, error)
-    try:
-        return _Loads(solver, case.lateral_shift_mm).solve(loads_N)
-    finally:
-        solver.close()
-
-
-class _Loads:
-    """The loads of one position while they are solved."""
-
-    def __init__(self, solver: LoadSweep, shift_mm: float) -> None:
-        self._solver, self._shift = solver, shift_mm
-        self._cells: dict[float, MapCell] = {}
-        self._tried: list[JudgedLoad] = []
-        self._stopped: MapCell | None = None
-
-    def solve(self, loads_N: Sequence[float]) -> MapPosition:
-        # the largest load first: its meshes serve the smaller ones
-        waiting = list(loads_N)
+        return failed_position(shift, loads_N, error)
+    found: dict[float, MapCell] = {}
+    tried: list[JudgedLoad] = []
+    stopped: MapCell | None = None
+    # the largest load first: its meshes serve the smaller ones
+    waiting = list(loads_N)
+    with closing(sweep):
         while waiting:
             load_N = waiting.pop()
-            self._cells[load_N] = _cell(self._solver, self._shift, load_N)
+            found[load_N] = _cell(sweep, shift, load_N)
             # the limits among these loads while their meshes are there
-            if not (waiting and self._solver.is_ready_for(waiting[-1])):
-                self._search()
-        cells = tuple(self._cells[load_N] for load_N in loads_N)
-        return MapPosition(
-            lateral_shift_mm=self._shift,
-            cells=cells,
-            limit=load_limit(cells, self._tried, stopped=self._stopped),
-            placement=self._solver.placement,
-            stiffness=stiffness_of(cells),
-            tried=tuple(self._tried),
-            stopped=self._stopped,
-        )
+            if not (waiting and sweep.is_ready_for(waiting[-1])):
+                stopped = stopped or _search(sweep, shift, found, tried)
+    cells = tuple(found[load_N] for load_N in loads_N)
+    return MapPosition(
+        lateral_shift_mm=shift,
+        cells=cells,
+        limit=load_limit(cells, tried, stopped=stopped),
+        placement=sweep.placement,
+        stiffness=stiffness_of(cells),
+        tried=tuple(tried),
+        stopped=stopped,
+    )
 
-    def _search(self) -> None:
-        """Solve further loads until every change of the verdict among the solved ones is known well."""
-        while self._stopped is None and all(one.usable for one in self._tried):
-            wanted = next_load(known_loads(tuple(self._cells.values()), self._tried), tuple(self._cells))
-            if wanted is None:
-                return
-            try:
-                # beside a limit every verdict is open: finer meshes would only bring the ends of the range together
-                self._tried.append(self._solver.solve(wanted, refine=False))
-            except FecontactError as error:
-                self._stopped = _failed_cell(self._shift, wanted, error)
+
+def _search(sweep: LoadSweep, shift: float, cells: Mapping[float, MapCell], tried: list[JudgedLoad]) -> MapCell | None:
+    """Solve further loads until every change of the verdict is known well; the load that stopped it, if one did."""
+    while all(one.usable for one in tried):
+        wanted = next_load(known_loads(tuple(cells.values()), tried), tuple(cells))
+        if wanted is None:
+            break
+        try:
+            # beside a limit every verdict is open: finer meshes would only bring the ends of the range together
+            tried.append(sweep.solve(wanted, refine=False))
+        except FecontactError as error:
+            return _failed_cell(shift, wanted, error)
+    return None
 
 
 def _cell(sweep: LoadSweep, shift: float, load_N: float) -> MapCell:

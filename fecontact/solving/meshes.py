@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -22,7 +22,7 @@ from fecontact.errors import FoldedMesh, InputError, NotCovered, NotEnoughMemory
 from fecontact.fe.body import check_memory, choose_solver, elastic_body, stiffness
 from fecontact.fe.coupling import CoupledBodies, mortar_matrix
 from fecontact.fe.meshing import FineZone, check_on_profiles, least_memory_bytes, rail_mesh, wheel_mesh
-from fecontact.fe.section import Grading
+from fecontact.fe.section import LAYER_RATIO
 from fecontact.normal.hertz import hertz_from_hessian
 from fecontact.solving.expected_patch import SLIDES, TrueGap, angle_of_normals, followed_mm, lobe_sizes, quadratic_rung
 from fecontact.solving.plastic_contact import PlasticContact, YieldingBodies, climb, nodal_fields, with_variants
@@ -58,9 +58,9 @@ def couple(
     """Mesh both bodies, couple their surfaces, assemble and factorise them, for one load or for several."""
     check_memory(least_memory_bytes(zone), f"a contact zone of {zone.intervals_x} by {zone.intervals_s} elements")
     with clock.step("mesh"):
-        grading = Grading(layer_ratio=_LAYERS_THAT_YIELD) if case.may_yield else None
-        rail = rail_mesh(placement, zone, half=case.half, size=case.size, grading=grading)
-        wheel = wheel_mesh(placement, zone, half=case.half, size=case.size, grading=grading)
+        ratio = _LAYERS_THAT_YIELD if case.may_yield else LAYER_RATIO
+        rail = rail_mesh(placement, zone, half=case.half, size=case.size, layer_ratio=ratio)
+        wheel = wheel_mesh(placement, zone, half=case.half, size=case.size, layer_ratio=ratio)
         check_on_profiles(placement, rail, wheel)
     # before the factors, which take longest: surfaces that do not face each other need none
     with clock.step("couple"):
@@ -210,15 +210,14 @@ class CoupledMesh:
                 nodal, added, otherwise = problem.read(solution, true_gap, self.bodies)
             position = replace(position, true_gap=true_gap)
             more = self._more_room(position, nodal, added)
-            at_edge = more != self._room
-            if not at_edge or self._enlarged == _ENLARGEMENTS:
+            at_edge, larger = more != self._room, None
+            if at_edge and self._enlarged < _ENLARGEMENTS:
+                try:
+                    larger = self._couple(more)
+                except InputError as error:
+                    self.stopped_by = error
+            if larger is None:
                 level = self._level(position, nodal, (added, otherwise), at_edge=at_edge)
-                return self._with_yield(position, problem, solution, level)
-            try:
-                larger = self._couple(more)
-            except InputError as error:
-                self.stopped_by = error
-                level = self._level(position, nodal, (added, otherwise), at_edge=True)
                 return self._with_yield(position, problem, solution, level)
             self.bodies.close()
             self._take(larger)
@@ -432,8 +431,7 @@ class Meshes:
                 quadratic=quadratic_rung(placement.first, hertz, half=case.half, nodes=case.nodes_a_semi_axis),
                 point_noise=noise,
                 limits=(
-                    *_few_elements(position, levels),
-                    *_few_nodes(position),
+                    *_limits(position, levels),
                     *(f"the contact zone cannot be enlarged: {error}" for error in self._not_enlarged),
                     *(() if stop is None else (f"refinement stopped: {stop}",)),
                 ),
@@ -505,30 +503,26 @@ def _stage(coarser: float) -> str:
     return "coarser meshes, for the uncertainty" if coarser > 1.0 else "finer meshes, because the verdict is open"
 
 
-def _few_elements(position: Position, levels: Sequence[Level]) -> tuple[str, ...]:
-    """What is to be said of element sizes that were given and leave too few elements to the patch."""
+def _limits(position: Position, levels: Sequence[Level]) -> Iterator[str]:
+    """What is to be said where there are few elements or nodes for the patch."""
     semi_axes = (position.expected.semi_axis_x_mm, position.expected.semi_axis_s_mm)
     sizes = levels[0].nodal.grid.steps_mm
     count, size, semi_axis = min((axis / size, size, axis) for axis, size in zip(semi_axes, sizes, strict=True))
-    if count >= _FEWEST_ELEMENTS:
-        return ()
-    return (
-        f"elements of {size:.2f} mm are only {count:.1f} to the patch's semi-axis of {semi_axis:.2f} mm;"
-        f" {_FEWEST_ELEMENTS} or more make what the bodies add below it sure",
-    )
-
-
-def _few_nodes(position: Position) -> tuple[str, ...]:
-    """What is to be said where the least lobe has fewer nodes than the case asks for, since there would be too many."""
-    rung = position.expected.half_space
+    # by sizes that were given
+    if count < _FEWEST_ELEMENTS:
+        yield (
+            f"elements of {size:.2f} mm are only {count:.1f} to the patch's semi-axis of {semi_axis:.2f} mm;"
+            f" {_FEWEST_ELEMENTS} or more make what the bodies add below it sure"
+        )
+    rung, wanted = position.expected.half_space, position.case.nodes_a_semi_axis
     least = zip(followed_mm(lobe_sizes(rung)), rung.grid.steps_mm, strict=True)
     count, length = min((length / step, length) for length, step in least)
-    if count > _MOST_OF_NODES * position.case.nodes_a_semi_axis:
-        return ()
-    return (
-        f"a lobe of {length:.2g} mm has {count:.0f} pressure nodes in place of {position.case.nodes_a_semi_axis}: in so"
-        " wide a patch more would be too many; its own peak and load are known less well than is stated",
-    )
+    # as many as the case asks for would be too many
+    if count <= _MOST_OF_NODES * wanted:
+        yield (
+            f"a lobe of {length:.2g} mm has {count:.0f} pressure nodes in place of {wanted}: in so wide a patch more"
+            " would be too many; its own peak and load are known less well than is stated"
+        )
 
 
 def is_open(case: Case, levels: Sequence[Level], placement: Placement, noise: PointNoise | None) -> bool:

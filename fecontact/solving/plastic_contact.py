@@ -39,7 +39,7 @@ from fecontact.fe.stress import (
 )
 
 # Of rail and wheel; a body without a yield stress has no elements that may yield, and arrays of no rows.
-Pair = tuple[Floats, Floats]
+Pair = tuple[Floats, ...]
 
 STEPS = 4
 """Load steps from first yield to the load; with half of them the peak moves by 1 % at 2.5 times the yield stress."""
@@ -76,7 +76,7 @@ class PlasticContact:
 
     load_N: float
     solution: ContactSolution
-    states: tuple[PlasticState, PlasticState]
+    states: tuple[PlasticState, ...]
     strains: Pair
     displacements_mm: Pair
     corrections: int = 0
@@ -96,7 +96,7 @@ class YieldingBodies:
     coupled: CoupledBodies
     problem: ContactProblem
     model: Compliance
-    zones: tuple[PlasticZone, PlasticZone]
+    zones: tuple[PlasticZone, ...]
 
     @classmethod
     def of(
@@ -104,15 +104,13 @@ class YieldingBodies:
     ) -> YieldingBodies:
         """Find the elements that may yield up to the load of an elastic pressure (n,)."""
         displacements = coupled.displacements(pressure_MPa)
-        rail, wheel = (_zone(body, u) for body, u in zip((coupled.rail, coupled.wheel), displacements, strict=True))
-        return cls(coupled=coupled, problem=problem, model=model, zones=(rail, wheel))
+        zones = (_zone(body, u) for body, u in zip((coupled.rail, coupled.wheel), displacements, strict=True))
+        return cls(coupled=coupled, problem=problem, model=model, zones=tuple(zones))
 
     def with_yield(self, factor: float) -> YieldingBodies:
         """The bodies with yield stresses that are so many times as high."""
-        rail, wheel = (
-            replace(zone, law=replace(zone.law, yield_MPa=factor * zone.law.yield_MPa)) for zone in self.zones
-        )
-        return replace(self, zones=(rail, wheel))
+        zones = (replace(zone, law=replace(zone.law, yield_MPa=factor * zone.law.yield_MPa)) for zone in self.zones)
+        return replace(self, zones=tuple(zones))
 
     def elastic(self, load_N: float, start_MPa: Floats) -> PlasticContact:
         """The elastic contact under a load, for its pressure and stresses on the way."""
@@ -124,18 +122,17 @@ class YieldingBodies:
     def virgin(self, load_N: float, solution: ContactSolution) -> PlasticContact:
         """An elastic solution as one without plastic strain."""
         u = self.coupled.displacements(solution.pressure_MPa)
-        rail, wheel = (zone.none() for zone in self.zones)
+        states = tuple(zone.none() for zone in self.zones)
         return PlasticContact(
-            load_N=load_N, solution=solution, states=(rail, wheel), strains=self._strains(u), displacements_mm=u
+            load_N=load_N, solution=solution, states=states, strains=self._strains(u), displacements_mm=u
         )
 
-    def yield_used(self, contact: PlasticContact) -> tuple[float, float]:
+    def yield_used(self, contact: PlasticContact) -> tuple[float, ...]:
         """Largest von Mises stress over the yield stress at a Gauss point of rail and wheel; 0 of one without."""
-        rail, wheel = (
+        return tuple(
             float(zone.law.von_mises(strains, state).max(initial=0.0)) / zone.law.yield_MPa
             for zone, strains, state in zip(self.zones, contact.strains, contact.states, strict=True)
         )
-        return rail, wheel
 
     def first_yield(self, loaded: PlasticContact) -> PlasticContact:
         """The elastic contact just below first yield, from one under a larger load, by secants of the logarithms.
@@ -154,10 +151,6 @@ class YieldingBodies:
             here = self.elastic(load_N, here.solution.pressure_MPa)
         return here
 
-    def is_first_yield(self, contact: PlasticContact) -> bool:
-        """Whether an elastic contact is just below first yield."""
-        return _is_below_yield(max(self.yield_used(contact)))
-
     def climb(self, start: PlasticContact, load_N: float, steps: int = STEPS) -> list[PlasticContact]:
         """Contacts under rising loads, in equal steps from a start up to a load; the start is not among them."""
         found = [start]
@@ -171,10 +164,6 @@ class YieldingBodies:
         """Displacements (nodes, 3) in mm of both bodies by their plastic strain alone."""
         forces = self._forces(_strains_of(contact.states))
         return self.coupled.displacements(np.zeros_like(contact.solution.pressure_MPa), forces)
-
-    def imprint(self, contact: PlasticContact) -> Floats:
-        """How far the surfaces part (n,) in mm at the pressure nodes by the plastic strain alone."""
-        return self.coupled.opening(*self.unloaded(contact))
 
     def holds(self, contact: PlasticContact) -> bool:
         """Whether nothing yields beside the zones, and no pressure is at the edge of its nodes."""
@@ -226,19 +215,16 @@ class YieldingBodies:
             p = p * (load_N / self.problem.load_N(p))
 
     def _forces(self, plastic: Pair) -> Pair:
-        rail, wheel = (zone.forces(strain) for zone, strain in zip(self.zones, plastic, strict=True))
-        return rail, wheel
+        return tuple(zone.forces(strain) for zone, strain in zip(self.zones, plastic, strict=True))
 
     def _strains(self, displacements: Pair) -> Pair:
-        rail, wheel = (zone.strains(u) for zone, u in zip(self.zones, displacements, strict=True))
-        return rail, wheel
+        return tuple(zone.strains(u) for zone, u in zip(self.zones, displacements, strict=True))
 
-    def _flow(self, start: PlasticContact, strains: Pair) -> tuple[PlasticState, PlasticState]:
-        rail, wheel = (
+    def _flow(self, start: PlasticContact, strains: Pair) -> tuple[PlasticState, ...]:
+        return tuple(
             zone.law.flow(first, last, state)
             for zone, first, last, state in zip(self.zones, start.strains, strains, start.states, strict=True)
         )
-        return rail, wheel
 
     def _packing(self, pressure: Floats) -> _Packing:
         """Weights by which pressures and plastic strains are of one kind, energies; both as of the whole contact."""
@@ -248,7 +234,7 @@ class YieldingBodies:
         both = math.sqrt(2.0) if self.coupled.grid.half else 1.0
         return _Packing(
             pressure=np.sqrt(self.problem.area_mm2 * float(self.model(unit)[highest])),
-            plastic=(both * self.zones[0].weights, both * self.zones[1].weights),
+            plastic=tuple(both * zone.weights for zone in self.zones),
         )
 
 
@@ -272,9 +258,8 @@ def _yields_beside(zone: PlasticZone, mesh: BodyMesh, displacements: Floats) -> 
     return bool(np.any(stress > zone.law.yield_MPa))
 
 
-def _strains_of(states: tuple[PlasticState, PlasticState]) -> Pair:
-    rail, wheel = states
-    return rail.strain, wheel.strain
+def _strains_of(states: tuple[PlasticState, ...]) -> Pair:
+    return tuple(state.strain for state in states)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -291,11 +276,11 @@ class _Packing:
     def unpack(self, vector: Floats) -> tuple[Floats, Pair]:
         start = self.pressure.size
         middle = start + 9 * self.plastic[0].size
-        rail, wheel = (
+        plastic = (
             part.reshape(*weight.shape[:2], 3, 3) / weight
             for part, weight in zip((vector[start:middle], vector[middle:]), self.plastic, strict=True)
         )
-        return vector[:start] / self.pressure, (rail, wheel)
+        return vector[:start] / self.pressure, tuple(plastic)
 
     def change(self, old: Floats, new: Floats) -> float:
         """Relative change: of the pressure to its peak, of the plastic strain in its energy."""
@@ -349,7 +334,7 @@ def climb(
     way = bodies.climb(start, load_N)
     last = way[-1]
     on_nodes, on_finer = read(last.solution, load_N)
-    if not _arrived(bodies, last) or not bodies.is_first_yield(start):
+    if not _arrived(bodies, last) or not _is_below_yield(max(bodies.yield_used(start))):
         on_nodes = replace(on_nodes, status="not converged")
     found = Yielded(
         fe=on_finer,
@@ -358,7 +343,7 @@ def climb(
         path=() if sparing else _path(bodies, way, (fe, on_finer), read),
         fewer_steps=None,
         by_band={},
-        imprint_mm=float(bodies.imprint(last).max()),
+        imprint_mm=float(bodies.coupled.opening(*bodies.unloaded(last)).max()),
     )
     return Climb(yielded=found, contact=last)
 

@@ -155,16 +155,7 @@ class Position:
 
     def for_load(self, load_N: float) -> Position:
         """The position under another load, with the meshes that it asks for."""
-        case = replace(self.case, load_N=load_N)
-        with self.clock.step("expect the patch"):
-            _, expected = expect_on_half_space(case, self.placement)
-        return replace(
-            self,
-            case=case,
-            true_gap=expected.true_gap,
-            expected=expected,
-            element_size_mm=element_size_mm(case, expected),
-        )
+        return _expecting(replace(self.case, load_N=load_N), self.placement, self.clock)
 
     def widest_element_mm(self, low_mm: float, high_mm: float) -> float:
         """Largest width across of the elements below what lies between two places of the surface."""
@@ -190,6 +181,10 @@ def position_of(case: Case, *, progress: Progress | None = None) -> Position:
     choose_solver(case.solver)
     with clock.step("place"):
         placement = place_case(case)
+    return _expecting(case, placement, clock)
+
+
+def _expecting(case: Case, placement: Placement, clock: Clock) -> Position:
     with clock.step("expect the patch"):
         _, expected = expect_on_half_space(case, placement)
     return Position(

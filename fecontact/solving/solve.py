@@ -23,7 +23,7 @@ from fecontact.fe.body import SolverName
 from fecontact.fe.stress import StressPeak, stress_peak
 from fecontact.normal.hertz import HertzContact
 from fecontact.solving.meshes import Meshes, SolvedBodies
-from fecontact.solving.position import Clock, Position, Progress, position_of
+from fecontact.solving.position import Position, Progress, position_of
 from fecontact.wheel_rail.placement import Placement
 
 
@@ -119,7 +119,7 @@ class CaseResult:
     @property
     def notes(self) -> tuple[str, ...]:
         """What is to be known of the profiles and of the contact as a whole."""
-        return position_notes(self.placement, self.comparison)
+        return tuple(position_notes(self.placement, self.comparison))
 
 
 def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
@@ -153,17 +153,13 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
         load=judged,
         placement=position.placement,
         von_mises=peaks,
-        effort=_effort(position.clock, bodies),
+        effort=Effort(
+            path=bodies.coupled.rail.solver,
+            seconds=position.clock.seconds,
+            memory_MB=position.clock.memory_MB,
+            peak_memory_MB=peak_memory_MB(),
+        ),
         bodies=bodies,
-    )
-
-
-def _effort(clock: Clock, bodies: SolvedBodies) -> Effort:
-    return Effort(
-        path=bodies.coupled.rail.solver,
-        seconds=clock.seconds,
-        memory_MB=clock.memory_MB,
-        peak_memory_MB=peak_memory_MB(),
     )
 
 

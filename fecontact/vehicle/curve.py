@@ -231,6 +231,8 @@ class WheelRun:
         In the frame of the left side, as that wheel's mirror image where it is the right one.
     """
 
+    TELLS = ("side", "normal_force_N", "lateral_force_N", "vertical_force_N", "y_over_q", "patches")
+
     side: TrackSide
     lateral_force_N: float
     vertical_force_N: float

@@ -135,13 +135,8 @@ class _Loaded:
             missing = np.array([left.load_N - load, right.load_N - load])
             if float(np.abs(missing).max()) < _MET * load:
                 break
-            slopes = np.stack(
-                [
-                    (np.array([one.load_N - load for one in self._wheels(shift, at + _STEP * unit)]) - missing) / _STEP
-                    for unit in np.eye(2)
-                ],
-                axis=1,
-            )
+            beside = [self._wheels(shift, at + _STEP * unit) for unit in np.eye(2)]
+            slopes = (np.array([[one.load_N - load for one in wheels] for wheels in beside]) - missing).T / _STEP
             if abs(float(np.linalg.det(slopes))) < 1.0:
                 # a wheel that does not touch: lower
                 at = at - np.array([_LONGEST_STEP, 0.0])

@@ -26,7 +26,15 @@ def _value(label: str, unit: str, *, zero: bool = False, high: float = math.inf,
 
 
 @dataclass(frozen=True, kw_only=True)
-class WheelsetBody:
+class _Part:
+    """A table of a vehicle's file."""
+
+    def __post_init__(self) -> None:
+        check_inputs(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class WheelsetBody(_Part):
     """A wheelset: mass, inertias about its own axes, nominal radius."""
 
     mass_kg: float = _value("mass of the wheelset", "kg")
@@ -35,24 +43,18 @@ class WheelsetBody:
     yaw_inertia_kg_m2: float = _value("yaw inertia of the wheelset", "kg m2")
     rolling_radius_mm: float = _value("rolling radius", "mm", high=1000.0)
 
-    def __post_init__(self) -> None:
-        check_inputs(self)
-
 
 @dataclass(frozen=True, kw_only=True)
-class Guide:
+class Guide(_Part):
     """What a wheelset without a bogie carries, and springs to a frame that follows the track."""
 
     axle_load_kN: float = _value("axle load", "kN")
     lateral_N_per_m: float = _value("lateral stiffness of the guide", "N/m", zero=True, default=0.0)
     yaw_Nm_per_rad: float = _value("yaw stiffness of the guide", "N m/rad", zero=True, default=0.0)
 
-    def __post_init__(self) -> None:
-        check_inputs(self)
-
 
 @dataclass(frozen=True, kw_only=True)
-class Frame:
+class Frame(_Part):
     """A bogie frame."""
 
     mass_kg: float = _value("mass of the frame", "kg")
@@ -61,24 +63,18 @@ class Frame:
     height_m: float = _value("height of the frame's centre", "m", high=5.0)
     half_wheelbase_m: float = _value("half of the wheelbase", "m", high=10.0)
 
-    def __post_init__(self) -> None:
-        check_inputs(self)
-
 
 @dataclass(frozen=True, kw_only=True)
-class Body:
+class Body(_Part):
     """A car body on two bogies, reduced to its weight, roll, and the yaw of the secondary suspension."""
 
     mass_kg: float = _value("mass of the body", "kg")
     height_m: float = _value("height of the body's centre", "m", high=10.0)
     half_pivots_m: float = _value("half of the distance of the pivots", "m", high=30.0)
 
-    def __post_init__(self) -> None:
-        check_inputs(self)
-
 
 @dataclass(frozen=True, kw_only=True)
-class Primary:
+class Primary(_Part):
     """Suspension of one axle box, at half a distance from the middle."""
 
     longitudinal_N_per_m: float = _value("longitudinal primary stiffness", "N/m")
@@ -89,12 +85,9 @@ class Primary:
     lateral_Ns_per_m: float = _value("lateral primary damping", "N s/m", zero=True, default=0.0)
     vertical_Ns_per_m: float = _value("vertical primary damping", "N s/m", zero=True, default=0.0)
 
-    def __post_init__(self) -> None:
-        check_inputs(self)
-
 
 @dataclass(frozen=True, kw_only=True)
-class Secondary:
+class Secondary(_Part):
     """Suspension of the body on one side of a bogie."""
 
     longitudinal_N_per_m: float = _value("longitudinal secondary stiffness", "N/m", zero=True)
@@ -106,9 +99,6 @@ class Secondary:
     longitudinal_Ns_per_m: float = _value("longitudinal secondary damping", "N s/m", zero=True, default=0.0)
     lateral_Ns_per_m: float = _value("lateral secondary damping", "N s/m", zero=True, default=0.0)
     vertical_Ns_per_m: float = _value("vertical secondary damping", "N s/m", zero=True, default=0.0)
-
-    def __post_init__(self) -> None:
-        check_inputs(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,15 +151,8 @@ def with_bogie(vehicle: Vehicle, which: str) -> Vehicle:
     return replace(vehicle, bogie=replace(vehicle.bogie, leads=leads))
 
 
-_TABLES: Mapping[str, type] = {
-    "wheelset": WheelsetBody,
-    "guide": Guide,
-    "frame": Frame,
-    "body": Body,
-    "primary": Primary,
-    "secondary": Secondary,
-}
-_OF_BOGIE = ("frame", "body", "primary", "secondary")
+_OF_BOGIE: Mapping[str, type] = {"frame": Frame, "body": Body, "primary": Primary, "secondary": Secondary}
+_TABLES: Mapping[str, type] = {"wheelset": WheelsetBody, "guide": Guide, **_OF_BOGIE}
 
 
 def built_in_vehicles() -> tuple[str, ...]:
@@ -212,13 +195,8 @@ def _vehicle(given: Mapping[str, Any]) -> Vehicle:
     wanted = ("wheelset", *(_OF_BOGIE if has_bogie else ("guide",)))
     parts: dict[str, Any] = {name: _table(name, given.get(name), _TABLES[name]) for name in wanted}
     bogie = Bogie(**{name: parts[name] for name in _OF_BOGIE}) if has_bogie else None
-    return Vehicle(
-        name=str(given.get("name", "vehicle")),
-        source=str(given.get("source", "")),
-        wheelset=parts["wheelset"],
-        guide=parts.get("guide"),
-        bogie=bogie,
-    )
+    name, source = str(given.get("name", "vehicle")), str(given.get("source", ""))
+    return Vehicle(name=name, source=source, wheelset=parts["wheelset"], guide=parts.get("guide"), bogie=bogie)
 
 
 def _table(name: str, given: Any, kind: type[_ANY]) -> _ANY:

@@ -305,17 +305,10 @@ def overlap(found: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, ...]:
     patches = []
     for first, last in _regions(found.depth_mm):
         inside = slice(first, last + 1)
-        half_length, force = overlap_strips(
-            found.depth_mm[inside], found.curvature_along_per_mm[inside], contact_modulus_MPa
-        )
-        patches.append(
-            Pressed(
-                s_mm=found.s_mm[inside],
-                width_mm=_widths(found, first, last),
-                half_length_mm=half_length,
-                force_N_per_mm=force,
-            )
-        )
+        s, along = found.s_mm[inside], found.curvature_along_per_mm[inside]
+        half, force = overlap_strips(found.depth_mm[inside], along, contact_modulus_MPa)
+        width = _widths(found, first, last)
+        patches.append(Pressed(s_mm=s, width_mm=width, half_length_mm=half, force_N_per_mm=force))
     return tuple(patches)
 
 
@@ -338,16 +331,7 @@ def strip(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, ...]:
         Search(strips=_STRIPS, tolerance=0.0, most_sweeps=_SWEEPS),
         start=_start_of_strips(overlap.s_mm, down, runs, along, contact_modulus_MPa),
     )
-    force = 0.5 * np.pi * contact.c * contact.q
-    return tuple(
-        Pressed(
-            s_mm=contact.t[first : last + 1],
-            width_mm=contact.h[first : last + 1],
-            half_length_mm=np.sqrt(contact.q[first : last + 1]),
-            force_N_per_mm=force[first : last + 1],
-        )
-        for first, last in _regions(force)
-    )
+    return _patches(contact.t, contact.h, np.sqrt(contact.q), 0.5 * np.pi * contact.c * contact.q)
 
 
 def _start_of_strips(
@@ -380,24 +364,14 @@ def half_space(overlap: Overlap, contact_modulus_MPa: float, *, fine: bool = Fal
     if found is None:
         return ()
     s, half_length, force, problem = found
-    width = np.full(s.size, s[1] - s[0])
-    return tuple(
-        Pressed(
-            s_mm=s[first : last + 1],
-            width_mm=width[first : last + 1],
-            half_length_mm=half_length[first : last + 1],
-            force_N_per_mm=force[first : last + 1],
-            problem=problem,
-        )
-        for first, last in _regions(force)
-    )
+    return _patches(s, np.full(s.size, s[1] - s[0]), half_length, force, problem)
 
 
 def on_gap_lines(at_approach: Callable[[GapLine, float], StripContact]) -> NormalTheory:
     """A theory of a gap line at an approach, taken on each stretch that overlaps by itself."""
 
     def normal(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, ...]:
-        found = []
+        found: list[Pressed] = []
         for first, last in _regions(overlap.depth_mm):
             low, high = max(0, first - _BESIDE), min(overlap.s_mm.size - 1, last + _BESIDE)
             # on a lattice of the rail, where a place enters without pressure
@@ -414,15 +388,7 @@ def on_gap_lines(at_approach: Callable[[GapLine, float], StripContact]) -> Norma
             )
             contact = at_approach(line, float(depth[deepest]))
             force = 0.5 * np.pi * contact.half_length_mm * contact.centre_pressure_MPa
-            found += [
-                Pressed(
-                    s_mm=contact.t_mm[k : n + 1],
-                    width_mm=contact.width_mm[k : n + 1],
-                    half_length_mm=contact.half_length_mm[k : n + 1],
-                    force_N_per_mm=force[k : n + 1],
-                )
-                for k, n in _regions(force)
-            ]
+            found += _patches(contact.t_mm, contact.width_mm, contact.half_length_mm, force)
         return tuple(found)
 
     return normal
@@ -458,6 +424,22 @@ def normal_theory(name: str, *, fine: bool = False) -> NormalTheory:
             " which other theories do not have"
         )
     return partial(half_space, fine=True) if fine and name == "half_space" else NORMAL_THEORIES[name]
+
+
+def _patches(
+    s_mm: Floats, width_mm: Floats, half_length_mm: Floats, force_N_per_mm: Floats, problem: str = ""
+) -> tuple[Pressed, ...]:
+    """A patch for each unbroken run of strips that carry."""
+    return tuple(
+        Pressed(
+            s_mm=s_mm[first : last + 1],
+            width_mm=width_mm[first : last + 1],
+            half_length_mm=half_length_mm[first : last + 1],
+            force_N_per_mm=force_N_per_mm[first : last + 1],
+            problem=problem,
+        )
+        for first, last in _regions(force_N_per_mm)
+    )
 
 
 def _regions(depth: Floats) -> list[tuple[int, int]]:

@@ -152,10 +152,8 @@ def eigenvalues(model: LinearModel, speed_m_s: float) -> NDArray[np.complex128]:
     system = np.zeros((2 * n + m, 2 * n + m))
     system[:n, n : 2 * n] = np.eye(n)
     inverse = np.linalg.inv(mass)
-    moved = np.concatenate(
-        [(inverse @ model.stiffness)[:, places], (inverse @ rates)[:, places], (inverse @ model.stiffness)[:, slips]],
-        axis=1,
-    )
+    stiff, slow = inverse @ model.stiffness, inverse @ rates
+    moved = np.concatenate([stiff[:, places], slow[:, places], stiff[:, slips]], axis=1)
     system[n : 2 * n], system[2 * n :] = moved[places], moved[slips]
     return np.asarray(np.linalg.eigvals(system))
 
@@ -205,10 +203,8 @@ def critical_speed_m_s(model: LinearModel) -> float | None:
 
     speeds = np.linspace(_SLOWEST_M_S, _FASTEST_M_S, _SPEEDS)
     first = next((k for k, speed in enumerate(speeds) if grows(float(speed))), None)
-    if first is None:
-        return None
-    if first == 0:
-        return float(speeds[0])
+    if not first:
+        return None if first is None else float(speeds[0])
     low, high = float(speeds[first - 1]), float(speeds[first])
     while high - low > _SPEED_WITHIN_M_S:
         middle = 0.5 * (low + high)
@@ -222,19 +218,15 @@ def _masses(vehicle: Vehicle, size: int, speed_m_s: float) -> tuple[Floats, Floa
     mass, gyroscopic = np.zeros((size, size)), np.zeros((size, size))
     turning = body.axle_inertia_kg_m2 * speed_m_s / (1e-3 * body.rolling_radius_mm)
     # slips of rotation are thousandths of the speed over the radius
-    spin = body.axle_inertia_kg_m2 * speed_m_s / (1e-3 * body.rolling_radius_mm)
-    values = (body.mass_kg, body.mass_kg, body.roll_inertia_kg_m2, body.yaw_inertia_kg_m2, spin)
+    values = (body.mass_kg, body.mass_kg, body.roll_inertia_kg_m2, body.yaw_inertia_kg_m2, turning)
     for k in range(vehicle.wheelsets):
         at = WHEELSET_SIZE * k
         mass[range(at, at + WHEELSET_SIZE), range(at, at + WHEELSET_SIZE)] = values
         gyroscopic[at + 2, at + 3], gyroscopic[at + 3, at + 2] = turning, -turning
     if vehicle.bogie is not None:
         frame = vehicle.bogie.frame
-        mass[range(-FRAME_SIZE, 0), range(-FRAME_SIZE, 0)] = (
-            frame.mass_kg,
-            frame.roll_inertia_kg_m2,
-            frame.yaw_inertia_kg_m2,
-        )
+        own = (frame.mass_kg, frame.roll_inertia_kg_m2, frame.yaw_inertia_kg_m2)
+        mass[range(-FRAME_SIZE, 0), range(-FRAME_SIZE, 0)] = own
     return 1e-3 * mass, 1e-3 * gyroscopic
 
 

@@ -2,7 +2,7 @@
 
 Otero Yugat's equation of motion (Part I, eq. 15), M qdd + Cq^T lambda = Qv + Qext with the constraints C(q, t) = 0, is
 taken for each body in a track frame that runs along, turned with the track. Steady motion has a constant position there
-(eq. 16), and M qdd - Qv are the centripetal and gyroscopic terms (`_inertia`). Qext are weight, suspension
+(eq. 16), and M qdd - Qv are the centripetal and gyroscopic terms (`without_rails`). Qext are weight, suspension
 (`_external`) and the forces of the rails (`wheel_force`). The constraints are the rigid wheelset and the given speed;
 the force lambda of the latter is the pull that the curve costs (`Balance.pull_N`). Projected on the five directions
 that are left to each wheelset, and on three of a frame, nothing but algebra remains.
@@ -20,8 +20,8 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.bodies import RollingPair
-from fecontact.rolling.fastsim import Strips, one_ellipse, strip_forces
-from fecontact.rolling.laws import Creepages, CurvedCreepages, RollingEllipse
+from fecontact.rolling.fastsim import Strips, strip_forces
+from fecontact.rolling.laws import Creepages, CurvedCreepages
 from fecontact.vehicle.model import Bogie, Vehicle
 from fecontact.vehicle.normal import NormalTheory, Overlap, Pressed, Surfaces, standing
 
@@ -63,17 +63,16 @@ class Motion:
     yaw_rad: float
     slip: float
     curvature_per_mm: float
-    rates: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    rates: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
 
     def mirrored(self) -> Motion:
         """The motion of the right wheel as that of a left one."""
         y, z, roll, yaw = self.rates
-        return Motion(
+        return replace(
+            self,
             shift_mm=-self.shift_mm,
-            height_mm=self.height_mm,
             roll_rad=-self.roll_rad,
             yaw_rad=-self.yaw_rad,
-            slip=self.slip,
             curvature_per_mm=-self.curvature_per_mm,
             rates=(-y, z, -roll, -yaw),
         )
@@ -81,12 +80,7 @@ class Motion:
     @property
     def axle(self) -> Floats:
         """Direction (3,) of the axle to the left."""
-        cr, sr, cy, sy = (
-            math.cos(self.roll_rad),
-            math.sin(self.roll_rad),
-            math.cos(self.yaw_rad),
-            math.sin(self.yaw_rad),
-        )
+        (cr, cy), (sr, sy) = np.cos([self.roll_rad, self.yaw_rad]), np.sin([self.roll_rad, self.yaw_rad])
         return np.array([-sy * cr, cy * cr, sr])
 
 
@@ -151,26 +145,20 @@ class WheelForce:
 
 def wheel_force(surfaces: Surfaces, motion: Motion, law: ContactLaw) -> WheelForce:
     """Force on a left wheel; zero where it does not touch."""
-    force, moment, power, turned = np.zeros(3), np.zeros(3), 0.0, 0.0
     overlap = surfaces.overlap(motion.shift_mm, motion.height_mm, motion.roll_rad, motion.yaw_rad)
-    if overlap is None:
-        return WheelForce(force_N=force, moment_Nmm=moment, power_per_speed_N=power, turned_N=turned, patches=())
-    patches = []
-    for pressed in law.normal(overlap, law.contact_modulus_MPa):
-        own_force, own_moment, own_power, own_turned, patch = _patch_force(
-            pressed, overlap, motion, law, surfaces.pair.rolling_radius_mm
-        )
-        force, moment = force + own_force, moment + own_moment
-        power, turned = power + own_power, turned + own_turned
-        patches.append(patch)
+    pressed = () if overlap is None else law.normal(overlap, law.contact_modulus_MPa)
+    parts = [_patch_force(one, overlap, motion, law, surfaces.pair.rolling_radius_mm) for one in pressed if overlap]
     return WheelForce(
-        force_N=force, moment_Nmm=moment, power_per_speed_N=power, turned_N=turned, patches=tuple(patches)
+        force_N=sum((part.force_N for part in parts), start=np.zeros(3)),
+        moment_Nmm=sum((part.moment_Nmm for part in parts), start=np.zeros(3)),
+        power_per_speed_N=sum(part.power_per_speed_N for part in parts),
+        turned_N=sum(part.turned_N for part in parts),
+        patches=tuple(patch for part in parts for patch in part.patches),
     )
 
 
-def _patch_force(
-    pressed: Pressed, overlap: Overlap, motion: Motion, law: ContactLaw, radius_mm: float
-) -> tuple[Floats, Floats, float, float, PatchForce]:
+def _patch_force(pressed: Pressed, overlap: Overlap, motion: Motion, law: ContactLaw, radius_mm: float) -> WheelForce:
+    """What one patch adds to the force on its wheel."""
     line = pressed.force_N_per_mm * pressed.width_mm
     load = float(line.sum())
     centre_s = float(pressed.s_mm @ line) / load
@@ -191,16 +179,12 @@ def _patch_force(
         xi_beside=velocity[:-1, 0] - plane.across(across)[0],
         spin_beside_per_mm=spin[:-1] - plane.spin_per_mm,
     )
-    piece = _piece(pressed, across, load, law)
+    piece = _piece(pressed, across, law)
     fx, fy, turning_moment = strip_forces(piece, creepages, cells=_FASTSIM_CELLS)
     lines = slice(0, -1)
     along = np.stack([np.zeros_like(fy), np.cos(angle[lines]), np.sin(angle[lines])], axis=1)
     tangential = np.array([1.0, 0.0, 0.0]) * fx[:, None] + along * fy[:, None]
     of_strips = normal[lines] * line[:, None] + tangential
-    force = of_strips.sum(axis=0)
-    moment = np.cross(arm[lines], of_strips).sum(axis=0) + turning_moment @ normal[lines]
-    power = -float((velocity[lines] * tangential).sum() + spin[lines] @ turning_moment)
-    turned = motion.curvature_per_mm * float(of_strips[:, 1] @ arm[lines, 0])
     patch = PatchForce(
         normal_force_N=load,
         fx_N=float(fx.sum()),
@@ -213,7 +197,13 @@ def _patch_force(
         creepages=plane,
         problem=pressed.problem,
     )
-    return force, moment, power, turned, patch
+    return WheelForce(
+        force_N=of_strips.sum(axis=0),
+        moment_Nmm=np.cross(arm[lines], of_strips).sum(axis=0) + turning_moment @ normal[lines],
+        power_per_speed_N=-float((velocity[lines] * tangential).sum() + spin[lines] @ turning_moment),
+        turned_N=motion.curvature_per_mm * float(of_strips[:, 1] @ arm[lines, 0]),
+        patches=(patch,),
+    )
 
 
 def rigid_slip(arm_mm: Floats, motion: Motion, radius_mm: float) -> tuple[Floats, Floats]:
@@ -230,21 +220,17 @@ def rigid_slip(arm_mm: Floats, motion: Motion, radius_mm: float) -> tuple[Floats
     return velocity, turning
 
 
-def _piece(pressed: Pressed, across: Floats, load: float, law: ContactLaw) -> Strips:
+def _piece(pressed: Pressed, across: Floats, law: ContactLaw) -> Strips:
     """The patch for FASTSIM, with the ellipse of its second moments."""
-    flat = np.zeros_like(across)
-    any_size = RollingEllipse.of(law.pair, a_mm=1.0, b_mm=1.0, normal_force_N=load)
-    piece = Strips(
-        contact=any_size,
-        centre_x_mm=0.0,
-        centre_y_mm=0.0,
+    piece = Strips.of(
+        law.pair,
         y_mm=across,
         width_mm=pressed.width_mm,
-        middle_x_mm=flat,
+        middle_x_mm=np.zeros_like(across),
         half_length_mm=pressed.half_length_mm,
         force_N_per_mm=pressed.force_N_per_mm,
     )
-    ellipse, _, _ = one_ellipse((piece,))
+    ellipse = piece.contact
     slender = math.sqrt(min(max(ellipse.a_mm / ellipse.b_mm, 1.0 / _MOST_SLENDER), _MOST_SLENDER))
     size = math.sqrt(ellipse.a_mm * ellipse.b_mm)
     return replace(piece, contact=replace(ellipse, a_mm=size * slender, b_mm=size / slender))
@@ -257,6 +243,7 @@ GRAVITY_M_S2 = 9.81
 # Of a wheelset: shift and height (mm), roll and yaw (mrad), slip of rotation (thousandths); of a frame without two.
 WHEELSET_SIZE, FRAME_SIZE = 5, 3
 _MILLI = 1e-3
+_UNITS = np.array([1.0, 1.0, _MILLI, _MILLI, _MILLI])
 # Moments count as forces at a metre.
 _ARM_MM = 1e3
 
@@ -323,16 +310,10 @@ class Balance:
 
 def motion_of(state: Floats, curvature_per_mm: float, rates: Floats | None = None) -> Motion:
     """The motion that a state (5,) of a wheelset stands for; `rates` (4,) are those of its position over the speed."""
-    y, z, roll, yaw, slip = (float(one) for one in state)
-    r = (0.0,) * 4 if rates is None else tuple(float(one) for one in rates)
+    y, z, roll, yaw, slip = (float(one) for one in state * _UNITS)
+    own = (0.0, 0.0, 0.0, 0.0) if rates is None else tuple(float(one) for one in rates * _UNITS[:4])
     return Motion(
-        shift_mm=y,
-        height_mm=z,
-        roll_rad=_MILLI * roll,
-        yaw_rad=_MILLI * yaw,
-        slip=_MILLI * slip,
-        curvature_per_mm=curvature_per_mm,
-        rates=(r[0], r[1], _MILLI * r[2], _MILLI * r[3]),
+        shift_mm=y, height_mm=z, roll_rad=roll, yaw_rad=yaw, slip=slip, curvature_per_mm=curvature_per_mm, rates=own
     )
 
 
@@ -385,19 +366,13 @@ def wheelset_states(state: Floats, vehicle: Vehicle) -> list[Floats]:
 
 def without_rails(state: Floats, vehicle: Vehicle, line: Line) -> Floats:
     """Residual (n,) but for the forces of the rails."""
-    return _inertia(state, vehicle, line) + _external(state, vehicle, line)
-
-
-def _inertia(state: Floats, vehicle: Vehicle, line: Line) -> Floats:
-    """Qv - M qdd of wheelsets that turn about their axles while the track turns: the gyroscopic moment about x.
-
-    The centripetal part goes with the weight, as one acceleration.
-    """
-    found = np.zeros(state.size)
+    found = _external(state, vehicle, line)
+    # Qv - M qdd of wheelsets that turn about their axles while the track turns is the gyroscopic moment about x, in
+    # N m, that is N at a metre; the centripetal part goes with the weight, as one acceleration
     turning = vehicle.wheelset.axle_inertia_kg_m2 * line.speed_m_s**2 * line.curvature_per_mm * 1e3
-    for k in range(vehicle.wheelsets):
-        # N m, that is N at a metre
-        found[WHEELSET_SIZE * k + 2] = turning / (1e-3 * vehicle.wheelset.rolling_radius_mm)
+    found[2 : WHEELSET_SIZE * vehicle.wheelsets : WHEELSET_SIZE] += turning / (
+        1e-3 * vehicle.wheelset.rolling_radius_mm
+    )
     return found
 
 
@@ -408,15 +383,8 @@ def _external(state: Floats, vehicle: Vehicle, line: Line) -> Floats:
     assert vehicle.guide is not None
     across, down = line.acceleration_m_s2
     load = 1e3 * vehicle.guide.axle_load_kN / GRAVITY_M_S2
-    return np.array(
-        [
-            load * across - 1e-3 * vehicle.guide.lateral_N_per_m * state[0],
-            load * down,
-            0.0,
-            -_MILLI * vehicle.guide.yaw_Nm_per_rad * state[3],
-            0.0,
-        ]
-    )
+    lateral = load * across - 1e-3 * vehicle.guide.lateral_N_per_m * state[0]
+    return np.array([lateral, load * down, 0.0, -_MILLI * vehicle.guide.yaw_Nm_per_rad * state[3], 0.0])
 
 
 def _of_bogie(state: Floats, vehicle: Vehicle, bogie: Bogie, line: Line) -> Floats:
@@ -663,22 +631,17 @@ class _Path:
         line = lines(0.0)
         self._known = [solve_at(straight_start(vehicle, line), vehicle, line)]
         self._step = _FIRST_STEP
-        self._broken_at: float | None = None
-        if self._known[0].status != "equilibrium":
-            self._broken_at = 0.0
+        self._broken_at = None if self._known[0].status == "equilibrium" else 0.0
 
     def to(self, curvature: float) -> Equilibrium:
         """The equilibrium at a curvature beyond those before."""
         sign = -1.0 if curvature < 0.0 else 1.0
         while self._broken_at is None and abs(self._here) < abs(curvature):
             self._forward(curvature, sign)
-        if self._broken_at is None:
-            return (
-                self._known[-1]
-                if self._here == curvature
-                else solve_at(self._known[-1].state, self._vehicle, self._lines(curvature))
-            )
-        return self._beyond(curvature)
+        if self._broken_at is not None:
+            return self._beyond(curvature)
+        last = self._known[-1]
+        return last if self._here == curvature else solve_at(last.state, self._vehicle, self._lines(curvature))
 
     @property
     def _here(self) -> float:
@@ -688,10 +651,8 @@ class _Path:
         """One step towards a curvature, or the note that there is none."""
         step = min(self._step, abs(curvature) - abs(self._here))
         there = curvature if step == abs(curvature) - abs(self._here) else self._here + sign * step
-        start = self._predicted(there)
-        one = solve_at(
-            start, self._vehicle, self._lines(there), slopes=self._known[-1].slopes, between=there != curvature
-        )
+        start, slopes = self._predicted(there), self._known[-1].slopes
+        one = solve_at(start, self._vehicle, self._lines(there), slopes=slopes, between=there != curvature)
         if one.status == "equilibrium" and _near(one.state, start, self._vehicle):
             # a direction is not taken from two places that are nearly one
             before = self._known[-1] if step > _APART * abs(self._here) else self._known[0]

@@ -456,13 +456,7 @@ def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: b
             f" other one, {1e3 * (height - gap[lowest]):.0f} micrometres before they touch elsewhere: a step in a"
             " profile"
         )
-    down = WheelPose(
-        profile=wheel.profile,
-        rolling_radius_mm=wheel.rolling_radius_mm,
-        tape_circle_y_mm=wheel.tape_circle_y_mm,
-        axes=wheel.axes,
-        centre_mm=wheel.centre_mm - np.array([0.0, 0.0, height]),
-    )
+    down = replace(wheel, centre_mm=wheel.centre_mm - np.array([0.0, 0.0, height]))
     points = tuple(touch_point_at(rail, down, v, u_r, g - height) for g, v, u_r in found)
     climbs = climbs_at(down.profile, points[0].wheel_y_mm)
     if reason := why_it_cannot_carry(down.profile, points[0], climbs=climbs, flange_climb=flange_climb):

@@ -8,7 +8,7 @@ left one of the mirror image, for which all three change their signs.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -363,12 +363,9 @@ def contact_functions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: f
     positions = _positions(wheelset, shifts_mm, yaw_rad)
     centred = wheelset.stand(0.0, yaw_rad)
     height = float("nan") if isinstance(centred, str) else centred.left.axle_mm
+    # where none is possible there is nothing between them
     possible = [shift for shift, placed in positions.items() if not isinstance(placed, str)]
-    if not possible:
-        return ContactFunctions(
-            symmetric=wheelset.symmetric, centred_height_mm=height, positions=positions, jumps=(), conicities=()
-        )
-    low, high = min(possible), max(possible)
+    low, high = min(possible, default=0.0), max(possible, default=0.0)
     rolled, unrolled = (_Line(wheelset, yaw_rad, rolls=rolls) for rolls in (True, False))
     jumps = rolled.jumps(low, high)
     end = min(-low, high)
@@ -393,24 +390,14 @@ def _positions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: float) -
     for shift in sorted(shifts_mm, key=lambda shift: (shift < 0.0, abs(shift))):
         mirrored = positions.get(-shift)
         if isinstance(mirrored, PlacedWheelset) and wheelset.symmetric and yaw_rad == 0.0:
-            positions[shift] = _mirrored(mirrored)
+            positions[shift] = replace(
+                mirrored, shift_mm=shift, roll_rad=-mirrored.roll_rad, left=mirrored.right, right=mirrored.left
+            )
             continue
         placed = wheelset.at(shift, yaw_rad, guess_rad=guess)
         guess = 0.0 if isinstance(placed, str) else placed.roll_rad
         positions[shift] = placed
     return {shift: positions[shift] for shift in sorted(positions)}
-
-
-def _mirrored(placed: PlacedWheelset) -> PlacedWheelset:
-    """The mirror image of a symmetric wheelset that is not yawed."""
-    return PlacedWheelset(
-        shift_mm=-placed.shift_mm,
-        yaw_rad=placed.yaw_rad,
-        roll_rad=-placed.roll_rad,
-        axle_height_mm=placed.axle_height_mm,
-        left=placed.right,
-        right=placed.left,
-    )
 
 
 class _Line:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -18,23 +18,7 @@ from fecontact.comparison.patch import signed_square
 from fecontact.contact.grid import ContactGrid
 from fecontact.errors import usable
 from fecontact.normal.hertz import HertzContact
-from fecontact.outputs.style import (
-    ACROSS,
-    ANSWERS,
-    DIFFERENCE,
-    FE,
-    HERTZ,
-    PRESSURE,
-    RAIL_JUNCTION,
-    ROLLING,
-    SERIES,
-    SIDES,
-    WHEEL_JUNCTION,
-    blank_figure,
-    finish,
-    legend_beside,
-    save_figure,
-)
+from fecontact.outputs.style import ANSWERS, SERIES, SIDES, Colour, blank_figure, finish, legend_beside, save_figure
 from fecontact.outputs.tables import Row
 from fecontact.outputs.words import SHIFT, WORDS, case_words, series, verdict_reason
 from fecontact.profiles.curve import Kind, radius_mm, radius_text
@@ -48,6 +32,10 @@ if TYPE_CHECKING:
 
 # --- Maps of contact pressures over the rail's surface, with the outlines of both patches.
 
+# Axes over the rail's surface.
+_ACROSS, _ROLLING = f"s across in mm\n{SIDES}", "x (rolling) in mm"
+# Colour maps of pressures (lighter where higher) and of signed differences.
+_PRESSURE, _DIFFERENCE = "viridis", "RdBu_r"
 # A map that is so much taller than wide has room for three numbers across.
 _NARROW = 2.2
 # Colours of a pressure map and of a difference where nothing presses.
@@ -76,11 +64,6 @@ class PressureFields:
         i, j = np.unravel_index(int(np.argmax(self.fe)), self.fe.shape)
         return int(i), int(j)
 
-    @property
-    def top_MPa(self) -> float:
-        """The highest pressure of both."""
-        return float(max(self.fe.max(), self.hertz.max()))
-
     def limits_mm(self, *, across: bool) -> tuple[float, float]:
         """Range along s (`across`) or x that shows both patches with some room, and not the whole grid."""
         line = self.grid.s_mm if across else self.grid.x_mm
@@ -91,22 +74,21 @@ class PressureFields:
         return low - room, high + room
 
 
-def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields | None = None) -> None:
+def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields) -> None:
     """Draw a map of `finite elements`, `Hertz`, or `finite elements minus Hertz` over the rail's surface into axes.
 
     The outlines of both patches are drawn on it, with a cross at the first touch point, and the lobes
     of the finite elements are numbered, the highest first.
     """
-    fields = fields or PressureFields.of(load)
     is_difference = kind == "finite elements minus Hertz"
     values = {"finite elements": fields.fe, "Hertz": fields.hertz}.get(kind, fields.fe - fields.hertz)
-    top = (float(np.abs(values).max()) or 1.0) if is_difference else fields.top_MPa
+    top = (float(np.abs(values).max()) or 1.0) if is_difference else float(max(fields.fe.max(), fields.hertz.max()))
     ground = _NO_DIFFERENCE if is_difference else _NO_PRESSURE
     image = ax.imshow(
         values,
         origin="lower",
         interpolation="bilinear",
-        cmap=DIFFERENCE if is_difference else PRESSURE,
+        cmap=_DIFFERENCE if is_difference else _PRESSURE,
         vmin=-top if is_difference else 0.0,
         vmax=top,
         extent=(*_cell_edges(fields.grid.s_mm), *_cell_edges(fields.grid.x_mm)),
@@ -121,7 +103,7 @@ def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields 
         ax.plot(0.0, 0.0, "+", color=colour, ms=9, mew=width, label="_first touch point")
     # a place that is given is not looked for in each drawing
     ax.set_title(kind, y=1.0)
-    ax.set(xlabel=f"{ACROSS}\n{SIDES}", ylabel=ROLLING, aspect="equal", facecolor=ground)
+    ax.set(xlabel=_ACROSS, ylabel=_ROLLING, aspect="equal", facecolor=ground)
     (s_low, s_high), (x_low, x_high) = fields.limits_mm(across=True), fields.limits_mm(across=False)
     ax.set(xlim=(s_low, s_high), ylim=(x_low, x_high))
     if x_high - x_low > _NARROW * (s_high - s_low):
@@ -195,14 +177,13 @@ def case_inches(fields: PressureFields) -> tuple[float, float]:
     return _WIDTH, _HEAD + _TITLE + _map_height(fields) + _BELOW + _CUTS
 
 
-def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: PressureFields | None = None) -> None:
+def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: PressureFields) -> None:
     """Draw a judged load into a figure: the head with the verdict, maps, cuts and words.
 
     Maps show the rail's surface around the first touch point: finite elements, Hertz (same scale) and their difference,
     with the outlines of both patches. Cuts go through the peak of the finite elements; below the lateral one is the
     rail, true to scale. All stand where `case_inches` has room for them: to lay them out takes as long as to draw them.
     """
-    fields = fields or PressureFields.of(load)
     figure.set_layout_engine(None)
     (width, height), tall, of_map = case_inches(fields), _is_tall(fields), _map_height(fields)
 
@@ -212,7 +193,12 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
     def write(left: float, top: float, text: str, **style: Any) -> None:
         figure.text(left / width, top / height, text, va="top", **style)
 
-    _write_head(write, height, load, placement)
+    answer = load.verdict.answer
+    box = {"fc": ANSWERS[answer], "ec": "0.2", "boxstyle": "round,pad=0.35"}
+    write(0.18, height - 0.22, f" Hertz {answer} ", fontsize=15, weight="bold", bbox=box)
+    after = 0.45 + 0.155 * len(f"Hertz {answer}")
+    write(after, height - 0.12, case_words(load.case, placement), fontsize=13)
+    write(after, height - 0.42, verdict_reason(load), fontsize=11)
     wide = of_map / _ratio(fields) if tall else _MAP_WIDTH
     step = wide + _BESIDE if tall else width / 3.0
     for number, kind in enumerate(("finite elements", "Hertz", "finite elements minus Hertz")):
@@ -220,14 +206,14 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
         draw_pressure(ax, load, kind, fields)
         for place in _junctions(placement, "rail"):
             # on the dark ground of a pressure and on the light one of a difference
-            ax.axvline(float(place), color="0.6", ls=":", lw=1.2, label="_rail junction")
+            ax.axvline(place, color="0.6", ls=":", lw=1.2, label="_rail junction")
         ax.set_xlim(fields.limits_mm(across=True))
     words_left = 3.0 * step + 0.15 if tall else width - _WORDS
     of_cut = 0.5 * (width if tall else words_left)
     lateral = axes(_LEFT, 1.75, of_cut - _LEFT - 0.1, 2.0)
-    draw_lateral_cut(lateral, load, placement, fields)
+    draw_lateral_cut(lateral, placement, fields)
     _draw_rail(axes(_LEFT, 0.75, of_cut - _LEFT - 0.1, 0.8, sharex=lateral), placement, fields)
-    draw_rolling_cut(axes(of_cut + _LEFT, 0.75, of_cut - _LEFT - 0.2, 3.0), load, fields)
+    draw_rolling_cut(axes(of_cut + _LEFT, 0.75, of_cut - _LEFT - 0.2, 3.0), fields)
     words_top = _CUTS + _BELOW + of_map if tall else _CUTS - 0.4
     text = _case_text(load, placement)
     write(words_left, words_top, text, family="monospace", fontsize=8.2, linespacing=1.5)
@@ -248,58 +234,44 @@ def _map_height(fields: PressureFields) -> float:
     return float(np.clip(_MAP_WIDTH * _ratio(fields), _LEAST_HEIGHT, _MOST_HEIGHT))
 
 
-def _write_head(write: Callable[..., None], top: float, load: JudgedLoad, placement: Placement) -> None:
-    """Verdict and why, and what was solved, over the whole width."""
-    answer = load.verdict.answer
-    box = {"fc": ANSWERS[answer], "ec": "0.2", "boxstyle": "round,pad=0.35"}
-    write(0.18, top - 0.22, f" Hertz {answer} ", fontsize=15, weight="bold", bbox=box)
-    after = 0.45 + 0.155 * len(f"Hertz {answer}")
-    write(after, top - 0.12, case_words(load.case, placement), fontsize=13)
-    write(after, top - 0.42, verdict_reason(load), fontsize=11)
-
-
-def draw_lateral_cut(
-    ax: Axes, load: JudgedLoad, placement: Placement, fields: PressureFields | None = None, *, label: bool = False
-) -> None:
+def draw_lateral_cut(ax: Axes, placement: Placement, fields: PressureFields, *, label: bool = False) -> None:
     """Draw both pressures across, through the peak of the finite elements, with the junctions of both profiles.
 
     With `label` the axis across is labelled, which otherwise belongs to the rail below.
     """
-    fields = fields or PressureFields.of(load)
     i, grid = fields.peak[0], fields.grid
     s = np.linspace(grid.s_mm[0], grid.s_mm[-1], 400)
     _draw_cut(ax, (grid.s_mm, fields.fe[i]), (s, fields.ellipse.pressure_MPa(grid.x_mm[i], s)))
     low, high = fields.limits_mm(across=True)
     for junctions, colour, style, name in (
-        (_junctions(placement, "rail"), RAIL_JUNCTION, "-", "rail junction"),
-        (_junctions(placement, "wheel"), WHEEL_JUNCTION, ":", "wheel junction"),
+        (_junctions(placement, "rail"), Colour.RAIL_JUNCTION, "-", "rail junction"),
+        (_junctions(placement, "wheel"), Colour.WHEEL_JUNCTION, ":", "wheel junction"),
     ):
-        shown = junctions[(junctions > low) & (junctions < high)]
-        for number, position in enumerate(shown):
-            ax.axvline(float(position), color=colour, ls=style, lw=1.3, label=name if number == 0 else None, zorder=0)
+        shown = [place for place in junctions if low < place < high]
+        for number, place in enumerate(shown):
+            ax.axvline(place, color=colour, ls=style, lw=1.3, label=name if number == 0 else None, zorder=0)
     ax.set_title(f"lateral cut at x = {grid.x_mm[i]:z.2f} mm", y=1.0)
     ax.set_xlim(low, high)
     if label:
-        ax.set(xlabel=f"{ACROSS}\n{SIDES}")
+        ax.set(xlabel=_ACROSS)
     else:
         ax.tick_params(labelbottom=False)
     ax.legend(loc="best", fontsize=9)
 
 
-def draw_rolling_cut(ax: Axes, load: JudgedLoad, fields: PressureFields | None = None) -> None:
+def draw_rolling_cut(ax: Axes, fields: PressureFields) -> None:
     """Draw both pressures along the running direction, through the peak of the finite elements."""
-    fields = fields or PressureFields.of(load)
     j, grid = fields.peak[1], fields.grid
     x = np.linspace(grid.x_mm[0], grid.x_mm[-1], 400)
     _draw_cut(ax, (grid.x_mm, fields.fe[:, j]), (x, fields.ellipse.pressure_MPa(x, grid.s_mm[j])))
     ax.set_title(f"rolling cut at s = {grid.s_mm[j]:z.2f} mm", y=1.0)
-    ax.set(xlabel=ROLLING, xlim=fields.limits_mm(across=False))
+    ax.set(xlabel=_ROLLING, xlim=fields.limits_mm(across=False))
     ax.legend(loc="best", fontsize=9)
 
 
 def _draw_cut(ax: Axes, fe: tuple[Floats, Floats], hertz: tuple[Floats, Floats]) -> None:
-    ax.plot(*fe, color=FE, marker="o", ms=2.5, lw=1.3, label="finite elements")
-    ax.plot(*hertz, color=HERTZ, ls="--", lw=1.6, label="Hertz")
+    ax.plot(*fe, color=Colour.FE, marker="o", ms=2.5, lw=1.3, label="finite elements")
+    ax.plot(*hertz, color=Colour.HERTZ, ls="--", lw=1.6, label="Hertz")
     ax.set(ylabel="pressure in MPa", ylim=(0.0, 1.12 * max(float(fe[1].max()), float(hertz[1].max()), 1.0)))
     ax.grid(alpha=0.3)
 
@@ -315,9 +287,9 @@ def _draw_rail(ax: Axes, placement: Placement, fields: PressureFields) -> None:
     bottom = float(np.nanmin(height)) - 0.06 * (high - low)
     ax.fill_between(s[there], height[there], bottom, color="0.85", lw=0.0)
     ax.plot(s, height, color="0.2", lw=1.4)
-    ends = [low, *(float(k) for k in sorted(_junctions(placement, "rail")) if low < k < high), high]
+    ends = [low, *(place for place in _junctions(placement, "rail") if low < place < high), high]
     for place in ends[1:-1]:
-        ax.axvline(place, color=RAIL_JUNCTION, lw=1.3, zorder=0)
+        ax.axvline(place, color=Colour.RAIL_JUNCTION, lw=1.3, zorder=0)
     profile = placement.rail.profile
     for left, right in pairwise(ends):
         u = profile.at_arc_length(0.5 * (left + right) + placement.first_arc_length_mm)
@@ -325,13 +297,13 @@ def _draw_rail(ax: Axes, placement: Placement, fields: PressureFields) -> None:
         if np.isfinite(curvature) and right - left > 0.12 * (high - low):
             radius = radius_text(radius_mm(curvature), "R {:.4g}")
             ax.text(0.5 * (left + right), bottom, radius, ha="center", va="bottom", fontsize=8.5)
-    ax.set(xlabel=f"{ACROSS}\n{SIDES}", ylabel="rail", yticks=[], aspect="equal", adjustable="datalim")
+    ax.set(xlabel=_ACROSS, ylabel="rail", yticks=[], aspect="equal", adjustable="datalim")
     ax.set_xlim(low, high)
 
 
-def _junctions(placement: Placement, kind: Kind) -> Floats:
+def _junctions(placement: Placement, kind: Kind) -> list[float]:
     """Positions (mm) of one profile's junctions; the wheel's line lies on the rail's near the touch point."""
-    return np.array([place.s_mm for place in placement.junctions if place.profile.kind == kind])
+    return sorted(place.s_mm for place in placement.junctions if place.profile.kind == kind)
 
 
 def _case_text(load: JudgedLoad, placement: Placement) -> str:
@@ -423,7 +395,7 @@ def patches_figure(loads: Sequence[tuple[JudgedLoad, Placement]]) -> Figure:
         for ax in (over, below):
             ax.set_axis_on()
         draw_pressure(over, load, "finite elements", fields)
-        draw_lateral_cut(below, load, placement, fields, label=True)
+        draw_lateral_cut(below, placement, fields, label=True)
         shift, kilonewtons = load.case.lateral_shift_mm, load.load_N / 1e3
         over.set(title=f"{shift:+z.2f} mm, {kilonewtons:.4g} kN: {load.verdict.answer}", xlabel="", ylabel="x in mm")
         below.set(title="", xlabel="s across in mm")

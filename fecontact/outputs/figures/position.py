@@ -9,19 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.outputs.alone import junctions_of
 from fecontact.outputs.profiles import draw_problems
-from fecontact.outputs.style import (
-    EXPECTED,
-    HERTZ,
-    RAIL,
-    SIDES,
-    WHEEL,
-    blank_figure,
-    finish,
-    legend_beside,
-    save_figure,
-)
+from fecontact.outputs.style import SIDES, Colour, blank_figure, finish, legend_beside, save_figure
 from fecontact.outputs.tables import short_name
 from fecontact.outputs.words import case_words
 from fecontact.solving.position import Preview
@@ -66,12 +55,12 @@ def section_lines(placement: Placement, about_mm: float = np.inf) -> Lines:
 def draw_section(ax: Axes, placement: Placement, lines: Lines) -> None:
     """Draw both lines, and the touch points: the first one filled."""
     names = {"rail": placement.rail.profile.name, "wheel": placement.wheel.profile.name}
-    for (of, line), colour in zip(lines.items(), (RAIL, WHEEL), strict=True):
+    for (of, line), colour in zip(lines.items(), Colour.LINES.values(), strict=True):
         ax.plot(*line, color=colour, lw=1.8, label=f"{of} {short_name(names[of])}")
     for number, touch in enumerate(placement.touch_points):
         label = "touch point" if number == 0 else ("further touch points" if number == 1 else None)
-        inside = HERTZ if number == 0 else "white"
-        ax.plot(touch.y_mm, touch.z_mm, "o", label=label, mfc=inside, mec=HERTZ, ms=7, zorder=5)
+        inside = Colour.HERTZ if number == 0 else "white"
+        ax.plot(touch.y_mm, touch.z_mm, "o", label=label, mfc=inside, mec=Colour.HERTZ, ms=7, zorder=5)
     finish(ax)
 
 
@@ -97,7 +86,7 @@ def preview_figure(seen: Preview, path: str | Path) -> Path:
     low, high = float(np.nanmin(z)), float(np.nanmax(z))
     near.set_ylim(low - 0.3 * (high - low + 0.1), high + 0.6 * (high - low + 0.1))
     near.set(title="about the expected patch (shaded), heights drawn out", xlabel=f"y in mm\n{SIDES}", ylabel="z in mm")
-    near.axvspan(touch.y_mm + patch.s_low_mm, touch.y_mm + patch.s_high_mm, color=EXPECTED, alpha=0.3, lw=0)
+    near.axvspan(touch.y_mm + patch.s_low_mm, touch.y_mm + patch.s_high_mm, color=Colour.EXPECTED, alpha=0.3, lw=0)
     _draw_curvatures(bent, seen, reach)
     legend_beside(whole)
     wheel = seen.placement.wheel
@@ -110,10 +99,8 @@ def _draw_curvatures(ax: Axes, seen: Preview, reach: float) -> None:
     """Curvature of the rail and of the wheel, positive where convex, over the distance from the touch point."""
     touch, patch, banded = seen.placement.first, seen.expected, False
     s = np.linspace(patch.s_low_mm - reach, patch.s_high_mm + reach, 1200)
-    for profile, u, colour in (
-        (seen.placement.rail.profile, touch.rail_u, RAIL),
-        (seen.placement.wheel.profile, touch.wheel_u, WHEEL),
-    ):
+    for profile, u in ((seen.placement.rail.profile, touch.rail_u), (seen.placement.wheel.profile, touch.wheel_u)):
+        colour = Colour.LINES[profile.kind]
         at = profile.at_arc_length(s + float(profile.arc_length(u)))
         curvature = profile.convex_sign * profile.evaluate(at).curvature_per_mm
         ax.plot(s, curvature, color=colour, lw=1.5, label=f"{profile.kind}")
@@ -123,12 +110,12 @@ def _draw_curvatures(ax: Axes, seen: Preview, reach: float) -> None:
             noise = np.interp(s + float(profile.arc_length(u)) + start, measured.s_mm, measured.curvature_noise_per_mm)
             ax.fill_between(s, curvature - 2.0 * noise, curvature + 2.0 * noise, color=colour, alpha=0.25, lw=0)
             banded = True
-    ax.axvspan(patch.s_low_mm, patch.s_high_mm, color=EXPECTED, alpha=0.3, lw=0)
+    ax.axvspan(patch.s_low_mm, patch.s_high_mm, color=Colour.EXPECTED, alpha=0.3, lw=0)
     ax.axvline(0.0, color="k", lw=0.8)
     ax.axhline(0.0, color="0.5", lw=0.8)
-    for one in junctions_of(seen):
-        if s[0] <= one["distance_mm"] <= s[-1]:
-            ax.axvline(one["distance_mm"], color=RAIL if one["profile"] == "rail" else WHEEL, ls=":", lw=1.0)
+    for place in seen.placement.junctions:
+        if s[0] <= place.s_mm <= s[-1]:
+            ax.axvline(place.s_mm, color=Colour.LINES[place.profile.kind], ls=":", lw=1.0)
     ax.set(
         title=f"curvatures (dotted: junctions{'; bands: twice the noise' if banded else ''})",
         xlabel=f"distance across from the touch point in mm\n{SIDES}",

@@ -13,12 +13,9 @@ from fecontact.arrays import Floats
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError, usable
 from fecontact.outputs.style import (
-    ANSWER_MARKS,
     ANSWERS,
-    FE,
-    HERTZ,
-    RAIL_JUNCTION,
     SERIES,
+    Colour,
     blank_figure,
     finish,
     legend_beside,
@@ -32,6 +29,8 @@ from fecontact.profiles.curve import Profile, radius_mm, radius_text
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+_TOUCH = "touch_rail_y_mm"
+ANSWER_MARKS = {"HOLDS": "o", "UNRESOLVED": "D", "FAILS": "X", "failed": "s"}
 # A row whose numbers must not be used.
 _BAD: Mapping[str, Any] = {"marker": "x", "ms": 9, "mew": 2.0, "ls": "none"}
 
@@ -72,14 +71,13 @@ def study_figure(
         # an underscore keeps a line out of the legend
         kept = "" if shown or number == 0 else "_"
         fe, hertz = f"{kept}FE{label}", f"{kept}Hertz{label}"
-        of_fe: dict[str, Any] = style | ({"color": FE} if single else {})
-        of_hertz: dict[str, Any] = style | ({"color": HERTZ} if single else {}) | {"ls": "--", "mfc": "white"}
-        value = _numbers(group, "fe_p_max_MPa")
+        of_fe: dict[str, Any] = style | ({"color": Colour.FE} if single else {})
+        of_hertz: dict[str, Any] = style | ({"color": Colour.HERTZ} if single else {}) | {"ls": "--", "mfc": "white"}
+        value, of_ellipse, places = (_numbers(group, name) for name in ("fe_p_max_MPa", "hertz_p_max_MPa", _TOUCH))
         unsure = 1e-2 * _numbers(group, "hertz_uncertainty_p_max_percent") * value
         _draw_series(peak, group, value, unsure, label=fe, **of_fe)
-        _draw_series(peak, group, _numbers(group, "hertz_p_max_MPa"), label=hertz, **of_hertz)
-        places = _numbers(group, "touch_rail_y_mm")
-        _draw_series(touch, group, places, **(style | ({"color": "0.2"} if single else {})))
+        _draw_series(peak, group, of_ellipse, label=hertz, **of_hertz)
+        _draw_series(touch, group, places, **style | ({"color": "0.2"} if single else {}))
         _draw_without_value(peak, group)
         if not single or criteria is None:
             _draw_deviations(off, group, style, (f"{kept}peak{label}", f"{kept}area{label}"))
@@ -122,9 +120,9 @@ def _draw_used_limits(ax: Axes, group: Sequence[Row], criteria: Criteria) -> Non
         _draw_series(ax, group, used, error, label=WORDS[measure].short, ls=dash, **series_style(number))
     ax.axhspan(0.0, 1.0, color="0.93", zorder=0)
     ax.axhline(1.0, color="0.3", lw=1.0, zorder=1)
-    for side, words in (("bottom", "beyond the limit"), ("top", "within the limit")):
-        place: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "fontsize": 8.5, "color": "0.35", "va": side}
-        ax.text(0.008, 1.03 if side == "bottom" else 0.97, words, **place)
+    style: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "fontsize": 8.5, "color": "0.35"}
+    ax.text(0.008, 1.03, "beyond the limit", va="bottom", **style)
+    ax.text(0.008, 0.97, "within the limit", va="top", **style)
     # what is within the limits on a line, what is beyond by its magnitude
     ax.set_yscale("symlog", linthresh=1.0, linscale=1.0)
     top = max(3.0, 1.3 * ax.get_ylim()[1])
@@ -168,7 +166,7 @@ def _draw_series(ax: Axes, group: Sequence[Row], value: Floats, unsure: Floats |
 
 def _jumps(group: Sequence[Row]) -> NDArray[np.int64]:
     """Numbers of the rows before which a touch point leaves the Hertz ellipse of either: anything may be between."""
-    touch, width = _numbers(group, "touch_rail_y_mm"), _numbers(group, "hertz_b_mm")
+    touch, width = _numbers(group, _TOUCH), _numbers(group, "hertz_b_mm")
     # a number that is not known (NaN) is no jump
     return 1 + np.flatnonzero(np.abs(np.diff(touch)) > np.minimum(width[1:], width[:-1]))
 
@@ -204,19 +202,12 @@ def _draw_junction_levels(ax: Axes, rail: Profile) -> None:
     room = 0.15 * (high - low) + 2.0
     shown = [junction for junction in rail.junctions if low - room < junction.y_mm < high + room]
     for junction in shown:
-        ax.axhline(junction.y_mm, color=RAIL_JUNCTION, lw=1.0, ls="-.", zorder=0)
+        ax.axhline(junction.y_mm, color=Colour.RAIL_JUNCTION, lw=1.0, ls="-.", zorder=0)
         sides = (junction.curvature_left_per_mm, junction.curvature_right_per_mm)
-        ax.annotate(
-            " | ".join(radius_text(radius_mm(one), "R{:.4g}") for one in sides),
-            (0.995, junction.y_mm),
-            xycoords=("axes fraction", "data"),
-            xytext=(0, 2),
-            textcoords="offset points",
-            ha="right",
-            va="bottom",
-            fontsize=8.5,
-            color=RAIL_JUNCTION,
-        )
+        radii = " | ".join(radius_text(radius_mm(one), "R{:.4g}") for one in sides)
+        place: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "xytext": (0, 2), "textcoords": "offset points"}
+        style: dict[str, Any] = {"ha": "right", "va": "bottom", "fontsize": 8.5, "color": Colour.RAIL_JUNCTION}
+        ax.annotate(radii, (0.995, junction.y_mm), **place, **style)
     # room for the words above the highest line
     top = max([high, *(junction.y_mm + 0.5 * room for junction in shown)])
     ax.set_ylim(low - room, top + 0.5 * room)

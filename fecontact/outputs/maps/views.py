@@ -9,7 +9,7 @@ from functools import partial
 from itertools import chain, groupby, repeat
 from string import ascii_uppercase
 from textwrap import wrap
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from fecontact.case import Case
 from fecontact.comparison.creep import CREEP_LAWS, PLACE, REAL, SHAPE
@@ -57,7 +57,7 @@ class CellView:
     text, letter
         In the picture: with its number, and where there is no room for numbers.
     printed
-        In the table.
+        In the table; empty where it is the text there too.
     bold
         For what does not hold.
     diamond
@@ -70,7 +70,7 @@ class CellView:
     answer: str
     text: str
     letter: str
-    printed: str
+    printed: str = ""
     bold: bool = False
     diamond: bool = False
     out_of_range: bool = False
@@ -119,8 +119,6 @@ class MapView:
         What the answers that occur, the marks, and the number of a cell stand for, for the legend.
     diamond
         What a diamond stands for; empty where there is none.
-    lines
-        What lines across columns stand for, in the order of their dashes.
     notes
         Lines below the table.
     """
@@ -136,7 +134,12 @@ class MapView:
     number: str
     notes: Sequence[str]
     diamond: str = ""
-    lines: Sequence[str] = ()
+
+    @property
+    def lines(self) -> list[str]:
+        """What lines across columns stand for, in the order of their dashes."""
+        shown = {words for column in self.columns for _, words in column.lines}
+        return [words for words in YIELD_WORDS.values() if words in shown]
 
 
 def part_words(used: float) -> str:
@@ -192,32 +195,43 @@ def verdict_view(made: ApplicabilityMap, theory: str = HERTZ) -> MapView:
         for position in made.positions
     ]
     causes = {cell.cause for cell in made.cells} if of_hertz else set()
-    measures = made.case.criteria.limits
-    notes = [
-        f"{_SIGN_WORDS} could not be solved; peak pressure, {words} against FE in %",
-        f"decided by {', '.join(f'{WORDS[name].letter} {WORDS[name].short}' for name in measures)}",
-    ]
-    if not of_hertz:
-        notes.append("where it says nothing of its own it is Hertz")
-    notes += yield_notes(made)
     instead = all_ellipses_instead(made) if of_hertz else ""
+    measures = [WORDS[measure] for measure in made.case.criteria.limits]
+    of_load = any("%" in cell.text for column in columns for cell in column.cells)
+    return _verdicts(
+        made,
+        columns,
+        name,
+        [(letter, cause) for cause, (letter, _) in CAUSES.items() if cause in causes],
+        title=f"where {words} holds",
+        criterion=limits_text(made.case.criteria),
+        number=f"largest part of a limit\nthat {name} uses; off from 1 on" + "\n%: load on separate patches" * of_load,
+        notes=[
+            f"{_SIGN_WORDS} could not be solved; peak pressure, {words} against FE in %",
+            f"decided by {', '.join(f'{one.letter} {one.short}' for one in measures)}",
+            *["where it says nothing of its own it is Hertz"] * (not of_hertz),
+            *yield_notes(made),
+            *[f"{_OTHER_HOLDS} {instead} holds"] * bool(instead),
+        ],
+        diamond=f"{instead}, holds" if instead else "",
+    )
+
+
+def _verdicts(
+    made: ApplicabilityMap, columns: list[ColumnView], name: str, causes: Sequence[tuple[str, str]], **words: Any
+) -> MapView:
+    """A map of the verdicts of what has a name, with letters of causes and what they stand for."""
+    painted = {answer for column in columns for _, _, answer in column.bands}
+    painted |= {"failed" for column in columns if not column.bands}
+    unsolved = [] if made.all_solved else [("$!$", "not to be used")]
     return MapView(
         case=made.case,
         loads_N=made.loads_N,
         columns=tuple(columns),
-        title=f"where {words} holds",
-        criterion=limits_text(made.case.criteria),
         colours=ANSWERS,
-        answers=_answers(columns, name),
-        marks=[
-            *_unsolved(made),
-            *(_mark(letter, cause) for cause, letter in CAUSE_LETTERS.items() if cause in causes),
-        ],
-        number=f"largest part of a limit\nthat {name} uses; off from 1 on"
-        + "\n%: load on separate patches" * any("%" in cell.text for column in columns for cell in column.cells),
-        notes=[*notes, f"{_OTHER_HOLDS} {instead} holds"] if instead else notes,
-        diamond=f"{instead}, holds" if instead else "",
-        lines=[words for words in YIELD_WORDS.values() if any(words in dict(one.lines).values() for one in columns)],
+        answers=[(answer, said.replace("Hertz", name)) for answer, said in ANSWER_WORDS.items() if answer in painted],
+        marks=[*unsolved, *((rf"$\mathbf{{{letter}}}$", cause) for letter, cause in causes)],
+        **words,
     )
 
 
@@ -233,25 +247,18 @@ def force_view(made: ApplicabilityMap) -> MapView:
     Load limits are as sharp as the loads that were solved for those of pressure. What was not solved has no forces.
     """
     columns = [
-        _verdict_column(
-            position, position.force_limit or position.limit, [_force_cell(cell) for cell in position.cells]
-        )
-        for position in made.positions
+        _verdict_column(one, one.force_limit or one.limit, [_force_cell(cell) for cell in one.cells])
+        for one in made.positions
     ]
     causes = {cell.force.verdict.cause for cell in made.cells if cell.force}
     within = force_criterion(made)
-    return MapView(
-        case=made.case,
-        loads_N=made.loads_N,
-        columns=tuple(columns),
+    return _verdicts(
+        made,
+        columns,
+        THEORIES[HERTZ].words,
+        [mark for cause, mark in _FORCE_CAUSES.items() if cause in causes],
         title="where Hertz holds for creep forces",
         criterion=within,
-        colours=ANSWERS,
-        answers=_answers(columns, THEORIES[HERTZ].words),
-        marks=[
-            *_unsolved(made),
-            *(_mark(letter, words) for cause, (letter, words) in _FORCE_CAUSES.items() if cause in causes),
-        ],
         number="part of the limit that\nHertz uses; off from 1 on",
         notes=[
             f"{_SIGN_WORDS} no forces: not solved; part of the limit of {within}",
@@ -265,13 +272,11 @@ def bands_of(limit: LoadLimit, open_kN: Collection[float]) -> tuple[Band, ...]:
 
     A stretch without any of them lies between two loads with different verdicts, and nothing was solved there.
     """
-    bands = []
-    for one in limit.intervals:
-        low, high, answer = one.low_N / 1e3, one.high_N / 1e3, str(one.answer)
-        if answer == "UNRESOLVED" and not any(low <= load <= high for load in open_kN):
-            answer = BETWEEN
-        bands.append((low, high, answer))
-    return tuple(bands)
+    bands = ((one.low_N / 1e3, one.high_N / 1e3, str(one.answer)) for one in limit.intervals)
+    return tuple(
+        (low, high, answer if answer != "UNRESOLVED" or any(low <= load <= high for load in open_kN) else BETWEEN)
+        for low, high, answer in bands
+    )
 
 
 def limit_text(limit: LoadLimit, open_kN: Collection[float]) -> str:
@@ -352,7 +357,7 @@ def _number(judged: JudgedLoad | Judgement) -> str:
 def _force_cell(cell: MapCell) -> CellView:
     force, load_kN = cell.force, cell.load_kN
     if force is None:
-        return CellView(load_kN=load_kN, answer="failed", text="!", letter="!", printed="!")
+        return CellView(load_kN=load_kN, answer="failed", text="!", letter="!")
     answer, letter = force.verdict.answer, _FORCE_CAUSES.get(force.verdict.cause or "", ("", ""))[0]
     part = part_words(force.limit_used)
     return CellView(
@@ -363,21 +368,6 @@ def _force_cell(cell: MapCell) -> CellView:
         printed=f"{_SIGNS[answer]}{letter or ' '}{part:>6}",
         bold=answer == "FAILS",
     )
-
-
-def _answers(columns: Sequence[ColumnView], words: str) -> list[tuple[str, str]]:
-    """The verdicts that are shown, and what their colours stand for."""
-    shown = {answer for column in columns for _, _, answer in column.bands}
-    shown |= {"failed" for column in columns if not column.bands}
-    return [(answer, said.replace("Hertz", words)) for answer, said in ANSWER_WORDS.items() if answer in shown]
-
-
-def _unsolved(made: ApplicabilityMap) -> list[tuple[str, str]]:
-    return [] if made.all_solved else [("$!$", "not to be used")]
-
-
-def _mark(letter: str, words: str) -> tuple[str, str]:
-    return rf"$\mathbf{{{letter}}}$", words
 
 
 # --- Maps of the cheapest theory that holds: of the laws of creep forces, and of the theories of the pressure.
@@ -455,9 +445,7 @@ def _view(
     made: ApplicabilityMap, theories: _Theories, title: str, criterion: str, *, number: str, note: str
 ) -> MapView:
     """A stretch between two loads with different answers was not solved; a load whose answer is open is unresolved."""
-    columns = tuple(
-        _cheapest_column(position.lateral_shift_mm, position.cells, theories) for position in made.positions
-    )
+    columns = tuple(_cheapest_column(position, theories) for position in made.positions)
     given = {cell.answer for column in columns for cell in column.cells}
     painted = given | {answer for column in columns for _, _, answer in column.bands}
     found = [theories.cheapest(cell) for cell in made.cells]
@@ -487,13 +475,13 @@ def _view(
     )
 
 
-def _cheapest_column(shift_mm: float, cells: tuple[MapCell, ...], theories: _Theories) -> ColumnView:
-    shown = tuple(_cell(cell, theories) for cell in cells)
+def _cheapest_column(position: MapPosition, theories: _Theories) -> ColumnView:
+    shown = tuple(_cell(cell, theories) for cell in position.cells)
     known = [(cell.load_kN, cell.answer) for cell in shown if cell.answer != _LOST]
     return ColumnView(
-        shift_mm=shift_mm,
+        shift_mm=position.lateral_shift_mm,
         bands=stretches(known, BETWEEN),
-        solved_kN=tuple(cell.load_kN for cell in cells if cell.judged is not None),
+        solved_kN=tuple(cell.load_kN for cell in position.cells if cell.judged is not None),
         cells=shown,
     )
 
@@ -502,12 +490,10 @@ def _cell(cell: MapCell, theories: _Theories) -> CellView:
     judged, load_kN, found = theories.of(cell), cell.load_kN, theories.cheapest(cell)
     if not found.name:
         text = "x" if judged else "!"
-        return CellView(load_kN=load_kN, answer=_NONE if judged else _LOST, text=text, letter=text, printed=text)
+        return CellView(load_kN=load_kN, answer=_NONE if judged else _LOST, text=text, letter=text)
     letter = theories.marks[found.name][0] + "?" * (found.answer == _OPEN) + _OUT * found.out_of_range
     text = f"{letter} {theories.number(found.name, judged[found.name])}".strip()
-    return CellView(
-        load_kN=load_kN, answer=found.label, text=text, letter=letter, printed=text, out_of_range=found.out_of_range
-    )
+    return CellView(load_kN=load_kN, answer=found.label, text=text, letter=letter, out_of_range=found.out_of_range)
 
 
 # --- The answer of a map in sentences: where it holds at all loads, up to which load elsewhere, and why it fails.
@@ -618,8 +604,8 @@ def _because(position: MapPosition) -> str:
 def _counted(view: MapView) -> list[str]:
     """How many cells are open or lost; nothing where none is."""
     found = [cell.answer for column in view.columns for cell in column.cells]
-    counts = {"open": found.count("UNRESOLVED"), "without a result": found.count("failed")}
-    said = [f"{count} {'is' if count == 1 else 'are'} {words}" for words, count in counts.items() if count]
+    counts = ((found.count("UNRESOLVED"), "open"), (found.count("failed"), "without a result"))
+    said = [f"{count} {'is' if count == 1 else 'are'} {words}" for count, words in counts if count]
     return [f"Of {len(found)} cells {' and '.join(said)}."] if said else []
 
 
@@ -695,9 +681,10 @@ def _position_text(case: Case) -> str:
 def _lines(view: MapView, part: range, width: int) -> list[str]:
     """A line of loads, and a line for each position."""
     head = "shift mm " + "".join(f"{view.loads_N[k] / 1e3:g}".rjust(width) for k in part) + "  kN"
+    shown = [[(cell.printed or cell.text).rjust(width) for cell in column.cells] for column in view.columns]
     return [head] + [
-        f"{column.shift_mm:+z8.2f} " + "".join(column.cells[k].printed.rjust(width) for k in part)
-        for column in view.columns
+        f"{column.shift_mm:+z8.2f} {''.join(cells[k] for k in part)}"
+        for column, cells in zip(view.columns, shown, strict=True)
     ]
 
 

@@ -30,10 +30,9 @@ from fecontact.errors import InputError
 from fecontact.files import read_json, write_json
 from fecontact.irregularity.shapes import irregularity_text
 from fecontact.normal.hertz import HertzContact
-from fecontact.normal.touch_hertz import sides
+from fecontact.outputs.geometry import profile_notes, touch_records
 from fecontact.outputs.tables import Record, flat, picked, told
 from fecontact.outputs.words import theory_words
-from fecontact.profiles.curve import radius_mm
 from fecontact.profiles.library import profile_identity
 from fecontact.rolling.forces import EllipseForces
 from fecontact.rolling.laws import CreepForce
@@ -44,7 +43,6 @@ from fecontact.solving.placing import roll_of_case
 from fecontact.solving.position import HertzAlone
 from fecontact.solving.solve import CaseResult
 from fecontact.wheel_rail.placement import Placement
-from fecontact.wheel_rail.poses import RelativeCurvature, TouchPoint
 
 # --- The judged theories of a load or a map: which is the cheapest that holds, how often each is, and in words.
 
@@ -158,7 +156,6 @@ CREEP_SCHEMA = "fecontact/creep/2"
 FOUND_INPUTS = ("roll_mrad",)
 """What a record of a case has beside its inputs: the roll as it stands, found or given."""
 _PACKAGES = ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "pyvista", "vtk", "pypardiso", "pyamg", "matplotlib")
-_RADII = ("rail", "wheel_lateral", "wheel_rolling")
 # Columns that a row leaves out: what stands there for each measure or mesh, what says how something was found, and of
 # most rungs and steps all but the measures that a table shows.
 _LEFT_OUT = (
@@ -192,7 +189,7 @@ def result_record(result: CaseResult) -> Record:
     return {
         "schema": RESULT_SCHEMA,
         "case": case_inputs(result.case, result.placement),
-        **_touch_records(result.placement),
+        **touch_records(result.placement),
         **load,
         "von_mises": told(result.von_mises),
         "solver": {**told(result.effort), **load["solver"]},
@@ -405,50 +402,13 @@ def versions() -> dict[str, str | None]:
     return found
 
 
-def profile_notes(placement: Placement) -> list[str]:
-    """What is to be known of both profiles."""
-    return [*placement.rail.profile.notes, *placement.wheel.profile.notes]
-
-
-def _touch_records(placement: Placement) -> Record:
-    return {
-        "contact_angle_rad": placement.first.contact_angle_rad,
-        "touch_points": [touch_record(touch) for touch in placement.touch_points],
-    }
-
-
-def touch_record(touch: TouchPoint) -> Record:
-    """A touch point with its curvatures: one entry, or two (gauge side, field side) at a junction."""
-    return {
-        **picked(touch, "x_mm y_mm z_mm rail_y_mm wheel_y_mm contact_angle_rad vertical_gap_mm at_junction"),
-        "curvatures": [
-            {"side": side, **told(curvature), **_radii(curvature)}
-            for side, curvature in zip(sides(touch), touch.curvatures, strict=True)
-        ],
-    }
-
-
-def touch_columns(placement: Placement, touch: TouchPoint) -> Record:
-    """A touch point in numbers alone, with the radii of one side of a junction."""
-    return {
-        **picked(touch, "rail_y_mm wheel_y_mm contact_angle_rad vertical_gap_mm"),
-        "rolling_radius_mm": float(placement.wheel.radius(touch.wheel_u)),
-        "at_junction": touch.at_junction,
-        **_radii(touch.curvature),
-    }
-
-
-def _radii(curvature: RelativeCurvature) -> Record:
-    return {f"{name}_radius_mm": radius_mm(getattr(curvature, f"{name}_per_mm")) for name in _RADII}
-
-
 def hertz_record(found: HertzAlone) -> Record:
     """Hertz's theory alone at a case's position, each ellipse with the whole load."""
     return {
         "schema": "fecontact/hertz/2",
         "case": case_inputs(found.case, found.placement),
         "normal_force_N": found.hertz.normal_force_N,
-        **_touch_records(found.placement),
+        **touch_records(found.placement),
         "ellipses": [
             picked(p, "touch_point side") | ({"problem": p.problem} if p.whole is None else ellipse_record(p.whole))
             for p in found.points.points

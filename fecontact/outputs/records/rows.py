@@ -48,6 +48,9 @@ def stiffness_rows(position: MapPosition) -> list[Record]:
 
 def map_record(made: ApplicabilityMap, provenance: Record | None = None) -> Record:
     """The whole map with the base case, its criteria, and what made it."""
+    force_limits = [limit_record(one.lateral_shift_mm, one.force_limit or one.limit) for one in made.positions]
+    # first yield, and where yielding takes up a limit
+    yields = [{"lateral_shift_mm": one.lateral_shift_mm, **one.yield_loads_N} for one in made.positions]
     return {
         "schema": MAP_SCHEMA,
         # shift and load are the map's own
@@ -57,19 +60,13 @@ def map_record(made: ApplicabilityMap, provenance: Record | None = None) -> Reco
         **picked(made, "lateral_shifts_mm loads_N"),
         "cells": [cell_record(cell) for cell in made.cells],
         "limits": [limit_record(position.lateral_shift_mm, position.limit) for position in made.positions],
-        **({"force_limits": _force_limits(made)} if made.case.creep.asked else {}),
-        **yield_record(made),
+        **({"force_limits": force_limits} if made.case.creep.asked else {}),
+        **({"yield_loads_N": yields} if any(one.yield_loads_N for one in made.positions) else {}),
         "theory_shares": share_records(made),
         "stiffness": [row for position in made.positions for row in stiffness_rows(position)],
         "versions": versions(),
         "provenance": provenance or {},
     }
-
-
-def yield_record(made: ApplicabilityMap) -> Record:
-    """Loads (N) of each position at which it yields first, and at which that takes up a limit; none if none does."""
-    found = [{"lateral_shift_mm": one.lateral_shift_mm, **one.yield_loads_N} for one in made.positions]
-    return {"yield_loads_N": found} if any(one.yield_loads_N for one in made.positions) else {}
 
 
 def cell_record(cell: MapCell) -> Record:
@@ -80,17 +77,11 @@ def cell_record(cell: MapCell) -> Record:
     }
 
 
-def _force_limits(made: ApplicabilityMap) -> list[Record]:
-    return [limit_record(one.lateral_shift_mm, one.force_limit or one.limit) for one in made.positions]
-
-
 def limit_record(shift_mm: float, limit: LoadLimit) -> Record:
     """A load limit of a position."""
     return {
         "lateral_shift_mm": shift_mm,
-        "F_max_N": limit.F_max_N,
-        "intervals": [asdict(interval) for interval in limit.intervals],
-        **picked(limit, "reason note"),
+        **picked(limit, "F_max_N intervals reason note"),
         "tried": [{"load_N": load, "verdict": verdict} for load, verdict in limit.tried],
     }
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from fecontact.arrays import Floats
 from fecontact.errors import InputError
 from fecontact.profiles.curve import FARTHEST_MM, Kind
-from fecontact.profiles.points import FEWEST_POINTS, Points, counted
+from fecontact.profiles.points import FEWEST_POINTS, Points, apart, counted
 from fecontact.profiles.reading import MM, Reading, remedy
 
 _COMMENT = re.compile(r"\s*(?:#|!|%|//).*")
@@ -122,8 +122,33 @@ def columns_of(text: str, source: Source) -> Table:
     """
     lines = _numbered(text)
     comma = _has_decimal_commas([line for _, line in lines], source.reading)
-    table = _rows(lines, source, comma=comma)
-    return replace(table, notes=(*(("decimal commas",) if comma else ()), *table.notes))
+    header, rest = _header(lines, comma=comma)
+    notes = ["decimal commas"] if comma else []
+    if len(header) > 1:
+        notes.append(f"{len(header)} lines of header left out")
+    names = header[-1] if header else ""
+    if rest and (count := _count_line(rest, comma=comma)):
+        rest = rest[1:]
+        notes.append(f"the first line, {count}, is the number of points")
+    if not rest:
+        raise InputError(f"{source.what}: no numbers; the file needs at least {FEWEST_POINTS} lines of y and z in mm")
+    chosen = _chosen(rest[0], names, source, comma=comma)
+    if len(first := _split(rest[0][1], comma=comma)) > 2 and source.reading.columns is None:
+        notes.append(f"of {len(first)} columns those named {_title(names, chosen[0])} and {_title(names, chosen[1])}")
+    rows = []
+    for number, line in rest:
+        fields, where = _split(line, comma=comma), f"{source.what}, line {number}"
+        if len(fields) != len(first):
+            raise InputError(
+                f"{where}: {counted(len(fields), 'column')} instead of {len(first)} in {line[:_SHOWN]!r}; make all"
+                " lines alike, and start comments with #"
+            )
+        rows.append(_pair([fields[column] for column in chosen], where, line, comma=comma))
+    values = np.array(rows)
+    unit = source.reading.units or _unit_of(names, chosen)
+    if unit not in (None, "mm", source.reading.units):
+        notes.append(f"unit {unit} from the header")
+    return Table(y=values[:, 0], z=values[:, 1], unit=unit, notes=tuple(notes))
 
 
 def _numbered(text: str) -> list[tuple[int, str]]:
@@ -143,12 +168,12 @@ def _has_decimal_commas(lines: Sequence[str], reading: Reading) -> bool:
     return all(len(row) > 1 and all(_COMMA_NUMBER.fullmatch(field) for field in row) for row in fields)
 
 
-def _split(line: str, *, comma: bool) -> list[str]:
+def _split(line: str, *, comma: bool = False) -> list[str]:
     separator = r"\s*;\s*|\s+" if comma else r"\s*[,;]\s*|\s+"
     return re.split(separator, line.rstrip("; \t" if comma else ",; \t"))
 
 
-def _number(field: str, *, comma: bool) -> float | None:
+def _number(field: str, *, comma: bool = False) -> float | None:
     # float() takes underscores and other scripts' digits as well, which no instrument writes
     if not field.isascii() or "_" in field:
         return None
@@ -158,44 +183,13 @@ def _number(field: str, *, comma: bool) -> float | None:
         return None
 
 
-def _rows(lines: list[tuple[int, str]], source: Source, *, comma: bool) -> Table:
-    header, rest = _header(lines, comma=comma)
-    notes = [] if len(header) < 2 else [f"{len(header)} lines of header left out"]
-    names = header[-1] if header else ""
-    if rest and (count := _count_line(rest, comma=comma)):
-        rest = rest[1:]
-        notes.append(f"the first line, {count}, is the number of points")
-    if not rest:
-        raise InputError(f"{source.what}: no numbers; the file needs at least {FEWEST_POINTS} lines of y and z in mm")
-    chosen = _chosen(rest[0], names, source, comma=comma)
-    if len(first := _split(rest[0][1], comma=comma)) > 2 and source.reading.columns is None:
-        notes.append(f"of {len(first)} columns those named {_title(names, chosen[0])} and {_title(names, chosen[1])}")
-    known = source.reading.units
-    rows = []
-    for number, line in rest:
-        fields, where = _split(line, comma=comma), f"{source.what}, line {number}"
-        if len(fields) != len(first):
-            raise InputError(
-                f"{where}: {counted(len(fields), 'column')} instead of {len(first)} in {line[:_SHOWN]!r}; make all"
-                " lines alike, and start comments with #"
-            )
-        rows.append(_pair([fields[column] for column in chosen], where, line, comma=comma))
-    values = np.array(rows)
-    unit = known or _unit_of(names, chosen)
-    if unit is not None and known is None and unit != "mm":
-        notes.append(f"unit {unit} from the header")
-    return Table(y=values[:, 0], z=values[:, 1], unit=unit, notes=tuple(notes))
-
-
 def _header(lines: list[tuple[int, str]], *, comma: bool) -> tuple[list[str], list[tuple[int, str]]]:
     """Lines before the first one of which a field is a number, and the lines from there."""
-    for i, (_, line) in enumerate(lines[: _MOST_HEADER_LINES + 1]):
-        if all(_number(field, comma=comma) is not None for field in _split(line, comma=comma)):
-            return [text for _, text in lines[:i]], lines[i:]
-    # no line is all numbers: the first one that has some says what is wrong
-    for i, (_, line) in enumerate(lines[: _MOST_HEADER_LINES + 1]):
-        if any(_number(field, comma=comma) is not None for field in _split(line, comma=comma)):
-            return [text for _, text in lines[:i]], lines[i:]
+    # where no line is all numbers, the first one that has some says what is wrong
+    for enough in (all, any):
+        for i, (_, line) in enumerate(lines[: _MOST_HEADER_LINES + 1]):
+            if enough(_number(field, comma=comma) is not None for field in _split(line, comma=comma)):
+                return [text for _, text in lines[:i]], lines[i:]
     return [], []
 
 
@@ -333,7 +327,7 @@ def read_miniprof(path: Path, kind: Kind, reading: Reading) -> Points:
     if "x" not in names or "y" not in names or len(set(names)) != len(names):
         raise InputError(f"{path}: ColumnDef = {columns[:60]!r}; it has to name the columns X and Y, such as X,Y,A,C")
     # X is y here, and Y is z until its sign is known; columns that are not named come last
-    count = next((len(_fields(line)) for line in rest.splitlines() if line.strip()), len(names))
+    count = next((len(_split(line.strip())) for line in rest.splitlines() if line.strip()), len(names))
     named = [name for name in names if name != "*"]
     named += [f"column{k}" for k in range(len(named), count if "*" in names else 0)]
     header = ",".join({"x": "y", "y": "z"}.get(name, f"_{name}") for name in named)
@@ -405,14 +399,8 @@ def _without_remark(line: str) -> str:
 
 
 def _is_numbers(line: str) -> bool:
-    try:
-        return len([float(field) for field in _fields(line)]) > 1
-    except ValueError:
-        return False
-
-
-def _fields(line: str) -> list[str]:
-    return re.split(r"\s*[,;]\s*|\s+", line.strip())
+    fields = _split(line)
+    return len(fields) > 1 and None not in map(_number, fields)
 
 
 def _unit(keys: dict[str, str], source: Source) -> str | None:
@@ -451,14 +439,9 @@ def _moved(y: Floats, z: Floats, keys: dict[str, str], source: Source) -> tuple[
 
 
 def _value(text: str, key: str, source: Source) -> float:
-    if not text:
-        # a key of a form that was not filled in
-        return 0.0
-    try:
-        value = float(text) if len(text) < 40 else float("nan")
-    except ValueError:
-        value = float("nan")
-    if not abs(value) <= 1e6:
+    # a key of a form that was not filled in is none
+    value = _number(text or "0")
+    if value is None or not abs(value) <= 1e6:
         raise InputError(
             f"{source.what}: {key.upper()} = {text[:40]!r} in the header; allowed: a number from -1e6 to 1e6"
         )
@@ -481,7 +464,6 @@ _KNOWN = {
     *("rotate", "bound.y.min", "bound.y.max", "bound.z.min", "bound.z.max", "mirror.y", "mirror.z", "inversion"),
     *("units.len", "units.ang", "units.len.f", "units.ang.f", "table.nr"),
 }
-_MOST_DIGITS = 40
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -495,11 +477,8 @@ class _Keys:
         if key not in self.values:
             return default
         text, line = self.values[key]
-        try:
-            value = float(text) if len(text) <= _MOST_DIGITS else float("nan")
-        except ValueError:
-            value = float("nan")
-        if not abs(value) <= 1e9:
+        value = _number(text)
+        if value is None or not abs(value) <= 1e9:
             raise InputError(f"{self.what}, line {line}: {key} = {text[:60]}; allowed: a number from -1e9 to 1e9")
         return value
 
@@ -529,11 +508,11 @@ def read_simpack(path: Path, reading: Reading) -> Points:
         The file cannot be read, or is not what the format allows; the message names line and key.
     """
     what = str(path)
-    keys, points, lines = _parsed(read_text(path), what)
+    keys, rows = _parsed(read_text(path), what)
     kind: Kind = "wheel" if keys.flag("type@header") else "rail"
     if reading.columns is not None or reading.decimal is not None:
         raise InputError(f"{what}: a SIMPACK file says itself what its columns are; leave out columns and decimal sign")
-    table, notes = _processed(keys, points, lines)
+    table, notes = _processed(keys, rows)
     factor = keys.number("units.len.f", 1000.0)
     if not _FACTORS[0] <= factor <= _FACTORS[1]:
         raise InputError(
@@ -548,10 +527,9 @@ def read_simpack(path: Path, reading: Reading) -> Points:
     return Points(points=line, kind=kind, name=path.stem, source=what, notes=said)
 
 
-def _parsed(text: str, what: str) -> tuple[_Keys, list[list[str]], list[int]]:
+def _parsed(text: str, what: str) -> tuple[_Keys, list[tuple[float, float]]]:
     values: dict[str, tuple[str, int]] = {}
-    points: list[list[str]] = []
-    lines: list[int] = []
+    rows: list[tuple[list[str], int]] = []
     block, inside, ended = "", False, False
     for number, raw in enumerate(text.splitlines(), start=1):
         line = raw.partition("!")[0].strip() if "'" not in raw else raw.strip()
@@ -562,8 +540,7 @@ def _parsed(text: str, what: str) -> tuple[_Keys, list[list[str]], list[int]]:
         elif line in ("point.begin", "point.end"):
             inside, ended = line == "point.begin", ended or line == "point.end"
         elif inside:
-            points.append(line.split())
-            lines.append(number)
+            rows.append((line.split(), number))
         elif match := _SIMPACK_KEY.match(line):
             # both blocks have a `type`, of the profile and of the original data
             key = f"type@{block}" if match[1] == "type" else match[1]
@@ -578,20 +555,15 @@ def _parsed(text: str, what: str) -> tuple[_Keys, list[list[str]], list[int]]:
         raise InputError(f"{what}: the points do not stand between point.begin and point.end; the file may be cut off")
     if "type@header" not in values:
         raise InputError(f"{what}: the header has no type (0 for a rail, 1 for a wheel); the file may be damaged")
-    return _Keys(what=what, values=values), points, lines
+    return _Keys(what=what, values=values), [_row(what, *row) for row in rows]
 
 
-def _processed(keys: _Keys, rows: list[list[str]], lines: list[int]) -> tuple[Floats, list[str]]:
-    table = np.array([_row(keys.what, row, line) for row, line in zip(rows, lines, strict=True)]).reshape(-1, 2)
-    notes = []
+def _processed(keys: _Keys, rows: list[tuple[float, float]]) -> tuple[Floats, list[str]]:
+    table, notes = np.array(rows).reshape(-1, 2), []
     closest = keys.number("point.dist.min", 0.0)
     if closest > 0.0 and len(table):
-        kept = [0]
-        for i in range(1, len(table)):
-            if np.hypot(*(table[i] - table[kept[-1]])) >= closest:
-                kept.append(i)
-        notes.append(f"{len(table) - len(kept)} points closer than point.dist.min left out")
-        table = table[kept]
+        before, table = len(table), apart(table, closest)
+        notes.append(f"{before - len(table)} points closer than point.dist.min left out")
     shift = (keys.number("shift.y", 0.0), keys.number("shift.z", 0.0))
     turn = keys.number("rotate", 0.0) / (keys.number("units.ang.f", 1.0) or 1.0)
     if any(shift):
@@ -608,9 +580,9 @@ def _processed(keys: _Keys, rows: list[list[str]], lines: list[int]) -> tuple[Fl
             inside = (table[:, column] >= low) & (table[:, column] <= high)
             notes.append(f"{np.count_nonzero(~inside)} points beyond {axis} = {low:g} to {high:g} left out")
             table = table[inside]
-    for column, axis in enumerate("yz"):
+    for sign, axis in (((-1.0, 1.0), "y"), ((1.0, -1.0), "z")):
         if keys.flag(f"mirror.{axis}"):
-            table = table * np.where(np.arange(2) == column, -1.0, 1.0)
+            table = table * sign
             notes.append(f"mirrored in {axis} as the file says")
     if keys.flag("inversion"):
         table = table[::-1]
@@ -620,11 +592,7 @@ def _processed(keys: _Keys, rows: list[list[str]], lines: list[int]) -> tuple[Fl
 
 
 def _row(what: str, row: list[str], line: int) -> tuple[float, float]:
-    if len(row) in (2, 3) and all(len(field) <= _MOST_DIGITS and field.isascii() and "_" not in field for field in row):
-        try:
-            values = [float(field) for field in row]
-        except ValueError:
-            values = []
-        if values and np.isfinite(values).all():
-            return values[0], values[1]
+    values = [value for field in row if (value := _number(field)) is not None and np.isfinite(value)]
+    if len(row) in (2, 3) and len(values) == len(row):
+        return values[0], values[1]
     raise InputError(f"{what}, line {line}: {' '.join(row)[:60]!r} is not y, z and perhaps a weight as numbers")

@@ -95,16 +95,9 @@ def _explain(error: dict[str, object]) -> str:
     assert isinstance(location, tuple)
     where = ".".join(str(part) for part in location) or "file"
     given = error["input"]
-    return f"{shown(where)}: {shown(error['msg'])}" + (f" (given: {_given(given)})" if _is_short(given) else "")
-
-
-def _is_short(given: object) -> bool:
     # Python does not write whole numbers of thousands of digits
-    return isinstance(given, str | float) or (isinstance(given, int) and abs(given) < 10**60)
-
-
-def _given(given: object) -> str:
-    return shown(repr(given))
+    short = isinstance(given, str | float) or (isinstance(given, int) and abs(given) < 10**60)
+    return f"{shown(where)}: {shown(error['msg'])}" + (f" (given: {shown(repr(given))})" if short else "")
 
 
 def _segment(entry: schema.Entry, what: str) -> Segment:
@@ -133,10 +126,6 @@ def _polynomial(entry: schema.PolynomialEntry, what: str) -> Polynomial:
 Reader: TypeAlias = Callable[[Path, Kind, Reading], Profile | Points]
 
 
-def _segments(path: Path, kind: Kind, reading: Reading) -> Profile:
-    return read_toml(path)
-
-
 def _columns(path: Path, kind: Kind, reading: Reading) -> Points:
     """Columns of numbers, unless the content says that it is something else under another ending."""
     return read_simpack(path, reading) if is_simpack(path) else read_columns(path, kind, reading)
@@ -154,7 +143,7 @@ DEFAULT: Reader = _columns
 
 # By the ending of the file in small letters.
 READERS: dict[str, Reader] = {
-    ".toml": _segments,
+    ".toml": lambda path, kind, reading: read_toml(path),
     ".txt": _columns,
     ".csv": _columns,
     ".dat": _columns,
