@@ -1243,7 +1243,7 @@ def luminance(colour: str) -> float:
 
 
 def test_verdicts_are_told_apart_in_grey():
-    from fecontact.outputs.figures.study import _ANSWER_MARKS as ANSWER_MARKS
+    from fecontact.outputs.figures.study import ANSWER_MARKS
     from fecontact.outputs.style import ANSWERS, SERIES
 
     levels = sorted(luminance(ANSWERS[answer]) for answer in ("HOLDS", "UNRESOLVED", "FAILS"))
