@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
-from fecontact.regression.baselines import Check, hertz_check
+from fecontact.regression.checks import Check, hertz_check
 
 LIMITS_PERCENT = {"p_max": 0.5, "a": 0.5, "b": 0.5, "area": 0.5}
 # Of a head that is narrow for its patch, see above.

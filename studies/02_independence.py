@@ -14,7 +14,7 @@ from typing import Any
 
 from fecontact.case import BodySize, Case
 from fecontact.comparison.measures import CUT_PLANES, measures_of
-from fecontact.regression.baselines import Check, discretisation_check
+from fecontact.regression.checks import Check, discretisation_check
 from fecontact.runs.identity import case_id
 from fecontact.solving.expected_patch import expected_patch
 from fecontact.solving.position import place_case, true_gap_of_case

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.regression.baselines import Check, discretisation_check, hertz_check
+from fecontact.regression.checks import Check, discretisation_check, hertz_check
 
 PAIRS = ((300, 80), (80, 13))
 DISTANCES_MM = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0)

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.regression.baselines import Check, discretisation_check
+from fecontact.regression.checks import Check, discretisation_check
 
 SHIFTS_MM = tuple(0.5 * k for k in range(-16, 13))
 LOADS_KN = (50.0, 100.0)

@@ -17,7 +17,7 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.inputs import parse_inclination
-from fecontact.regression.baselines import Check, discretisation_check
+from fecontact.regression.checks import Check, discretisation_check
 
 PAIRS = (("60E1", "1:40"), ("60E1", "1:20"), ("60E2", "1:40"))
 SHIFTS_MM = tuple(float(shift) for shift in range(-8, 6))

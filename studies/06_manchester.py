@@ -29,7 +29,7 @@ from scipy.optimize import brentq
 from fecontact.bodies import Material, TrackSide
 from fecontact.case import Case
 from fecontact.comparison.measures import measures_of, patch_of
-from fecontact.regression.baselines import Check
+from fecontact.regression.checks import Check
 from fecontact.solving.position import expect_on_half_space, place_case
 from fecontact.wheel_rail.placement import Placement
 

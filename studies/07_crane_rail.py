@@ -23,7 +23,7 @@ from typing import Any
 from fecontact.bodies import STEEL, contact_modulus_MPa
 from fecontact.case import BodySize, Case, Track
 from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, save_figure
-from fecontact.regression.baselines import Check, discretisation_check, hertz_check
+from fecontact.regression.checks import Check, discretisation_check, hertz_check
 from fecontact.solving.position import hertz_of_case, place_case
 
 WHEEL_RADIUS_MM = 400.0

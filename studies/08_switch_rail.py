@@ -26,7 +26,7 @@ from typing import Any
 from fecontact.case import BodySize, Case, Track
 from fecontact.comparison.ladder import BODIES
 from fecontact.outputs.style import SERIES, blank_figure, finish, save_figure
-from fecontact.regression.baselines import Check, discretisation_check, hertz_check
+from fecontact.regression.checks import Check, discretisation_check, hertz_check
 
 CROWN_MM, GAUGE_CORNER_MM, BACK_CORNER_MM = 300.0, 5.0, 2.0
 THICKNESS_MM = (20, 25, 30, 40)

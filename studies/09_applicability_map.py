@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
-from fecontact.regression.baselines import Check, discretisation_check
+from fecontact.regression.checks import Check, discretisation_check
 
 LOADS_KN = (10.0, 20.0, 50.0, 80.0, 100.0, 125.0, 150.0)
 SHIFTS = "-6:6:0.5"

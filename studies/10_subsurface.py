@@ -23,7 +23,7 @@ from scipy.special import elliprd
 from fecontact.bodies import STEEL
 from fecontact.case import Case
 from fecontact.outputs.style import Colour, blank_figure, finish, save_figure
-from fecontact.regression.baselines import Check
+from fecontact.regression.checks import Check
 from fecontact.solving.position import hertz_of_case, place_case
 
 LOAD_N = 100e3

@@ -26,7 +26,7 @@ from fecontact.comparison.measures import measures_of
 from fecontact.contact.grid import ContactGrid, Rung
 from fecontact.contact.halfspace import half_space_problem
 from fecontact.contact.solver import solve_contact
-from fecontact.regression.baselines import Check, discretisation_check
+from fecontact.regression.checks import Check, discretisation_check
 
 PROFILES = Path(__file__).parent / "profiles"
 STEEL = Material.from_shear(name="benchmark steel", shear_MPa=82_000.0, poisson=0.28)

@@ -41,7 +41,7 @@ from fecontact.fe.meshing import FineZone
 from fecontact.normal.hertz import HertzContact, hertz_from_hessian
 from fecontact.outputs.style import SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
 from fecontact.outputs.words import WORDS, deviation_column
-from fecontact.regression.baselines import Check
+from fecontact.regression.checks import Check
 from fecontact.solving.meshes import CoupledProblem, couple, coupled_problem, grid_over
 from fecontact.solving.position import Clock, place_case, true_gap_of_case
 from fecontact.wheel_rail.placement import Placement

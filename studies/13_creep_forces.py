@@ -31,7 +31,7 @@ from fecontact.comparison.verdict import FORCE, Judgement
 from fecontact.criteria import Creep
 from fecontact.errors import FecontactError
 from fecontact.outputs.style import Colour, blank_figure, finish, legend_beside, save_figure
-from fecontact.regression.baselines import Check
+from fecontact.regression.checks import Check
 from fecontact.rolling.forces import CreepPatch, creep_force, force_difference, hertz_patch
 from fecontact.rolling.laws import Creepages, rolling_pair
 from fecontact.solving.solve import CaseResult

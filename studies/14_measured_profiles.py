@@ -27,7 +27,7 @@ from fecontact.case import Case
 from fecontact.outputs.style import MARKS, SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
-from fecontact.regression.baselines import Check
+from fecontact.regression.checks import Check
 from fecontact.solving.position import hertz_of_case, hertz_uncertainty, place_case
 
 SHIFTS_MM = (-4.0, 0.0, 3.0, 4.0)

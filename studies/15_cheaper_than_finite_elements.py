@@ -42,7 +42,7 @@ from fecontact.normal.strips import (
     strip,
     stripes,
 )
-from fecontact.regression.baselines import Check
+from fecontact.regression.checks import Check
 from fecontact.solving.alone import HALF_SPACE, normal_force_of
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space

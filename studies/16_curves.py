@@ -24,7 +24,7 @@ import fecontact
 from fecontact.case import Case
 from fecontact.outputs.curve import difference_words, straight_words
 from fecontact.outputs.style import ANSWERS, MARKS, SERIES, blank_figure, finish, save_figure
-from fecontact.regression.baselines import Check
+from fecontact.regression.checks import Check
 from fecontact.solving.alone import table_lines
 from fecontact.vehicle.curve import CurveRun
 from fecontact.vehicle.visits import Curves

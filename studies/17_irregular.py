@@ -21,7 +21,7 @@ from fecontact.case import Case
 from fecontact.irregularity.shapes import Irregularity
 from fecontact.jobs.workers import default_workers
 from fecontact.outputs.irregular import irregular_figure
-from fecontact.regression.baselines import Check
+from fecontact.regression.checks import Check
 from fecontact.runs.alone import irregular
 
 CIRCLES: dict[str, Any] = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}

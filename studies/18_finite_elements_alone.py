@@ -20,7 +20,7 @@ from fecontact.case import RESOLUTIONS, Case
 from fecontact.comparison.verdict import FROM_BEST, answer_of
 from fecontact.criteria import Criteria
 from fecontact.outputs.style import SERIES, blank_figure, finish, legend_beside, plain_log, save_figure
-from fecontact.regression.baselines import Check
+from fecontact.regression.checks import Check
 
 Row = dict[str, Any]
 

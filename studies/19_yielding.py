@@ -25,7 +25,7 @@ from typing import Any
 from fecontact.bodies import STEEL
 from fecontact.case import Case
 from fecontact.outputs.style import ANSWERS, blank_figure, finish, save_figure
-from fecontact.regression.baselines import Check
+from fecontact.regression.checks import Check
 
 YIELD_MPA, TANGENT_MPA = 450.0, 4200.0
 SHIFTS_MM = (-6.0, -4.0, -2.0, 0.0, 2.0, 4.0, 6.0)

@@ -313,3 +313,10 @@ def test_importing_the_package_is_light():
     code = f"import sys, fecontact; print([name for name in {heavy!r} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=PACKAGE.parent)
     assert done.stdout.strip() == "[]"
+
+
+def test_data_frames_are_for_comparing_alone():
+    # their import takes a quarter of a second, a tenth of a solution
+    code = "import sys, fecontact.runs.study, fecontact.runs.load; print('pandas' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=PACKAGE.parent)
+    assert done.stdout.strip() == "False"

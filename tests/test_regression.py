@@ -20,7 +20,8 @@ from fecontact.outputs.documents import write_tables
 from fecontact.outputs.records.results import case_row as row_of
 from fecontact.outputs.records.results import cell_row
 from fecontact.outputs.tables import write_csv
-from fecontact.regression.baselines import discretisation_check, update_baseline
+from fecontact.regression.baselines import update_baseline
+from fecontact.regression.checks import discretisation_check
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import EFFORT, KINDS, LATER, TEXT, kind_of, load_table, read_tolerances
 from fecontact.solving.map import solved_cell

@@ -7,7 +7,7 @@ from inline import inline_crew
 from pictures import draw_nothing
 
 from fecontact.cli import call
-from fecontact.regression.baselines import Check, discretisation_check, report
+from fecontact.regression.checks import Check, discretisation_check, report
 
 
 def check(value: float, expected: float | None = 100.0, limit: float = 2.0, **more: object) -> Check:
@@ -71,7 +71,7 @@ def test_discretisation_is_checked_on_the_worst_row():
 
 STUDY = """
 from fecontact.case import Case
-from fecontact.regression.baselines import Check
+from fecontact.regression.checks import Check
 
 def cases(quick=False):
     shape = dict(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)

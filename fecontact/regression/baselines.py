@@ -1,13 +1,11 @@
-"""Baselines of studies, and checks of their numbers against references."""
+"""Baselines of studies: the results that later ones are held against."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
 
 import pandas
 
@@ -125,114 +123,3 @@ def _rounded(column: str, text: str) -> str:
     tolerance = Tolerances().of(column)
     small = tolerance is not None and abs(value) < _NOISE * tolerance.absolute
     return "0" if small else f"{value:.{_DIGITS}g}"
-
-
-# --- What a study's results are checked against, and the table of all checks: value, reference, deviation, limit.
-
-Kind = Literal["analytic", "other code", "invariant"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Check:
-    """One number of a study against one that does not come from it.
-
-    Attributes
-    ----------
-    quantity, case
-        What is checked, with its unit, and where.
-    reference, kind
-        Where the expected value comes from.
-    value, expected
-        In the quantity's unit; None is expected of a value that is an error in percent itself, and should be 0.
-    limit_percent
-        How far the value may be off, with its reason in the study.
-    uncertainty_percent
-        Stated numerical uncertainty of the value, None where there is none.
-    """
-
-    quantity: str
-    case: str
-    reference: str
-    kind: Kind
-    value: float
-    expected: float | None
-    limit_percent: float
-    uncertainty_percent: float | None = None
-
-    @property
-    def deviation_percent(self) -> float:
-        """Value against what is expected."""
-        return self.value if self.expected is None else 100.0 * (self.value / self.expected - 1.0)
-
-    @property
-    def passed(self) -> bool:
-        """Whether the deviation is within its limit; a value that is no number is not."""
-        return math.isfinite(self.deviation_percent) and abs(self.deviation_percent) <= self.limit_percent
-
-
-def hertz_check(row: Mapping[str, Any], measure: str, case: str, limit_percent: float) -> Check:
-    """A measure of a row, such as `p_max_MPa`, against Hertz, where its theory is exact."""
-    name, _, unit = measure.rpartition("_")
-    return Check(
-        quantity=f"{name}, {unit}",
-        case=case,
-        reference="Hertz",
-        kind="analytic",
-        value=float(row[f"fe_{measure}"]),
-        expected=float(row[f"hertz_{measure}"]),
-        limit_percent=limit_percent,
-        uncertainty_percent=float(row[f"hertz_uncertainty_{name}_percent"]),
-    )
-
-
-def discretisation_check(rows: Sequence[Mapping[str, Any]], limit_percent: float) -> list[Check]:
-    """The row whose lowest rung of the ladder, Hertz's own gap on the discrete half-space, is the farthest from Hertz.
-
-    Both have the same normal force: what differs is the resolution of the pressure and the contact solver.
-    """
-    found = [
-        Check(
-            quantity="p_max of Hertz's gap on the half-space, MPa",
-            case=f"worst of {len(rows)}: {row['id']}",
-            reference="Hertz",
-            kind="analytic",
-            value=float(row["half_space_quadratic_p_max_MPa"]),
-            expected=float(row["hertz_p_max_MPa"]),
-            limit_percent=limit_percent,
-        )
-        for row in rows
-    ]
-    return [max(found, key=lambda check: abs(check.deviation_percent))] if found else []
-
-
-def report(checks: Mapping[str, Sequence[Check]], versions: Mapping[str, str | None], unusable: Sequence[str]) -> str:
-    """All checks by study as Markdown, with what made them and which studies gave no usable result."""
-    every = [check for own in checks.values() for check in own]
-    failed = sum(not check.passed for check in every)
-    lines = [
-        "# Validation",
-        "",
-        f"{len(every)} checks, {failed} failed. Written by `make validate`; not to be edited.",
-        "",
-        ", ".join(f"{name} {version}" for name, version in versions.items() if version is not None),
-    ]
-    lines += [f"\n**No usable result: {text}**" for text in unusable]
-    for study, own in checks.items():
-        lines += [
-            f"\n## {study}\n",
-            "| quantity | case | reference | kind | value | expected | deviation | limit | uncertainty | |",
-            "|---|---|---|---|---|---|---|---|---|---|",
-            *(_line(check) for check in own),
-        ]
-    return "\n".join(lines) + "\n"
-
-
-def _line(check: Check) -> str:
-    expected = "0" if check.expected is None else f"{check.expected:.5g}"
-    unsure = "" if check.uncertainty_percent is None else f"{check.uncertainty_percent:.2g} %"
-    cells = (
-        *(check.quantity, check.case, check.reference, check.kind, f"{check.value:.5g}", expected),
-        *(f"{check.deviation_percent:+.2f} %", f"{check.limit_percent:g} %", unsure),
-        "pass" if check.passed else "**FAIL**",
-    )
-    return f"| {' | '.join(cells)} |"

@@ -17,7 +17,7 @@ from fecontact.case import INPUTS, PARTS, Case, case_with
 from fecontact.errors import InputError
 from fecontact.files import toml_content, write_text
 from fecontact.inputs import Choice, Names, Number, Slot, nearest, parse_numbers, renamed
-from fecontact.regression.baselines import Check
+from fecontact.regression.checks import Check
 
 # --- Cases from a TOML file: keys with units, lists that are combined, and [[case]] tables that share the other keys.
 

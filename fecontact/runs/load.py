@@ -18,7 +18,6 @@ from fecontact.jobs.store import whole_manifest
 from fecontact.outputs.documents import STUDY_SCHEMA
 from fecontact.outputs.records.results import Row, case_inputs
 from fecontact.outputs.records.rows import MAP_SCHEMA
-from fecontact.regression.tables import load_table
 from fecontact.runs.identity import SOLVING_SOURCE, origin_of
 from fecontact.runs.store import (
     RESULT,
@@ -231,6 +230,8 @@ def map_rows(folder: Path, case: Case, *, but_for: Sequence[str] = ()) -> list[M
     if different:
         told = "; ".join(f"{name} {theirs.get(name)!r} there, {own.get(name)!r} here" for name in different)
         raise InputError(f"{folder}: it is the map of another contact ({told}); give the same inputs, or another map")
+    from fecontact.regression.tables import load_table
+
     return list(load_table(folder / "map.csv").rows.to_dict("records"))
 
 

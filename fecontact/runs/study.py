@@ -37,7 +37,7 @@ from fecontact.outputs.records.results import Row, case_inputs, input_columns, r
 from fecontact.outputs.words import case_words, verdict_reason
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail
-from fecontact.regression.baselines import Check, report
+from fecontact.regression.checks import Check, report
 from fecontact.runs.casefile import Study, load_study
 from fecontact.runs.identity import case_id, with_absolute_paths
 from fecontact.runs.store import ROW, Solving, Told, case_folder, job_of, keep_solved, keep_told, read_case, seal_case
