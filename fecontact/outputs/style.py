@@ -14,14 +14,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from jinja2 import Environment, Template
-from markupsafe import Markup
 
 from fecontact.errors import InputError
 from fecontact.files import write_atomically
 from fecontact.outputs.tables import Parts, Picture
 
 if TYPE_CHECKING:
+    from jinja2 import Template
+    from markupsafe import Markup
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
@@ -176,15 +176,17 @@ def page(title: str, parts: Parts) -> str:
 
 @cache
 def _template() -> Template:
+    from jinja2 import Environment
+
     return Environment(autoescape=True).from_string((_FILES / "page.html").read_text("utf-8"))
 
 
-def _picture(of: Picture) -> Markup:
+def _picture(of: Picture) -> str:
     """A picture as part of the page, with a text for who cannot see it; nothing where its file is not there."""
     content = of.content
     if isinstance(content, Path):
         if not content.is_file():
-            return Markup()
+            return ""
         if content.suffix != ".svg":
             from PIL.Image import open as open_image
 
@@ -211,6 +213,8 @@ def _webp(image: Image, width: int) -> bytes:
 
 def _figure(kind: str, content: bytes, of: Picture) -> Markup:
     data = base64.b64encode(content).decode("ascii")
+    from markupsafe import Markup
+
     return Markup(
         '<figure><label><input type="checkbox" aria-label="Show the picture in its full size"/>'
         '<img alt="{}" src="data:{};base64,{}"/></label><figcaption>{}</figcaption></figure>'
