@@ -61,7 +61,7 @@ def check_contact(block, step: float | None) -> list[str]:
     data = servermanager.Fetch(block)
     while hasattr(data, "GetBlock"):
         data = next(data.GetBlock(k) for k in range(data.GetNumberOfBlocks()) if data.GetBlock(k) is not None)
-    force = 1e3 * data.GetFieldData().GetArray("normal_force_kN").GetValue(0)
+    force = data.GetFieldData().GetArray("normal_force_N").GetValue(0)
     faults = []
     shift = data.GetFieldData().GetArray("lateral_shift_mm").GetValue(0)
     if step is not None and shift != step:

@@ -147,7 +147,7 @@ def test_a_changed_table_is_named_by_whoever_reads_it(fake_study, tmp_path, dama
     text = path.read_text("utf-8")
     match damage:
         case "digit":
-            assert '"normal_force_kN"' in text or '"load_kN": 50.0' in text
+            assert '"normal_force_N"' in text or '"load_kN": 50.0' in text
             path.write_text(text.replace('"load_kN": 50.0', '"load_kN": 50.1'), "utf-8")
         case "seal":
             path.write_text(text.replace('"all but sha256": "', '"all but sha256": "0'), "utf-8")
