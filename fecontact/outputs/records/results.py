@@ -130,7 +130,7 @@ def cheapest_columns(column: str, found: Standing) -> Record:
 
 
 def theory_text(row: Mapping[str, Any]) -> str:
-    """What a row says of the theory to take where Hertz does not hold in his range; empty elsewhere."""
+    """What a row says of the theory to take where Hertz does not hold in its range; empty elsewhere."""
     name = row.get("cheapest_theory")
     if name not in THEORIES or (name == HERTZ and row.get("cheapest_theory_status") != "out of range"):
         return ""
@@ -454,7 +454,7 @@ def cell_row(cell: MapCell, placement: Placement | None) -> Row:
 def load_row(load: JudgedLoad, placement: Placement) -> Row:
     """A judged load as a flat row: its inputs and place, and the columns of its record; theories by their own names."""
     first, record = placement.first, load_record(load)
-    columns = flat({**record, "theories": {}, **{name: one for name, one in record["theories"].items()}})
+    columns = flat({**record, "theories": {}, **record["theories"]})
     return {
         "status": load.status,
         **input_columns(load.case, placement),
