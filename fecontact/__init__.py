@@ -29,7 +29,7 @@ The story, step by step:
 4. Solve: both bodies by finite elements, on two meshes.
 
     >>> import fecontact
-    >>> case = fecontact.Case(lateral_shift_mm=4.0, resolution="quick", refine_degrees_of_freedom=0)
+    >>> case = fecontact.Case(lateral_shift_mm=4.0, resolution="quick", refine="never")
     >>> result = fecontact.solve(case)
     >>> result.status
     'converged'
@@ -71,33 +71,37 @@ print it.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from fecontact.features import at, public_names
+
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from fecontact import plot
     from fecontact.bodies import BodySize, Material, Track
     from fecontact.case import Case, Opposite
+    from fecontact.creeping.running import creep as creep
     from fecontact.criteria import Creep, Criteria
+    from fecontact.curves.curve import Conditions as Conditions
+    from fecontact.curves.running import curve as curve
+    from fecontact.irregularities.running import irregular as irregular
     from fecontact.irregularity.shapes import Irregularity
+    from fecontact.maps.running import map_ as map  # noqa: F401
     from fecontact.outputs.meshes import mesh
     from fecontact.outputs.records.results import rows
     from fecontact.profiles.library import profile
     from fecontact.profiles.reading import Reading
-    from fecontact.runs.alone import creep, curve, hertz, irregular, table, theories, theory
+    from fecontact.runs.alone import hertz, table, theories, theory
     from fecontact.runs.judging import judge
     from fecontact.runs.load import load
-    from fecontact.runs.map import map_ as map
-    from fecontact.runs.map import run
+    from fecontact.runs.study import run
     from fecontact.solving.placing import geometry
     from fecontact.solving.position import preview as place
     from fecontact.solving.solve import CaseResult, solve
-    from fecontact.vehicle.curve import Conditions
 
 __all__ = [
     "BodySize",
     "Case",
     "CaseResult",
-    "Conditions",
     "Creep",
     "Criteria",
     "Irregularity",
@@ -106,14 +110,10 @@ __all__ = [
     "Reading",
     "Track",
     "__version__",
-    "creep",
-    "curve",
     "geometry",
     "hertz",
-    "irregular",
     "judge",
     "load",
-    "map",
     "mesh",
     "place",
     "plot",
@@ -125,12 +125,12 @@ __all__ = [
     "theories",
     "theory",
 ]
+__all__ += [*public_names()]
 
 _HOMES = {
     "BodySize": "bodies.BodySize",
     "Case": "case.Case",
     "CaseResult": "solving.solve.CaseResult",
-    "Conditions": "vehicle.curve.Conditions",
     "Creep": "criteria.Creep",
     "Criteria": "criteria.Criteria",
     "Irregularity": "irregularity.shapes.Irregularity",
@@ -138,19 +138,15 @@ _HOMES = {
     "Opposite": "case.Opposite",
     "Reading": "profiles.reading.Reading",
     "Track": "bodies.Track",
-    "creep": "runs.alone.creep",
-    "curve": "runs.alone.curve",
     "geometry": "solving.placing.geometry",
     "hertz": "runs.alone.hertz",
-    "irregular": "runs.alone.irregular",
     "judge": "runs.judging.judge",
     "load": "runs.load.load",
-    "map": "runs.map.map_",
     "mesh": "outputs.meshes.mesh",
     "place": "solving.position.preview",
     "profile": "profiles.library.profile",
     "rows": "outputs.records.results.rows",
-    "run": "runs.map.run",
+    "run": "runs.study.run",
     "solve": "solving.solve.solve",
     "table": "runs.alone.table",
     "theories": "runs.alone.theories",
@@ -158,17 +154,12 @@ _HOMES = {
 }
 
 
-def _at(home: str) -> Any:
-    module, _, name = home.rpartition(".")
-    return getattr(import_module(f"fecontact.{module}"), name)
-
-
 def __getattr__(name: str) -> Any:
     # the command line must answer --help at once: nothing heavy is imported before it is used
     if name == "plot":
         return import_module("fecontact.plot")
-    if name in _HOMES:
-        return _at(_HOMES[name])
+    if place := _HOMES.get(name) or public_names().get(name):
+        return at(place)
     raise AttributeError(f"module 'fecontact' has no attribute {name!r}")
 
 

@@ -1,4 +1,4 @@
-"""Arrays by what they hold."""
+"""Types of NumPy arrays."""
 
 from typing import TypeAlias
 

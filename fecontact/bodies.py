@@ -2,57 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import MISSING, dataclass
 from typing import Literal
 
 from fecontact.errors import InputError, check_positive
-from fecontact.inputs import Number, Text, by_name, check_inputs, given
-
-_NAME = Text(label="name of the material", help="Label in reports", options=("material-name",))
-_YOUNG = Number(
-    label="Young's modulus",
-    help="Young's modulus",
-    usual=(50e3, 500e3),
-    remedy="give it in MPa, for example 210000 for steel",
-)
-_POISSON = Number(
-    label="Poisson's ratio",
-    help="Poisson's ratio",
-    low=-1.0,
-    high=0.5,
-    inclusive=False,
-    symbol="nu",
-    remedy="use 0.27 to 0.30 for steel, and a value below 0.5 for a nearly incompressible material",
-)
-_YIELD = Number(
-    label="yield stress",
-    help="Uniaxial yield stress; with it the first loading of virgin steel is solved beside the elastic contact",
-    usual=(100.0, 3000.0),
-    remedy="leave it out (None) if it is not known",
-)
-_TANGENT = Number(
-    label="tangent modulus",
-    help="Slope of the uniaxial stress over the strain beyond the yield stress, 0 for perfectly plastic",
-    high=500e3,
-    remedy="steels have 0 to a tenth of Young's modulus; it counts where there is a yield stress",
-)
+from fecontact.inputs import described, inputs, number
 
 
-def check_poisson(poisson: float) -> float:
-    """Return Poisson's ratio if it lies in the open range (-1, 0.5), otherwise raise `InputError`."""
-    _POISSON.check(poisson)
-    return float(poisson)
-
-
-@by_name
-@dataclass(frozen=True, kw_only=True)
+@inputs
 class Material:
     """Isotropic linear elastic material, optionally with a yield stress and linear hardening beyond it.
 
     Attributes
     ----------
-    name
-        Label used in reports.
     young_MPa, poisson
         Young's modulus E and Poisson's ratio nu.
     yield_MPa
@@ -70,22 +32,49 @@ class Material:
     Range of validity: small strains, isotropy; an incompressible material (nu = 0.5) has no finite stiffness matrix.
     """
 
-    name: str = field(metadata={"input": _NAME})
-    young_MPa: float = field(metadata={"input": _YOUNG})
-    poisson: float = field(metadata={"input": _POISSON})
-    yield_MPa: float | None = given(None, _YIELD)
-    tangent_MPa: float = given(0.0, _TANGENT)
+    young_MPa: float = number(
+        MISSING,
+        "Young's modulus",
+        label="Young's modulus",
+        usual=(50e3, 500e3),
+        remedy="give it in MPa, for example 210000 for steel",
+    )
+    poisson: float = number(
+        MISSING,
+        "Poisson's ratio",
+        label="Poisson's ratio",
+        low=-1.0,
+        high=0.5,
+        inclusive=False,
+        symbol="nu",
+        remedy="use 0.27 to 0.30 for steel, and a value below 0.5 for a nearly incompressible material",
+    )
+    yield_MPa: float | None = number(
+        None,
+        "Uniaxial yield stress; with it the first loading of virgin steel is solved beside the elastic contact",
+        label="yield stress",
+        group="yield",
+        usual=(100.0, 3000.0),
+        remedy="leave it out (None) if it is not known",
+    )
+    tangent_MPa: float = number(
+        0.0,
+        "Slope of the uniaxial stress over the strain beyond the yield stress, 0 for perfectly plastic",
+        label="tangent modulus",
+        group="yield",
+        high=500e3,
+        remedy="steels have 0 to a tenth of Young's modulus; it counts where there is a yield stress",
+    )
 
     def __post_init__(self) -> None:
-        check_inputs(self)
         if self.tangent_MPa >= self.young_MPa:
             raise InputError(
                 f"tangent modulus is {self.tangent_MPa:g} MPa, not below Young's modulus of {self.young_MPa:g} MPa;"
-                f" {_TANGENT.remedy}"
+                " steels have 0 to a tenth of it"
             )
 
     @classmethod
-    def from_shear(cls, *, name: str, shear_MPa: float, poisson: float, yield_MPa: float | None = None) -> Material:
+    def from_shear(cls, *, shear_MPa: float, poisson: float, yield_MPa: float | None = None) -> Material:
         """Make a material from its shear modulus G in MPa and Poisson's ratio: E = 2 G (1 + nu).
 
         Raises
@@ -94,8 +83,8 @@ class Material:
             A constant is outside its range.
         """
         check_positive("shear modulus", shear_MPa, "MPa", "give it in MPa, for example 82000 for steel")
-        check_poisson(poisson)
-        return cls(name=name, young_MPa=2.0 * shear_MPa * (1.0 + poisson), poisson=poisson, yield_MPa=yield_MPa)
+        described(cls)["poisson"].check(poisson)
+        return cls(young_MPa=2.0 * shear_MPa * (1.0 + poisson), poisson=poisson, yield_MPa=yield_MPa)
 
     @property
     def shear_MPa(self) -> float:
@@ -113,9 +102,7 @@ class Material:
         return self.young_MPa * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
 
 
-OF_YIELDING = ("yield_MPa", "tangent_MPa")
-"""Fields of a material that say nothing of an elastic contact."""
-STEEL = Material(name="steel", young_MPa=210_000.0, poisson=0.3)
+STEEL = Material(young_MPa=210_000.0, poisson=0.3)
 """Rail and wheel steel, elastic constants only: E 210000 MPa, nu 0.3."""
 
 
@@ -145,30 +132,23 @@ class RollingPair:
 TrackSide = Literal["left", "right"]
 
 
-def _cut(help: str) -> Number:
-    return Number(help=help, remedy="bodies are usually cut at 60 mm")
+_CUT = "bodies are usually cut at 60 mm"
 
 
-@by_name
-@dataclass(frozen=True, kw_only=True)
+@inputs
 class BodySize:
-    """Where the bodies are cut (mm): the rail's base below its crown, the sweep to each side, the rim's thickness.
+    """Where the bodies are cut (mm): the rail's base below its crown, the rim's thickness, the sweep to each side.
 
     The rail is fixed at its base and held across at its ends, where it goes on: otherwise its head would roll on the
     slender web, which is a matter of the track and not of the contact. The rim is driven at its inner face.
     """
 
-    rail_depth_mm: float = given(60.0, _cut("Depth of the rail's base below its crown"))
-    rail_half_length_mm: float = given(60.0, _cut("Length of the rail to each side"))
-    rim_thickness_mm: float = given(65.0, _cut("Thickness of the wheel's rim"))
-    rim_half_length_mm: float = given(60.0, _cut("Length of the rim to each side"))
-
-    def __post_init__(self) -> None:
-        check_inputs(self)
+    rail_depth_mm: float = number(60.0, "Depth of the rail's base below its crown", remedy=_CUT)
+    rim_thickness_mm: float = number(65.0, "Thickness of the wheel's rim", remedy=_CUT)
+    half_length_mm: float = number(60.0, "Length of rail and rim to each side", remedy=_CUT)
 
 
-@by_name
-@dataclass(frozen=True, kw_only=True)
+@inputs
 class Track:
     """Track and wheelset dimensions (mm).
 
@@ -176,25 +156,13 @@ class Track:
     crown of the rail at a given distance from the track centre instead (for heads without a gauge face).
     """
 
-    gauge_mm: float = given(1435.0, Number(help="Track gauge", remedy="usually 1435 mm"))
-    gauge_depth_mm: float = given(14.0, Number(help="Depth of the gauge below the rail's top", remedy="usually 14 mm"))
-    back_to_back_mm: float = given(
-        1360.0, Number(label="back-to-back distance", help="Distance of the wheels' backs", remedy="usually 1360 mm")
+    gauge_mm: float = number(1435.0, "Track gauge", remedy="usually 1435 mm")
+    gauge_depth_mm: float = number(14.0, "Depth of the gauge below the rail's top", remedy="usually 14 mm")
+    back_to_back_mm: float = number(1360.0, "Distance of the wheels' backs", remedy="usually 1360 mm")
+    tape_circle_from_back_mm: float = number(70.0, "Distance of the tape circle from the back", remedy="usually 70 mm")
+    rail_crown_y_mm: float | None = number(
+        None, "Crown from the track centre, instead of the gauge", label="rail crown", remedy="None places by the gauge"
     )
-    tape_circle_from_back_mm: float = given(
-        70.0, Number(label="tape circle", help="Distance of the tape circle from the back", remedy="usually 70 mm")
-    )
-    rail_crown_y_mm: float | None = given(
-        None,
-        Number(
-            label="rail crown",
-            help="Crown from the track centre, instead of the gauge",
-            remedy="None places by the gauge",
-        ),
-    )
-
-    def __post_init__(self) -> None:
-        check_inputs(self)
 
     @property
     def tape_circle_y_mm(self) -> float:

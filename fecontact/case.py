@@ -1,15 +1,15 @@
 """A case: everything that decides about one result, as plain values, and the one description of each of them.
 
-What a field of `Case` and of its parts is (unit, range, help, key, group) stands beside it as metadata. Checks, study
-files and the options of the command line are made from that. The parts `Criteria`, `Track` and `BodySize` are found
-here as well.
+What a field of `Case` and of its parts is (range, help, group) stands beside it; label and unit are in its name.
+Checks, study files and the options of the command line are made from that. The parts `Criteria`, `Track` and `BodySize`
+are found here as well.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, fields, replace
 from typing import Any, Literal, get_args
 
 from fecontact.bodies import STEEL, Material, TrackSide, contact_modulus_MPa
@@ -20,28 +20,35 @@ from fecontact.criteria import Criteria as Criteria
 from fecontact.errors import InputError
 from fecontact.inputs import (
     INCLINATION_FORMS,
-    Choice,
-    Flag,
     Number,
-    Part,
     Slot,
-    Text,
-    Written,
-    by_name,
-    check_inputs,
-    given,
+    as_number,
+    choice,
+    custom,
+    flag,
     inclination_text,
+    inputs,
+    number,
+    number_or_text,
     parse_inclination,
+    part,
     renamed,
     slots,
+    text,
 )
 from fecontact.irregularity.shapes import FORMS, Irregularity, irregularity_of, irregularity_text
 from fecontact.profiles.reading import Reading, makes_a_wheelset
 
-Group = Literal["place", "profiles", "load", "material", "bodies", "solution", "verdict", "creep"]
+# fmt: off
+Group = Literal[
+    "pair", "position", "load", "wheelset", "standing", "irregular", "profiles", "material", "yield", "mesh",
+    "solution", "verdict", "creep",
+]
+# fmt: on
 LoadKind = Literal["vertical", "normal"]
 Roll = Literal["touching", "given", "loaded"]
 SolverChoice = Literal["auto", "pardiso", "amg"]
+Refine = Literal["verdict", "never", "evidence"]
 
 RESOLUTIONS = {"quick": 4.0, "standard": 9.0, "fine": 13.5}
 """Named resolutions: elements a semi-axis of the expected patch, in each direction."""
@@ -51,115 +58,56 @@ NODES_A_SEMI_AXIS = 32
 # What these leave open must not hide what more elements bring.
 _NODES_OF_MORE_ELEMENTS = 48
 
+REFINED_UNKNOWNS = 400_000
+"""Unknowns of the largest meshes of a refinement, some 40 CPU seconds and 3.4 GB: on every machine the same."""
+
 INCLINATION_1_40 = math.atan(1.0 / 40.0)
-
-
-_RAIL = Text(
-    help="Rail",
-    domain="library name, profile file, circle:R, or arcs:R/R@D for two arcs whose junction is D from the crown; mm",
-)
-_WHEEL = replace(_RAIL, help="Wheel", domain="library name, profile file, or cylinder:R (flat); mm")
-_LIBRARY = Text(
-    help="Library of your own, before the built-in one", domain="folder whose profile files rail and wheel may name"
-)
-_INCLINATION = Number(
-    help="Inclination of the rail towards the track centre, none if the profile is canted already",
-    key="inclination",
-    shown_unit="mrad",
-    low=-0.35,
-    high=0.35,
-    remedy="1:40 is 0.025 rad",
-    parse=parse_inclination,
-    show=inclination_text,
-    forms=INCLINATION_FORMS,
-)
-_SHIFT = Number(
-    help="Lateral shift of the wheelset, positive towards the left rail",
-    options=("shift", "lateral-shift-mm"),
-    low=-60.0,
-    high=60.0,
-)
-_ROLL = Choice(
-    help="Roll of the wheelset: that at which both wheels touch their rails, that with both pressed into them by the"
-    " wheel loads, or a given one (0 for circles, cylinders and crane rails, which make no wheelset)",
-    names=get_args(Roll),
-)
-_YAW = Number(
-    help="Yaw of the wheelset about z",
-    shown_unit="mrad",
-    low=-0.1,
-    high=0.1,
-    remedy="wheelsets yaw by some mrad, or tens",
-)
-_ROLL_ANGLE = replace(
-    _YAW,
-    label="roll angle",
-    help="Roll of the wheelset about x where it is given, positive lifts the left wheel",
-    remedy="wheelsets roll by some mrad",
-)
-_CLIMB = Flag(help="Let the flange climb: take contacts beyond its steepest place too, up to its top", alone=True)
-_SIDE = Choice(help="Wheel and rail of the wheelset that are solved", names=("left", "right"))
-_LOAD = Number(
-    help="Wheel load",
-    shown_unit="kN",
-    low=1.0,
-    high=1e9,
-    usual=(1e3, 1e6),
-    remedy="give the wheel load, for example 100000 N (100 kN)",
-)
-_LOAD_KIND = Choice(
-    help="Whether the load is vertical or acts along the contact normal at first touch", names=get_args(LoadKind)
-)
-_ROLL_LOAD = replace(
-    _LOAD,
-    help="Wheel load under which the roll of the loaded wheelset is found, if it is another one than the load",
-    remedy="give the wheel load under which the wheelset rolls, for example 80000 N (80 kN)",
-)
-_ROLLING_RADIUS = Number(help="Rolling radius at the tape circle", remedy="railway wheels have 300 to 625 mm")
-
-
 # of a number that stands in every case in the end
 _NOT_SAID: Any = None
-_RAIL_IRREGULARITY = Written(
-    help="Material that the rail misses along the track, opening the gap",
-    domain=FORMS,
-    kind=Irregularity,
-    parse=irregularity_of,
-    show=irregularity_text,
-)
-_WHEEL_IRREGULARITY = replace(_RAIL_IRREGULARITY, help="Material that the wheel misses along its circumference")
-_DISTANCE = Number(
-    help="Distance run along the irregularities to where smooth bodies touch",
-    low=-1e7,
-    high=1e7,
-    remedy="give the place along the wave, the flat (its middle is 0) or the table",
-)
+_RAIL = "library name, profile file, circle:R, or arcs:R/R@D for two arcs whose junction is D from the crown; mm"
+_WHEEL = "library name, profile file, or cylinder:R (flat); mm"
+_OTHER = "of the other side of the wheelset, if it is another one"
+_RADII = "railway wheels have 300 to 625 mm"
 
 
-def _opposite(described: Text | Number, label: str, option: str = "") -> Text | Number:
-    return replace(
-        described,
-        label=f"opposite {label}",
-        help=f"{described.help} of the other side of the wheelset, if it is another one",
-        options=(f"opposite-{option or label}",),
+def _load(
+    default: float | None, help: str, remedy: str = "give the wheel load, for example 100000 N (100 kN)", **more: Any
+) -> Any:
+    return number(default, help, shown_unit="kN", low=1.0, high=1e9, usual=(1e3, 1e6), remedy=remedy, **more)
+
+
+def _angle(default: Any, help: str, remedy: str, **more: Any) -> Any:
+    return number(default, help, shown_unit="mrad", low=-0.1, high=0.1, remedy=remedy, **more)
+
+
+def _irregularity(help: str) -> Any:
+    return custom(
+        None,
+        help,
+        group="irregular",
+        domain=FORMS,
+        words=f"Irregularity(...); in files a text: {FORMS}",
+        parse=irregularity_of,
+        holds=lambda one: isinstance(one, Irregularity),
+        show=irregularity_text,
     )
 
 
-@by_name
-@dataclass(frozen=True, kw_only=True)
+@inputs
 class Opposite:
     """Rail, wheel, rolling radius and load of the other side of a wheelset; None where they are as on the case's side.
 
     The load counts for the roll of the loaded wheelset alone.
     """
 
-    rail: str | None = given(None, _opposite(_RAIL, "rail"))
-    wheel: str | None = given(None, _opposite(_WHEEL, "wheel"))
-    rolling_radius_mm: float | None = given(None, _opposite(_ROLLING_RADIUS, "rolling radius", "rolling-radius-mm"))
-    wheel_load_N: float | None = given(None, _opposite(replace(_LOAD, key="load_kN"), "load", "load-kn"))
-
-    def __post_init__(self) -> None:
-        check_inputs(self)
+    rail: str | None = text(None, f"Rail {_OTHER}", _RAIL, label="opposite rail")
+    wheel: str | None = text(None, f"Wheel {_OTHER}", _WHEEL, label="opposite wheel")
+    rolling_radius_mm: float | None = number(
+        None, f"Rolling radius {_OTHER}", label="opposite rolling radius", remedy=_RADII
+    )
+    wheel_load_N: float | None = _load(
+        None, f"Wheel load {_OTHER}", label="opposite load", key="load_kN", group="standing"
+    )
 
     @property
     def is_mirror_image(self) -> bool:
@@ -167,36 +115,35 @@ class Opposite:
         return replace(self, wheel_load_N=None) == Opposite()
 
 
-_RESOLUTION = Choice(
-    help=f"Elements a semi-axis of the patch ({', '.join(f'{n:g}' for n in RESOLUTIONS.values())}), or their sizes"
-    " along x and across",
-    names=tuple(RESOLUTIONS),
-    pair=Number(label="element size", help="", unit="mm", remedy="a tenth of the patch's semi-axis is a good size"),
-)
-_SOLVER = Choice(help="Linear solver", names=get_args(SolverChoice))
-_REFINE = Number(
-    label="refinement limit",
-    help="Refine an unresolved verdict while fewer unknowns than this are expected; 0 never refines",
-    unit="degrees of freedom",
-    high=1e9,
-    whole=True,
-    remedy="0 never refines",
-)
-
-_EVIDENCE = Flag(
-    help="Refine also until the elements' own nodes know the verdict by themselves, within the refinement limit",
-    alone=True,
-)
+_SIZE = Number(help="", label="element size", unit="mm", remedy="a tenth of the patch's semi-axis is a good size")
 
 
-@by_name
-@dataclass(frozen=True, kw_only=True)
+def _is_sizes(value: Any) -> bool:
+    """Whether a value is two element sizes, or an attempt at them, and not a list of values."""
+    return isinstance(value, list | tuple) and None not in map(as_number, value)
+
+
+def _resolution_of(value: Any) -> Any:
+    if isinstance(value, str) and "," in value:
+        value = [number_or_text(one) for one in value.split(",")]
+    return tuple(map(float, value)) if _is_sizes(value) else value
+
+
+def _is_resolution(value: Any) -> bool:
+    if not (_is_sizes(value) and len(value) == 2):
+        return isinstance(value, str) and value in RESOLUTIONS
+    for size in value:
+        _SIZE.check(size)
+    return True
+
+
+@inputs
 class Case:
     """One wheel-rail position under one load.
 
     What each field is, its unit and its range stand in its description; `fecontact solve --help-all` prints them all.
-    `resolution` may be the element sizes (along x, across). The bound on the degrees of freedom of a refinement bounds
-    time and memory alike, on every machine in the same way.
+    `resolution` is what the solution begins with, and may be the element sizes (along x, across). `refine` says whether
+    finer meshes follow, up to `REFINED_UNKNOWNS`.
 
     Shift, roll and yaw are those of the wheelset in the frame of its left side, whichever `side` is solved: with equal
     profiles the right wheel is the left one with the opposite signs of all three.
@@ -207,40 +154,113 @@ class Case:
     "given" as 0 for lines that make no wheelset.
     """
 
-    rail: str = given("60E1", _RAIL, "place")
-    wheel: str = given("S1002", _WHEEL, "place")
-    inclination_rad: float = given(INCLINATION_1_40, _INCLINATION, "place")
-    lateral_shift_mm: float = given(0.0, _SHIFT, "place")
-    roll: Roll | None = given(None, _ROLL, "place")
-    roll_rad: float = given(_NOT_SAID, _ROLL_ANGLE, "place")
-    yaw_rad: float = given(0.0, _YAW, "place")
-    roll_load_N: float | None = given(None, _ROLL_LOAD, "place")
-    flange_climb: bool = given(False, _CLIMB, "place")
-    side: TrackSide = given("left", _SIDE, "place")
-    opposite: Opposite = field(default_factory=Opposite, metadata={"part": Part(group="place")})
-    load_N: float = given(100e3, _LOAD, "load")
-    load_kind: LoadKind = given("vertical", _LOAD_KIND, "load")
-    rail_material: Material = field(default=STEEL, metadata={"part": Part(group="material", body="rail", both=True)})
-    wheel_material: Material = field(default=STEEL, metadata={"part": Part(group="material", body="wheel", both=True)})
-    rolling_radius_mm: float = given(460.0, _ROLLING_RADIUS, "place")
-    track: Track = field(default_factory=Track, metadata={"part": Part(group="place")})
-    size: BodySize = field(default_factory=BodySize, metadata={"part": Part(group="bodies")})
-    resolution: str | tuple[float, float] = given("quick", _RESOLUTION, "solution")
-    solver: SolverChoice = given("auto", _SOLVER, "solution")
-    criteria: Criteria = field(default_factory=Criteria, metadata={"part": Part(group="verdict")})
-    rail_file: Reading = field(default_factory=Reading, metadata={"part": Part(group="profiles", body="rail")})
-    wheel_file: Reading = field(default_factory=Reading, metadata={"part": Part(group="profiles", body="wheel")})
-    creep: Creep = field(default_factory=Creep, metadata={"part": Part(group="creep")})
-    refine_degrees_of_freedom: int = given(400_000, _REFINE, "solution")
-    evidence: bool = given(False, _EVIDENCE, "solution")
-
-    rail_irregularity: Irregularity | None = given(None, _RAIL_IRREGULARITY, "place")
-    wheel_irregularity: Irregularity | None = given(None, _WHEEL_IRREGULARITY, "place")
-    distance_mm: float = given(0.0, _DISTANCE, "place")
-    library: str | None = given(None, _LIBRARY, "profiles")
+    rail: str = text("60E1", "Rail", _RAIL, group="pair")
+    wheel: str = text("S1002", "Wheel", _WHEEL, group="pair")
+    inclination_rad: float = number(
+        INCLINATION_1_40,
+        "Inclination of the rail towards the track centre, none if the profile is canted already",
+        group="pair",
+        key="inclination",
+        shown_unit="mrad",
+        low=-0.35,
+        high=0.35,
+        remedy="1:40 is 0.025 rad",
+        parse=parse_inclination,
+        show=inclination_text,
+        forms=INCLINATION_FORMS,
+    )
+    lateral_shift_mm: float = number(
+        0.0,
+        "Lateral shift of the wheelset, positive towards the left rail",
+        group="position",
+        options=("shift", "lateral-shift-mm"),
+        low=-60.0,
+        high=60.0,
+    )
+    roll: Roll | None = choice(
+        None,
+        "Roll of the wheelset: that at which both wheels touch their rails, that with both pressed into them by the"
+        " wheel loads, or a given one (0 for circles, cylinders and crane rails, which make no wheelset)",
+        get_args(Roll),
+        group="standing",
+    )
+    roll_rad: float = _angle(
+        _NOT_SAID,
+        "Roll of the wheelset about x where it is given, positive lifts the left wheel",
+        "wheelsets roll by some mrad",
+        label="roll angle",
+        group="standing",
+    )
+    yaw_rad: float = _angle(0.0, "Yaw of the wheelset about z", "wheelsets yaw by some mrad, or tens", group="wheelset")
+    roll_load_N: float | None = _load(
+        None,
+        "Wheel load under which the roll of the loaded wheelset is found, if it is another one than the load",
+        "give the wheel load under which the wheelset rolls, for example 80000 N (80 kN)",
+        group="standing",
+    )
+    flange_climb: bool = flag(
+        "Let the flange climb: take contacts beyond its steepest place too, up to its top", group="wheelset"
+    )
+    side: TrackSide = choice(
+        "left", "Wheel and rail of the wheelset that are solved", ("left", "right"), group="standing"
+    )
+    opposite: Opposite = part(Opposite, group="pair", option="opposite")
+    load_N: float = _load(100e3, "Wheel load", group="load")
+    load_kind: LoadKind = choice(
+        "vertical",
+        "Whether the load is vertical or acts along the contact normal at first touch",
+        get_args(LoadKind),
+        group="standing",
+    )
+    rail_material: Material = part(lambda: STEEL, group="material", body="rail", both=True)
+    wheel_material: Material = part(lambda: STEEL, group="material", body="wheel", both=True)
+    rolling_radius_mm: float = number(460.0, "Rolling radius at the tape circle", group="wheelset", remedy=_RADII)
+    track: Track = part(Track, group="pair")
+    size: BodySize = part(BodySize, group="mesh")
+    resolution: str | tuple[float, float] = custom(
+        "quick",
+        f"Elements a semi-axis of the patch ({', '.join(f'{n:g}' for n in RESOLUTIONS.values())}), or their sizes along"
+        " x and across: what the solution begins with",
+        known=tuple(RESOLUTIONS),
+        group="mesh",
+        domain=f"{', '.join(RESOLUTIONS)}, or two element sizes in mm such as 0.5,0.4 (mm, finite and > 0)",
+        parse=_resolution_of,
+        holds=_is_resolution,
+        show=lambda one: one if isinstance(one, str) else ",".join(f"{size:.12g}" for size in one),
+        one_list=_is_sizes,
+    )
+    refine: Refine = choice(
+        "verdict",
+        "Finer meshes: until the verdict is known, never, or until the elements' own nodes know it by themselves;"
+        f" up to {REFINED_UNKNOWNS} unknowns",
+        get_args(Refine),
+        group="solution",
+    )
+    solver: SolverChoice = choice("auto", "Linear solver", get_args(SolverChoice), group="solution")
+    criteria: Criteria = part(Criteria, group="verdict")
+    rail_file: Reading = part(Reading, group="profiles", body="rail")
+    wheel_file: Reading = part(Reading, group="profiles", body="wheel")
+    creep: Creep = part(Creep, group="creep")
+    rail_irregularity: Irregularity | None = _irregularity(
+        "Material that the rail misses along the track, opening the gap"
+    )
+    wheel_irregularity: Irregularity | None = _irregularity("Material that the wheel misses along its circumference")
+    distance_mm: float = number(
+        0.0,
+        "Distance run along the irregularities to where smooth bodies touch",
+        group="irregular",
+        low=-1e7,
+        high=1e7,
+        remedy="give the place along the wave, the flat (its middle is 0) or the table",
+    )
+    library: str | None = text(
+        None,
+        "Library of your own, before the built-in one",
+        "folder whose profile files rail and wheel may name",
+        group="pair",
+    )
 
     def __post_init__(self) -> None:
-        check_inputs(self)
         if self.library is not None:
             from fecontact.profiles.library import in_folder
 
@@ -296,6 +316,11 @@ class Case:
         return replace(self, **own, opposite=replace(self.opposite, **other))
 
     @property
+    def most_unknowns(self) -> int:
+        """Unknowns up to which its meshes are refined."""
+        return 0 if self.refine == "never" else REFINED_UNKNOWNS
+
+    @property
     def contact_modulus_MPa(self) -> float:
         """Contact modulus E* of wheel and rail."""
         return contact_modulus_MPa(self.rail_material, self.wheel_material)
@@ -331,10 +356,9 @@ def _refuse_other_roll(name: str, value: str, kind: Roll, roll: Roll | None) -> 
 
 
 _FILES = ("rail_file", "wheel_file")
+_IRREGULAR = ("rail_irregularity", "wheel_irregularity", "distance_mm")
 INPUTS = slots(Case())
 """Every input of a case and of its parts."""
-IRREGULAR = ("rail_irregularity", "wheel_irregularity", "distance_mm")
-"""The inputs of irregular bodies, for commands on smooth ones."""
 PARTS = {part.name: type(getattr(Case(), part.name)) for part in fields(Case) if "part" in part.metadata}
 """The fields of a case that have fields of their own."""
 
@@ -379,7 +403,7 @@ def case_record(case: Case) -> dict[str, Any]:
         if name == "library" or (name in _FILES and getattr(case, name) == Reading()):
             continue
         # smooth bodies, as they were before there were others
-        if name in IRREGULAR and not value:
+        if name in _IRREGULAR and not value:
             continue
         record[name] = value
         if name == "resolution":
@@ -396,7 +420,8 @@ def case_from_record(record: Mapping[str, Any]) -> Case:
     InputError
         If there is a key or a value that a case cannot have.
     """
-    if old := next(filter(None, map(renamed, record)), ""):
+    every = [*record, *(inner for name in PARTS for inner in record.get(name) or ())]
+    if old := next(filter(None, map(renamed, every)), ""):
         raise InputError(f"case record: {old}; solve the case again")
     inputs = dict(record)
     sizes = inputs.pop("element_size_mm", None)
@@ -408,7 +433,7 @@ def case_from_record(record: Mapping[str, Any]) -> Case:
             inputs["resolution"] = (float(along_x), float(across))
         for name in PARTS.keys() & inputs:
             inputs[name] = PARTS[name](**inputs[name])
-        for name in IRREGULAR[:2]:
+        for name in _IRREGULAR[:2]:
             if inputs.get(name) is not None:
                 inputs[name] = Irregularity(**inputs[name])
         return Case(**inputs)

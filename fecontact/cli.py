@@ -13,7 +13,7 @@ from typing import Any
 
 from cyclopts import App, CycloptsError, Group, Parameter, UnknownOptionError, UnusedCliTokensError
 
-from fecontact import __version__
+from fecontact import __version__, features
 from fecontact.commands import looking, results, solving, start
 from fecontact.commands.options import page_of
 from fecontact.errors import FecontactError, InputError
@@ -37,14 +37,14 @@ _START, _LOOK, _SOLVE, _AFTER, _DEVELOPMENT = (
 for group, commands in {
     _START: (start.demo, start.guide, start.doctor, start.init, start.check),
     _LOOK: (
-        *(looking.profiles, looking.place, looking.hertz, looking.geometry, looking.creep),
-        *(looking.theories, looking.theory, looking.table, looking.irregular),
+        *(looking.profiles, looking.place, looking.hertz, looking.geometry),
+        *(looking.theories, looking.theory, looking.table),
     ),
-    _SOLVE: (solving.solve, solving.run, solving.map_, looking.curve),
+    _SOLVE: (solving.solve, solving.run),
     _AFTER: (results.judge, results.compare, results.view, looking.mesh),
     _DEVELOPMENT: (solving.validate,),
 }.items():
-    for place, command in enumerate(commands):
+    for place, command in enumerate((*commands, *features.commands(group.name))):
         app.command(command, name=command.__name__.rstrip("_"), group=group, sort_key=place)
 baseline_app = App(name="baseline", help="Baselines: the results that later ones are held against.", group=_DEVELOPMENT)
 baseline_app.command(results.baseline_update, name="update")

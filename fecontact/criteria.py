@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import fields, replace
 from typing import Any
 
 from fecontact.errors import InputError
-from fecontact.inputs import Flag, Names, Number, by_name, check_inputs, given
+from fecontact.features import places
+from fecontact.inputs import Number, choice, flag, given, inputs, number
 
 
-def _part(label: str, help: str, key: str) -> Number:
+def _limit(default: float, measure: str, help: str, key: str) -> Any:
     percent = key.endswith("_percent")
-    return Number(
-        label=f"limit of {label}",
+    limit = Number(
+        label=f"limit of {measure}",
         help=f"Hertz holds {help}",
         key=key,
         shown_unit="%" if percent else "",
@@ -20,11 +21,7 @@ def _part(label: str, help: str, key: str) -> Number:
         inclusive=False,
         remedy="for example 0.05 for 5 %" if percent else "for example 0.15",
     )
-
-
-def _limit(default: float, measure: str, help: str, key: str) -> Any:
-    described = _part(measure, f"if {help}", key)
-    return field(default=default, metadata={"input": described, "measure": measure})
+    return given(default, limit, measure=measure)
 
 
 _SETS = {
@@ -34,8 +31,7 @@ _SETS = {
 }
 
 
-@by_name
-@dataclass(frozen=True, kw_only=True)
+@inputs
 class Criteria:
     """How far Hertz may be off the finite elements and still hold, and by which measures it is judged.
 
@@ -50,40 +46,35 @@ class Criteria:
     `theories_in_range` leaves theories that are out of their own range out of what may be the cheapest that holds.
     """
 
-    p_max: float = _limit(0.05, "p_max_MPa", "its peak pressure is off by less", "p_max_percent")
-    area: float = _limit(0.10, "area_mm2", "its patch area is off by less", "area_percent")
-    a: float = _limit(0.10, "a_mm", "its half-width along x is off by less", "a_percent")
-    b: float = _limit(0.10, "b_mm", "its half-width across is off by less", "b_percent")
+    p_max: float = _limit(0.05, "p_max_MPa", "if its peak pressure is off by less", "p_max_percent")
+    area: float = _limit(0.10, "area_mm2", "if its patch area is off by less", "area_percent")
+    a: float = _limit(0.10, "a_mm", "if its half-width along x is off by less", "a_percent")
+    b: float = _limit(0.10, "b_mm", "if its half-width across is off by less", "b_percent")
     centre: float = _limit(
-        0.15, "centre_over_b", "the centre of pressure is off by less of its half-width b", "centre_over_b"
+        0.15, "centre_over_b", "if the centre of pressure is off by less of its half-width b", "centre_over_b"
     )
-    valley: float = _limit(0.10, "valley", "the pressure falls by less of its peak between two lobes", "valley_percent")
-    separate: float = _limit(0.001, "separate_load", "separate patches carry less of the load", "separate_load_percent")
+    valley: float = _limit(
+        0.10, "valley", "if the pressure falls by less of its peak between two lobes", "valley_percent"
+    )
+    separate: float = _limit(
+        0.001, "separate_load", "if separate patches carry less of the load", "separate_load_percent"
+    )
     misplaced: float = _limit(
-        0.10, "misplaced_load", "less of the load is elsewhere than Hertz predicts", "misplaced_load_percent"
+        0.10, "misplaced_load", "if less of the load is elsewhere than Hertz predicts", "misplaced_load_percent"
     )
-    judged_by: tuple[str, ...] = field(
-        default=("all",),
-        metadata={
-            "input": Names(
-                help=f"Measures that decide, or sets of them (patch: {', '.join(_SETS['patch'])}; strength: p_max)",
-                sets=_SETS,
-            )
-        },
+    judged_by: tuple[str, ...] = choice(
+        ("all",),
+        f"Measures that decide, or sets of them (patch: {', '.join(_SETS['patch'])}; strength: p_max)",
+        (*_SETS, *_SETS["all"]),
+        domain=f"sets {', '.join(_SETS)}; measures {', '.join(_SETS['all'])}; joined by commas",
+        each=True,
     )
-    theories_in_range: bool = field(
-        default=False,
-        metadata={
-            "input": Flag(
-                help="Name no theory that is out of its own range as the cheapest that holds; by default it counts,"
-                " marked as out of range, since its numbers are held against the finite elements at this very contact",
-                alone=True,
-            )
-        },
+    theories_in_range: bool = flag(
+        "Name no theory that is out of its own range as the cheapest that holds; by default it counts, marked as out of"
+        " range, since its numbers are held against the finite elements at this very contact"
     )
 
     def __post_init__(self) -> None:
-        check_inputs(self)
         # JSON has lists alone
         object.__setattr__(self, "judged_by", tuple(self.judged_by))
 
@@ -110,13 +101,12 @@ FRICTION = Number(
 """Of a contact, wherever one is asked for."""
 
 
-def _creepage(label: str, help: str, *, unit: str = "") -> Number:
+def _creepage(help: str, label: str) -> Any:
     remedy = "it is relative to the rolling speed: 0.001 is 0.1 %"
-    return Number(label=label, help=help, low=-1.0, high=1.0, remedy=remedy, unit=unit)
+    return number(None, help, label=label, low=-1.0, high=1.0, remedy=remedy)
 
 
-@by_name
-@dataclass(frozen=True, kw_only=True)
+@inputs
 class Creep:
     """Friction and creepages of the wheel against the rail, at the first touch point; None of all without friction.
 
@@ -131,42 +121,28 @@ class Creep:
     friction: float | None = given(
         None, replace(FRICTION, help="Coefficient of friction; with it creep forces are evaluated")
     )
-    xi: float | None = given(
-        None, _creepage("creepage xi", "Longitudinal creepage, > 0 where the wheel slides forward")
-    )
-    eta: float | None = given(None, _creepage("creepage eta", "Lateral creepage, > 0 towards the field side"))
-    spin_per_mm: float | None = given(None, _creepage("spin", "Spin about the normal of the contact", unit="1/mm"))
-    speed_ratio: float = given(
+    xi: float | None = _creepage("Longitudinal creepage, > 0 where the wheel slides forward", "creepage xi")
+    eta: float | None = _creepage("Lateral creepage, > 0 towards the field side", "creepage eta")
+    spin_per_mm: float | None = _creepage("Spin about the normal of the contact", "spin")
+    speed_ratio: float = number(
         1.0,
-        Number(
-            help="Speed of rotation over that which rolls the tape circle; above 1 the wheel drives",
-            high=2.0,
-            remedy="a free wheel has 1, a driven one some thousandths more",
-        ),
+        "Speed of rotation over that which rolls the tape circle; above 1 the wheel drives",
+        high=2.0,
+        remedy="a free wheel has 1, a driven one some thousandths more",
     )
-    curved: bool = given(
-        False,
-        Flag(
-            label="curved surfaces",
-            help="Creepages on the real patch follow the rolling radius and contact angle of each line",
-            alone=True,
-        ),
+    curved: bool = flag(
+        "Creepages on the real patch follow the rolling radius and contact angle of each line", label="curved surfaces"
     )
-    force_limit: float = given(
-        0.05, _part("the creep force", "for forces if its creep force is off by less of mu N", "force_percent")
+    force_limit: float = _limit(
+        0.05, "the creep force", "for forces if its creep force is off by less of mu N", "force_percent"
     )
-    largest_creepage: float = given(
+    largest_creepage: float = number(
         0.02,
-        Number(
-            help="Longitudinal and lateral creepage up to which forces are judged",
-            low=1e-4,
-            high=0.5,
-            remedy="0.02 is 2 %, where most contacts slide",
-        ),
+        "Longitudinal and lateral creepage up to which forces are judged",
+        low=1e-4,
+        high=0.5,
+        remedy="0.02 is 2 %, where most contacts slide",
     )
-
-    def __post_init__(self) -> None:
-        check_inputs(self)
 
     @property
     def asked(self) -> bool:
@@ -174,13 +150,18 @@ class Creep:
         return self.friction is not None
 
     def refuse_unheard(self) -> None:
-        """Refuse creepages without friction, of which nothing would come.
+        """Refuse creepages without friction, and friction where nothing evaluates it, of which nothing would come.
 
         Raises
         ------
         InputError
             With what is missing.
         """
+        if self.asked and "creep" not in places("READINGS"):
+            raise InputError(
+                f"friction coefficient is {self.friction:g}, but this fecontact has no folder creeping, which evaluates"
+                " creep forces; leave friction out, or install fecontact with all its features"
+            )
         for one in () if self.asked else fields(self):
             if (value := getattr(self, one.name)) != one.default:
                 label = one.metadata["input"].label

@@ -1,11 +1,11 @@
-"""What a machine has for fecontact, what does not go without it, and the remedy; the standard library and psutil alone.
+"""Check of a machine for fecontact: what works, what does not, and the remedy; by the standard library and psutil only.
 
-No wheel carries libGL and its relatives, and a missing one can end the process with a signal instead of an exception:
-each probe runs in a process of its own.
+No wheel contains libGL and related libraries, and a missing library can end the process with a signal instead of an
+exception. So each probe runs in a separate process.
 
-`python -m fecontact.doctor` is what `fecontact doctor` prints. With `--before` no package need be installed yet: it
-looks for the libraries that gmsh is linked to, so that nobody downloads all packages in vain; with `--install` root
-gets the missing ones.
+`python -m fecontact.doctor` prints the same as `fecontact doctor`. With `--before` no package need be installed yet: it
+looks for the libraries that gmsh is linked to, so that nobody downloads all packages in vain; with `--install`, as
+root, it installs missing libraries.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ _ENOUGH_GB = 4.0
 
 @dataclass(frozen=True, kw_only=True)
 class Probe:
-    """A Python program that succeeds only where something works.
+    """A Python program that succeeds only if something works on this machine.
 
     Attributes
     ----------
     consequence
-        What does not go where it fails.
+        What does not work if the probe fails.
     remedy
-        What to do then; empty where Debian packages may be missing.
+        What to do in this case; empty if Debian packages may be missing.
     needed
         Whether no case can be solved without it.
     """
@@ -54,7 +54,7 @@ class Probe:
     needed: bool = True
 
 
-# What gmsh's wheel is linked to beyond a minimal Debian.
+# Libraries that gmsh's wheel is linked to and a minimal Debian lacks.
 BEFORE = Probe(
     name="system libraries of gmsh",
     code="""
@@ -70,7 +70,7 @@ PROBES = (
         code="import gmsh; gmsh.initialize(readConfigFiles=False, interruptible=False); gmsh.finalize()",
         consequence="nothing can be meshed without it",
     ),
-    # an image of one colour means that nothing was drawn
+    # if nothing was drawn, the image has one colour
     Probe(
         name="off-screen rendering",
         code="""
@@ -98,7 +98,7 @@ assert abs(pypardiso.spsolve(scipy.sparse.eye(3, format="csr") * 2.0, numpy.ones
 
 
 def examine(probes: Sequence[Probe] = PROBES) -> tuple[list[str], bool]:
-    """What works, what does not go without the rest and what to do, in lines; whether anything needed fails."""
+    """Lines on what works, what does not and the remedies; and whether anything needed fails."""
     failures = {probe: reason for probe in probes if (reason := failure(probe))}
     lines = [
         f"{probe.name}: does not work: {failures[probe]}; {probe.consequence}"
@@ -117,12 +117,12 @@ def _remedy(probe: Probe, reason: str, missing: Sequence[str]) -> str:
     if reason.startswith("ModuleNotFoundError"):
         return "a Python package is missing from this environment: make setup, or pip install fecontact"
     if not missing:
-        return "the Debian packages that are known to be needed are all installed: the cause is another one"
+        return "all Debian packages that are known to be needed are installed: the cause is something else"
     return f"{install_command(missing)} (Debian, Ubuntu; elsewhere the packages with the same libraries)"
 
 
 def doctor() -> int:
-    """Say what this machine has for fecontact; 1 if no case can be solved here, else 0."""
+    """Print what works on this machine; returns 1 if no case can be solved here, else 0."""
     print(f"fecontact {__version__}, Python {platform.python_version()} ({sys.executable})")
     print(f"{platform.platform()}, {platform.machine()}")
     packages, incomplete = _packages()
@@ -136,7 +136,7 @@ def doctor() -> int:
 
 
 def before(*, install: bool) -> int:
-    """Look for the libraries of gmsh, as root install them if asked to; 1 with the remedy if some are missing."""
+    """Look for the libraries of gmsh, and install them as root if asked to; returns 1 if some are missing, else 0."""
     if not sys.platform.startswith("linux"):
         return 0
     lines, lacks = examine((BEFORE,))
@@ -151,13 +151,13 @@ def before(*, install: bool) -> int:
 
 
 def _packages() -> tuple[list[str], bool]:
-    """Lines on the packages that are needed everywhere, and whether some of them are missing."""
+    """Lines on the packages that are needed on every machine, and whether some of them are missing."""
     try:
         required = metadata.requires("fecontact") or []
     except metadata.PackageNotFoundError:
-        # set-up is not at its end yet
+        # fecontact itself is not installed yet
         return [], False
-    # not those of an extra, nor of some machines
+    # without packages of an extra, or for some machines only
     everywhere = (name for name in required if not re.search(r";.*(extra|platform_machine)", name))
     needed = [name.partition(";")[0].strip() for name in everywhere]
     found, missing = [], []
@@ -187,12 +187,12 @@ def _machine() -> list[str]:
 
 
 def failure(probe: Probe) -> str:
-    """Why a probe fails, in one line; nothing if it succeeds."""
+    """Why a probe fails, in one line; empty if it succeeds."""
     return _run([sys.executable, "-c", probe.code], PROBE_SECONDS)
 
 
 def _run(command: Sequence[str], seconds: float | None) -> str:
-    """Why a program fails, or nothing."""
+    """Why a program fails; empty if it succeeds."""
     # In an empty directory: a core file lands nowhere that matters, and nothing there shadows an import.
     with tempfile.TemporaryDirectory(prefix="fecontact-") as directory:
         try:
@@ -209,7 +209,7 @@ def _run(command: Sequence[str], seconds: float | None) -> str:
         except subprocess.TimeoutExpired:
             return f"no answer within {seconds:g} s"
     if done.returncode < 0:
-        # the last words of VTK before a crash recommend a library that is not the cause: not passed on
+        # VTK's last output before a crash recommends a library that is not the cause: it is not passed on
         return f"the process was ended by {_signal_name(-done.returncode)}"
     lines = [line.strip() for line in re.sub(r"\x1b\[[0-9;]*m", "", done.stderr).splitlines() if line.strip()]
     return (lines[-1] if lines else f"exit code {done.returncode}") if done.returncode else ""
@@ -220,7 +220,7 @@ def _signal_name(number: int) -> str:
 
 
 def missing_packages() -> tuple[str, ...]:
-    """Those of the Debian packages that dpkg does not list as installed: all of them where there is no dpkg."""
+    """Needed Debian packages that dpkg does not list as installed; all packages if there is no dpkg."""
     if not shutil.which("dpkg-query"):
         return PACKAGES
     query = ("dpkg-query", "-W", "-f", "${Package} ${db:Status-Status}\n", *PACKAGES)
@@ -230,7 +230,7 @@ def missing_packages() -> tuple[str, ...]:
 
 
 def install_command(packages: Sequence[str]) -> str:
-    """The shell command that installs Debian packages, for root where there is no sudo."""
+    """The shell command that installs Debian packages; for root if there is no sudo."""
     sudo = "sudo " if shutil.which("sudo") else ""
     names = shlex.join(packages)
     command = f"{sudo}apt-get update && {sudo}apt-get install -y --no-install-recommends {names}"

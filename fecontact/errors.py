@@ -1,4 +1,4 @@
-"""Refusals with the exit code of the command line, the words of a status, and whether numbers may be used."""
+"""Errors with the exit code of the command line, the words of a status, and whether numbers may be used."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 SMALLEST, LARGEST = 1e-30, 1e20
-"""Sizes between which a quantity above zero must be: powers of it are numbers of a computer then."""
+"""Range of every positive quantity, in which powers of it neither overflow nor underflow."""
 EXTREME = f"no body, load or material has that, and it could not be computed with; allowed: {SMALLEST:g} to {LARGEST:g}"
 
 
@@ -25,15 +25,15 @@ class InputError(FecontactError, ValueError):
 
 
 class FoldedMesh(InputError):
-    """A mesh has an element that is turned inside out; other element sizes may not have one."""
+    """A mesh has an element that is turned inside out; other element sizes may avoid it."""
 
 
 class NotCovered(InputError):
-    """A body's surface does not hold, or the wheel's does not face, all of the contact zone; a narrower one may do."""
+    """A body's surface, or the wheel's surface opposite, does not cover the contact zone; a narrower zone may work."""
 
 
 class NotEnoughMemory(InputError):
-    """The machine does not have the memory that is needed now; alone on it the same may go."""
+    """The machine does not have the memory that is needed now; the work may succeed when it runs alone."""
 
 
 class ConvergenceError(FecontactError):
@@ -58,14 +58,14 @@ def check_positive(name: str, value: float, unit: str, remedy: str, *, zero_allo
     raise InputError(f"{name} is {float(value)!r} {unit}; allowed: {allowed}; {remedy}")
 
 
-# --- How solving something ended, in the words that rows and records keep: `converged`, or why it must not be used.
+# --- The status of a result, in the words of rows and records: `converged`, or why the result must not be used.
 
 CONVERGED = "converged"
 
 
 @dataclass(frozen=True)
 class Unusable:
-    """A result that has numbers, which must not be used: `short` is what a table has room for."""
+    """Words for a result whose numbers must not be used: `short` is for tables."""
 
     short: str
     remedy: str
@@ -74,18 +74,18 @@ class Unusable:
 UNUSABLE = {
     "elements too soft or too stiff": Unusable(
         "elements off",
-        "finer ones tell whether they are only too coarse: --resolution standard, or more --refine-degrees-of-freedom",
+        "finer ones tell whether they are only too coarse: --resolution standard, or --refine verdict",
     ),
     "patch at the edge of the fine mesh": Unusable(
-        "at edge", "a note says what keeps the mesh from growing; another lateral shift or a smaller load may go"
+        "at edge", "a note says what keeps the mesh from growing; another lateral shift or a smaller load may work"
     ),
-    "not converged": Unusable("not conv.", "a lateral shift 0.2 mm beside it, or another load, may go"),
+    "not converged": Unusable("not conv.", "a lateral shift 0.2 mm beside it, or another load, may work"),
 }
-"""What is to be said of each status but `CONVERGED`."""
+"""Words for each status except `CONVERGED`."""
 
 
 def failed(why: object) -> str:
-    """The status, in one line, of what gave no numbers at all."""
+    """The status, in one line, of a case without any numbers."""
     return " ".join(f"failed: {why}".split())
 
 
@@ -95,7 +95,7 @@ def usable(row: Mapping[str, object]) -> bool:
 
 
 def has_numbers(row: Mapping[str, object]) -> bool:
-    """Whether a row has numbers, be it that they must not be used."""
+    """Whether a row has numbers, also if they must not be used."""
     return not str(row["status"]).startswith("failed")
 
 
@@ -108,6 +108,6 @@ def short_status(row: Mapping[str, object]) -> str:
 
 
 def with_remedy(row: Mapping[str, object]) -> str:
-    """The status of a row, or of a record, that must not be used, and what may help."""
+    """The status of a row or record that must not be used, with a remedy."""
     status = str(row["status"])
     return f"{status}; {UNUSABLE[status].remedy}" if status in UNUSABLE else status

@@ -1,4 +1,4 @@
-"""Files that are either whole or absent."""
+"""Reading and writing files, so that a file is either whole or absent."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ import numpy as np
 
 from fecontact.errors import InputError
 
-# Of a TOML file: the parser takes a second for 200 lines whose keys have 500 parts, and minutes for one of 100,000.
+# Limits of a TOML file: the parser takes a second for 200 lines of keys with 500 parts, and minutes for 100,000 parts.
 _MOST_TOML, _LONGEST_TOML_LINE, _MOST_DOTS = 1_000_000, 10_000, 100
 _TOML_BETWEEN = re.compile(r"[,={}\[\]]")
 SEAL, SEALED = "sha256", "all but sha256"
@@ -35,17 +35,17 @@ def write_atomically(path: str | Path, writer: Callable[[Path], object]) -> Path
     path
         File to write; its folder is made.
     writer
-        Called with a temporary path in the same folder and with the same ending, which it has to write.
+        Called with a temporary path, which it has to write; folder and ending are as in `path`.
 
     Raises
     ------
     OSError
-        If the writer made no file or the disk refused it, with the name of the file. Whatever else the writer raises
-        passes through, and nothing of it is left behind.
+        If the writer made no file or the disk refused it, with the name of the file. Other errors of the writer pass
+        through; no temporary file is left behind.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    # the ending stays: writers choose their format by it
+    # the ending is kept: writers choose their format by it
     temporary = path.with_name(f".{path.stem}.{secrets.token_hex(6)}{path.suffix}")
     try:
         writer(temporary)
@@ -53,7 +53,7 @@ def write_atomically(path: str | Path, writer: Callable[[Path], object]) -> Path
             os.fsync(file.fileno())
         temporary.replace(path)
     except OSError as error:
-        # a disk that is full says so without a name
+        # the error of a full disk has no file name
         error.filename = str(path)
         raise
     finally:
@@ -62,14 +62,14 @@ def write_atomically(path: str | Path, writer: Callable[[Path], object]) -> Path
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Remove the temporary files that `write_atomically` left in a folder when it was killed."""
+    """Remove temporary files that `write_atomically` left in a folder if the process was killed."""
     for path in folder.iterdir():
         if re.fullmatch(r"\..+\.[0-9a-f]{12}(\.[^.]+)?", path.name) and path.is_file():
             path.unlink(missing_ok=True)
 
 
 def write_text(path: str | Path, text: str) -> Path:
-    """Write a text as UTF-8 with newlines as they are."""
+    """Write a text as UTF-8 with unchanged newlines."""
     return write_atomically(path, lambda temporary: temporary.write_bytes(text.encode("utf-8")))
 
 
@@ -79,15 +79,15 @@ def write_json(path: str | Path, value: object) -> Path:
 
 
 def write_sealed(path: Path, value: Mapping[str, object], beside: Sequence[Path] = ()) -> Path:
-    """Write a mapping as JSON with checksums of what it says, and of files that were written beside it."""
+    """Write a mapping as JSON with checksums of its content, and of files that were written beside it."""
     digests = {SEALED: _digest(json_text(value)), **{file.name: sha256(file) for file in beside}}
     return write_json(path, {**value, SEAL: digests})
 
 
 def broken_seal(path: Path, document: Mapping[str, Any]) -> str | None:
-    """Why a document is not what `write_sealed` wrote; None where it is.
+    """Why a document differs from what `write_sealed` wrote; None if it does not.
 
-    Files beside it are not looked at; their checksums are beside its own.
+    Files beside the document are not checked; the document has their checksums.
     """
     seal = document.get(SEAL)
     said = json_text({name: value for name, value in document.items() if name != SEAL})
@@ -97,7 +97,7 @@ def broken_seal(path: Path, document: Mapping[str, Any]) -> str | None:
 
 
 def _digest(text: str) -> str:
-    # half a character, which only a damaged file has, is not what was written
+    # half a character occurs only in a damaged file, and its replacement changes the checksum
     return hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()
 
 
@@ -107,21 +107,21 @@ def sha256(path: Path) -> str:
     Raises
     ------
     OSError
-        If it cannot be read, or is none: a pipe or a device could be read for good.
+        If it cannot be read, or is no regular file: a pipe or a device could be read without end.
     """
     with open_regular(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def open_regular(path: Path) -> BufferedReader:
-    """Open a file that is a file, and no folder, pipe or device.
+    """Open a regular file, and no folder, pipe or device.
 
     Raises
     ------
     OSError
-        If it is none, or cannot be read.
+        If it is no regular file, or cannot be read.
     """
-    # a pipe would wait for its writer when it is opened
+    # checked before opening: opening a pipe would wait for its writer
     if path.exists() and not path.is_file():
         raise OSError(errno.EINVAL, "not a regular file", str(path))
     return path.open("rb")
@@ -133,7 +133,7 @@ def read_json(path: str | Path) -> Any:
     Raises
     ------
     InputError
-        If it cannot be read, is larger than any that is written, or is no JSON.
+        If the file cannot be read, is larger than any file that is written, or is no JSON.
     """
     try:
         with open_regular(Path(path)) as file:
@@ -150,8 +150,8 @@ def read_json(path: str | Path) -> Any:
 def json_text(value: object) -> str:
     """A value as indented JSON.
 
-    Keys stay in the order in which they were put in, which is the order of meaning; NaN and infinity become null
-    (JSON has neither); NumPy numbers and arrays become numbers and lists.
+    Keys keep their order, which has a meaning; NaN and infinity become null (JSON has neither); NumPy numbers and
+    arrays become numbers and lists.
     """
     return json.dumps(_plain(value), indent=2, ensure_ascii=False, allow_nan=False)
 
@@ -169,12 +169,12 @@ def _plain(value: object) -> Any:
 
 
 def toml_content(text: str, what: str) -> dict[str, Any]:
-    """Content of a TOML text that may be a stranger's.
+    """Content of a TOML text from an unknown source.
 
     Raises
     ------
     InputError
-        It is not TOML, or so large that its parser, which takes the square of a key's parts, would not end.
+        If it is not TOML, or too large for the parser, whose time grows with the square of a key's parts.
     """
     if len(text) > _MOST_TOML:
         raise InputError(f"{what}: {len(text)} characters; allowed: {_MOST_TOML}; give the numbers in several files")
@@ -189,6 +189,6 @@ def toml_content(text: str, what: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except RecursionError:
         raise InputError(f"{what}: not valid TOML: brackets are nested too deeply") from None
-    # besides its own errors the parser passes on that of an integer of thousands of digits
+    # the parser also raises the ValueError of an integer with thousands of digits
     except (ValueError, OverflowError) as error:
         raise InputError(f"{what}: not valid TOML: {str(error)[:200]}") from None

@@ -1,16 +1,16 @@
-"""Inputs: kinds of values with unit and range, the fields of dataclasses that hold them, and their texts."""
+"""Inputs: described where their fields stand, with unit and range; their texts, and classes that check them."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, replace
 from difflib import get_close_matches
 from functools import wraps
 from numbers import Real
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, dataclass_transform
 
 from fecontact.errors import EXTREME, LARGEST, SMALLEST, InputError
 
@@ -84,74 +84,148 @@ def renamed(name: str) -> str:
     return f"{name}: there is no such input any more; {_RENAMED[name]}" if name in _RENAMED else ""
 
 
+_OF_PROFILES = {
+    "smoothing_mm": "the wave length of which smoothing leaves half is filter_mm, 0 for points as exact",
+    "flip_z": "a minus sign turns a column: columns = '1,-2'",
+    "decimal": "decimal commas are recognised; where they are not, write points",
+    "offsets": "offsets of a MiniProf header are added, its alignment is not, and the notes say so",
+}
+_FINER = "finer elements are asked for by refine = 'verdict' (the default), 'never' or 'evidence'"
+_OPPOSITE = "--opposite rail=...,wheel=...,rolling-radius-mm=...,load-kn=... has it, in files the table [opposite]"
+_HALF_LENGTH = "rail and rim have one half_length_mm"
+_NO_NAME = "a material has no name any more; leave it out"
 _RENAMED = {
     "wheelset": "the roll at which both wheels touch is roll = 'touching', a fixed one roll = 'given'",
     "roll_under_load": "the roll of the loaded wheelset is roll = 'loaded'",
+    **dict.fromkeys(("refine_degrees_of_freedom", "evidence"), _FINER),
+    **dict.fromkeys(("rail_half_length_mm", "rim_half_length_mm"), _HALF_LENGTH),
+    **{f"opposite_{name}": _OPPOSITE for name in ("rail", "wheel", "rolling_radius_mm", "load_kn")},
+    **dict.fromkeys(("name", "material_name", "rail_material_name", "wheel_material_name"), _NO_NAME),
+    **{f"{body}{name}": text for name, text in _OF_PROFILES.items() for body in ("", "rail_", "wheel_")},
 }
 
 
-# --- What an input may be: a number within a range, a text, a name, some names, yes and no, or a value of its own
-# class.
+# --- What an input may be: a number within a range, or a value that one function reads and another one knows.
 #
-# Each kind reads a value as a user writes it, checks a value as the program holds it, and says what it allows. The
-# first message is for a value that cannot be understood, the second for one that is understood and lies outside the
-# range.
+# An input reads a value as a user writes it, checks a value as the program holds it, and says what it allows. The first
+# message is for a value that cannot be understood, the second for one that is understood and lies outside the range.
 
 _TRUTH = {"yes": True, "true": True, "no": False, "false": False}
 
 
 # What users give a number in, times what it is inside the program.
 _FACTORS = {"mrad": 1e3, "kN": 1e-3, "%": 100.0}
-_UNITS = ("mm", "N", "MPa", "rad")
+# how names of fields end, the longer ends first
+_UNITS = {
+    **{"Ns_per_m": "N s/m", "Nm_per_rad": "N m/rad", "N_per_m": "N/m", "per_mm": "1/mm", "kg_m2": "kg m2"},
+    **{"m_s2": "m/s2", "km_h": "km/h", "kN": "kN", "kg": "kg", "MPa": "MPa", "mm": "mm", "rad": "rad"},
+    **{"N": "N", "m": "m"},
+}
+
+
+def _same(value: Any) -> Any:
+    return value
 
 
 @dataclass(frozen=True, kw_only=True)
-class Described:
-    """What all kinds have; what is not given of label, unit and key says the name of the field.
+class Input:
+    """What a field is; what is not given of label, unit and key says the name of the field.
 
     Attributes
     ----------
-    label, help
-        Name in messages; what it is.
+    label, help, remedy
+        Name in messages; what it is; what to do about a value outside the range.
+    group
+        Where it belongs: commands take groups.
     key, options
         Key in files, if it is not the field's name; names on the command line (without hyphens), if they are not made
         from the key.
+    domain, words
+        What is allowed; as messages say it, if in other words.
+    known
+        Names of which one may have been meant.
+    parse, holds, show
+        The value from what a user wrote; whether a value is one; how a user would write it.
+    each
+        Whether the value is several of them, in texts with commas between.
+    one_list
+        Whether a list is one value, and not a list of values.
+    alone
+        Whether its option says yes by itself on the command line, without a word behind it.
     """
 
     label: str = ""
     help: str
+    remedy: str = ""
+    group: str = ""
     key: str = ""
     options: tuple[str, ...] = ()
-
-    if TYPE_CHECKING:
-
-        @property
-        def domain(self) -> str:
-            """Range of the values."""
+    domain: str = ""
+    words: str = ""
+    known: Sequence[str] = ()
+    parse: Callable[[Any], Any] = _same
+    holds: Callable[[Any], bool] = bool
+    show: Callable[[Any], str] = str
+    each: bool = False
+    one_list: Callable[[Any], bool] = lambda _: False
+    alone: bool = False
 
     @property
     def allowed(self) -> str:
         """What a user may write."""
-        return self.domain
+        return self.words or self.domain
 
     def shown(self, value: Any) -> str:
         """A value as a user would write it."""
-        return str(value)
+        return ",".join(map(self.show, value)) if self.each else self.show(value)
 
-    def refusal(self, value: Any, known: Iterable[str] = ()) -> InputError:
-        """Of a value that is none; of the known names it has the nearest one."""
-        meant = nearest(value, {name: name for name in known}) if isinstance(value, str) else ""
+    def refusal(self, value: Any) -> InputError:
+        """Of a value that is none; of known names it has the nearest one."""
+        meant = nearest(value, {name: name for name in self.known}) if isinstance(value, str) else ""
         return InputError(f"{self.label} is {value!r}; allowed: {self.allowed}{meant}")
+
+    def read(self, value: Any) -> Any:
+        """The value as the program holds it, from what a user wrote.
+
+        Raises
+        ------
+        InputError
+            If it is none.
+        """
+        several = self.each and isinstance(value, str)
+        found = tuple(part.strip() for part in value.split(",")) if several else self.parse(value)
+        self.check(found)
+        return found
+
+    def read_word(self, word: str) -> Any:
+        """The value of a word of the command line."""
+        return self.read(word)
+
+    def check(self, value: Any) -> None:
+        """Refuse what is none.
+
+        Raises
+        ------
+        InputError
+            With the value, what is allowed, and the name that may have been meant.
+        """
+        if self.each and not (isinstance(value, list | tuple) and value):
+            raise self.refusal(value)
+        for one in value if self.each else (value,):
+            if not self.holds(one):
+                raise self.refusal(one)
+
+    def of_field(self, name: str) -> Input:
+        """With the label that the name of its field says, where none is given."""
+        return replace(self, label=self.label or name.replace("_", " "))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Number(Described):
+class Number(Input):
     """A number with its unit and range.
 
     Attributes
     ----------
-    remedy
-        What to do about a value outside the range.
     unit, shown_unit
         Unit inside the program; unit in which users give it, if it is another.
     low, high, inclusive
@@ -160,13 +234,10 @@ class Number(Described):
         Sign for the number in an exclusive range.
     usual
         Between which bounds it is not worth a note, in the unit inside.
-    whole
-        Whether it is a whole number.
-    parse, show, forms
-        For a number that is written as a text: the text's value in the unit inside, its inverse, and what is allowed.
+    forms
+        Of a number that is written as a text, what is allowed: `parse` and `show` are of that text.
     """
 
-    remedy: str = ""
     unit: str = ""
     shown_unit: str = ""
     low: float = 0.0
@@ -174,10 +245,20 @@ class Number(Described):
     inclusive: bool = True
     symbol: str = ""
     usual: tuple[float, float] = (-math.inf, math.inf)
-    whole: bool = False
-    parse: Callable[[str], float] | None = None
-    show: Callable[[float], str] | None = None
     forms: str = ""
+
+    def of_field(self, name: str) -> Number:
+        """With label, unit and key that the name of its field says, where none are given."""
+        suffix = next((one for one in _UNITS if name.endswith(f"_{one}")), "")
+        stem = name.removesuffix(f"_{suffix}")
+        return replace(
+            self,
+            label=self.label or stem.replace("_", " "),
+            unit=self.unit or _UNITS.get(suffix, ""),
+            key=self.key or (f"{stem}_{self.shown_unit}" if self.shown_unit else ""),
+            domain=f"{self.forms}; " * bool(self.forms)
+            + f"{self.shown_unit or self.unit or _UNITS.get(suffix, 'no unit')}, {self._range(self.factor)}",
+        )
 
     @property
     def factor(self) -> float:
@@ -185,21 +266,13 @@ class Number(Described):
         return _FACTORS.get(self.shown_unit, 1.0)
 
     @property
-    def domain(self) -> str:
-        """Unit and range as users give the number."""
-        domain = f"{self._outside_unit or 'no unit'}, {self._range(self.factor)}"
-        return f"{self.forms}; {domain}" if self.forms else domain
-
-    @property
     def allowed(self) -> str:
         """What a user may write."""
-        if self.forms:
-            return self.domain
-        return f"a {'whole ' * self.whole}number ({self.domain})"
+        return self.domain if self.forms else f"a number ({self.domain})"
 
     def shown(self, value: float) -> str:
         """A value as a user would write it."""
-        return self.show(value) if self.show else f"{value * self.factor:.12g}"
+        return self.show(value) if self.forms else f"{value * self.factor:.12g}"
 
     def note(self, value: float) -> str:
         """What is said of a value that is allowed and not usual, empty for all others."""
@@ -217,14 +290,17 @@ class Number(Described):
         InputError
             If it is none.
         """
-        if self.parse and isinstance(value, str):
-            return self.parse(value)
-        number = None if self.parse else as_number(value)
-        if number is None or (self.whole and not number.is_integer()):
+        if self.forms and isinstance(value, str):
+            return float(self.parse(value))
+        number = None if self.forms else as_number(value)
+        if number is None:
             raise self.refusal(value)
         # with whole numbers, so that 9 mrad is 0.009 rad to the last bit
-        inside = number * round(1.0 / self.factor) if self.factor < 1.0 else number / self.factor
-        return int(inside) if self.whole else inside
+        return number * round(1.0 / self.factor) if self.factor < 1.0 else number / self.factor
+
+    def read_word(self, word: str) -> float:
+        """The number of a word of the command line."""
+        return self.read(word if self.forms else number_or_text(word))
 
     def check(self, value: Any) -> None:
         """Refuse what is outside the range.
@@ -254,7 +330,7 @@ class Number(Described):
         return self.shown_unit or self.unit
 
     def _within(self, number: float) -> bool:
-        if not math.isfinite(number) or (self.whole and not number.is_integer()):
+        if not math.isfinite(number):
             return False
         if self.inclusive and math.isfinite(self.high):
             return self.low <= number <= self.high
@@ -270,242 +346,6 @@ class Number(Described):
         return f"{low:g} < {self.symbol} < {high:g}" if self.symbol else f"between {low:g} and {high:g}"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Text(Described):
-    """A text that is not empty."""
-
-    domain: str = "not empty"
-
-    @property
-    def allowed(self) -> str:
-        """What a user may write."""
-        return f"a text ({self.domain})"
-
-    def read(self, value: Any) -> str:
-        """The text itself.
-
-        Raises
-        ------
-        InputError
-            If it is none.
-        """
-        self.check(value)
-        return str(value)
-
-    def check(self, value: Any) -> None:
-        """Refuse what is no text, or an empty one.
-
-        Raises
-        ------
-        InputError
-            With the value and what is allowed.
-        """
-        if not isinstance(value, str) or not value.strip():
-            raise self.refusal(value)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Choice(Described):
-    """One of several names or, with `pair`, two numbers instead."""
-
-    names: tuple[str, ...]
-    pair: Number | None = None
-
-    @property
-    def domain(self) -> str:
-        """What is allowed."""
-        names = ", ".join(self.names)
-        if self.pair is None:
-            return names
-        return f"{names}, or two {self.pair.label}s in {self.pair.unit} such as 0.5,0.4 ({self.pair.domain})"
-
-    def shown(self, value: str | Sequence[float]) -> str:
-        """A value as a user would write it."""
-        return value if isinstance(value, str) else ",".join(f"{number:.12g}" for number in value)
-
-    def read(self, value: Any) -> str | tuple[float, ...]:
-        """The name, or the two numbers from a list of them or from a text such as `0.5,0.4`.
-
-        Raises
-        ------
-        InputError
-            If it is neither.
-        """
-        if self.pair and isinstance(value, str) and "," in value:
-            value = [_number_or_text(part) for part in value.split(",")]
-        if self.is_pair(value):
-            return tuple(float(number) for number in value)
-        self.check(value)
-        return str(value)
-
-    def is_pair(self, value: Any) -> bool:
-        """Whether a value is the two numbers, or an attempt at them, and not a list of values."""
-        return self.pair is not None and isinstance(value, list | tuple) and None not in map(as_number, value)
-
-    def check(self, value: Any) -> None:
-        """Refuse another name, and numbers outside their range.
-
-        Raises
-        ------
-        InputError
-            With the value, what is allowed, and the name that may have been meant.
-        """
-        if self.pair and self.is_pair(value) and len(value) == 2:
-            for number in value:
-                self.pair.check(number)
-        elif not (isinstance(value, str) and value in self.names):
-            raise self.refusal(value, self.names)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Names(Described):
-    """One or more of several names, or of sets of them.
-
-    Attributes
-    ----------
-    sets
-        Names in each set; every name is in at least one.
-    """
-
-    sets: Mapping[str, tuple[str, ...]] = field(hash=False)
-
-    @property
-    def domain(self) -> str:
-        """What is allowed."""
-        return f"sets {', '.join(self.sets)}; measures {', '.join(self._single)}; joined by commas"
-
-    @property
-    def _single(self) -> tuple[str, ...]:
-        return tuple(dict.fromkeys(name for names in self.sets.values() for name in names))
-
-    def shown(self, value: Sequence[str]) -> str:
-        """A value as a user would write it."""
-        return ",".join(value)
-
-    def read(self, value: Any) -> tuple[str, ...]:
-        """The names, from a list of them or from a text with commas between.
-
-        Raises
-        ------
-        InputError
-            If one of them is not known.
-        """
-        names = tuple(part.strip() for part in value.split(",")) if isinstance(value, str) else value
-        self.check(names)
-        return tuple(names)
-
-    def check(self, value: Any) -> None:
-        """Refuse what is no name, and no names at all.
-
-        Raises
-        ------
-        InputError
-            With the value, what is allowed, and the name that may have been meant.
-        """
-        known = (*self.sets, *self._single)
-        if not isinstance(value, list | tuple) or not value:
-            raise self.refusal(value)
-        for name in value:
-            if name not in known:
-                raise self.refusal(name, known)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Flag(Described):
-    """Yes or no.
-
-    Attributes
-    ----------
-    alone
-        Whether its option says yes by itself on the command line, without a word behind it.
-    """
-
-    alone: bool = False
-
-    @property
-    def domain(self) -> str:
-        """What is allowed."""
-        return "yes or no"
-
-    @property
-    def allowed(self) -> str:
-        """What a user may write."""
-        return "yes or no, true or false"
-
-    def shown(self, value: bool) -> str:
-        """A value as a user would write it."""
-        return "yes" if value else "no"
-
-    def read(self, value: Any) -> bool:
-        """The truth, from itself or from a word for it.
-
-        Raises
-        ------
-        InputError
-            If it is neither.
-        """
-        word = _TRUTH.get(value.strip().lower()) if isinstance(value, str) else value
-        self.check(value if word is None else word)
-        return bool(word)
-
-    def check(self, value: Any) -> None:
-        """Refuse what is neither true nor false.
-
-        Raises
-        ------
-        InputError
-            With the value and what is allowed.
-        """
-        if not isinstance(value, bool):
-            raise self.refusal(value)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Written(Described):
-    """A value of a class of its own that is written as a text or a table.
-
-    Attributes
-    ----------
-    kind, parse, show
-        Its class; the value from what a user wrote; the text that is shown of it.
-    """
-
-    domain: str
-    kind: type
-    parse: Callable[[Any], Any] = field(hash=False)
-    show: Callable[[Any], str] = field(hash=False)
-
-    def shown(self, value: Any) -> str:
-        """A value as a user would write it."""
-        return self.show(value)
-
-    def read(self, value: Any) -> Any:
-        """The value of a text or a table.
-
-        Raises
-        ------
-        InputError
-            If it is none.
-        """
-        return self.parse(value)
-
-    def check(self, value: Any) -> None:
-        """Refuse a value of another class.
-
-        Raises
-        ------
-        InputError
-            With the value and what is allowed.
-        """
-        if not isinstance(value, self.kind):
-            raise InputError(
-                f"{self.label} is {value!r}; allowed: {self.kind.__name__}(...); in files a text: {self.domain}"
-            )
-
-
-Input = Number | Text | Choice | Names | Flag | Written
-
-
 def as_number(value: Any) -> float | None:
     """A number as a float; None for everything else, and for whole numbers that are too large for one."""
     if isinstance(value, bool) or not isinstance(value, Real):
@@ -516,16 +356,65 @@ def as_number(value: Any) -> float | None:
         return None
 
 
-def _number_or_text(text: str) -> float | str:
+def number_or_text(text: str) -> float | str:
+    """The number of a text, and any other text as it is."""
     try:
         return float(text)
     except ValueError:
         return text
 
 
+# --- Fields of dataclasses, each with its default and what it is.
+
+
+def given(default: Any, described: Input, **more: Any) -> Any:
+    """A field with its default and what it is; `more` is metadata of its own."""
+    return field(default=default, metadata={"input": described, **more})
+
+
+def number(default: Any, help: str, **more: Any) -> Any:
+    """A number; `more` is what `Number` has."""
+    return given(default, Number(help=help, **more))
+
+
+def custom(default: Any, help: str, **more: Any) -> Any:
+    """A value that is read and known by functions; `more` is what `Input` has."""
+    return given(default, Input(help=help, **more))
+
+
+def text(default: str | None, help: str, domain: str, **more: Any) -> Any:
+    """A text that is not empty."""
+    return custom(default, help, domain=domain, words=f"a text ({domain})", holds=_is_text, **more)
+
+
+def choice(default: Any, help: str, names: Sequence[str], **more: Any) -> Any:
+    """One of several names."""
+    return custom(default, help, known=names, holds=names.__contains__, **{"domain": ", ".join(names), **more})
+
+
+def flag(help: str, **more: Any) -> Any:
+    """Yes or no, which is what it is by default; its option says yes by itself."""
+    shown = {True: "yes", False: "no"}
+    words = "yes or no, true or false"
+    as_flag = {"alone": True, "parse": _truth, "holds": _is_truth, "show": shown.__getitem__}
+    return custom(False, help, domain="yes or no", words=words, **{**as_flag, **more})
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str) and bool(value.strip())
+
+
+def _is_truth(value: Any) -> bool:
+    return isinstance(value, bool)
+
+
+def _truth(value: Any) -> Any:
+    return _TRUTH.get(value.strip().lower(), value) if isinstance(value, str) else value
+
+
 # --- Inputs at their places: `metadata={"input": ...}` of a field, and `metadata={"part": ...}` of one that has fields.
 
-T = TypeVar("T", bound="DataclassInstance")
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -535,17 +424,26 @@ class Part:
     Attributes
     ----------
     group
-        Group of its inputs.
+        Group of its inputs that have none of their own.
     body
         The body that it belongs to, if another part has the same inputs for the other body; on the command line it
         stands before their names.
     both
         Whether the names without the body give them for both at once.
+    option
+        Name of the one option that gives all of them; empty where each has its own.
     """
 
     group: str
     body: str = ""
     both: bool = False
+    option: str = ""
+
+
+def part(kind: Callable[[], T], group: str, **more: Any) -> T:
+    """A field with fields of its own; `more` is what `Part` has."""
+    made: T = field(default_factory=kind, metadata={"part": Part(group=group, **more)})
+    return made
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -582,15 +480,18 @@ class Slot(Part):
     @property
     def names(self) -> tuple[str, ...]:
         """Its names on the command line."""
-        return tuple(f"--{self.body}-{name}" if self.body else f"--{name}" for name in self._stems)
+        if self.option:
+            return (f"--{self.option}",)
+        return tuple(f"--{self.body}-{name}" if self.body else f"--{name}" for name in self.stems)
 
     @property
     def common_names(self) -> tuple[str, ...]:
         """The names that give it for both bodies; none if nothing does."""
-        return tuple(f"--{name}" for name in self._stems) if self.both else ()
+        return tuple(f"--{name}" for name in self.stems) if self.both else ()
 
     @property
-    def _stems(self) -> tuple[str, ...]:
+    def stems(self) -> tuple[str, ...]:
+        """Its names without the body's."""
         return self.input.options or (self.key.lower().replace("_", "-"),)
 
     @property
@@ -599,80 +500,88 @@ class Slot(Part):
         return "none" if self.default is None else self.input.shown(self.default)
 
 
-def given(default: Any, described: Input, group: str = "") -> Any:
-    """A field of a dataclass whose values are described, in a group of its own if not in that of a part."""
-    return field(default=default, metadata={"input": described, "group": group})
+def described(kind: Any) -> dict[str, Input]:
+    """What the fields of a dataclass are that are inputs, by name."""
+    return {entry.name: entry.metadata["input"] for entry in fields(kind) if "input" in entry.metadata}
 
 
 def slots(whole: DataclassInstance) -> tuple[Slot, ...]:
     """All inputs of a dataclass and of its parts, with the values of this instance as defaults."""
     found: list[Slot] = []
-
-    def add(entry: Field[Any], default: Any, table: str, part: Part) -> None:
-        described = entry.metadata["input"]
-        found.append(Slot(field=entry.name, table=table, input=described, default=default, **vars(part)))
-
     for entry in fields(whole):
+        own: Part | None = entry.metadata.get("part")
         value = getattr(whole, entry.name)
-        if (part := entry.metadata.get("part")) is None:
-            add(entry, value, "", Part(group=entry.metadata["group"]))
-            continue
-        for inner in fields(value):
-            add(inner, getattr(value, inner.name), entry.name, part)
+        for name, one in ({entry.name: entry.metadata["input"]} if own is None else described(value)).items():
+            place = {**vars(own or Part(group="")), "table": entry.name if own else "", "field": name}
+            default = getattr(value, name) if own else value
+            found.append(Slot(**{**place, "group": one.group or place["group"]}, input=one, default=default))
     return tuple(found)
 
 
-def by_name(kind: type[T]) -> type[T]:
-    """Make a dataclass of inputs refuse names that it does not have, with the nearest one, and unnamed values.
+@dataclass_transform(kw_only_default=True, frozen_default=True)
+def inputs(kind: type[T]) -> type[T]:
+    """Make a frozen dataclass whose values are checked, before its own `__post_init__`.
 
-    Its descriptions get what the names of its fields say.
+    It refuses names that it does not have, with the nearest one, missing ones and unnamed values. Its descriptions get
+    what the names of its fields say.
     """
-    make: Callable[..., None] = kind.__init__
-    for entry in fields(kind):
-        if described := entry.metadata.get("input"):
-            entry.metadata = MappingProxyType({**entry.metadata, "input": _filled(described, entry.name)})
+    own: Callable[[T], None] | None = kind.__dict__.get("__post_init__")
+
+    def check(self: T) -> None:
+        _check(self)
+        if own is not None:
+            own(self)
+
+    # mypy: a method is no plain function
+    setattr(kind, "__post_init__", check)  # noqa: B010
+    made: Any = dataclass(frozen=True, kw_only=True)(kind)
+    make: Callable[..., None] = made.__init__
+    for entry in fields(made):
+        if one := entry.metadata.get("input"):
+            entry.metadata = MappingProxyType({**entry.metadata, "input": one.of_field(entry.name)})
 
     @wraps(make)
     def checked(self: T, *unnamed: Any, **values: Any) -> None:
         if unnamed:
-            named = ", ".join(f"{entry.name}=..." for entry in fields(kind)[:2])
+            named = ", ".join(f"{entry.name}=..." for entry in fields(made)[:2])
             raise InputError(f"{kind.__name__} takes inputs by their names: {kind.__name__}({named})")
-        for name in values.keys() - {entry.name for entry in fields(kind)}:
-            raise InputError(renamed(name) or f"{name}: {kind.__name__} has no such input{_meant(kind, name)}")
+        for name in values.keys() - {entry.name for entry in fields(made)}:
+            raise InputError(renamed(name) or f"{name}: {kind.__name__} has no such input{_meant(made, name)}")
+        for entry in fields(made):
+            if entry.default is MISSING and entry.default_factory is MISSING and entry.name not in values:
+                raise InputError(f"{entry.name} is missing; give it: {kind.__name__}({entry.name}=...)")
         make(self, **values)
 
-    # mypy: a method is no plain function
-    setattr(kind, "__init__", checked)  # noqa: B010
+    made.__init__ = checked
     return kind
 
 
-def _filled(described: Input, name: str) -> Input:
-    """A description with the label, the unit and the key that the name of its field says, where none are given."""
-    if not isinstance(described, Number):
-        return replace(described, label=described.label or name.replace("_", " "))
-    stem, _, unit = name.rpartition("_")
-    if unit not in _UNITS:
-        stem, unit = name, ""
-    shown = described.shown_unit
-    return replace(
-        described,
-        label=described.label or stem.replace("_", " "),
-        unit=described.unit or unit,
-        key=described.key or (f"{stem}_{shown}" if shown else ""),
-    )
+def read_table(kind: type[T], name: str, table: Any) -> T:
+    """The value that a table of a file describes, whose keys are the names of inputs.
+
+    Raises
+    ------
+    InputError
+        For no table, unknown and missing keys, and values that are none, with the table's name.
+    """
+    known = described(kind)
+    if not isinstance(table, Mapping):
+        raise InputError(f"[{name}] is missing; give it, with {', '.join(known)}")
+    try:
+        return kind(**{key: known[key].read(value) if key in known else value for key, value in table.items()})
+    except InputError as error:
+        raise InputError(f"[{name}]: {error}") from error
 
 
-def _meant(kind: type[DataclassInstance], name: str) -> str:
+def _meant(kind: Any, name: str) -> str:
     """Where an input stands that is none of a dataclass's own, or which of its own may be meant."""
-    known: dict[str, str] = {}
+    own = described(kind)
+    known = {entry.name: entry.name for entry in fields(kind)}
+    for field_name, one in own.items():
+        known |= dict.fromkeys((one.key or field_name, *one.options), field_name)
     for entry in fields(kind):
-        known[entry.name] = entry.name
-        if described := entry.metadata.get("input"):
-            known |= dict.fromkeys((described.key or entry.name, *described.options), entry.name)
-            continue
-        part = _default(entry)
-        if name in (inner.name for inner in fields(part)):
-            return f"; it is one of {type(part).__name__}: {entry.name}={type(part).__name__}({name}=...)"
+        if "part" in entry.metadata and name in described(inner := type(_default(entry))):
+            return f"; it is one of {inner.__name__}: {entry.name}={inner.__name__}({name}=...)"
     return nearest(name, known)
 
 
@@ -680,7 +589,7 @@ def _default(entry: Field[Any]) -> Any:
     return entry.default if entry.default_factory is MISSING else entry.default_factory()
 
 
-def check_inputs(instance: DataclassInstance) -> None:
+def _check(instance: Any) -> None:
     """Check each field that has a description, and that each part is one; None is allowed where it is the default.
 
     Raises
@@ -690,11 +599,9 @@ def check_inputs(instance: DataclassInstance) -> None:
     """
     for entry in fields(instance):
         value = getattr(instance, entry.name)
-        if "part" in entry.metadata:
-            part = type(_default(entry))
-            if not isinstance(value, part):
-                raise InputError(
-                    f"{entry.name} is {value!r}; allowed: a {part.__name__}, such as {entry.name}={part.__name__}(...)"
-                )
+        if "part" in entry.metadata and not isinstance(value, part := type(_default(entry))):
+            raise InputError(
+                f"{entry.name} is {value!r}; allowed: a {part.__name__}, such as {entry.name}={part.__name__}(...)"
+            )
         if "input" in entry.metadata and not (value is None and entry.default is None):
             entry.metadata["input"].check(value)

@@ -1,4 +1,4 @@
-"""Results as matplotlib draws them, in axes of one's own or in a figure that is made."""
+"""Results drawn by matplotlib, into given axes or a new figure."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ Field = Literal["finite elements", "Hertz", "finite elements minus Hertz"]
 
 
 def case(result: CaseResult, axes: Axes | None = None, *, field: Field = "finite elements") -> Figure | SubFigure:
-    """Draw a result: the picture that `case.png` has, or one of its maps into given axes.
+    """Draw a result: the whole picture, as in `case.png`, or one of its maps into given axes.
 
     Parameters
     ----------
     axes
-        Where to draw the map of one field; if not given, a figure is made with all maps, cuts and measures.
+        Axes for the map of one field; if not given, a new figure gets all maps, cuts and measures.
     field
         Pressure of `finite elements`, of `Hertz`, or `finite elements minus Hertz`; for given axes.
 
     Returns
     -------
     Figure
-        What was drawn into, to be shown or saved.
+        The figure that was drawn into, to be shown or saved.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def case(result: CaseResult, axes: Axes | None = None, *, field: Field = "finite
     if axes is not None:
         draw_pressure(axes, result.load, field, fields)
         return axes.figure
-    # pyplot, so that its show() finds it
+    # by pyplot, so that pyplot.show() finds the figure
     from matplotlib import pyplot
 
     figure = pyplot.figure(figsize=case_inches(fields))

@@ -1,11 +1,19 @@
 """Do the cut planes, the element size and the nodes decide about the result?
 
-60E1, 1:40, S1002, 100 kN, at a tread position (3 mm) and at the two-lobed one (0 mm): each of the four cut planes
-moved out by half, and three resolutions. Expected: a cut plane changes peak pressure, area and half-widths by 0.1 to
-0.2 % at most, which is what the stated uncertainty has of them. The approach is another matter: it grows with the
-bodies, as it must, so that it has no uncertainty. The reference of a patch that is no ellipse is the half-space under
-the true gap with three times the nodes: two lobes (-0.5 mm), a patch over a junction (0.25 and 2.5 mm) and a thin tail
-(4 mm), whose area is the only thing that takes more than 32 nodes a semi-axis to some 1e-4.
+60E1, 1:40, S1002, 100 kN, at a tread position (3 mm) and at the two-lobed one (0 mm): the cut planes moved out by half,
+those of the rail's base, of both bodies' ends and of the rim, and three resolutions. Expected: a cut plane changes peak
+pressure, area and half-widths by 0.1 to 0.2 % at most, which is what the stated uncertainty has of them. The approach
+is another matter: it grows with the bodies, as it must, so that it has no uncertainty. The reference of a patch that is
+no ellipse is the half-space under the true gap with three times the nodes: two lobes (-0.5 mm), a patch over a junction
+(0.25 and 2.5 mm) and a thin tail (4 mm), whose area is the only thing that takes more than 32 nodes a semi-axis to some
+1e-4.
+
+Found: far meshes with two and a half times the unknowns change the peak by less than 0.09 %, the approach by 0.7 % and
+less. Two patches (MBench_UIC60, 5 mm, 50 kN): a fine mesh for each needs 431 thousand unknowns in place of 630, with
+elements four times as long as wide 293, with peaks and forces within 0.16 and 0.035 %. A narrow lobe needs no elements
+of its own: 1.5 to 2.5 of them on its semi-axis are within 0.1 % of 6 in every measure (-0.5 and 5 mm). The slide on
+steep surfaces: a round head in a round groove has the same contact at 0, 50 and 70 degrees (force 5e-5, peak 5e-4);
+without it 60E1 at 7 mm, 50 kN carries 91 % of F / cos 70, with it 99.5 %.
 """
 
 from dataclasses import replace
@@ -30,14 +38,14 @@ DISCRETISATION_PERCENT = 0.05
 NODES_PERCENT = {"p_max": 0.02, "area": 0.4, "a": 0.02, "b": 0.01}
 MORE_NODES = 3
 NODES_SHIFTS_MM = (2.5, -0.75, 0.25, 4.0)
-CUTS = ("rail_depth_mm", "rail_half_length_mm", "rim_thickness_mm", "rim_half_length_mm")
+CUTS = ("rail_depth_mm", "half_length_mm", "rim_thickness_mm")
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """A base case and one case a cut plane at each position, then the other resolutions; at `quick` the rail's only."""
+    """A base case and one case a cut plane at each position, then the other resolutions; two cuts at `quick`."""
     made = []
     for shift in (3.0,) if quick else (3.0, 0.0):
-        base = Case(lateral_shift_mm=shift, roll="given", refine_degrees_of_freedom=0)
+        base = Case(lateral_shift_mm=shift, roll="given", refine="never")
         made.append(base)
         moved = CUTS[:2] if quick else CUTS
         made += [replace(base, size=replace(BodySize(), **{cut: 1.5 * getattr(BodySize(), cut)})) for cut in moved]
@@ -49,7 +57,7 @@ def cases(quick: bool = False) -> list[Case]:
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     """Change of each measure by each cut plane, and by the resolution."""
     lines = []
-    size = 7 if len(rows) > 3 else 3
+    size = 6 if len(rows) > 3 else 3
     for start in range(0, len(rows), size):
         base, *others = rows[start : start + size]
         names = (*CUTS, "standard", "fine")

@@ -8,6 +8,9 @@ Reference: the finite elements of this package, whose deviation from Hertz far f
 it must vanish up to the finite bodies). Expected: the error depends on the distance over Hertz's semi-axis, and on
 the ratio of the radii; on the flatter arc the patch feels the junction where its ellipse reaches it, on the tighter
 arc later.
+
+Found: both loads fall on one curve. Over both pairs and loads the limit is 0.52 to 0.72 b on the flatter arc and 0.44
+to 0.56 b on the tighter one; nearer than that b is off before the peak is.
 """
 
 from collections import Counter
@@ -44,7 +47,7 @@ def _case(pair: tuple[int, int], distance_mm: float, load_kN: float) -> Case:
         inclination_rad=0.0,
         load_N=1e3 * load_kN,
         # the curve is wanted, not each verdict
-        refine_degrees_of_freedom=0,
+        refine="never",
     )
 
 

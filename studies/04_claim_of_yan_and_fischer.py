@@ -10,6 +10,9 @@ the claim: FAILS where the patch covers a curvature junction of rail or wheel, H
 kinds of exceptions and looks for the measure that separates better: the distance from the touch point to the next
 junction over Hertz's semi-axis, and how much the relative curvature varies below the patch. Only the claim itself is
 Yan and Fischer's; all numbers are this package's.
+
+Found: all 19 failures have a junction below the patch. No limit of the distance to it is right in more than 50 of the
+57 decided cases, because two lobes and second patches come with junctions 0.9 to 1.3 b away.
 """
 
 from collections.abc import Callable
@@ -30,7 +33,7 @@ DISCRETISATION_PERCENT = 0.05
 def cases(quick: bool = False) -> list[Case]:
     """All positions and loads, or two positions."""
     if quick:
-        return [Case(lateral_shift_mm=s, roll="given", refine_degrees_of_freedom=0) for s in (-4.0, 1.0)]
+        return [Case(lateral_shift_mm=s, roll="given", refine="never") for s in (-4.0, 1.0)]
     return [Case(lateral_shift_mm=shift, roll="given", load_N=1e3 * load) for load in LOADS_KN for shift in SHIFTS_MM]
 
 

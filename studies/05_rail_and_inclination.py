@@ -6,6 +6,10 @@ under 100 kN. Each result has the whole ladder: Hertz, the true gap on a half-sp
 Reference: the rungs of the ladder are each other's. Expected: on the tread the bodies raise the peak pressure against
 the half-space by a tenth of a per cent, which is about what their cut planes decide; towards the gauge corner they
 lower it by more than the uncertainty of that step, and the shape of the gap decides.
+
+Found (140 cases, all decided): on the top of the head of 60E1 1:40, -8 to -2 mm, 100 kN, the bodies lower the peak by
+0.05 to 0.07 %, below its uncertainty of 0.2 %; cut at 120 mm in place of 60 mm by 0.14 to 0.20 %. The sign is known,
+the size is a matter of where a rail is cut.
 """
 
 from dataclasses import replace
@@ -47,7 +51,7 @@ def _case(rail: str, inclination: str, shift_mm: float, load_kN: float) -> Case:
         roll="given",
         load_N=1e3 * load_kN,
     )
-    return case if shift_mm == REFINED_SHIFT_MM else replace(case, refine_degrees_of_freedom=0)
+    return case if shift_mm == REFINED_SHIFT_MM else replace(case, refine="never")
 
 
 def pair_of(row: dict[str, Any]) -> str:

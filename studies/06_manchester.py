@@ -16,6 +16,10 @@ climbs its rail: it touches it beyond the steepest place of its flange (70 degre
 
 The right wheel of the benchmark runs towards its flange; both wheels are one pair here, with the shift towards or away
 from the rail.
+
+Found: by finite elements at 8 mm, `quick`, the peak is 0.7 % lower. On the climbing flange the reference's cells are
+half of the half-width: the same pressure on such cells is off by +2.2 to -2.8 %. The roll of the loaded wheelset agrees
+to 0.0006 mrad from 1 to 5 mm, 0.004 at 0.5, 5.5 and 6 mm, 0.0035 at 6.5 mm and 0.0016 beyond.
 """
 
 from functools import cache
@@ -97,7 +101,7 @@ HALF_SPACE_PERCENT, APPROACH_PERCENT = 0.6, 1.0
 DISTANCE_MM, DISTANCE_PERCENT = 10.3, 4.0
 # Arcs on arcs: place and angle are within 0.02 %.
 ARCS_PERCENT = 0.05
-STEEL = Material.from_shear(name="benchmark steel", shear_MPa=82_000.0, poisson=0.28)
+STEEL = Material.from_shear(shear_MPa=82_000.0, poisson=0.28)
 
 
 def _case(shift_mm: float, roll_rad: float, **more: Any) -> Case:
@@ -130,14 +134,14 @@ def wheelset_roll_rad(shift_mm: float) -> float:
 def cases(quick: bool = False) -> list[Case]:
     """All positions, or two of them."""
     chosen = [entry for entry in REFERENCE if not quick or entry[0] in (-2.0, 2.0)]
-    made = [_case(s, wheelset_roll_rad(s), load_N=force, refine_degrees_of_freedom=0) for s, force, *_ in chosen]
+    made = [_case(s, wheelset_roll_rad(s), load_N=force, refine="never") for s, force, *_ in chosen]
     return made if quick else made + rolled_cases()
 
 
 def rolled_cases() -> list[Case]:
     """Positions with roll and yaw of the benchmark, which yaws before it rolls: in the order of here it rolls less."""
     return [
-        _case(s, 1e-3 * roll * cos(1e-3 * yaw), yaw_rad=1e-3 * yaw, load_N=force, refine_degrees_of_freedom=0)
+        _case(s, 1e-3 * roll * cos(1e-3 * yaw), yaw_rad=1e-3 * yaw, load_N=force, refine="never")
         for s, roll, yaw, force, *_ in ROLLED
     ]
 

@@ -68,7 +68,7 @@ def cases(quick: bool = False) -> list[Case]:
     its pressure has 32 nodes.
     """
     if quick:
-        base = replace(_centred("A100", 250e3), refine_degrees_of_freedom=0)
+        base = replace(_centred("A100", 250e3), refine="never")
         return [_moved(base, distance) for distance in (inf, 0.5)]
     return [_moved(_centred(rail, load), distance) for rail, load in LOADED for distance in DISTANCES]
 

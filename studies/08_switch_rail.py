@@ -47,7 +47,7 @@ def profile_path(thickness_mm: int) -> str:
 def cases(quick: bool = False) -> list[Case]:
     """The full head and all tongues, and the load off the middle; or the first two heads."""
     if quick:
-        return [_case(rail, refine_degrees_of_freedom=0) for rail in (FULL_HEAD, profile_path(20))]
+        return [_case(rail, refine="never") for rail in (FULL_HEAD, profile_path(20))]
     tongues = [_case(profile_path(thickness)) for thickness in THICKNESS_MM]
     tilt = round(asin(OFF_CENTRE_MM / CROWN_MM), 9)
     off = _case(profile_path(THICKNESS_MM[0]), inclination_rad=tilt, lateral_shift_mm=OFF_CENTRE_MM)

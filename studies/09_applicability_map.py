@@ -31,7 +31,7 @@ def cases(quick: bool = False) -> list[Case]:
 
     shifts = (-4.0, 0.0, 4.0) if quick else parse_numbers(SHIFTS, "shifts")
     made = [Case(lateral_shift_mm=shift, roll="touching") for shift in shifts]
-    return [replace(case, refine_degrees_of_freedom=0) for case in made] if quick else made
+    return [replace(case, refine="never") for case in made] if quick else made
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:

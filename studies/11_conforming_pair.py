@@ -29,7 +29,7 @@ from fecontact.contact.solver import solve_contact
 from fecontact.regression.checks import Check, discretisation_check
 
 PROFILES = Path(__file__).parent / "profiles"
-STEEL = Material.from_shear(name="benchmark steel", shear_MPa=82_000.0, poisson=0.28)
+STEEL = Material.from_shear(shear_MPa=82_000.0, poisson=0.28)
 RAIL_RADIUS_MM, WHEEL_RADIUS_MM, ROLLING_RADIUS_MM = 10.0, 10.2, 460.0
 APPROACH_MM = 0.09089
 # CONTACT's sum of p dA (N) and peak pressure (MPa) at that approach, and the part along the normal of that force (N).
@@ -59,7 +59,7 @@ def cases(quick: bool = False) -> list[Case]:
             wheel_material=STEEL,
             track=Track(rail_crown_y_mm=crown_mm),
             resolution="quick" if quick else "standard",
-            refine_degrees_of_freedom=0,
+            refine="never",
         )
     ]
 

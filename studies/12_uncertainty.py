@@ -18,6 +18,11 @@ What is stated for the cut planes of the bodies is left out here: study 02 moves
 the same ones. The patches of exact cases are scaled to a semi-axis of 6 mm and less on bodies of 60 mm whose surfaces
 are flat there: one mesh serves many radii and loads. The cut planes, which the exact solution does not have, are ten
 semi-axes away or more: they raise the peak pressure by 0.02 %.
+
+Found: 98 to 100 % of both halves of the exact contacts are inside, measure by measure; 96 to 100 % of the 84 real
+positions that helped to choose, 95 to 100 % of the 42 others. The worst peak of all 126 is off by 0.06 % more than is
+stated, a valley beside a step of S1002 by 8 %. The stated centre is 2.6 to 3.3 times too large: patches within 0.05 b
+of Hertz's are off by 0.0008 b (95 of 100), patches beyond 0.15 b by 0.0043 b.
 """
 
 import csv
@@ -96,7 +101,7 @@ def cases(quick: bool = False) -> list[Case]:
             roll="given",
             load_N=load_N,
             resolution="quick",
-            refine_degrees_of_freedom=0,
+            refine="never",
         )
         made += [case, replace(case, resolution="standard")]
     return made

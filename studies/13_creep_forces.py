@@ -12,6 +12,21 @@ Reference (analytic, exact theory of the half-space under the same pressure). Ex
 its forces are within 5 % of mu N of those of the real patch. Where it fails the forces need not, and from -1 to 1 mm
 they do: the centre of pressure lies millimetres from the touch point, and the spin about that is a longitudinal
 creepage there that Hertz does not know.
+
+Found, largest error of Hertz's force in % of mu N (± 0.2) at -6, -4, -2, -1, -0.5, 0, 0.25, 1, 3, 4 mm: 0.4, 0.7, 1.8,
+5.4, 7.5, 8.8, 44, 31, 0.9, 1.4 with friction 0.3; up to 66 with 0.15 and 34 with 0.5; 36 on curved surfaces; under 50
+kN up to 51, and 75 with friction 0.15. At 3 mm it fails in pressure by the area of a thin tail, which the force does
+not feel. At -1 mm and 50 kN it holds in pressure, and its force is open with friction 0.15 and fails on curved
+surfaces. At 0.25 mm the real patch has a longitudinal force of 0.44 mu N without any creepage at the touch point. The
+less friction, the smaller the creepage that it takes, and the more all this weighs. On curved surfaces the rolling
+radius is larger on average than at the touch point, which a free wheelset makes up by its speed. Both wheels turn the
+wheelset to the left by (Fx right - Fx left) D / 2, both counted along the running direction; Otero's eq. 7 prints a
+sum, which is right only if the left force counts backwards.
+
+Theories against the exact one on the real patch (64 creepages, ± 1), at 0.25 mm and elsewhere at most: Polach 45 and
+32, Shen, Hedrick and Elkins 45 and 31, FASTSIM 45 and 31, the exact theory on Hertz's ellipse 44 and 31, FASTSIM on the
+real patch 12. Where Hertz holds, FASTSIM is off by 5 to 8 % on the wide ellipses of -6 to -2 mm, Polach by 17 % at 3
+and 4 mm, where there is spin (31 % with friction 0.15).
 """
 
 import csv
@@ -25,9 +40,9 @@ import numpy as np
 
 import fecontact
 from fecontact.case import Case
-from fecontact.comparison.creep import coarse_patch, creepage_range, creepages_of, force_verdict, real_patch
 from fecontact.comparison.measures import patch_of
-from fecontact.comparison.verdict import FORCE, Judgement
+from fecontact.creeping.judging import FORCE, JudgedForce, creepage_range, creepages_of, force_verdict, real_patch
+from fecontact.creeping.laws import coarse_patch
 from fecontact.criteria import Creep
 from fecontact.errors import FecontactError
 from fecontact.outputs.style import Colour, blank_figure, finish, legend_beside, save_figure
@@ -72,8 +87,8 @@ class Errors:
     friction: float
     of_laws: dict[str, float]
     fastsim_itself: float
-    plane: Judgement
-    curved: Judgement | None
+    plane: JudgedForce
+    curved: JudgedForce | None
 
 
 def patches(result: CaseResult, friction: float) -> tuple[CreepPatch, CreepPatch]:
@@ -83,10 +98,10 @@ def patches(result: CaseResult, friction: float) -> tuple[CreepPatch, CreepPatch
     return hertz_patch(result.load.hertz, pair), real_patch(fe, patch_of(fe), pair)
 
 
-def verdict(result: CaseResult, friction: float, curved: bool) -> Judgement:
+def verdict(result: CaseResult, friction: float, curved: bool) -> JudgedForce:
     """Verdict of forces under a friction."""
     creep = replace(result.case.creep, friction=friction, curved=curved)
-    return force_verdict(result.load.solved, result.load.hertz, result.placement, creep)
+    return force_verdict(result.load, result.placement, creep)
 
 
 def errors(result: CaseResult, friction: float) -> Errors:
@@ -128,7 +143,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     by_pressure = {(row["lateral_shift_mm"], row["load_kN"]): row["verdict_answer"] for row in rows}
     for one in held:
         at = ", ".join(
-            f"{1e2 * each.deviation:.1f} ({1e2 * each.creepages.xi:.2g}, {1e2 * each.creepages.eta:.2g})"
+            f"{1e2 * each.deviation_of_muN:.1f} ({1e2 * each.creepages.xi:.2g}, {1e2 * each.creepages.eta:.2g})"
             for each in one.plane.decided
         )
         curved = f"{one.curved.verdict.answer} {1e2 * one.curved.deviation[FORCE]:.1f}" if one.curved else ""
@@ -177,13 +192,13 @@ def _write(held: Sequence[Errors], path: Path) -> None:
 _AT = [f"{name}_{number}" for number in (1, 2) for name in ("percent", "uncertainty_percent", "xi", "eta")]
 
 
-def _verdict_texts(one: Judgement | None) -> list[str]:
+def _verdict_texts(one: JudgedForce | None) -> list[str]:
     if one is None:
         return [""] * (1 + len(_AT))
     numbers = [
         number
         for at in one.decided
-        for number in (1e2 * at.deviation, 1e2 * at.uncertainty, at.creepages.xi, at.creepages.eta)
+        for number in (1e2 * at.deviation_of_muN, 1e2 * at.uncertainty_of_muN, at.creepages.xi, at.creepages.eta)
     ]
     return [one.verdict.answer, *(f"{number:.6g}" for number in numbers)]
 

@@ -12,6 +12,15 @@ smoothed without a nominal profile, which has to find the shape itself: what a n
 
 `cases()` is the pair with exact lines, by finite elements; the sampled ones are made in `measured()`. The figure alone,
 in some minutes: `python studies/14_measured_profiles.py --figure`.
+
+Found: the peak is off by 0.4, 1.6, 0.1 and 0.1 % at most at -4, 0, 3 and 4 mm (10 um every 0.2 mm), b by 0.6, 2.6, 0.1
+and 0.2 %. All of 624 errors are inside what is stated, and all but those of b at 0 mm are below 3 % (4.7 % with 20 um
+every 0.1 mm). Without a nominal profile the peak is off by 11 to 42 % at worst, inside the 17 to 190 % that are stated.
+Taken as exact, 10 um every 0.2 mm give Hertz more than ten times its peak.
+
+A spike is what stands out of the scatter about it: 0.001 mm in a table of exact points, 0.3 mm in 0.02 mm of noise. Of
+1,422 tables with one wrong digit beside a junction under the touch point 1,056 are refused or named; of the other 366
+Hertz's peak is off by less than 1 % or than is stated in 358, and by up to twice what is stated in 8.
 """
 
 import sys
@@ -104,7 +113,7 @@ def _case(shift_mm: float, **more: Any) -> Case:
 def cases(quick: bool = False) -> list[Case]:
     """The pair with exact lines, by finite elements: that its own uncertainty has no part of the profile."""
     shifts = (4.0,) if quick else SHIFTS_MM
-    return [_case(shift, refine_degrees_of_freedom=0) for shift in shifts]
+    return [_case(shift, refine="never") for shift in shifts]
 
 
 def covered(errors: list[Error]) -> float:

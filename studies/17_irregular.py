@@ -10,6 +10,17 @@ Expected: eq. 6 holds from some three lengths of the patch on at 10 um, from six
 `cases()` are two waves and a worn flat by finite elements on R 300, and the smooth pair beside them: what the bodies
 add to the half-space should not know of the irregularity. The tables and the figure alone, in minutes:
 `python studies/17_irregular.py --figure`.
+
+Found (patch 15.8 mm long, approach 115 um): the limit of eq. 6 is drawn within some 8 %, at worst 20 %, by the least of
+three closed forms. The patch filters the wave, 1.5 (h/delta)(1 - sin(ka)/(ka)); the wheel touches beside its middle,
+(hk)^2/(4A); the wave bends the surface, h k^2/2A. Largest errors in force of `eq6`, `path`, `local` and `fitted`, %:
+corrugation of 30 mm, 25 um -15, -15, +5.7, -0.4; of 60 mm -3.8, -3.8, +0.1, 0; wheel of order 6, 300 um -4.6, -0.7, 0,
+0; weld of 100 mm, 150 um -7.0, -4.2, +1.6, 0; worn flat of 52 mm -100, -50, +9.4, -0.7; fresh flat of 40 mm -100, +79,
++20, -8.8. A fitted parabola does not answer where the patch bridges a hollow.
+
+Finite bodies move the peak on R 300 by 0.046 % without, and by 0.043, 0.039 and 0.039 % with waves of 50 and 20 mm, 10
+um, and on the flank of the worn flat. The half-space on 16 nodes a semi-axis is within 0.03 % of another program in the
+approach, 0.25 % in the peak. A cell of the map takes 0.11 CPU s.
 """
 
 import math
@@ -18,11 +29,11 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
+from fecontact.irregularities.running import irregular
+from fecontact.irregularities.telling import irregular_figure
 from fecontact.irregularity.shapes import Irregularity
 from fecontact.jobs.workers import default_workers
-from fecontact.outputs.irregular import irregular_figure
 from fecontact.regression.checks import Check
-from fecontact.runs.alone import irregular
 
 CIRCLES: dict[str, Any] = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
 REAL = Case(lateral_shift_mm=3.0, inclination_rad=math.atan(1.0 / 40.0))
@@ -53,7 +64,7 @@ HALF_SPACE_PERCENT = 0.3
 def cases(quick: bool = False) -> list[Case]:
     """The smooth pair, two waves and a flat; in quick size the smooth pair and one wave."""
     every = [
-        Case(**CIRCLES, wheel_irregularity=line, distance_mm=distance, refine_degrees_of_freedom=0)
+        Case(**CIRCLES, wheel_irregularity=line, distance_mm=distance, refine="never")
         for line, distance, _ in BY_ELEMENTS.values()
     ]
     return every[:2] if quick else every

@@ -13,6 +13,17 @@ the formula of Kogut and Etsion (J. Appl. Mech. 69, 657, 2002), which jumps by 3
 times its interference: limit 4 %, up to six times. Just beyond the jump both this program and the axisymmetric elements
 are 5 % below the formula. Interferences above 12 times that of first yield have an elastic peak of more than five yield
 stresses, and are refused.
+
+Found: at -4 mm, 100 kN, first yield is at 25 kN ± 7 %, and from 41 kN on yielding alone takes up the 5 % of the peak;
+890 MPa in place of 1134 MPa, the area 7 % larger; at `quick` 892 MPa, the step of -21 % known to 5 %. Spheres are
+within 0.4 % (peak) and 0.5 % (area) at `standard`, 0.9 % at `quick`. In vain: layers that grow by 1.3, which elastic
+bodies do not mind; a plastic zone reaches 1.2 semi-axes down, and the peak was 1 % too high with six elements. Read off
+the elements' own nodes the plastic area is up to 44 % too large.
+
+Below narrow lobes first yield is hard to see: at 0 mm 55 kN by the points that flow, 61 to 75 kN by the stress at nodes
+of six meshes. With 350 MPa the gap raises the peak there by 28 % and yielding lowers it by 19 %: judged by the peak
+alone Hertz is right by chance. A plastic step takes 9 to 15 corrections by Anderson mixing, each of one
+back-substitution a body.
 """
 
 from __future__ import annotations
@@ -51,7 +62,7 @@ QUICK_PEAK_PERCENT = 1.5
 def cases(quick: bool = False) -> list[Case]:
     """All positions and spheres, or one of each."""
     if quick:
-        return [wheel(-4.0, 100.0, refine_degrees_of_freedom=0), sphere(2.5, "quick")]
+        return [wheel(-4.0, 100.0, refine="never"), sphere(2.5, "quick")]
     positions = [
         wheel(shift, load) for load in LOADS_KN for shift in SHIFTS_MM if load <= CORNER_KN or shift != CORNER_MM
     ]
@@ -97,7 +108,7 @@ def sphere(ratio: float, resolution: str) -> Case:
         rail_material=steel,
         wheel_material=steel,
         resolution=resolution,
-        refine_degrees_of_freedom=0,
+        refine="never",
     )
 
 

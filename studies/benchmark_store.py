@@ -28,7 +28,7 @@ from fecontact.runs.casefile import Study
 from fecontact.runs.store import FIELDS, RESULT, ROW, SOLVED, keep_case
 from fecontact.solving.solve import solve
 
-TEMPLATE = Case(roll="given", resolution="quick", refine_degrees_of_freedom=0)
+TEMPLATE = Case(roll="given", resolution="quick", refine="never")
 
 
 def study(count: int) -> Study:

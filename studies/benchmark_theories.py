@@ -13,24 +13,12 @@ from functools import partial
 
 from fecontact.case import Case
 from fecontact.comparison.patch import measure_patch
+from fecontact.comparison.theories import THEORIES
 from fecontact.contact.grid import ContactGrid
-from fecontact.normal.gap_line import GapLine, gap_line
+from fecontact.normal.gap_line import GapLine, gap_line, under_load
 from fecontact.normal.hertz import hertz_ellipse
 from fecontact.normal.strip_method import Line, Load, Search, solve_strips
-from fecontact.normal.strips import (
-    analyn,
-    analyn_at,
-    equivalent_ellipse,
-    equivalent_ellipse_at,
-    kik_piotrowski,
-    kik_piotrowski_at,
-    kpec,
-    kpec_at,
-    strip,
-    strip_at,
-    stripes,
-    stripes_at,
-)
+from fecontact.normal.strips import strip, strip_at
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
@@ -67,11 +55,11 @@ def main() -> None:
     line = gap_line(placement, contact_modulus_MPa=CASE.contact_modulus_MPa)
     B = float(line.B_per_mm[line.touch])
     theories = {
-        "equivalent_ellipse": (equivalent_ellipse, equivalent_ellipse_at),
-        "analyn": (analyn, analyn_at),
-        "stripes": (stripes, stripes_at),
-        "kik_piotrowski": (kik_piotrowski, kik_piotrowski_at),
-        "kpec": (kpec, kpec_at),
+        **{
+            name: (partial(under_load, theory=theory.at_approach), theory.at_approach)
+            for name, theory in THEORIES.items()
+            if theory.at_approach is not None
+        },
         "strip, 50": (partial(strip, strips=50), partial(strip_at, strips=50)),
         "strip, 100": (strip, strip_at),
     }
@@ -79,10 +67,10 @@ def main() -> None:
     hertz = partial(hertz_ellipse, line.A_per_mm, B, normal_force_N=force, contact_modulus_MPa=line.contact_modulus_MPa)
     off = 100.0 * (hertz().p0_MPa / patch.p_max_MPa - 1.0)
     print(f"{'hertz':24} {milliseconds(hertz):16.3f} {'':19} {off:+12.1f}")
-    for name, (under_load, at_approach) in theories.items():
-        found = under_load(line, force)
+    for name, (under_force, at_approach) in theories.items():
+        found = under_force(line, force)
         by_force, by_approach = (
-            milliseconds(partial(under_load, line, force)),
+            milliseconds(partial(under_force, line, force)),
             milliseconds(partial(at_approach, line, approach)),
         )
         off = 100.0 * (found.p_max_MPa / patch.p_max_MPa - 1.0)

@@ -54,6 +54,6 @@ def elliptic_quick(solved) -> CaseResult:
             wheel="cylinder:460",
             inclination_rad=0.0,
             resolution="quick",
-            refine_degrees_of_freedom=0,
+            refine="never",
         )
     )

@@ -21,8 +21,7 @@ from fecontact.files import read_json, write_json, write_text
 from fecontact.outputs.records.results import input_columns, write_row
 from fecontact.outputs.tables import flat
 from fecontact.runs.identity import provenance
-from fecontact.runs.store import RESULT, ROW, keep_solved
-from fecontact.solving.map import failed_position
+from fecontact.runs.store import RESULT, ROW
 
 MEMORY = "the factor of 9 degrees of freedom needs about 9.0 GB of memory, 1.0 GB are available; use a larger machine"
 
@@ -59,24 +58,6 @@ class FakeWork:
         write_json(folder / RESULT, {"provenance": provenance(self.case, id=self.name, settings=self.settings)})
         write_row(folder / ROW, {"id": self.name, **row(self.case), "verdict_warnings": MEMORY if short else ""})
         return short
-
-
-@dataclass(frozen=True, kw_only=True)
-class FakePosition:
-    """Stands for the work of a position: no load of the position can be solved, and that is kept."""
-
-    case: Case
-    loads_N: tuple[float, ...]
-    name: str
-    seconds: float = 0.0
-
-    def __call__(self, folder: Path, finished: Path | None) -> bool:
-        with (folder.parent.parent / "solves.txt").open("a") as file:
-            file.write(f"{self.case.lateral_shift_mm:g}\n")
-        time.sleep(self.seconds)
-        made = failed_position(self.case.lateral_shift_mm, self.loads_N, f"planned in process {os.getpid()}")
-        keep_solved(made, self.case, folder)
-        return False
 
 
 def _act(what: str, begun: int) -> bool:

@@ -201,13 +201,13 @@ def check(path: Path, known: dict[float, float], notes: set[str], count: Count, 
 
 def _check_other_readings(path: Path, count: Count, *, smoothed: bool) -> None:
     """The same file with what is wrong left out, and now and then smoothed: half a second each."""
-    for reading in (Reading(repair=True), *([Reading(smoothing_mm=20.0, repair=True)] if smoothed else [])):
+    for reading in (Reading(repair=True), *([Reading(filter_mm=20.0, repair=True)] if smoothed else [])):
         try:
             resolve_rail(str(path), reading) if kind_of(path.suffix) == "rail" else resolve_wheel(str(path), reading)
         except FecontactError:
             continue
         except Exception as error:
-            way = "smoothed" if reading.smoothing_mm else "repaired"
+            way = "smoothed" if reading.filter_mm else "repaired"
             count.failures.append(f"{way}: {type(error).__name__}: {str(error)[:200]}")
 
 

@@ -23,7 +23,6 @@ from fecontact.files import SEAL, read_json, sha256, write_json, write_sealed
 from fecontact.jobs.store import MANIFEST
 from fecontact.regression.tables import load_table
 from fecontact.runs.casefile import toml_cases
-from fecontact.runs.judging import judge_map, judge_study
 
 SLOWEST_S, LONGEST_MESSAGE = 20.0, 1200
 VALUES = (
@@ -78,10 +77,9 @@ def damaged(folder: Path, rng: random.Random) -> str:
 def read_all(folder: Path, out: Path) -> dict[str, Callable[[], object]]:
     """Everything that reads a folder of results."""
     criteria = Criteria(p_max=0.03)
-    is_map = (folder / "map.json").is_file()
     return {
         "load": lambda: fecontact.rows(fecontact.load(folder)),
-        "judge": lambda: (judge_map if is_map else judge_study)(folder, criteria),
+        "judge": lambda: fecontact.judge(folder, criteria),
         "compare": lambda: load_table(folder),
     }
 

@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 from fecontact.jobs.workers import Crew
-from fecontact.runs.map import MapOutcome, run_map
 from fecontact.runs.study import StudyOutcome, run_study
 
 
@@ -30,14 +29,13 @@ def inline_crew() -> Crew:
 
 
 @contextmanager
-def stand_ins(crew: Crew | None, work: Callable[..., Any] | None) -> Iterator[None]:
+def stand_ins(crew: Crew | None, work: Callable[..., Any] | None, place: str) -> Iterator[None]:
     """Another crew in the place of processes, and another work in that of the solution."""
     with pytest.MonkeyPatch.context() as patch:
         if crew is not None:
             patch.setattr("fecontact.jobs.engine.process_crew", lambda workers, threads: crew)
         if work is not None:
-            patch.setattr("fecontact.runs.study.Solving", work)
-            patch.setattr("fecontact.runs.map.Solving", work)
+            patch.setattr(place, work)
         yield
 
 
@@ -45,13 +43,5 @@ def study_by(
     *arguments: Any, crew: Crew | None = None, work: Callable[..., Any] | None = None, **more: Any
 ) -> StudyOutcome:
     """`run_study` with another crew or work."""
-    with stand_ins(crew, work):
+    with stand_ins(crew, work, "fecontact.runs.study.Solving"):
         return run_study(*arguments, **more)
-
-
-def map_by(
-    *arguments: Any, crew: Crew | None = None, work: Callable[..., Any] | None = None, **more: Any
-) -> MapOutcome:
-    """`run_map` with another crew or work."""
-    with stand_ins(crew, work):
-        return run_map(*arguments, **more)

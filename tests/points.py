@@ -12,7 +12,7 @@ from fecontact.profiles.smoothing import line_through
 
 # Columns of a row that differ from run to run; all others are the same to the last bit.
 MEASURED_COLUMNS = ("seconds", "peak_memory_MB")
-AS_IS = Reading(smoothing_mm=0.0)
+AS_IS = Reading(filter_mm=0.0)
 
 
 def simpack(y, z, kind="rail", *, points=None, **keys):

@@ -1,7 +1,9 @@
-"""Rungs that nobody solved: a pressure, and what goes with it."""
+"""Rungs that nobody solved: a pressure, and what goes with it; and lines that nobody smoothed."""
 
 import numpy as np
 
+from fecontact.comparison.lines import Lines, OnLine
+from fecontact.comparison.measures import MEASURES, MISFITS
 from fecontact.contact.grid import ContactGrid, Rung
 
 
@@ -19,3 +21,25 @@ def rung_with(grid: ContactGrid, pressure_MPa: np.ndarray, **changes: object) ->
         "load_balance": 0.0,
     }
     return Rung(grid=grid, pressure_MPa=pressure_MPa, **{**plain, **changes})
+
+
+def planted_lines(
+    *factors: float, peaks: tuple[float, ...] = (), others: dict[str, float] | None = None, without: int = 0
+) -> Lines:
+    """Lines on which 1 + Hertz's deviation in peak pressure is multiplied by factors, and some that have no contact.
+
+    `peaks` are those of the half-space there, 1000 MPa if not given; `others` are factors of other theories.
+    """
+    deviation = dict.fromkeys((*MEASURES, *MISFITS), 0.0)
+
+    def line(label: str, p_max_MPa: float, **by: float) -> OnLine:
+        moved = {name: deviation | {"p_max_MPa": factor - 1.0} for name, factor in by.items()}
+        return OnLine(label=label, p_max_MPa=p_max_MPa, deviations=moved)
+
+    others = others or {}
+    made = [
+        line(f"filter {k} mm", peak, hertz=factor, **others)
+        for k, (factor, peak) in enumerate(zip(factors, peaks or (1e3,) * len(factors), strict=True), start=4)
+    ]
+    own = line("own line", 1e3, hertz=1.0, **dict.fromkeys(others, 1.0))
+    return Lines(own=own, others=(*made, *(OnLine(label=f"noise {k}") for k in range(without))))

@@ -37,7 +37,7 @@ TWO = Case(
     roll_rad=0.362e-3,
     load_N=50e3,
     resolution="quick",
-    refine_degrees_of_freedom=0,
+    refine="never",
 )
 
 

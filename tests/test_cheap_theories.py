@@ -12,22 +12,17 @@ from fecontact.case import Case
 from fecontact.comparison.patch import measure_patch
 from fecontact.errors import InputError
 from fecontact.inputs import parse_inclination
-from fecontact.normal.gap_line import GapLine, StripContact
+from fecontact.normal.gap_line import GapLine, StripContact, under_load
 from fecontact.normal.hertz import ellipse_shape, hertz_ellipse
 from fecontact.normal.strip_method import Line, Load, Search, Strips, influence, solve_strips
 from fecontact.normal.strips import (
-    analyn,
     analyn_at,
-    equivalent_ellipse,
     equivalent_ellipse_at,
     gap_line_under_load,
-    kik_piotrowski,
     kik_piotrowski_at,
-    kpec,
     kpec_at,
     strip,
     strip_at,
-    stripes,
     stripes_at,
 )
 from fecontact.solving.placing import place_case
@@ -37,18 +32,23 @@ A = 1.0 / 920.0
 MODULUS = 115_384.615
 Theory = Callable[[GapLine, float], StripContact]
 
-corrected = partial(kik_piotrowski, shape_correction=True)
+
+def both(at_approach: Theory) -> tuple[Theory, Theory]:
+    """A theory under a force, and at an approach."""
+    return partial(under_load, theory=at_approach), at_approach
+
+
 # those that claim Hertz for constant curvature
 EXACT: dict[str, tuple[Theory, Theory]] = {
-    "kpec": (kpec, kpec_at),
-    "stripes": (stripes, stripes_at),
-    "analyn": (analyn, analyn_at),
-    "equivalent_ellipse": (equivalent_ellipse, equivalent_ellipse_at),
+    "kpec": both(kpec_at),
+    "stripes": both(stripes_at),
+    "analyn": both(analyn_at),
+    "equivalent_ellipse": both(equivalent_ellipse_at),
     "strip": (strip, strip_at),
 }
 ALL = EXACT | {
-    "kik_piotrowski": (kik_piotrowski, kik_piotrowski_at),
-    "corrected": (corrected, partial(kik_piotrowski_at, shape_correction=True)),
+    "kik_piotrowski": both(kik_piotrowski_at),
+    "corrected": both(partial(kik_piotrowski_at, shape_correction=True)),
 }
 
 
@@ -127,10 +127,10 @@ def test_kik_piotrowski_misses_hertz_by_its_closed_form(
     # on constant curvature the region is an ellipse of the axis ratio sqrt(B/A), whose deflection Hertz knows
     line, hertz = parabola(axis_ratio, places=401)
     for theory, wanted in (
-        (kik_piotrowski, (p0, area, approach)),
-        (corrected, (p0_corrected, area_corrected, approach_corrected)),
+        ("kik_piotrowski", (p0, area, approach)),
+        ("corrected", (p0_corrected, area_corrected, approach_corrected)),
     ):
-        found = theory(line, hertz.normal_force_N)
+        found = ALL[theory][0](line, hertz.normal_force_N)
         assert off(found.p_max_MPa, hertz.p0_MPa) == pytest.approx(wanted[0], abs=0.15)
         assert off(found.area_mm2, hertz.area_mm2) == pytest.approx(wanted[1], abs=0.15)
         assert off(found.approach_mm, hertz.approach_mm) == pytest.approx(wanted[2], abs=0.15)
@@ -223,8 +223,8 @@ def test_strips_are_the_half_space(gap):
 @pytest.mark.parametrize("gap", GAPS)
 def test_force_and_approach_are_inverse_to_each_other(name, gap):
     line = line_of(GAPS[gap], -15.0, 15.0, 1500)
-    under_load, at_approach = ALL[name]
-    found = under_load(line, 80e3)
+    under_force, at_approach = ALL[name]
+    found = under_force(line, 80e3)
     again = at_approach(line, found.approach_mm)
     # closed forms are found to 1e-9; the strips end their sweeps when they change by 0.5 %
     assert again.normal_force_N == pytest.approx(80e3, rel=3e-3 if name == "strip" else 1e-6)
@@ -291,7 +291,7 @@ def test_several_loads_for_one_approach_are_counted():
     forces = np.array([kpec_at(line, approach).normal_force_N for approach in np.linspace(0.04, 0.08, 200)])
     fall = int(np.argmin(np.diff(forces)))
     assert forces[fall + 1] < 0.95 * forces[fall]
-    found = kpec(line, 0.5 * (forces[fall] + forces[fall + 1]))
+    found = under_load(line, 0.5 * (forces[fall] + forces[fall + 1]), kpec_at)
     assert found.solutions == 3
     assert found.status != "solved"
     assert any("3 approaches carry" in note for note in found.notes)

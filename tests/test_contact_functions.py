@@ -183,11 +183,17 @@ def test_the_command_prints_tables_or_json_and_draws(capsys, tmp_path):
     assert row["left"]["touch_points"][0]["ahead_mm"] > 0.1
 
 
+def test_what_a_feature_offers_is_missed_where_it_is_not_installed(monkeypatch, capsys):
+    monkeypatch.setattr("fecontact.features.FEATURES", ("irregularities",))
+    assert call(["geometry", "--shifts", "0", "--loaded-kn", "60"]) == 2
+    assert "--loaded-kn needs a feature that is not installed; installed: irregularities" in capsys.readouterr().err
+
+
 def test_the_command_needs_neither_gmsh_nor_finite_elements():
     code = (
         "import sys; sys.modules['gmsh'] = sys.modules['skfem'] = sys.modules['pyvista'] = None;"
         "from fecontact.cli import call; code = call(['geometry', '--shifts', '0,1']);"
-        "print([name for name in sys.modules if name.startswith('fecontact.fe')]); sys.exit(code)"
+        "print([name for name in sys.modules if name.startswith('fecontact.fe.')]); sys.exit(code)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip().endswith("[]")
@@ -203,7 +209,7 @@ def test_the_command_needs_neither_gmsh_nor_finite_elements():
             "it can on a gauge 20 to 80 mm wider, or with",
         ),
         (["--rail", "circle:300", "--wheel", "nowhere"], "nowhere"),
-        (["--opposite-rolling-radius-mm", "-1"], "opposite rolling radius is -1.0 mm"),
+        (["--opposite", "rolling-radius-mm=-1"], "opposite rolling radius is -1.0 mm"),
     ],
 )
 def test_bad_input_is_one_line(arguments, says, capsys):

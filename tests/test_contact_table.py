@@ -13,13 +13,8 @@ from fecontact.case import Case
 from fecontact.cli import call
 from fecontact.comparison.theories import THEORIES
 from fecontact.criteria import Criteria
-from fecontact.errors import InputError
-from fecontact.files import write_sealed
 from fecontact.guide.pages import page
 from fecontact.outputs.alone import contact_table_lines
-from fecontact.outputs.records.results import case_inputs
-from fecontact.outputs.records.rows import MAP_SCHEMA
-from fecontact.outputs.tables import write_csv
 from fecontact.solving.placing import place_case
 
 ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
@@ -134,53 +129,6 @@ def test_positions_without_a_contact_are_lines_too(tmp_path, capsys):
     assert float(good["strip_p_max_MPa"]) == pytest.approx(908, abs=2)
     assert "shifts between -6 and 6 mm" in bad["problem"]
     assert bad["strip_p_max_MPa"] == ""
-
-
-@pytest.fixture
-def stored(tmp_path):
-    """A map of two cells as `fecontact map` writes it, with planted verdicts."""
-
-    def write(case):
-        told = [
-            ("HOLDS", {"cheapest_theory": "hertz", "strip_verdict_answer": "HOLDS"}),
-            ("FAILS", {"cheapest_theory": "strip", "strip_verdict_answer": "UNRESOLVED"}),
-        ]
-        cells = [
-            {"lateral_shift_mm": -4.0, "load_kN": load, "status": "converged", "verdict_answer": verdict, **more}
-            for load, (verdict, more) in zip((50.0, 100.0), told, strict=True)
-        ]
-        folder = tmp_path / "map"
-        folder.mkdir()
-        write_csv(cells, folder / "map.csv")
-        document = {"schema": MAP_SCHEMA, "case": case_inputs(case), "cells": []}
-        write_sealed(folder / "map.json", document, [folder / "map.csv"])
-        return folder
-
-    return write
-
-
-def test_the_verdicts_of_a_stored_map_are_added_where_shift_and_load_are_the_same(stored):
-    # criteria, meshes and yield stress say nothing of which contact it is
-    folder = stored(replace(WHEELSET, resolution="fine", criteria=Criteria(p_max=0.01)))
-    rows = fecontact.table(WHEELSET, [-4.0, -3.99], [50e3, 100e3], map_folder=folder)
-    told = [(row["map_status"], row["map_cheapest_theory"], row["map_hertz_verdict"]) for row in rows]
-    assert told[:2] == [("converged", "hertz", "HOLDS"), ("converged", "strip", "FAILS")]
-    # beside it nothing is taken over
-    assert told[2:] == [("not in the map", None, None)] * 2
-    assert [row["map_strip_verdict"] for row in rows] == ["HOLDS", "UNRESOLVED", None, None]
-
-
-def test_a_map_of_another_contact_is_refused(stored, capsys):
-    folder = stored(replace(WHEELSET, rail="60E2"))
-    with pytest.raises(InputError, match="rail '60E2' there, '60E1' here"):
-        fecontact.table(WHEELSET, [-4.0], [50e3], map_folder=folder)
-    text = (folder / "map.csv").read_text("utf-8")
-    (folder / "map.csv").write_text(text.replace("HOLDS", "FAILS"), "utf-8")
-    with pytest.raises(InputError, match=r"map\.csv"):
-        fecontact.table(replace(WHEELSET, rail="60E2"), [-4.0], [50e3], map_folder=folder)
-    assert call(["table", "--shifts", "0", "--map", str(folder / "none")]) == 2
-    with pytest.raises(InputError, match="at least one lateral shift"):
-        fecontact.table(WHEELSET, [], [50e3])
 
 
 def test_a_table_as_json_is_the_table_alone(capsys):

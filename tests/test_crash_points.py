@@ -2,20 +2,24 @@
 
 The stand-in solver of `fake_solve` runs in this process. What is on the disk before each operation on a file is kept:
 it is what `kill -9` leaves there, with nothing said and nothing cleaned up. From each of them the run is started again.
+
+Of 268 ends at an operation and 162 without power nothing was lost. Tried beside it, also without a loss: `kill -9` of
+28 real runs at any time, dead workers and schedulers, parts of job arrays, full disks and limits (19), values changed
+in 1,000 results. Not tried: file systems over a network, and a Dask worker that is only slow.
 """
 
 import os
 import shutil
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import fake_solve
 import pytest
-from inline import inline_crew, map_by, study_by
+from inline import inline_crew, study_by
 from pictures import draw_nothing
-from test_study import case, study, table
+from test_study import study, table
 
 from fecontact.jobs.engine import RunSettings
 
@@ -117,10 +121,8 @@ def disk(tmp_path, monkeypatch) -> Disk:
 
     monkeypatch.setattr(shutil, "rmtree", rmtree)
     draw_nothing(monkeypatch, of_studies=False)
-    monkeypatch.setattr("fecontact.outputs.maps.files.map_figure", lambda *arguments: None)
     monkeypatch.setattr("fecontact.runs.study.study_pair", lambda *arguments: None)
     monkeypatch.setattr("fecontact.runs.study.report_study", lambda *arguments: None)
-    monkeypatch.setattr("fecontact.runs.map.write_map_report", lambda *arguments, **more: None)
     monkeypatch.setattr("fecontact.runs.study._TABLES_EVERY_S", 0.0)
     return watched
 
@@ -131,10 +133,6 @@ def run_fake_study(out: Path, *, force: bool = False) -> None:
 
 def run_forced_study(out: Path) -> None:
     run_fake_study(out, force=True)
-
-
-def run_fake_map(out: Path) -> None:
-    map_by(replace(case(50)), [0.0, 1.0], [50e3], out, crew=inline_crew(), work=fake_solve.FakePosition)
 
 
 def content(out: Path) -> dict[str, object]:
@@ -148,8 +146,12 @@ def content(out: Path) -> dict[str, object]:
     return found
 
 
-@pytest.mark.parametrize("run", [run_fake_study, run_forced_study, run_fake_map])
+@pytest.mark.parametrize("run", [run_fake_study, run_forced_study])
 def test_a_run_that_ends_at_any_file_operation_goes_on(disk, run):
+    goes_on(disk, run)
+
+
+def goes_on(disk, run):
     out = disk.folder
     if run is run_forced_study:
         run_fake_study(out)

@@ -16,7 +16,7 @@ from fecontact.outputs.meshes import write_mesh
 from fecontact.solving.position import MeshedPair, mesh_pair
 from fecontact.solving.solve import solve
 
-SIZE = BodySize(rail_depth_mm=30.0, rail_half_length_mm=30.0, rim_thickness_mm=30.0, rim_half_length_mm=30.0)
+SIZE = BodySize(rail_depth_mm=30.0, rim_thickness_mm=30.0, half_length_mm=30.0)
 CASE = Case(
     rail="circle:300",
     wheel="cylinder:460",
@@ -24,7 +24,7 @@ CASE = Case(
     load_N=50e3,
     resolution=(2.0, 1.8),
     size=SIZE,
-    refine_degrees_of_freedom=0,
+    refine="never",
 )
 
 needs_ccx = pytest.mark.skipif(

@@ -98,7 +98,7 @@ def test_an_installation_that_failed_is_said_with_the_command(root_with_apt, mon
 
 @pytest.mark.parametrize(
     ("failing", "missing", "says"),
-    [(CRASHING, [], "the cause is another one"), (probe("import no_such_module_here"), PACKAGES, "make setup")],
+    [(CRASHING, [], "the cause is something else"), (probe("import no_such_module_here"), PACKAGES, "make setup")],
     ids=["all packages present", "Python package missing"],
 )
 def test_packages_are_not_advised_where_they_cannot_help(failing, missing, says, bare_debian):

@@ -1,7 +1,8 @@
-"""What the documents name exists: commands and options, files and headings, targets; the guide as it is shown."""
+"""What the documents name exists: commands and options, files and headings, targets; the guide as shown and pasted."""
 
 import ast
 import importlib
+import os
 import re
 import shlex
 import subprocess
@@ -14,7 +15,6 @@ from fecontact.cli import app, call
 from fecontact.guide.pages import page, titles
 from fecontact.regression.tables import read_tolerances
 from fecontact.runs.casefile import toml_cases
-from fecontact.vehicle.model import load_vehicle
 
 ROOT = Path(__file__).parents[1]
 GUIDE = ROOT / "fecontact" / "guide"
@@ -39,9 +39,14 @@ def without_breaks(text: str) -> str:
     return re.sub(r" *\\\n *", " ", text)
 
 
+def typed(text: str) -> list[str]:
+    """Blocks of code for a shell."""
+    return [*fenced(text, "console"), *fenced(text, "sh")]
+
+
 def commands(text: str) -> list[str]:
     """Commands in blocks of code and in the middle of a line, without comments and optional parts."""
-    blocks = re.findall(r"^ *(fecontact .*)$", without_breaks(text), re.MULTILINE)
+    blocks = re.findall(r"^(fecontact .*)$", without_breaks("".join(typed(text))), re.MULTILINE)
     spans = [span.replace("\n", " ") for span in re.findall(r"`(fecontact [^`]*)`", text)]
     shown = [re.sub(r"\[[^\]]*\]", "", line.partition(" #")[0]).strip() for line in (*blocks, *spans)]
     return sorted({line for line in shown if not PLACEHOLDER.search(line)})
@@ -60,13 +65,18 @@ def fenced(text: str, language: str) -> list[str]:
 
 @pytest.mark.parametrize("command", sorted({one for text in TEXTS.values() for one in commands(text)}))
 def test_a_command_is_understood(command):
-    """Its name and options, and that no argument is missing or left over: nothing is run."""
+    """Its name and options, that no argument is missing or left over, and that values are in range: nothing is run."""
     _, *words = shlex.split(command.replace("$SLURM_ARRAY_TASK_ID", "1"))
     named = [word for word in words if not word.startswith("-")][:1]
     if len(words) == len(named):  # the command by its name alone, in a sentence
         assert words[0] in app
-    else:
-        app.parse_args(words, exit_on_error=False, print_error=False)
+    elif not {"--help", "--help-all"} & {*words}:
+        _, bound, _ = app.parse_args(words, exit_on_error=False, print_error=False)
+        if "options" in bound.arguments:
+            bound.arguments["options"].case()
+        if "grid" in bound.arguments:
+            assert bound.arguments["grid"].shifts_mm
+            assert bound.arguments["grid"].loads_N
         if words[0] == "guide":
             assert words[1] in TOPICS
 
@@ -88,8 +98,8 @@ def test_options_and_targets_exist(page):
     assert named - known == set()
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
     shown = re.findall(r"(?:`|^ {4})make ([a-z-]+)", TEXTS[page], re.MULTILINE)
-    typed = re.findall(r"^make ([a-z-]+)", "".join(fenced(TEXTS[page], "console")), re.MULTILINE)
-    assert {*shown, *typed} - targets == set()
+    made = re.findall(r"^make ([a-z-]+)", "".join(typed(TEXTS[page])), re.MULTILINE)
+    assert {*shown, *made} - targets == set()
 
 
 @pytest.mark.parametrize("page", TEXTS)
@@ -111,9 +121,7 @@ def test_files_that_are_shown_can_be_read(page, tmp_path):
     path = tmp_path / "shown.toml"
     for block in fenced(TEXTS[page], "toml"):
         path.write_text(block, "utf-8")
-        shown = {"[kinds": read_tolerances, "name =": lambda vehicle: load_vehicle(str(vehicle))}
-        read = next((reader for begins, reader in shown.items() if block.startswith(begins)), toml_cases)
-        read(path)
+        (read_tolerances if block.startswith("[kinds") else toml_cases)(path)
 
 
 @pytest.mark.parametrize("page", [page for page in TEXTS if "```python" in TEXTS[page]])
@@ -124,6 +132,63 @@ def test_what_is_imported_in_an_example_exists(page):
                 assert all(hasattr(importlib.import_module(node.module), alias.name) for alias in node.names)
             elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "fecontact":
                 assert hasattr(importlib.import_module("fecontact"), node.attr), node.attr
+
+
+# --- the guide as it is pasted, a page at a time, into an empty folder ------------------------------------------------
+
+# what is done in a second or two
+QUICK = {"check", "creep", "doctor", "hertz", "init", "place", "profiles", "table", "theories", "theory"}
+WRITTEN = {"--out", "--write"}
+A_FILE = re.compile(r"[\w.+-]*/[\w./+-]+|[\w+-]+\.[a-z]+")
+
+
+def pasted(topic: str) -> list[list[str]]:
+    """Words of each command that a page has to be typed."""
+    lines = without_breaks("".join(fenced(TEXTS[f"fecontact/guide/{topic}.md"], "console"))).splitlines()
+    return [shlex.split(line) for line in lines]
+
+
+@pytest.mark.parametrize("topic", TOPICS)
+def test_a_page_of_the_guide_needs_nothing_but_itself(topic):
+    """A file that a command reads has been written by a command before it."""
+    written: list[str] = []
+    for program, command, *words in pasted(topic):
+        assert program == "fecontact"
+        for before, word in zip([command, *words], words, strict=False):
+            if before in WRITTEN or command == "init":
+                written.append(word)
+            elif A_FILE.fullmatch(word):
+                assert any(f"{word}/".startswith(f"{path}/") for path in written), (command, word)
+
+
+def marked(topic: str):
+    """A page that takes more than some seconds is slow."""
+    slow = {words[1] for words in pasted(topic)} - QUICK or "```python" in TEXTS[f"fecontact/guide/{topic}.md"]
+    return pytest.param(topic, marks=pytest.mark.slow if slow else ())
+
+
+@pytest.mark.parametrize("topic", [marked(topic) for topic in TOPICS])
+def test_a_page_of_the_guide_runs_as_it_is_pasted(topic, tmp_path):
+    """In its order; each line that it shows of an output is in what was printed."""
+    program = tmp_path / "bin" / "fecontact"
+    program.parent.mkdir()
+    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m fecontact "$@"\n', "utf-8")
+    program.chmod(0o755)
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PATH": f"{program.parent}:{os.environ['PATH']}"}
+    folder, said = tmp_path / "pasted", ""
+    folder.mkdir()
+    blocks = re.findall(r"^```(\w+)\n(.*?)^```$", TEXTS[f"fecontact/guide/{topic}.md"], re.MULTILINE | re.DOTALL)
+    for language, code in blocks:
+        lines = without_breaks(code).splitlines()
+        if language == "text" and said:
+            printed = {line.rstrip() for line in said.splitlines()}
+            assert [line for line in lines if line.rstrip() not in printed] == []
+        runs = {"console": [["bash", "-c", line] for line in lines], "python": [[sys.executable, "-c", code]]}
+        for run in runs.get(language, ()):
+            done = subprocess.run(run, cwd=folder, env=environment, capture_output=True, text=True, timeout=900)
+            # 1: two sets of results that are compared are not the same
+            assert done.returncode in ((0, 1) if "compare" in run[-1] else (0,)), (run, done.stdout, done.stderr)
+            said += done.stdout
 
 
 # --- the guide on the terminal ----------------------------------------------------------------------------------------

@@ -18,7 +18,7 @@ def elliptic(radius: int, resolution: str | tuple[float, float] = "quick", load_
         load_N=load_N,
         resolution=resolution,
         # no refinement beyond the named sizes: its steps depend on how fast the machine is
-        refine_degrees_of_freedom=0,
+        refine="never",
     )
     return solve(case)
 

@@ -11,11 +11,10 @@ import pytest
 from kept import keep_case
 
 import fecontact
-from fecontact.case import Case
 from fecontact.cli import _system_error, call
 from fecontact.errors import InputError
 from fecontact.runs import store
-from fecontact.runs.study import prepare_for_case, prepare_for_map, prepare_for_study
+from fecontact.runs.study import prepare_for_case, prepare_for_study
 
 PAIR = ["--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none"]
 
@@ -101,9 +100,7 @@ def test_a_folder_with_other_results_is_taken_by_force_alone(solve, elliptic_qui
     for refused in (
         lambda: prepare_for_case(tmp_path, replace(own, load_N=50e3)),
         lambda: prepare_for_study(tmp_path, "mine"),
-        lambda: prepare_for_map(tmp_path, own),
         lambda: fecontact.run([own], tmp_path),
-        lambda: fecontact.map(own, [0.0], [1e5], tmp_path),
     ):
         with pytest.raises(
             InputError, match=r"case \(row\.json\), which would be lost; give another --out, or --force"
@@ -122,7 +119,6 @@ def test_a_folder_with_other_results_is_taken_by_force_alone(solve, elliptic_qui
         # a damaged one is no result that could be lost
         ("study.json", {}, "mine"),
         ("study.json", {"study": "other"}, None),
-        ("map.json", {"case": {}}, None),
     ],
 )
 def test_a_study_goes_on_in_its_own_folder_and_in_no_other(file, record, goes, tmp_path):
@@ -132,18 +128,6 @@ def test_a_study_goes_on_in_its_own_folder_and_in_no_other(file, record, goes, t
     else:
         with pytest.raises(InputError, match="which would be lost"):
             prepare_for_study(tmp_path, "mine")
-
-
-def test_a_map_goes_on_with_other_loads_and_friction_and_with_no_other_pair(tmp_path):
-    base = Case(lateral_shift_mm=2.0, roll="touching")
-    record = {"case": json.loads(json.dumps(fecontact.hertz(base)["case"]))}
-    (tmp_path / "map.json").write_text(json.dumps(record))
-    friction = fecontact.Creep(friction=0.3)
-    for same in (base, replace(base, load_N=50e3, lateral_shift_mm=0.0), replace(base, creep=friction)):
-        prepare_for_map(tmp_path, same)
-    for other in (replace(base, rail="54E1"), replace(base, resolution="fine"), replace(base, roll="given")):
-        with pytest.raises(InputError, match="another map"):
-            prepare_for_map(tmp_path, other)
 
 
 def test_a_run_names_the_files_that_there_are(tmp_path, capsys):
@@ -163,9 +147,6 @@ def test_a_run_names_the_files_that_there_are(tmp_path, capsys):
     [
         (["hertz", "--wheel-young-mpa", "1e-308"], "Young's modulus is 1e-308 MPa; no body, load or material has that"),
         (["hertz", "--rolling-radius-mm", "1e300"], "allowed: 1e-30 to 1e+20"),
-        (["creep", "--a-mm", "5", "--b-mm", "1e308", "--normal-force-kn", "100", "--friction", "0.3"], "semi-axis b"),
-        (["creep", "--a-mm", "5", "--b-mm", "1e-308", "--normal-force-kn", "100", "--friction", "0.3"], "semi-axis b"),
-        (["creep", "--a-mm", "5", "--b-mm", "8", "--normal-force-kn", "9", "--friction", "460"], "between 0 and 2"),
         (["hertz", "--friction", "0.3", "--rail-columns", "1:nan"], "Unknown option"),
         (["hertz", "--rail-columns", "1:nan"], "--rail-columns: it says how a file is read, but the rail is 60E1"),
         (["hertz", "--wheel", "cylinder:460", "--wheel-units", "m"], "but the wheel is cylinder:460"),
@@ -181,7 +162,7 @@ def test_extreme_numbers_and_options_that_nothing_reads_are_refused(words, says,
 def test_an_option_of_files_is_taken_where_one_side_is_a_file(tmp_path, capsys):
     head = tmp_path / "head.csv"
     head.write_text("y,z\n" + "\n".join(f"{y},{(300.0**2 - y**2) ** 0.5 - 300.0}" for y in range(-30, 31)))
-    given = ["--rail", str(head), "--rail-units", "mm", "--rail-smoothing-mm", "0", "--wheel", "cylinder:460"]
+    given = ["--rail", str(head), "--rail-units", "mm", "--rail-filter-mm", "0", "--wheel", "cylinder:460"]
     assert call(["hertz", *given, "--inclination", "none", "--rail-crown-y-mm", "750", "--json"]) == 0
     assert Path(head).is_file()
 

@@ -21,7 +21,7 @@ from fecontact.profiles.writers import points_along
 from fecontact.runs.identity import case_id, input_files, with_absolute_paths
 from fecontact.runs.store import PROFILES, read_case
 
-COARSE = {"resolution": (1.6, 1.3), "refine_degrees_of_freedom": 0}
+COARSE = {"resolution": (1.6, 1.3), "refine": "never"}
 
 
 def head(noise_mm=0.0, step_mm=0.4):
@@ -39,7 +39,7 @@ def test_arrays_are_the_file_that_they_would_be(tmp_path):
     assert input_files(here) == input_files(there)
     assert with_absolute_paths(here) == here
     # every digit of the points comes back
-    rail = resolve_rail(given, Reading(smoothing_mm=0.0))
+    rail = resolve_rail(given, Reading(filter_mm=0.0))
     assert np.array_equal(rail.points, head().T)
     assert rail.name == resolve_rail(str(path)).name == "mine"
 
@@ -64,7 +64,7 @@ def test_other_points_are_another_profile():
 def test_noisy_points_are_smoothed_as_those_of_a_file():
     noisy = fecontact.profile(*head(0.01, 0.2))
     assert resolve_rail(noisy).measured is not None
-    assert resolve_rail(noisy, Reading(smoothing_mm=0.0)).measured is None
+    assert resolve_rail(noisy, Reading(filter_mm=0.0)).measured is None
 
 
 def test_a_wheel_and_the_other_side_may_be_given():

@@ -65,7 +65,7 @@ def test_wheel_cylinder_on_rail_arc(
 
 def test_conformal_pair_of_the_CONTACT_user_guide() -> None:
     # CONTACT 25 user guide, section 5.10: wheel 460 at 45 degrees, rail 10 in a hollow of 10.2, approach 0.09089 mm.
-    steel = Material.from_shear(name="steel", shear_MPa=82_000.0, poisson=0.28)
+    steel = Material.from_shear(shear_MPa=82_000.0, poisson=0.28)
     contact = hertz_ellipse(
         math.cos(math.pi / 4.0) / 920.0,
         0.5 * (1.0 / 10.0 - 1.0 / 10.2),

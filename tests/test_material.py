@@ -17,7 +17,7 @@ def test_contact_modulus_of_equal_steel_bodies() -> None:
 
 
 def test_contact_modulus_of_unlike_bodies_is_symmetric_and_tends_to_the_softer() -> None:
-    rubber = Material(name="rubber", young_MPa=5.0, poisson=0.49)
+    rubber = Material(young_MPa=5.0, poisson=0.49)
     assert contact_modulus_MPa(STEEL, rubber) == contact_modulus_MPa(rubber, STEEL)
     # Steel adds the part 5 / 210000 = 2.4e-5 (times 1.2 for nu) to the compliance, so 3e-5 bounds the difference.
     softer_alone = 5.0 / (1.0 - 0.49**2)
@@ -27,14 +27,14 @@ def test_contact_modulus_of_unlike_bodies_is_symmetric_and_tends_to_the_softer()
 
 def test_from_shear_uses_the_isotropic_relation() -> None:
     # The constants of CONTACT's conformal example: 2 * 82000 * 1.28; the tolerance is rounding.
-    steel = Material.from_shear(name="steel", shear_MPa=82_000.0, poisson=0.28, yield_MPa=480.0)
+    steel = Material.from_shear(shear_MPa=82_000.0, poisson=0.28, yield_MPa=480.0)
     assert steel.young_MPa == pytest.approx(209_920.0, rel=1e-15)
     assert steel.shear_MPa == pytest.approx(82_000.0, rel=1e-15)
     assert steel.yield_MPa == 480.0
 
 
 def test_material_is_a_frozen_value() -> None:
-    assert Material(name="steel", young_MPa=210_000.0, poisson=0.3) == STEEL
+    assert Material(young_MPa=210_000.0, poisson=0.3) == STEEL
     with pytest.raises(dataclasses.FrozenInstanceError):
         STEEL.young_MPa = 1.0  # type: ignore[misc]
 
@@ -42,23 +42,23 @@ def test_material_is_a_frozen_value() -> None:
 @pytest.mark.parametrize("young", [0.0, -1.0, math.inf, math.nan])
 def test_bad_young_modulus_is_refused(young: float) -> None:
     with pytest.raises(InputError, match=r"Young's modulus is .* MPa; allowed: finite and > 0; give it in MPa"):
-        Material(name="x", young_MPa=young, poisson=0.3)
+        Material(young_MPa=young, poisson=0.3)
 
 
 @pytest.mark.parametrize("poisson", [-1.0, 0.5, 0.7, math.inf, math.nan])
 def test_bad_poisson_ratio_is_refused(poisson: float) -> None:
     with pytest.raises(InputError, match=r"Poisson's ratio is .*allowed: -1 < nu < 0.5"):
-        Material(name="x", young_MPa=1.0, poisson=poisson)
+        Material(young_MPa=1.0, poisson=poisson)
     with pytest.raises(InputError, match="Poisson's ratio"):
-        Material.from_shear(name="x", shear_MPa=1.0, poisson=poisson)
+        Material.from_shear(shear_MPa=1.0, poisson=poisson)
 
 
 @pytest.mark.parametrize("bad", [0.0, -5.0, math.nan])
 def test_bad_yield_stress_and_shear_modulus_are_refused(bad: float) -> None:
     with pytest.raises(InputError, match=r"yield stress is .* MPa; allowed"):
-        Material(name="x", young_MPa=1.0, poisson=0.3, yield_MPa=bad)
+        Material(young_MPa=1.0, poisson=0.3, yield_MPa=bad)
     with pytest.raises(InputError, match=r"shear modulus is .* MPa; allowed"):
-        Material.from_shear(name="x", shear_MPa=bad, poisson=0.3)
+        Material.from_shear(shear_MPa=bad, poisson=0.3)
 
 
 def test_errors_carry_the_exit_codes_of_the_command_line() -> None:

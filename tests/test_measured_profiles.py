@@ -20,7 +20,7 @@ from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.segments import noise_of, smoothed_by
-from fecontact.profiles.smoothing import Registration, foot_points, nearest, register, scaled, variant
+from fecontact.profiles.smoothing import Registration, foot_points, nearest, register, scaled
 from fecontact.solving.position import expect_on_half_space, hertz_of_case, place_case, preview
 
 
@@ -128,7 +128,7 @@ def test_points_of_no_rail_have_no_nominal():
 
 def test_exact_points_are_not_smoothed():
     assert read(sampled("60E1", step_mm=0.5)).measured is None
-    assert read(sampled("60E1", 0.01), smoothing_mm=0.0).measured is None
+    assert read(sampled("60E1", 0.01), filter_mm=0.0).measured is None
 
 
 @pytest.mark.parametrize("wave_mm", [4.0, 8.0, 16.0])
@@ -140,19 +140,15 @@ def test_half_of_a_wave_of_the_width_is_left(wave_mm):
     assert left[middle] @ wave[middle] / (wave[middle] @ wave[middle]) == pytest.approx(0.5, abs=2e-3)
 
 
-@pytest.mark.parametrize("width_mm", [1.0, 8.0, 30.0])
-@pytest.mark.parametrize("follows", [False, True])
-def test_the_smoothing_spline_is_that_of_scipy(width_mm, follows):
-    """Uneven points, and a width that follows the curvature; scipy's own equations keep ten digits here."""
+@pytest.mark.parametrize("filter_mm", [1.0, 8.0, 30.0])
+def test_the_smoothing_spline_is_that_of_scipy(filter_mm):
+    """Uneven points, each counting for the line beside it; scipy's own equations keep ten digits here."""
     rng = np.random.default_rng(4)
     s = np.cumsum(rng.uniform(0.5, 1.3, 150))
     values = np.column_stack((s, 20.0 * np.sin(s / 30.0))) + rng.normal(0.0, 0.01, (150, 2))
-    relative = np.exp(0.5 * np.sin(s / 10.0)) if follows else None
-    spacing = (s[-1] - s[0]) / 149
-    expected = make_smoothing_spline(
-        s, values, w=None if relative is None else relative**-4.0, lam=(width_mm / math.tau) ** 4 / spacing
-    )
-    found, places = smoothed_by(s, values, width_mm, relative), np.linspace(s[0] - 0.5, s[-1] + 0.5, 1000)
+    weights = 0.5 * (np.diff(s, append=s[-1]) + np.diff(s, prepend=s[0]))
+    expected = make_smoothing_spline(s, values, w=weights, lam=(filter_mm / math.tau) ** 4)
+    found, places = smoothed_by(s, values, filter_mm), np.linspace(s[0] - 0.5, s[-1] + 0.5, 1000)
     for order, tolerance in ((0, 1e-9), (1, 1e-10), (2, 1e-11)):
         assert found(places, order) == pytest.approx(expected(places, order), rel=0.0, abs=tolerance)
 
@@ -173,7 +169,7 @@ def test_the_noise_is_told_from_the_points(noise_mm, step_mm):
 
 def test_the_stated_curvature_noise_is_the_one_that_arises():
     """With one width, over seeds: the standard deviation of the curvature half way along the top of the head."""
-    lines = [read(sampled("60E1", 0.01, seed=seed), smoothing_mm=15.0, nominal="60E1") for seed in range(40)]
+    lines = [read(sampled("60E1", 0.01, seed=seed), filter_mm=15.0, nominal="60E1") for seed in range(40)]
     arisen = np.std([line.curvature(3.0) for line in lines])
     made = lines[0].measured
     stated = np.interp(3.0, made.points[:, 0], made.curvature_noise_per_mm)
@@ -202,19 +198,6 @@ def test_derivatives_of_a_smoothed_line_are_those_of_its_points():
         assert getattr(here, f"d{name}") == pytest.approx(first, rel=1e-5, abs=1e-4)
         second = (getattr(high, f"d{name}") - getattr(low, f"d{name}")) / (2 * h)
         assert getattr(here, f"dd{name}") == pytest.approx(second, rel=1e-4, abs=2e-3)
-
-
-def test_other_lines_that_the_points_allow():
-    line = read(sampled("60E1", 0.01))
-    assert variant(load("60E1"), "narrow") is load("60E1")
-    assert variant(line, "narrow").measured.width_mm == math.sqrt(0.5) * line.measured.width_mm
-    assert variant(line, "double").measured.width_mm == 2.0 * line.measured.width_mm
-    y = np.linspace(-25.0, 25.0, 101)
-    draws = [variant(line, k).height(y) - line.height(y) for k in range(3)]
-    # other noise each time, and the same one each time it is asked for; much smaller than that of the points
-    assert all(1e-5 < np.abs(one).max() < 0.01 for one in draws)
-    assert np.abs(draws[0] - draws[1]).max() > 1e-5
-    assert np.array_equal(variant(line, 0).height(y) - line.height(y), draws[0])
 
 
 def test_the_deviation_from_the_nominal_scales():
@@ -316,14 +299,14 @@ def test_points_that_are_taken_as_exact_and_are_not_are_named(tmp_path):
     y = np.arange(-30.0, 30.0 + 1e-9, 0.2)
     np.savetxt(path, np.column_stack((y, 0.01 * np.cos(math.pi * y / 0.4) - y**2 / 2000.0)))
     case = Case(
-        rail=str(path), rail_file=Reading(smoothing_mm=0.0), wheel="cylinder:460", inclination_rad=0.0,
+        rail=str(path), rail_file=Reading(filter_mm=0.0), wheel="cylinder:460", inclination_rad=0.0,
         track=Track(rail_crown_y_mm=750.0),
     )  # fmt: skip
     hollow = replace(place_case(case).first.curvature, yy_per_mm=-1.0)
     placed = place_case(case)
     placed = replace(placed, touch_points=(replace(placed.first, curvatures=(hollow,)),))
     with pytest.raises(
-        InputError, match="the line of noisy goes through its points as they are: give --rail-smoothing-mm or"
+        InputError, match="the line of noisy goes through its points as they are: give --rail-filter-mm or"
     ):
         hertz_of_case(case, placed)
 

@@ -410,9 +410,9 @@ def test_short_sweeps_are_refused():
     with pytest.raises(
         InputError, match=r"half length of 10 mm must reach at least two elements past the contact zone"
     ):
-        rail_mesh(pair, NARROW, half=True, size=BodySize(rail_half_length_mm=10.0))
+        rail_mesh(pair, NARROW, half=True, size=BodySize(half_length_mm=10.0))
     with pytest.raises(InputError, match=r"the rim's half length of 12 mm must reach at least two elements"):
-        wheel_mesh(pair, NARROW, half=True, size=BodySize(rim_half_length_mm=12.0))
+        wheel_mesh(pair, NARROW, half=True, size=BodySize(half_length_mm=12.0))
 
 
 def test_zone_past_the_running_surface_is_refused():

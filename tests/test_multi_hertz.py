@@ -39,12 +39,12 @@ def judged(case, placement, rung):
         enlarged=0,
         at_edge=False,
     )
-    solved = SolvedLoad(case=case, levels=(level, level), half_space=rung, quadratic=rung, point_noise=None)
+    solved = SolvedLoad(case=case, levels=(level, level), half_space=rung, quadratic=rung, lines=None)
     return judge_load(solved, placement)
 
 
 def judgement_of(load, contact):
-    return judge_theory(load.case, load.solved.levels, contact, {})
+    return judge_theory(load.case, load.solved.levels, contact)
 
 
 def two_heads() -> Profile:

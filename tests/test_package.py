@@ -112,12 +112,12 @@ def test_what_cites_and_tells_of_changes_is_of_this_version():
 
 def test_without_mkl_multigrid_solves_the_same(solved):
     pair = ["--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none", "--resolution", "2,1.8"]
-    solve = ["solve", *pair, "--refine-degrees-of-freedom", "0", "--json"]
+    solve = ["solve", *pair, "--refine", "never", "--json"]
     code = f"import sys; sys.modules['pypardiso'] = None\nfrom fecontact.cli import call\ncall({solve!r})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
     without = json.loads(done.stdout)
     shape = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
-    result = solved(Case(**shape, resolution=(2.0, 1.8), refine_degrees_of_freedom=0))
+    result = solved(Case(**shape, resolution=(2.0, 1.8), refine="never"))
     assert without["solver"]["path"] == "amg"
     # where there is no MKL at all, both are multigrid's
     assert result.effort.path == ("pardiso" if pardiso_available() else "amg")

@@ -19,8 +19,8 @@ from fecontact.solving.expected_patch import angle_of_normals, angle_of_patches
 from fecontact.solving.meshes import _turned
 from fecontact.solving.position import position_of
 
-STEEL = Material(name="steel", young_MPa=210e3, poisson=0.28)
-ALUMINIUM = Material(name="aluminium", young_MPa=70e3, poisson=0.33)
+STEEL = Material(young_MPa=210e3, poisson=0.28)
+ALUMINIUM = Material(young_MPa=70e3, poisson=0.33)
 # The gauge corner and the top of the head touch, 17 and 8 degrees steep; the first of them leads to the other.
 UIC60 = Case(
     rail="MBench_UIC60",
@@ -29,7 +29,7 @@ UIC60 = Case(
     roll_rad=0.362e-3,
     load_N=50e3,
     resolution="quick",
-    refine_degrees_of_freedom=0,
+    refine="never",
 )
 RAILS = [UIC60.rail, pytest.param("60E1", marks=pytest.mark.slow)]
 
@@ -244,7 +244,7 @@ def test_planes_and_normals_move_what_a_matrix_between_all_nodes_says(rail):
     ],
 )
 def test_what_planes_move(rail, forces, peaks):
-    """As said in studies/README.md, at the gauge corner and on the head: 9 and 10 degrees between both planes."""
+    """Forces and peaks at the gauge corner and on the head: 9 and 10 degrees between both planes."""
     moved = read_off(at(rail).expected.half_space) / read_off(in_one_plane(rail)) - 1.0
     np.testing.assert_allclose(moved.T, [forces, peaks], atol=1e-4)
 
@@ -263,7 +263,7 @@ def test_what_turned_normals_move_is_uncertain():
         enlarged=0,
         at_edge=False,
     )
-    plain = SolvedLoad(case=UIC60, levels=(level, level), half_space=rung, quadratic=rung, point_noise=None)
+    plain = SolvedLoad(case=UIC60, levels=(level, level), half_space=rung, quadratic=rung, lines=None)
     alone, judged = (judge_load(one, position.placement) for one in (plain, replace(plain, turned=turned)))
     assert judged.uncertainty == alone.uncertainty
     assert judged.ladder == alone.ladder

@@ -29,9 +29,7 @@ from fecontact.solving.meshes import Meshes, couple, coupled_problem, is_open
 from fecontact.solving.position import Position, fine_zone, position_of
 from fecontact.solving.solve import solve
 
-ROUND = Case(
-    rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resolution="quick", refine_degrees_of_freedom=0
-)
+ROUND = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resolution="quick", refine="never")
 # Of healthy elements here 0.26 %, with four of them a semi-axis; a planted fault stands on top of it.
 HEALTHY = 0.004
 
@@ -253,23 +251,24 @@ def test_the_elements_say_by_themselves_what_hertz_is_worth(elliptic_quick):
             assert abs(off) < judged.uncertainty[name] + 0.0015
 
 
-@pytest.mark.parametrize(("evidence", "open_"), [(False, False), (True, True)])
-def test_evidence_keeps_a_verdict_open_that_the_own_nodes_do_not_know(elliptic_quick, evidence, open_):
+@pytest.mark.parametrize(("refine", "open_"), [("verdict", False), ("evidence", True)])
+def test_evidence_keeps_a_verdict_open_that_the_own_nodes_do_not_know(elliptic_quick, refine, open_):
     solved = elliptic_quick.load.solved
     # the finer nodes know the peak to 0.3 %, the elements' own to 1.3 %
-    case = replace(solved.case, evidence=evidence, criteria=Criteria(p_max=0.006, judged_by=("p_max",)))
-    assert is_open(case, solved.levels, elliptic_quick.placement, None) is open_
+    case = replace(solved.case, refine=refine, criteria=Criteria(p_max=0.006, judged_by=("p_max",)))
+    assert is_open(case, solved.levels, elliptic_quick.placement, None, solved.half_space) is open_
     judged = judge_load(replace(solved, case=case), elliptic_quick.placement)
     assert (judged.verdict.answer, judged.by_elements.verdict.answer) == ("HOLDS", "UNRESOLVED")
 
 
 @pytest.mark.slow
-def test_evidence_refines_until_the_own_nodes_know_or_the_budget_is_reached():
+def test_evidence_refines_until_the_own_nodes_know_or_the_budget_is_reached(monkeypatch):
     # the own nodes of the first meshes know the peak to 0.9 %, those of the next ones to 0.7 %
-    asked = replace(ROUND, evidence=True, criteria=Criteria(p_max=0.008, judged_by=("p_max",)))
-    known = solve(replace(asked, refine_degrees_of_freedom=400_000)).load
+    asked = replace(ROUND, refine="evidence", criteria=Criteria(p_max=0.008, judged_by=("p_max",)))
+    known = solve(asked).load
     assert known.by_elements.verdict.answer == "HOLDS"
     assert len(known.solved.levels) > 2
+    monkeypatch.setattr("fecontact.case.REFINED_UNKNOWNS", 0)
     short = solve(asked).load
     assert (short.verdict.answer, short.by_elements.verdict.answer) == ("HOLDS", "UNRESOLVED")
     assert any("refinement stopped: the next meshes would have about" in said for said in short.warnings)
@@ -306,9 +305,9 @@ def test_elements_that_look_off_are_made_finer(elliptic_quick):
     """They may only be too coarse; those that are off on the finest meshes as well stay so."""
     solved, placement = elliptic_quick.load.solved, elliptic_quick.placement
     off = replace(solved.levels[0], compliance_error=0.025)
-    assert not is_open(solved.case, solved.levels, placement, None)
-    assert is_open(solved.case, (off, *solved.levels[1:]), placement, None)
-    assert not is_open(solved.case, (off,) * 5, placement, None)
+    assert not is_open(solved.case, solved.levels, placement, None, solved.half_space)
+    assert is_open(solved.case, (off, *solved.levels[1:]), placement, None, solved.half_space)
+    assert not is_open(solved.case, (off,) * 5, placement, None, solved.half_space)
 
 
 def test_elements_that_look_off_on_the_first_meshes_decide_on_finer_ones():

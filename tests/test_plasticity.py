@@ -12,12 +12,9 @@ from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.fe.body import BodyMesh, pardiso_available, stiffness
 from fecontact.fe.stress import PlasticLaw, PlasticState, PlasticZone
-from fecontact.outputs.maps.views import verdict_view
 from fecontact.outputs.records.results import load_record, load_row
-from fecontact.outputs.records.rows import map_record
 from fecontact.outputs.records.stored import solved_from_record, solved_record
 from fecontact.solving import plastic_contact
-from fecontact.solving.map import ApplicabilityMap, LoadLimit, MapPosition, solved_cell
 
 YIELDS = replace(STEEL, yield_MPa=450.0, tangent_MPa=4200.0)
 # crossed cylinders of one radius touch as a sphere of that radius touches a plane
@@ -164,7 +161,7 @@ def sphere(ratio: float, **more) -> Case:
         wheel_material=steel,
         # six elements a semi-axis
         resolution=(1.11, 1.11),
-        refine_degrees_of_freedom=0,
+        refine="never",
     )
 
 
@@ -294,7 +291,7 @@ def lobes(solved):
             wheel_material=steel,
             # three elements a semi-axis of the expected patch, a quarter fewer than of quick
             resolution=(1.58, 1.43),
-            refine_degrees_of_freedom=0,
+            refine="never",
             criteria=criteria,
         )
     )
@@ -330,19 +327,6 @@ def test_hertz_may_hold_by_cancellation(lobes):
     assert found.cancelling == said
     assert any(said in warning for warning in load.warnings)
     assert load_row(load, lobes.placement)["plastic_hertz_cancelling"] == said
-
-
-@needs_factors
-def test_a_map_draws_loads_of_first_yield_and_of_plasticity(loaded):
-    load = loaded.load
-    position = MapPosition(lateral_shift_mm=0.0, cells=(solved_cell(0.0, load),), limit=LoadLimit(reason="one load"))
-    made = ApplicabilityMap(case=loaded.case, loads_N=(FORCE,), positions=(position,))
-    first, limit = load.plastic.yielded.first_yield_N, load.plastic.plastic_load_N
-    assert position.yield_loads_N == {"first_yield_N": first, "plastic_load_N": limit}
-    view = verdict_view(made)
-    assert [load_kN for load_kN, _ in view.columns[0].lines] == [first / 1e3, limit / 1e3]
-    assert any("repeated passes are not in it" in note for note in view.notes)
-    assert map_record(made)["yield_loads_N"] == [{"lateral_shift_mm": 0.0, **position.yield_loads_N}]
 
 
 @needs_factors

@@ -122,7 +122,7 @@ def good():
             "line 2: 3 columns instead of 2 in .*; say which are y and z: give --rail-columns 2,3",
         ),
         ("140\n" + good(), "line 1: 1 column instead of 2 in '140'"),
-        ("1,5,2,5\n", "line 1: '1,5,2,5' may have decimal commas, or 4 columns; give --rail-decimal comma"),
+        ("1,5,2,5\n", "line 1: 4 columns instead of 2 in '1,5,2,5'; .* decimal commas between commas: write points"),
         (good() + "36.0 nan\n", "line 142: '36.0 nan' is not finite"),
         (good() + "inf 3.0\n", "not finite"),
         ("".join(f"{y} {-y * y / 50}\n" for y in range(-4, 5)), "there are 9 different points; at least 10"),

@@ -55,15 +55,6 @@ def test_the_door_has_what_the_commands_do_and_all_parts_of_a_case():
         assert inspect.getdoc(getattr(fecontact, name)), name
 
 
-def test_rooms_that_have_the_name_of_a_function_are_called_as_it(tmp_path):
-    position = importlib.import_module("fecontact.solving.map")
-    assert fecontact.solving.map is position
-    assert "lateral_shifts_mm" in inspect.signature(fecontact.map).parameters
-    assert inspect.getdoc(fecontact.geometry).startswith("The wheelset of a case at many shifts")
-    with pytest.raises(InputError, match="at least one lateral shift"):
-        fecontact.map(Case(), [], [], tmp_path)
-
-
 @pytest.mark.parametrize("module", ["runs.alone", "solving.placing", "solving.position"])
 def test_the_examples_of_functions_have_these_numbers(module):
     done = doctest.testmod(importlib.import_module(f"fecontact.{module}"))

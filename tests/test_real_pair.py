@@ -30,7 +30,7 @@ needs_pardiso = pytest.mark.skipif(not pardiso_available(), reason="MKL PARDISO 
 
 
 # No refinement beyond the named sizes: its steps depend on how fast the machine is.
-FIXED = {"refine_degrees_of_freedom": 0}
+FIXED = {"refine": "never"}
 
 
 def check(result: CaseResult) -> None:
@@ -197,7 +197,7 @@ COARSE = Case(
     load_N=50e3,
     resolution=(2.0, 1.8),
     **FIXED,
-    size=BodySize(rail_depth_mm=25.0, rail_half_length_mm=32.0, rim_thickness_mm=25.0, rim_half_length_mm=32.0),
+    size=BodySize(rail_depth_mm=25.0, rim_thickness_mm=25.0, half_length_mm=32.0),
 )
 
 
@@ -262,7 +262,7 @@ MANCHESTER = [
     ("right", 3.0, 7.2, 9774.0, 713.2, 24.39),
     ("right", 4.0, 9.6, 9745.0, 664.4, 23.70),
 ]
-BENCHMARK_STEEL = Material.from_shear(name="benchmark", shear_MPa=82e3, poisson=0.28)
+BENCHMARK_STEEL = Material.from_shear(shear_MPa=82e3, poisson=0.28)
 
 
 def manchester_case(wheel: str, shift: float, yaw_mrad: float, force: float, **changes: object) -> Case:

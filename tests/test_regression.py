@@ -18,13 +18,11 @@ from fecontact.errors import InputError
 from fecontact.outputs.comparison import case_names
 from fecontact.outputs.documents import write_tables
 from fecontact.outputs.records.results import case_row as row_of
-from fecontact.outputs.records.results import cell_row
 from fecontact.outputs.tables import write_csv
 from fecontact.regression.baselines import update_baseline
 from fecontact.regression.checks import discretisation_check
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import EFFORT, KINDS, LATER, TEXT, kind_of, load_table, read_tolerances
-from fecontact.solving.map import solved_cell
 
 BASELINES = Path(__file__).parents[1] / "studies" / "baselines"
 VERSIONS = {"fecontact": "0.1.0", "gmsh": "4.15.2", "platform": "Linux-6-x86_64"}
@@ -244,33 +242,6 @@ def test_versions_and_settings_that_differ_are_shown_and_are_no_difference(tmp_p
     assert comparison.settings == {"study": ("mine", "other")}
 
 
-def test_a_map_is_matched_by_shift_and_load(tmp_path, capsys):
-    head = (
-        "lateral_shift_mm,load_kN,status,verdict_answer,cause,fe_p_max_MPa,hertz_stiffness_N_per_mm15,solver_meshes\n"
-    )
-    texts = [
-        "-0.5,50.0,converged,HOLDS,,900.0,3e6,2\n",
-        "0.0,50.0,converged,FAILS,second patch,950.0,3e6,2\n",
-    ]
-    (tmp_path / "was").mkdir()
-    (tmp_path / "was" / "map.csv").write_text(head + "".join(texts))
-    # in another order, with fewer digits
-    now = [
-        texts[1].replace("second patch,950.0", "conformity,950.1").replace(",2\n", ",3\n"),
-        texts[0].replace("-0.5,50.0", "-0.50,50"),
-    ]
-    (tmp_path / "now.csv").write_text(head + "".join(now))
-    comparison = compare_tables(load_table(tmp_path / "was"), load_table(tmp_path / "now.csv"))
-    assert list(case_names(comparison).values()) == ["-0.5 mm, 50 kN", "+0 mm, 50 kN"]
-    assert {(d.column, d.case) for d in lines(comparison.differences)} == {
-        ("cause", "lateral_shift_mm 0, load_kN 50"),
-        ("fe_p_max_MPa", "lateral_shift_mm 0, load_kN 50"),
-    }
-    study = write_study(tmp_path / "study", [case_row()])
-    assert call(["compare", str(tmp_path / "was"), str(study)]) == 2
-    assert "no case in common (such as lateral_shift_mm -0.5, load_kN 50 and one)" in capsys.readouterr().err
-
-
 def test_a_shift_of_minus_zero_is_zero(tmp_path):
     head = "lateral_shift_mm,load_kN,status\n"
     for name, shift in (("was", "-0.0"), ("now", "0")):
@@ -436,30 +407,6 @@ def test_a_renamed_column_is_refused_with_the_table_that_lacks_it(tmp_path, caps
     assert compare_tables(load_table(was), load_table(now), match=["shift"]).cases == ["shift 0"]
 
 
-def test_a_map_is_compared_with_a_study_by_shift_and_load(tmp_path, capsys):
-    cells = [{"lateral_shift_mm": 0.0, "load_kN": at, "status": "converged", "fe_area_mm2": 120.0} for at in (50, 100)]
-    (tmp_path / "map").mkdir()
-    write_csv([cell | {"fe_pieces": 1} for cell in cells], tmp_path / "map" / "map.csv")
-    study = write_study(tmp_path / "study", [position_row(0.0, 50.0), position_row(0.0, 100.0, fe_area_mm2=132.0)])
-    err = refused(capsys, tmp_path / "map", study)
-    assert "no case in common" in err
-    assert ", or match them by their inputs with --match shift,load (2 in common)" in err
-    for pair in ((tmp_path / "map", study), (study, tmp_path / "map")):
-        comparison = compare_tables(*map(load_table, pair), match=["shift", "load"])
-        assert comparison.cases == [f"lateral_shift_mm 0, load_kN {load}" for load in (50, 100)]
-        assert [c.column for c in lines(comparison.columns)] == ["fe_area_mm2", "status"]
-        assert [(d.column, d.case) for d in lines(comparison.differences)] == [
-            ("fe_area_mm2", "lateral_shift_mm 0, load_kN 100")
-        ]
-        one_sided = {name for names in comparison.one_sided.values() for name in names}
-        assert one_sided == {"fe_pieces", "rail", "wheel", "roll_mrad", "resolution", "fe_p_max_MPa"}
-    # without the shift a map has each load once for each shift
-    write_csv([*cells, cells[0] | {"lateral_shift_mm": 1.0}], tmp_path / "map" / "map.csv")
-    err = refused(capsys, tmp_path / "map", study, "--match", "load")
-    assert "are both load_kN 50" in err
-    assert "in which they differ: lateral_shift_mm" in err
-
-
 def test_a_solved_case_is_matched_with_a_study(tmp_path):
     study = write_study(tmp_path / "study", [position_row(0.0, 50.0, "a"), position_row(1.0, 50.0, "b")])
     case = write_row(tmp_path / "case", position_row(1.0, 50.0, "c"))
@@ -555,7 +502,7 @@ def test_exit_codes(tmp_path, capsys):
         ("other.csv", "time,value\n1,2\n", "neither a column id"),
         ("semicolons.csv", "id;a_fe_mm\none;2\n", "neither a column id"),
         ("twice.csv", "id,a_fe_mm\none,2\none,2\n", "'row 1' and 'row 2' are both one"),
-        ("columns.csv", "id,a_fe_mm,a_fe_mm\none,2,3\n", "column name is there twice"),
+        ("columns.csv", "id,a_fe_mm,a_fe_mm\none,2,3\n", "column name appears twice"),
         ("ragged.csv", "id,a_fe_mm\none,2,3\n", "row 1 has 3 values of 2"),
         ("nameless.csv", "id,a_fe_mm\n,2\n", "no value of id"),
         ("map.csv", "lateral_shift_mm,load_kN\n,3\n", "no value of lateral_shift_mm"),
@@ -676,7 +623,7 @@ def test_what_is_no_value_and_the_order_are_the_same_in_csv_and_json(tmp_path):
 def test_a_folder_without_results_is_exit_code_2(tmp_path, capsys):
     good = str(write_study(tmp_path / "good", [case_row()]))
     assert call(["compare", good, str(tmp_path)]) == 2
-    assert "study.json, study.csv, map.csv, row.json" in capsys.readouterr().err
+    assert "a folder of results that fecontact wrote, a study.json, a study.csv, a " in capsys.readouterr().err
 
 
 def test_a_table_saved_by_a_spreadsheet_is_read(tmp_path):
@@ -996,13 +943,6 @@ def test_the_tables_that_a_study_writes_fit_each_other(elliptic_quick, tmp_path)
     assert tables[0].rows.equals(tables[2].rows)
     # no junction is infinitely far
     assert math.inf in rows[0].values()
-
-
-def test_every_column_of_a_map_is_known(elliptic_quick):
-    cell = solved_cell(0.0, elliptic_quick.load)
-    columns = list(cell_row(cell, elliptic_quick.placement))
-    assert len(columns) > 60
-    assert [name for name in columns if kind_of(name) == "default"] == []
 
 
 def test_the_discretisation_is_that_of_hertz_s_own_gap(elliptic_quick):

@@ -49,11 +49,11 @@ def package(tmp_path_factory) -> Path:
         ("comparison/verdict.py", "", "\nADDED = 1\n", {"evaluating"}),
         ("criteria.py", "", "\nADDED = 1\n", {"evaluating"}),
         ("outputs/records/results.py", "", "\nADDED = 1\n", {"evaluating"}),
-        ("solving/map.py", "", "\nADDED = 1\n", {"evaluating"}),
+        ("maps/model.py", "", "\nADDED = 1\n", {"evaluating"}),
         # what is neither
         ("runs/study.py", "", "\nADDED = 1\n", set()),
         ("outputs/figures/case.py", "", "\nADDED = 1\n", set()),
-        ("vehicle/data/metro.toml", "", "\n# changed\n", set()),
+        ("curves/data/metro.toml", "", "\n# changed\n", set()),
         ("jobs/workers.py", "", "\nADDED = 1\n", set()),
         ("inputs.py", "", "\nADDED = 1\n", set()),
         ("cli.py", "", "\nADDED = 1\n", set()),
@@ -61,7 +61,7 @@ def package(tmp_path_factory) -> Path:
         ("contact/solver.py", "", "\n# a comment\n", set()),
         ("contact/solver.py", '"""', '"""Another docstring. ', set()),
         ("case.py", '"""Nodes of the pressure', '"""Other words for the nodes', set()),
-        ("case.py", 'help="Wheel load"', 'help="Load of the wheel"', set()),
+        ("case.py", '"Wheel load"', '"Load of the wheel"', set()),
         ("case.py", 'label="roll angle"', 'label="angle of roll"', set()),
         ("case.py", "but the roll is", "while the roll is", set()),
         ("case.py", "high=60.0", "high=61.0", {"solving"}),
@@ -89,7 +89,7 @@ def test_whatever_runs_while_a_load_is_solved_is_in_the_digest_of_solving(monkey
     monkeypatch.setattr(meshes, "is_open", lambda *arguments: False)
     sys.setprofile(note)
     try:
-        case = Case(lateral_shift_mm=3.0, refine_degrees_of_freedom=0, resolution=(1.5, 1.5))
+        case = Case(lateral_shift_mm=3.0, refine="never", resolution=(1.5, 1.5))
         position = position_of(case)
         Meshes(position).solve(position)
     finally:
@@ -103,7 +103,9 @@ def test_whatever_runs_while_a_load_is_solved_is_in_the_digest_of_solving(monkey
 def test_only_those_who_ask_for_a_verdict_import_the_judges():
     # the digest of solving does not look into them: what else they decided about a solution would be missed
     asking = {module for module in SOLVING if any(within(other, JUDGES) for other in imported(module)[0])}
-    assert asking == {"case", "solving.solve", "solving.meshes"}
+    assert asking == {"case", "solving.solve", "solving.meshes", "solving.position"}
+    # what `solving.position` stores of the judges is of measured files alone, whose results both digests guard
+    assert {other for other in imported("solving.position")[0] if within(other, JUDGES)} == {"comparison.judging"}
     assert {other for other in imported("case")[0] if within(other, JUDGES)} == {"criteria"}
     for name in (*JUDGES, *INPUTS, *SHOWN):
         assert any(within(module, (name,)) for module in MODULES), name
@@ -118,7 +120,7 @@ def test_what_reads_inputs_knows_no_physics():
 def test_all_that_judges_and_tells_a_stored_result_is_in_a_digest():
     told = {"comparison", "normal", "rolling", "solving"}
     judged = {module for module in SOLVING | EVALUATING if room(module) in told}
-    assert {"comparison.judging", "solving.map", "normal.strips", "rolling.laws", "rolling.steady"} <= judged
+    assert {"comparison.judging", "normal.strips", "rolling.laws", "rolling.steady"} <= judged
     assert {"outputs.records.results", "outputs.records.stored", "runs.store"} <= EVALUATING
 
 

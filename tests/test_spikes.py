@@ -102,7 +102,7 @@ def test_a_wrong_digit_is_refused_and_left_out_on_request():
     points[k, 0] -= 0.03
     with pytest.raises(InputError, match=rf"a spike of 0\.0025 mm at point {k + 1}, .*; correct the file, or give"):
         profile_from_points(*points.T, kind="rail", name="p")
-    mended = profile_from_points(*points.T, kind="rail", name="p", reading=Reading(repair=True, smoothing_mm=0.0))
+    mended = profile_from_points(*points.T, kind="rail", name="p", reading=Reading(repair=True, filter_mm=0.0))
     # without it the spline has one gap of 1 mm on R 80 mm, whose cubic is 1e-5 mm off
     y = np.linspace(-15.0, -13.0, 41)
     assert mended.height(y) == pytest.approx(load("54E1").height(y), abs=1e-4)

@@ -5,9 +5,6 @@ The contacts are those of the true gap on a half-space, which take the place of 
 
 import csv
 import io
-import math
-from dataclasses import replace
-from xml.etree import ElementTree
 
 import pytest
 from rich.console import Console
@@ -16,16 +13,12 @@ from fecontact.case import Case
 from fecontact.comparison.judging import judge_load
 from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.comparison.theories import MULTI_HERTZ
-from fecontact.outputs.documents import rows_parts, write_map_report
-from fecontact.outputs.maps.files import map_figure
-from fecontact.outputs.maps.views import map_table, verdict_view
+from fecontact.outputs.documents import rows_parts
 from fecontact.outputs.records.results import load_row, other_theories, theory_text
-from fecontact.outputs.records.rows import map_record
 from fecontact.outputs.tables import write_csv
 from fecontact.outputs.terminal import show
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import LATER, kind_of, load_table
-from fecontact.solving.map import ApplicabilityMap, MapPosition, load_limit, solved_cell
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
@@ -51,7 +44,7 @@ def position(shift_mm):
         )
         for n in (200, 100)
     )
-    solved = SolvedLoad(case=case, levels=levels, half_space=rung, quadratic=rung, point_noise=None)
+    solved = SolvedLoad(case=case, levels=levels, half_space=rung, quadratic=rung, lines=None)
     return judge_load(solved, placement), placement
 
 
@@ -64,18 +57,6 @@ def two():
 @pytest.fixture(scope="module")
 def single():
     return position(-4.0)
-
-
-@pytest.fixture(scope="module")
-def made(two, single):
-    positions = []
-    for load, placement in (single, two):
-        shift = load.case.lateral_shift_mm
-        cells = (solved_cell(shift, load),)
-        positions.append(MapPosition(lateral_shift_mm=shift, cells=cells, limit=load_limit(cells), placement=placement))
-    return ApplicabilityMap(
-        case=replace(two[0].case, lateral_shift_mm=0.0), loads_N=(LOAD_N,), positions=tuple(positions)
-    )
 
 
 def test_a_row_says_how_several_ellipses_do(two):
@@ -129,31 +110,6 @@ def test_rows_of_a_csv_say_the_same(two, tmp_path):
     row = load_row(*two)
     (read,) = csv.DictReader(write_csv([row], tmp_path / "one.csv").read_text("utf-8").splitlines())
     assert theory_text(read) == theory_text(row) != ""
-
-
-def test_a_map_marks_where_springs_hold_and_one_ellipse_does_not(made, monkeypatch, tmp_path):
-    lines = map_table(verdict_view(made)).splitlines()
-    assert lines[1].split()[1] == "+"
-    assert "*" in lines[2]
-    assert "*" not in lines[1]
-    assert any(line.startswith("* Hertz at all touch points") for line in lines)
-    kept = []
-    monkeypatch.setattr("fecontact.outputs.maps.files.save_figure", lambda figure, path: kept.append(figure))
-    map_figure(verdict_view(made), "unused.png")
-    (ax,) = kept[0].axes
-    marks = [line for line in ax.get_lines() if line.get_marker() == "D"]
-    assert [line.get_xdata()[0] for line in marks] == [pytest.approx(5.0, abs=0.6)]
-    assert "Hertz at all touch points, as springs, holds" in [text.get_text() for text in ax.get_legend().get_texts()]
-    record = map_record(made)["cells"]
-    assert [MULTI_HERTZ in cell["theories"] for cell in record] == [False, True]
-    theory = record[1]["theories"][MULTI_HERTZ]
-    assert theory["verdict"]["answer"] == "HOLDS"
-    forces = [one["normal_force_N"] * math.cos(one["contact_angle_rad"]) for one in theory["patches"]]
-    assert sum(forces) == pytest.approx(LOAD_N, rel=1e-9)
-    text = write_map_report(made, tmp_path).read_text("utf-8")
-    page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
-    rows = [["".join(cell.itertext()) for cell in line] for line in list(page.iter("table"))[-1].iter("tr")]
-    assert [line[-1] for line in rows[1:]] == ["Hertz", "Hertz at all touch points, as springs"]
 
 
 def compared(old, new, tmp_path):

@@ -166,7 +166,7 @@ def test_what_a_case_is_expected_to_need_is_near_its_meshes(case):
     ],
 )
 def test_expected_times_and_memory_are_those_that_were_measured(case, unknowns, seconds, memory):
-    """CPU seconds and largest memory (GB) of `solve --refine-degrees-of-freedom 0`."""
+    """CPU seconds and largest memory (GB) of `solve --refine never`."""
     seen = preview(case)
     assert seen.degrees_of_freedom == pytest.approx(unknowns, rel=0.05)
     assert 1 / 1.45 < seen.cpu_seconds / seconds < 1.15
@@ -192,33 +192,13 @@ def test_expected_times_of_a_map_and_of_a_position_are_those_that_were_measured(
     assert 1 / 1.5 < seen.memory_GB / 0.34 < 1.5
 
 
-def test_a_map_says_what_it_takes_before_it_begins(tmp_path, monkeypatch, capsys):
-    seen = []
-
-    def stopped(*arguments, **more):
-        seen.append(capsys.readouterr().err)
-        raise InputError("that was before it")
-
-    monkeypatch.setattr("fecontact.runs.map.run_map", stopped)
-    asked = ["map", "--shifts=-4,3", "--loads-kn", "50,100", "--out", str(tmp_path / "map"), "--workers", "1"]
-    for more in ((), ("--friction", "0.3"), ("--quiet",)):
-        assert call([*asked, *more]) == 2
-        capsys.readouterr()
-    told, with_forces, quiet = seen
-    assert "4 cells: about 11 s with 1 worker and 0.3 GB a worker" in told
-    assert "forces take" not in told
-    assert "forces take some 2 s a cell more" in with_forces
-    assert quiet == ""
-    assert (tmp_path / "map" / "run.log").read_text("utf-8").count("4 cells: about 11 s") == 3
-
-
 def test_the_demo_has_the_exact_sphere():
     hertz = hertz_of_case(SPHERE, place_case(SPHERE))
     assert hertz.a_mm == pytest.approx(hertz.b_mm, rel=1e-9)
     assert hertz.p0_MPa == pytest.approx(exact_peak_MPa(), rel=1e-9)
     lost = StudyOutcome(rows=({"id": "one", "status": "failed: disk full"},), conclusion=None)
     assert "study.csv says why" in demo_words(Path("out"), lost)
-    assert all(case.refine_degrees_of_freedom == 0 for case in demo_study().cases)
+    assert all(case.refine == "never" for case in demo_study().cases)
 
 
 @pytest.mark.slow
@@ -358,7 +338,7 @@ def test_a_script_without_a_main_guard_is_not_run_by_its_workers(tmp_path, given
     assert done.stdout.splitlines()[0] == "once"
     assert done.stdout.count("once") == 1
     assert "died" not in done.stdout
-    assert "failed: what is on the" in done.stdout
+    assert "failed: the opposite side is" in done.stdout
     assert done.stderr == ""
 
 
@@ -428,5 +408,5 @@ def test_a_profile_is_drawn_only_where_one_says(tmp_path, monkeypatch, capsys):
 
 def test_pinned_case_is_the_one_that_the_words_tell_of():
     position, sphere = demo_study().cases
-    assert position == replace(Case(), lateral_shift_mm=3.0, refine_degrees_of_freedom=0)
+    assert position == replace(Case(), lateral_shift_mm=3.0, refine="never")
     assert sphere.rail.partition(":")[2] == sphere.wheel.partition(":")[2] == "460"

@@ -9,14 +9,10 @@ import pytest
 from fecontact.case import Case, Opposite, case_from_record, case_record
 from fecontact.cli import call
 from fecontact.errors import InputError
-from fecontact.outputs.maps.files import map_figure
-from fecontact.outputs.maps.views import map_table, verdict_view
 from fecontact.outputs.records.results import input_columns
-from fecontact.outputs.records.rows import map_record
-from fecontact.outputs.words import other_wheel_label, roll_words, roll_words_of_rows, series, shift_label
+from fecontact.outputs.words import roll_words, roll_words_of_rows, series
 from fecontact.profiles.library import names, toml_text
 from fecontact.runs.casefile import load_study
-from fecontact.solving.map import ApplicabilityMap, MapCell, MapPosition, load_limit
 from fecontact.solving.placing import place_case
 
 FIRST_LIGHT = Path(__file__).parents[1] / "studies" / "first_light.py"
@@ -28,7 +24,7 @@ ALONE = Case(roll="given")
 WAYS = [
     ([], WHEELSET),
     (["--side", "right"], replace(WHEELSET, side="right")),
-    (["--opposite-wheel", "cylinder:459"], replace(WHEELSET, opposite=Opposite(wheel="cylinder:459"))),
+    (["--opposite", "wheel=cylinder:459"], replace(WHEELSET, opposite=Opposite(wheel="cylinder:459"))),
     (["--roll", "touching"], WHEELSET),
     (["--roll", "given"], ALONE),
     # a roll of zero is a roll that is given, too
@@ -41,12 +37,11 @@ WAYS = [
     (["--wheel", "cylinder:460", "--roll", "touching"], replace(WHEELSET, wheel="cylinder:460")),
     (["--roll-load-kn", "80"], Case(roll="loaded", roll_load_N=80e3)),
     (
-        ["--roll-load-kn", "80", "--opposite-load-kn", "60"],
+        ["--roll-load-kn", "80", "--opposite", "load-kn=60"],
         Case(roll="loaded", roll_load_N=80e3, opposite=Opposite(wheel_load_N=60e3)),
     ),
 ]
 COMMANDS = {
-    "fecontact.runs.map.run_map": ["map", "--shifts", "0", "--out"],
     "fecontact.runs.alone.table": ["table", "--shifts", "0", "--out"],
     "fecontact.runs.alone.theory": ["theory", "strip"],
     "fecontact.runs.alone.hertz": ["hertz"],
@@ -65,6 +60,10 @@ COMMANDS = {
 def test_every_command_rolls_its_wheelset_unless_a_roll_is_given_or_there_is_none(
     doing, command, options, case, monkeypatch, tmp_path
 ):
+    rolls(doing, command, options, case, monkeypatch, tmp_path)
+
+
+def rolls(doing, command, options, case, monkeypatch, tmp_path):
     seen = []
 
     def do(case, *_, **__):
@@ -169,39 +168,3 @@ def test_both_sides_of_a_wheelset_are_two_series_whatever_their_rolls():
     assert [one.label for one in series(rows)] == ["left", "right"]
     alone = [input_columns(replace(ALONE, lateral_shift_mm=shift)) for shift in (0.0, 3.0)]
     assert [one.label for one in series([*rows[:2], *alone])] == ["roll of the wheelset", "fixed roll"]
-
-
-@pytest.mark.parametrize(
-    ("case", "below", "above"),
-    [
-        (WHEELSET, "left wheel: lateral", "right wheel: lateral"),
-        (replace(WHEELSET, side="right"), "right wheel: lateral", "left wheel: lateral"),
-        (replace(WHEELSET, yaw_rad=5e-3), "left wheel: lateral", "right wheel at the opposite yaw: lateral"),
-        (replace(WHEELSET, opposite=Opposite(rolling_radius_mm=459.0)), "left wheel: lateral", None),
-        (ALONE, "lateral", None),
-        (replace(ALONE, side="right"), "right wheel: lateral", None),
-    ],
-)
-def test_a_map_of_a_symmetric_wheelset_is_both_wheels(case, below, above, monkeypatch):
-    kept = []
-    monkeypatch.setattr("fecontact.outputs.maps.files.save_figure", lambda figure, path: kept.append(figure))
-    cells = [MapCell(lateral_shift_mm=shift, load_N=1e5, status="failed: for a test") for shift in (-2.0, 3.0)]
-    positions = tuple(
-        MapPosition(lateral_shift_mm=cell.lateral_shift_mm, cells=(cell,), limit=load_limit([cell])) for cell in cells
-    )
-    made = ApplicabilityMap(case=case, loads_N=(1e5,), positions=positions)
-    map_figure(verdict_view(made), "unused.png")
-    (ax,) = kept[0].axes
-    assert ax.get_xlabel().startswith(below)
-    assert roll_words(case) in ax.get_title()
-    assert map_record(made)["roll"] == roll_words(case)
-    assert ("at the opposite shift" in map_table(verdict_view(made))) == (above is not None)
-    assert (other_wheel_label(case) is None) == (above is None)
-    assert [second.get_xlabel()[: len(above or "")] for second in ax.child_axes] == [above] * (above is not None)
-    for second in ax.child_axes:
-        kept[0].draw_without_rendering()
-        # the wheel on the right stands at -3 mm as the one on the left at 3 mm
-        here, there = (one.transData.transform((at, 0.0))[0] for one, at in ((ax, 3.0), (second, -3.0)))
-        assert there == pytest.approx(here)
-        towards = ["positive" in label for label in (shift_label(case), second.get_xlabel())]
-        assert sorted(towards) == [False, True]

@@ -1,6 +1,5 @@
 """Each study in its quick size: it runs from the command line's door, and says what it found."""
 
-import csv
 import importlib.util
 import math
 from collections.abc import Callable
@@ -290,28 +289,6 @@ def test_10_the_load_of_first_yield_is_johnsons():
     p0, radius, modulus = 1.613 * study.YIELD_MPA, 460.0, 210e3 / (2 * (1 - 0.3**2))
     exact = math.pi**3 * radius**2 * p0**3 / (6.0 * modulus**2)
     assert study.yield_load_N(study._case(460, "quick")) == pytest.approx(exact, rel=2e-3)
-
-
-@pytest.mark.slow
-def test_13_creep_forces(tmp_path):
-    study = module("13_creep_forces")
-    outcome = study_by(load_study(STUDIES / "13_creep_forces.py", quick=True), tmp_path, crew=inline_crew())
-    (row,) = outcome.rows
-    assert outcome.all_converged
-    # at 4 mm Hertz holds in pressure and in force: measured 1.4 ± 0.2 % of mu N
-    assert (row["verdict_answer"], row["creep_verdict_answer"]) == ("HOLDS", "HOLDS")
-    assert 1e2 * row["creep_verdict_deviation_of_muN"] == pytest.approx(1.4, abs=0.3)
-    assert all(check.passed for check in study.checks(list(outcome.rows)))
-    assert "polach" in outcome.conclusion
-    with (tmp_path / "creep_errors.csv").open(encoding="utf-8") as file:
-        lines = list(csv.DictReader(file))
-    assert {line["plane_verdict"] for line in lines} == {"HOLDS"}
-    table = [{name: float(text) for name, text in line.items() if text and "verdict" not in name} for line in lines]
-    assert [one["friction"] for one in table] == [0.15, 0.3, 0.5]
-    # measured: the exact theory on his ellipse is off by his pressure alone, FASTSIM on the real patch by its own error
-    for one, by_pressure, by_theory in zip(table, (2.1, 1.4, 1.0), (4.1, 3.9, 3.3), strict=True):
-        assert one["plane_percent_1"] == pytest.approx(by_pressure, abs=0.3)
-        assert one["fastsim_real_percent"] == pytest.approx(by_theory, abs=0.5)
 
 
 # the same theories on the same vehicles are tested by default in test_vehicle

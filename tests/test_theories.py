@@ -19,15 +19,11 @@ from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES, Loaded, Theory
 from fecontact.comparison.verdict import cheapest, standings
 from fecontact.contact.grid import ContactGrid
-from fecontact.criteria import Creep
 from fecontact.normal.hertz import HertzContact
-from fecontact.outputs.documents import case_parts, reported_case, rows_parts, write_map_report, write_study_report
-from fecontact.outputs.maps.views import map_text
+from fecontact.outputs.documents import case_parts, reported_case, rows_parts, write_study_report
 from fecontact.outputs.records.results import load_record, load_row, result_record
-from fecontact.outputs.records.rows import map_record
 from fecontact.outputs.terminal import show
 from fecontact.regression.tables import KINDS, LATER, TEXT, kind_of
-from fecontact.solving.map import ApplicabilityMap, MapPosition, load_limit, solved_cell
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space, hertz_of_case
 
@@ -50,14 +46,14 @@ def solved_on_half_space(case):
         enlarged=0,
         at_edge=False,
     )
-    solved = SolvedLoad(case=case, levels=(level, level), half_space=rung, quadratic=rung, point_noise=None)
+    solved = SolvedLoad(case=case, levels=(level, level), half_space=rung, quadratic=rung, lines=None)
     return solved, placement
 
 
 @pytest.fixture(scope="module")
 def two():
     """A wheel on the top of the head and on the gauge corner, with friction."""
-    return solved_on_half_space(replace(TWO_POINTS, creep=Creep(friction=0.3)))
+    return solved_on_half_space(TWO_POINTS)
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +78,7 @@ def test_a_theory_with_a_single_ellipse_reads_as_hertz():
     solved, placement = solved_on_half_space(ROUND)
     load = judge_load(solved, placement)
     hertz = load.judgements[HERTZ]
-    same = judge_theory(ROUND, solved.levels, Approximation(patches=(ellipse(load.hertz),), approach_mm=0.1), {})
+    same = judge_theory(ROUND, solved.levels, Approximation(patches=(ellipse(load.hertz),), approach_mm=0.1))
     # all but the approach, which is the theory's own word
     for name in (*MEASURES, *MISFITS):
         if name != "approach_mm":
@@ -94,7 +90,7 @@ def test_a_theory_with_a_single_ellipse_reads_as_hertz():
     # a pressure that is not known to be an ellipse is read off nodes, as the contact itself
     (patch,) = same.approximation.patches
     unknown = replace(same.approximation, patches=(replace(patch, shape=Pressure(of=load.hertz)),))
-    read = judge_theory(ROUND, solved.levels, unknown, {})
+    read = judge_theory(ROUND, solved.levels, unknown)
     assert unknown.single.hertz is None
     assert read.deviation == pytest.approx(same.deviation, abs=1e-12)
 
@@ -131,7 +127,6 @@ def test_the_cheapest_theory_of_the_pressure(two, judged_two):
 def test_by_hertz_alone_nothing_else_is_looked_at(two, judged_two, monkeypatch):
     whole = judged_two
     assert whole.lobes
-    assert whole.creep is not None
 
     def refuse(*_):
         raise AssertionError("it was not asked for")
@@ -140,10 +135,10 @@ def test_by_hertz_alone_nothing_else_is_looked_at(two, judged_two, monkeypatch):
         if name not in (HERTZ, HERTZ_GAUGE):
             monkeypatch.setitem(THEORIES, name, replace(THEORIES[name], approximate=refuse))
     monkeypatch.setattr("fecontact.comparison.judging.judge_lobes", refuse)
-    monkeypatch.setattr("fecontact.comparison.judging.creep_of", refuse)
+    monkeypatch.setattr("fecontact.comparison.judging.offered", refuse)
     alone = judge_load(*two, theories=(HERTZ,))
     assert list(alone.judgements) == [HERTZ]
-    assert (alone.without, alone.lobes, alone.creep, alone.creep_laws) == ({}, (), None, {})
+    assert (alone.without, alone.lobes, alone.features) == ({}, (), {})
     # and what it says of Hertz is the same
     told, of_all = load_record(alone), load_record(whole)
     assert told["theories"] == {HERTZ: of_all["theories"][HERTZ]}
@@ -283,18 +278,6 @@ def test_a_further_theory_is_in_all_that_tells_of_a_case(judged, tmp_path):
     write_study_report("one", [reported_case(row, tmp_path / "cases" / "one")], tmp_path)
     report = (tmp_path / "report.html").read_text("utf-8").replace("&#39;", "'")
     assert WORDS in report
-
-
-def test_a_further_theory_is_in_maps(judged, tmp_path):
-    load, case = judged.load, judged.case
-    cells = (solved_cell(0.0, load),)
-    position = MapPosition(lateral_shift_mm=0.0, cells=cells, limit=load_limit(cells), placement=judged.placement)
-    made = ApplicabilityMap(case=case, loads_N=(case.load_N,), positions=(position,))
-    (cell,) = json.loads(json.dumps(map_record(made)))["cells"]
-    assert [name for name in cell["theories"] if name in (HERTZ, "block")] == [HERTZ, "block"]
-    assert "cheapest" in write_map_report(made, tmp_path).read_text("utf-8")
-    told = map_text(made, "pressure", theory="block").splitlines()
-    assert told[1].split()[1].startswith("x")
 
 
 def test_the_columns_of_a_further_theory_are_compared(judged):

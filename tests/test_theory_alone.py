@@ -10,7 +10,6 @@ import pytest
 import fecontact
 from fecontact.case import Case
 from fecontact.cli import call
-from fecontact.comparison.creep import CREEP_LAWS
 from fecontact.comparison.theories import THEORIES, Loaded
 from fecontact.errors import InputError
 from fecontact.solving.alone import theory_alone, theory_of
@@ -32,13 +31,10 @@ def test_the_list_has_all_theories_with_what_differs_from_their_sources(capsys):
     for name, theory in THEORIES.items():
         assert f"  {name}: {theory.words}; {theory.cost}" in " ".join(text.split("\n")), name
         assert all((theory.words, theory.cost, theory.source, theory.range)), name
-    for name, law in CREEP_LAWS.items():
-        assert all((law.words, law.cost, law.source, law.range)), name
     code, text, _ = printed(capsys, "theories", "--json")
     listed = json.loads(text)
     assert listed == fecontact.theories()
     assert list(listed["pressure"]) == list(THEORIES)
-    assert list(listed["forces"]) == list(CREEP_LAWS)
     assert "was not found" in listed["pressure"]["stripes"]["differs"]
 
 

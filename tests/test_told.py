@@ -16,7 +16,7 @@ from fecontact.outputs.records.results import case_row, input_columns, result_re
 from fecontact.outputs.tables import flat, told
 from fecontact.solving.solve import CaseResult
 
-COARSE = Case(resolution=(1.2, 0.9), refine_degrees_of_freedom=0)
+COARSE = Case(resolution=(1.2, 0.9), refine="never")
 CASES = {
     # two lobes that have grown together, between two touch points
     "two lobes": COARSE,

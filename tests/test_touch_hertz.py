@@ -133,7 +133,7 @@ def test_junction_is_judged_with_both_curvatures():
             wheel="cylinder:460",
             inclination_rad=0.0,
             resolution="quick",
-            refine_degrees_of_freedom=0,
+            refine="never",
         )
     )
     assert list(result.load.sides) == ["gauge", "field"]

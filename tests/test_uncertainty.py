@@ -1,7 +1,6 @@
 """The stated uncertainty: what it is made of, and how it stands to errors that are known."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,11 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fecontact.case import Case, Track
-from fecontact.comparison.judging import judge_load
-from fecontact.comparison.measures import CUT_PLANES, FLOORS, IN_COMMON, MEASURES, MISFITS, PointNoise
+from fecontact.comparison.measures import CUT_PLANES, FLOORS, IN_COMMON, MEASURES, MISFITS
 from fecontact.comparison.solved_load import Solved, step_uncertainty, uncertainty
+from fecontact.comparison.theories import HERTZ
+from fecontact.comparison.verdict import judge_on_lines
 from fecontact.profiles.reading import Reading
-from fecontact.solving.position import expect_on_half_space, hertz_of_case, hertz_uncertainty, place_case, point_noise
+from fecontact.solving.position import hertz_of_case, hertz_uncertainty, lines_of_case, place_case
 from fecontact.solving.solve import solve
 from fecontact.wheel_rail.placement import Placement
 
@@ -161,7 +161,7 @@ def test_the_true_error_lies_inside_the_stated_one_nine_times_of_ten():
                 yaw_rad=1e-3 * yaw,
                 load_N=load_N,
                 resolution="quick",
-                refine_degrees_of_freedom=0,
+                refine="never",
             )
         )
         assert result.status == "converged"
@@ -179,7 +179,7 @@ def test_the_true_error_lies_inside_the_stated_one_nine_times_of_ten():
 
 
 # points through which a spline is put as they are
-EXACT_POINTS = Reading(smoothing_mm=0.0)
+EXACT_POINTS = Reading(filter_mm=0.0)
 
 
 def head_of_points(path, radius_mm: float, spacing_mm: float, decimals: int) -> str:
@@ -189,13 +189,7 @@ def head_of_points(path, radius_mm: float, spacing_mm: float, decimals: int) -> 
     return str(path)
 
 
-def of_own(case: Case, placement: Placement) -> PointNoise | None:
-    """What the points leave open, with the half-space of the profiles as they are solved again."""
-    hertz, expected = expect_on_half_space(case, placement)
-    return point_noise(case, placement, (hertz, expected.half_space))
-
-
-def noise_of_points(rail: str) -> PointNoise | None:
+def noise_of_points(rail: str) -> dict[str, float] | None:
     case = Case(
         rail_file=EXACT_POINTS,
         rail=rail,
@@ -204,13 +198,23 @@ def noise_of_points(rail: str) -> PointNoise | None:
         load_N=50e3,
         track=Track(rail_crown_y_mm=750.0),
     )
-    return of_own(case, place_case(case))
+    return part_of(case, place_case(case))
+
+
+def part_of(case: Case, placement: Placement) -> dict[str, float] | None:
+    """How far Hertz's deviations from the half-space move over the lines that the points allow."""
+    lines = lines_of_case(case, placement)
+    if lines is None:
+        return None
+    own = lines.own.deviations["hertz"]
+    _, part = judge_on_lines(own, dict.fromkeys(own, 0.0), lines.moves("hertz"), case.criteria)
+    return part
 
 
 def part_of_points(rail: str) -> dict[str, float]:
-    noise = noise_of_points(rail)
-    assert noise is not None
-    return noise.uncertainty()
+    part = noise_of_points(rail)
+    assert part is not None
+    return part
 
 
 def test_exact_lines_have_no_part_from_points():
@@ -242,10 +246,13 @@ def test_the_part_of_points_goes_into_the_uncertainty(tmp_path):
         "inclination_rad": 0.0,
         "track": Track(rail_crown_y_mm=750.0),
     }
-    coarse = {"resolution": (1.6, 0.6), "refine_degrees_of_freedom": 0}
+    coarse = {"resolution": (1.6, 0.6), "refine": "never"}
     result = solve(Case(rail=rail, **options, **coarse))
-    part = result.load.solved.point_noise.uncertainty()
-    assert part == of_own(result.case, result.placement).uncertainty()
+    judged = result.load.judgements[HERTZ]
+    part = {name: judged.uncertainty[name] - known for name, known in judged.numerical.items()}
+    # of (Hertz - FE) / FE what it is of (Hertz - half-space) / half-space, but for what the bodies change
+    on_half_space = part_of(result.case, result.placement)
+    assert {name: part[name] for name in READING} == pytest.approx({n: on_half_space[n] for n in READING}, rel=0.05)
     assert part["p_max_MPa"] > 0.0
     stated = result.load.uncertainty
     assert "approach_mm" not in stated
@@ -289,28 +296,10 @@ def test_hertz_on_a_smoothed_circle_errs_by_less_than_is_stated(tmp_path):
 
 def test_what_a_smoothed_line_leaves_open_is_linear_in_its_noise(tmp_path):
     def stated(noise_mm: float) -> float:
-        case = smooth_case(noisy_circle(tmp_path / f"{noise_mm}.txt", 80.0, noise_mm, 3), smoothing_mm=6.0)
+        case = smooth_case(noisy_circle(tmp_path / f"{noise_mm}.txt", 80.0, noise_mm, 3), filter_mm=6.0)
         found = hertz_uncertainty(case, place_case(case))
         assert found is not None
         return found["p_max_MPa"]
 
     # at one width; the ends, where a smoothing spline is straight, add 0.1 % whatever the noise is
     assert stated(0.0002) == pytest.approx(0.2 * stated(0.001), rel=0.2)
-
-
-def test_a_verdict_that_the_profile_leaves_open_is_said_to_be_by_it(elliptic_quick):
-    solved, placement = elliptic_quick.load.solved, elliptic_quick.placement
-    hertz, rung = elliptic_quick.load.hertz, solved.half_space
-    apart = tuple((replace(hertz, p0_MPa=hertz.p0_MPa * factor), rung) for factor in (1.3, 1.2))
-    noise = PointNoise(own=(hertz, rung), thinned=(hertz, rung), widths=apart, draws=((hertz, rung),) * 6)
-    # the narrower line shows three quarters of what the smoothing blurs
-    assert noise.uncertainty()["p_max_MPa"] == pytest.approx(0.4, abs=0.01)
-    judged = judge_load(replace(solved, point_noise=noise), placement)
-    assert (judged.verdict.answer, judged.verdict.measure, judged.verdict.cause) == (
-        "UNRESOLVED",
-        "p_max_MPa",
-        "profile",
-    )
-    # a small part leaves the verdict as it is
-    small = replace(noise, widths=(noise.own, noise.own))
-    assert judge_load(replace(solved, point_noise=small), placement).verdict == elliptic_quick.verdict

@@ -12,12 +12,9 @@ from fecontact.case import Case, Opposite, Track
 from fecontact.errors import InputError
 from fecontact.normal.hertz import hertz_ellipse, hertz_from_hessian
 from fecontact.outputs.records.results import case_inputs, hertz_record, input_columns
-from fecontact.outputs.records.rows import map_record
 from fecontact.profiles.library import load
 from fecontact.runs.identity import case_id, input_files
-from fecontact.runs.map import run_map
 from fecontact.runs.store import copy_profiles, stored_case
-from fecontact.solving.map import ApplicabilityMap, failed_position
 from fecontact.solving.placing import place_case, place_wheelset_of_case, roll_of_case, wheelset_of_case
 from fecontact.solving.position import hertz_alone, hertz_points_of_case
 from fecontact.wheel_rail.placement import pair_of
@@ -80,7 +77,7 @@ def test_heights_of_the_manchester_wheelset_also_where_its_flange_climbs(shift_r
 
 @pytest.mark.parametrize(("shift_right", "roll_mrad"), MANCHESTER_ROLL[1:])
 def test_roll_of_the_loaded_manchester_wheelset(shift_right, roll_mrad):
-    steel = Material.from_shear(name="benchmark", shear_MPa=82e3, poisson=0.28)
+    steel = Material.from_shear(shear_MPa=82e3, poisson=0.28)
     case = replace(benchmark(shift_right), roll="loaded", rail_material=steel, wheel_material=steel)
     # the benchmark's rolls are those at which both wheels carry 10 kN at one height. Its friction of 0.3 takes 11 % of
     # the flange's normal force away at 5.5 and 6 mm: 0.0018; at 0.5 mm its patch is no ellipse: 0.0036
@@ -123,7 +120,7 @@ MANCHESTER_FORCES = (
 def test_roll_of_the_manchester_wheelset_whose_flange_climbs(shift_right, right_N, left_N):
     # friction carries up to 38 % of the wheel load there, so that the roll is found with its own normal forces
     case = replace(benchmark(shift_right), flange_climb=True)
-    modulus = contact_modulus_MPa(*[Material.from_shear(name="benchmark", shear_MPa=82e3, poisson=0.28)] * 2)
+    modulus = contact_modulus_MPa(*[Material.from_shear(shear_MPa=82e3, poisson=0.28)] * 2)
     wheelset, yaw = wheelset_of_case(case), 2.4e-3 * shift_right
     expected = next(-roll for shift, roll, *_ in MANCHESTER_HEIGHTS if shift == shift_right)
 
@@ -208,24 +205,6 @@ def test_a_loaded_roll_is_refused_where_there_is_none(make, says):
     with pytest.raises(InputError, match=says) as refused:
         make()
     assert "\n" not in str(refused.value)
-
-
-def test_a_map_has_one_roll_for_all_its_loads(tmp_path):
-    for case in (Case(roll="loaded"), Case(opposite=Opposite(wheel_load_N=6e4))):
-        with pytest.raises(InputError, match=r"one roll for all loads.*roll_load_kN \(--roll-load-kn\), such as 50"):
-            run_map(case, [0.0], [2e4, 5e4, 1e5], tmp_path)
-
-
-def test_a_map_says_under_which_load_its_wheelset_rolls(tmp_path, monkeypatch):
-    def opened(*_):
-        raise InputError("the run begins")
-
-    monkeypatch.setattr("fecontact.runs.map.open_run", opened)
-    case = Case(roll_load_N=8e4, opposite=Opposite(wheel_load_N=6e4))
-    with pytest.raises(InputError, match="the run begins"):
-        run_map(case, [0.0], [2e4, 1e5], tmp_path)
-    made = ApplicabilityMap(case=case, loads_N=(2e4,), positions=(failed_position(0.0, (2e4,), "for a test"),))
-    assert map_record(made)["roll"] == "roll of the wheelset under 80 kN on its left wheel, 60 kN on its right wheel"
 
 
 @pytest.mark.parametrize(("shift", "most"), [(5.0, 0.011), (6.0, 0.010)])
@@ -331,10 +310,8 @@ def test_the_found_roll_stands_in_records_and_rows():
     assert "side" not in input_columns(fixed)
 
 
-def test_an_id_is_that_of_before_where_nothing_of_a_wheelset_is_given():
-    # as in the baselines, which were made before
+def test_an_id_tells_wheelsets_apart():
     case = Case(lateral_shift_mm=0.0, load_N=100e3, roll="given")
-    assert case_id(case) == "60E1_S1002_+0.00mm_100kN_a008edc2"
     others = (
         Case(),
         Case(roll="given", side="right"),

@@ -141,11 +141,6 @@ def tell_notes(notes: Iterable[str]) -> None:
         _problem(f"note: {note}")
 
 
-def count(number: int, what: str) -> str:
-    """A number and what it is of, which ends in s but for one."""
-    return f"{number} {what}" if number == 1 else f"{number} {what}s"
-
-
 @contextmanager
 def _line(*, quiet: bool = False) -> Iterator[Callable[[str, str], None]]:
     """Where progress goes: takes a text and a key; the log, and where nobody watches, get it when the key changes."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, make_dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Protocol, TypeVar, get_args
 
@@ -11,7 +12,7 @@ from cyclopts import Group as Panel
 
 from fecontact.case import INPUTS, Case, Group, case_with
 from fecontact.errors import InputError
-from fecontact.inputs import Flag, Number, Slot, nearest, parse_numbers
+from fecontact.inputs import Slot, nearest, parse_numbers
 
 if TYPE_CHECKING:
     from cyclopts.help import HelpPanel
@@ -27,6 +28,10 @@ PANELS = {
     **{topic: Panel(topic.capitalize(), sort_key=position) for position, topic in enumerate(TOPICS, start=1)},
 }
 """Panels of help, by topic."""
+CONTACT: tuple[Group, ...] = ("pair", "wheelset", "standing", "profiles", "material")
+"""Groups of what lists of shifts and loads are worked through for, of smooth and elastic bodies."""
+POSITION: tuple[Group, ...] = (*CONTACT, "position", "load")
+"""Groups of one position of smooth and elastic bodies."""
 # what the first page says of them, in a line each
 _BRIEF = {
     ("", "rail"): "Rail: library name, file, or circle:R in mm",
@@ -68,25 +73,28 @@ class CaseOption:
         """Name of its value among the values of all options."""
         return self.names[0].removeprefix("--").replace("-", "_")
 
-    @property
-    def type(self) -> Any:
-        """Type of its value for the command line, which shows anything as a text."""
-        described = self.slots[0].input
-        if isinstance(described, Flag) and described.alone:
-            return bool
-        if not isinstance(described, Number) or described.parse:
-            return Any
-        return int if described.whole else float
-
-    def read(self, text: str) -> Any:
-        """The value in the unit inside.
+    def read(self, text: str) -> dict[Slot, Any]:
+        """Values in the units inside, by input.
 
         Raises
         ------
         InputError
             If the text cannot be understood.
         """
-        return self.slots[0].input.read(text if self.type is Any else _number(text))
+        if not self.slots[0].option:
+            return dict.fromkeys(self.slots, self.slots[0].input.read_word(text))
+        own, found = {slot.stems[0]: slot for slot in self.slots}, {}
+        # texts of profiles may have commas
+        for item in re.split(r",(?=[a-z-]+=)", text):
+            name, sign, value = item.partition("=")
+            if name.strip() not in own or not sign:
+                meant = nearest(name.strip(), {one: one for one in own})
+                raise InputError(
+                    f"{self.names[0]}: {item!r} is none of {', '.join(f'{one}=...' for one in own)}{meant}"
+                )
+            slot = own[name.strip()]
+            found[slot] = slot.input.read_word(value)
+        return found
 
 
 def brief(option: str) -> str:
@@ -117,47 +125,37 @@ def _refuse_unread(case: Case, values: Iterable[Slot]) -> None:
             )
 
 
-def _number(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
-
-
-def case_options(*groups: Group, without: Sequence[str] = ()) -> tuple[CaseOption, ...]:
+def case_options(*groups: Group) -> tuple[CaseOption, ...]:
     """Options of all inputs of some groups; those for both bodies come before those of one, which override them."""
-    chosen = [slot for slot in INPUTS if slot.group in groups and slot.field not in without]
+    chosen = [slot for slot in INPUTS if slot.group in groups]
     common: dict[tuple[str, ...], list[Slot]] = {}
+    own: dict[tuple[str, ...], list[Slot]] = {}
     for slot in chosen:
+        own.setdefault(slot.names, []).append(slot)
         if slot.common_names:
             common.setdefault(slot.common_names, []).append(slot)
-    return (
-        *(CaseOption(names=names, slots=tuple(slots), help=_help(slots[0], "")) for names, slots in common.items()),
-        *(CaseOption(names=slot.names, slots=(slot,), help=_help(slot, slot.body)) for slot in chosen),
+    return tuple(
+        CaseOption(names=names, slots=tuple(slots), help=_help(slots, both=options is common))
+        for options in (common, own)
+        for names, slots in options.items()
     )
 
 
-def _help(slot: Slot, body: str) -> str:
+def _help(slots: Sequence[Slot], *, both: bool) -> str:
+    slot = slots[0]
     described, default = slot.input, f"default {slot.shown_default}"
-    if not slot.body:
-        return f"{described.help}: {described.domain}; {default}."
-    if not body:
+    if slot.option:
+        names = ",".join(f"{one.stems[0]}=..." for one in slots)
+        return f"Other side of the wheelset, if it is another one: {names}, of which some; {default}."
+    if both:
         return f"{described.help} (both bodies): {described.domain}; {default}."
-    both = ", or that of both bodies" if slot.both else ""
-    return f"{described.help} ({body}): {described.domain}; {default}{both}."
+    of_both = ", or that of both bodies" if slot.both else ""
+    return f"{described.help}{f' ({slot.body})' if slot.body else ''}: {described.domain}; {default}{of_both}."
 
 
-def takes(*groups: Group, without: Sequence[str] = ()) -> Callable[[Command], Command]:
-    """Give a command the options of a case: what stands for its parameter `options`.
-
-    Parameters
-    ----------
-    groups
-        Groups of inputs that the command uses.
-    without
-        Fields among them that it does not take.
-    """
-    made = _options_of(case_options(*groups, without=without))
+def takes(*groups: Group) -> Callable[[Command], Command]:
+    """Give a command the options of some groups of a case's inputs: what stands for its parameter `options`."""
+    made = _options_of(case_options(*groups))
 
     def taking(command: Command) -> Command:
         function: Any = command
@@ -173,9 +171,10 @@ def _options_of(options: Sequence[CaseOption]) -> Any:
     """Class of the values of some options, without any if none is given."""
 
     def case(given: Any) -> Case:
-        values = {
-            slot: value for o in options if (value := getattr(given, o.attribute)) is not None for slot in o.slots
-        }
+        values: dict[Slot, Any] = {}
+        for option in options:
+            if (value := getattr(given, option.attribute)) is not None:
+                values |= value if isinstance(value, Mapping) else dict.fromkeys(option.slots, value)
         case = case_with(values)
         if any(option.slots[0].field == "rail" for option in options):
             _refuse_unread(case, values)
@@ -196,11 +195,11 @@ def _annotation(option: CaseOption) -> Any:
     slot = option.slots[0]
     first = (PANELS[MOST],) if slot.place in _BRIEF else ()
     shown = Parameter(name=option.names, help=option.help, group=(*first, PANELS[slot.group]), show_default=False)
-    if option.type is bool:
+    if slot.input.alone:
         # without a value behind it
         return Annotated[bool | None, shown]
     read = Parameter(n_tokens=1, converter=lambda _, tokens: option.read(tokens[0].value))
-    return Annotated[option.type | None, shown, read]
+    return Annotated[Any, shown, read]
 
 
 # --- Shifts and loads of a map, or of a contact table, as they are written on the command line.

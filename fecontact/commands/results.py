@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
-from fecontact.commands.console import count, width
+from fecontact.commands.console import width
 from fecontact.commands.options import CaseOptions, takes
 from fecontact.outputs.terminal import show
 
 if TYPE_CHECKING:
-    from fecontact.outputs.maps.views import MapMeasure
-    from fecontact.runs.judging import JudgedMap, JudgedStudy
+    from fecontact.runs.judging import Judged
 
 
 @takes("verdict", "creep")
@@ -20,7 +19,7 @@ def judge(
     folder: Path,
     *,
     options: CaseOptions,
-    measure: Literal["pressure", "force", "theory"] = "pressure",
+    measure: str = "pressure",
     theory: str = "hertz",
     out: Path | None = None,
 ) -> int:
@@ -41,40 +40,18 @@ def judge(
         and map_law.png).
     """
     from fecontact.outputs.words import criteria_text
-    from fecontact.runs.judging import JudgedMap
     from fecontact.runs.judging import judge as judge_stored
 
     case = options.case()
-    if case.creep.asked and (folder / "map.json").is_file():
-        print("forces take some 2 s a cell" + ", laws as much again" * (measure == "theory"), file=sys.stderr)
-    judged = judge_stored(folder, case.criteria, creep=case.creep, measure=measure, theory=theory, out=out)
-    words = _print_judged_map(judged, measure, theory) if isinstance(judged, JudgedMap) else _print_judged(judged)
-    print(words.format(criteria=criteria_text(case.criteria)))
-    return 0 if judged.all_judged else 3
-
-
-def _print_judged(judged: JudgedStudy) -> str:
-    """Print the rows and what has changed; a line with the criteria is left to say."""
-    from fecontact.outputs.cases import force_lines
-    from fecontact.outputs.documents import rows_parts
-
-    show((*rows_parts(judged.rows), *force_lines(judged.rows)))
-    for name, (before, now) in judged.changed.items():
-        print(f"{name}: {before} -> {now}")
-    cases, changed = count(len(judged.rows), "case"), count(len(judged.changed), "verdict")
-    lost = sum("verdict_answer" not in row for row in judged.rows)
-    return f"{cases} judged by {{criteria}}: {changed} changed" + (f", {lost} not judged" if lost else "")
-
-
-def _print_judged_map(judged: JudgedMap, measure: MapMeasure, theory: str) -> str:
-    """Print the map and what cannot be judged; a line with the criteria is left to say."""
-    from fecontact.outputs.documents import map_lines
-
-    made = judged.map
-    show(map_lines(made, measure, theory, width=width()))
+    if case.creep.asked:
+        more = ", laws as much again" * (measure == "theory")
+        print(f"forces take some 2 s a case or cell{more}", file=sys.stderr)
+    judged: Judged = judge_stored(folder, case.criteria, creep=case.creep, measure=measure, theory=theory, out=out)
+    show(judged.parts(width()))
     for problem in judged.problems:
         print(f"not judged: {problem}", file=sys.stderr)
-    return f"{count(len(made.cells), 'cell')} judged by {{criteria}}"
+    print(judged.words.format(criteria=criteria_text(case.criteria)))
+    return 0 if judged.all_judged else 3
 
 
 def view(out: Path) -> int:

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 from cyclopts import Parameter
 
-from fecontact.case import Case, Group, unusual
+from fecontact.case import Group, unusual
 from fecontact.commands.console import (
     announce,
-    count,
     log_only,
     logged,
     many,
@@ -23,16 +22,13 @@ from fecontact.commands.console import (
     say,
     solving,
     tell_notes,
-    width,
 )
-from fecontact.commands.options import PANELS, CaseOptions, GridOptions, takes
+from fecontact.commands.options import PANELS, CaseOptions, takes
 from fecontact.errors import usable, with_remedy
-from fecontact.outputs.terminal import show
+from fecontact.outputs.terminal import count, show
 
 if TYPE_CHECKING:
     from fecontact.jobs.engine import RunSettings
-    from fecontact.runs.map import MapOutcome
-    from fecontact.runs.study import StudyOutcome
 
 
 @Parameter(name="*", group=PANELS["run"])
@@ -82,7 +78,7 @@ class RunOptions:
         )
 
 
-_AS_USUAL = RunOptions()
+AS_USUAL = RunOptions()
 # Part of the time of a solution from which on that of its files is said.
 _MUCH_KEPT = 0.1
 
@@ -146,7 +142,7 @@ def solve(
     return 0 if result.load.usable else 3
 
 
-def run(study: Path, *, out: Path, quick: bool = False, how: RunOptions = _AS_USUAL) -> int:
+def run(study: Path, *, out: Path, quick: bool = False, how: RunOptions = AS_USUAL) -> int:
     """Run a study and write its tables, figures and ParaView files; finished cases are reused.
 
     Parameters
@@ -171,7 +167,7 @@ def run(study: Path, *, out: Path, quick: bool = False, how: RunOptions = _AS_US
         if not how.quiet:
             show(rows_parts(outcome.rows))
         _log_rows(outcome.rows)
-        _tell_reused(outcome, "cases", how)
+        tell_reused(outcome.reused, outcome.recomputed, "cases", how)
         if outcome.conclusion:
             say(outcome.conclusion, quiet=how.quiet)
         lost = {str(row["id"]): with_remedy(row) for row in outcome.rows if not usable(row)}
@@ -179,7 +175,7 @@ def run(study: Path, *, out: Path, quick: bool = False, how: RunOptions = _AS_US
         shown = outcome.collections[:3] + (("...",) if len(outcome.collections) > 3 else ())
         paraview = f"; for ParaView: {', '.join((*shown, 'cases/*/case.vtm'))}, or fecontact view {out}"
         files = ("report.html", "study.csv", "study.png", "cases")
-        _tell_files(out, files, paraview if len(lost) < len(outcome.rows) else "", how)
+        tell_files(out, files, paraview if len(lost) < len(outcome.rows) else "", how)
     return 0 if outcome.all_converged else 3
 
 
@@ -192,14 +188,14 @@ def _log_rows(rows: Sequence[Mapping[str, Any]]) -> None:
                 log_only(f"{row['id']}: {row[name]}", warning=True)
 
 
-def _tell_reused(outcome: StudyOutcome | MapOutcome, what: str, how: RunOptions) -> None:
+def tell_reused(reused: Collection[str], recomputed: Mapping[str, str], what: str, how: RunOptions) -> None:
     """Say what was finished before, and why some of it was done again."""
-    print_reasons("done again", outcome.recomputed)
-    if outcome.reused:
-        say(f"{len(outcome.reused)} finished {what} were reused; --force solves them again", quiet=how.quiet)
+    print_reasons("done again", recomputed)
+    if reused:
+        say(f"{len(reused)} finished {what} were reused; --force solves them again", quiet=how.quiet)
 
 
-def _tell_files(out: Path, files: Sequence[str], more: str, how: RunOptions) -> None:
+def tell_files(out: Path, files: Sequence[str], more: str, how: RunOptions) -> None:
     """Say which files there are, and what to do where it is a part alone."""
     if how.part is None:
         there = ", ".join(f"{name}/" if (out / name).is_dir() else name for name in files if (out / name).exists())
@@ -207,82 +203,6 @@ def _tell_files(out: Path, files: Sequence[str], more: str, how: RunOptions) -> 
     else:
         words = f"Part {how.part} is in {out}; when all parts are, the same command without --part puts them together"
         say(words, quiet=how.quiet)
-
-
-# a map has lists of these two
-@takes(*get_args(Group), without=("lateral_shift_mm", "load_N"))
-def map_(
-    *,
-    options: CaseOptions,
-    grid: GridOptions,
-    out: Path,
-    measure: Literal["pressure", "force", "theory"] = "pressure",
-    theory: str = "hertz",
-    how: RunOptions = _AS_USUAL,
-) -> int:
-    """Map where Hertz holds over lateral shift and load, with the load up to which it holds at each shift.
-
-    The wheelset rolls until both wheels touch, unless a roll is given: one map is both wheels, left at +y, right at -y.
-
-    Parameters
-    ----------
-    out
-        Folder for map.csv, contacts.csv (the theory to use, with its patches), stiffness.csv, map.json, map.png and
-        map_theory.png (the cheapest theory of the pressure that holds; with friction also map_force.png, where Hertz
-        holds for creep forces), written while it is made, and for each shift a folder in positions/ from which a later
-        map with the same inputs and loads takes it.
-    measure
-        What the printed map is about: where the pressure holds; with --friction Hertz's creep force; or the cheapest
-        theory that holds, with friction also the cheapest law of creep forces (map_law.csv, map_law.png).
-    theory
-        Theory of the pressure whose map is printed, and drawn as map_NAME.png; `fecontact theories` lists them.
-    """
-    from fecontact.outputs.documents import map_lines
-    from fecontact.outputs.maps.views import refuse_measure
-    from fecontact.runs.map import run_map
-    from fecontact.runs.study import prepare_for_map
-
-    settings, positions, case = how.settings(), grid.shifts_mm, options.case()
-    refuse_measure(case, measure, theory)
-    loads_N = grid.loads_N
-    prepare_for_map(out, case, force=how.force)
-    with logged(out / f"run{settings.part_suffix}.log"):
-        cells = [replace(case, lateral_shift_mm=shift, load_N=load_N) for shift in positions for load_N in loads_N]
-        tell_notes(unusual(cells))
-        _tell_cost(cells, len(positions), out, how)
-        with many("positions", quiet=how.quiet) as progress:
-            outcome = run_map(
-                *(case, positions, loads_N, out), measure=measure, theory=theory, settings=settings, progress=progress
-            )
-        if not how.quiet:
-            show(map_lines(outcome.made, measure, theory, width=width()))
-        _tell_reused(outcome, "positions", how)
-        lost = {
-            f"{cell.lateral_shift_mm:+g} mm, {cell.load_N / 1e3:g} kN": str(cell.status)
-            for cell in outcome.made.cells
-            if not cell.usable
-        }
-        print_reasons(f"{len(lost)} of {count(len(outcome.made.cells), 'cell')} without a usable result", lost)
-        pictures = ("map.png", "map_theory.png", f"map_{theory}.png", "map_force.png", "map_law.png")
-        _tell_files(out, ("report.html", "map.csv", "contacts.csv", "stiffness.csv", "map.json", *pictures), "", how)
-        if how.part is None and not (out / "stiffness.csv").is_file():
-            say("No stiffness.csv: a fit over the load needs three loads or more at a shift", quiet=how.quiet)
-    return 0 if outcome.made.all_solved else 3
-
-
-def _tell_cost(cells: Sequence[Case], positions: int, out: Path, how: RunOptions) -> None:
-    """Say about what a map takes before it begins."""
-    from fecontact.jobs.workers import default_workers
-    from fecontact.runs.study import cost_of
-
-    cost = cost_of(cells, how.workers or min(default_workers(), positions))
-    if cost is None:
-        # no position can be solved, which its cells say
-        return
-    forces = "; forces take some 2 s a cell more, laws of them as much again" * cells[0].creep.asked
-    finished = "; finished positions are taken as they are" * (out / "positions").is_dir()
-    expected, *short = cost.words
-    announce(f"{count(len(cells), 'cell')}: {expected}{forces}{finished}", *short, quiet=how.quiet)
 
 
 def validate(

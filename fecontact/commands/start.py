@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from fecontact.commands.console import count, many, tell_notes
-from fecontact.outputs.terminal import show
+from fecontact.commands.console import many, tell_notes
+from fecontact.outputs.terminal import count, show
 
 
 def demo(*, out: Path = Path("out/demo")) -> int:

@@ -6,23 +6,22 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.comparison.creep import CreepComparison, creep_of, judge_creep_laws
 from fecontact.comparison.ladder import Comparison, Ladder, PatchGeometry, cause_of, compare, patch_geometry
+from fecontact.comparison.lines import EXACT, Lines, LobeOnLine, Moves, OnLine
 from fecontact.comparison.measures import (
     FLOORS,
     MEASURES,
     MISFITS,
     Approximation,
-    PointNoise,
     deviations_of,
     ellipse,
-    hertz_measures,
     measures_of,
+    measures_of_theory,
     misfit_of_theory,
     patch_of,
     values_of,
@@ -47,7 +46,7 @@ from fecontact.comparison.verdict import (
     Judgement,
     PlasticVerdict,
     Verdict,
-    judge,
+    judge_on_lines,
     judge_plastic,
     plastic_warnings,
     worst_judgement,
@@ -55,6 +54,7 @@ from fecontact.comparison.verdict import (
 )
 from fecontact.contact.elements import COMPLIANCE_LIMIT
 from fecontact.contact.grid import Rung
+from fecontact.features import offered
 from fecontact.normal.hertz import HertzContact, hertz_from_hessian
 from fecontact.normal.touch_hertz import Side
 from fecontact.wheel_rail.placement import Placement
@@ -98,6 +98,8 @@ class LobeJudgement:
 
     Attributes
     ----------
+    p_max_lines_MPa
+        Its least and largest peak over the lines that measured points allow; None of exact lines.
     normal_force_N
         Sum of its pressures.
     centre_mm, rail_y_mm, contact_angle_rad
@@ -124,6 +126,7 @@ class LobeJudgement:
     deviation: Mapping[str, float] = field(default_factory=dict)
     uncertainty: Mapping[str, float] = field(default_factory=dict)
     verdict: Verdict | None = None
+    p_max_lines_MPa: tuple[float, float] | None = None
 
 
 # each lobe looks for itself on all rungs
@@ -189,27 +192,50 @@ def _judge(part: Part, solved: SolvedLoad, placement: Placement, half_space: Seq
 
 
 def _beside_hertz(judgement: LobeJudgement, part: Part, solved: SolvedLoad, placement: Placement) -> LobeJudgement:
-    touch = judgement.touch
-    assert touch is not None
-    hessian = touch.curvature.hessian
-    if np.linalg.eigvalsh(hessian)[0] <= 0.0:
+    number, moves = judgement.touch_point, EXACT
+    assert number is not None
+    if solved.lines is not None:
+        moves = solved.lines.moves_of_lobe(judgement.rail_y_mm)
+        judgement = replace(judgement, p_max_lines_MPa=moves.band(judgement.fe["p_max_MPa"]))
+    theory = _ellipse_below(part, number, placement, solved.case)
+    if theory is None:
         # the surfaces conform there
         return judgement
-    hertz = hertz_from_hessian(
-        hessian, normal_force_N=part.normal_force_N, contact_modulus_MPa=solved.case.contact_modulus_MPa
-    )
-    place = touch.x_mm - placement.first.x_mm, placement.arc_mm(touch)
-    theory = Approximation(patches=(ellipse(hertz, place),), approach_mm=hertz.approach_mm)
 
     def read(rung: Rung) -> dict[str, float]:
         same = _same(parts_of(rung), part)
         return dict.fromkeys((*_READ, *MISFITS), float("nan")) if same is None else _values(same, theory)
 
-    values, own = _values(part, theory), hertz_measures(hertz).as_dict()
-    deviation = {name: own[name] / values[name] - 1.0 if name in MEASURES else values[name] for name in values}
-    uncertainty = uncertainties(solved.levels, read, deviation)
-    verdict = judge(deviation, uncertainty, solved.case.criteria).usable(solved.usable)
-    return replace(judgement, hertz=hertz, deviation=deviation, uncertainty=uncertainty, verdict=verdict)
+    deviation = _off(_values(part, theory), theory)
+    numerical = uncertainties(solved.levels, read, deviation)
+    verdict, uncertainty = judge_on_lines(deviation, numerical, moves, solved.case.criteria)
+    assert theory.single is not None
+    return replace(
+        judgement,
+        hertz=theory.single.hertz,
+        deviation=deviation,
+        uncertainty=uncertainty,
+        verdict=verdict.usable(solved.usable),
+    )
+
+
+def _ellipse_below(part: Part, touch_point: int, placement: Placement, case: Case) -> Approximation | None:
+    """Hertz at a touch point under a lobe's force; None where the surfaces conform."""
+    touch = placement.touch_points[touch_point]
+    hessian = touch.curvature.hessian
+    if np.linalg.eigvalsh(hessian)[0] <= 0.0:
+        return None
+    hertz = hertz_from_hessian(
+        hessian, normal_force_N=part.normal_force_N, contact_modulus_MPa=case.contact_modulus_MPa
+    )
+    place = touch.x_mm - placement.first.x_mm, placement.arc_mm(touch)
+    return Approximation(patches=(ellipse(hertz, place),), approach_mm=hertz.approach_mm)
+
+
+def _off(values: Mapping[str, float], theory: Approximation) -> dict[str, float]:
+    """What an ellipse is off the values of a lobe."""
+    own = measures_of_theory(theory).as_dict()
+    return {name: own[name] / values[name] - 1.0 if name in MEASURES else values[name] for name in values}
 
 
 def _measures(part: Part) -> dict[str, float]:
@@ -235,6 +261,37 @@ def _touch_below(part: Part, placement: Placement) -> int | None:
         if part.low_mm <= placement.arc_mm(touch) <= part.high_mm
     ]
     return min(inside, key=lambda number: placement.touch_points[number].vertical_gap_mm, default=None)
+
+
+# --- One line that measured points allow: theories and every lobe against the half-space on it.
+
+
+def judge_line(label: str, case: Case, placement: Placement, half_space: Rung) -> OnLine:
+    """What theories are off the half-space on a line of rail and wheel, and Hertz on every lobe of it."""
+    loaded = Loaded(placement=placement, case=case, normal_force_N=half_space.normal_force_N, half_space=half_space)
+    deviations: dict[str, dict[str, float]] = {}
+    for name, theory in THEORIES.items():
+        made = theory.approximate(loaded)
+        if made is None:
+            # it is Hertz on this line
+            deviations[name] = deviations[HERTZ]
+        elif not isinstance(made, str) and made.definite:
+            deviations[name] = deviations_of(half_space, made)
+    lobes = (_on_line(part, case, placement) for part in parts_of(half_space))
+    return OnLine(label=label, p_max_MPa=patch_of(half_space).p_max_MPa, deviations=deviations, lobes=tuple(lobes))
+
+
+def _on_line(part: Part, case: Case, placement: Placement) -> LobeOnLine:
+    low, high = sorted(placement.on_profiles(0.0, end)[0] for end in (part.low_mm, part.high_mm))
+    number = _touch_below(part, placement)
+    theory = None if number is None else _ellipse_below(part, number, placement, case)
+    return LobeOnLine(
+        low_y_mm=low,
+        high_y_mm=high,
+        normal_force_N=part.normal_force_N,
+        p_max_MPa=_measures(part)["p_max_MPa"],
+        deviation={} if theory is None else _off(_values(part, theory), theory),
+    )
 
 
 # --- A solved load and everything that is read from it: theories against the finite elements, each with its verdict.
@@ -265,12 +322,10 @@ class JudgedLoad:
         What does not change the verdict.
     lobes
         Every lobe and separate patch by itself, in the order of their forces; none where Hertz alone was asked for.
-    creep
-        Creep forces, where there is a friction and more than Hertz was asked for.
     plastic
         The first loading of bodies that may yield, and Hertz against it; None without a yield stress.
-    creep_laws
-        Each law of creep forces by its name (`creep_theories.CREEP_LAWS`), where they were asked for.
+    features
+        What features read of it, by their names, where more than Hertz was asked for.
     """
 
     solved: SolvedLoad
@@ -285,9 +340,8 @@ class JudgedLoad:
     verdict: Verdict
     warnings: tuple[str, ...]
     lobes: tuple[LobeJudgement, ...] = ()
-    creep: CreepComparison | None = None
     plastic: PlasticVerdict | None = None
-    creep_laws: Mapping[str, Judgement] = field(default_factory=dict)
+    features: Mapping[str, Any] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         case, verdict = self.case, self.verdict
@@ -436,12 +490,12 @@ def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str]
     Parameters
     ----------
     theories
-        Those of the pressure that are asked for. Hertz is always judged; by Hertz alone neither lobes nor creep forces
-        are looked at.
+        Those of the pressure that are asked for. Hertz is always judged; by Hertz alone lobes are not looked at, and
+        features read nothing.
     """
     case, finest, touch = solved.case, solved.levels[0], placement.first
-    judged = judge_hertz(case, solved.levels, placement, solved.point_noise)
-    by_elements = judge_hertz(case, solved.levels, placement, solved.point_noise, by="elements")
+    judged = judge_hertz(case, solved.levels, placement, solved.lines)
+    by_elements = judge_hertz(case, solved.levels, placement, solved.lines, by="elements")
     hertz = judged[HERTZ].hertz
     others = [name for name in theories if name not in EITHER_SIDE]
     found, without = _judge_theories(others, solved, placement)
@@ -452,11 +506,11 @@ def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str]
     cause: str | None = None
     if _is_off(judged, worst, case):
         cause = AT_JUNCTION if touch.at_junction else cause_of(ladder.steps, worst.measure, geometry)
-    if worst.answer == "UNRESOLVED" and _profile_decides(judged, worst, solved.point_noise):
+    if worst.answer == "UNRESOLVED" and profiles_leave_open(case, solved.levels, placement, solved.lines):
         cause = PROFILE
-    if solved.status == ELEMENTS_OFF:
+    certain = solved.status == ELEMENTS_OFF and fails_for_certain(judged, solved.half_space)
+    if solved.status == ELEMENTS_OFF and not certain:
         cause = ELEMENTS
-    creep = creep_of(solved, hertz, placement) if others else None
     plastic = judge_plastic(solved, judged, ladder, geometry, at_junction=touch.at_junction)
     load = JudgedLoad(
         solved=solved,
@@ -468,50 +522,51 @@ def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str]
         bodies_step_uncertainty=_bodies_step_uncertainty(solved, Approximation.of(hertz)),
         elements_uncertainty=elements_uncertainties(solved.levels),
         by_elements=_usable(worst_judgement(by_elements), solved),
-        verdict=replace(worst, cause=cause).usable(solved.usable),
+        verdict=replace(worst, cause=cause).usable(solved.usable or certain),
         warnings=(),
         lobes=judge_lobes(solved, placement) if others else (),
-        creep=creep,
         plastic=plastic,
     )
-    return replace(load, warnings=tuple(warnings_of(load)))
+    load = replace(load, warnings=tuple(warnings_of(load)))
+    return with_readings(load, placement) if others else load
 
 
-def with_creep_laws(load: JudgedLoad, placement: Placement) -> JudgedLoad:
-    """A judged load with the laws of creep forces judged too, where there is a friction; it takes seconds."""
-    if load.creep is None:
-        return load
-    return replace(load, creep_laws=judge_creep_laws(load.solved, placement, load.judgements, load.creep.verdict))
+def with_readings(load: JudgedLoad, placement: Placement, kind: str = "READINGS") -> JudgedLoad:
+    """A judged load with what features read of it."""
+    found = {name: read(load, placement) for name, read in offered(kind).items()}
+    return replace(load, features={**load.features, **{name: one for name, one in found.items() if one is not None}})
 
 
 def judge_hertz(
     case: Case,
     levels: Sequence[Level],
     placement: Placement,
-    point_noise: PointNoise | None,
+    lines: Lines | None,
     *,
     by: Evidence = "fe",
 ) -> dict[str, Judgement]:
     """Judge Hertz with the curvature of each side of the first touch point, under the finest level's normal force."""
-    of_points = {} if point_noise is None else point_noise.uncertainty()
     found = {}
     for name in EITHER_SIDE:
         made = THEORIES[name].approximate(
             Loaded(placement=placement, case=case, normal_force_N=levels[0].fe.normal_force_N)
         )
         if isinstance(made, Approximation):
-            found[name] = judge_theory(case, levels, made, of_points, by=by)
+            found[name] = judge_theory(case, levels, made, EXACT if lines is None else lines.moves(name), by=by)
     return found
+
+
+def profiles_leave_open(case: Case, levels: Sequence[Level], placement: Placement, lines: Lines | None) -> bool:
+    """Whether Hertz is open by the lines that measured points allow alone: no mesh decides that."""
+    if lines is None:
+        return False
+    return worst_of(judge_hertz(case, levels, placement, lines, by="profiles")).answer == "UNRESOLVED"
 
 
 def _judge_theories(
     names: Iterable[str], solved: SolvedLoad, placement: Placement
 ) -> tuple[dict[str, Judgement], dict[str, str]]:
-    """Each theory judged, and why others have no contact.
-
-    What points of profiles leave open is taken to be that of one ellipse.
-    """
-    of_points = {} if solved.point_noise is None else solved.point_noise.uncertainty()
+    """Each theory judged, and why others have no contact."""
     loaded = Loaded(
         placement=placement,
         case=solved.case,
@@ -524,7 +579,8 @@ def _judge_theories(
         if isinstance(made, str):
             without[name] = made
         elif made is not None:
-            one = judge_theory(solved.case, solved.levels, made, of_points)
+            moves = EXACT if solved.lines is None else solved.lines.moves(name)
+            one = judge_theory(solved.case, solved.levels, made, moves)
             found[name] = replace(one, verdict=one.verdict.usable(solved.usable and made.definite))
     return found, without
 
@@ -533,7 +589,7 @@ def judge_theory(
     case: Case,
     levels: Sequence[Level],
     made: Approximation,
-    of_points: Mapping[str, float],
+    moves: Moves = EXACT,
     *,
     by: Evidence = "fe",
 ) -> Judgement:
@@ -541,8 +597,8 @@ def judge_theory(
 
     Parameters
     ----------
-    of_points
-        What the profiles leave open of each deviation.
+    moves
+        How its deviations move over the lines that points of the profiles allow.
     by
         The contact on the finer nodes, that on the elements' own ones, or the finer one as if its meshes were exact, by
         the uncertainty of the profiles alone.
@@ -563,18 +619,19 @@ def judge_theory(
         known = uncertainties(levels, read, deviation)
     exact = by == "profiles"
     slope = sum(line.largest_slope for line in case.irregularities)
-    uncertainty = {
-        name: (0.0 if exact else value)
-        + of_points.get(name, 0.0)
-        + unmeshed_uncertainty(name, deviation[name], slope=slope)
+    numerical = {
+        name: (0.0 if exact else value) + unmeshed_uncertainty(name, deviation[name], slope=slope)
         for name, value in known.items()
     }
+    verdict, uncertainty = judge_on_lines(deviation, numerical, moves, case.criteria)
     return Judgement(
         approximation=made,
         deviation=deviation,
         uncertainty=uncertainty,
         limits=case.criteria.limits,
-        verdict=judge(deviation, uncertainty, case.criteria),
+        verdict=verdict,
+        numerical=numerical,
+        moves=moves,
     )
 
 
@@ -582,16 +639,29 @@ def _usable(judged: Judgement, solved: SolvedLoad) -> Judgement:
     return replace(judged, verdict=judged.verdict.usable(solved.usable))
 
 
-def _profile_decides(judged: Mapping[str, Judgement], worst: Verdict, noise: PointNoise | None) -> bool:
-    """Whether most of the uncertainty of the measure that leaves the verdict open is the measured profile's."""
-    if noise is None:
-        return False
-    part = noise.uncertainty().get(worst.measure, 0.0)
-    whole = next(one for one in reversed([*judged.values()]) if one.verdict == worst).uncertainty.get(
-        worst.measure, 0.0
+# So many times its uncertainty beyond a limit a failure is certain, whatever the elements are.
+_CERTAIN = 5.0
+
+
+def fails_for_certain(judged: Mapping[str, Judgement], half_space: Rung) -> bool:
+    """Whether the half-space alone says on every line of measured points that Hertz fails.
+
+    Beyond a limit by five times any uncertainty, what the bodies change being one. Exact lines are never certain:
+    meshes are refined there until they show what their numbers are.
+    """
+    return any(_is_certain(one, half_space) for one in judged.values() if one.moves.by_line)
+
+
+def _is_certain(judged: Judgement, half_space: Rung) -> bool:
+    assert judged.approximation is not None
+    flat = deviations_of(half_space, judged.approximation)
+    unsure = {
+        name: judged.numerical.get(name, math.nan) + abs(flat[name] - judged.deviation[name]) for name in judged.limits
+    }
+    return all(
+        any(abs(there[name]) - limit > _CERTAIN * unsure[name] for name, limit in judged.limits.items())
+        for there in judged.moves.deviations(flat).values()
     )
-    # what is not a number is not known, for want of a contact
-    return not part <= 0.5 * whole
 
 
 def _is_off(judged: Mapping[str, Judgement], worst: Verdict, case: Case) -> bool:

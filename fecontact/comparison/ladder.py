@@ -1,4 +1,4 @@
-"""The rungs between Hertz and the finite elements on the same nodes: what each step moves, and why."""
+"""The rungs between Hertz and the finite elements on the same nodes, and the change by each step and its cause."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ from fecontact.wheel_rail.placement import Placement
 
 @dataclass(frozen=True, kw_only=True)
 class Step:
-    """A step of the ladder, from one rung to another.
+    """A step of the ladder, from a rung to another.
 
     Attributes
     ----------
     shown
-        Whether tables and pictures have it; not a step that only checks the numbers.
+        Whether tables and pictures show the step; not if it only checks the numbers.
     cause
-        Why Hertz is off where this step moves a measure most.
+        Why Hertz is off if this step changes a measure most.
     """
 
     name: str
@@ -62,7 +62,7 @@ STEPS = (
     Step(name="elements_to_fe", start="elements", end="fe"),
     PLASTIC,
 )
-"""All steps, in their order; the last where bodies may yield."""
+"""All steps in order; the last step is for bodies that may yield."""
 
 
 RUNGS: Mapping[str, str] = {
@@ -73,14 +73,14 @@ RUNGS: Mapping[str, str] = {
     "fe": "on finer nodes, with a half-space of the bodies' material in place of what the elements answer near by",
     "fe_plastic": "the first loading of bodies that yield, where a yield stress is given",
 }
-"""What each rung is, by its name, from Hertz on."""
+"""Description of each rung, by its name, from Hertz on."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ladder:
-    """Measures on each of the `RUNGS`, and what of each is beside Hertz; all carry the same normal force.
+    """Measures on each of the `RUNGS`, and their deviations from Hertz, all under the same normal force.
 
-    `half_space`, `fe` and `fe_plastic` have the same nodes: what lies between them is no matter of discretisation.
+    `half_space`, `fe` and `fe_plastic` have the same nodes: their differences do not come from the discretisation.
     """
 
     rungs: Mapping[str, Measures]
@@ -96,7 +96,7 @@ class Ladder:
 
     @property
     def steps(self) -> dict[str, dict[str, float]]:
-        """Change of each measure by each step: relative, or as it is where Hertz has no value."""
+        """Change of each measure by each step: relative, or absolute if Hertz has no value."""
         rungs = {name: rung.as_dict() for name, rung in self.rungs.items()}
         beside = {"hertz": dict.fromkeys(MISFITS, 0.0)} | {name: one.as_dict() for name, one in self.misfits.items()}
         return {
@@ -107,29 +107,29 @@ class Ladder:
         }
 
 
-# --- Why Hertz is off where it is: the step of the ladder that moved a measure most, and what the profiles do below it.
+# --- Why Hertz is off: the step of the ladder that changed a measure most, and the profiles below the patch.
 
-# Above this turn of the normals below the patch the surfaces are called conforming: a flat half-space is off by about
-# the square of half of it, 2 % here.
+# If the normals below the patch turn by more than this, the surfaces are called conforming: a flat half-space has an
+# error of about the square of half the turn, 2 % here.
 _CONFORMING_RAD = 0.3
 
 
 @dataclass(frozen=True, kw_only=True)
 class PatchGeometry:
-    """What the profiles do below the finite-element patch.
+    """Geometry of the profiles below the finite-element patch.
 
     Attributes
     ----------
     junction_distance_mm
-        From the touch point to the next curvature junction of either profile, inf without one.
+        Distance from the touch point to the next curvature junction of either profile; inf without a junction.
     junction_distance_over_b
-        That distance over Hertz's semi-axis on that side.
+        This distance over Hertz's semi-axis on this side.
     junction_in_patch
         Whether the patch covers a junction.
     curvature_variation
-        (Largest - smallest) over the value at the touch point of the relative lateral curvature below the patch.
+        Largest minus smallest relative lateral curvature below the patch, over its value at the touch point.
     normal_turn_rad
-        How far the rail's normal turns below the patch: the measure of conformity.
+        Angle by which the rail's normal turns below the patch: the measure of conformity.
     lobes, pieces
         Lobes of the pressure, and separate patches.
     """
@@ -151,12 +151,12 @@ class PatchGeometry:
 def cause_of(
     steps: Mapping[str, Mapping[str, float]], measure: str, geometry: PatchGeometry, *, plastic: bool = False
 ) -> str:
-    """Why Hertz is off in a measure, from the step of the ladder that moved it most and from the geometry.
+    """Why Hertz is off in a measure, from the step of the ladder that changed the measure most and from the geometry.
 
-    With `plastic` off bodies that yield, otherwise off elastic ones.
+    With `plastic` Hertz is compared with bodies that yield, else with elastic bodies.
     """
-    # the load on a second patch jumps to nothing where the two just touch, on one rung or the other; whether there are
-    # two at all is told by the valley between them
+    # the load on a second patch jumps to zero when the two patches join, on one rung or another; the valley between the
+    # peaks shows whether there are two
     told_by = "valley" if measure == "separate_load" else measure
     counted = (step for step in STEPS if step.cause and step.name in steps and (plastic or step is not PLASTIC))
     moved_most = max(counted, key=lambda step: abs(steps[step.name][told_by]))
@@ -176,7 +176,7 @@ def _cause_in_gap(geometry: PatchGeometry) -> str:
 
 
 def patch_geometry(placement: Placement, fe: Rung, hertz: HertzContact, patch: Patch) -> PatchGeometry:
-    """What the two profiles do below the patch of the finite elements."""
+    """Geometry of both profiles below the finite-element patch."""
     touch = placement.first
     below = np.flatnonzero(fe.pressure_MPa.max(axis=0) > 0.0)
     low, high = fe.grid.s_mm[below[0]], fe.grid.s_mm[below[-1]]
@@ -212,11 +212,11 @@ class Comparison:
     Attributes
     ----------
     contact, ellipse
-        What is compared.
+        The two contacts.
     patch
-        What the pressure of the finite elements says of its patch.
+        Measures of the finite elements' patch.
     deviation
-        (Hertz - FE) / FE of each of `MEASURES`, and the `MISFITS`.
+        (Hertz - FE) / FE for each of `MEASURES`, and the `MISFITS`.
     pressure_l2
         Norm of the pressure difference over the norm of the finite-element pressure, over both patches.
     """
@@ -229,7 +229,7 @@ class Comparison:
     deviation: Mapping[str, float]
     pressure_l2: float
 
-    # it takes hundredths of a second, and most loads of a map are not asked for it
+    # cached and not computed at once: it takes hundredths of a second, and few loads of a map need it
     @cached_property
     def overlap(self) -> float:
         """Area of the intersection of the patches over the area of their union."""
@@ -247,7 +247,7 @@ def compare(fe: Rung, hertz: HertzContact) -> Comparison:
         fe=measures_of(fe),
         hertz=hertz_measures(hertz),
         deviation=deviations(fe, hertz),
-        # NumPy's own sum: that of BLAS, which numpy.linalg.norm takes, depends on the number of its threads
+        # not by numpy.linalg.norm: the sum of BLAS depends on the number of its threads
         pressure_l2=float(np.sqrt(np.square(theory - contact).sum() / np.square(contact).sum())),
     )
 

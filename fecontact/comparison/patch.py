@@ -1,4 +1,4 @@
-"""What a pressure field on a grid says of the contact patch: peak, area, semi-axes, extents, centre, lobes."""
+"""Measures of a contact patch from its pressure on a grid: peak, area, semi-axes, extents, centre, lobes."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from scipy.ndimage import binary_dilation, binary_erosion, label
 from fecontact.arrays import Floats
 from fecontact.contact.grid import Field
 
-# A continuation goes through three nodes.
+# A continuation uses three nodes.
 _REACH = 3
-# A lobe is one of its own if the pressure falls by this part of the highest peak on both its sides; less is a shoulder:
-# on single patches whose pressure is known there is no fall at all.
+# A peak is a lobe if the pressure falls on both its sides by this part of the highest peak; else it is a shoulder. On
+# single patches with a known pressure there is no fall at all.
 _LEAST_VALLEY = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
 class Lobe:
-    """A peak of the pressure across, from valley to valley: its place and height, and its part of the force."""
+    """A peak of the pressure across, from valley to valley: place, height, and part of the force."""
 
     y_mm: float
     p_max_MPa: float
@@ -36,23 +36,23 @@ class Patch:
     Attributes
     ----------
     p_max_MPa
-        Peak pressure: the top of p^2 through the nine nodes around the highest one.
+        Peak pressure: the top of a fit of p^2 on the nine nodes around the highest node.
     area_mm2, extent_x_mm, extent_y_mm
         Area of the patch and full lengths of its bounding box, from the line where p^2 falls to zero between nodes.
     a_mm, b_mm
         Half-widths along x and across from the second moments of the pressure about its centre, sqrt(5 <x^2>) and
-        sqrt(5 <y^2>): the semi-axes of a Hertz ellipse that lies along x, half its extents of one that is turned.
+        sqrt(5 <y^2>): the semi-axes of a Hertz ellipse along x and y, or half the extents of a turned ellipse.
     centre_x_mm, centre_y_mm
         Centre of pressure, from the first touch point.
     lobes
         Peaks of the largest pressure on each line along x, from the highest down.
     valley
-        By how much the pressure falls between the highest peak and the one that stands out most beside it, over the
-        highest: 0 for a single peak, and the height of a separate patch.
+        Prominence of the second most prominent peak, over the highest peak: 0 for a single peak, and the height of the
+        peak for a separate patch.
     pieces
         Number of separate patches.
     separate_load
-        Part of the force on all patches but the one that carries most.
+        Part of the force on all patches except the patch that carries most.
     """
 
     p_max_MPa: float
@@ -154,9 +154,9 @@ def _windows(p: Floats) -> tuple[Floats, Any, list[int], float]:
 
 
 def standing_peaks(ridge: Floats, least: float) -> tuple[NDArray[np.intp], float]:
-    """Places of the peaks of a line between zeros, and by how much the most prominent of the lesser ones stands out.
+    """Places of the peaks of a line between zeros, and the largest prominence of a peak other than the highest.
 
-    A peak counts if the line falls by `least` of the highest peak on both its sides; the highest always does.
+    A peak counts if the line falls by `least` of the highest peak on both its sides; the highest peak always counts.
     """
     highest = np.flatnonzero(ridge == ridge.max())
     rises, falls = np.diff(ridge[: highest[0] + 1]), np.diff(ridge[highest[0] :])
@@ -167,19 +167,19 @@ def standing_peaks(ridge: Floats, least: float) -> tuple[NDArray[np.intp], float
     starts = np.flatnonzero(np.diff(ridge, prepend=np.nan) != 0.0)
     steps, middles = ridge[starts], (starts + np.append(starts[1:], ridge.size) - 1) // 2
     peaks = np.flatnonzero((steps[1:-1] > steps[:-2]) & (steps[1:-1] > steps[2:])) + 1
-    # of equal peaks one is the higher one: otherwise each would be said to fall to the ends, whatever lies between
+    # one of several equal peaks is taken as the highest: else the prominence of each would be its whole height
     ranked = steps.copy()
     ranked[peaks] *= 1.0 + 1e-9 * np.arange(peaks.size)
     prominences = np.array([_prominence(ranked, int(peak)) for peak in peaks]) / float(ridge.max())
-    # the highest stands above everything
+    # without the highest peak, whose prominence is its height
     others = np.delete(prominences, int(np.argmax(ranked[peaks])))
     return middles[peaks[prominences >= least]], float(others.max(initial=0.0))
 
 
 def _prominence(line: Floats, peak: int) -> float:
-    """How far a line falls on either side of a peak before it rises above it, the less of both.
+    """Prominence of a peak: how far a line falls on either side before it rises above the peak, the smaller of both.
 
-    As scipy.signal.peak_prominences, whose import takes longer than everything else that is done before a mesh.
+    As scipy.signal.peak_prominences, whose import takes longer than all other work before a mesh.
     """
     higher = np.flatnonzero(line > line[peak])
     after = int(np.searchsorted(higher, peak))
@@ -214,8 +214,8 @@ def signed_square(pressure: Floats, *, without_edge: bool = False) -> Floats:
 def _continue_once(value: Floats, known: NDArray[np.bool_]) -> tuple[Floats, NDArray[np.bool_]]:
     """Extrapolate along both grid directions to the nodes next to known ones.
 
-    The mean where several continuations reach a node, of those through three nodes if there are any; the negative
-    neighbour where none has two nodes to start from.
+    If several continuations reach a node, their mean is taken, preferring continuations through three nodes. If no
+    continuation has two nodes to start from, the value is the negative neighbour.
     """
     next_to_known = binary_dilation(known) & ~known
     around, known_around = np.pad(value, _REACH), np.pad(known, _REACH)
@@ -226,12 +226,12 @@ def _continue_once(value: Floats, known: NDArray[np.bool_]) -> tuple[Floats, NDA
         places = [(rows + _REACH - k * along_x, columns + _REACH - k * across) for k in (1, 2, 3)]
         q1, q2, q3 = (around[place] for place in places)
         i1, i2, i3 = (known_around[place] for place in places)
-        # beyond the line of zero pressure the sign must not come back
+        # beyond the line of zero pressure the value must stay negative
         for k, (usable, guess) in enumerate(((i2 & i3, 3.0 * q1 - 3.0 * q2 + q3), (i2 & ~i3, 2.0 * q1 - q2))):
             total[k] += np.where(i1 & usable, np.where(q1 < 0.0, q1, guess), 0.0)
             count[k] += i1 & usable
         bare = np.where(i1, np.minimum(bare, -np.abs(q1)), bare)
-    # a straight line through two nodes lies above a paraboloid: only where no three nodes are in line
+    # a straight line through two nodes lies above a paraboloid: used only if no three nodes are in line
     best = np.where(count[0] > 0.0, total[0] / np.maximum(count[0], 1.0), total[1] / np.maximum(count[1], 1.0))
     reached = count.sum(axis=0) > 0.0
     continued, here = np.zeros_like(value), np.zeros_like(known)
@@ -241,7 +241,7 @@ def _continue_once(value: Floats, known: NDArray[np.bool_]) -> tuple[Floats, NDA
 
 
 def area_between(pressure: Field, low_mm: float, high_mm: float) -> float:
-    """Area (mm^2) of a patch between two lines across, read as in `measure_patch`."""
+    """Area (mm^2) of a patch between two lines across, computed as in `measure_patch`."""
     whole = pressure.whole()
     x, s, p = whole.grid.x_mm, whole.grid.s_mm, whole.values
     squares = (signed_square(p, without_edge=edge) for edge in (False, True))

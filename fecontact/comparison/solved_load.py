@@ -15,13 +15,13 @@ from typing import Literal
 import numpy as np
 
 from fecontact.case import Case
+from fecontact.comparison.lines import Lines
 from fecontact.comparison.measures import (
     CUT_PLANES,
     FLOORS,
     IN_COMMON,
     MEASURES,
     NOISE,
-    PointNoise,
     measures_of,
     patch_of,
 )
@@ -419,8 +419,8 @@ class SolvedLoad:
         The true gap on a half-space with each pressure along its own normal; None for a single lobe.
     quadratic
         Hertz's gap on a half-space, with as many nodes a semi-axis.
-    point_noise
-        None where both profiles are exact lines.
+    lines
+        Theories against the half-space on each line that measured points allow; None where both profiles are exact.
     limits
         What stopped a refinement.
     short_of_memory
@@ -432,7 +432,7 @@ class SolvedLoad:
     half_space: Rung
     turned: Rung | None = None
     quadratic: Rung
-    point_noise: PointNoise | None
+    lines: Lines | None
     limits: tuple[str, ...] = ()
     short_of_memory: bool = False
 
@@ -454,10 +454,8 @@ class SolvedLoad:
         for level in self.levels:
             if level.status != "converged":
                 return level.status
-        noise = self.point_noise
-        of_points = () if noise is None else [one for one in (noise.own, *noise.others) if one is not None]
         turned = () if self.turned is None else (self.turned,)
-        of_rungs = _worst_status(self.half_space, self.quadratic, *turned, *(rung for _, rung in of_points))
+        of_rungs = _worst_status(self.half_space, self.quadratic, *turned)
         return ELEMENTS_OFF if of_rungs == "converged" and elements_off(self.levels) else of_rungs
 
     @property

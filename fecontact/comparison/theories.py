@@ -1,6 +1,7 @@
-"""The theories of the contact that are judged, from the cheapest to the dearest.
+"""The theories of the contact that are judged, from the cheapest to the most expensive.
 
-A further one is one more entry here, and its words beside it in `theories.toml`.
+A further one is one more entry here, and its words beside it in `theories.toml`. One of a gap line says what the
+contact is at an approach: under a force it is found here, and vehicles have it by its name.
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import TypeAlias
 
@@ -18,16 +19,16 @@ from fecontact.case import Case
 from fecontact.comparison.measures import Approximation, ellipse, of_rung, of_strips
 from fecontact.contact.grid import Rung
 from fecontact.errors import InputError
-from fecontact.normal.gap_line import GapLine, StripContact, gap_line
+from fecontact.normal.gap_line import AtApproach, GapLine, StripContact, gap_line, under_load
 from fecontact.normal.hertz import HertzContact, hertz_from_hessian
 from fecontact.normal.strips import (
-    analyn,
-    equivalent_ellipse,
+    analyn_at,
+    equivalent_ellipse_at,
     gap_line_under_load,
-    kik_piotrowski,
-    kpec,
+    kik_piotrowski_at,
+    kpec_at,
     strip,
-    stripes,
+    stripes_at,
 )
 from fecontact.normal.touch_hertz import hertz_points
 from fecontact.wheel_rail.placement import Placement
@@ -36,9 +37,9 @@ from fecontact.wheel_rail.poses import RelativeCurvature
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Loaded:
-    """A placed case under the normal force (N) that the finite elements carry, as theories take it.
+    """Input of the theories: a placed case under the normal force (N) that the finite elements carry.
 
-    `half_space` is the contact of the true gap on a half-space, None where it is not at hand.
+    `half_space` is the contact of the true gap on a half-space; None if it is not available.
     """
 
     placement: Placement
@@ -57,15 +58,17 @@ class Theory:
     Attributes
     ----------
     words
-        Its name for readers.
+        Name of the theory for readers.
     cost
-        Its class of cost for a vehicle code.
+        Class of cost for a vehicle code.
     source, range
-        Where it is from, and what it takes for granted.
+        Source of the theory, and its range of validity.
     differs
-        What is other than in its source, or was not found there; empty where nothing is.
+        Differences from the source, and what was not found there; may be empty.
     approximate
-        From a loaded placement to the contact; why the theory has none; or None where it says nothing of its own.
+        Function from a loaded placement to the contact, or to the reason for no contact; None if it would be Hertz.
+    at_approach
+        Contact on a gap line at an approach, which vehicles use too; None for a theory without a gap line.
     """
 
     words: str
@@ -73,6 +76,7 @@ class Theory:
     source: str
     range: str
     approximate: Approximate
+    at_approach: AtApproach | None = None
     differs: str = ""
 
 
@@ -84,7 +88,7 @@ def _hertz(loaded: Loaded, curvature: RelativeCurvature) -> Approximation:
 
 
 def _outside_hertz(placement: Placement, hertz: HertzContact) -> tuple[str, ...]:
-    """Why a single ellipse is out of its range: a junction, and touch points whose gap it closes too."""
+    """Why a single ellipse is out of its range: a junction, or further touch points whose gap is closed."""
     first, notes = placement.first, []
     if first.at_junction:
         notes.append("the touch point lies at a curvature junction: the ellipse is that of one side")
@@ -107,7 +111,7 @@ def _at_gauge_side(loaded: Loaded) -> Approximation | None:
 
 
 def _at_all_touches(loaded: Loaded) -> Approximation | str | None:
-    """The ellipses that share the load; at a curvature junction the curvature is that of the field side."""
+    """The ellipses that share the load; at a curvature junction with the curvature of the field side."""
     case, placement = loaded.case, loaded.placement
     direction = placement.load_direction(normal=case.load_kind == "normal")
     points = hertz_points(placement, case.load_N, direction=direction, contact_modulus_MPa=case.contact_modulus_MPa)
@@ -121,7 +125,7 @@ def _at_all_touches(loaded: Loaded) -> Approximation | str | None:
         centre = (touch.x_mm - placement.first.x_mm, placement.arc_mm(touch))
         patches.append(replace(ellipse(point.shared, centre), touch_point=point.touch_point, touch=touch))
     if len(patches) < 2:
-        # it is Hertz
+        # a single ellipse is Hertz
         return None
     return Approximation(
         patches=tuple(sorted(patches, key=lambda one: -one.normal_force_N)),
@@ -133,9 +137,9 @@ def _at_all_touches(loaded: Loaded) -> Approximation | str | None:
 
 
 def _in_strips(theory: Callable[[GapLine, float], StripContact], *, in_plane: bool = True) -> Approximate:
-    """A theory of strips across, from the gap on the line through the first touch point.
+    """Approximation by a theory of strips, from the gap on the line across through the first touch point.
 
-    What is `in_plane` has its strips on the tangent plane; they are laid on the surface above them.
+    If `in_plane`, the theory has its strips on the tangent plane, and they are projected to the surface.
     """
 
     def approximate(loaded: Loaded) -> Approximation | str:
@@ -151,7 +155,7 @@ def _in_strips(theory: Callable[[GapLine, float], StripContact], *, in_plane: bo
     return approximate
 
 
-# all theories of strips ask for it, one after the other
+# cached: all theories of strips need it, one after the other
 @lru_cache(maxsize=1)
 def gap_line_of(loaded: Loaded) -> GapLine:
     """The gap on the line across; a vertical load lets the wheel slide down a steep flank."""
@@ -170,22 +174,28 @@ def _on_half_space(loaded: Loaded) -> Approximation | None:
 
 
 HERTZ, HERTZ_GAUGE, MULTI_HERTZ = "hertz", "hertz_gauge", "multi_hertz"
+_OF_GAP_LINES: Mapping[str, AtApproach] = {
+    "equivalent_ellipse": equivalent_ellipse_at,
+    "kik_piotrowski": kik_piotrowski_at,
+    "stripes": stripes_at,
+    "analyn": analyn_at,
+    "kpec": kpec_at,
+}
 _APPROXIMATE: Mapping[str, Approximate] = {
     HERTZ: _at_first_touch,
     HERTZ_GAUGE: _at_gauge_side,
     MULTI_HERTZ: _at_all_touches,
-    "equivalent_ellipse": _in_strips(equivalent_ellipse),
-    "kik_piotrowski": _in_strips(kik_piotrowski),
-    "stripes": _in_strips(stripes),
-    "analyn": _in_strips(analyn),
-    "kpec": _in_strips(kpec),
+    **{name: _in_strips(partial(under_load, theory=theory)) for name, theory in _OF_GAP_LINES.items()},
     "strip": _in_strips(strip, in_plane=False),
     "half_space": _on_half_space,
 }
 _WORDS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
-THEORIES = {name: Theory(approximate=approximate, **_WORDS[name]) for name, approximate in _APPROXIMATE.items()}
+THEORIES = {
+    name: Theory(approximate=approximate, at_approach=_OF_GAP_LINES.get(name), **_WORDS[name])
+    for name, approximate in _APPROXIMATE.items()
+}
 """By name, from the cheapest."""
 EITHER_SIDE = (HERTZ_GAUGE, HERTZ)
 """Hertz's ellipse with the curvature of each side of the first touch point."""
 OF_ELLIPSES = (MULTI_HERTZ, "equivalent_ellipse")
-"""Theories that vehicle codes have where they have Hertz."""
+"""Theories that vehicle codes use as they use Hertz."""

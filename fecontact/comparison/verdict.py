@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from fecontact.comparison.ladder import PLASTIC, STEPS, Ladder, PatchGeometry, cause_of
+from fecontact.comparison.lines import EXACT, Moves
 from fecontact.comparison.measures import (
     MEASURES,
     Approximation,
@@ -21,7 +22,6 @@ from fecontact.comparison.solved_load import YIELD_BAND, Level, SolvedLoad, Yiel
 from fecontact.contact.grid import Rung
 from fecontact.criteria import Criteria
 from fecontact.normal.hertz import HertzContact
-from fecontact.rolling.laws import Creepages
 
 Answer = Literal["HOLDS", "FAILS", "UNRESOLVED"]
 FROM_BEST: tuple[Answer, ...] = ("HOLDS", "UNRESOLVED", "FAILS")
@@ -45,15 +45,18 @@ class Verdict:
         Why Hertz is off where it is, by more than a limit; `profile` where the measured profile leaves it open.
     unknown
         Measures that the result does not tell.
+    lines
+        The answer on each line that measured points allow, by its label; empty for exact lines.
     """
 
-    TELLS = ("answer", "measure", "each", "failing", "cause", "unknown")
+    TELLS = ("answer", "measure", "each", "failing", "cause", "unknown", "lines")
 
     answer: Answer
     measure: str
     each: Mapping[str, Answer]
     cause: str | None = None
     unknown: tuple[str, ...] = ()
+    lines: Mapping[str, Answer] = field(default_factory=dict)
 
     @property
     def failing(self) -> tuple[str, ...]:
@@ -89,6 +92,53 @@ def judge(deviation: Mapping[str, float], uncertainty: Mapping[str, float], crit
     return Verdict(answer=worst, measure=decided, each=each, unknown=unknown)
 
 
+# A theory holds, or fails, where it does so on this part of the lines that measured points allow.
+_OF_LINES = 0.95
+
+
+def judge_on_lines(
+    deviation: Mapping[str, float], uncertainty: Mapping[str, float], moves: Moves, criteria: Criteria
+) -> tuple[Verdict, dict[str, float]]:
+    """Judge on every line that measured points allow; with the uncertainty that the lines make of the one given.
+
+    The measure that decided is the one that has the answer on most lines. What is stated covers all lines that have the
+    contact; one that does not have it leaves the answer on it open.
+    """
+    own, stated = judge(deviation, uncertainty, criteria), dict(uncertainty)
+    if not moves.by_line:
+        return own, stated
+    there = moves.deviations(deviation)
+    on_lines = {}
+    for label, moved in there.items():
+        # relative uncertainties are of what the theory is divided by
+        known = {
+            name: value * abs((1.0 + moved[name]) / (1.0 + deviation[name])) if name in MEASURES else value
+            for name, value in uncertainty.items()
+        }
+        on_lines[label] = judge(moved, known, criteria)
+    for name in stated:
+        moved_by = (abs(moved[name] - deviation[name]) for moved in there.values())
+        stated[name] += max((by for by in moved_by if not math.isnan(by)), default=math.nan)
+    each = {name: _of_lines([one.each[name] for one in on_lines.values()]) for name in own.each}
+    answer = _of_lines([one.answer for one in on_lines.values()])
+
+    def weight(measure: str) -> tuple[bool, int, float]:
+        having = sum(one.each[measure] == answer for one in on_lines.values())
+        of = stated.get(measure, math.inf) if answer == "UNRESOLVED" else abs(deviation.get(measure, math.inf))
+        used = of / criteria.limits[measure]
+        return each[measure] == answer, having if answer == "FAILS" else 0, math.inf if math.isnan(used) else used
+
+    decided = replace(
+        own, answer=answer, measure=max(each, key=weight), each=each, lines={k: v.answer for k, v in on_lines.items()}
+    )
+    return decided, stated
+
+
+def _of_lines(answers: Sequence[Answer]) -> Answer:
+    decided: tuple[Answer, ...] = ("HOLDS", "FAILS")
+    return next((one for one in decided if answers.count(one) >= _OF_LINES * len(answers)), "UNRESOLVED")
+
+
 def answer_of(deviation: float, uncertainty: float, limit: float) -> Answer:
     """Whether a deviation is within its limit, whatever it is inside its uncertainty."""
     if abs(deviation) - uncertainty > limit:
@@ -110,21 +160,6 @@ ELEMENTS = "elements"
 
 
 # --- A judged theory as a value: how far it is off the finite elements, how sure that is, and its verdict.
-#
-# A theory of the pressure is judged by its measures; a law of creep forces by one of its own, over a range of
-# creepages.
-
-FORCE = "force"
-"""The measure of a creep law: its force, off by so much of mu N."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ForceAt:
-    """By how much of mu N a force is off at creepages of the first touch point, and how well that is known."""
-
-    creepages: Creepages
-    deviation: float
-    uncertainty: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -137,7 +172,7 @@ class Standing:
 
     @property
     def out_of_range(self) -> bool:
-        """Whether the theory is out of its own range; a law of creep forces has none."""
+        """Whether the theory is out of its own range; what no theory of the pressure is has none."""
         return self.made is not None and self.made.status == "out of range"
 
     @property
@@ -153,15 +188,15 @@ class Judgement:
     Attributes
     ----------
     deviation
-        (Theory - FE) / FE of each of `MEASURES`, and the `MISFITS`; of a creep law that of the `FORCE`.
+        (Theory - FE) / FE of each of `MEASURES`, and the `MISFITS`, or of a measure that a feature has.
     uncertainty
         Of the deviations, of those where it is known.
     limits
         Of the measures that decide.
     approximation
         What a theory of the pressure says.
-    decided
-        Creepages at which the exact theory decided about a creep law, the worst one first.
+    numerical, moves
+        The part of the uncertainty that is the meshes', and how deviations move over the lines that points allow.
     """
 
     deviation: Mapping[str, float]
@@ -169,7 +204,8 @@ class Judgement:
     limits: Mapping[str, float]
     verdict: Verdict
     approximation: Approximation | None = None
-    decided: tuple[ForceAt, ...] = ()
+    numerical: Mapping[str, float] = field(default_factory=dict)
+    moves: Moves = EXACT
 
     @property
     def measures(self) -> Measures:
@@ -191,20 +227,6 @@ class Judgement:
         """By how much the measure that uses most of its limit does so; the theory is off from 1 on."""
         used = [abs(self.deviation[name]) / limit for name, limit in self.limits.items()]
         return math.nan if any(math.isnan(part) for part in used) else max(used)
-
-
-def judged_force(decided: Sequence[ForceAt], limit: float, *, usable: bool = True) -> Judgement:
-    """A creep law by the worst answer of some creepages; a result that must not be used leaves it open."""
-    each = [(answer_of(at.deviation, at.uncertainty, limit), at) for at in decided]
-    each.sort(key=lambda one: (FROM_BEST.index(one[0]), one[1].deviation), reverse=True)
-    answer, worst = each[0]
-    return Judgement(
-        deviation={FORCE: worst.deviation},
-        uncertainty={FORCE: worst.uncertainty},
-        limits={FORCE: limit},
-        verdict=Verdict(answer=answer, measure=FORCE, each={FORCE: answer}).usable(usable),
-        decided=tuple(at for _, at in each),
-    )
 
 
 def worst_judgement(judged: Mapping[str, Judgement]) -> Judgement:
@@ -338,17 +360,13 @@ def _against(elastic: Judgement, yielded: Yielded, unsure: Mapping[str, float], 
     made = elastic.approximation
     assert made is not None
     deviation = deviations_of(yielded.fe, made)
-    uncertainty = {
+    numerical = {
         name: known * _scale(name, deviation, elastic.deviation)
         + unsure[name] * (abs(1.0 + deviation[name]) if name in MEASURES else 1.0)
-        for name, known in elastic.uncertainty.items()
+        for name, known in elastic.numerical.items()
     }
-    return replace(
-        elastic,
-        deviation=deviation,
-        uncertainty=uncertainty,
-        verdict=judge(deviation, uncertainty, solved.case.criteria),
-    )
+    verdict, uncertainty = judge_on_lines(deviation, numerical, elastic.moves, solved.case.criteria)
+    return replace(elastic, deviation=deviation, uncertainty=uncertainty, numerical=numerical, verdict=verdict)
 
 
 def _scale(name: str, deviation: Mapping[str, float], elastic: Mapping[str, float]) -> float:

@@ -1,1 +1,1 @@
-"""The frictionless contact problem on a grid of pressure nodes; knows no bodies."""
+"""The frictionless contact problem on a grid of pressure nodes; imports nothing about bodies."""

@@ -23,30 +23,31 @@ from fecontact.contact.solver import Compliance
 # A response beside a curved body's edge, carried to all nodes, need not be positive definite.
 _LEAST_SPECTRUM = 1e-3
 COMPLIANCE_LIMIT = 0.02
-"""Error of the elements' compliance beyond which they are not those of the bodies' material.
+"""Error of the elements' compliance beyond which the elements do not have the stiffness of the bodies' material.
 
-On the finest meshes of 24 contacts at `quick` and `standard` (R 460 to R 10, S1002 on 60E1, 60E2 and MBench_UIC60, one
-and two lobes, with and without yaw) from -0.8 to 0.4 %, its median 0.0 %; -1.3 % on a flange root (6.3 mm, 100 kN).
+Measured on the finest meshes of 24 contacts at `quick` and `standard` (R 460 to R 10, S1002 on 60E1, 60E2 and
+MBench_UIC60, one and two lobes, with and without yaw): -0.8 to 0.4 %, median 0.0 %; -1.3 % on a flange root (6.3 mm,
+100 kN).
 """
-# Up to this part of the nodes that are seen to each side, and to so many at least, a response is the elements' but for
-# a quadratic function of the place; beyond it has the first term of theirs. Of Hertz's peak that leaves 0.05 to 0.2 %
-# (R 80 and R 13 under loads so small that bodies are half-spaces, 4 to 14 elements a semi-axis); five nodes and no such
-# term left 0.1 to 0.6 %, and more on finer meshes.
+# Near the node a response is the elements' part plus a quadratic function of the place; further away only the first
+# term of the elements' part is left. The limit is this part of the nodes seen to each side, and at least so many nodes.
+# This leaves an error of 0.05 to 0.2 % of Hertz's peak (R 80 and R 13 under loads so small that bodies are half-spaces,
+# 4 to 14 elements a semi-axis); five nodes without the first term left 0.1 to 0.6 %, and more on finer meshes.
 _REACH = 0.75
 _LEAST_REACH_NODES = 5.0
-# With fewer nodes to each side a half-space's 1/r is not told from what is smooth.
+# With fewer nodes to each side a half-space's 1/r cannot be told from a smooth function.
 _LEAST_SEEN_NODES = 8
-# Beyond so many nodes the shape of a slender patch's bodies is no quadratic function any more: with them the error of
-# healthy elements reaches -1.3 % on patches four times as long as wide.
+# Further nodes are left out: there the bodies' part below a slender patch is no quadratic function any more. With them
+# the error of healthy elements reaches -1.3 % on patches four times as long as wide.
 _FAR_NODES = 14.0
-# On a head whose side is nearer than this to the node its shape may be no quadratic function either, which is seen by
-# what is left: so much of the half-space's own part. Healthy elements under 29 contacts leave 0.08 to 0.17 % of it
-# where they are right within 1.5 %; a tongue of 20 mm on sixteen nodes and fewer from 0.23 % on, with errors of 3 to
+# If the body's side is nearer to the node than this, the bodies' part may be no quadratic function. A residual of the
+# fit above this part of the half-space's response shows it. Healthy elements under 29 contacts leave 0.08 to 0.17 %,
+# with errors within 1.5 %; a tongue of 20 mm on sixteen nodes or fewer leaves 0.23 % and more, with errors of 3 to
 # 46 %. On the flange root, whose head is wide, 0.48 % are left and the error is 1.5 %.
 _WIDE_NODES = 16.0
 _MOST_LEFT = 0.002
-# Nor is it one where normals turn by more than this (rad) within the fit: on a corner of R 10, 0.8 rad with four
-# elements a semi-axis, healthy ones read 35 %. On the flange root they turn by 0.5.
+# The residual is also looked at if the normals turn by more than this (rad) within the fit: on a corner of R 10, by
+# 0.8 rad with four elements a semi-axis, healthy elements read 35 %. On the flange root normals turn by 0.5 rad.
 _MOST_TURN_RAD = 0.6
 
 
@@ -63,7 +64,7 @@ class UnitResponse:
     def of(
         cls, compliance: Compliance, grid: ContactGrid, *, contact_modulus_MPa: float, beside: float = 0.0
     ) -> UnitResponse:
-        """Apply the compliance once, in the middle of the grid or by a part of its length and width beside it."""
+        """Apply the compliance once, at the middle node; `beside` moves the node by this part of length and width."""
         rows, columns = grid.shape
         node = ((0 if grid.half else rows // 2) + round(beside * rows), columns // 2 + round(beside * columns))
         unit = np.zeros(grid.shape)
@@ -72,19 +73,19 @@ class UnitResponse:
         return cls(grid=grid, contact_modulus_MPa=contact_modulus_MPa, node=node, opening_mm=opening)
 
     def model(self) -> Compliance:
-        """The compliance as if it were the same at every node.
+        """The compliance, taken to be the same at every node.
 
-        Beyond the response's reach it is a half-space's with the difference at the end of the reach.
+        Beyond the response's reach it is a half-space's compliance plus the difference at the end of the reach.
         """
         return self._convolution(self._half_space() + self._beyond_half_space(), least_spectrum=_LEAST_SPECTRUM)
 
     def half_space_of_elements(self, *, quartic: bool = False) -> Compliance:
-        """A half-space that answers as the elements do: Love's, with what is theirs of the response.
+        """A half-space that answers as the elements do: Love's half-space plus the elements' part of the response.
 
-        What is theirs is everything over a few nodes, and the first error of a regular mesh beyond them: it falls with
-        the cube of the distance and has, as the mesh, two planes of symmetry. What is the bodies' is a quadratic
-        function of the place, or with `quartic` one of the fourth degree: what that changes shows how well both can be
-        told apart, which on a head that is narrow for its patch is not well.
+        The elements' part is the whole difference over a few nodes. Beyond them it is the first error of a regular
+        mesh, which falls with the cube of the distance and has two planes of symmetry. The bodies' part is a quadratic
+        function of the place, or a quartic function with `quartic`. The change between both shows how well the two
+        parts can be told apart: not well on a head that is narrow for its patch.
         """
         beyond = self._beyond_half_space()
         x, s = np.meshgrid(*self._offsets(), indexing="ij")
@@ -99,22 +100,22 @@ class UnitResponse:
         return self._convolution(self._half_space() + softness)
 
     def compliance_error(self, angle_rad: Floats, side_mm: float = math.inf) -> float:
-        """By how much the elements are softer than their material, relative to its half-space; NaN where it is unseen.
+        """Excess compliance of the elements, relative to a half-space of their material; NaN if it cannot be measured.
 
-        The response in the far field has the half-space's own 1/r, the elements' first error, and a quadratic function
-        of the place, which is the bodies' shape: how many times the first is there too much, by least squares with
+        The response in the far field is the sum of the half-space's 1/r, the elements' first error, and a quadratic
+        function of the place for the bodies' shape. The error is the excess of the first part, by least squares with
         weights that fall with the distance, as the elements' part does.
 
         Parameters
         ----------
         angle_rad (ns,)
-            Of the normals along which nodes press and are seen: a half-space answers along another one by the cosine
-            between both (`contact.halfspace.along_normals`), 0.94 of it where the normals of a flange root turn.
+            Angles of the normals along which nodes press and openings are measured. Along a normal at another angle a
+            half-space answers by the cosine between both (`contact.halfspace.along_normals`): 0.94 on a flange root.
         side_mm
-            From the node to the nearest side of its body. On a body that is narrow for the fit what is left of it says
-            whether the bodies' shape is a quadratic function there.
+            Distance from the node to the nearest side of the body. On a body that is narrow for the fit, the residual
+            of the fit decides whether the bodies' shape is a quadratic function.
 
-        Range of validity: seen over 8 nodes and more to each side.
+        Range of validity: at least 8 nodes to each side.
         """
         x, s = np.meshgrid(*self._offsets(), indexing="ij")
         nodes, (seen, reach) = np.hypot(x, s), self._seen(x, s)
@@ -123,7 +124,7 @@ class UnitResponse:
             return math.nan
         places = np.arange(angle_rad.size) - self.node[1]
         cosines = np.cos(angle_rad - angle_rad[self.node[1]])
-        # in the mean of both sides, as the response itself
+        # the mean of both sides, as in the response
         cosine = 0.5 * (np.interp(s[far], places, cosines) + np.interp(-s[far], places, cosines))
         flat = self._half_space()[far]
         half_space, beyond = cosine * flat, self._beyond_half_space()[far] + (1.0 - cosine) * flat
@@ -140,38 +141,38 @@ class UnitResponse:
         return float(parts[0] / size[0])
 
     def _seen(self, x: Integers, s: Integers) -> tuple[NDArray[np.bool_], int]:
-        """Which offsets lie inside the grid on both sides of the node, and how far they all do (in nodes)."""
+        """Which offsets lie inside the grid on both sides of the node, and up to how many nodes all offsets do."""
         (i, j), (nodes_x, nodes_s) = self.node, self.grid.shape
         seen_x = nodes_x - 1 if self.grid.half else min(i, nodes_x - 1 - i)
         seen_s = min(j, nodes_s - 1 - j)
         return (np.abs(x) <= seen_x) & (np.abs(s) <= seen_s), min(seen_x, seen_s)
 
     def _shapes(self, x: Integers, s: Integers, *, quartic: bool) -> tuple[Floats, Floats]:
-        """What a response may have of the bodies (..., n), and of regular elements far away (..., 3); all even."""
+        """Shapes of the bodies' part of a response (..., n), and of the elements' part far away (..., 3); all even."""
         step_x, step_s = self.grid.steps_mm
         powers = [(0, 0), (2, 0), (0, 2), (1, 1)]
         powers += [(4, 0), (2, 2), (0, 4), (3, 1), (1, 3)] if quartic else []
         smooth = np.stack([1.0 * x**along * s**across for along, across in powers], axis=-1)
-        # at a node itself, which is near, there is no such tail
+        # not below one step: the tail is used far away only, and would be infinite at the node
         distance = np.maximum(np.hypot(x * step_x, s * step_s), min(step_x, step_s)) / np.sqrt(step_x * step_s)
         angle = np.arctan2(s * step_s, x * step_x)
         tail = np.stack([np.cos(turns * angle) for turns in (0, 2, 4)], axis=-1) / distance[..., None] ** 3
         return np.asarray(smooth), np.asarray(tail)
 
     def _offsets(self) -> tuple[Integers, Integers]:
-        """Distances in nodes, to both sides, that occur between nodes of the contact (2 rows - 1,), (2 ns - 1,)."""
+        """Offsets between any two nodes of the contact, in nodes along x (2 rows - 1,) and across (2 ns - 1,)."""
         nodes_x, nodes_s = self.grid.shape
         rows = 2 * nodes_x - 1 if self.grid.half else nodes_x
         return np.arange(1 - rows, rows), np.arange(1 - nodes_s, nodes_s)
 
     def _half_space(self) -> Floats:
-        """Opening of a half-space at these distances (Love's rectangles)."""
+        """Opening of a half-space at the offsets (Love's rectangles)."""
         (x, s), (step_x, step_s) = self._offsets(), self.grid.steps_mm
         influence = love_influence(np.asarray(x[:, None] * step_x), np.asarray(s[None, :] * step_s), step_x, step_s)
         return influence / (np.pi * self.contact_modulus_MPa)
 
     def _beyond_half_space(self) -> Floats:
-        """What the response has more than a half-space; beyond its reach as at its end."""
+        """Response minus a half-space's response; beyond its reach the value at the end of the reach."""
         (x, s), (i, j), (nodes_x, nodes_s) = self._offsets(), self.node, self.grid.shape
         seen_x = np.clip((np.abs(x) if self.grid.half else x) + i, 0, nodes_x - 1)
         seen_s = np.clip(s + j, 0, nodes_s - 1)
@@ -188,19 +189,19 @@ class UnitResponse:
 
 # --- Patches far apart on one grid: regular nodes at each of them, and a few unequal ones on the strips between.
 #
-# Within a band the compliance is that of a regular grid. Between bands, and from and to the strips, it is that of a
-# half-space, as a matrix across for each wave along x. What finite bodies answer otherwise there is for the corrections
-# of `contact.solver`: they start from this model, and end at the bodies' own compliance.
+# Within a band the compliance is taken to be the same at every node. Between bands, and from and to the strips, it is a
+# half-space's compliance, as a matrix across for each wave along x. The corrections of `contact.solver` start from this
+# model and end at the finite bodies' own compliance.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Bands:
-    """A grid whose columns are regular in bands; pressures and openings are those of all of its nodes (n,).
+    """A grid whose columns are regular in bands; pressures and openings are arrays (n,) over all nodes.
 
     Attributes
     ----------
     columns
-        Of each band.
+        Columns of each band.
     """
 
     grid: ContactGrid
@@ -211,50 +212,50 @@ class Bands:
     def grids(self) -> list[ContactGrid]:
         """The grid of each band."""
         whole = self.grid
-        return [ContactGrid(x_mm=whole.x_mm, s_mm=whole.s_mm[own], half=whole.half) for own in self.columns]
+        return [ContactGrid(x_mm=whole.x_mm, s_mm=whole.s_mm[columns], half=whole.half) for columns in self.columns]
 
     def half_space(self) -> Compliance:
         """Compliance of a pair of half-spaces."""
         return self.together([half_space_below(grid, self.contact_modulus_MPa) for grid in self.grids])
 
     def responses(self, compliance: Compliance, *, beside: float = 0.0) -> list[UnitResponse]:
-        """What a compliance of all nodes answers in each band to a unit pressure in its middle, or beside it."""
+        """Response of each band to a unit pressure in its middle, or beside it, under a compliance of all nodes."""
         modulus = self.contact_modulus_MPa
         return [
-            UnitResponse.of(self._within(own, compliance), grid, contact_modulus_MPa=modulus, beside=beside)
-            for own, grid in zip(self.columns, self.grids, strict=True)
+            UnitResponse.of(self._within(columns, compliance), grid, contact_modulus_MPa=modulus, beside=beside)
+            for columns, grid in zip(self.columns, self.grids, strict=True)
         ]
 
     def together(self, within: Sequence[Compliance]) -> Compliance:
-        """Compliance of all nodes from that of each band within itself."""
+        """Compliance of all nodes from the compliance of each band within itself."""
         if len(within) == 1:
             return within[0]
         apart, shape = self._apart(), self.grid.shape
 
         def apply(pressure: Floats) -> Floats:
             opening = apart(pressure)
-            for own, compliance in zip(self.columns, within, strict=True):
-                band = np.ascontiguousarray(pressure.reshape(shape)[:, own])
-                opening[:, own] += compliance(band.ravel()).reshape(band.shape)
+            for columns, compliance in zip(self.columns, within, strict=True):
+                band = np.ascontiguousarray(pressure.reshape(shape)[:, columns])
+                opening[:, columns] += compliance(band.ravel()).reshape(band.shape)
             return opening.ravel()
 
         return apply
 
-    def _within(self, own: slice, compliance: Compliance) -> Compliance:
+    def _within(self, columns: slice, compliance: Compliance) -> Compliance:
         shape = self.grid.shape
 
         def apply(pressure: Floats) -> Floats:
             whole = np.zeros(shape)
-            whole[:, own] = pressure.reshape(shape[0], -1)
-            return compliance(whole.ravel()).reshape(shape)[:, own].ravel()
+            whole[:, columns] = pressure.reshape(shape[0], -1)
+            return compliance(whole.ravel()).reshape(shape)[:, columns].ravel()
 
         return apply
 
     def _apart(self) -> Compliance:
         """Opening (nx, ns) of a half-space under the pressures of other bands and of the strips.
 
-        Each node's force is spread over the cells of both nodes in turn: the mean is a symmetric matrix, as a
-        compliance must be, and Love's where cells are equal.
+        A force is spread over the cell of the pressing node, and then over the cell of the answering node: the mean of
+        both is a symmetric matrix, as a compliance must be, and Love's matrix if cells are equal.
         """
         (nodes_x, nodes_s), step_x = self.grid.shape, self.grid.steps_mm[0]
         rows = 2 * nodes_x - 1 if self.grid.half else nodes_x
@@ -263,13 +264,13 @@ class Bands:
         x, away = np.asarray(np.arange(rows)[:, None, None] * step_x), (s[:, None] - s)[None]
         of_unit_force = love_influence(x, away, step_x, width) / (step_x * width)
         kernel = 0.5 * (of_unit_force + of_unit_force.transpose(0, 2, 1)) / (np.pi * self.contact_modulus_MPa)
-        for own in self.columns:
-            kernel[:, own, own] = 0.0
+        for columns in self.columns:
+            kernel[:, columns, columns] = 0.0
         size = next_fast_len(2 * rows - 1, real=True)
         around = np.zeros((size, nodes_s, nodes_s))
         around[:rows] = kernel
         around[size - rows + 1 :] = kernel[:0:-1]
-        # real, since opposite sides are equal
+        # the spectrum is real, since opposite sides are equal
         spectrum = rfft(around, axis=0).real
 
         def apply(pressure: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""The nodes on which a contact pressure lives, fields on them, and a contact that was solved on them."""
+"""The grid of pressure nodes, fields on it, and a contact solved on it."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from fecontact.contact.solver import ContactSolution, ContactStatus
 class ContactGrid:
     """Tensor grid of pressure nodes on the rail's surface: x (nx,) and arc length s (ns,) from first touch (mm).
 
-    In a half model x starts at 0, the plane of symmetry. Steps are equal, but for those across on the elements' nodes
-    below patches far apart (`contact.elements`).
+    In a half model x starts at 0, the plane of symmetry. Steps are equal, except across on the elements' nodes below
+    patches far apart (`contact.elements`).
     """
 
     x_mm: Floats
@@ -32,7 +32,7 @@ class ContactGrid:
 
     @property
     def steps_mm(self) -> tuple[float, float]:
-        """Spacing along x and across; the smallest one where it is not uniform."""
+        """Spacing along x and across; the smallest spacing if it is not uniform."""
         return float(self.x_mm[1] - self.x_mm[0]), float(_even(np.diff(self.s_mm)).min())
 
     def nodal_area_mm2(self) -> Floats:
@@ -46,7 +46,7 @@ class ContactGrid:
     def weighted_mean(self, values_at: Callable[[Floats, Floats], Floats]) -> Floats:
         """Mean (n,) of a function of (x, s) weighted by the dual shape functions: int psi_i f / D_i.
 
-        Three Gauss points a cell and direction.
+        Three Gauss points in each cell and direction.
         """
         nodes, weights = np.polynomial.legendre.leggauss(3)
         xi = 0.5 + 0.5 * nodes
@@ -64,7 +64,7 @@ class ContactGrid:
 
 
 def _even(steps: Floats) -> Floats:
-    """Steps without their rounding: all as the first one where they are equal."""
+    """Steps without rounding: all equal to the first step if they differ by rounding only."""
     return np.where(np.abs(steps - steps[0]) <= 1e-9 * steps[0], steps[0], steps)
 
 
@@ -76,7 +76,7 @@ def hat_functions(line: Floats, places: Floats) -> Floats:
 
 
 def hat_integrals(line: Floats, ends: Floats) -> Floats:
-    """Integrals (n, m - 1) of the linear shape functions of a line of n nodes from each of m places to the next."""
+    """Integrals (n, m - 1) of the linear shape functions of a line of n nodes, from each of m places to the next."""
     steps, beyond = _even(np.diff(line)), ends - line[:, None]
     before, after = np.insert(steps, 0, steps[0])[:, None], np.append(steps, steps[-1])[:, None]
     rising, falling = np.clip(beyond + before, 0.0, before), np.clip(beyond, 0.0, after)
@@ -101,7 +101,7 @@ class Field:
         return cls(grid=grid, values=values.reshape(*grid.shape, *values.shape[1:]))
 
     def whole(self) -> Field:
-        """Both halves of a half model, the second one as the mirror image at x = 0 of an even function."""
+        """Both halves of a half model: the field is even, so that the other half is its mirror image at x = 0."""
         grid = self.grid
         if not grid.half:
             return self
@@ -110,7 +110,7 @@ class Field:
         return Field(grid=whole, values=np.concatenate([self.values[:0:-1], self.values]))
 
     def even(self) -> Field:
-        """The field on equal steps across, the smallest of its grid, linear between its nodes."""
+        """The field on equal steps across, as small as the grid's smallest step, linear between its nodes."""
         grid = self.grid
         if np.ptp(_even(np.diff(grid.s_mm))) == 0.0:
             return self
@@ -120,7 +120,7 @@ class Field:
         return Field(grid=even, values=self.values @ hat_functions(grid.s_mm, s))
 
     def covering(self, length_x_mm: float, length_s_mm: float) -> Field:
-        """Both halves, continued by zeros in the grid's own steps past a box of these lengths around the origin."""
+        """Both halves, continued by zeros in the grid's steps past a box of these lengths around the origin."""
         field = self.whole()
         x, more_x = _continued(field.grid.x_mm, 0.5 * length_x_mm)
         s, more_s = _continued(field.grid.s_mm, 0.5 * length_s_mm)
@@ -130,7 +130,7 @@ class Field:
 
 
 def _continued(line: Floats, reach: float) -> tuple[Floats, tuple[int, int]]:
-    """A uniform line continued in its own steps until it goes past -reach and reach, and how many steps that took."""
+    """A uniform line, continued in its steps past -reach and reach, and the number of steps added at each end."""
     step = float(line[1] - line[0])
     before = max(0, int(np.ceil((reach + line[0]) / step)) + 1)
     after = max(0, int(np.ceil((reach - line[-1]) / step)) + 1)
@@ -138,21 +138,21 @@ def _continued(line: Floats, reach: float) -> tuple[Floats, tuple[int, int]]:
     return np.concatenate([low, line, high]), (before, after)
 
 
-# --- One contact that was solved on a grid of pressure nodes: a rung of the ladder from Hertz to the finite elements.
+# --- A solved contact on a grid of pressure nodes: a rung of the ladder from Hertz to the finite elements.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Rung:
-    """Pressure and gap of a solved contact, and how well it was solved.
+    """Pressure and gap of a solved contact, and its residuals.
 
     Attributes
     ----------
     pressure_MPa, gap_mm (nx, ns)
-        Pressure and deformed gap on the grid; in a half model those of x >= 0 alone.
+        Pressure and deformed gap on the grid; in a half model for x >= 0 only.
     approach_mm
         Approach of the bodies along the contact normal at first touch.
     normal_force_N
-        Force along that normal that the pressure of the whole contact carries.
+        Force along the contact normal that the pressure of the whole contact carries.
     contact_residual, penetration_residual, load_balance, iterations, compliance_calls
         As in `ContactSolution`.
     """
@@ -173,7 +173,7 @@ class Rung:
     def of(
         cls, grid: ContactGrid, solution: ContactSolution, *, approach_mm: float, upright: Floats | None = None
     ) -> Rung:
-        """Rung of a solution on the nodes of a grid.
+        """Rung from a solution on the nodes of a grid.
 
         Parameters
         ----------
@@ -201,7 +201,7 @@ class Rung:
         return Field(grid=self.grid, values=self.pressure_MPa)
 
     def even(self) -> Rung:
-        """The contact on equal steps across, as what reads pressures takes it; itself where they are equal."""
+        """The contact on equal steps across, as evaluations need it; unchanged if the steps are equal."""
         pressure = self.pressure.even()
         gap = Field(grid=self.grid, values=self.gap_mm).even()
         return (
@@ -212,15 +212,15 @@ class Rung:
 
     @property
     def residual(self) -> float:
-        """Both residuals together: what the solution leaves open, relative to the approach."""
+        """Sum of contact and penetration residual, relative to the approach."""
         return self.contact_residual + self.penetration_residual
 
 
 def misfit(nodal: Rung, fine: Rung) -> float:
-    """Part of the load that a contact on the nodes of elements has elsewhere than the same contact on finer nodes.
+    """Part of the load that lies elsewhere on the elements' nodes than on finer nodes, for one contact.
 
-    A nodal pressure is the mean over the node's shape function, so that means of the finer pressure are compared, which
-    is even over the cells of its nodes. Elements may be finer than those.
+    A nodal pressure is the mean over the node's shape function, and is compared with such means of the finer pressure,
+    which is constant over the cells of its nodes. The elements may also be finer than these cells.
     """
     grid, pressure = nodal.pressure.whole().grid, nodal.pressure.whole().values
     finer = fine.pressure.whole()
@@ -232,6 +232,6 @@ def misfit(nodal: Rung, fine: Rung) -> float:
 
 
 def _cell_ends(line: Floats) -> Floats:
-    """Ends of the cells around the nodes of a uniform line."""
+    """Ends of the cells around the nodes of a uniform line, one more than nodes."""
     step = float(line[1] - line[0])
     return np.append(line - 0.5 * step, line[-1] + 0.5 * step)

@@ -1,4 +1,4 @@
-"""Elastic half-space: opening of two flat bodies under a pressure, and their contact over any gap even across."""
+"""Elastic half-space: opening of two flat bodies under a pressure, and their contact for any gap even across."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from fecontact.errors import ConvergenceError, InputError
 def half_space_problem(
     grid: ContactGrid, gap_mm: Floats, *, contact_modulus_MPa: float, closing: Floats | None = None
 ) -> ContactProblem:
-    """Contact of a gap on a pair of half-spaces.
+    """Contact problem of a gap on a pair of half-spaces.
 
     Parameters
     ----------
     gap_mm (n,)
         Undeformed gap at the grid's nodes.
     closing (n,)
-        How much it closes when the bodies approach by 1; 1 everywhere if not given.
+        How much the gap closes when the bodies approach by 1; 1 everywhere if not given.
     """
     return ContactProblem(
         compliance=half_space_below(grid, contact_modulus_MPa),
@@ -42,7 +42,7 @@ def half_space_below(grid: ContactGrid, contact_modulus_MPa: float) -> Complianc
     convolution by FFT with zero padding, exact for these rectangles. In a half model row 0 lies on the plane of
     symmetry x = 0 and the mirrored pressure acts as well.
 
-    Range of validity: flat surfaces; over a curved surface it takes arc lengths for distances.
+    Range of validity: flat surfaces; on a curved surface arc lengths are taken for distances.
     """
     (nodes_x, nodes_s), (step_x, step_s) = grid.shape, grid.steps_mm
     rows = 2 * nodes_x - 1 if grid.half else nodes_x
@@ -58,14 +58,14 @@ def half_space_below(grid: ContactGrid, contact_modulus_MPa: float) -> Complianc
 def along_normals(flat: Compliance, angle_rad: Floats) -> Compliance:
     """Compliance of a half-space below pressures (n,) along normals at these angles (n,), in a plane across.
 
-    A pressure along a normal moves the surfaces of two bodies of one material apart along it alone, for their tangents
-    move alike (Johnson 1985, sec. 3.2). What another normal sees of it is the cosine between both: that of flat
-    surfaces once for each of two directions. It is symmetric and positive definite where that is, and the same where
-    all angles are equal. Circles of one radius in each other answer so but for a term that is the same everywhere,
-    with chords for distances.
+    A pressure along a normal opens two bodies of one material along this normal alone, since their tangential
+    displacements are equal (Johnson 1985, sec. 3.2). Along another normal the opening is smaller by the cosine of the
+    angle between both. This cosine is a sum of two products, so that the flat compliance is applied once for each. The
+    result is symmetric and positive definite if the flat compliance is, and equal to it if all angles are equal. For a
+    circle inside another of equal radius it is exact up to a constant term, with chords for distances.
 
-    Range of validity: distances are those along the surface, longer than chords by a 24th of the square of the angle,
-    of which the cosine takes a half. For unlike materials it leaves out Dundurs' second constant times the sine.
+    Range of validity: distances are arc lengths, longer than chords by 1/24 of the square of the angle; the cosine is
+    smaller by 1/2 of this square. For unlike materials Dundurs' second constant times the sine is left out.
     """
     cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
 
@@ -82,14 +82,14 @@ def convolution(kernel: Floats, shape: tuple[int, int], *, half: bool, least_spe
     ----------
     kernel (rows, 2 nodes_s - 1)
         Response at x offsets 0 to rows - 1 and s offsets 1 - nodes_s to nodes_s - 1 steps from a node of unit pressure;
-        the same on the opposite side of it. rows is nodes_x, or 2 nodes_x - 1 in a half model, where it is even in x.
+        equal at the opposite offset. rows is nodes_x, or 2 nodes_x - 1 in a half model, whose response is even in x.
     least_spectrum
-        Lower bound of its spectrum, relative to the largest value; above zero the compliance is positive definite.
+        Lower bound of the kernel's spectrum, relative to the largest value; above 0: positive definite.
     """
     nodes_x, nodes_s = shape
     rows = kernel.shape[0]
     length_s = next_fast_len(2 * nodes_s - 1, real=True)
-    # cosines alone where all is even in x: a quarter of the time
+    # a half model is even in x and needs cosines alone: a quarter of the time
     length_x = next_fast_len(rows - 1, real=True) + 1 if half else next_fast_len(2 * rows - 1)
 
     def forward(of_nodes: Floats) -> Complexes:
@@ -109,7 +109,7 @@ def convolution(kernel: Floats, shape: tuple[int, int], *, half: bool, least_spe
         # the opposite side: both offsets change sign
         wrapped[1 - rows :, :nodes_s] = kernel[:0:-1, nodes_s - 1 :: -1]
         wrapped[1 - rows :, 1 - nodes_s :] = kernel[:0:-1, : nodes_s - 1 : -1]
-    # real, since opposite sides are equal
+    # the spectrum is real, since opposite sides are equal
     spectrum = forward(wrapped).real
     spectrum = np.maximum(spectrum, least_spectrum * spectrum.max())
 
@@ -135,15 +135,15 @@ def love_influence(x: Floats, y: Floats, step_x: float, step_y: float | Floats) 
     return np.asarray(term(x1, y1, y2) - term(x2, y1, y2) + term(y1, x1, x2) - term(y2, x1, x2))
 
 
-# --- Contact of any gap that is even across on a half-space, on nodes that follow its patch; no profiles, no placement.
+# --- Contact on a half-space for any gap even across, on nodes that follow the patch; no profiles, no placement.
 
 Gap = Callable[[Floats, Floats], Floats]
 NODES = 16
 """Nodes on the half length and the half width of the narrowest piece of a patch."""
-# A hundred thousandth of the approach moves it and the pressure by less than nodes do.
+# Relative to the approach: this error changes approach and pressure by less than the discretisation does.
 _TOLERANCE = 1e-5
 _COARSE = (49, 13)
-# Of the longest piece: shorter ones are followed by as many nodes as this has.
+# Part of the longest piece: the spacing of nodes does not follow pieces shorter than this.
 _FINEST = 0.2
 _MOST_NODES = 60_000
 _ENLARGED = 1.4
@@ -151,16 +151,16 @@ _ENLARGED = 1.4
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OnGap:
-    """A solved contact.
+    """A solved contact on a half-space.
 
     Attributes
     ----------
     pressure
-        In MPa over (x, y), both sides of y = 0.
+        Pressure in MPa over (x, y), on both sides of y = 0.
     approach_mm
-        From where both surfaces of gap zero would touch.
+        Approach from the position in which the gap is as given.
     residual
-        What the solution leaves open, relative to the approach.
+        Contact residual plus penetration residual, relative to the approach.
     """
 
     pressure: Field
@@ -177,21 +177,21 @@ def contact_on_gap(
     far_mm: tuple[float, float],
     nodes: int = NODES,
 ) -> OnGap:
-    """Solve a gap on a half-space, first on coarse nodes over all that may touch, then on nodes that fit the patch.
+    """Solve the contact of a gap on a half-space, first on coarse nodes over a large area, then on nodes that fit it.
 
     Parameters
     ----------
     gap_mm
-        From x (n, 1) and y (1, m), in mm, y >= 0, to the undeformed gap (n, m), even in y.
+        Function from x (n, 1) and y (1, m), in mm, y >= 0, to the undeformed gap (n, m), even in y.
     reach_mm
-        A first guess of the approach from the least gap; enlarged until the patch cannot reach further.
+        First guess of the approach beyond the least gap; enlarged until the patch cannot reach further.
     far_mm
         Half length and half width of a box in which the contact lies.
 
     Raises
     ------
     InputError
-        If the patch reaches the end of that box.
+        If the patch reaches the end of the box.
     ConvergenceError
         If the contact is not found.
     """
@@ -212,7 +212,7 @@ def contact_on_gap(
     if solution.status != "converged":
         raise ConvergenceError(
             f"the contact on a half-space of {grid.shape[1]} by {grid.shape[0]} nodes did not converge (residual"
-            f" {solution.residual:.1e} of the approach); another load or place may go"
+            f" {solution.residual:.1e} of the approach); try another load or place"
         )
     whole = Field.of_nodes(grid, solution.pressure_MPa).whole()
     over = ContactGrid(x_mm=grid.s_mm, s_mm=whole.grid.x_mm, half=False)
@@ -224,18 +224,18 @@ def contact_on_gap(
 
 
 def _solve(gap_mm: Gap, grid: ContactGrid, load_N: float, modulus: float) -> tuple[ContactSolution, ContactGrid]:
-    """Contact on nodes, the plane of symmetry of which lies across: their first direction is y."""
+    """Contact on a grid whose first direction is y: its plane of symmetry is y = 0."""
     gap = np.ascontiguousarray(gap_mm(grid.s_mm[:, None], grid.x_mm[None, :]).T)
     problem = half_space_problem(grid, gap.ravel(), contact_modulus_MPa=modulus)
     return solve_contact(problem, load_N, tolerance=_TOLERANCE), grid
 
 
 def _box(x: Floats, y: Floats, near: NDArray[np.bool_]) -> ContactGrid:
-    """Coarse nodes over all that comes together."""
+    """Coarse nodes over all places that are near."""
     along, across = np.flatnonzero(near.any(axis=1)), np.flatnonzero(near.any(axis=0))
     if along[0] == 0 or along[-1] == x.size - 1 or across[-1] == y.size - 1:
         raise InputError(
-            f"the contact reaches the end of {x[-1]:g} by {y[-1]:g} mm beside its middle; reduce the load, or the"
+            f"the contact reaches further than {x[-1]:g} by {y[-1]:g} mm from its middle; reduce the load, or the"
             " depth of the irregularity"
         )
     low, high, wide = x[along[0] - 1], x[along[-1] + 1], y[across[-1] + 1]
@@ -254,12 +254,12 @@ def _fitted(grid: ContactGrid, solution: ContactSolution, nodes: float) -> Conta
 
 
 def _grid(low: float, high: float, wide: float, step_x: float, step_y: float) -> ContactGrid:
-    """Nodes along x from low to high and across to `wide`, with two more on each end."""
+    """Nodes along x from low to high and across up to `wide`, with two more at each end."""
     count_x, count_y = int(np.ceil((high - low) / step_x)) + 5, int(np.ceil(wide / step_y)) + 3
     if count_x * count_y > _MOST_NODES:
         raise ConvergenceError(
-            f"nodes that follow the contact would be {count_x} by {count_y}, and at most {_MOST_NODES} are solved; its"
-            " shortest piece is too short beside the whole; another place along the irregularity may go"
+            f"the contact would need {count_x} by {count_y} nodes, and at most {_MOST_NODES} are solved: its shortest"
+            " piece is too short relative to the whole; try another place along the irregularity"
         )
     middle = 0.5 * (low + high)
     x = middle + step_x * (np.arange(count_x) - 0.5 * (count_x - 1))

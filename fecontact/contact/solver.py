@@ -56,16 +56,16 @@ class ContactProblem:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ContactSolution:
-    """Pressure of a contact problem with its residuals, relative to the approach where they are lengths.
+    """Pressure of a contact problem, with its residuals relative to the approach.
 
     Attributes
     ----------
     pressure_MPa, gap_mm (n,)
         Pressure and deformed gap at the nodes.
     contact_residual
-        Largest gap where there is pressure.
+        Largest gap at a node with pressure.
     penetration_residual
-        Deepest overlap where there is no pressure.
+        Deepest overlap at a node without pressure.
     load_balance
         Error of the total load relative to the load.
     compliance_calls
@@ -89,7 +89,7 @@ class ContactSolution:
 
     @property
     def residual(self) -> float:
-        """Both residuals together: what the solution leaves open, relative to the approach."""
+        """Sum of contact and penetration residual, relative to the approach."""
         return self.contact_residual + self.penetration_residual
 
 
@@ -107,9 +107,9 @@ def solve_contact(
     Parameters
     ----------
     load_N
-        Force along the approach, > 0; None where an approach is given.
+        Force along the approach, > 0; None if an approach is given.
     approach_mm
-        Approach that is held instead of a load, other than 0.
+        Prescribed approach instead of a load; not 0.
     start_MPa (n,)
         First guess of the pressure. Without it the pressure is uniform over the nodes with the smallest gaps under a
         load, and zero at an approach.
@@ -136,7 +136,7 @@ def solve_contact(
             return replace(state, iterations=iteration, compliance_calls=calls)
         active, gap = state.in_contact, state.gap_mm
         if state.contact_residual <= tolerance:
-            # the nodes in contact are settled (a single one always is): those that overlap decide about the step
+            # the nodes in contact are solved (a single node always is): the overlapping nodes decide about the step
             active = active | (gap < 0.0)
             total = g0 + opening
             gap = total - (_mean(problem, total, active) if approach_mm is None else approach_mm) * c
@@ -155,14 +155,14 @@ def solve_contact(
         new = np.maximum(trial, 0.0)
         new[overlapping] = -step * gap[overlapping]
         entered = bool(np.any(overlapping))
-        # at an approach a new start after pressures were cut off saves a fifth of the iterations
+        # at a prescribed approach, a restart after pressures were cut off saves a fifth of the iterations
         conjugate = not (entered or (clipped and load_N is None))
         scale = _scale(problem, load_N, new)
         if clipped or entered:
             opening = problem.compliance(scale * new)
             calls += 1
         else:
-            # linear: no new application of the compliance
+            # the opening is linear in the pressure: no new application of the compliance
             opening = scale * (opening - step * moved)
         p = scale * new
 
@@ -175,9 +175,9 @@ def solution_at(
     tolerance: float,
     approach_mm: float | None = None,
 ) -> ContactSolution:
-    """Pressures (n,) as a solution: approach where none is given, gap and residuals with the opening (n,) they cause.
+    """Solution of pressures (n,) and the opening (n,) they cause: gap, residuals, and the approach if none is given.
 
-    It has cost one iteration, and one application of the compliance.
+    It counts as one iteration and one application of the compliance.
     """
     total = problem.gap_mm + opening
     active = pressure > 0.0
@@ -199,22 +199,22 @@ def solution_at(
 
 
 def _mean(problem: ContactProblem, values: Floats, nodes: NDArray[np.bool_]) -> float:
-    """Approach that fits displacements (n,) on some nodes best: their mean where all normals are parallel to it."""
+    """Approach that best fits displacements (n,) on some nodes: their mean if all normals are parallel to it."""
     c, w = problem.closing[nodes], problem.area_mm2[nodes]
     return inner(w * c, values[nodes]) / inner(w * c, c)
 
 
-def inner(one: Floats, other: Floats) -> float:
-    """Sum of products of (n,) and (n,).
+def inner(a: Floats, b: Floats) -> float:
+    """Inner product of (n,) and (n,).
 
-    Not by BLAS: its threads take a hundred times as long as the sum to begin and end one of ten thousand terms, and
-    their number decides about its last bits.
+    Not by BLAS: starting and ending its threads takes a hundred times as long as a sum of ten thousand terms, and their
+    number changes the last bits of the sum.
     """
-    return float(np.einsum("i,i->", one, other))
+    return float(np.einsum("i,i->", a, b))
 
 
 def _scale(problem: ContactProblem, load_N: float | None, pressure: Floats) -> float:
-    """What pressures (n,) are multiplied by to carry a load; 1 where none is given."""
+    """Factor by which pressures (n,) carry the load; 1 if no load is given."""
     return 1.0 if load_N is None else load_N / problem.load_N(pressure)
 
 
@@ -229,13 +229,13 @@ def _start(problem: ContactProblem, load_N: float | None) -> Floats:
 
 
 def mixture(solved: Sequence[Floats], changes: Sequence[Floats]) -> Floats:
-    """The combination (n,) of solutions whose changes cancel best; the solution itself where there is only one.
+    """Combination (n,) of solutions whose changes cancel best; a single solution is returned unchanged.
 
     Parameters
     ----------
     solved, changes
-        What each step of the iteration gave (n,), and its weighted difference from what went in (n,), the last at the
-        end.
+        Output (n,) of each step of the iteration, and its weighted difference from the step's input (n,), the last step
+        at the end.
     """
     if len(solved) == 1:
         return solved[0]
@@ -246,10 +246,10 @@ def mixture(solved: Sequence[Floats], changes: Sequence[Floats]) -> Floats:
 
 # --- The contact problem of an expensive compliance, solved through a cheap model of it.
 #
-# Finite elements answer a pressure nearly as a half-space does. What differs is the softness of the elements, felt over
-# a few nodes and alike at every node, and the shape of the bodies, felt everywhere and slowly varying. A model that is
-# the same at every node and agrees with one response of the real compliance has the first of both exactly, so that a
-# few corrections by what it misses are enough.
+# Finite elements answer a pressure nearly as a half-space does, with two differences: the softness of the elements acts
+# over a few nodes and alike at every node; the shape of the bodies acts everywhere and varies slowly. A model that is
+# the same at every node, and agrees with one response of the real compliance, contains the softness exactly. A few
+# corrections for the shape are then enough.
 
 _MOST_CORRECTIONS = 15
 _DEPTH = 4
@@ -263,20 +263,20 @@ def solve_by_correction(
     start_MPa: Floats | None = None,
     tolerance: float = CONTACT_TOLERANCE,
 ) -> ContactSolution:
-    """Solve a contact problem by corrections of the solution of a model of its compliance.
+    """Solve a contact problem by repeated solutions with a model of its compliance.
 
-    Each correction solves the model with the gap enlarged by what the model misses under the last pressure; Anderson
-    mixing (Anderson 1965; Walker and Ni 2011) of the last ones. Where this stalls, conjugate gradients go on from the
-    best pressure.
+    Each correction solves the model with the gap enlarged by the model's error under the last pressure. The last
+    solutions are combined by Anderson mixing (Anderson 1965; Walker and Ni 2011). If this stalls, conjugate gradients
+    continue from the best pressure.
 
     Parameters
     ----------
     model
-        Positive definite approximation of the compliance, much cheaper than it.
+        Positive definite approximation of the compliance, much cheaper to apply.
     start_MPa (n,)
-        Where the first solution of the model starts.
+        Start of the first solution of the model.
     tolerance
-        Bound of both residuals of the problem itself, relative to the approach, as in `solve_contact`.
+        Bound of both residuals, relative to the approach, as in `solve_contact`.
     """
     weight = np.sqrt(problem.area_mm2)
     cheap = replace(problem, compliance=model)
@@ -292,7 +292,7 @@ def solve_by_correction(
         residual = max(state.contact_residual, state.penetration_residual)
         if residual < best:
             best, best_p = residual, p
-        # the error of the inner solution must not be seen in the next residual
+        # the inner solution must be so exact that its error does not appear in the next residual
         inner = replace(cheap, gap_mm=problem.gap_mm + opening - model(p))
         q = solve_contact(inner, load_N, start_MPa=p, tolerance=max(1e-3 * residual, 0.1 * tolerance)).pressure_MPa
         solved, changes = [*solved, q][-_DEPTH - 1 :], [*changes, (q - p) * weight][-_DEPTH - 1 :]

@@ -1,4 +1,4 @@
-"""One elastic body: its mesh, how it is held, its stiffness, and the factors by which it is solved."""
+"""One elastic body: its mesh, its supports, its stiffness matrix and the linear solver of that matrix."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fecontact.arrays import Floats, Integers
 from fecontact.bodies import Material
 from fecontact.errors import ConvergenceError, FoldedMesh, InputError, NotEnoughMemory
 
-# --- The mesh of one body, and what is measured on it.
+# --- The mesh of one body, and its measures.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,7 +36,7 @@ class BodyMesh:
     contact_nodes (nx, ns)
         Nodes of the uniform zone: rows along x, columns from the gauge to the field side.
     block_nodes (nx, ns, layers)
-        Nodes of the uniform block below each contact node, along the normal into the body; the first one lies on it.
+        Nodes of the uniform block below each contact node, along the inward normal; the first is the contact node.
     half
         Whether only x >= 0 is meshed.
     volume_mm3
@@ -75,7 +75,7 @@ def mesh_volume(mesh: BodyMesh) -> float:
 CORNER_SIGNS = np.array(
     [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]
 )
-"""Corners of the unit hexahedron from -1 to 1, in VTK order; its Gauss points lie at 1 / sqrt(3) of them."""
+"""Corners of the unit hexahedron from -1 to 1, in VTK order; its Gauss points are the corners times 1 / sqrt(3)."""
 
 
 def shape_gradients(r: float, s: float, t: float) -> Floats:
@@ -98,7 +98,7 @@ def surface_normals(mesh: BodyMesh, name: str) -> Floats:
 
 
 def check_mesh(mesh: BodyMesh) -> None:
-    """Guards of the mesh hand-over: a broken mesh would give a wrong pressure without any message."""
+    """Check a finished mesh: a broken mesh would give a wrong pressure without any message."""
     for name, quads in mesh.surfaces.items():
         assert len(quads) > 0, f"{mesh.name}: surface {name} is empty"
     worst = float(corner_jacobians(mesh).min())
@@ -112,12 +112,12 @@ def check_mesh(mesh: BodyMesh) -> None:
         f"{mesh.name}: volume {volume} instead of {mesh.volume_mm3} mm^3"
     )
     up = 1.0 if mesh.name == "rail" else -1.0
-    # in the mean: around a corner some of them may point sideways and further
+    # only the mean: around a corner some normals may point sideways or even backwards
     upwards = up * float(surface_normals(mesh, "contact")[:, 2].mean())
     assert upwards > 0.0, f"{mesh.name}: contact normals point inwards"
 
 
-# --- Hooke's law of an isotropic body: the one law of its stiffness and of its stresses.
+# --- Hooke's law of an isotropic body, for both its stiffness and its stresses.
 
 
 def elasticity_MPa(material: Material) -> Floats:
@@ -125,9 +125,9 @@ def elasticity_MPa(material: Material) -> Floats:
 
     C_ijkl = lambda d_ij d_kl + G (d_ik d_jl + d_il d_jk) with Lame's constants.
     """
-    one = np.eye(3)
-    dilation = np.einsum("ij,kl->ijkl", one, one)
-    shear = np.einsum("ik,jl->ijkl", one, one) + np.einsum("il,jk->ijkl", one, one)
+    delta = np.eye(3)
+    dilation = np.einsum("ij,kl->ijkl", delta, delta)
+    shear = np.einsum("ik,jl->ijkl", delta, delta) + np.einsum("il,jk->ijkl", delta, delta)
     return np.asarray(material.lame_MPa * dilation + material.shear_MPa * shear)
 
 
@@ -140,20 +140,20 @@ _TO_SKFEM = np.array([0, 4, 3, 1, 7, 5, 2, 6])
 def stiffness(mesh: BodyMesh, material: Material) -> csr_matrix:
     """Stiffness matrix (3n, 3n) in N/mm, three displacement components per node in turn.
 
-    Trilinear hexahedra, isotropic Hooke's law, small strains. The integrals of d_i u d_j v are taken from scikit-fem's
-    shape functions and quadrature for all elements at once, and added up in one common pattern, which is faster than
-    its vector form by an order of magnitude.
+    Trilinear hexahedra, isotropic Hooke's law, small strains. The integrals of d_i u d_j v use scikit-fem's shape
+    functions and quadrature. They are computed for all elements at once and added up in one sparsity pattern, which is
+    ten times as fast as scikit-fem's vector form.
     """
     from skfem import Basis, ElementHex1
 
     basis = Basis(_skfem_mesh(mesh), ElementHex1(), intorder=3)
-    # one array (elements, corners, quadrature points) a direction
+    # for each direction an array (elements, corners, quadrature points)
     gradients = [np.stack([shape[0].grad[i] for shape in basis.basis], axis=1) for i in range(3)]
     weights = basis.dx[:, None, :]
     nodes, count = basis.element_dofs.T.astype(np.int64), len(mesh.points)
     pairs, place = np.unique(nodes[:, :, None] * count + nodes[:, None, :], return_inverse=True)
     place = place.ravel()
-    # row and column of the matrix belong to v and u
+    # rows of the matrix belong to the test function v, columns to the displacement u
     parts = np.empty((pairs.size, 3, 3))
     for i in range(3):
         for j in range(i, 3):
@@ -174,28 +174,28 @@ def _skfem_mesh(mesh: BodyMesh) -> Any:
     return MeshHex1(mesh.points.T.copy(), mesh.hexes[:, _TO_SKFEM].T.copy(), sort_t=False)
 
 
-# --- What the solution of a body needs of the machine's memory, and whether it is there.
+# --- Memory that the solution of a body needs, and whether the machine has it.
 
-# Bytes of a Cholesky factor of n degrees of freedom and of its analysis, from PARDISO's own count on bodies of 11 to
-# 61 thousand: 145 to 163 n^(4/3), the growth of nested dissection in space, and 1.3 kB each.
+# Bytes of a Cholesky factor of n degrees of freedom, and bytes a degree of freedom of its analysis. PARDISO itself
+# counts 145 to 163 n^(4/3) (the growth of nested dissection in space) and 1.3 kB on bodies of 11 to 61 thousand.
 _FACTOR_BYTES = 165.0
 _ANALYSIS_BYTES = 1300.0
-# The matrix itself, its assembly and the other body's work beside it.
+# Part of the available memory for factors: the matrix, its assembly and the other body need the rest.
 USABLE_MEMORY = 0.8
 
 
 def factor_bytes(degrees_of_freedom: int) -> float:
-    """Memory that PARDISO needs for a body, before anything is made."""
+    """Estimated memory that PARDISO needs for a body."""
     return float(_FACTOR_BYTES * degrees_of_freedom ** (4.0 / 3.0) + _ANALYSIS_BYTES * degrees_of_freedom)
 
 
 def check_memory(needed_bytes: float, what: str) -> None:
-    """Refuse what the machine cannot hold before it is begun.
+    """Refuse work that needs more memory than the machine has, before the work begins.
 
     Raises
     ------
     NotEnoughMemory
-        If more is needed than is available now.
+        If more memory is needed than is available now.
     """
     import psutil
 
@@ -212,20 +212,21 @@ def check_memory(needed_bytes: float, what: str) -> None:
 SolverName = Literal["pardiso", "amg"]
 LinearSolver = Callable[[Floats], Floats]
 _MKL_PATH = "PYPARDISO_MKL_RT"
-# Far below the contact solver's own tolerance, so that its residuals are those of the contact problem.
+# Far below the contact solver's tolerance, so that the contact residuals do not contain this error.
 AMG_TOLERANCE = 1e-10
 _AMG_ITERATIONS = 400
-# Of both bodies under a single load: from here on multigrid is the cheaper one. Factors or hierarchy and first load
-# take, in CPU seconds of one core (AMD EPYC, virtual, 2026; cylinder R 460 on R 300), 0.7 and 1.5 with 31 thousand, 2.1
-# and 4.8 with 69, 3.6 and 6.8 with 100, 11.6 and 12.4 with 188; they grow with n^1.8 and n^1 there. A further load
-# takes 0.1 of the first one with factors, 0.6 of it without.
+# Unknowns of both bodies above which multigrid is cheaper for a single load. CPU seconds of one core (AMD EPYC,
+# virtual, 2026; cylinder R 460 on R 300) for the first load, by factors and by multigrid: 0.7 and 1.5 with 31 thousand
+# unknowns, 2.1 and 4.8 with 69, 3.6 and 6.8 with 100, 11.6 and 12.4 with 188, where they grow with n^1.8 and n^1. A
+# further load takes 0.1 of this time by factors, 0.6 by multigrid.
 _MULTIGRID_UNKNOWNS = 200_000
-# The level that is solved directly, with six degrees of freedom a node.
+# Largest level that is solved directly, with six degrees of freedom a node.
 _COARSEST_NODES = 80
 _MOST_LEVELS = 10
-# Connections up to this many times the shortest one of a node are strong.
+# A connection of a node is strong up to this many times the length of its shortest connection.
 _NEAR = 3.0
-# Earlier solutions that a new one begins with; combinations that differ by less than this part are the same.
+# Number of earlier solutions for the first guess of a new one, and the relative size below which a singular value of
+# their combination is zero.
 _REMEMBERED = 8
 _INDEPENDENT = 1e-12
 
@@ -239,7 +240,7 @@ def pardiso_available() -> bool:
 
 
 def _pypardiso() -> Any:
-    """The package, told where MKL is: it asks the compiler and lists all of the environment, twice in 0.5 s."""
+    """The package pypardiso, told where MKL is: its own search of the whole environment takes 0.5 s."""
     if _MKL_PATH not in os.environ:
         with contextlib.suppress(PackageNotFoundError):
             for path in files("mkl") or ():
@@ -253,10 +254,10 @@ def _pypardiso() -> Any:
 def choose_solver(
     wanted: Literal["auto", "pardiso", "amg"], degrees_of_freedom: Sequence[int] = (), *, several_loads: bool = True
 ) -> SolverName:
-    """Name of the solver path to take for bodies with so many degrees of freedom, which are solved at the same time.
+    """Linear solver for bodies with these degrees of freedom, which are solved at the same time.
 
-    `auto` takes PARDISO where the platform has it, its factors fit into the available memory, and it is the cheaper one
-    by size and number of loads (studies/benchmark.py); otherwise multigrid, which needs a third to a half of the
+    `auto` takes PARDISO if the platform has it, its factors fit into the available memory, and it is cheaper for this
+    size and number of loads (studies/benchmark.py). Else it takes multigrid, which needs a third to a half of the
     memory.
 
     Raises
@@ -282,8 +283,8 @@ def choose_solver(
 def _pardiso() -> Any:
     solver = _pypardiso().PyPardisoSolver(mtype=2)
     os.environ.setdefault(_MKL_PATH, solver.libmkl._name)
-    # own values: nested dissection, no refinement of the solution (with it a solution takes 2.6 times as long, and
-    # Cholesky needs none: errors are of rounding size without it)
+    # nested dissection, and no refinement of the solution: it takes 2.6 times as long, and Cholesky's errors are of
+    # rounding size without it
     solver.iparm[0], solver.iparm[1] = 1, 2
     return solver
 
@@ -297,7 +298,7 @@ class _PardisoFactor:
         self._upper.sort_indices()
         self._pardiso = _pardiso()
         self._run(11)
-        # the analysis knows the size of the factor (KB): peak while ordering, or factor and its work space
+        # the analysis gives the memory in KB: the peak while ordering, or the factor and its work space
         peak, permanent, factor = (self._pardiso.get_iparm(k) for k in (15, 16, 17))
         check_memory(1024.0 * max(peak, permanent + factor), f"the factor of {free.size} degrees of freedom")
         self._run(22)
@@ -314,19 +315,20 @@ class _PardisoFactor:
 
     def release(self) -> None:
         if self._upper is not None:
-            # all of this factor's memory, that of the analysis as well
+            # memory of the factor and of the analysis
             self._pardiso.free_memory(everything=True)
             self._upper = None
 
     def __del__(self) -> None:
-        # MKL's memory is not Python's; at the interpreter's end the process gives it back anyway
+        # Python does not release MKL's memory; at the interpreter's end the operating system does
         if getattr(self, "_upper", None) is not None and not sys.is_finalizing():
             self.release()
 
 
 def amg_solver(matrix: csr_matrix, free: Integers, points: Floats) -> LinearSolver:
-    """Conjugate gradients with smoothed aggregation; held degrees of freedom stay as decoupled rows, so that the
-    3 x 3 blocks of the nodes stay whole.
+    """Conjugate gradients with smoothed aggregation.
+
+    Held degrees of freedom stay as decoupled rows, so that each node keeps its 3 x 3 block.
     """
     import pyamg
 
@@ -350,11 +352,11 @@ def amg_solver(matrix: csr_matrix, free: Integers, points: Floats) -> LinearSolv
 
 
 def _near_neighbours(matrix: bsr_matrix, points: Floats) -> tuple[list[Any], list[Any]]:
-    """Strength of connection and aggregates of each level, by distance: a node goes together with the nearest ones.
+    """Strength of connection and aggregates of each level: a node is put together with its nearest neighbours.
 
     The elements are up to a hundred times as long as thin where the fine zone is swept to the cut planes. Errors vary
-    slowly only across their thin sides, so that only there nodes may be put together. What is read off the matrix
-    instead misses that on the coarse levels: six times as many iterations with 230 thousand degrees of freedom.
+    slowly only across the thin sides, so that nodes may be put together only there. A strength from the matrix entries
+    misses this on coarse levels: six times as many iterations with 230 thousand degrees of freedom.
     """
     from pyamg.aggregation import standard_aggregation
     from pyamg.strength import distance_strength_of_connection
@@ -370,7 +372,7 @@ def _near_neighbours(matrix: bsr_matrix, points: Floats) -> tuple[list[Any], lis
         points = (members.T @ points) / np.asarray(members.sum(axis=0)).reshape(-1, 1)
         if len(points) <= _COARSEST_NODES:
             break
-        # aggregates meet where their smoothed basis functions do
+        # two aggregates are connected if their smoothed basis functions overlap
         reached = csr_matrix(strength) @ members
         graph = csr_matrix(reached.T @ graph @ reached)
         graph.data[:] = 1.0
@@ -378,7 +380,7 @@ def _near_neighbours(matrix: bsr_matrix, points: Floats) -> tuple[list[Any], lis
 
 
 class _MultigridSolver:
-    """Preconditioned conjugate gradients that begin with the best combination of the last solutions."""
+    """Preconditioned conjugate gradients, started from the best combination of the last solutions."""
 
     def __init__(self, matrix: bsr_matrix, moves: Floats, preconditioner: Any) -> None:
         self._matrix, self._moves, self._preconditioner = matrix, moves, preconditioner
@@ -405,7 +407,7 @@ class _MultigridSolver:
         return np.asarray(u)
 
     def _first_guess(self, load: Floats) -> Floats | None:
-        """The combination of earlier solutions with the least elastic energy of the error."""
+        """Combination of earlier solutions whose error has the least elastic energy."""
         if not self._solved:
             return None
         loads, solutions = (np.array(column) for column in zip(*self._solved, strict=True))
@@ -414,7 +416,7 @@ class _MultigridSolver:
 
 
 def rigid_body_modes(points: Floats) -> Floats:
-    """The six rigid body displacements (3n, 6) of points (n, 3), about their centre and scaled to its size."""
+    """The six rigid body displacements (3n, 6) of points (n, 3), about their centre and scaled to their extent."""
     p = (points - points.mean(axis=0)) / np.ptp(points, axis=0).max()
     modes = np.zeros((len(points), 3, 6))
     modes[:, [0, 1, 2], [0, 1, 2]] = 1.0
@@ -424,12 +426,12 @@ def rigid_body_modes(points: Floats) -> Floats:
     return modes.reshape(-1, 6)
 
 
-# --- One elastic body: its mesh, how it is held, and its stiffness ready to be solved.
+# --- One elastic body, ready to be solved.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ElasticBody:
-    """A meshed body with its stiffness ready to be solved; held at its base and on its plane of symmetry.
+    """A meshed body, held at its base and on its plane of symmetry, with a solver of its stiffness matrix.
 
     Attributes
     ----------
@@ -447,7 +449,7 @@ class ElasticBody:
         return {**self.__dict__, "solve": _no_factor}
 
     def displacements(self, nodes: Integers, forces: Floats, more: Floats | None = None) -> Floats:
-        """Displacements (n, 3) in mm under forces (k, 3) in N on some `nodes` (k,), and `more` (n, 3) on all."""
+        """Displacements (n, 3) in mm under forces (k, 3) in N on `nodes` (k,) and forces `more` (n, 3) on all nodes."""
         load = np.zeros(3 * len(self.mesh.points)) if more is None else more.reshape(-1).copy()
         np.add.at(load.reshape(-1, 3), nodes, forces)
         return self.solve(load).reshape(-1, 3)
@@ -466,13 +468,13 @@ def _no_factor(forces: Floats) -> Floats:
 def elastic_body(
     mesh: BodyMesh, material: Material, solver: SolverName, matrix: csr_matrix | None = None
 ) -> ElasticBody:
-    """Factorise (or set up the multigrid hierarchy of) one body; assembles its stiffness unless `matrix` is it."""
+    """Set up the linear solver of one body; assembles its stiffness matrix unless `matrix` gives it."""
     if matrix is None:
         matrix = stiffness(mesh, material)
     held = np.zeros((len(mesh.points), 3), dtype=bool)
     held[np.unique(mesh.surfaces["fixed" if mesh.name == "rail" else "driven"])] = True
     if mesh.name == "rail":
-        # the rail goes on beyond its cut planes and keeps the head from rolling on its slender web
+        # the rail continues beyond its cut planes: this keeps the head from rolling on its slender web
         held[np.unique(mesh.surfaces["end"]), 1:] = True
     if mesh.half:
         held[np.unique(mesh.surfaces["symmetry"]), 0] = True

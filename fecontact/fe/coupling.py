@@ -27,7 +27,7 @@ class CoupledBodies:
     coupling (n, m)
         Mortar matrix M in mm^2.
     bands
-        Columns of the grid that are regular: all of them, or those at each of several patches far apart.
+        Columns of the grid with equal steps: all columns, or a band at each of several patches far apart.
     """
 
     rail: ElasticBody
@@ -40,7 +40,7 @@ class CoupledBodies:
     bands: tuple[slice, ...] = (slice(None),)
 
     def displacements(self, pressure: Floats, more: Sequence[Floats | None] = (None, None)) -> tuple[Floats, Floats]:
-        """Displacements (nodes, 3) in mm of rail and wheel under nodal pressures (n,) in MPa, base and driver held.
+        """Displacements (nodes, 3) in mm of rail and wheel under nodal pressures (n,) in MPa.
 
         `more` are further forces (nodes, 3) in N on rail and wheel.
         """
@@ -57,15 +57,15 @@ class CoupledBodies:
         self.wheel.close()
 
     def compliance(self, pressure: Floats) -> Floats:
-        """Opening (n,) in mm along the normals, in the mean of the dual functions, under pressures (n,) in MPa."""
+        """Opening (n,) in mm along the normals, weighted by the dual functions, under pressures (n,) in MPa."""
         return self.opening(*self.displacements(pressure))
 
     def opening(self, u_rail: Floats, u_wheel: Floats) -> Floats:
-        """Opening (n,) in mm, as in `compliance`, of displacements (nodes, 3) in mm of both bodies."""
+        """Opening (n,) in mm, weighted as in `compliance`, by displacements (nodes, 3) in mm of both bodies."""
         return np.asarray(np.einsum("nd,nd->n", self.normals, self._parting(u_rail, u_wheel)))
 
     def parting(self, pressure: Floats) -> Floats:
-        """What the wheel's surface moves more than the rail's (n, 3) in mm, as in `compliance`, in all directions."""
+        """Displacement (n, 3) in mm of the wheel's surface relative to the rail's, averaged as in `compliance`."""
         return self._parting(*self.displacements(pressure))
 
     def _parting(self, u_rail: Floats, u_wheel: Floats) -> Floats:
@@ -79,10 +79,11 @@ class CoupledBodies:
 # length s of the rail's profile. The wheel's surface (the master) is projected on this plane along the rail's normals;
 # integrals over both meshes are taken on their common refinement, so that every linear function is transferred exactly.
 #
-# Dual shape functions psi_i (Wohlmuth 2000), with int psi_i N_j = 0 for i != j: the pressure p_i of a node presses on
-# this node alone, with the area D_i = int N_i.
+# Dual shape functions psi_i (Wohlmuth 2000), with int psi_i N_j = 0 for i != j: the pressure p_i of a node gives a
+# force on this node alone, with the area D_i = int N_i.
 
-# Degree 5 on a triangle (Radon): dual (2) times master (2) times gap's slope (1); barycentric points and weights.
+# Quadrature of degree 5 on a triangle (Radon), in barycentric coordinates: the degree is 2 of the dual function, 2 of
+# the master's function and 1 of the gap's slope.
 _R, _S = (6.0 - np.sqrt(15.0)) / 21.0, (6.0 + np.sqrt(15.0)) / 21.0
 _TRIANGLE_POINTS = np.array(
     [
@@ -106,7 +107,7 @@ def mortar_matrix(grid: ContactGrid, master_xs: Floats, master_quads: Integers) 
     master_xs (n, 2)
         Positions (x, s) of the master's nodes, projected on the slave surface.
     master_quads (m, 4)
-        Its faces; convex in the projection.
+        Faces of the master; convex in the projection.
 
     Raises
     ------
@@ -155,7 +156,7 @@ def _overlaps(grid: ContactGrid, corners: Floats) -> tuple[Integers, Integers, I
 
 
 def _clip(polygons: Floats, low: Floats, high: Floats) -> tuple[Floats, Integers]:
-    """Cut convex quadrilaterals (k, 4, 2) to boxes: polygons (k, 8, 2), padded with their last one, and counts.
+    """Cut convex quadrilaterals (k, 4, 2) to boxes: polygons (k, 8, 2), padded with their last point, and point counts.
 
     Sutherland and Hodgman (1974), one half-plane after the other.
     """
@@ -185,7 +186,7 @@ def _clip(polygons: Floats, low: Floats, high: Floats) -> tuple[Floats, Integers
 
 
 def _triangle_rule(polygon: Floats, count: Integers) -> tuple[Floats, Floats, Integers]:
-    """Quadrature points (q, 2), weights (q,) and polygon indices (q,) of fans of triangles."""
+    """Quadrature points (q, 2), weights (q,) and polygon indices (q,) of polygons split into fans of triangles."""
     fan = np.stack([np.broadcast_to(polygon[:, :1], polygon[:, 1:-1].shape), polygon[:, 1:-1], polygon[:, 2:]], axis=2)
     d1, d2 = fan[:, :, 1] - fan[:, :, 0], fan[:, :, 2] - fan[:, :, 0]
     area = 0.5 * np.abs(d1[..., 0] * d2[..., 1] - d1[..., 1] * d2[..., 0])

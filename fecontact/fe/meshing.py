@@ -20,10 +20,11 @@ from fecontact.wheel_rail.placement import Placement
 
 # --- The zone of equal elements around the expected patch, on which both meshes meet.
 
-# A block that is wider than a single patch holds several: it need be as deep as for one. That takes a quarter to two
-# fifths off the cost of a two-lobed contact, and moves its peak pressure by 2e-4 to 5e-4 at `quick`. Depths follow the
-# patch and not the element size alone, or finer meshes would not converge to the same bodies. With 20 steps two lobes
-# take a tenth less time, but healthy elements of a gauge corner read -2.3 % too soft, beyond their limit, for -1.3 %.
+# Largest width, in steps and in semi-axes, that decides about the depth of the block: a wider block holds several
+# patches and need be only as deep as for one of them. This saves a quarter to two fifths of the cost of a two-lobed
+# contact, and moves its peak pressure by 2e-4 to 5e-4 at `quick`. The depth also follows the semi-axis, or finer meshes
+# would not converge to the same bodies. With 20 steps two lobes take a tenth less time, but healthy elements of a gauge
+# corner then read -2.3 % too soft, beyond their limit, instead of -1.3 %.
 _PART_STEPS = 25
 _PART_SEMI_AXES = 3.0
 
@@ -33,11 +34,11 @@ class FineZone:
     """Uniform zone around the expected patch on the rail's surface, about the first touch point (mm).
 
     The nodes lie at x = -half_length..half_length in steps of `step_x_mm` and at the arc lengths s from `s_low_mm` to
-    `s_high_mm` in steps of `step_s_mm`, both in an even number of steps. `semi_axis_mm` is that of the narrowest part
-    of the patch, across.
+    `s_high_mm` in steps of `step_s_mm`, both in an even number of steps. `semi_axis_mm` is the semi-axis across of the
+    narrowest part of the patch.
 
-    Patches far apart have `bands` of their own, the first one from `s_low_mm` and the last one to `s_high_mm`; then
-    `step_s_mm` is the finest step, and on the strips between them steps grow as they do around the zone.
+    Patches far apart have `bands` of their own; the first begins at `s_low_mm` and the last ends at `s_high_mm`. Then
+    `step_s_mm` is the finest step, and on the strips between bands the steps grow as they do around the zone.
     """
 
     half_length_mm: float
@@ -50,13 +51,13 @@ class FineZone:
 
     @property
     def block_width_mm(self) -> float:
-        """Width of the patch, or part of it, for which the uniform block below the zone is deep enough."""
+        """Width that decides about the depth of the uniform block below the zone."""
         part = max(_PART_STEPS * self.step_s_mm, _PART_SEMI_AXES * self.semi_axis_mm)
         return min(self.s_high_mm - self.s_low_mm, 2.0 * self.half_length_mm, part)
 
     @property
     def intervals_x(self) -> int:
-        """Steps from the middle to one end."""
+        """Steps along x from the middle to one end."""
         return max(2, round(self.half_length_mm / self.step_x_mm))
 
     @property
@@ -66,18 +67,18 @@ class FineZone:
 
     @property
     def stretches(self) -> tuple[Stretch, ...]:
-        """Its bands; all of it where there are none."""
+        """The bands, or the whole zone as one stretch if there are no bands."""
         intervals = max(4, 2 * round(0.5 * (self.s_high_mm - self.s_low_mm) / self.step_s_mm))
         return self.bands or (Stretch(low_mm=self.s_low_mm, high_mm=self.s_high_mm, intervals=intervals),)
 
     @property
     def s_mm(self) -> Floats:
-        """Nodes across, those on the strips between bands included."""
+        """Arc lengths of the nodes across, also on the strips between bands."""
         return lines_of(self.stretches)
 
     @property
     def columns(self) -> tuple[slice, ...]:
-        """Which of the nodes across belong to each of its stretches."""
+        """Nodes across that belong to each stretch."""
         s = self.s_mm
         starts = [int(np.argmin(np.abs(s - stretch.low_mm))) for stretch in self.stretches]
         return tuple(
@@ -85,7 +86,7 @@ class FineZone:
         )
 
 
-# Bytes a node while the mesh is made and the stiffness assembled (8 to 12 kB measured, with small factors).
+# Memory a node while the mesh is made and the stiffness assembled (8 to 12 kB measured, with small factors).
 _BYTES_A_NODE = 8e3
 
 
@@ -99,19 +100,20 @@ def least_memory_bytes(zone: FineZone) -> float:
 # --- Hexahedral meshes of the two bodies: cross-sections swept in graded layers, along the rail and around the axle.
 
 _SWEEP_RATIO = 2.2
-# Longest element of the sweep, as a part of its length to one side.
+# Longest element of the sweep, as a part of the sweep's length to one side.
 _LONGEST_OF_SWEEP = 0.3
 # Points of an outline closer than this are one point: published coordinates are rounded to micrometres.
 _SAME_POINT_MM = 1e-3
-# Nodes are put on the line; on a steep one heights are known a hundred times worse than places.
+# Largest distance of a surface node from the profile: on a steep line heights are a hundred times less exact than
+# places.
 _ON_PROFILE_MM = 1e-6
-# Distance of the places of a line that they are held against.
+# Spacing of the profile's places among which the nearest to a node is looked up.
 _LOOKED_AT_MM = 0.02
-# From the nearest of them to the foot of a point: each squares what is left.
+# Newton steps from this place to the foot of the normal through the node: each step squares the error.
 _STEPS_ALONG = 3
 # The surface by which each body is held.
 _BASE = {"rail": "fixed", "wheel": "driven"}
-# The wheel's uniform zone reaches this many steps further than the rail's, so that it covers it wholly.
+# The wheel's uniform zone reaches this many steps further than the rail's, so that it covers the rail's zone.
 _COVER_STEPS = 2
 
 
@@ -139,7 +141,7 @@ def rail_mesh(
         ),
         layer_ratio,
     )
-    x, zone_layers = _sweep_positions(zone, size.rail_half_length_mm, half, 0, "the rail's half length")
+    x, zone_layers = _sweep_positions(zone, size.half_length_mm, half, 0, "the rail's half length")
     c, s = np.cos(pose.inclination_rad), np.sin(pose.inclination_rad)
     y = pose.crown_y_mm + section.points @ np.array([c, -s])
     z = pose.crown_z_mm + section.points @ np.array([s, c])
@@ -169,7 +171,7 @@ def wheel_mesh(
         _section_zone(pose.profile, zone, _facing(placement, zone)),
         layer_ratio,
     )
-    x, zone_layers = _sweep_positions(zone, size.rim_half_length_mm, half, _COVER_STEPS, "the rim's half length")
+    x, zone_layers = _sweep_positions(zone, size.half_length_mm, half, _COVER_STEPS, "the rim's half length")
     rolling = float(pose.radius(touch.wheel_u))
     theta_0 = float(pose.silhouette(touch.wheel_u)[0]) + np.arcsin(placement.ahead_mm / rolling)
     theta = theta_0 + x / rolling
@@ -182,7 +184,7 @@ def wheel_mesh(
 
 
 def check_on_profiles(placement: Placement, rail: BodyMesh, wheel: BodyMesh) -> None:
-    """Guard of the hand-over: contact surfaces lie where both bodies stand, or their gap would be another one."""
+    """Check that both contact surfaces lie on the placed profiles; else the gap would be wrong."""
     on_rail, on_wheel = (mesh.points[mesh.contact_nodes.ravel()] for mesh in (rail, wheel))
     pose = placement.rail
     cosine, sine = np.cos(pose.inclination_rad), np.sin(pose.inclination_rad)
@@ -194,7 +196,7 @@ def check_on_profiles(placement: Placement, rail: BodyMesh, wheel: BodyMesh) -> 
         (pose.profile, from_crown @ [cosine, sine], from_crown @ [-sine, cosine]),
         (around.profile, from_axle[:, 1] - around.tape_circle_y_mm, around.rolling_radius_mm - radius),
     ):
-        # the nearest place of the line, not the one above: a tongue has several at one y
+        # the nearest place of the line, not the place at the same y: a tongue has several places at one y
         places = np.arange(0.0, profile.length_mm, _LOOKED_AT_MM)
         line = profile.evaluate(profile.at_arc_length(places))
         s = places[cKDTree(np.stack([line.y, line.z], axis=-1)).query(np.stack([y, z], axis=-1))[1]]
@@ -208,39 +210,39 @@ def check_on_profiles(placement: Placement, rail: BodyMesh, wheel: BodyMesh) -> 
 
 
 def _facing(placement: Placement, zone: FineZone) -> list[tuple[float, float, int]]:
-    """First and last arc length on the wheel's profile, and steps, of what faces each part of the rail's zone.
+    """First and last arc length on the wheel's profile, and number of steps, opposite each part of the rail's zone.
 
     At both ends of the zone they reach _COVER_STEPS further.
     """
-    found, parts = [], zone.stretches
+    facing, parts = [], zone.stretches
     for number, part in enumerate(parts):
         low, high = _wheel_arc_lengths(placement, zone, part)
         before, after = (_COVER_STEPS if number == end else 0 for end in (0, len(parts) - 1))
         step = part.step_mm if zone.bands else zone.step_s_mm
-        found.append((low - before * step, high + after * step, part.intervals + before + after))
-    return found
+        facing.append((low - before * step, high + after * step, part.intervals + before + after))
+    return facing
 
 
 def _wheel_arc_lengths(placement: Placement, zone: FineZone, part: Stretch) -> tuple[float, float]:
-    """Arc lengths on the wheel's profile that face the ends of a part of the rail's zone, along the rail's normals."""
+    """Arc lengths on the wheel's profile opposite the ends of a part of the rail's zone, along the rail's normals."""
     pose = placement.wheel
     middle = float(pose.profile.arc_length(placement.first.wheel_u))
     ends = np.array([part.low_mm, part.high_mm])
-    # on a steep flange the wheel's lines drift across the rail's zone towards its ends in x
+    # on a steep flange the facing wheel's line shifts across the rail's zone towards the zone's ends in x
     x = np.array([-zone.half_length_mm, 0.0, zone.half_length_mm])
     points, normals = placement.surface(x[:, None], ends[None, :])
     facing = points + pose.distance_along(points, normals)[..., None] * normals
     y = ((facing - pose.centre_mm) @ pose.axes)[..., 1] - pose.tape_circle_y_mm
     arcs = pose.profile.arc_length(np.nan_to_num(pose.profile.locate(y)))
-    # where a normal misses the wheel's line the same length on both surfaces is the best guess
+    # if a normal misses the wheel's profile, an equal arc length on both surfaces is the best guess
     arcs = np.where(np.isfinite(y), arcs, middle + ends)
     low, high = float(arcs.min()), float(arcs.max())
-    # one of several bands has no room to spare beside it
+    # several bands leave no room beside each of them
     return (low, high) if zone.bands else (min(low, middle + part.low_mm), max(high, middle + part.high_mm))
 
 
 def _section_zone(profile: Profile, zone: FineZone, parts: list[tuple[float, float, int]]) -> Zone:
-    """Zone of a body's section whose parts have these first and last arc lengths and numbers of steps."""
+    """Zone of a body's section from the first and last arc length and number of steps of each of its parts."""
     stretches = tuple(Stretch(low_mm=low, high_mm=high, intervals=intervals) for low, high, intervals in parts)
     if any(before.high_mm >= after.low_mm for before, after in pairwise(stretches)):
         raise FoldedMesh(f"{profile.kind} {profile.name}: two bands of the contact zone meet on its surface")
@@ -252,7 +254,7 @@ def _section_zone(profile: Profile, zone: FineZone, parts: list[tuple[float, flo
         )
     depth_step = 0.8 * min(zone.step_x_mm, zone.step_s_mm)
     p = profile.evaluate(profile.at_arc_length(np.linspace(low, high, 200)))
-    # layers follow the normals: they must end before the normals of a convex line meet
+    # the layers follow the normals, and must end before the normals of a convex line meet
     tightest = float(np.max(profile.convex_sign * p.curvature_per_mm))
     depth = min(0.45 * min(high - low, zone.block_width_mm), 0.35 / tightest if tightest > 0 else np.inf)
     return Zone(stretches=stretches, depth_step_mm=depth_step, depth_mm=max(depth, 2 * depth_step))
@@ -270,7 +272,7 @@ def _rail_closure(profile: Profile, depth: float) -> Floats:
         )
     if not profile.outline:
         return np.array([[start[0], -depth], [end[0], -depth]])
-    # the outline begins with the running surface and goes on around the foot to its gauge-side end
+    # the outline begins with the running surface and continues around the foot to the gauge-side end
     line = np.vstack([_segment_points(segment) for segment in profile.outline[len(profile.segments) :]])
     line = line[np.append(True, np.hypot(*np.diff(line, axis=0).T) > _SAME_POINT_MM)][1:-1]
     if depth >= -line[:, 1].min():
@@ -288,7 +290,7 @@ def _segment_points(segment: Segment) -> Floats:
 
 
 def _cut(above: Floats, below: Floats, depth: float) -> Floats:
-    """Point at the depth on the line between two points."""
+    """Point at a depth on the line between two points."""
     t = (-depth - above[1]) / (below[1] - above[1])
     return np.asarray(above + t * (below - above))
 
@@ -347,7 +349,7 @@ def _swept(
     def swept_edges(edges: Integers, layer_slice: slice) -> Integers:
         quads = np.column_stack([edges[:, 0], edges[:, 1], edges[:, 1] + count, edges[:, 0] + count])
         if name == "rail":
-            # its section is seen against the sweep
+            # the rail's section is seen against the direction of the sweep
             quads = quads[:, ::-1]
         return np.asarray((quads[None] + lift[layer_slice]).reshape(-1, 4))
 

@@ -21,18 +21,17 @@ from fecontact.arrays import Floats, Integers
 from fecontact.errors import NotCovered
 from fecontact.profiles.curve import Profile
 
-# A turn of the outline above this between two neighbouring points is a corner and keeps a node.
+# The outline has a corner, which keeps a node, where it turns by more than this between two neighbouring points.
 _CORNER_RAD = 0.3
 _TRACE_STEP_MM = 0.1
-# How elements grow away from the zone: size = step + rate * distance, up to the largest. That is for the outline, whose
-# shape they follow. Inside, a size grows by a part of the distance from each side of the outline and of the uniform
-# block: no contact feels more (S1002 on 60E1, 60E2, cylinders on R 300, R 80 and A120, 100 kN: peak, area and
-# half-widths within 0.09 % of those with 0.2 and 6 mm everywhere, layers that grow by 1.12 and a sweep that grows by
-# 1.4, for 0.4 of the unknowns).
+# Element sizes on the outline grow away from the zone: size = step + rate * distance, up to the largest. Inside, the
+# size grows with the distance from the outline and from the uniform block. Finer elements change no contact: peak, area
+# and half-widths are within 0.09 % of a mesh with rate 0.2, 6 mm, layers that grow by 1.12 and a sweep that grows by
+# 1.4, with 0.4 of its unknowns (S1002 on 60E1, 60E2, cylinders on R 300, R 80 and A120, 100 kN).
 _RATE, _LARGEST_MM = 0.3, 9.0
 _INSIDE_RATE, _INSIDE_LARGEST_MM = 0.5, 12.0
 LAYER_RATIO = 1.3
-"""How layers of elements grow downwards."""
+"""Ratio of the thicknesses of neighbouring element layers, growing downwards."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,25 +49,25 @@ class Stretch:
 
     @property
     def lines_mm(self) -> Floats:
-        """Where the nodes are."""
+        """Arc lengths of the nodes."""
         return np.linspace(self.low_mm, self.high_mm, self.intervals + 1)
 
 
 def lines_of(stretches: Sequence[Stretch]) -> Floats:
-    """Nodes of stretches in their order, and of the strips between, whose steps grow away from both neighbours."""
-    found = [stretches[0].lines_mm]
+    """Nodes of the stretches in order, and of the strips between them, whose steps grow away from both ends."""
+    nodes = [stretches[0].lines_mm]
     for before, after in pairwise(stretches):
         strip = np.array([0.0, after.low_mm - before.high_mm])
         inner = _spaced(strip, (before.step_mm, after.step_mm))[1:-1]
-        found += [before.high_mm + inner, after.lines_mm]
-    return np.concatenate(found)
+        nodes += [before.high_mm + inner, after.lines_mm]
+    return np.concatenate(nodes)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Zone:
     """Part of a contact line with regular nodes: stretches of arc lengths of the profile, and coarse strips between.
 
-    `depth_step_mm` is the thickness of the first layer below it, `depth_mm` how far the layers follow the line.
+    `depth_step_mm` is the thickness of the first layer below the line; down to `depth_mm` the layers follow the line.
     """
 
     stretches: tuple[Stretch, ...]
@@ -77,12 +76,12 @@ class Zone:
 
     @property
     def low_mm(self) -> float:
-        """Where it begins."""
+        """Arc length at which the zone begins."""
         return self.stretches[0].low_mm
 
     @property
     def high_mm(self) -> float:
-        """Where it ends."""
+        """Arc length at which the zone ends."""
         return self.stretches[-1].high_mm
 
 
@@ -94,12 +93,12 @@ class Section:
     ----------
     points (n, 2), quads (m, 4)
     block_nodes (layers, columns), zone_arc_length_mm (columns,)
-        Nodes of the uniform block, the first layer on the contact zone from the gauge to the field side, the columns
-        along its normals; and the arc lengths of the first layer along the profile.
+        Nodes of the uniform block, and the arc lengths of its first layer along the profile. The first layer lies on
+        the contact zone from the gauge to the field side; the columns follow its normals.
     edges
         Named boundary edges (k, 2): `contact`, `base`, `free`.
     outline_area_mm2, true_area_mm2
-        Area inside the meshed outline, and inside the outline that it follows.
+        Area inside the meshed outline, and area inside the true outline.
     """
 
     points: Floats
@@ -126,7 +125,7 @@ def mesh_section(
     Raises
     ------
     NotCovered
-        If the outline crosses itself or the uniform block: gmsh would never come back from it.
+        If the outline crosses itself or the uniform block: gmsh would hang.
     """
     zone_s = lines_of(zone.stretches)
     block = _block(profile, zone_s, zone, layer_ratio)
@@ -212,7 +211,7 @@ def _along(profile: Profile, low: float, high: float) -> Floats:
 
 
 def _graded(trace: Floats, ends: tuple[float, float]) -> Floats:
-    """Nodes along a polyline, from one step to the other at its ends; an even number between any two corners."""
+    """Nodes along a polyline with given steps at its two ends; an even number of steps between any two corners."""
     chords = np.diff(trace, axis=0)
     lengths = np.hypot(*chords.T)
     arc = np.concatenate(([0.0], np.cumsum(lengths)))
@@ -223,7 +222,7 @@ def _graded(trace: Floats, ends: tuple[float, float]) -> Floats:
 
 
 def _spaced(breaks: Floats, ends: tuple[float, float]) -> Floats:
-    """Places from 0 to the last of some breaks, in steps that grow away from both ends; an even number between two."""
+    """Places from 0 to the last break, in steps that grow away from both ends; an even number between two breaks."""
     length = breaks[-1]
     fine = np.unique(np.concatenate([np.linspace(0.0, length, 4000), breaks]))
     middle = 0.5 * (fine[1:] + fine[:-1])
@@ -249,7 +248,7 @@ def _on_segment(edges: Floats, start: Floats, end: Floats) -> NDArray[np.bool_]:
 
 @contextmanager
 def _gmsh_session() -> Iterator[ModuleType]:
-    """The one place that owns gmsh's global state; never to be entered from a thread."""
+    """Start and end gmsh, whose state is global; must not be entered from a thread."""
     import gmsh
 
     gmsh.initialize(interruptible=False)
@@ -264,19 +263,19 @@ def _gmsh_session() -> Iterator[ModuleType]:
 
 
 def _ignore_broken_pipes() -> None:
-    """Undo what gmsh does to SIGPIPE: with its default a broken pipe ends the process, in Python it is an exception."""
+    """Ignore SIGPIPE again, as Python does: gmsh restores the default, by which a broken pipe ends the process."""
     if hasattr(signal, "SIGPIPE"):
-        # not signal.signal: that knows nothing of gmsh's change, and works in the main thread only
+        # not signal.signal: it does not see gmsh's change, and works in the main thread only
         handler = ctypes.pythonapi.PyOS_setsig
         handler.argtypes, handler.restype = [ctypes.c_int, ctypes.c_void_p], ctypes.c_void_p
         handler(signal.SIGPIPE, int(signal.SIG_IGN))
 
 
 def _fill(ring: Floats) -> tuple[Floats, Integers]:
-    """Quadrilaterals inside a closed polygon with an even number of nodes; its nodes come first and in their order.
+    """Quadrilaterals inside a closed polygon with an even number of nodes; the polygon's nodes come first, in order.
 
-    Recombining triangles to quadrilaterals moves nodes with only the quadrilaterals in view and now and then turns a
-    remaining triangle inside out: then without moving nodes, and at last from triangles alone, which never fold.
+    Recombining triangles to quadrilaterals moves nodes, and this now and then turns a remaining triangle inside out.
+    Then nodes are not moved; if cells still fold, the mesh is made from triangles alone, which never fold.
     """
     for recombine, optimize in ((True, True), (True, False), (False, False)):
         points, quads = _subdivide(*_gmsh_cells(ring[::2], recombine=recombine, optimize=optimize), ring)
@@ -286,14 +285,14 @@ def _fill(ring: Floats) -> tuple[Floats, Integers]:
 
 
 def _all_convex(p: Floats) -> bool:
-    """Whether all quadrilaterals (m, 4, 2) are convex and turn the same way round."""
+    """Whether all quadrilaterals (m, 4, 2) are convex and have the same orientation."""
     ahead, back = np.roll(p, -1, axis=1) - p, np.roll(p, 1, axis=1) - p
     turn = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]
     return bool(np.all(turn > 0.0) or np.all(turn < 0.0))
 
 
 def _gmsh_cells(corners: Floats, *, recombine: bool, optimize: bool) -> tuple[Floats, Integers, Integers]:
-    """Points, triangles and quadrilaterals inside a closed polygon, whose nodes come first; none are added to it.
+    """Points, triangles and quadrilaterals inside a closed polygon, whose nodes come first; its sides stay undivided.
 
     Inside, cells grow away from each side of the polygon.
     """
@@ -343,7 +342,7 @@ def _gmsh_cells(corners: Floats, *, recombine: bool, optimize: bool) -> tuple[Fl
 
 
 def _subdivide(points: Floats, triangles: Integers, quads: Integers, ring: Floats) -> tuple[Floats, Integers]:
-    """Cut triangles into three and quadrilaterals into four quadrilaterals, new boundary nodes on the true ring."""
+    """Cut triangles into three and quadrilaterals into four quadrilaterals; new boundary nodes lie on the true ring."""
     n = len(ring) // 2
     sides = np.vstack([np.stack([c, np.roll(c, -1, axis=1)], axis=-1).reshape(-1, 2) for c in (triangles, quads)])
     unique, inverse = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
@@ -353,7 +352,7 @@ def _subdivide(points: Floats, triangles: Integers, quads: Integers, ring: Float
     ring_index = np.where(high - low == 1, low, high)
     centres = np.vstack([points[triangles].mean(axis=1), points[quads].mean(axis=1)])
 
-    # numbering: ring (corner, middle, corner, ...), inner nodes of gmsh, inner middles, centres
+    # numbering: ring (corner, middle, corner, ...), gmsh's inner nodes, middles of inner sides, centres of cells
     corner_id = np.concatenate([2 * np.arange(n), 2 * n + np.arange(len(points) - n)])
     middle_id = np.where(on_ring, 2 * ring_index + 1, len(points) + n + np.cumsum(~on_ring) - 1)
     centre_id = len(points) + n + np.count_nonzero(~on_ring) + np.arange(len(centres))

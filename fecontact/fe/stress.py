@@ -1,4 +1,4 @@
-"""Stresses in the elements, where they are largest, and the plastic strains that follow from them."""
+"""Stresses in the elements, their largest values, and the plastic strains that follow from them."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ def nodal_stress(body: ElasticBody, displacements: Floats, relaxed: Floats | Non
     Parameters
     ----------
     displacements (n, 3)
-        In mm, of all nodes.
+        Displacements of all nodes in mm.
     relaxed (m, 8, 6)
-        Stress at the Gauss points that plastic strain takes off, where there is any.
+        Stress at the Gauss points that plastic strain takes off.
     """
     mesh = body.mesh
     gauss = 1.0 / np.sqrt(3.0)
@@ -36,11 +36,11 @@ def nodal_stress(body: ElasticBody, displacements: Floats, relaxed: Floats | Non
         dn = shape_gradients(r, s, t)
         jacobian = p.transpose(0, 2, 1) @ dn
         grad = np.linalg.solve(jacobian.transpose(0, 2, 1), dn.T[None].repeat(len(p), axis=0)) @ u
-        # row l and column k of it: the derivative of u_k by x_l
+        # row l and column k of grad: the derivative of u_k by x_l
         at_gauss[:, k] = np.tensordot(grad, law, axes=((2, 1), (1, 2)))
     if relaxed is not None:
         at_gauss -= relaxed
-    # value at corner c = sum over Gauss points of their trilinear functions at the scaled corner position
+    # value at corner c = sum over the Gauss points of value times trilinear function at the scaled corner position
     weights = np.prod(1.0 + signs[:, None, :] * signs[None, :, :] * np.sqrt(3.0), axis=2) / 8.0
     corners = np.einsum("cg,mgs->mcs", weights, at_gauss)
     return mean_at_nodes(mesh, corners)
@@ -61,19 +61,19 @@ def von_mises(stress: Floats) -> Floats:
     return np.asarray(np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * (xy**2 + yz**2 + xz**2)))
 
 
-# --- Where a body is strained most: the largest von Mises stress below the contact, from the finite elements.
+# --- The largest von Mises stress below the contact, from the finite elements.
 
 
 @dataclass(frozen=True, kw_only=True)
 class StressPeak:
-    """Largest von Mises stress in a body below its contact zone, in MPa, and where.
+    """Largest von Mises stress in a body below its contact zone, in MPa, and its place.
 
     Attributes
     ----------
     depth_mm
-        Below the surface, along its normal; 0 at the surface.
+        Depth below the surface, along the normal; 0 at the surface.
     x_mm, y_mm
-        Position in the track frame of the surface point above it.
+        Position in the track frame of the surface point above the stress peak.
     """
 
     von_mises_MPa: float
@@ -85,15 +85,15 @@ class StressPeak:
 def stress_peak(body: ElasticBody, displacements: Floats) -> StressPeak:
     """Find the largest von Mises stress below the contact zone of a body.
 
-    The node of the uniform block with the largest stress decides about the normal on which it lies; along that normal a
-    cubic spline goes through the nodes, so that depth and size do not stick to the layers. The peak below a Hertz patch
-    lies at 0.48 to 0.78 of its shorter semi-axis (Johnson 1985, section 4.2 and eq. 3.69). The block is 1.5 semi-axes
-    deep where the surface allows; over a tight corner it ends earlier, and the line goes on through the mesh below it.
+    The node of the uniform block with the largest stress decides about the normal. Along this normal a cubic spline
+    goes through the nodes, so that depth and size do not stick to the layers. The peak below a Hertz patch lies at 0.48
+    to 0.78 of the shorter semi-axis (Johnson 1985, section 4.2 and eq. 3.69). The block is 1.5 semi-axes deep if the
+    surface allows; below a tight corner the block ends earlier, and the line continues through the mesh below.
 
     Parameters
     ----------
     displacements (n, 3)
-        In mm, of all nodes.
+        Displacements of all nodes in mm.
     """
     mesh = body.mesh
     values = von_mises(nodal_stress(body, displacements))
@@ -109,9 +109,9 @@ def stress_peak(body: ElasticBody, displacements: Floats) -> StressPeak:
 
 
 def _below_the_block(mesh: BodyMesh, i: int, j: int, values: Floats) -> tuple[Floats, Floats]:
-    """Depths below a block's column (i, j) down to half the zone's width, and nodal values there.
+    """Depths from below a block's column (i, j) down to half the zone's width, and nodal values at these depths.
 
-    Interpolated by piecewise cubics (Clough and Tocher) among the nodes of the same cross-section.
+    Values are cubic by piecewise cubics (Clough and Tocher) among the nodes of the cross-section.
     """
     # nodes are numbered cross-section by cross-section
     count = int(mesh.block_nodes[1, 0, 0] - mesh.block_nodes[0, 0, 0])
@@ -128,9 +128,9 @@ def _below_the_block(mesh: BodyMesh, i: int, j: int, values: Floats) -> tuple[Fl
     near = np.all(np.abs(section) < 2.0 * reach, axis=1)
     step = depths[-1] - depths[-2]
     further = np.arange(depths[-1] + step, max(reach, depths[-1] + 3.0 * step), step)
-    found = CloughTocher2DInterpolator(section[near], values[first : first + count][near])(further, 0.0 * further)
-    inside = np.isfinite(found)
-    return further[inside], found[inside]
+    cubic = CloughTocher2DInterpolator(section[near], values[first : first + count][near])(further, 0.0 * further)
+    inside = np.isfinite(cubic)
+    return further[inside], cubic[inside]
 
 
 def peak_on_line(depth_mm: Floats, values: Floats) -> tuple[float, float]:
@@ -144,14 +144,14 @@ def peak_on_line(depth_mm: Floats, values: Floats) -> tuple[float, float]:
     return float(candidates[best]), float(sizes[best])
 
 
-# --- Elastic-plastic flow in the elements of a body, as strains that its elastic stiffness is loaded with.
+# --- Elastic-plastic flow in the elements of a body, as initial strains on its elastic stiffness.
 #
 # Von Mises plasticity with isotropic linear hardening, or none, under small strains. The plastic strain of a body acts
-# on its elastic stiffness as forces at the nodes of the elements that yield (initial strains; Zienkiewicz, Valliappan
-# and King 1969), so that no stiffness but the elastic one is ever factorised. Range of validity: one loading that never
-# turns back, of steel without stresses of its own; plastic strains of a few per cent.
+# as forces at the nodes of the elements that yield (initial strains; Zienkiewicz, Valliappan and King 1969), so that
+# only the elastic stiffness is ever factorised. Range of validity: a load that only grows, steel without residual
+# stresses, and plastic strains of a few per cent.
 
-# Parts of a straight way of the strain on which the flow is followed: halving them moves a contact's peak by 0.1 %.
+# Substeps of a straight strain path on which the flow is followed: halving them moves a contact's peak by 0.1 %.
 SUBSTEPS = 8
 _ROOT = np.sqrt(2.0 / 3.0)
 _ONE = np.eye(3)
@@ -159,9 +159,9 @@ _ONE = np.eye(3)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlasticState:
-    """Plastic strain (..., 3, 3), which keeps the volume, and the equivalent plastic strain (...) that was passed.
+    """Plastic strain (..., 3, 3), which keeps the volume, and accumulated equivalent plastic strain (...).
 
-    The second is the sum of sqrt(2/3) |d plastic|: in uniaxial stress the plastic strain itself.
+    The equivalent strain is the sum of sqrt(2/3) |d plastic|: in uniaxial stress it is the plastic strain.
     """
 
     strain: Floats
@@ -169,7 +169,7 @@ class PlasticState:
 
     @classmethod
     def none(cls, *shape: int) -> PlasticState:
-        """The state of virgin material at points of some shape."""
+        """State of virgin material at an array of points."""
         return cls(strain=np.zeros((*shape, 3, 3)), equivalent=np.zeros(shape))
 
 
@@ -183,7 +183,7 @@ class PlasticLaw:
 
     @classmethod
     def of(cls, material: Material) -> PlasticLaw:
-        """The law of a material; one without a yield stress never yields."""
+        """The law of a material; a material without a yield stress never yields."""
         yield_MPa = math.inf if material.yield_MPa is None else material.yield_MPa
         return cls(shear_MPa=material.shear_MPa, yield_MPa=yield_MPa, hardening_MPa=material.hardening_MPa)
 
@@ -196,11 +196,11 @@ class PlasticLaw:
         return np.asarray(_norm(self.stress(strain, state)) / _ROOT)
 
     def flow(self, start: Floats, end: Floats, state: PlasticState, substeps: int = SUBSTEPS) -> PlasticState:
-        """State after a straight way of the strain from `start` to `end` (..., 3, 3).
+        """State after a straight strain path from `start` to `end` (..., 3, 3).
 
-        Radial return (Wilkins 1964; Simo and Hughes 1998, box 3.1) in each of `substeps` equal parts of the way.
+        Radial return (Wilkins 1964; Simo and Hughes 1998, box 3.1) in each of `substeps` equal parts of the path.
         """
-        # the elastic domain is convex: who is inside at both ends has been so all the way
+        # the elastic domain is convex: a path that is inside at both ends is inside all the way
         yields = self.von_mises(end, state) > self.yield_MPa + self.hardening_MPa * state.equivalent
         if not np.any(yields):
             return state
@@ -222,12 +222,12 @@ class PlasticLaw:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlasticZone:
-    """Elements of a body that may yield, with what their strains and forces take.
+    """Elements of a body that may yield, with the arrays for their strains and forces.
 
     Attributes
     ----------
     elements (m,), nodes (m, 8)
-        Their places among all hexahedra, and their nodes.
+        Indices of the elements among all hexahedra, and nodes of the elements.
     gradients (m, 8 points, 3, 8 corners)
         Derivatives of the shape functions by x, y, z at the Gauss points, 1/mm.
     volumes_mm3 (m, 8)
@@ -243,7 +243,7 @@ class PlasticZone:
 
     @classmethod
     def of(cls, mesh: BodyMesh, law: PlasticLaw, elements: NDArray[np.int64]) -> PlasticZone:
-        """Set up some elements (m,) of a mesh."""
+        """The zone of some elements (m,) of a mesh."""
         nodes = mesh.hexes[elements]
         gradients, volumes = gauss_gradients(mesh.points[nodes])
         return cls(
@@ -256,7 +256,7 @@ class PlasticZone:
         )
 
     def part(self, chosen: NDArray[np.bool_]) -> PlasticZone:
-        """The zone of some of its elements, chosen (m,)."""
+        """The part of the zone with the elements chosen (m,)."""
         names = ("elements", "nodes", "gradients", "volumes_mm3")
         return replace(self, **{name: getattr(self, name)[chosen] for name in names})
 
@@ -274,7 +274,7 @@ class PlasticZone:
     def forces(self, plastic_strain: Floats) -> Floats:
         """Forces (n, 3) in N that a plastic strain (m, 8, 3, 3) puts on all nodes: int grad N . C : plastic."""
         m, points = self.volumes_mm3.shape
-        # it keeps the volume, so that Hooke's law is 2 G alone
+        # the plastic strain keeps the volume, so that Hooke's law is 2 G alone
         stress = (2.0 * self.law.shear_MPa * self.volumes_mm3)[..., None, None] * plastic_strain
         at_corners = self.gradients.reshape(m, points * 3, 8).transpose(0, 2, 1) @ stress.reshape(m, points * 3, 3)
         total = np.zeros((self.points, 3))
@@ -290,7 +290,7 @@ class PlasticZone:
 def gauss_gradients(corners: Floats) -> tuple[Floats, Floats]:
     """Derivatives (m, 8, 3, 8) of the shape functions at the Gauss points of hexahedra with corners (m, 8, 3), 1/mm.
 
-    And the volume (m, 8) in mm^3 that each point stands for. Each point lies nearest to the corner of its number.
+    Also the volume (m, 8) in mm^3 that each point stands for. Point i lies nearest to corner i.
     """
     gradients, volumes = np.empty((len(corners), 8, 3, 8)), np.empty((len(corners), 8))
     for k, place in enumerate(CORNER_SIGNS / np.sqrt(3.0)):

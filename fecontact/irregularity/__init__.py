@@ -1,1 +1,1 @@
-"""What the surface of a wheel or a rail has along the track beside its profile, and the texts that give it."""
+"""Irregularities of wheel and rail along the track, and the texts that give them."""

@@ -1,4 +1,4 @@
-"""Where a round wheel touches an irregularity: every minimum of A x^2 + e(x), with the curvature there."""
+"""Touch points of a round wheel on an irregularity: every minimum of A x^2 + e(x), with its curvature."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from fecontact.arrays import Floats
 GapOpening: TypeAlias = Callable[[Floats], Floats]
 """e (n,) in mm at distances x (n,) in mm from the middle of the wheel."""
 
-# Places at which the rigid bodies are looked for touching, over the whole reach.
+# Number of places, over the whole reach, at which touch points are looked for.
 _PLACES = 2001
 
 
 @dataclass(frozen=True, kw_only=True)
 class Touch:
-    """A place x (mm) where the rigid bodies touch, its gap, and the coefficient A' = A + e''/2 there."""
+    """A place x (mm) at which the rigid bodies touch, with its gap and its coefficient A' = A + e''/2."""
 
     x_mm: float
     gap_mm: float
@@ -27,7 +27,7 @@ class Touch:
 
 
 def touches(A_per_mm: float, opening: GapOpening, reach_mm: float) -> tuple[Touch, ...]:
-    """Where the rigid wheel touches within a reach, and every further minimum of the gap, from the lowest up."""
+    """Minima of the gap within a reach, the lowest first, which is where the rigid wheel touches."""
     x = np.linspace(-reach_mm, reach_mm, _PLACES)
     gap = A_per_mm * x**2 + opening(x)
     inner = np.flatnonzero((gap[1:-1] <= gap[:-2]) & (gap[1:-1] < gap[2:])) + 1
@@ -42,7 +42,7 @@ def on_edge(found: tuple[Touch, ...], kinks_mm: tuple[float, ...], reach_mm: flo
 
 
 def _touch(x: Floats, gap: Floats) -> Touch:
-    """The lowest point of the parabola through three places."""
+    """Lowest point of the parabola through three places."""
     step = float(x[1] - x[0])
     slope, bend = float(gap[2] - gap[0]) / (2.0 * step), float(gap[0] - 2.0 * gap[1] + gap[2]) / step**2
     return Touch(x_mm=float(x[1]) - slope / bend, gap_mm=float(gap[1]) - 0.5 * slope**2 / bend, A_per_mm=0.5 * bend)

@@ -1,7 +1,7 @@
 """Irregularities of wheel and rail along the track: waves, flats and welds, and the texts that give them.
 
-All of them are an opening e(s) in mm at the distance s in mm along the running surface, positive where material is
-missing: it opens the gap, on the wheel as on the rail.
+An irregularity is an opening e(s) in mm at the distance s in mm along the running surface, positive if material is
+missing: it opens the gap, on the wheel and on the rail.
 """
 
 from __future__ import annotations
@@ -10,15 +10,15 @@ import csv
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import MISSING, replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
-from fecontact.errors import InputError, check_positive
-from fecontact.inputs import nearest
+from fecontact.errors import InputError
+from fecontact.inputs import choice, inputs, nearest, number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -29,10 +29,11 @@ if TYPE_CHECKING:
 
 Kind = Literal["sine", "chord", "haversine", "table"]
 STEEPEST = 0.05
-"""Largest slope of a line that is added to a gap: beyond it a surface turns by more than normals may."""
-# Between two pieces of a measured line; a patch of 14 mm on points 1 mm apart bends by a tenth of it.
+"""Largest slope of an irregularity: with a larger slope it cannot simply be added to the gap."""
+# Change of slope between two pieces of a table that counts as a kink; a patch of 14 mm on points 1 mm apart bends by a
+# tenth of it.
 _KINK = 0.01
-# Distances between points of a table, over the one in their middle.
+# Largest distance between points of a table, over the median distance.
 _WIDEST = 4.0
 _FEWEST_POINTS = 5
 _NEEDS: Mapping[str, tuple[str, ...]] = {
@@ -45,53 +46,48 @@ _MAY: Mapping[str, tuple[str, ...]] = {"sine": ("phase_rad",), "chord": ("depth_
 _LENGTHS = ("wavelength_mm", "amplitude_mm", "length_mm", "depth_mm")
 
 
-@dataclass(frozen=True, kw_only=True)
+_REMEDY = "give lengths in mm, um, cm or m"
+
+
+@inputs
 class Irregularity:
     """An opening e(s) along the track.
 
     Attributes
     ----------
     kind
-        `sine`: amplitude cos(2 pi s / wavelength + phase). `chord`: a fresh flat of a length, straight from edge to
-        edge. `haversine`: a worn flat, depth (1 + cos(2 pi s / length)) / 2. `table`: measured.
+        `sine`: amplitude cos(2 pi s / wavelength + phase). `chord`: a fresh flat, straight from edge to edge.
+        `haversine`: a worn flat, depth (1 + cos(2 pi s / length)) / 2. `table`: measured.
     wavelength_mm, amplitude_mm, phase_rad
-        Of a sine; the amplitude is half of peak to valley.
+        Numbers of a sine; the amplitude is half of peak to valley.
     length_mm, depth_mm
-        Of a flat; the depth of a chord is length^2 / (8 R) where none is given, see `on_wheel`.
+        Numbers of a flat; the depth of a chord is length^2 / (8 R) if not given, see `on_wheel`.
     points_mm
-        Distances and openings of a table, in order of distance; between them a cubic spline.
+        Distances and openings of a table, in order of distance; a cubic spline between the points.
 
     Notes
     -----
     Sources: the haversine of Newton and Clark (1979); the chord of a circle to first order.
     """
 
-    kind: Kind
-    wavelength_mm: float | None = None
-    amplitude_mm: float | None = None
-    phase_rad: float = 0.0
-    length_mm: float | None = None
-    depth_mm: float | None = None
+    kind: Kind = choice(MISSING, "Its shape", get_args(Kind), label="irregularity")
+    wavelength_mm: float | None = number(None, "Of a sine", remedy=_REMEDY)
+    amplitude_mm: float | None = number(None, "Half of peak to valley of a sine", remedy=_REMEDY)
+    phase_rad: float = number(0.0, "Of a sine", low=-1e6, high=1e6)
+    length_mm: float | None = number(None, "Of a flat", remedy=_REMEDY)
+    depth_mm: float | None = number(None, "Of a flat", remedy=_REMEDY)
     points_mm: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
-        if self.kind not in get_args(Kind):
-            raise InputError(f"irregularity is {self.kind!r}; allowed: {', '.join(get_args(Kind))}")
         needed, allowed = _NEEDS[self.kind], (*_NEEDS[self.kind], *_MAY.get(self.kind, ()))
-        # of a file of records they come as lists
+        # a file of records gives them as lists
         object.__setattr__(self, "points_mm", tuple((float(s), float(e)) for s, e in self.points_mm))
         for name in (*_LENGTHS, "phase_rad", "points_mm"):
             given = getattr(self, name) is not None if name in _LENGTHS else bool(getattr(self, name))
             if name in needed and not given:
                 raise InputError(f"irregularity {self.kind}: {name} is missing; give {' and '.join(needed)}")
             if given and name not in allowed:
-                raise InputError(f"irregularity {self.kind}: {name} is none of its own; it has {', '.join(allowed)}")
-        for name in _LENGTHS:
-            value = getattr(self, name)
-            if value is not None:
-                check_positive(f"irregularity {self.kind}: {name}", value, "mm", "give lengths in mm, um, cm or m")
-        if not math.isfinite(self.phase_rad):
-            raise InputError(f"irregularity sine: phase_rad is {self.phase_rad!r}; allowed: finite")
+                raise InputError(f"irregularity {self.kind}: it has no {name}; allowed: {', '.join(allowed)}")
         if self.kind == "table":
             _check_points(self.points_mm)
         if self.largest_slope > STEEPEST:
@@ -102,14 +98,14 @@ class Irregularity:
             )
 
     def on_wheel(self, radius_mm: float) -> Irregularity:
-        """With the depth that a chord of its length has on a wheel of this radius, where none is given."""
+        """A chord without a depth gets the depth of its length on a wheel of this radius; else unchanged."""
         if self.kind != "chord" or self.depth_mm is not None:
             return self
         assert self.length_mm is not None
         return replace(self, depth_mm=self.length_mm**2 / (8.0 * radius_mm))
 
     def opening_mm(self, s_mm: ArrayLike) -> Floats:
-        """The opening e at distances s, of any shape; a table goes on as it ends."""
+        """The opening e at distances s, of any shape; a table continues with its end values."""
         import numpy as np
 
         s = np.asarray(s_mm)
@@ -125,7 +121,7 @@ class Irregularity:
 
     @property
     def largest_slope(self) -> float:
-        """Largest |de/ds|; 0 of a flat whose depth is not known yet."""
+        """Largest |de/ds|; 0 for a flat whose depth is not known yet."""
         if self.kind == "table":
             return max(map(abs, _slopes(self.points_mm)))
         if self.kind == "sine":
@@ -135,7 +131,7 @@ class Irregularity:
 
     @property
     def height_mm(self) -> float:
-        """Largest opening less the smallest."""
+        """Largest opening minus the smallest opening."""
         if self.kind == "table":
             openings = [e for _, e in self.points_mm]
             return max(openings) - min(openings)
@@ -143,14 +139,14 @@ class Irregularity:
 
     @property
     def finest_mm(self) -> float:
-        """The shortest length along it that nodes have to follow: a wave, a flat, four points of a table."""
+        """Shortest length along the track that nodes must resolve: a wave, a flat, four points of a table."""
         if self.kind == "table":
             return 4.0 * median(_steps(self.points_mm))
         return self.wavelength_mm or self.length_mm or math.inf
 
     @property
     def kinks_mm(self) -> tuple[float, ...]:
-        """Where its slope jumps: a pressure there has no bound."""
+        """Places at which the slope jumps, where the elastic pressure is unbounded."""
         if self.kind == "chord":
             half = 0.5 * (self.length_mm or 0.0)
             return (-half, half)
@@ -200,7 +196,7 @@ def _check_points(points: Sequence[tuple[float, float]]) -> None:
             )
 
 
-# --- An irregularity as a text, such as `sine:wavelength_mm=30,amplitude_um=25`, and as a table of a file.
+# --- An irregularity as a text, such as `sine:wavelength_mm=30,amplitude_um=25`, and as a table in a file.
 
 FORMS = (
     "sine:wavelength_mm=30,amplitude_um=25[,phase_deg=90], chord:length_mm=40, haversine:length_mm=52,depth_mm=0.4, or"
@@ -217,7 +213,7 @@ def parse_irregularity(text: str) -> Irregularity:
     Raises
     ------
     InputError
-        For a kind, a quantity or a unit that there is not, or a table that cannot be read.
+        For an unknown kind, quantity or unit, or a table that cannot be read.
     """
     kind, _, rest = text.strip().partition(":")
     items = [item for item in rest.split(",") if item.strip()]
@@ -228,12 +224,12 @@ def parse_irregularity(text: str) -> Irregularity:
 
 
 def irregularity_of(value: Any) -> Irregularity:
-    """The irregularity of a text, or of a table of a file with a `kind` and quantities with units in their names.
+    """The irregularity of a text, or of a mapping with a `kind` and quantities with units in their names.
 
     Raises
     ------
     InputError
-        As `parse_irregularity` and `read_table` do.
+        As in `parse_irregularity` and `read_table`.
     """
     if isinstance(value, Irregularity):
         return value
@@ -253,7 +249,7 @@ def irregularity_of(value: Any) -> Irregularity:
 
 
 def irregularity_text(value: Irregularity) -> str:
-    """An irregularity as a text; of a table how many points it has, for they are not a text."""
+    """An irregularity as a text; for a table only the number of its points and its ends."""
     if value.kind == "table":
         first, last = value.points_mm[0][0], value.points_mm[-1][0]
         return f"table of {len(value.points_mm)} points from {first:g} to {last:g} mm"
@@ -264,13 +260,13 @@ def irregularity_text(value: Irregularity) -> str:
 
 
 def quantity(name: str, value: Any) -> tuple[str, float]:
-    """Name and value inside of a quantity by the name it has in files, which ends in its unit."""
+    """Name and value of a quantity in internal units, from its name in files, which ends in a unit."""
     stem, _, unit = name.rpartition("_")
     units = _ANGLES if stem == "phase" else _UNITS
     if (stem != "phase" and f"{stem}_mm" not in _LENGTHS) or unit not in units:
         known = {name: name for name in (*_LENGTHS, "phase_deg")}
         raise InputError(
-            f"irregularity: {name or 'an empty item'} is none of its quantities; allowed: {', '.join(known)}, also in"
+            f"irregularity: {name or 'an empty item'} is no known quantity; allowed: {', '.join(known)}, also in"
             f" um, cm and m{nearest(name, known)}"
         )
     try:
@@ -283,12 +279,12 @@ def quantity(name: str, value: Any) -> tuple[str, float]:
 def read_table(path: str | Path, *, distance_unit: str | None = None, opening_unit: str | None = None) -> Irregularity:
     """A measured irregularity from a text of two columns, the distance and the opening (missing material positive).
 
-    Units are those in the heading, such as `s_m,e_um`, or are given; they are asked for where neither says them.
+    Units are given, or stand in the heading, such as `s_m,e_um`.
 
     Raises
     ------
     InputError
-        If it cannot be read, has no units, too few points, gaps or steps.
+        If the file cannot be read, has no units, too few points, gaps or steps.
     """
     lines = _lines(Path(path))
     heading = lines[0] if lines and _numbers(lines[0]) is None else None
@@ -326,13 +322,13 @@ def _numbers(row: list[str]) -> list[float] | None:
 
 
 def _unit(given: str | None, heading: list[str] | None, column: int, path: str) -> float:
-    """Factor to mm of a column, from what is said of it or its heading."""
+    """Factor to mm of a column, from a given unit or the heading."""
     name = ("distance", "opening")[column]
     found = re.search(r"[\[(_ ](mm|um|µm|cm|m)[\])]?$", heading[column].strip()) if heading else None
     unit = given or (found[1].replace("µ", "u") if found else None)
     if unit is None:
         raise InputError(
-            f"{path}: the unit of its {name} is not said; give {name}=mm, um, cm or m, or head it {name}_mm"
+            f"{path}: the unit of its {name} is not given; give {name}=mm, um, cm or m, or the heading {name}_mm"
         )
     if unit not in _UNITS:
         sizes = ", ".join(f"1 {name} is {factor:g} mm" for name, factor in _UNITS.items())

@@ -1,1 +1,1 @@
-"""Work in worker processes and its results on disk; knows neither physics nor outputs."""
+"""Work in worker processes and its results on disk; imports neither physics nor outputs."""

@@ -20,7 +20,7 @@ from fecontact.jobs.workers import Crew, Done, Job, other_threads, run_job, unli
 
 _CONNECT_S = 10
 _FIRST_WORKER_S = 60
-# A file that was just made may take a moment to be seen by another machine.
+# A new file may be visible on another machine only after a moment.
 _SEEN_S = 5.0
 _RETRIES = 2
 _PAUSE_S = 1.0
@@ -36,11 +36,11 @@ def dask_crew(address: str, lock: Path, threads: int) -> Iterator[Crew]:
     Parameters
     ----------
     address
-        Of the scheduler, such as tcp://10.0.0.1:8786.
+        Address of the scheduler, such as tcp://10.0.0.1:8786.
     lock
         The lock file of the results' folder, which every worker must see.
     threads
-        Threads that a job computes on; workers whose environment says otherwise are refused.
+        Threads that a job computes on; workers with another number of threads in their environment are refused.
 
     Raises
     ------
@@ -53,19 +53,19 @@ def dask_crew(address: str, lock: Path, threads: int) -> Iterator[Crew]:
         _check_workers(client, address, lock, threads)
 
         @contextmanager
-        def executor(count: int) -> Iterator[Executor]:
-            made = client.get_executor(retries=_RETRIES)
+        def opened(count: int) -> Iterator[Executor]:
+            executor = client.get_executor(retries=_RETRIES)
             try:
-                yield made
+                yield executor
             finally:
-                made.shutdown(wait=False)
+                executor.shutdown(wait=False)
 
-        # what a worker says of itself is told once
-        told = cache(lambda problem: _LOG.warning("%s; its jobs go to other workers", problem))
-        client.subscribe_topic(_TOPIC, lambda event: told(event[1]))
-        # all at once: the cluster knows best, and runs again what a lost worker had
+        # each problem of a worker is logged once
+        log_once = cache(lambda problem: _LOG.warning("%s; its jobs go to other workers", problem))
+        client.subscribe_topic(_TOPIC, lambda event: log_once(event[1]))
+        # all jobs are handed out at once: the cluster distributes them, and runs the jobs of a lost worker again
         yield Crew(
-            open=executor,
+            open=opened,
             workers=max(2, len(client.nthreads())),
             together=10**9,
             run=partial(_run, lock, threads),
@@ -75,7 +75,7 @@ def dask_crew(address: str, lock: Path, threads: int) -> Iterator[Crew]:
 
 
 def _run(lock: Path, threads: int, job: Job) -> Done:
-    """Do `run_job` with the checks of a worker that came later: one that cannot do it gives it back to the others."""
+    """Do `run_job`; a worker that fails the checks, since it came later, gives the job back to the others."""
     if problem := worker_problem(lock, threads) or unlike(job):
         distributed: Any = import_module("distributed")
         worker = distributed.get_worker()
@@ -87,7 +87,7 @@ def _run(lock: Path, threads: int, job: Job) -> Done:
 
 
 def _step_aside(worker: Any) -> None:
-    """Take no job for a while: of idle workers the scheduler hands a job that is given back to the same one again."""
+    """Take no job for a while: the scheduler would hand a returned job to this idle worker again."""
     status = import_module("distributed.core").Status
     worker.status = status.paused
     worker.loop.call_later(_PAUSE_S, partial(setattr, worker, "status", status.running))
@@ -104,15 +104,15 @@ def _why_lost(client: Any, address: str) -> str | None:
     if client.status == "running":
         return None
     return (
-        f"scheduler {address}: lost while its workers solved; what is finished is kept: start a scheduler and workers,"
-        " and give the same command with its address"
+        f"scheduler {address}: lost while its workers solved; finished jobs are kept: start a scheduler and workers,"
+        " and give the same command with the scheduler's address"
     )
 
 
 @contextmanager
 def _connected(address: str) -> Iterator[Any]:
     try:
-        # it has types in part only
+        # distributed is typed only in part
         distributed: Any = import_module("distributed")
     except ImportError as error:
         raise InputError("--scheduler needs the package distributed: pip install distributed") from error
@@ -127,23 +127,23 @@ def _connected(address: str) -> Iterator[Any]:
         with _silent():
             yield client
     finally:
-        # of a scheduler that is gone there is nothing to be closed
+        # closing fails if the scheduler is gone
         with _silent(), contextlib.suppress(Exception):
             client.close()
 
 
 @contextmanager
 def _silent() -> Iterator[None]:
-    """Loggers that tell a lost scheduler in tracebacks say nothing: what came of the run is said in its rows."""
+    """Silence loggers that report a lost scheduler with tracebacks: the run reports it in its rows."""
     names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in _LOUD]
-    own = [logging.getLogger(name) for name in names]
-    levels = [logger.level for logger in own]
-    for logger in own:
+    loggers = [logging.getLogger(name) for name in names]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
         logger.setLevel(logging.CRITICAL + 1)
     try:
         yield
     finally:
-        for logger, level in zip(own, levels, strict=True):
+        for logger, level in zip(loggers, levels, strict=True):
             logger.setLevel(level)
 
 
@@ -166,7 +166,7 @@ def _check_workers(client: Any, address: str, lock: Path, threads: int) -> None:
 
 
 def worker_problem(lock: Path, threads: int) -> str | None:
-    """Why this process cannot work on a run: it does not see the folder, or computes on other threads."""
+    """Why this process cannot work on a run: it does not see the folder, or has another number of threads."""
     if problem := other_threads(threads):
         return f"{problem}; set it before the worker is started, and --threads likewise"
     end = time.monotonic() + _SEEN_S

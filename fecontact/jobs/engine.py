@@ -1,4 +1,4 @@
-"""Many jobs: each done once, on all cores or a cluster, what is finished kept, nothing lost when one fails."""
+"""Running many jobs: each once, on all cores or a cluster; finished jobs are kept, also if others fail."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _MOST_NAMES = 8
 
 @dataclass(frozen=True, kw_only=True)
 class RunSettings:
-    """How jobs are run; none of it changes a result.
+    """How jobs are run; apart from `threads` no setting changes a result.
 
     Attributes
     ----------
     workers
         Processes at a time; None for `workers.default_workers`.
     threads
-        Threads that each job computes on; other than 1 may change the last digits of results.
+        Threads that each job computes on; more than 1 may change the last digits of results.
     force
         Solve finished jobs again.
     part
@@ -54,11 +54,11 @@ class RunSettings:
 
     @property
     def part_suffix(self) -> str:
-        """What the names of a part's tables end in; nothing for a whole run."""
+        """Ending of the names of a part's tables; empty for a whole run."""
         return "" if self.part is None else f".part-{self.part[0]}-of-{self.part[1]}"
 
     def own_part(self, names: Sequence[str]) -> tuple[str, ...]:
-        """Ids that the part does, each once."""
+        """Ids of the jobs in this part, each once."""
         once = tuple(dict.fromkeys(names))
         return once if self.part is None else once[self.part[0] - 1 :: self.part[1]]
 
@@ -67,7 +67,7 @@ def parse_part(text: str) -> tuple[int, int]:
     """The part i of N from `i/N`."""
     match = re.fullmatch(r"(\d+)/(\d+)", text.strip())
     if match is None:
-        raise InputError(f"part {text!r}: give which of how many, such as 2/4")
+        raise InputError(f"part {text!r}: give the number of the part and the number of parts, such as 2/4")
     return int(match[1]), int(match[2])
 
 
@@ -78,11 +78,11 @@ class OpenRun:
     Attributes
     ----------
     crew
-        Who does its jobs.
+        Workers that do the jobs.
     progress
-        Hears how many jobs are done, of how many, and what is under way.
+        Called with the number of finished jobs, the number of all jobs, and what is under way.
     run
-        Its name; its own results are taken even by force.
+        Name of the run; results of this run are taken even with `force`.
     reused
         Ids of the jobs that were finished before, also when the run is interrupted.
     recomputed
@@ -99,7 +99,7 @@ class OpenRun:
 
 @contextmanager
 def open_run(out: Path, store: Path, settings: RunSettings, progress: Progress | None = None) -> Iterator[OpenRun]:
-    """Hold the folder of a run and open what does its jobs, which are kept below `store`.
+    """Lock the folder of a run and start its workers; finished jobs are kept below `store`.
 
     Raises
     ------
@@ -112,7 +112,7 @@ def open_run(out: Path, store: Path, settings: RunSettings, progress: Progress |
             remove_leftovers(store)
         yield OpenRun(crew=crew, settings=settings, progress=progress)
         if settings.part is None:
-            # what they say is in the tables of the whole
+            # the tables of the whole run contain the tables of its parts
             for path in out.iterdir():
                 if re.fullmatch(r"\w+\.part-\d+-of-\d+[._]\w+(\.\w+)?", path.name):
                     path.unlink(missing_ok=True)
@@ -136,8 +136,8 @@ def finish(jobs: Sequence[Job], by: OpenRun, *, on_done: Callable[[Done], None] 
     Parameters
     ----------
     on_done
-        Called after each job, also those that were finished before; when the run is interrupted, with those that
-        workers have finished in the meantime and that need not be read.
+        Called after each job, also for jobs that were finished before. After an interruption it is called for the jobs
+        that workers finished meanwhile.
     """
     forced = [replace(job, run=by.run, force=job.force or by.settings.force) for job in jobs]
     report = _Report(forced, by, on_done)
@@ -145,14 +145,14 @@ def finish(jobs: Sequence[Job], by: OpenRun, *, on_done: Callable[[Done], None] 
     try:
         run_jobs(report.open, by.crew, report)
     except BaseException:
-        # workers may have finished jobs that they could not tell of any more
+        # workers may have finished jobs that they could not report any more
         with contextlib.suppress(OSError):
             report.take_finished()
         raise
 
 
 class _Report:
-    """What is known of the jobs while they run."""
+    """State of the jobs while they run."""
 
     def __init__(self, jobs: Sequence[Job], by: OpenRun, on_done: Callable[[Done], None] | None) -> None:
         self._jobs, self._by, self._on_done = jobs, by, on_done
@@ -167,7 +167,7 @@ class _Report:
         return [job for job in self._jobs if job.name not in self._done]
 
     def reuse(self) -> None:
-        """Take the jobs that are finished but for reading them, which is a worker's, and say of the others why not."""
+        """Mark finished jobs, whose results a worker still has to read, and note why other stored jobs are unusable."""
         for job in self.open:
             kept = Kept() if job.force else kept_folder(job.folder, job.name, job.origin)
             if kept.usable:
@@ -178,38 +178,38 @@ class _Report:
                 self._by.recomputed[job.name] = kept.problem or kept.outdated or ""
 
     def take_finished(self) -> None:
-        """Take what workers finished before the run was interrupted."""
+        """Take the jobs that workers finished before the run was interrupted."""
         for job in self.open:
             if job.read is None and kept_folder(job.folder, job.name, job.origin).usable:
                 self.done(Done(name=job.name))
 
     def under_way(self, names: Sequence[str]) -> None:
-        """Tell the progress what is done, and about how long the rest will take."""
+        """Report what is done, and about how long the rest will take."""
         now = time.monotonic()
         workers = self._by.crew.workers
-        # a cluster has been handed all of them, and begins with the first ones
+        # a cluster is handed all jobs, and begins with the first ones
         self._begun = {name: self._begun.get(name, now) for name in names[:workers]}
         if self._by.progress is not None:
             text = (
                 ", ".join(self._labels[name] for name in names) if len(names) <= _MOST_NAMES else f"{len(names)} jobs"
             )
             done, total = len(self._done), len(self._labels)
-            # those that were finished before need only be read
+            # jobs that were finished before need only be read
             unread = set(self._by.reused) - self._done - self._begun.keys()
             waiting = total - done - len(self._begun) - len(unread)
             ages = [now - begun for begun in self._begun.values()]
             left = seconds_left(self._durations, ages, waiting, workers)
-            told = "" if left is None else f"; about {duration(left)} left"
-            self._by.progress(done, total, f"solving {text}{told}")
+            rest = "" if left is None else f"; about {duration(left)} left"
+            self._by.progress(done, total, f"solving {text}{rest}")
 
     def done(self, done: Done) -> None:
-        """Keep what came of a job."""
+        """Keep the outcome of a job."""
         self._done.add(done.name)
         begun = self._begun.pop(done.name, None)
         if done.unreadable is not None:
             self._by.reused.remove(done.name)
             self._by.recomputed[done.name] = done.unreadable
-        # what was finished before took next to no time, and says nothing of the others
+        # a job that was finished before took next to no time, which tells nothing about other jobs
         if begun is not None and done.name not in self._by.reused:
             self._durations.append(time.monotonic() - begun)
         if self._on_done is not None:

@@ -1,25 +1,25 @@
-"""How long jobs will still take, from how long those before them took."""
+"""Remaining time of jobs, estimated from the durations of finished jobs."""
 
 from __future__ import annotations
 
 import heapq
 from collections.abc import Sequence
 
-# Of a job that takes longer than all before it nothing is known but its age: this part of it is given to the rest.
+# Only the age of a job is known if it takes longer than all finished jobs: its rest is taken as this part of the age.
 _UNKNOWN_REST = 0.25
 
 
 def seconds_left(durations: Sequence[float], ages: Sequence[float], waiting: int, workers: int) -> float | None:
     """Expected seconds until the last job ends; None while no job has ended.
 
-    A job that waits takes the mean time of those that have ended, and goes to the worker that is free first. One that
-    is under way takes the mean time of those that took longer than it has by now. So workers that have nothing left to
-    do do not count at the end.
+    A waiting job takes the mean time of the jobs that have ended, and goes to the worker that is free first. A job
+    under way takes the mean time of the ended jobs that took longer than its present age. So workers without a job do
+    not count at the end.
 
     Parameters
     ----------
     durations
-        Seconds that each job took that has ended.
+        Seconds that each ended job took.
     ages
         Seconds that each job has been under way for.
     waiting
@@ -42,7 +42,7 @@ def _rest(durations: Sequence[float], age: float) -> float:
 
 
 def duration(seconds: float) -> str:
-    """A time as one would say it."""
+    """A time in words."""
     if seconds < 100.0:
         return f"{seconds:.0f} s"
     return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.1f} h"

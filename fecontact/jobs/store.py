@@ -25,7 +25,7 @@ SCHEMA = "fecontact/stored/1"
 
 @dataclass(frozen=True, kw_only=True)
 class Origin:
-    """What decides about a result beside its inputs: versions and sources that solve it, and that evaluate it."""
+    """Versions and sources that decide about a result beside its inputs, for solving and for evaluating it."""
 
     solved_by: Mapping[str, str]
     evaluated_by: Mapping[str, str]
@@ -38,11 +38,11 @@ class Kept:
     Attributes
     ----------
     found
-        Whether there is a folder of it.
+        Whether the job has a folder.
     problem
-        Why it must be solved again.
+        Why the job must be solved again.
     outdated
-        Why it must be evaluated again, which its stored fields are enough for.
+        Why the job must be evaluated again; its stored fields are enough for this.
     run
         The run that finished it.
     """
@@ -54,15 +54,16 @@ class Kept:
 
     @property
     def usable(self) -> bool:
-        """Whether it may be taken as it is."""
+        """Whether the stored result may be taken unchanged."""
         return self.found and self.problem is None and self.outdated is None
 
 
 @contextmanager
 def new_folder(final: Path, name: str, origin: Origin, run: str = "") -> Iterator[Path]:
-    """A temporary folder to write a job's files into, put in the place of `final` in one step if nothing is raised.
+    """A temporary folder to write a job's files into, which replaces `final` in one step if nothing is raised.
 
-    Files get their checksums before that; a reader, or a killed run, sees the old folder, none, or the whole new one.
+    Checksums of the files are written first. A reader, also after a killed run, sees the old folder, no folder, or the
+    whole new folder.
     """
     temporary = _beside(final)
     temporary.mkdir(parents=True)
@@ -75,7 +76,7 @@ def new_folder(final: Path, name: str, origin: Origin, run: str = "") -> Iterato
 
 
 def write_manifest(folder: Path, files: Iterable[Path], name: str, origin: Origin, run: str = "") -> Path:
-    """Seal some files of a folder as the result of a job: their checksums, and what made them."""
+    """Write the manifest of a job's result: checksums of its files, and the versions and sources that made them."""
     manifest = {
         "schema": SCHEMA,
         "id": name,
@@ -100,7 +101,7 @@ def _put(temporary: Path, final: Path) -> None:
             temporary.rename(final)
             break
         except OSError as error:
-            # a worker that was given up for lost has put the same job there in between
+            # a worker that was taken for lost has stored the same job meanwhile
             if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
                 raise
             shutil.rmtree(older, ignore_errors=True)
@@ -108,9 +109,9 @@ def _put(temporary: Path, final: Path) -> None:
 
 
 def remove_leftovers(parent: Path, name: str | None = None) -> None:
-    """Remove the temporary folders and files of processes that were killed: of one job, or of all below a folder.
+    """Remove temporary folders and files of killed processes: of the job `name`, or of all jobs below a folder.
 
-    Those of all are only for who has the whole store to himself.
+    Without `name` no other process may be using the store.
     """
     for path in parent.glob(".*" if name is None else f".{glob.escape(name)}.*"):
         if path.is_dir():
@@ -120,14 +121,14 @@ def remove_leftovers(parent: Path, name: str | None = None) -> None:
 
 
 def kept_folder(folder: Path, name: str, origin: Origin) -> Kept:
-    """Look at a finished job and all its files."""
+    """State of a stored job, after a check of all its files."""
     if not folder.is_dir():
         return Kept()
     manifest = whole_manifest(folder)
     if isinstance(manifest, str):
         return Kept(found=True, problem=manifest)
     if manifest["id"] != name:
-        return Kept(found=True, problem=f"it is the result of other inputs ({manifest['id']})")
+        return Kept(found=True, problem=f"the folder holds the result of other inputs ({manifest['id']})")
     if changes := difference(manifest["solved_by"], origin.solved_by):
         return Kept(found=True, problem=f"made by another version: {changes}")
     changes = difference(manifest["evaluated_by"], origin.evaluated_by)
@@ -136,7 +137,7 @@ def kept_folder(folder: Path, name: str, origin: Origin) -> Kept:
 
 
 def whole_manifest(folder: Path) -> dict[str, Any] | str:
-    """What a folder says of the job in it, or which of its files is not as it was written."""
+    """The manifest of a folder whose files are all unchanged, or what is wrong with the folder."""
     manifest = _manifest(folder)
     if isinstance(manifest, str):
         return manifest
@@ -144,7 +145,7 @@ def whole_manifest(folder: Path) -> dict[str, Any] | str:
 
 
 def _manifest(folder: Path) -> dict[str, Any] | str:
-    """What a folder says of itself, or why it cannot be used."""
+    """The manifest of a folder, or why it cannot be used."""
     try:
         manifest = read_json(folder / MANIFEST)
     except InputError:
@@ -158,7 +159,7 @@ def _manifest(folder: Path) -> dict[str, Any] | str:
 
 
 def _damage(folder: Path, files: Mapping[str, str]) -> str | None:
-    """The first file of a folder that is not as it was written."""
+    """What is wrong with the first damaged or missing file of a folder; None if all files are unchanged."""
     for name, digest in files.items():
         try:
             path = folder / name
@@ -177,7 +178,7 @@ def _damage(folder: Path, files: Mapping[str, str]) -> str | None:
 
 
 def difference(old: Mapping[str, str], new: Mapping[str, str]) -> str:
-    """What differs between two origins of a result, such as `numpy 2.1.0 -> 2.2.0`."""
+    """The differences between two origins of a result in words, such as `numpy 2.1.0 -> 2.2.0`."""
     return ", ".join(
         f"{key} {old.get(key, 'none')} -> {new.get(key, 'none')}"
         for key in dict.fromkeys((*new, *old))
@@ -185,14 +186,14 @@ def difference(old: Mapping[str, str], new: Mapping[str, str]) -> str:
     )
 
 
-# --- One run at a time in a folder: locks of the operating system, which end with the process that holds them.
+# --- Locks of the operating system, by which one run at a time uses a folder; they end with the process.
 
 LOCK = "run.lock"
 
 
 @contextmanager
 def locked(out: Path, part: tuple[int, int] | None = None) -> Iterator[Path]:
-    """Hold the folder of a run, or one part of it beside the other parts; yields the lock file.
+    """Lock the folder of a run for the whole run, or for one part beside other parts; yields the lock file.
 
     Parameters
     ----------
@@ -202,7 +203,7 @@ def locked(out: Path, part: tuple[int, int] | None = None) -> Iterator[Path]:
     Raises
     ------
     InputError
-        If another process holds it (the message says which), or if the file system has no locks.
+        If another process holds the folder (the message says which), or if the file system has no locks.
     """
     out.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
@@ -218,7 +219,7 @@ def locked(out: Path, part: tuple[int, int] | None = None) -> Iterator[Path]:
 
 @contextmanager
 def _held(path: Path, holder: str, *, shared: bool = False) -> Iterator[None]:
-    # not truncated before it is ours: it says who holds it
+    # not truncated before it is locked: its text names the present holder
     with open(os.open(path, os.O_RDWR | os.O_CREAT, 0o666), "r+", encoding="utf-8") as file:
         try:
             _lock(file, shared)
@@ -241,8 +242,8 @@ if sys.platform == "win32":
     import msvcrt
 
     def _lock(file: IO[str], shared: bool) -> None:
-        # Windows has no shared locks here: parts run one after the other. A locked byte cannot be read, so it is one
-        # far behind the text.
+        # Windows has no shared locks here: parts run one after the other. A locked byte cannot be read, so a byte far
+        # behind the text is locked.
         file.seek(1 << 30)
         try:
             msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)

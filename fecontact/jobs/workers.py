@@ -1,4 +1,4 @@
-"""Worker processes, and the job that each of them does: its threads, memory, time and end."""
+"""Worker processes and the jobs that they do: threads, memory, time, and the death of a worker."""
 
 from __future__ import annotations
 
@@ -33,45 +33,45 @@ from fecontact.errors import FecontactError, InputError, NotEnoughMemory
 from fecontact.files import write_text
 from fecontact.jobs.store import Origin, difference, kept_folder, new_folder, remove_leftovers
 
-# --- One job in a worker process: do its work, store what it wrote, and say what came of it; nothing is raised.
+# --- One job in a worker process: do its work, store its files, and report the outcome; nothing is raised.
 
-# gmsh has one state a process.
+# gmsh has one global state in each process.
 _ONE_AT_A_TIME = threading.Lock()
 
 
 class Work(Protocol):
-    """What a job does; something that a worker can import."""
+    """The work of a job: a callable that a worker can import."""
 
     def __call__(self, folder: Path, finished: Path | None) -> bool:
-        """Write the job's files into a folder; True if there was not enough memory to do all that was asked for.
+        """Write the job's files into a folder; True if there was not enough memory for all that was asked for.
 
-        `finished` is the job's own folder, where its fields are to be evaluated again instead of being solved.
+        `finished` is the job's stored folder if its fields are only to be evaluated again.
         """
 
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """Something to be solved and kept in a folder of its own.
+    """A piece of work whose result is kept in a folder.
 
     Attributes
     ----------
     name, folder
-        The job's id, and where it is kept when it is finished.
+        Id of the job, and folder in which its result is kept.
     origin
-        What decides about its numbers where the run was started; a worker must agree with it.
+        Versions and sources on the machine that started the run; a worker must have the same.
     origin_here
-        Finds the same on a worker.
+        Determines the origin on a worker.
     read
-        Makes what the run needs to know of the finished folder: on the worker, whose numbers do not depend on who asks.
-        It raises an `InputError` where the folder is of another layout, and the job is done again.
+        Extracts what the run needs from the finished folder; called on the worker. It raises an `InputError` if the
+        folder has another layout; then the job is done again.
     label
-        What it is called while it is under way; its name if not given.
+        Name shown while the job is under way; `name` if not given.
     run
-        Names the run, whose own results are taken even with `force`.
+        Name of the run, whose results are taken even with `force`.
     force
-        Solve also what is finished.
+        Whether to solve the job again if it is finished.
     alone
-        Whether no other job runs beside it on this machine.
+        Whether no other job runs beside the job on this machine.
     """
 
     name: str
@@ -88,18 +88,18 @@ class Job:
 
 @dataclass(frozen=True, kw_only=True)
 class Done:
-    """What came of a job.
+    """Outcome of a job.
 
     Attributes
     ----------
     failure
-        Why it has no result, None if it has one.
+        Why the job has no result; None if it has a result.
     short_of_memory
-        Whether alone it may go better.
+        Whether the job may succeed when it runs alone.
     value
-        What `Job.read` made of it.
+        What `Job.read` returned.
     unreadable
-        Why what was finished before had to be done again.
+        Why a job that was finished before had to be done again.
     """
 
     name: str
@@ -123,10 +123,10 @@ def run_job(job: Job) -> Done:
         except FecontactError as error:
             return _failed(job, str(error), short=isinstance(error, NotEnoughMemory))
         except OSError as error:
-            # a disk that is full, most often
+            # most often a full disk
             return _failed(job, f"{error.strerror or error} ({error.filename})" if error.filename else str(error))
         except Exception as error:
-            # a fault of the program: the row names it, the rest goes on
+            # an error of the program: the row names it, and other jobs go on
             file = error_file(job.folder)
             with contextlib.suppress(OSError):
                 write_text(file, traceback.format_exc())
@@ -134,7 +134,7 @@ def run_job(job: Job) -> Done:
 
 
 def error_file(folder: Path) -> Path:
-    """Where the traceback of a job goes that ended with an unexpected error."""
+    """File for the traceback of a job that ended with an unexpected error."""
     return folder.with_name(f"{folder.name}.error.txt")
 
 
@@ -147,7 +147,7 @@ def _do(job: Job) -> Done:
         raise InputError(problem)
     kept, unreadable = kept_folder(job.folder, job.name, job.origin), None
     if kept.usable and (not job.force or (job.run and kept.run == job.run)):
-        # done already: by an earlier run, or by a worker that was lost before it could say so
+        # done already: by an earlier run, or by a worker that was lost before it could report
         try:
             return Done(name=job.name, value=_value(job))
         except InputError as error:
@@ -169,7 +169,7 @@ def _value(job: Job) -> Any:
 
 
 def unlike(job: Job) -> str | None:
-    """Why this process must not do a job: what decides about its numbers is not as where the run was started."""
+    """Why this process must not do a job: its versions or sources differ from those of the run."""
     here = job.origin_here()
     changes = (
         difference(job.origin.solved_by, here.solved_by),
@@ -180,15 +180,15 @@ def unlike(job: Job) -> str | None:
 
 
 def _reset_peak_memory() -> None:
-    """Make the peak memory that of the job and not that of the largest one of the process; Linux only."""
+    """Reset the peak memory of the process, so that it is measured for each job; Linux only."""
     with contextlib.suppress(OSError):
         Path("/proc/self/clear_refs").write_text("5")
 
 
-# --- Who does the jobs: worker processes of this machine, and what happens when one of them dies.
+# --- Worker processes of this machine, and what happens when a worker dies.
 
 _BYTES_A_WORKER = 2e9
-# Less than this cannot hold the files of a case.
+# A disk with less free space than this cannot hold the files of a case.
 _FULL_DISK_BYTES = 50e6
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
@@ -200,17 +200,17 @@ class Crew:
     Attributes
     ----------
     open
-        Opens an executor with so many workers; what still runs when it is left by an exception is stopped.
+        Opens an executor with so many workers; an exception stops the jobs that still run.
     workers
         Number of workers.
     together
-        Jobs handed out at a time; with `workers` of them it is known which were under way when a worker dies.
+        Jobs handed out at a time. If they are as many as workers, the jobs under way are known when a worker dies.
     run
-        What a worker calls.
+        Function that a worker calls.
     refuse
-        Raises an `InputError` where no worker can do such a job.
+        Raises an `InputError` if no worker can do the job.
     lost
-        Why workers cannot be reached any more, None as long as they can.
+        Why workers cannot be reached any more; None as long as they can.
     """
 
     open: Callable[[int], AbstractContextManager[Executor]]
@@ -222,23 +222,23 @@ class Crew:
 
 
 class WorkersLost(FecontactError):
-    """Workers have ended, or cannot be reached any more; what is finished and stored is kept."""
+    """Workers have ended, or cannot be reached any more; stored results are kept."""
 
     exit_code = 3
 
 
 class Report(Protocol):
-    """Hears of the jobs."""
+    """Receives reports about the jobs."""
 
     def under_way(self, names: Sequence[str]) -> None:
-        """These have been handed to workers and have not come back."""
+        """These jobs have been handed to workers and are not done."""
 
     def done(self, done: Done) -> None:
-        """One has come back for good."""
+        """A job is done, and will not run again."""
 
 
 def default_workers() -> int:
-    """One worker a core that this process may use, and at most one for each 2 GB of available memory."""
+    """A worker for each core that this process may use, and at most a worker for each 2 GB of available memory."""
     import psutil
 
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -248,15 +248,15 @@ def default_workers() -> int:
 def process_crew(workers: int, threads: int) -> Crew:
     """Worker processes of this machine, each computing on so many threads.
 
-    They are spawned, not forked: MKL, OpenMP and gmsh have threads and state that a fork would copy half. Even a single
-    worker is a process of its own, whose crash leaves the study alive.
+    They are spawned, not forked: a fork would copy the threads and the state of MKL, OpenMP and gmsh only in part. Even
+    a single worker is a process of its own, so that its crash does not end the study.
     """
     return Crew(open=lambda count: _process_pool(count, threads), workers=workers, together=workers)
 
 
 @contextmanager
 def _process_pool(workers: int, threads: int) -> Iterator[Executor]:
-    # a process is started when the first job is handed to it, so the environment holds as long as the pool
+    # a process is started when the first job is handed to it, so the environment must last as long as the pool
     with thread_environment(threads):
         executor = _QuietPool(workers, mp_context=get_context("spawn"), initializer=_begin_worker)
         try:
@@ -272,8 +272,9 @@ def _process_pool(workers: int, threads: int) -> Iterator[Executor]:
 class _QuietPool(ProcessPoolExecutor):
     """Worker processes that begin without the caller's script and without Ctrl-C.
 
-    A spawned process imports the script that started it, which fails where that is read from standard input, and solves
-    everything once more where it has no main guard. Workers need none of it: what they do can be imported.
+    A spawned process imports the script that started it. This fails if the script is read from standard input, and
+    solves everything once more if the script has no main guard. Workers do not need the script: their work can be
+    imported.
     """
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
@@ -293,7 +294,7 @@ def _no_script() -> Iterator[None]:
 
 @contextmanager
 def _no_interrupt() -> Iterator[None]:
-    """Hold Ctrl-C back; a process that is started meanwhile never hears it, not even while it imports its modules."""
+    """Block Ctrl-C; a process that is started meanwhile never receives it, not even while it imports its modules."""
     if not hasattr(signal, "pthread_sigmask"):
         # Windows
         yield
@@ -312,7 +313,7 @@ def _begin_worker() -> None:
 
 
 def _end_with_parent() -> None:
-    """End this process when its parent has ended, also by kill -9, which a pool of itself does not notice."""
+    """End this process when its parent has ended, also by kill -9, which a process pool does not notice."""
     parent = parent_process()
     if parent is not None:
         connection.wait([parent.sentinel])
@@ -321,7 +322,7 @@ def _end_with_parent() -> None:
 
 @contextmanager
 def thread_environment(threads: int) -> Iterator[None]:
-    """Environment in which the numerical libraries of new processes compute on so many threads, then the old one."""
+    """Set the number of threads of the numerical libraries in new processes; the old environment returns at the end."""
     wanted = {name: str(threads) for name in _THREAD_VARIABLES} | {"MKL_DYNAMIC": "FALSE"}
     before = {name: os.environ.get(name) for name in wanted}
     os.environ.update(wanted)
@@ -336,7 +337,7 @@ def thread_environment(threads: int) -> Iterator[None]:
 
 
 def other_threads(threads: int) -> str | None:
-    """What is wrong with the number of threads in this process's environment."""
+    """What is wrong with the number of threads in this process's environment; None if it is right."""
     for name in _THREAD_VARIABLES:
         if os.environ.get(name) != str(threads):
             return f"its {name} is {os.environ.get(name, 'not set')}, not {threads}"
@@ -345,16 +346,16 @@ def other_threads(threads: int) -> str | None:
 
 @contextmanager
 def evaluators(count: int, *, here: bool, workers: int | None = None) -> Iterator[Callable[..., Iterable[Any]]]:
-    """What evaluates so many things as `map` does: this process if `here`, else worker processes on one thread each.
+    """A function like `map` for `count` items: in this process if `here`, else in worker processes on one thread each.
 
-    There are `default_workers` of them if not told how many.
+    Without `workers` there are `default_workers`.
 
     Raises
     ------
     InputError
-        If there are to be no workers.
+        If `workers` is less than 1.
     WorkersLost
-        If one of the processes ends before its time.
+        If a worker process ends early.
     """
     if workers is not None and workers < 1:
         raise InputError(f"workers is {workers}; allowed: 1 and more")
@@ -367,12 +368,12 @@ def evaluators(count: int, *, here: bool, workers: int | None = None) -> Iterato
             yield partial(executor.map, chunksize=max(1, min(50, count // (4 * workers))))
     except BrokenExecutor as error:
         raise WorkersLost(
-            "a worker process ended before its time (killed, or out of memory?); give less at a time, or fewer workers"
+            "a worker process ended early (killed, or out of memory?); give less at a time, or fewer workers"
         ) from error
 
 
 def began_on_one_thread() -> bool:
-    """Whether the numerical libraries of this process have one thread; they look at the environment when they begin."""
+    """Whether the numerical libraries of this process have one thread; they read the environment when they start."""
     try:
         began = Path("/proc/self/environ").read_bytes().split(b"\0")
     except OSError:
@@ -383,7 +384,7 @@ def began_on_one_thread() -> bool:
 def run_jobs(jobs: Sequence[Job], crew: Crew, report: Report) -> None:
     """Run all jobs and report each once.
 
-    When a worker process dies, the jobs that were under way run again, each alone; one whose process dies twice is
+    When a worker process dies, the jobs that were under way run again, each alone; a job whose process dies twice is
     reported as failed. A job that was short of memory beside others runs again alone, after all others.
     """
     if jobs and crew.refuse is not None:
@@ -398,7 +399,7 @@ def run_jobs(jobs: Sequence[Job], crew: Crew, report: Report) -> None:
 
 
 def _together(queue: deque[Job], again: list[Job], crew: Crew, report: Report) -> list[Job]:
-    """Run jobs of the queue until it is empty or a worker dies; returns those that were under way then."""
+    """Run jobs of the queue until it is empty or a worker dies; returns the jobs that were under way then."""
     running: dict[Future[Done], Job] = {}
     lost: list[Job] = []
     with crew.open(crew.workers) as executor:
@@ -436,14 +437,14 @@ def _alone(job: Job, crew: Crew, report: Report, *, deaths: int) -> Done:
         if done is not None:
             return done
         deaths += 1
-    # ParaView's writers can end the process when the disk is full, so it is looked at before its room is given back
+    # ParaView's writers can end the process if the disk is full, so free space is read before files are removed
     full = shutil.disk_usage(job.folder.parent).free < _FULL_DISK_BYTES
     remove_leftovers(job.folder.parent, job.name)
     return Done(name=job.name, failure=f"its process died twice ({'disk full' if full else 'out of memory'}?)")
 
 
 def _outcome(future: Future[Done], job: Job, crew: Crew) -> Done | None:
-    """What came of a job; None if its worker died.
+    """Outcome of a job; None if its worker died.
 
     Raises
     ------
@@ -461,5 +462,5 @@ def _outcome(future: Future[Done], job: Job, crew: Crew) -> Done | None:
     except InputError as error:
         return Done(name=job.name, failure=str(error))
     except Exception as error:
-        # the executor's own troubles, such as a cluster that has given the job up
+        # errors of the executor, such as a cluster that has given the job up
         return Done(name=job.name, failure=f"{type(error).__name__}: {error}")

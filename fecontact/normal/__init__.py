@@ -1,1 +1,1 @@
-"""Theories of the normal contact: Hertz, and cheap ones on a gap line; sees no finite elements."""
+"""Theories of the normal contact: Hertz, and fast theories on a gap line; imports no finite elements."""

@@ -1,11 +1,11 @@
-"""The gap on the line across through the first touch point, and what theories of strips say of it."""
+"""The gap on the line across through the first touch point, and the contact in strips that theories find on it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Literal
 
 import numpy as np
@@ -16,11 +16,11 @@ from fecontact.errors import InputError, check_positive
 from fecontact.normal.hertz import EllipseShape, ellipse_shape
 from fecontact.wheel_rail.placement import Placement
 
-# Chord over which the line's curvature is taken: long against rounding, short against any patch.
+# Chord for the line's curvature: long enough against rounding, short against any patch.
 _CHORD_MM = 0.1
 # Gaps wider than this are never closed by running wheels.
 _WIDEST_GAP_MM = 1.0
-# Of the positions; it follows every profile. And how far they go to each side.
+# Step of the positions, fine enough for every profile, and how far they go to each side.
 _STEP_MM, _HALF_WIDTH_MM = 0.02, 40.0
 _EVEN = 1e-6
 LEAST_B_PER_MM = 1e-4
@@ -36,24 +36,24 @@ class GapLine:
     t_mm (n,)
         Positions across in the tangent plane, increasing in equal steps.
     f_mm (n,)
-        Gap at x = 0 along the contact normal; made to have the minimum 0.
+        Gap at x = 0 along the contact normal; its minimum is subtracted.
     A_per_mm
         Half the relative curvature along x: cos(contact angle) / (2 rolling radius), > 0.
     contact_modulus_MPa
         E* of the pair.
     B_per_mm (n,)
-        Half the curvature of f. If it is not given (size 0): from central differences over 0.1 mm to each side, which
-        on measured points is noise.
+        Half the curvature of f. If not given (size 0), it comes from central differences over 0.1 mm to each side,
+        which are noise on measured points.
     surface_mm (n,)
-        Where the positions are along the rail's surface, arc length from first touch; as `t_mm` if not given.
+        Arc length along the rail's surface from first touch; `t_mm` if not given.
     turned_rad (n,)
-        Angle between the surface there and the tangent plane at first touch; 0 if not given. Only the strip method
-        looks at both; all else is in the plane.
+        Angle between the surface and the tangent plane at first touch; 0 if not given. Only the strip method uses
+        `surface_mm` and `turned_rad`; all other theories work in the plane.
 
     Raises
     ------
     InputError
-        If an array does not fit, is not finite or not even, or a constant is not positive.
+        If an array does not fit or is not finite, steps are not equal, or a constant is not positive.
     """
 
     t_mm: Floats
@@ -99,16 +99,16 @@ class GapLine:
 
     @property
     def touch(self) -> int:
-        """Index of the touch point, where the gap is smallest."""
+        """Index of the touch point: the smallest gap."""
         return int(np.argmin(self.f_mm))
 
     @cached_property
     def own_ellipses(self) -> EllipseShape:
-        """Shape (n,) of Hertz's ellipse for the curvature of each place, flat and concave ones as `LEAST_B_PER_MM`."""
+        """Shape (n,) of Hertz's ellipse for the curvature at each place; flat and concave: `LEAST_B_PER_MM`."""
         return ellipse_shape(self.A_per_mm, np.maximum(self.B_per_mm, LEAST_B_PER_MM))
 
     def concave_notes(self, inside: NDArray[np.bool_]) -> list[str]:
-        """Why a theory of local ellipses is out of its range: places in contact (n,) where the gap opens nowhere."""
+        """Why a theory of local ellipses is out of its range: places in contact (n,) with a flat or concave gap."""
         flat = inside & (self.B_per_mm < LEAST_B_PER_MM)
         if not flat.any():
             return []
@@ -117,7 +117,7 @@ class GapLine:
 
 
 def _curvature(f: Floats, step: float) -> Floats:
-    """Half the second derivative of a line (n,), that of the nearest place with a whole chord at its ends."""
+    """Half the second derivative of a line (n,); near its ends the value of the nearest place with a whole chord."""
     reach = min(max(1, round(_CHORD_MM / step)), (f.size - 1) // 2)
     inner = (f[2 * reach :] - 2.0 * f[reach:-reach] + f[: -2 * reach]) / (2.0 * (reach * step) ** 2)
     return np.pad(inner, reach, mode="edge")
@@ -129,14 +129,13 @@ def gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm: floa
     Parameters
     ----------
     slide_mm
-        How far the wheel goes along the tangent plane, to the field side positive, before the gap is taken. A load
-        that is not along the contact normal lets it slide: approach times tan(contact angle) under a vertical one,
-        which counts on a flange root (angles above 0.3 rad).
+        Slide of the wheel along the tangent plane before the gap is taken, positive to the field side. A load that is
+        not along the contact normal lets the wheel slide: approach times tan(contact angle) under a vertical load,
+        which matters on a flange root (angles above 0.3 rad).
 
     Notes
     -----
-    Range of validity: one plane for the whole patch; the wheel stands without yaw, or with so little that the gap is
-    even in x.
+    Range of validity: one plane for the whole patch; no yaw, or so little yaw that the gap is even in x.
     """
     count = round(_HALF_WIDTH_MM / _STEP_MM)
     t = np.asarray(_STEP_MM * np.arange(-count, count + 1), dtype=np.float64)
@@ -156,7 +155,7 @@ def gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm: floa
 
 
 def _on_surface(placement: Placement, t_mm: Floats) -> tuple[Floats, Floats]:
-    """Arc length from first touch and angle against the tangent plane of the rail's points at places in that plane."""
+    """Arc length from first touch, and angle against the tangent plane, of the rail below places in this plane."""
     rail, touch = placement.rail, placement.first
     foot = rail.profile.evaluate(touch.rail_u)
     tilt = touch.contact_angle_rad - rail.inclination_rad
@@ -183,31 +182,30 @@ def regions(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(run[0]), int(run[-1])) for run in runs]
 
 
-def crossings_mm(line: GapLine, level_mm: float, first: int, last: int) -> tuple[float, float]:
-    """Where the gap rises above a level before and after a run of places below it; else the end of the line."""
-    t, f = line.t_mm, line.f_mm
+def crossings_mm(t_mm: Floats, f_mm: Floats, level_mm: float, run: tuple[int, int]) -> tuple[float, float]:
+    """Where the gap rises above a level before and after a run of places below it, or the end of the line."""
 
     def between(inner: int, outer: int) -> float:
-        if not 0 <= outer < t.size:
-            return float(t[inner])
-        part = (level_mm - f[inner]) / (f[outer] - f[inner])
-        return float(t[inner] + part * (t[outer] - t[inner]))
+        if not 0 <= outer < t_mm.size:
+            return float(t_mm[inner])
+        part = (level_mm - f_mm[inner]) / (f_mm[outer] - f_mm[inner])
+        return float(t_mm[inner] + part * (t_mm[outer] - t_mm[inner]))
 
-    return between(first, first - 1), between(last, last + 1)
+    return between(run[0], run[0] - 1), between(run[1], run[1] + 1)
 
 
 def end_notes(line: GapLine, first: int, last: int) -> list[str]:
-    """Why a theory is out of its range whose region is a run of places."""
+    """Why a theory with this run of places as its region is out of its range."""
     inside = first > 0 and last < line.t_mm.size - 1
     return [] if inside else ["the region of contact reaches the end of the line; give a longer one"]
 
 
 def gap_at(line: GapLine, t_mm: ArrayLike) -> Floats:
-    """Gap (mm) between the line's positions; beyond its ends as at them."""
+    """Gap (mm) at any place, linear between the line's positions and constant beyond its ends."""
     return np.asarray(np.interp(np.asarray(t_mm, dtype=np.float64), line.t_mm, line.f_mm))
 
 
-# --- What a theory of strips says of a contact: a half-elliptic pressure over the length of each strip along the rail.
+# --- A contact by a theory of strips: a half-elliptic pressure over the length of each strip along the rail.
 
 TheoryStatus = Literal["solved", "several solutions", "jump", "out of range", "not converged"]
 
@@ -219,15 +217,15 @@ class StripContact:
     Attributes
     ----------
     status
-        `solved`; or the worst of what `notes` tell: several approaches carry the load, the force jumps over it, the
-        theory is out of its range, or its iterations did not end. Numbers are given all the same.
+        `solved`, or the worst problem in `notes`: several approaches carry the load, the force jumps over the load, the
+        theory is out of its range, or its iterations did not converge. Numbers are given in any case.
     solutions
-        Number of approaches that were found to carry the wanted load; 1 where the approach was given.
+        Number of approaches found that carry the wanted load; 1 if the approach was given.
     approach_mm, normal_force_N
-        Of this contact, whatever load was wanted.
+        Approach and force of this contact, also if another load was wanted.
     t_mm, width_mm (n,)
-        Middles and widths of the strips, in the tangent plane at first touch; of the strip method along the rail's
-        surface, where the line knows it.
+        Middles and widths of the strips, in the tangent plane at first touch. The strip method gives them along the
+        rail's surface if the line has `surface_mm`.
     half_length_mm, centre_pressure_MPa (n,)
         a(t) and p(0, t), both 0 outside the patch.
     """
@@ -266,7 +264,7 @@ class StripContact:
     @property
     def b_mm(self) -> float:
         """Half-width across from the second moment of the pressure about its centre, sqrt(5 <t^2>)."""
-        # a strip's own width counts with it
+        # with the second moment of each strip's width
         return math.sqrt(5.0 * (self._mean((self.t_mm - self.centre_t_mm) ** 2 + self.width_mm**2 / 12.0)))
 
     def pressure_MPa(self, x_mm: ArrayLike, t_mm: ArrayLike) -> Floats:
@@ -274,7 +272,7 @@ class StripContact:
         x, t = np.asarray(x_mm, dtype=np.float64), np.asarray(t_mm, dtype=np.float64)
         a_square = np.interp(t, self.t_mm, self.half_length_mm**2, left=0.0, right=0.0)
         p_square = np.interp(t, self.t_mm, self.centre_pressure_MPa**2, left=0.0, right=0.0)
-        # what goes with t alone first: a line of x beside one of t costs four operations a point
+        # terms in t alone come first: for a line of x and a line of t this costs four operations a point
         in_a, p_square = 1.0 / np.where(a_square > 0.0, a_square, 1.0), np.where(a_square > 0.0, p_square, 0.0)
         pressure = np.asarray(1.0 - x**2 * in_a)
         np.maximum(pressure, 0.0, out=pressure)
@@ -290,7 +288,7 @@ class StripContact:
 def strip_contact(
     line: GapLine, approach_mm: float, half_length_mm: Floats, centre_pressure_MPa: Floats, out: list[str]
 ) -> StripContact:
-    """Contact of strips on the places of a line; `out` are the reasons why the theory is out of its range."""
+    """Contact with a strip at each place of a line; `out` are the reasons why the theory is out of its range."""
     notes = list(out)
     if half_length_mm[0] > 0.0 or half_length_mm[-1] > 0.0:
         notes.append("the patch reaches the end of the line; give a longer one")
@@ -309,21 +307,22 @@ def strip_contact(
 
 # --- All approaches at which a theory carries a load: its force need neither grow steadily nor be continuous.
 
-AtApproach = Callable[[float], StripContact]
+AtApproach = Callable[[GapLine, float], StripContact]
+"""A theory: the contact on a gap line at an approach (mm)."""
 
 # Approaches from LOWEST to HIGHEST times Hertz's at the touch point, in steps of a factor.
 _LOWEST, _HIGHEST, _FACTOR = 0.25, 2.0, 1.02
 _BISECTIONS = 60
-# The force is met to this part, or it jumps over the load.
+# Relative error of the force; if it cannot be reached, the force jumps over the load.
 _MET = 1e-9
 _JUMP = 2e-3
 
 
-def under_load(line: GapLine, normal_force_N: float, at_approach: AtApproach) -> StripContact:
-    """Contact at the smallest approach that carries a load, with the number of all that were found.
+def under_load(line: GapLine, normal_force_N: float, theory: AtApproach) -> StripContact:
+    """Contact at the smallest approach that carries a load, with the number of such approaches.
 
-    Approaches between a quarter of Hertz's and twice it are looked at, in steps of 2 %: two solutions between
-    neighbouring steps are not seen. Further up and down where the load is not met there.
+    Approaches from a quarter of Hertz's to twice Hertz's are tried in steps of 2 %, so that two solutions between
+    neighbouring steps are missed. If none carries the load, smaller and larger approaches are tried.
 
     Raises
     ------
@@ -331,7 +330,7 @@ def under_load(line: GapLine, normal_force_N: float, at_approach: AtApproach) ->
         If the load is not positive.
     """
     check_positive("normal force", normal_force_N, "N", "give the compressive force")
-    guess = approach_of_hertz_mm(line, normal_force_N)
+    guess, at_approach = approach_of_hertz_mm(line, normal_force_N), partial(theory, line)
     ladder = guess * _LOWEST * _FACTOR ** np.arange(np.ceil(np.log(_HIGHEST / _LOWEST) / np.log(_FACTOR)) + 1)
     steps = [float(approach) for approach in ladder]
     above = [at_approach(approach).normal_force_N >= normal_force_N for approach in steps]
@@ -355,7 +354,7 @@ def under_load(line: GapLine, normal_force_N: float, at_approach: AtApproach) ->
 
 
 def approach_of_hertz_mm(line: GapLine, normal_force_N: float) -> float:
-    """Approach of Hertz's ellipse with the curvature at the touch point, a least one where that is flat or concave."""
+    """Approach of Hertz's ellipse for the curvature at the touch point; flat and concave: `LEAST_B_PER_MM`."""
     B = max(float(line.B_per_mm[line.touch]), LEAST_B_PER_MM)
     part_t, integral = (float(v[line.touch]) for v in (line.own_ellipses.part_t, line.own_ellipses.integral))
     # N = (2 pi / 3) a b p0 with a, b and p0 of the approach
@@ -363,8 +362,8 @@ def approach_of_hertz_mm(line: GapLine, normal_force_N: float) -> float:
     return float((normal_force_N / per_approach) ** (2.0 / 3.0))
 
 
-def _bisected(at_approach: AtApproach, wanted: float, low: float, high: float) -> StripContact:
-    """The force passes the wanted one between both approaches, upwards or downwards."""
+def _bisected(at_approach: Callable[[float], StripContact], wanted: float, low: float, high: float) -> StripContact:
+    """Contact between two approaches at which the force passes the wanted force, upwards or downwards."""
     upwards = at_approach(low).normal_force_N < wanted
     middle = at_approach(0.5 * (low + high))
     for _ in range(_BISECTIONS):

@@ -22,7 +22,7 @@ from scipy.special import elliprd, elliprf
 from fecontact.arrays import Floats
 from fecontact.errors import InputError, check_positive
 
-# A numerically differentiated gap is symmetric to about this part of its size; more asymmetry is a wrong matrix.
+# The Hessian of a numerically differentiated gap is symmetric to about this part; more asymmetry is a wrong matrix.
 _HESSIAN_ASYMMETRY = 1e-6
 
 
@@ -33,8 +33,8 @@ class HertzContact:
     Attributes
     ----------
     a_mm, b_mm
-        Semi-axes along the first and the second principal axis, whichever of the two is longer. The principal axes are
-        x (rolling) and y (lateral) turned by `orientation_rad`.
+        Semi-axes along the first and the second principal axis; either may be longer. The principal axes are x
+        (rolling) and y (lateral) turned by `orientation_rad`.
     p0_MPa
         Peak pressure.
     area_mm2
@@ -42,7 +42,7 @@ class HertzContact:
     approach_mm
         Approach of distant points of the two bodies, positive when they move together.
     stiffness_N_per_mm15
-        K_H of the spring F = K_H approach^1.5; independent of the load, right at zero load too.
+        K_H of the spring F = K_H approach^1.5; independent of the load, valid also at zero load.
     normal_force_N
         Load.
     A_per_mm, B_per_mm
@@ -93,7 +93,7 @@ class HertzContact:
         Returns
         -------
         array
-            Of the broadcast shape (0-d for two numbers).
+            Pressures, of the broadcast shape (0-d for two numbers).
 
         Notes
         -----
@@ -104,7 +104,7 @@ class HertzContact:
             return np.zeros(np.broadcast_shapes(x.shape, y.shape))
         c, s = math.cos(self.orientation_rad), math.sin(self.orientation_rad)
         in_a, in_b = self.a_mm**-2, self.b_mm**-2
-        # squares before they are broadcast: a line of x beside one of y costs two operations a point
+        # squares are taken before broadcasting: for a line of x and a line of y this costs two operations a point
         inside = np.asarray((1.0 - (in_a * c**2 + in_b * s**2) * x**2) - (in_a * s**2 + in_b * c**2) * y**2)
         if s != 0.0:
             inside -= 2.0 * (in_a - in_b) * c * s * (x * y)
@@ -181,7 +181,7 @@ def _log_axis_ratio(log_curvature_ratio: float) -> float:
 
 
 def hertz_from_hessian(hessian_per_mm: ArrayLike, *, normal_force_N: float, contact_modulus_MPa: float) -> HertzContact:
-    """Hertz contact of the gap h = q^T H q / 2, q = (x, y), whose principal axes may be yawed against x and y.
+    """Hertz contact of the gap h = q^T H q / 2, q = (x, y), whose principal axes may be turned against x and y.
 
     Parameters
     ----------
@@ -195,12 +195,12 @@ def hertz_from_hessian(hessian_per_mm: ArrayLike, *, normal_force_N: float, cont
     Returns
     -------
     HertzContact
-        The contact in its principal axes; `orientation_rad` is the angle of the one closest to x, in (-pi/4, pi/4].
+        The contact in its principal axes; `orientation_rad` is the angle of the axis closest to x, in (-pi/4, pi/4].
 
     Raises
     ------
     InputError
-        H has another shape, is not finite, not symmetric or not positive definite; or as `hertz_ellipse`.
+        H has another shape, is not finite, not symmetric or not positive definite; or as in `hertz_ellipse`.
     """
     hessian = np.asarray(hessian_per_mm, dtype=np.float64)
     if hessian.shape != (2, 2) or not np.all(np.isfinite(hessian)):
@@ -212,7 +212,7 @@ def hertz_from_hessian(hessian_per_mm: ArrayLike, *, normal_force_N: float, cont
             "largest entry; symmetrise it or differentiate the gap with a smaller error"
         )
     shear = 0.5 * (h_xy + h_yx)
-    # Folding the double angle into the right half-plane picks the axis closest to x instead of the stiffer one.
+    # Folding the double angle into the right half-plane picks the axis closest to x instead of the stiffer axis.
     sign = 1.0 if h_xx >= h_yy else -1.0
     angle = 0.5 * math.atan2(2.0 * sign * shear, abs(h_xx - h_yy))
     mean, radius = 0.5 * (h_xx + h_yy), math.hypot(0.5 * (h_xx - h_yy), shear)
@@ -232,9 +232,9 @@ def hertz_from_hessian(hessian_per_mm: ArrayLike, *, normal_force_N: float, cont
     return replace(aligned, orientation_rad=angle)
 
 
-# --- Hertz's ellipse as functions of its ratio of curvatures alone, for many strips at once.
+# --- The shape of Hertz's ellipse as a function of the ratio of curvatures, for many strips at once.
 
-# Logarithms of axis ratios from e^-8 to e^8; linear between them the ratio is good to 1e-7.
+# Axis ratios from e^-8 to e^8 are tabulated by their logarithm; linear interpolation is exact to 1e-7.
 _LARGEST_LOG_RATIO = 8.0
 _ENTRIES = 8001
 
@@ -253,7 +253,7 @@ class EllipseShape:
     integral
         R_F(0, (a/b)^2, 1).
     part_x, part_t
-        How much of the approach the gap takes up at the ends of both axes.
+        Gap at the end of each axis, relative to the approach.
     """
 
     axis_ratio: Floats
@@ -263,7 +263,7 @@ class EllipseShape:
 
 
 def ellipse_shape(A_per_mm: float, B_per_mm: ArrayLike) -> EllipseShape:
-    """Shape for A > 0 and any B > 0; B beyond e^16 times A or its inverse counts as that.
+    """Shape for A > 0 and any B > 0; the ratio B / A is limited to e^-16 to e^16.
 
     Raises
     ------
@@ -349,6 +349,6 @@ def multi_hertz_approach_mm(
     def excess(approach: float) -> float:
         return float(np.sum(c * hertz_spring_force_N(1.0, c * approach - gap) * stiffness)) - load_N
 
-    # the stiffest spring alone bounds it from above
+    # any spring alone gives an upper bound of the approach
     alone = (load_N / (c * stiffness)) ** (2.0 / 3.0)
     return float(brentq(excess, 0.0, float(np.min((alone + gap) / c)) * (1.0 + 1e-12), xtol=1e-15, rtol=1e-14))

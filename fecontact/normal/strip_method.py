@@ -1,4 +1,4 @@
-"""The strip method: a non-elliptic contact of wheel and rail from two conditions on one line. Needs numpy alone.
+"""The strip method: a non-elliptic contact of wheel and rail from two conditions on one line. Needs numpy only.
 
 Two half-spaces with the gap f(t) + A x^2 (x along the rail, t across) are pressed together by the approach d. The patch
 is cut into strips along x; the strip at t has the half length a(t), q = a^2, and the pressure
@@ -22,10 +22,10 @@ Surfaces that touch along x = 0 and stay together beside it thus ask for two sum
     sum h c J / u^2  = 2 pi E* A        where q > 0,                                                              (5)
 
 and the force is (pi / 2) sum h c q. (4) is solved for q and d by Newton's method on the strips in contact. (5) says
-little about differences of c between strips nearer to each other than they are long: once a sweep c is multiplied by
-the 0.6th power of a mean of 2 pi E* A / sum, weighted by force and J / u^2, the sum as it will be after Newton's step.
-A sweep needs one evaluation of K and E. By the arithmetic-geometric mean (AGM) of u and |e|, with differences c_k
-(c_0^2 = q):
+little about differences of c between strips that are nearer to each other than they are long. So in each sweep c is
+multiplied by the 0.6th power of a mean of 2 pi E* A / sum, weighted by force and J / u^2, with the sum predicted for
+after Newton's step. A sweep needs one evaluation of K and E. By the arithmetic-geometric mean (AGM) of u and |e|, with
+differences c_k (c_0^2 = q):
 
     K / u = pi / (2 AGM(u, |e|)),    J = (K / u) (q + 2 c_1^2 + 4 c_2^2 + 8 c_3^2 + ...).                         (6)
 
@@ -33,12 +33,12 @@ J has a logarithm at e = 0, J -> 2 a (ln(4 a / |e|) - 1). The sum over equal str
 strip itself counts as 2 a (ln(8 pi a / h) - 1): the punctured trapezoidal rule for a logarithm, ln(h / 2 pi) at the
 origin. A strip shorter than 0.4 h counts in proportion to q.
 
-Where lobes lie in planes of their own, t counts along the surface and f along the approach; a strip whose normal is
-turned by the angle g against it closes by cos(g) (d - f), so that the right sides of (4) and (5) and the force have a
-factor cos(g).
+If lobes lie in different planes, t is measured along the surface and f along the approach. A strip whose normal is
+turned by the angle g against the approach closes by cos(g) (d - f), so that the right sides of (4) and (5) and the
+force have a factor cos(g).
 
-Range: half-spaces, no friction, no yaw; any number of lobes, grown together or apart. What a lobe opens at another in
-a plane of its own counts as in one plane, to the cosine of the angle between them.
+Range: half-spaces, no friction, no yaw; any number of lobes, joined or apart. The opening that a lobe causes at a lobe
+in another plane is computed as in one plane; the error is the cosine of the angle between the planes.
 
 Measured: on constant curvature 100 strips are within 0.3 % of Hertz in peak, area, half-widths and approach for a/b
 from 0.1 to 4.5; at 10 the half-length is 1.1 % and the approach 0.6 % off. Against a half-space solved by FFT on the
@@ -63,18 +63,18 @@ Span = tuple[float, float]
 # Halvings of the AGM: 1e-6 of J where strips are 50 times longer than wide.
 _AGM_STEPS = 3
 _SHORT = 0.4
-# A strip that is not in contact keeps so much of its width as half length, squared: nothing is divided by zero.
+# A strip without contact keeps a squared half length of this part of its squared width, against division by zero.
 _OPEN = 1e-6
 _SWEEPS = 60
 # Power of the ratio by which c is changed: with 1 it overshoots in patches that are long along the rail.
 _BOLDNESS = 0.6
-# Strips of a first solution over all that may come into contact, and the fewest on a region.
+# Strips of the first solution over all places that may touch, and the fewest strips on a region.
 _COARSE = 40
 _FEWEST = 8
-# How far the strips go beyond the patch that is expected, over its width.
+# Margin of the strips beyond the expected patch, relative to its width.
 _MARGIN = 0.04
 _REGRIDS = 6
-# Places of the line beside the strips at which an overlap is looked for, and the least one over the approach.
+# Number of places beside the strips at which an overlap is looked for, and the least overlap relative to the approach.
 _LOOKED_AT = 30
 _OVERLAP = 1e-3
 
@@ -89,9 +89,9 @@ class Strips:
         Middle and width of each strip (mm), squared half length (mm^2), and pressure factor (MPa/mm): the pressure is
         c sqrt(q - x^2).
     approach, force
-        In mm and N.
+        Approach in mm, force in N.
     sweeps
-        Newton steps on the last strips.
+        Newton steps on the last set of strips.
     change
         Last change of c and q in a sweep, weighted by force; at most the tolerance if `converged`.
     at_end
@@ -103,10 +103,10 @@ class Strips:
     q: Floats
     c: Floats
     approach: float
-    force: float
-    sweeps: int
-    change: float
-    converged: bool
+    force: float = 0.0
+    sweeps: int = 0
+    change: float = np.inf
+    converged: bool = False
     at_end: bool = False
 
 
@@ -117,14 +117,14 @@ class Line:
     Attributes
     ----------
     t, f (n,)
-        Places across, increasing (mm), and the gap there at x = 0 (mm), its minimum 0. Between them it is linear.
+        Places across, increasing (mm), and gap at x = 0 (mm), with the minimum 0 and linear between the places.
     A
         Half the relative curvature along the rail (1/mm), cos(contact angle) / (2 rolling radius).
     E
         Contact modulus (MPa), 1/E = (1 - nu1^2)/E1 + (1 - nu2^2)/E2.
     closing (n,)
-        Cosine between the surface's normal and the approach, 1 everywhere on one plane. Elsewhere places count along
-        the surface, the gap and the force along the approach.
+        Cosine between the surface's normal and the approach: 1 everywhere in one plane. Else places are measured along
+        the surface, gap and force along the approach.
     """
 
     t: Floats
@@ -140,7 +140,7 @@ class Line:
 
 @dataclass(frozen=True, kw_only=True)
 class Load:
-    """A force (N), or an approach (mm), one of which is given."""
+    """Either a force (N) or an approach (mm)."""
 
     force: float | None = None
     approach: float | None = None
@@ -148,16 +148,17 @@ class Load:
 
 @dataclass(frozen=True, kw_only=True)
 class Search:
-    """How well a contact is found.
+    """Accuracy with which a contact is solved.
 
     Attributes
     ----------
     strips
-        Number across the patch.
+        Number of strips across the patch.
     tolerance
-        Largest change of c and q in the last sweep, weighted by force; the default is good to some 0.1 % of the peak.
+        Largest change of c and q in the last sweep, weighted by force; the default gives the peak to some 0.1 %.
     most_sweeps
-        With a tolerance of 0 so many: from a start that hangs on the line smoothly, forces do.
+        Largest number of sweeps. With a tolerance of 0 it is the number of sweeps: then forces depend on the line
+        smoothly if the start does.
     """
 
     strips: int = 100
@@ -174,7 +175,7 @@ def solve_strips(line: Line, load: Load, search: Search = _USUAL, *, start: Stri
     Parameters
     ----------
     start
-        A contact of nearly this load and place: saves the first solution on few strips.
+        A contact of nearly this load and position; it saves the first solution on few strips.
     """
     found = _first_solution(line, load, search.tolerance) if start is None else start
     spans = _spans(line, found, load)
@@ -188,7 +189,7 @@ def solve_strips(line: Line, load: Load, search: Search = _USUAL, *, start: Stri
 
 
 def influence(q: Floats, distance2: Floats, h: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    """J, dJ/dq, J / u^2 and u^2 of (2) and (3), of strips (n,) at squared distances (n, n), all of them in columns."""
+    """J, dJ/dq, J / u^2 and u^2 of (2) and (3) for strips (n,), in columns, at squared distances (n, n)."""
     u2, slope, J = _off_strip(q, distance2)
     a, own = np.sqrt(q), np.arange(q.size)
     least = np.maximum(a, _SHORT * h)
@@ -205,7 +206,7 @@ def _off_strip(q: Floats, distance2: Floats) -> tuple[Floats, Floats, Floats]:
     u2 = distance2 + q
     high, low, half = np.sqrt(u2), np.sqrt(distance2), np.empty_like(u2)
     total = np.broadcast_to(q, u2.shape).copy()
-    # in place: most of a sweep's time is here
+    # in place: this is most of a sweep's time
     for power in range(1, _AGM_STEPS + 2):
         np.subtract(high, low, out=half)
         half *= 0.5
@@ -222,7 +223,7 @@ def _off_strip(q: Floats, distance2: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def _swept(line: Line, strips: Strips, load: Load, search: Search) -> Strips:
-    """Newton's steps for q and d, and c after each of them, until both stay."""
+    """Newton's steps for q and d, each followed by a change of c, until they converge."""
     t, h, c = strips.t, strips.h, strips.c
     d = strips.approach if load.approach is None else load.approach
     f, closing = line.at(t)
@@ -240,13 +241,13 @@ def _swept(line: Line, strips: Strips, load: Load, search: Search) -> Strips:
         step, closer = _newton(slope * weight, gap, closed, closing, along, missing)
         after = np.maximum(q + np.minimum(step, 0.5 * q.max()), opened)
         step, q, d = after - q, after, d + closer
-        # the sum of (5) after the step: its derivative to q is (dJ/dq - J / u^2) / u^2
+        # the sum of (5) after the step: its derivative with respect to q is (dJ/dq - J / u^2) / u^2
         bent = 0.5 * (curving @ weight + ((slope - curving) / u2) @ (weight * step)) / (line.A * closing)
         loaded = q > opened
         share = weight * np.where(loaded, q, 0.0)
         share /= share.sum()
         ratio = np.where(loaded, 1.0 / np.clip(bent, 0.5, 2.0), 1.0)
-        # the mean over what a strip's pressure bends, by force
+        # the mean over the strips that a strip's pressure bends, weighted by force
         factor = ((share * ratio) @ curving / (share @ curving)) ** _BOLDNESS
         change = float(np.sqrt(share @ (factor - 1.0) ** 2) + np.sqrt(share @ (step / q.max()) ** 2) + abs(closer) / d)
         if change > search.tolerance:
@@ -266,9 +267,9 @@ def _swept(line: Line, strips: Strips, load: Load, search: Search) -> Strips:
 def _newton(
     slope: Floats, gap: Floats, closed: Bools, closing: Floats, along: Floats, missing: float | None
 ) -> tuple[Floats, float]:
-    """Steps of q (n,), none of open strips, and of the approach; `slope` (n, n) is that of the gap to q.
+    """Newton steps of q (n,), zero for open strips, and of the approach; `slope` (n, n) is d gap / d q.
 
-    Of a force that is given, over half of pi^2 E, `missing` is missing, and `along` (n,) is what each q adds to it.
+    If a force is given, `missing` is its error over pi^2 E / 2, and `along` (n,) its derivative with respect to q.
     """
     n, opened = gap.size, np.flatnonzero(~closed)
     size = n if missing is None else n + 1
@@ -284,7 +285,7 @@ def _newton(
 
 
 def _first_solution(line: Line, load: Load, tolerance: float) -> Strips:
-    """Few strips over all that comes into reach, from springs: c as on a circle, half the approach left to the gap."""
+    """A solution by independent springs on few strips over all places in reach: c of a circle, half the approach."""
     c = 4.0 / np.pi * line.E * line.A
     if load.approach is not None:
         d = load.approach
@@ -306,12 +307,12 @@ def _first_solution(line: Line, load: Load, tolerance: float) -> Strips:
 
 
 def factor_of_ellipse(ratio: float) -> float:
-    """c / (E* A) of Hertz's ellipse with the ratio of axes of an overlap, within 5 % from 0.1 to 10: to begin with."""
+    """First guess of c / (E* A) from an overlap's axis ratio: Hertz's ellipse, within 5 % for ratios from 0.1 to 10."""
     return float(1.0 + 0.27 * ratio**1.3)
 
 
 def _grid(spans: list[Span], number: int) -> tuple[Floats, Floats]:
-    """Middles and widths of strips, equal on each span, about so many together."""
+    """Middles and widths of about so many strips in all, equal on each span."""
     total = sum(high - low for low, high in spans)
     t, h = [], []
     for low, high in spans:
@@ -322,14 +323,14 @@ def _grid(spans: list[Span], number: int) -> tuple[Floats, Floats]:
 
 
 def _carried(found: Strips, t: Floats, h: Floats) -> Strips:
-    """The same contact on other strips."""
+    """A contact interpolated to other strips."""
     q = np.interp(t, found.t, found.q, left=0.0, right=0.0)
     return replace(found, t=t, h=h, q=q, c=np.interp(t, found.t, found.c))
 
 
 def _spans(line: Line, found: Strips, load: Load) -> list[Span]:
-    """Where the patches of a contact of nearly this load will be, and a margin."""
-    # widths grow with the third root of the force and the second of the approach
+    """Expected patches, with a margin, from a contact of nearly this load."""
+    # widths grow with the cube root of the force and the square root of the approach
     grown = 1.0
     if load.force is not None and found.force > 0.0:
         grown = (load.force / found.force) ** (1.0 / 3.0)
@@ -358,7 +359,7 @@ def _at_end(line: Line, found: Strips) -> bool:
 
 
 def _joined(spans: list[Span]) -> list[Span]:
-    """Spans in order, those that overlap as one."""
+    """Spans in order, with overlapping spans joined."""
     joined: list[Span] = []
     for low, high in sorted(spans):
         if joined and low <= joined[-1][1]:
@@ -368,7 +369,7 @@ def _joined(spans: list[Span]) -> list[Span]:
 
 
 def _runs(line: Line, wanted: Bools) -> list[Span]:
-    """Spans of the line where something holds, half a step beyond it to both sides."""
+    """Spans of the line with the wanted places, half a step longer on both sides."""
     places = np.flatnonzero(wanted)
     room = 0.5 * (line.t[-1] - line.t[0]) / (line.t.size - 1)
     runs = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
@@ -378,7 +379,7 @@ def _runs(line: Line, wanted: Bools) -> list[Span]:
 
 
 def _overlapping(line: Line, found: Strips) -> list[Span]:
-    """Where the bodies overlap beside the strips; an elastic opening only helps, so that few places are in question."""
+    """Spans in which the bodies overlap beside the strips; the elastic opening is computed at few places only."""
     near = line.f < found.approach
     reach = 0.5 * found.h
     before = np.searchsorted(found.t, line.t)

@@ -19,7 +19,6 @@ from fecontact.normal.gap_line import (
     gap_line,
     regions,
     strip_contact,
-    under_load,
 )
 from fecontact.normal.hertz import ellipse_shape
 from fecontact.normal.strip_method import Line, Load, Search, solve_strips
@@ -29,20 +28,13 @@ VIRTUAL_PENETRATION = 0.55
 """Part of the approach by which the undeformed bodies interpenetrate in the region of contact."""
 
 
-def kik_piotrowski(line: GapLine, normal_force_N: float, *, shape_correction: bool = False) -> StripContact:
-    """Kik and Piotrowski's contact under a normal force; as `kik_piotrowski_at`."""
-    return under_load(
-        line, normal_force_N, lambda approach: kik_piotrowski_at(line, approach, shape_correction=shape_correction)
-    )
-
-
 def kik_piotrowski_at(line: GapLine, approach_mm: float, *, shape_correction: bool = False) -> StripContact:
     """Kik and Piotrowski's contact at an approach (mm).
 
-    The patch is where the gap is smaller than 0.55 of the approach. The pressure is c sqrt(a(t)^2 - x^2), with one c
-    for the patch: such that the surfaces deflect by the approach where the bodies interpenetrate most.
+    The patch is the region with a gap below 0.55 of the approach. The pressure is c sqrt(a(t)^2 - x^2), with one c for
+    the patch, so that the surfaces deflect by the approach at the deepest interpenetration.
 
-    With `shape_correction` the region is first stretched and shrunk to the ratio of axes that Hertz has for its own.
+    With `shape_correction` the region is first stretched and shrunk to the axis ratio of Hertz's ellipse.
 
     Raises
     ------
@@ -51,10 +43,10 @@ def kik_piotrowski_at(line: GapLine, approach_mm: float, *, shape_correction: bo
 
     Notes
     -----
-    Class of cost: one sum over the strips an approach. Source: Kik and Piotrowski (1996); Piotrowski and Kik (2008),
-    eqs 7 and 13. Modified: several regions are treated one by one, each with the approach of its own deepest point, and
-    their forces added; the shape correction follows the 2008 paper as others tell it. Neither was seen in print.
-    Range: not Hertz for constant curvature, where the peak is 6 to 11 % low and the area 7 to 12 % large.
+    Class of cost: one sum over the strips for each approach. Source: Kik and Piotrowski (1996); Piotrowski and Kik
+    (2008), eqs 7 and 13. Modified: several regions are treated one by one, each with the approach of its deepest point,
+    and their forces are added. The shape correction follows citations of the 2008 paper; neither paper was seen in
+    print. Range: not Hertz for constant curvature, where the peak is 6 to 11 % low and the area 7 to 12 % large.
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
     level = VIRTUAL_PENETRATION * approach_mm
@@ -74,11 +66,11 @@ def kik_piotrowski_at(line: GapLine, approach_mm: float, *, shape_correction: bo
 
 
 def pressure_factor(line: GapLine, half_length_mm: Floats, place: int, deflection_mm: float) -> float:
-    """Factor c (MPa/mm) of the pressure c sqrt(a(t)^2 - x^2) that deflects the surfaces so much at a place of x = 0."""
+    """Factor c (MPa/mm) of the pressure c sqrt(a(t)^2 - x^2) for a given deflection at a place of x = 0."""
     inside = np.flatnonzero(half_length_mm)
     a, away = half_length_mm[inside], line.t_mm[inside] - line.t_mm[place]
     m1 = away**2 / (away**2 + a**2)
-    # the strip through the place itself: mean over its width
+    # the strip through the place: mean over the strip's width
     own = inside == place
     m1[own] = 1.0
     influence = 2.0 * np.hypot(a, away) * (ellipkm1(m1) - ellipe(1.0 - m1))
@@ -87,12 +79,12 @@ def pressure_factor(line: GapLine, half_length_mm: Floats, place: int, deflectio
 
 
 def _overlap(line: GapLine, level: float, first: int, last: int, *, shape_correction: bool) -> Floats:
-    """Interpenetration of a region, zero and less outside; with the correction of its shape."""
+    """Interpenetration of a region, zero or negative outside it, with or without the shape correction."""
     overlap = np.full_like(line.f_mm, -1.0)
     overlap[first : last + 1] = level - line.f_mm[first : last + 1]
     if not shape_correction:
         return overlap
-    low, high = crossings_mm(line, level, first, last)
+    low, high = crossings_mm(line.t_mm, line.f_mm, level, (first, last))
     width, length = high - low, 2.0 * np.sqrt(overlap.max() / line.A_per_mm)
     axis_ratio = float(ellipse_shape(line.A_per_mm, line.A_per_mm * (length / width) ** 2).axis_ratio)
     along, across = np.sqrt(width * axis_ratio / length), np.sqrt(length / (axis_ratio * width))
@@ -107,16 +99,11 @@ def _overlap(line: GapLine, level: float, first: int, last: int, *, shape_correc
 _LEVEL = 0.5
 
 
-def kpec(line: GapLine, normal_force_N: float) -> StripContact:
-    """KPEC under a normal force; as `kpec_at`."""
-    return under_load(line, normal_force_N, lambda approach: kpec_at(line, approach))
-
-
 def kpec_at(line: GapLine, approach_mm: float) -> StripContact:
     """KPEC at an approach (mm).
 
-    A parabola through the gap at half the approach has an ellipse of Hertz's; the part of the approach that the gap may
-    take up varies across as it does there, held between 0 and 1. The pressure is scaled as Kik and Piotrowski do.
+    A parabola is laid through the gap at half the approach. The part of the approach that the gap may take up varies
+    across as in Hertz's ellipse for this parabola, limited to 0 to 1. The pressure is scaled as in Kik and Piotrowski.
 
     Raises
     ------
@@ -125,22 +112,22 @@ def kpec_at(line: GapLine, approach_mm: float) -> StripContact:
 
     Notes
     -----
-    Class of cost: one sum over the strips an approach. Source: the code CONTACT (Vollebregt), option B = 5. Modified:
-    the part is held in 0 to 1 for lengths and pressures alike; CONTACT d431cdb does it for lengths alone, which leaves
-    a spurious peak at the edge. Range: one region below half the approach. Exact for constant curvature. The force
-    jumps and falls when a further minimum of the gap comes below half the approach: several approaches may carry a
-    load, and the number of those found is in the result.
+    Class of cost: one sum over the strips for each approach. Source: the code CONTACT (Vollebregt), option B = 5.
+    Modified: the part is limited to 0 to 1 for lengths and pressures; CONTACT d431cdb limits it for lengths only, which
+    leaves a spurious peak at the edge. Range: one region below half the approach. Exact for constant curvature. The
+    force falls abruptly when a further minimum of the gap comes below half the approach, so that several approaches may
+    carry a load; the result gives their number.
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
     t, f, A = line.t_mm, line.f_mm, line.A_per_mm
     level = _LEVEL * approach_mm
     below = regions(f < level)
-    low, high = crossings_mm(line, level, below[0][0], below[-1][1])
+    low, high = crossings_mm(t, f, level, (below[0][0], below[-1][1]))
     middle, half_width = 0.5 * (low + high), 0.5 * (high - low)
     laid = level / half_width**2
     B = max(LEAST_B_PER_MM, laid)
     shape = ellipse_shape(A, B)
-    # A a^2 and B b^2 of the ellipse over the approach are both parts; the coordinate across over b
+    # both parts: A a^2 and B b^2 of the ellipse over the approach; then the coordinate across over b
     part_x, part_t = float(shape.part_x), float(shape.part_t)
     place_square = (t - middle) ** 2 * B / (part_t * approach_mm)
     part = np.clip(part_x - (part_x - part_t) * place_square, 0.0, 1.0)
@@ -156,20 +143,15 @@ def kpec_at(line: GapLine, approach_mm: float) -> StripContact:
     return strip_contact(line, approach_mm, a, pressure, out)
 
 
-# --- STRIPES, Ayasse and Chollet's semi-Hertzian contact: each strip as the middle of an ellipse of its own.
-
-
-def stripes(line: GapLine, normal_force_N: float) -> StripContact:
-    """STRIPES under a normal force; as `stripes_at`."""
-    return under_load(line, normal_force_N, lambda approach: stripes_at(line, approach))
+# --- STRIPES, Ayasse and Chollet's semi-Hertzian contact: each strip is the middle of a local ellipse.
 
 
 def stripes_at(line: GapLine, approach_mm: float) -> StripContact:
     """STRIPES at an approach (mm).
 
-    The bodies interpenetrate by the part of the approach that Hertz's ellipse at the touch point takes up across. The
-    curvature along the rail is corrected strip by strip so that the patch is Hertz's for the strip's own curvature
-    across, whose pressure it has.
+    The bodies interpenetrate by the part of the approach that the gap takes up across in Hertz's ellipse at the touch
+    point. In each strip the curvature along the rail is corrected, so that length and pressure follow Hertz's ellipse
+    for the strip's curvature across.
 
     Raises
     ------
@@ -178,10 +160,10 @@ def stripes_at(line: GapLine, approach_mm: float) -> StripContact:
 
     Notes
     -----
-    Class of cost: closed form. Source: Ayasse and Chollet (2005), as others tell it, with constants that give Hertz.
-    Not found: the paper's rule for smoothing the curvature; the peak would follow it (5 to 15 % at junctions), and here
-    there is none. Range: a gap that is convex all over the patch; the peak is too high where the curvature rises
-    inside it. Exact for constant curvature.
+    Class of cost: closed form. Source: Ayasse and Chollet (2005) as cited by others, with constants that give Hertz.
+    The paper's rule for smoothing the curvature was not found, and the curvature is not smoothed; the rule would change
+    the peak by 5 to 15 % at junctions. Range: a gap that is convex all over the patch; the peak is too high if the
+    curvature rises inside the patch. Exact for constant curvature.
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
     f, own = line.f_mm, line.own_ellipses
@@ -196,16 +178,11 @@ def stripes_at(line: GapLine, approach_mm: float) -> StripContact:
 # --- ANALYN's normal part (Sichani, Enblom and Berg): surfaces deform in proportion to the gap between them.
 
 
-def analyn(line: GapLine, normal_force_N: float) -> StripContact:
-    """ANALYN under a normal force; as `analyn_at`."""
-    return under_load(line, normal_force_N, lambda approach: analyn_at(line, approach))
-
-
 def analyn_at(line: GapLine, approach_mm: float) -> StripContact:
     """ANALYN at an approach (mm).
 
-    Each strip is the middle of Hertz's ellipse for its own curvature across, at the approach that is left of the whole
-    one after the gap and the deformation in proportion to it.
+    Each strip is the middle of Hertz's ellipse for the strip's curvature across. Its approach is the whole approach
+    minus the gap and minus a deformation in proportion to the gap.
 
     Raises
     ------
@@ -215,8 +192,8 @@ def analyn_at(line: GapLine, approach_mm: float) -> StripContact:
     Notes
     -----
     Class of cost: closed form. Source: Sichani, Enblom and Berg (2014); the code CONTACT, option B = 6 (modified
-    ANALYN), which holds curvatures at 1e-4 1/mm at least, as here. Not found: how the paper treats a concave gap.
-    Range: a gap that is convex all over the patch; patch and peak jump where the curvature does. Exact for constant
+    ANALYN), which limits curvatures to at least 1e-4 1/mm, as here. How the paper treats a concave gap was not found.
+    Range: a gap that is convex all over the patch; patch and peak jump where the curvature jumps. Exact for constant
     curvature.
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
@@ -229,19 +206,14 @@ def analyn_at(line: GapLine, approach_mm: float) -> StripContact:
     return strip_contact(line, approach_mm, a, pressure, line.concave_notes(inside))
 
 
-# --- Equivalent ellipse: a parabola in place of the gap, through where it reaches a level, and Hertz for it.
-
-
-def equivalent_ellipse(line: GapLine, normal_force_N: float) -> StripContact:
-    """Equivalent ellipse under a normal force; as `equivalent_ellipse_at`."""
-    return under_load(line, normal_force_N, lambda approach: equivalent_ellipse_at(line, approach))
+# --- Equivalent ellipse: Hertz for a parabola through the two places at which the gap reaches a level.
 
 
 def equivalent_ellipse_at(line: GapLine, approach_mm: float) -> StripContact:
     """Equivalent ellipse at an approach (mm).
 
-    The parabola goes through the two places around the touch point where the gap is 0.55 of the approach, as in several
-    vehicle codes.
+    The parabola goes through the two places around the touch point at which the gap is 0.55 of the approach, as in
+    several vehicle codes.
 
     Raises
     ------
@@ -251,14 +223,14 @@ def equivalent_ellipse_at(line: GapLine, approach_mm: float) -> StripContact:
     Notes
     -----
     Class of cost: closed form. Source: practice of vehicle codes (the level of Kik and Piotrowski); the definitions of
-    Sauvage and of Quost et al. (2006) were not found. Range: one region of contact; the ellipse is symmetric and knows
-    nothing of a second one. Exact for constant curvature.
+    Sauvage and of Quost et al. (2006) were not found. Range: one region of contact; the ellipse is symmetric and cannot
+    represent a second region. Exact for constant curvature.
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
     level = VIRTUAL_PENETRATION * approach_mm
     below = regions(line.f_mm < level)
     first, last = next(run for run in below if run[0] <= line.touch <= run[1])
-    low, high = crossings_mm(line, level, first, last)
+    low, high = crossings_mm(line.t_mm, line.f_mm, level, (first, last))
     middle, B = 0.5 * (low + high), level / (0.5 * (high - low)) ** 2
     shape, out = ellipse_shape(line.A_per_mm, B), end_notes(line, first, last)
     place_square = (line.t_mm - middle) ** 2 * B / (float(shape.part_t) * approach_mm)
@@ -270,9 +242,9 @@ def equivalent_ellipse_at(line: GapLine, approach_mm: float) -> StripContact:
     return strip_contact(line, approach_mm, a * root, peak * root, out)
 
 
-# --- Overlapping strips: each carries its own interpenetration, and knows nothing of the others.
+# --- Overlapping strips: each carries its interpenetration independently of the others.
 
-# C of strips that know nothing of each other.
+# Factor C of independent strips.
 _FACTOR = 1.2
 
 
@@ -281,20 +253,20 @@ def overlap_strips(
 ) -> tuple[Floats, Floats]:
     """Half lengths (n,) and forces over width (n,) of strips: sqrt(2 depth / curvature), and (pi/2) C E* depth.
 
-    With C = 4/pi load and lengths are Hertz's of a circle, at half of its approach; C = 1.2 is the usual fit over the
-    patches of wheels on rails. Continuous in all positions, whatever touches.
+    With C = 4/pi load and lengths equal Hertz's circle, at half its approach; C = 1.2 is the usual fit for wheels on
+    rails. Results are continuous in all positions, also if other places touch.
 
     Parameters
     ----------
     depth_mm, curvature_along_per_mm (n,)
-        How deep the undeformed bodies lie in each other, > 0, and their relative curvature along the rail.
+        Interpenetration of the undeformed bodies, > 0, and their relative curvature along the rail.
 
     Notes
     -----
-    Class of cost: closed form. Source: the idea of a virtual penetration (Kik and Piotrowski 1996) with no reduction of
-    it and no influence of one strip on another. Range of validity: approaches are half of the true ones, areas up to
-    twice on slender patches; the centre of pressure is within 0.5 mm of the half-space's on S1002 and 60E1, 1.2 mm on
-    the flange root.
+    Class of cost: closed form. Source: the idea of a virtual penetration (Kik and Piotrowski 1996), without its
+    reduction and without influence between strips. Range of validity: approaches are half of the true approaches, areas
+    up to twice the true areas on slender patches; the centre of pressure is within 0.5 mm of the half-space's on S1002
+    and 60E1, within 1.2 mm on the flange root.
     """
     return (
         np.sqrt(2.0 * depth_mm / curvature_along_per_mm),
@@ -309,7 +281,7 @@ _FEWEST_STRIPS = 20
 
 
 def strip(line: GapLine, normal_force_N: float, *, strips: int = STRIPS) -> StripContact:
-    """The strip method under a normal force; as `strip_at`."""
+    """The strip method under a normal force; see `strip_at`."""
     check_positive("normal force", normal_force_N, "N", "give the compressive force")
     return _solved(line, strips, Load(force=normal_force_N))
 
@@ -324,8 +296,8 @@ def strip_at(line: GapLine, approach_mm: float, *, strips: int = STRIPS) -> Stri
 
     Notes
     -----
-    Class of cost: some systems of as many equations as strips. Exact for constant curvature; the force grows with the
-    approach, so that there is one solution.
+    Class of cost: a few linear systems with as many equations as strips. Exact for constant curvature; the force grows
+    with the approach, so that there is one solution.
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
     return _solved(line, strips, Load(approach=approach_mm))
@@ -334,7 +306,7 @@ def strip_at(line: GapLine, approach_mm: float, *, strips: int = STRIPS) -> Stri
 def _solved(line: GapLine, strips: int, load: Load) -> StripContact:
     if strips < _FEWEST_STRIPS:
         raise InputError(f"number of strips is {strips}; allowed: {_FEWEST_STRIPS} and more; 100 are good to 0.1 %")
-    found = solve_strips(
+    solved = solve_strips(
         Line(
             t=line.surface_mm,
             f=line.f_mm,
@@ -345,29 +317,29 @@ def _solved(line: GapLine, strips: int, load: Load) -> StripContact:
         load,
         Search(strips=strips),
     )
-    half_length = np.sqrt(found.q)
+    half_length = np.sqrt(solved.q)
     notes = []
-    if found.at_end:
+    if solved.at_end:
         notes.append("the patch reaches the end of the line; give a longer one")
-    if not found.converged:
-        notes.append(f"sweeps did not end: c and q still change by {100.0 * found.change:.1f} %")
+    if not solved.converged:
+        notes.append(f"sweeps did not end: c and q still change by {100.0 * solved.change:.1f} %")
     return StripContact(
-        status="not converged" if not found.converged else "out of range" if notes else "solved",
+        status="not converged" if not solved.converged else "out of range" if notes else "solved",
         notes=tuple(notes),
         solutions=1,
-        approach_mm=found.approach,
-        normal_force_N=found.force,
-        t_mm=found.t,
-        width_mm=found.h,
+        approach_mm=solved.approach,
+        normal_force_N=solved.force,
+        t_mm=solved.t,
+        width_mm=solved.h,
         half_length_mm=half_length,
-        centre_pressure_MPa=found.c * half_length,
+        centre_pressure_MPa=solved.c * half_length,
     )
 
 
 def gap_line_under_load(placement: Placement, normal_force_N: float, *, contact_modulus_MPa: float) -> GapLine:
-    """Gap line of a wheel that a vertical load presses down: it slides along the tangent plane by the strips' approach.
+    """Gap line of a wheel under a vertical load, which slides along the tangent plane by approach times tan(angle).
 
-    Range of validity: as `gap_line`; below a contact angle of 0.3 rad the slide changes no measure by more than 1 %.
+    Range of validity: as in `gap_line`; below a contact angle of 0.3 rad the slide changes no measure by more than 1 %.
     """
     line = gap_line(placement, contact_modulus_MPa=contact_modulus_MPa)
     slide = strip(line, normal_force_N).approach_mm * math.tan(placement.first.contact_angle_rad)

@@ -19,16 +19,16 @@ Side = Literal["both", "gauge", "field"]
 
 @dataclass(frozen=True, kw_only=True)
 class TouchHertz:
-    """Hertz at one touch point, with the curvature of one side where it lies at a junction.
+    """Hertz at a touch point, at a junction with the curvature of one side.
 
     Attributes
     ----------
     touch_point
-        Its number, 0 for the first touch.
+        Number of the touch point; 0 is first touch.
     whole
-        The ellipse as if this point carried the whole load; None where the surfaces conform, see `problem`.
+        Ellipse if this point carried the whole load; None if the surfaces conform, see `problem`.
     shared
-        The ellipse under the point's share of the load; None where it carries none, and on a junction's gauge side.
+        Ellipse under the point's share of the load; None if the share is zero, and on a junction's gauge side.
     """
 
     touch_point: int
@@ -45,9 +45,9 @@ class HertzPoints:
     Attributes
     ----------
     shared_approach_mm
-        Rigid approach along the load at which Hertz's springs carry it together, None if any point has no ellipse.
+        Rigid approach at which Hertz's springs together carry the load; None if any point has no ellipse.
     overlapping
-        Whether two of the ellipses that share the load overlap: then they are one patch, and no sum of ellipses.
+        Whether two of the ellipses that share the load overlap: then they are one patch, and not a sum of ellipses.
     """
 
     points: tuple[TouchHertz, ...]
@@ -68,8 +68,8 @@ def sides(touch: TouchPoint) -> tuple[Side, ...]:
 def hertz_points(placement: Placement, load_N: float, *, direction: Floats, contact_modulus_MPa: float) -> HertzPoints:
     """Hertz at all touch points under a load along a unit vector (3,).
 
-    Range of validity: the points know nothing of each other; that they share the load like springs side by side
-    takes their patches to be small against the distance between them.
+    Range of validity: the points act independently, as springs side by side; this holds if their patches are small
+    against the distance between them.
     """
     touches = placement.touch_points
     closing = np.array([float(touch.normal @ direction) for touch in touches])
@@ -112,7 +112,7 @@ def hertz_points(placement: Placement, load_N: float, *, direction: Floats, cont
 
 
 def _ellipse(curvature: RelativeCurvature, normal_force_N: float, modulus: float) -> HertzContact | str:
-    """The ellipse, or why there is none."""
+    """The ellipse, or why there is no ellipse."""
     try:
         return hertz_from_hessian(curvature.hessian, normal_force_N=normal_force_N, contact_modulus_MPa=modulus)
     except InputError as error:

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from fecontact.comparison.creep import CREEP_LAWS
-from fecontact.comparison.judging import JudgedLoad
-from fecontact.comparison.measures import TheoryPatch, hertz_measures, measures_of_theory
-from fecontact.comparison.theories import HERTZ, MULTI_HERTZ, THEORIES
+from fecontact.comparison.measures import hertz_measures, measures_of_theory
+from fecontact.comparison.theories import THEORIES
 from fecontact.errors import InputError
+from fecontact.features import offered
 from fecontact.normal.hertz import HertzContact
 from fecontact.normal.touch_hertz import HertzPoints
 from fecontact.outputs.cases import cheapest_column
@@ -20,7 +19,6 @@ from fecontact.outputs.geometry import profile_notes, touch_columns, touch_recor
 from fecontact.outputs.records.results import (
     case_inputs,
     cheapest_columns,
-    cheapest_of,
     contact_record,
     versions,
 )
@@ -28,7 +26,6 @@ from fecontact.outputs.tables import Item, Record, flat, number, picked, table_o
 from fecontact.outputs.terminal import Lines, notes
 from fecontact.profiles.smoothing import Nearest
 from fecontact.solving.alone import TableLine, TheoryAlone
-from fecontact.solving.map import MapCell
 from fecontact.solving.placing import roll_of_case
 from fecontact.solving.position import Preview
 from fecontact.wheel_rail.placement import Placement
@@ -50,10 +47,10 @@ def check_theory(name: str) -> None:
 
 
 def theories_listed() -> Record:
-    """The theories of the `pressure` and the laws of `forces`, each from the cheapest."""
+    """The theories of the `pressure`, and the laws that features judge, each from the cheapest."""
     return {
         "pressure": {name: picked(theory, _THEORY) for name, theory in THEORIES.items()},
-        "forces": told(CREEP_LAWS),
+        **{laws.kind: told(laws.laws) for laws in offered("LAWS").values()},
     }
 
 
@@ -104,10 +101,10 @@ def junctions_of(seen: Preview) -> list[dict[str, Any]]:
     return sorted(found, key=lambda one: abs(one["distance_mm"]))
 
 
-# --- Lines of a contact table, and cells of a map as lines of one, as flat rows with units in their keys.
+# --- Lines of a contact table as flat rows with units in their keys.
 
 # as each contact has them
-_SIZES = "p_max_MPa area_mm2 a_mm b_mm approach_mm"
+SIZES = "p_max_MPa area_mm2 a_mm b_mm approach_mm"
 _NUMBERED = re.compile(r"(patch|touch)(\d+)_")
 
 
@@ -130,80 +127,26 @@ def table_row(line: TableLine) -> Record:
         **cheapest_columns("cheapest_theory", line.cheapest),
     }
     if hertz is not None:
-        row |= picked(hertz, "normal_force_N", "hertz_") | picked(hertz_measures(hertz), _SIZES, "hertz_")
+        row |= picked(hertz, "normal_force_N", "hertz_") | picked(hertz_measures(hertz), SIZES, "hertz_")
         row["hertz_stiffness_N_per_mm"] = 1.5 * hertz.normal_force_N / hertz.approach_mm
     row["strip_status"] = "no contact" if strips is None else strips.status
     if strips is not None:
         row |= {
             "strip_patches": len(strips.patches),
             **picked(strips, "normal_force_N", "strip_"),
-            **picked(measures_of_theory(strips), _SIZES, "strip_"),
+            **picked(measures_of_theory(strips), SIZES, "strip_"),
             "strip_centre_mm": strips.centre_mm[1],
             "strip_stiffness_N_per_mm": line.strip_stiffness_N_per_mm,
         }
     if springs is not None:
         row |= {"springs_approach_mm": springs.shared_approach_mm, "springs_p_max_MPa": springs.shared_p_max_MPa}
-    return row | _touches(line.placement, {n: _spring_columns(springs, n) for n in range(row["touch_points"])})
+    return row | touches(line.placement, {n: _spring_columns(springs, n) for n in range(row["touch_points"])})
 
 
-def judged_row(cell: MapCell, placement: Placement | None) -> Record:
-    """A cell of a map as a line: verdict, cheapest theory that holds with its patches, ellipses, finite elements.
-
-    Places `*_centre_mm` are along the rail's surface from the first touch point. Where no theory is known to hold, and
-    in a cell that may not be used, there are no patches.
-    """
-    row = picked(cell, "lateral_shift_mm load_kN status verdict")
-    load = cell.usable
-    if load is None or placement is None:
-        return row
-    cheapest = cheapest_of(load)
-    row |= {
-        "roll_mrad": 1e3 * roll_of_case(load.case, placement),
-        "normal_force_N": load.normal_force_N,
-        **cheapest_columns("cheapest_theory", cheapest),
-        **picked(load.comparison.fe, _SIZES, "fe_"),
-        **_centre("fe", placement, (load.comparison.patch.centre_x_mm, load.comparison.patch.centre_y_mm)),
-        "touch_points": len(placement.touch_points),
-    }
-    found = cheapest.made if cheapest.answer == "HOLDS" else None
-    if found is not None:
-        row |= {
-            **picked(measures_of_theory(found), _SIZES, "theory_"),
-            **_centre("theory", placement, found.centre_mm),
-            "theory_patches": len(found.patches),
-        }
-        for number, patch in enumerate(found.patches, start=1):
-            row |= flat({f"patch{number}": _patch_columns(patch, placement, found.normal_force_N)})
-    return row | _touches(placement, _judged_springs(load, placement))
-
-
-def _touches(placement: Placement, springs: Mapping[int, Record]) -> Record:
+def touches(placement: Placement, springs: Mapping[int, Record]) -> Record:
     """Columns of all touch points, numbered from 1, each with those of its spring."""
     touches = enumerate(placement.touch_points)
     return flat({f"touch{n + 1}": touch_columns(placement, touch) | springs.get(n, {}) for n, touch in touches})
-
-
-def _centre(of: str, placement: Placement, centre_mm: tuple[float, float]) -> Record:
-    rail_y, wheel_y, _ = placement.on_profiles(*centre_mm)
-    return {f"{of}_centre_mm": centre_mm[1], f"{of}_centre_rail_y_mm": rail_y, f"{of}_centre_wheel_y_mm": wheel_y}
-
-
-def _patch_columns(patch: TheoryPatch, placement: Placement, whole_N: float) -> Record:
-    """A patch at its touch point, or at its centre of pressure where the theory knows of none."""
-    names = "rail_y_mm wheel_y_mm contact_angle_rad"
-    of_centre = zip(names.split(), placement.on_profiles(*patch.centre_mm), strict=True)
-    where = dict(of_centre) if patch.touch is None else picked(patch.touch, names)
-    return {**where, "load_share": patch.normal_force_N / whole_N, **picked(patch, "a_mm b_mm p_max_MPa")}
-
-
-def _judged_springs(load: JudgedLoad, placement: Placement) -> dict[int, Record]:
-    """Ellipses that share the load by touch point; Hertz's where it takes all of it, none where a point has none."""
-    if MULTI_HERTZ in load.without:
-        return {}
-    judged = load.judgements.get(MULTI_HERTZ, load.judgements[HERTZ])
-    patches = () if judged.approximation is None else judged.approximation.patches
-    ellipses = {patch.touch_point or 0: patch.hertz for patch in patches}
-    return {number: _ellipse_columns(ellipses.get(number)) for number in range(len(placement.touch_points))}
 
 
 def _spring_columns(points: HertzPoints | None, number: int) -> Record:
@@ -211,10 +154,10 @@ def _spring_columns(points: HertzPoints | None, number: int) -> Record:
     found = [one for one in points.points if one.touch_point == number and one.side != "gauge"] if points else []
     if not found or found[0].whole is None:
         return {}
-    return {"spring_N_per_mm15": found[0].whole.stiffness_N_per_mm15} | _ellipse_columns(found[0].shared)
+    return {"spring_N_per_mm15": found[0].whole.stiffness_N_per_mm15} | ellipse_columns(found[0].shared)
 
 
-def _ellipse_columns(shared: HertzContact | None) -> Record:
+def ellipse_columns(shared: HertzContact | None) -> Record:
     """The force that a touch point takes, and its ellipse; None where it takes none."""
     if shared is None:
         return {"spring_force_N": 0.0}
@@ -244,10 +187,6 @@ def map_columns(row: Mapping[str, str] | None) -> Record:
 
 # --- Theories on the terminal: the list of those that are judged, and one of them at a position.
 
-_TITLES = {
-    "pressure": "Theories of the pressure, from the cheapest",
-    "forces": "Laws of creep forces, from the cheapest",
-}
 _PATCH = (
     text("patch", "patch"),
     number("F_n\nkN", "normal_force_N", "{:.3f}", 1e-3),
@@ -262,8 +201,9 @@ _PATCH = (
 
 def theories_lines(listed: Item) -> Lines:
     """What each theory is, where it is from, what it takes for granted, and what differs from its source."""
+    headings = {laws.kind: laws.heading for laws in offered("LAWS").values()}
     for kind, theories in listed.items():
-        yield f"{_TITLES[kind]}:"
+        yield f"{headings.get(kind, 'Theories of the pressure')}, from the cheapest:"
         for name, theory in theories.items():
             yield f"  {name}: {theory['words']}; {theory['cost']}"
             yield from (f"      {key}: {theory[key]}" for key in ("source", "range", "differs") if theory.get(key))
@@ -305,7 +245,7 @@ def preview_lines(seen: Preview) -> Lines:
     yield (
         f"elements {dx:.3g} by {ds:.3g} mm, {seen.elements[0]} by {seen.elements[1]} in the fine zone: about"
         f" {round(seen.degrees_of_freedom, -3)} unknowns, {seen.cpu_seconds:.0f} CPU s and {seen.memory_GB:.1f} GB;"
-        f" more where the verdict is open, up to {seen.case.refine_degrees_of_freedom} unknowns"
+        f" more where the verdict is open, up to {seen.case.most_unknowns} unknowns"
     )
     yield from notes(profile_notes(seen.placement))
 

@@ -1,10 +1,9 @@
-"""Tables of cases, and cases on the terminal: touch points, measures, lobes, ladder, verdict, creep forces."""
+"""Tables of cases, and cases on the terminal: touch points, measures, lobes, ladder, verdict."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from fecontact.comparison.ladder import PLASTIC
@@ -12,11 +11,11 @@ from fecontact.comparison.measures import MEASURES
 from fecontact.comparison.theories import HERTZ, THEORIES
 from fecontact.criteria import Criteria
 from fecontact.errors import short_status, usable
+from fecontact.features import offered
 from fecontact.outputs.records.results import cheapest_words
 from fecontact.outputs.tables import (
     Column,
     Item,
-    Of,
     Table,
     TableRow,
     Tone,
@@ -33,28 +32,6 @@ from fecontact.outputs.terminal import Lines, notes
 from fecontact.outputs.words import WORDS, decided, deviation_column, theory_words
 
 # --- Tables about theories of the pressure, for the terminal and reports.
-
-_OTHER_ANSWERS = {
-    "UNRESOLVED": "open whether a cheaper one holds",
-    "none": "none holds",
-    "failed": "could not be solved",
-}
-
-_SHARES = (
-    text("theory", lambda one: one.get("words") or _OTHER_ANSWERS[one["theory"]]),
-    text("cost", "cost"),
-    number("cheapest\ncells", "cheapest_cells", "{:.0f}"),
-    number("cheapest\n%", "cheapest_percent", "{:.0f}"),
-    number("out of\nrange", "out_of_range_cells", "{:.0f}"),
-    number("largest part\nof a limit", "largest_limit_used", "{:.2f}"),
-    number("holds\n%", "holds_percent", "{:.0f}"),
-)
-
-
-def shares_table(shares: Sequence[Item]) -> Table:
-    """In how many cells of a map each theory is the cheapest that holds, and in how many it holds at all."""
-    shown = [one for one in shares if one["cheapest_cells"] or "cost" in one]
-    return table_of("The cheapest theory that holds, and where each holds", _SHARES, shown)
 
 
 def cheapest_column(heading: str, of: str, *, name: str = "") -> Column:
@@ -95,8 +72,12 @@ class ReportedCase:
 
 
 def verdict_of(row: Item) -> str:
-    """Its verdict; `failed` where the result must not be used."""
-    return str(row.get("verdict_answer", "failed")) if usable(row) else "failed"
+    """Its verdict; `failed` where the result must not be used, but for a failure that is certain without it."""
+    return str(row.get("verdict_answer", "failed")) if _has_verdict(row) else "failed"
+
+
+def _has_verdict(row: Item) -> bool:
+    return usable(row) or row.get("verdict_answer") == "FAILS"
 
 
 _PLACE = (number("shift\nmm", "lateral_shift_mm", "{:+z.2f}"), number("load\nkN", "load_kN"))
@@ -138,7 +119,7 @@ def deviation_table(rows: Sequence[Item], title: str, failing_width: int, *, wit
         *_places(rows),
         *_NUMBERS,
         # what must not be used has no verdict
-        text("verdict", lambda row: row.get("verdict_answer", "-") if usable(row) else short_status(row)),
+        text("verdict", lambda row: row.get("verdict_answer", "-") if _has_verdict(row) else short_status(row)),
         text("fails by", lambda row: _failing(row, failing_width)),
         *[cheapest_column("cheapest\ntheory", "cheapest_theory", name="cheapest theory")] * theories,
         *_EFFORT,
@@ -164,10 +145,10 @@ def _failing(row: Item, width: int) -> str:
 
 
 def verdict_table(cases: Sequence[ReportedCase]) -> Table:
-    """All cases with their verdicts and what decided; with those of forces where there are any."""
+    """All cases with their verdicts and what decided; and what features say of them."""
     rows = [{**case.row, "limits": case.limits} for case in cases]
     several = len({pair_of_row(row) for row in rows}) > 1
-    theories, forces = (any(row.get(name) for row in rows) for name in ("cheapest_theory", "creep_verdict_answer"))
+    theories = any(row.get("cheapest_theory") for row in rows)
     columns = [
         *[text("rail and wheel", lambda row: pair_of_row(row, " and "))] * several,
         *_places(rows),
@@ -176,21 +157,14 @@ def verdict_table(cases: Sequence[ReportedCase]) -> Table:
         text("because", "verdict_cause"),
         *_PEAKS,
         *[text("cheapest theory that holds", cheapest_words)] * theories,
-        *[
-            text("for forces", lambda row: row.get("creep_verdict_answer") or "failed", "answer"),
-            text("force off by, % of mu N", _force_off, "number"),
-        ]
-        * forces,
+        *(
+            column
+            for name, telling in offered("TELLINGS").items()
+            if any(key.startswith(f"{name}_") for row in rows for key in row)
+            for column in telling.columns
+        ),
     ]
     return table_of("", columns, rows, lambda row: "fails" if verdict_of(row) == "FAILS" else "plain")
-
-
-def _force_off(row: Item) -> str:
-    """By how much creep forces are off."""
-    if not row.get("creep_verdict_answer"):
-        return "-"
-    off, unsure = (1e2 * float(row[f"creep_verdict_{name}_of_muN"]) for name in ("deviation", "uncertainty"))
-    return f"{off:.1f} ± {unsure:.1f}"
 
 
 def elements_table(record: Item) -> Table:
@@ -375,81 +349,6 @@ def solver_table(cases: Sequence[ReportedCase]) -> Table:
         unknowns = sum(solver["degrees_of_freedom"].values()) if solver else None
         rows.append({**case.row, **own, "elements": elements, "path": path, "unknowns": unknowns})
     return table_of("", _SOLVER, rows)
-
-
-# --- Creep forces on the terminal.
-
-_SIDES = {"hertz": "Hertz", "fe": "FE"}
-
-
-def _force(heading: str, of: Of, form: str, factor: float = 1.0) -> Column:
-    """A column of forces, of which a theory has none where it has a problem."""
-    known = number(heading, of, form, factor, none="")
-    return replace(known, cell=lambda force: "none" if "problem" in force else known.cell(force))
-
-
-_FORCE = (
-    text("theory", "name"),
-    _force("Fx\nkN", "fx_N", "{:+.3f}", 1e-3),
-    _force("Fy\nkN", "fy_N", "{:+.3f}", 1e-3),
-    _force("Mz\nN m", "mz_Nmm", "{:+.2f}", 1e-3),
-    _force("|F|\n% of mu N", lambda force: math.hypot(force["fx_N"], force["fy_N"]) / force["limit_N"], "{:.1f}", 1e2),
-    _force("adhesion\nmm²", "adhesion_area_mm2", "{:.1f}"),
-    _force("power/speed\nN", "power_per_speed_N", "{:.2f}"),
-)
-
-
-def force_lines(rows: Sequence[Item]) -> Lines:
-    """One line a row that has a verdict of forces."""
-    for row in rows:
-        if row.get("creep_verdict_answer"):
-            off, unsure = (1e2 * row[f"creep_verdict_{name}_of_muN"] for name in ("deviation", "uncertainty"))
-            cause = row.get("creep_verdict_cause")
-            yield f"{row['id']}: {_force_verdict(row['creep_verdict_answer'], off, unsure, cause)}"
-
-
-def creep_lines(record: Item) -> Lines:
-    """The forces of a result record."""
-    verdict, theories = record["verdict"], record["theories"]
-    sides = {f"{theory}, {of}": found[side] for theory, found in theories.items() for side, of in _SIDES.items()}
-    yield _force_table("creep forces", record, sides)
-    yield from _problems({theory: found["fe"] for theory, found in theories.items()})
-    off = {name: found["deviation_of_muN"] for name, found in theories.items()}
-    told = ", ".join(f"{name} {1e2 * value:.1f}" for name, value in off.items() if value is not None)
-    yield f"Hertz is off in force by, % of mu N: {told}"
-    off_percent, unsure = 1e2 * verdict["deviation_of_muN"], 1e2 * verdict["uncertainty_of_muN"]
-    within = f" (limit {1e2 * verdict['limit_of_muN']:g} %), at {_creepages_text(record['decided'][0])}"
-    yield _force_verdict(verdict["answer"], off_percent, unsure, verdict["cause"], within)
-    yield from (f"warning: {warning}" for warning in record["warnings"])
-
-
-def _force_verdict(answer: str, off: float, unsure: float, cause: str | None, within: str = "") -> str:
-    """What creep forces say of Hertz; numbers in percent of mu N."""
-    because = f": {cause}" if cause else ""
-    return f"for forces Hertz {answer}, off by at most {off:.1f} ± {unsure:.1f} % of mu N{within}{because}"
-
-
-def ellipse_lines(record: Item) -> Lines:
-    """The forces on an ellipse."""
-    yield _force_table("forces on the wheel", record, record["theories"])
-    yield from _problems(record["theories"])
-    yield from (f"warning: {warning}" for warning in record["warnings"])
-
-
-def _problems(theories: Mapping[str, Item]) -> Lines:
-    return (f"{theory}: {force['problem']}" for theory, force in theories.items() if "problem" in force)
-
-
-def _creepages_text(creepages: Item) -> str:
-    xi, eta, spin = 1e2 * creepages["xi"], 1e2 * creepages["eta"], creepages["spin_per_mm"]
-    return f"xi {xi:.3f} %, eta {eta:.3f} %, spin {spin:.3g}/mm"
-
-
-def _force_table(what: str, record: Item, forces: Mapping[str, Item]) -> Table:
-    """Forces by the names of their theories."""
-    limit_N = record["limit_N"]
-    title = f"{what} at {_creepages_text(record['creepages'])}, mu N {limit_N / 1e3:.2f} kN"
-    return table_of(title, _FORCE, ({**force, "name": name, "limit_N": limit_N} for name, force in forces.items()))
 
 
 # --- What Hertz says of a position on the terminal: touch points, and the ellipse of each.

@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from textwrap import fill
 from typing import Any, TypeVar
 
-from fecontact.case import Case
-from fecontact.comparison.judging import JudgedLoad
-from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES
+from fecontact.comparison.theories import EITHER_SIDE, HERTZ_GAUGE, THEORIES
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError, usable
+from fecontact.features import offered
 from fecontact.files import read_json, write_sealed, write_text
 from fecontact.outputs.cases import (
     ReportedCase,
-    creep_lines,
     deviation_table,
     effort_table,
     elements_table,
@@ -26,26 +23,19 @@ from fecontact.outputs.cases import (
     numbers_table,
     peaks_table,
     plastic_tables,
-    shares_table,
     solver_table,
     theories_table,
     touch_point_table,
     verdict_of,
     verdict_table,
 )
-from fecontact.outputs.figures.case import ladder_figure, patches_figure
+from fecontact.outputs.figures.case import ladder_figure
 from fecontact.outputs.figures.position import pair_figure
-from fecontact.outputs.maps.views import CAUSE_LETTERS, MapMeasure, force_view, map_answer, map_text, verdict_view
 from fecontact.outputs.records.results import (
-    cell_row,
-    cheapest_columns,
-    cheapest_of,
-    cheapest_words,
-    share_records,
     theory_text,
     versions,
 )
-from fecontact.outputs.style import image_of, page, svg_of
+from fecontact.outputs.style import page, svg_of
 from fecontact.outputs.tables import (
     Details,
     Heading,
@@ -56,37 +46,30 @@ from fecontact.outputs.tables import (
     Picture,
     Row,
     Table,
-    TableRow,
     Terms,
-    columns_of,
     pair_of_row,
-    pair_words,
     position_text,
     write_csv,
 )
 from fecontact.outputs.words import (
     GLOSSARY,
     answer_words,
+    band_text,
     cheapest_text,
     decided,
     deciding,
     lead_style,
     measure_terms,
     names_text,
-    other_wheel_label,
     plastic_words,
     question,
     reason_of_record,
-    roll_words,
     roll_words_of_rows,
     series,
-    theory_terms,
     unknown_text,
-    verdict_reason,
     what_would_decide,
 )
 from fecontact.profiles.curve import Profile
-from fecontact.solving.map import ApplicabilityMap
 from fecontact.wheel_rail.placement import Placement
 
 # --- One case in parts: the answer, how far Hertz is off, the theories, and all that is behind it.
@@ -116,6 +99,7 @@ def _answer_lines(record: Item, title: str) -> Iterator[str]:
     yield f"it fails by {names_text(others)} as well" if others else ""
     open_ones = [name for name, one in verdict["each"].items() if one == "UNRESOLVED" and name != verdict["measure"]]
     yield f"open are {names_text(open_ones)} as well" if open_ones else ""
+    yield band_text(record["fe"])
     yield plastic_words(record)
     if verdict["unknown"]:
         yield unknown_text(verdict["unknown"])
@@ -159,8 +143,9 @@ def _details(record: Item) -> Iterator[Part]:
     yield from plastic_tables(record)
     yield elements_table(record)
     yield from _meshes(record)
-    if "creep" in record:
-        yield from creep_lines(record["creep"])
+    for name, telling in offered("TELLINGS").items():
+        if name in record:
+            yield from telling.parts(record[name])
     if "von_mises" in record:
         yield "largest von Mises stress: " + ", ".join(
             f"{name} {peak['von_mises_MPa']:.0f} MPa {peak['depth_mm']:.2f} mm below its surface"
@@ -175,8 +160,8 @@ def _meshes(record: Item) -> Iterator[str]:
     elements, solver = record["elements"], record["solver"]
     yield f"{_state(record['verdict']['answer'])} on {refinement(solver['elements_a_semi_axis'])}"
     answer = elements["hertz"]["verdict"]["answer"]
-    asked = record.get("case", {}).get("evidence", True)
-    more = "; --evidence refines until they know" * (answer == "UNRESOLVED" and not asked)
+    asked = record.get("case", {}).get("refine", "evidence") == "evidence"
+    more = "; --refine evidence: until they know" * (answer == "UNRESOLVED" and not asked)
     yield f"the elements by themselves, on their own nodes: Hertz {answer}{more}"
     yield (
         f"beside the verdict: L2 difference of the pressures {1e2 * record['pressure_l2']:.1f} %, overlap of the"
@@ -373,6 +358,13 @@ _MOST_TABLES = 6
 _FAILING_WIDTHS = (50, 34, 30, 26, 22, 18)
 
 
+def judged_rows_parts(rows: Sequence[Item]) -> Iterator[Part]:
+    """Do as `rows_parts` does, with what features say of the rows."""
+    yield from rows_parts(rows)
+    for telling in offered("TELLINGS").values():
+        yield from telling.of_rows(rows)
+
+
 def rows_parts(rows: Sequence[Item]) -> Iterator[Table | str]:
     """One line a case, a table for each rail, wheel and inclination, and in full what makes a row unusable."""
     groups: dict[tuple[Any, ...], list[Item]] = {}
@@ -401,133 +393,6 @@ def _fitting(rows: Sequence[Item], title: str, *, with_pair: bool = False) -> Ta
     """The list of measures shrinks first, then columns go."""
     wide, *shorter = (deviation_table(rows, title, width, with_pair=with_pair) for width in _FAILING_WIDTHS)
     return replace(wide, shorter=shorter)
-
-
-# --- An applicability map in parts, for the terminal and `report.html`: where Hertz holds, up to which load, and why.
-
-# Where no terminal says how wide it is.
-_WIDE = 120
-# More patches in one picture are too small to see.
-_MOST_PATCHES = 24
-
-
-def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) -> Path:
-    """Write `report.html` beside `map.csv`, with the pictures of the map, and that of another theory if it is one."""
-    case = made.case
-    pair = pair_words(case, " and ")
-    verdicts = [cell.verdict if cell.usable else "failed" for cell in made.cells]
-    shown = _largest_loads(made)
-    parts: list[Part] = [
-        Heading(f"Applicability map: {pair}", 1),
-        Lead(" ".join(map_answer(made, "pressure")), lead_style(verdicts)),
-        f"{answer_words(verdicts, 'cells')}.",
-        question(pair, case.criteria),
-        _rolled(case),
-        _map_picture(out, "map", "Where Hertz holds over lateral shift and load."),
-        *[_map_picture(out, "map_force", "Where Hertz holds for creep forces.")] * case.creep.asked,
-        *[_map_picture(out, f"map_{theory}", f"Where {THEORIES[theory].words} holds.")] * (theory != HERTZ),
-        Heading("If not Hertz, what?"),
-        " ".join(map_answer(made, "theory")),
-        _map_picture(out, "map_theory", "The cheapest theory of the pressure that holds."),
-        shares_table(share_records(made)),
-        *[_map_picture(out, "map_law", "The cheapest law of creep forces that holds.")] * made.laws_judged,
-        Heading("Load limits"),
-        _limits(made),
-        Heading("The pair"),
-        *_pictures(made, shown),
-        Heading("Cells"),
-        _cells(made),
-        *closing(
-            *theory_terms(str(one["theory"]) for one in share_records(made) if one["theory"] in THEORIES),
-            *((letter, cause) for cause, letter in CAUSE_LETTERS.items()),
-        ),
-    ]
-    return write_text(out / REPORT, page(f"Where Hertz holds: {pair}", parts))
-
-
-def _map_picture(out: Path, name: str, words: str) -> Picture:
-    return Picture(content=out / f"{name}.svg", words=words)
-
-
-def map_lines(made: ApplicabilityMap, measure: MapMeasure, theory: str, *, width: int | None) -> Iterator[Table | str]:
-    """A map on the terminal by a measure, or by a theory; by the cheapest theory with the share of each.
-
-    The answer in sentences comes first.
-    """
-    yield from (fill(one, width or _WIDE) for one in map_answer(made, measure, theory))
-    yield " "
-    yield map_text(made, measure, theory=theory, width=width)
-    if measure == "theory":
-        yield shares_table(share_records(made))
-
-
-def _rolled(case: Case) -> str:
-    both = " At the opposite shift it stands as the other wheel of the wheelset does: both are here."
-    return f"The {case.side} wheel, {roll_words(case)}.{both if other_wheel_label(case) else ''}"
-
-
-def _largest_loads(made: ApplicabilityMap) -> list[tuple[JudgedLoad, Placement]]:
-    """The largest load of each position that was solved, of many positions some evenly among them."""
-    found = [
-        (cells[-1], position.placement)
-        for position in made.positions
-        if position.placement is not None
-        and (cells := [cell.judged for cell in position.cells if cell.judged is not None])
-    ]
-    step = -(-len(found) // _MOST_PATCHES) or 1
-    return found[::step]
-
-
-def _pictures(made: ApplicabilityMap, shown: Sequence[tuple[JudgedLoad, Placement]]) -> list[Part]:
-    parts: list[Part] = []
-    if shown:
-        load, middle = shown[len(shown) // 2]
-        at = load.case.lateral_shift_mm
-        words = f"Section through the first touch point at {at:+z.2f} mm, the middle one of the positions shown below."
-        parts.append(Picture(content=svg_of(pair_figure(middle)), words=words))
-    largest = [
-        cell_row(position.cells[-1], position.placement) | {"rail": made.case.rail, "wheel": made.case.wheel}
-        for position in made.positions
-        if position.cells
-    ]
-    if (ladder := ladder_figure(largest)) is not None:
-        words = "The ladder at the largest load: what the shape of the gap, and then the finite bodies, change."
-        parts += [Heading("Shape of the gap, or finite bodies?"), Picture(content=svg_of(ladder), words=words)]
-    if shown:
-        words = "Pressure at the largest load of each position: solid the patch, dashed Hertz; below, cut across."
-        parts += [Heading("Pressure"), Picture(content=image_of(patches_figure(shown)), words=words, width=2400)]
-    return parts
-
-
-def _limits(made: ApplicabilityMap) -> Table:
-    """At which loads Hertz holds at each position, by the map's measures, and for forces."""
-    views = [verdict_view(made), *([force_view(made)] if made.case.creep.asked else [])]
-    heads = ("as judged here", "creep forces")[: len(views)]
-    rows = [
-        TableRow(cells=[f"{columns[0].shift_mm:+z.2f}", *(column.limit for column in columns)])
-        for columns in zip(*(view.columns for view in views), strict=True)
-    ]
-    return Table(title="", columns=columns_of("shift mm", *heads, texts=heads), rows=rows)
-
-
-def _cells(made: ApplicabilityMap) -> Table:
-    """The verdict of each cell, and the cheapest theory that holds there."""
-    words = ("decided by", "cheapest theory that holds")
-    headings = ("shift mm", "load kN", "Hertz", "part of a limit", words[0], "unknowns", words[1])
-    rows = []
-    for cell in made.cells:
-        judged = cell.judged
-        answer = cell.verdict if cell.usable else "failed"
-        cells = [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", answer]
-        cells += ["-", cell.status, "-", ""] if judged is None else _cells_of(judged)
-        rows.append(TableRow(cells=cells, tone="fails" if answer == "FAILS" else "plain"))
-    return Table(title="", columns=columns_of(*headings, texts=words, answers=("Hertz",)), rows=rows)
-
-
-def _cells_of(load: JudgedLoad) -> list[str]:
-    unknowns = str(sum(load.level.degrees_of_freedom.values()))
-    cheapest = cheapest_words(cheapest_columns("cheapest_theory", cheapest_of(load)))
-    return [f"{load.limit_used:.2f}", verdict_reason(load), unknowns, cheapest]
 
 
 # --- Files of a whole study: tables, figure, and collections of its cases for ParaView.

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 _RADII = ("rail", "wheel_lateral", "wheel_rolling")
-# the last two where something is said about them
+# the last two inputs only if they are given
 _INPUTS = (
     *("rail", "wheel", "inclination_rad", "yaw_rad", "rolling_radius_mm", "track", "opposite", "flange_climb"),
     *("rail_file", "wheel_file"),
@@ -46,12 +46,12 @@ _INPUTS = (
 
 
 def profile_notes(placement: Placement) -> list[str]:
-    """What is to be known of both profiles."""
+    """Notes about both profiles."""
     return [*placement.rail.profile.notes, *placement.wheel.profile.notes]
 
 
 def touch_records(placement: Placement) -> Record:
-    """Where the rigid bodies touch: the contact angle at first touch, and every touch point."""
+    """Record of the rigid contact: the contact angle at first touch, and every touch point."""
     return {
         "contact_angle_rad": placement.first.contact_angle_rad,
         "touch_points": [touch_record(touch) for touch in placement.touch_points],
@@ -59,7 +59,7 @@ def touch_records(placement: Placement) -> Record:
 
 
 def touch_record(touch: TouchPoint) -> Record:
-    """A touch point with its curvatures: one entry, or two (gauge side, field side) at a junction."""
+    """Record of a touch point with its curvatures: one entry, or two entries (gauge side, field side) at a junction."""
     return {
         **picked(touch, "x_mm y_mm z_mm rail_y_mm wheel_y_mm contact_angle_rad vertical_gap_mm at_junction"),
         "curvatures": [
@@ -70,7 +70,7 @@ def touch_record(touch: TouchPoint) -> Record:
 
 
 def touch_columns(placement: Placement, touch: TouchPoint) -> Record:
-    """A touch point in numbers alone, with the radii of one side of a junction."""
+    """Numbers of a touch point; at a junction with the radii of one side."""
     return {
         **picked(touch, "rail_y_mm wheel_y_mm contact_angle_rad vertical_gap_mm"),
         "rolling_radius_mm": float(placement.wheel.radius(touch.wheel_u)),
@@ -84,7 +84,7 @@ def _radii(curvature: RelativeCurvature) -> Record:
 
 
 def functions_record(case: Case, found: ContactFunctions) -> Record:
-    """The table with units in its keys; radii of straight lines are None, positive where convex."""
+    """Record of the contact functions, with units in its keys; radii are positive if convex, None if straight."""
     shown = case_record(case.with_profiles({body: profile_identity(spec) for body, spec in case.profiles.items()}))
     return {
         "schema": "fecontact/geometry/1",
@@ -118,7 +118,7 @@ def _position_record(shift: float, placed: PlacedWheelset | str, centred_mm: flo
 
 
 def functions_rows(record: Record) -> list[Record]:
-    """Positions of a record as flat rows: touch points are numbered, those of the left wheel first."""
+    """Positions of a record as flat rows, with numbered touch points, the left wheel first."""
     rows = []
     for position in record["positions"]:
         row = {name: value for name, value in position.items() if name not in ("left", "right")}
@@ -161,13 +161,13 @@ _COLUMNS = (
 
 
 def functions_lines(record: Item) -> Lines:
-    """A geometry record: a table of the left side, and of the right one where it is not its mirror image."""
+    """A geometry record: a table of the left side, and of the right side if it is not the mirror image."""
     mirrored = record["symmetric"] and record["case"]["yaw_rad"] == 0.0
     sides = ("left",) if mirrored else ("left", "right")
     for side in sides:
         yield _side_table(record, side)
     if mirrored:
-        yield "The right wheel at a shift is the left one at the opposite shift."
+        yield "The right wheel at a shift is the left wheel at the opposite shift."
     for jump in (jump for jump in record["jumps"] if jump["side"] in sides):
         yield (
             f"jump at {jump['shift_mm']:+z.3f} mm: the {jump['side']} rail is touched first at y ="
@@ -233,7 +233,7 @@ def functions_figure(case: Case, found: ContactFunctions, path: str | Path) -> P
 
 
 def _line(ax: Axes, x: np.ndarray, y: np.ndarray, jumps: Sequence[float], colour: str) -> Line2D:
-    """A line that ends at each jump and begins again behind it; returns its first piece."""
+    """Draw a line with a break at each jump; returns its first piece."""
     pieces = np.searchsorted(jumps, x)
     drawn = [ax.plot(x[pieces == piece], y[pieces == piece], ".-", color=colour)[0] for piece in np.unique(pieces)]
     for jump in jumps:

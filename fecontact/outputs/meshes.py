@@ -19,47 +19,48 @@ from fecontact.files import write_atomically
 from fecontact.solving.position import MeshedPair, mesh_case
 from fecontact.solving.solve import CaseResult
 
-# --- Meshes as input files of CalculiX and Abaqus: one body, or both with supports, contact and load, ready to run.
+# --- Meshes as input files of CalculiX and Abaqus: a single body, or both with supports, contact and load.
 
 ElementType = Literal["C3D8", "C3D8I"]
 ELEMENT_TYPES = get_args(ElementType)
 
-# Faces S1 to S6 of an eight-node brick by its nodes (Abaqus and CalculiX number them alike).
+# Faces S1 to S6 of an eight-node brick by its nodes (numbered alike in Abaqus and CalculiX).
 _FACES = np.array([[0, 1, 2, 3], [4, 7, 6, 5], [0, 4, 5, 1], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 4, 0]])
-# Numbers a line, of at most 16.
+# Numbers in a line, at most 16.
 _A_LINE = 8
 
 
 def write_body(mesh: BodyMesh, path: Path, element: ElementType = "C3D8") -> None:
-    """Write one body: nodes, elements, and for each surface a node set and a surface of element faces."""
+    """Write a body: nodes, elements, and for each surface a node set and a surface of element faces."""
     lines = _mesh_lines(mesh, element, first_node=1, first_element=1, prefix="")
     _write(path, ["*HEADING", f"fecontact {__version__}: {mesh.name}, {_of(element)}", *_notes(mesh.half), *lines])
 
 
 def write_deck(pair: MeshedPair, path: Path, element: ElementType = "C3D8") -> None:
-    """Write both bodies with numbers and names of their own, supports, frictionless contact and the load.
+    """Write both bodies with separate numbers and names, supports, frictionless contact and the load.
 
-    The supports are those of `fecontact.solve`: the rail fixed at its base and held across at its ends, the wheel's
-    rim moved as a whole, along the load alone, by the node `load_point`. A first step moves the rim by what half-spaces
-    would approach, so that the second one, which has the load, begins in contact.
+    The supports are as in `fecontact.solve`: the rail is fixed at its base and held across at its ends; the wheel's rim
+    is moved as a whole, along the load only, by the node `load_point`. A first step moves the rim by the approach of
+    half-spaces, so that the second step, with the load, begins in contact.
 
-    Contact is CalculiX's mortar: a penalty between faces that do not match feels every micrometre between the polygons,
-    and its pressures are off by half. Abaqus knows its mortar as `TYPE=SURFACE TO SURFACE`.
+    Contact is by CalculiX's mortar method: a penalty method between faces that do not match reacts to every micrometre
+    between the polygons, with errors of half the pressure. Abaqus's mortar method is `TYPE=SURFACE TO SURFACE`.
 
     Parameters
     ----------
     element
         C3D8 is the element of `fecontact.solve`, C3D8I has incompatible modes, which bend without locking.
     """
-    rail, wheel = pair.rail, pair.wheel
+    rail, wheel, case = pair.rail, pair.wheel, pair.case
+    title = f"{Path(case.rail).name}, {Path(case.wheel).name}, shift {case.lateral_shift_mm:g} mm, {case.load_N:g} N"
     after = len(rail.points)
     load_point = after + len(wheel.points) + 1
     held = np.union1d(rail.surfaces["fixed"], rail.surfaces["end"])
     lines = [
-        *("*HEADING", f"fecontact {__version__}: {_title(pair.case)}, {_of(element)}", *_notes(rail.half)),
+        *("*HEADING", f"fecontact {__version__}: {title}, {_of(element)}", *_notes(rail.half)),
         *_mesh_lines(rail, element, first_node=1, first_element=1, prefix="rail_"),
         *_mesh_lines(wheel, element, first_node=after + 1, first_element=len(rail.hexes) + 1, prefix="wheel_"),
-        # each node once, or CalculiX counts the reactions of both sets' common nodes twice
+        # each node once, or CalculiX counts the reactions of nodes in both sets twice
         *("*NSET, NSET=rail_held", *_number_lines(held + 1)),
         *("*NODE, NSET=load_point", _node_line(load_point, wheel.points[wheel.surfaces["driven"]].mean(axis=(0, 1)))),
         *_material_lines("rail", pair.case.rail_material),
@@ -72,7 +73,7 @@ def write_deck(pair: MeshedPair, path: Path, element: ElementType = "C3D8") -> N
 
 
 def _of(element: ElementType) -> str:
-    """The elements in words: peaks of others differ by 0.3 to 0.5 % on the same mesh."""
+    """The element type in words: with other types peaks differ by 0.3 to 0.5 % on the same mesh."""
     return f"elements {element} {'as' if element == 'C3D8' else 'instead of C3D8'} in fecontact.solve"
 
 
@@ -84,10 +85,6 @@ def _write(path: Path, lines: Iterable[str]) -> None:
 def _notes(half: bool) -> list[str]:
     notes = ["** mm, N, MPa; x along the track, y to the field side, z up"]
     return [*notes, "** half model, x >= 0: its set of nodes 'symmetry' lies on x = 0"] if half else notes
-
-
-def _title(case: Case) -> str:
-    return f"{Path(case.rail).name}, {Path(case.wheel).name}, shift {case.lateral_shift_mm:g} mm, {case.load_N:g} N"
 
 
 def _mesh_lines(
@@ -121,7 +118,7 @@ def _number_lines(numbers: Integers) -> Iterator[str]:
 def element_faces(hexes: Integers, quads: Integers) -> tuple[Integers, Integers]:
     """Element and number of its face (k,), both from 0, behind each boundary quadrilateral (k, 4)."""
     faces = np.sort(hexes[:, _FACES].reshape(-1, 4), axis=1)
-    # the three smallest of four nodes tell the faces of a mesh apart, and three fit into one integer each
+    # the three smallest of its four nodes identify a face, and three node numbers fit into an integer
     base = int(hexes.max()) + 1
     keys, wanted = (
         (nodes[:, 0].astype(np.int64) * base + nodes[:, 1]) * base + nodes[:, 2]
@@ -143,7 +140,7 @@ def _material_lines(body: str, material: Material) -> list[str]:
 
 
 def _guide_lines(wheel: BodyMesh, direction: Floats, after: int, load_point: int) -> Iterator[str]:
-    """Equations by which each node of the rim moves along the direction as the load point does."""
+    """Equations by which each node of the rim moves along the direction with the load point."""
     yield "*EQUATION"
     for node in (np.unique(wheel.surfaces["driven"]) + after + 1).tolist():
         for axis in _moved(direction):
@@ -175,7 +172,7 @@ def _step_lines(pair: MeshedPair, load_point: int) -> list[str]:
     load_N = pair.case.load_N * (0.5 if half else 1.0)
     static = ["*STATIC", "1., 1."]
     return [
-        "** the rim comes down by what half-spaces would approach",
+        "** the rim comes down by the approach of half-spaces",
         *("*STEP, INC=100", *static, "*BOUNDARY", *held, f"{load_point}, 3, 3, {-pair.approach_mm:.9e}"),
         "*END STEP",
         f"** then the load{', half of it on the half model' if half else ''}",
@@ -191,8 +188,8 @@ def _step_lines(pair: MeshedPair, load_point: int) -> list[str]:
 def write_mesh(mesh: BodyMesh | MeshedPair, path: str | Path, *, element: ElementType = "C3D8") -> Path:
     """Write one body, or both, in the format of the path's ending, in mm and in the track frame.
 
-    Names of surfaces are those of `BodyMesh.surfaces`; where both bodies are written that of the body stands before
-    them, such as `rail_contact`.
+    Surfaces are named as in `BodyMesh.surfaces`; if both bodies are written, the body's name comes first, such as
+    `rail_contact`.
 
     ======== ================================================================================================
     `.msh`   gmsh 4.1 as text: a physical group for each volume, named as the body, and one for each surface
@@ -211,7 +208,7 @@ def write_mesh(mesh: BodyMesh | MeshedPair, path: str | Path, *, element: Elemen
     Raises
     ------
     InputError
-        If the ending is none of these, or the element is another one.
+        If the ending is none of these, or the element is another type.
     """
     path = Path(path)
     writer = _WRITERS.get(path.suffix.lower())
@@ -249,7 +246,7 @@ class _Cells:
 
     @property
     def blocks(self) -> list[tuple[str, Integers]]:
-        """The cells as meshio takes them."""
+        """The cells in the form of meshio."""
         return [
             *(("hexahedron", hexes) for hexes in self.bodies.values()),
             *(("quad", quads) for quads in self.surfaces.values()),
@@ -257,7 +254,7 @@ class _Cells:
 
     @property
     def numbers(self) -> list[int]:
-        """Number of each block among those of its kind, from 1."""
+        """Number of each block among the blocks of its kind, from 1."""
         return [*range(1, len(self.bodies) + 1), *range(1, len(self.surfaces) + 1)]
 
 
@@ -268,21 +265,21 @@ def _write_msh(mesh: BodyMesh | MeshedPair, path: Path, _: ElementType) -> None:
     tags = [np.full(len(block), number) for (_, block), number in zip(cells.blocks, cells.numbers, strict=True)]
     groups: dict[str, Integers] = {name: np.array([number, 3]) for number, name in enumerate(cells.bodies, start=1)}
     groups |= {name: np.array([number, 2]) for number, name in enumerate(cells.surfaces, start=1)}
-    made = meshio.Mesh(
+    mesh_file = meshio.Mesh(
         cells.points,
         cells.blocks,
         point_data={"gmsh:dim_tags": _entities(cells)},
         cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
         field_data=groups,
     )
-    # text: a small reference mesh under version control then shows what changed
-    meshio.write(path, made, file_format="gmsh", binary=False)
+    # as text: a small reference mesh under version control then shows its changes
+    meshio.write(path, mesh_file, file_format="gmsh", binary=False)
 
 
 def _entities(cells: _Cells) -> Integers:
-    """Dimension and tag (n, 2) of the geometric entity on which each node lies, as the format asks for.
+    """Dimension and tag (n, 2) of the geometric entity on which each node lies, as the format requires.
 
-    A node on an edge goes to the smaller surface: a surface without any node would lose its name.
+    A node on an edge belongs to the smaller surface: a surface without nodes would lose its name.
     """
     entities = np.tile([3, 1], (len(cells.points), 1))
     for number, hexes in enumerate(cells.bodies.values(), start=1):
@@ -333,15 +330,15 @@ _WRITERS: dict[str, Callable[[BodyMesh | MeshedPair, Path, ElementType], None]] 
 def mesh(of: Case | CaseResult, body: Literal["rail", "wheel"]) -> Any:
     """The hexahedra of a body as a `pyvista.UnstructuredGrid`, in mm and in the track frame.
 
-    Of a case they are the first meshes that `solve` makes, of a result the finest ones, with `displacement_mm` at the
-    nodes (base and driver held: the rigid approach is not in it). Half models stay half. There is a point array of 0
-    and 1 for each surface: `contact`, `fixed` or `driven`, `end`, `free`, and `symmetry` in half models.
+    For a case it is the first mesh that `solve` makes; for a result the finest mesh, with `displacement_mm` at the
+    nodes (base and driver held: without the rigid approach). Half models stay half. Each surface has a point array of 0
+    and 1: `contact`, `fixed` or `driven`, `end`, `free`, and `symmetry` in half models.
 
     Raises
     ------
     InputError
-        If the body is another one; for a case as `solve` does; for a result that was read from a folder, which has its
-        meshes as `rail.vtu` and `wheel.vtu`.
+        If there is no such body; for a case as in `solve`; for a result that was read from a folder, which has its
+        meshes in `rail.vtu` and `wheel.vtu`.
     """
     import pyvista
 

@@ -1,4 +1,4 @@
-"""Profiles on the terminal and in a picture: the library, and the segments and junctions of one."""
+"""Profiles on the terminal and in a picture: the library, and a profile's segments and junctions."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _SEGMENTS = (
 
 
 def library_lines(folder: Path | None = None) -> Lines:
-    """The profiles of the library and files of a folder, and what else may be given in place of a name."""
+    """The profiles of the library, the files of a folder, and other texts that may be given instead of a name."""
     from fecontact.profiles.library import load, names
 
     items: list[dict[str, Any]] = []
@@ -87,21 +87,21 @@ _KEY_OF_PROBLEM = {
     "crosses itself": "left out: line crosses itself",
     "unclear": "doubtful, kept",
 }
-# Of the picture's width; the radius of a shorter arc would lie on those of its neighbours.
+# Shortest arc with a written radius, over the picture's width: radii of shorter arcs would overlap.
 _LEAST_WIDTH = 0.045
 
 
 def profile_figure(profile: Profile, path: str | Path) -> Path:
-    """Draw a profile: its line, and its curvature (positive where convex) over y, with the junctions marked.
+    """Draw a profile: its line, and its curvature (positive if convex) over y, with the junctions marked.
 
-    Of a smoothed line also the points, what they are off it, and twice the noise of its curvature.
+    For a smoothed line the points, their deviations and twice the noise of the curvature are drawn as well.
     """
     measured, colour = profile.measured, Colour.LINES[profile.kind]
     ratios = (1.0, 1.0) if measured is None else (1.0, 0.8, 1.1)
     figure = blank_figure(10.5, 4.0 + 2.0 * len(ratios))
     line, *points, bent = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
     for index, segment in enumerate(profile.segments):
-        # a hair inside the ends, so that each segment shows its own curvature up to them
+        # slightly inside the ends, so that each segment shows its curvature up to its ends
         p = profile.evaluate(index + np.linspace(1e-9, 1.0 - 1e-9, 300))
         curvature = profile.convex_sign * p.curvature_per_mm
         line.plot(p.y, p.z, color=colour, lw=1.8)
@@ -132,23 +132,23 @@ def profile_figure(profile: Profile, path: str | Path) -> Path:
 
 
 def _draw_points(line: Axes, off: Axes, measured: Measured) -> str:
-    """The points that a line was smoothed from, and what they are off it; returns what the line is."""
+    """Draw the points of a smoothed line and their deviations from it; returns a description of the line."""
     y, z = measured.points.T
     line.plot(y, z, ".", color=Colour.POINTS, ms=2)
     off.plot(y, 1e3 * measured.residual_mm, ".", color=Colour.POINTS, ms=3)
     for level in (-2e3 * measured.noise_mm, 0.0, 2e3 * measured.noise_mm):
         off.axhline(level, color="0.5", lw=0.8, ls="-" if level == 0.0 else "--")
-    off.set(ylabel="points off the line in um\n(dashed: twice the noise)")
+    off.set(ylabel="points off the line in um\n(dashed: twice their scatter)")
     of = f"deviation from {measured.nominal}" if measured.nominal else "line"
-    return f": {of} smoothed over {measured.width_mm:.3g} mm"
+    return f": {of} smoothed over {measured.filter_mm:.3g} mm"
 
 
 def draw_problems(
     ax: Axes, profile: Profile, place: Callable[[Floats, Floats], tuple[Floats, Floats]] | None = None
 ) -> None:
-    """Mark where points of a file were left out, or are doubtful, and say in the key what was wrong with them.
+    """Mark points of a file that were left out or are doubtful, with the reasons in the legend.
 
-    `place` turns y and z of the profile (mm) into those of the picture, where they are others.
+    `place` turns y and z of the profile (mm) into coordinates of the picture, if they differ.
     """
     groups: dict[str, list[Problem]] = {}
     for problem in profile.problems:
@@ -164,7 +164,7 @@ def draw_problems(
 
 
 def _write_radii(ax: Axes, profile: Profile) -> None:
-    """Write the radius of each arc that is long enough for it beside the line."""
+    """Write the radius beside each arc that is long enough for it."""
     low, high = ax.get_xlim()
     for index in range(len(profile.segments)):
         p = profile.evaluate(index + np.array([1e-9, 0.5, 1.0 - 1e-9]))

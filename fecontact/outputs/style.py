@@ -1,7 +1,7 @@
-"""How every picture and every page looks: colours, sizes, files, and one HTML file that needs no other one.
+"""Style of all pictures and pages: colours, sizes, files, and HTML pages that need no other files.
 
-Colours are those of Okabe and Ito (2008), chosen so that verdicts differ in lightness as well as in hue; wherever a
-colour has a meaning a mark, a dash or a word has it too.
+Colours are from Okabe and Ito (2008), so that verdicts differ in lightness as well as in hue. The meaning of a colour
+is also given by a mark, a dash or a word.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ if TYPE_CHECKING:
 
 
 DPI = 130
-# Of 9: more takes up to five times as long for some per cent.
+# Compression level of at most 9: a higher level takes up to five times as long and saves only some per cent.
 _COMPRESSED = 4
-# Logarithmic axes that end at less than so many times where they begin have numbers between the decades.
+# A logarithmic axis has numbers between the decades if its end is less than this many times its beginning.
 _NARROW = 300.0
 
 
 class Colour:
-    """Colours with a meaning, the same in all pictures."""
+    """Colours with a fixed meaning in all pictures."""
 
     FE, HERTZ = "#0072b2", "#d55e00"
     # lines of the profiles
@@ -50,9 +50,9 @@ class Colour:
 
 
 BETWEEN = "between"
-"""In place of a verdict, where none of the loads between two whose verdicts differ was solved."""
+"""In place of a verdict, between two loads with different verdicts if no load between them was solved."""
 ANSWERS = {"HOLDS": "#56b4e9", "UNRESOLVED": "#f0e442", "FAILS": "#d55e00", "failed": "#c8c8c8", BETWEEN: "#ffffff"}
-"""Colours of the verdicts, of what could not be solved, and of what was not."""
+"""Colours of the verdicts, of cases that could not be solved, and of loads that were not solved."""
 ANSWER_WORDS = {
     "HOLDS": "Hertz holds",
     "UNRESOLVED": "unresolved",
@@ -61,14 +61,14 @@ ANSWER_WORDS = {
     BETWEEN: "not solved: between two verdicts",
 }
 SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#999999")
-"""Colours of series, which differ in their marks as well."""
+"""Colours of series; marks differ as well."""
 MARKS = "os^DvP*X"
 SIDES = "gauge side ←            → field side"
 
 
 def blank_figure(width: float, height: float) -> Figure:
     """An empty figure of a size in inches."""
-    # Figure itself, not pyplot: a study draws hundreds, and pyplot would keep them all
+    # not by pyplot: a study draws hundreds of figures, and pyplot would keep them all
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), dpi=DPI)
@@ -82,7 +82,7 @@ def series_style(number: int) -> dict[str, Any]:
 
 
 def finish(*axes: Axes) -> None:
-    """Give axes the grid that all pictures have."""
+    """Give axes the grid of all pictures."""
     for ax in axes:
         ax.grid(alpha=0.3)
 
@@ -93,7 +93,7 @@ def legend_beside(ax: Axes, **more: Any) -> Legend:
 
 
 def plain_log(ax: Axes, which: str = "xy") -> None:
-    """Make axes logarithmic, with numbers such as 0.5 and 20 instead of powers; narrow ones have more than decades."""
+    """Make axes logarithmic, with numbers such as 0.5 and 20 instead of powers; also between decades if narrow."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
     for name in which:
@@ -107,12 +107,12 @@ def plain_log(ax: Axes, which: str = "xy") -> None:
 
 
 def save_figure(figure: Figure, path: str | Path) -> Path:
-    """Write a figure as PNG and as SVG of the same name, whichever of them the path names: the same bytes every time.
+    """Write a figure as PNG and as SVG with equal names, from the path of either; files are reproducible.
 
     Raises
     ------
     InputError
-        If the path names neither.
+        If the path has another ending.
     """
     path = Path(path)
     if path.suffix.lower() not in (".png", ".svg"):
@@ -131,7 +131,7 @@ def svg_of(figure: Figure) -> bytes:
 
     _settle(figure)
     content = BytesIO()
-    # no version and no date in the files: the picture is all that may differ between two runs
+    # no version and no date in the files: two runs may differ in the picture only
     unsaid = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     with rc_context({"svg.hashsalt": "fecontact", "figure.autolayout": False, "figure.constrained_layout.use": False}):
         FigureCanvasSVG(figure).print_figure(content, dpi=DPI, format="svg", metadata=unsaid)
@@ -139,7 +139,7 @@ def svg_of(figure: Figure) -> bytes:
 
 
 def image_of(figure: Figure) -> Image:
-    """A figure as pixels, without the alpha channel of matplotlib's own files, which nobody sees and takes as long."""
+    """A figure as pixels, without the alpha channel of matplotlib's files, which is not seen and takes time."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL.Image import fromarray
 
@@ -150,26 +150,26 @@ def image_of(figure: Figure) -> Image:
 
 
 def _settle(figure: Figure) -> None:
-    """Lay a figure out once and keep it: the layout's last digits differ from run to run, and get into an SVG."""
+    """Lay out a figure once and keep the layout, whose last digits differ with each run and get into an SVG."""
     engine = figure.get_layout_engine()
     if engine is None:
         return
     engine.execute(figure)
-    # with an engine that does nothing ("none") every file would be drawn twice
+    # None and not "none": with an engine that does nothing every file would be drawn twice
     figure.set_layout_engine(None)
     for ax in figure.axes:
         x, y, width, height = (round(edge, 6) for edge in ax.get_position(original=True).bounds)
         ax.set_position((x, y, width, height))
 
 
-# --- One HTML file that needs no other one: how a document looks, on a screen of any width and on paper.
+# --- HTML pages that need no other files, for screens of any width and for paper.
 
 _FILES = files("fecontact.outputs")
 _ANSWERS = ("HOLDS", "UNRESOLVED", "FAILS")
 
 
 def page(title: str, parts: Parts) -> str:
-    """A document as a whole page, well-formed XML as well."""
+    """A document as a whole page, which is also well-formed XML."""
     style = (_FILES / "style.css").read_text("utf-8")
     return _template().render(title=title, parts=list(parts), style=style, answers=_ANSWERS, picture=_picture)
 
@@ -182,7 +182,7 @@ def _template() -> Template:
 
 
 def _picture(of: Picture) -> str:
-    """A picture as part of the page, with a text for who cannot see it; nothing where its file is not there."""
+    """A picture as part of the page, with an alternative text; empty if the picture's file does not exist."""
     content = of.content
     if isinstance(content, Path):
         if not content.is_file():
@@ -199,14 +199,14 @@ def _picture(of: Picture) -> str:
 
 
 def _webp(image: Image, width: int) -> bytes:
-    """An image of at most so many pixels, a fifth of the size of a PNG."""
+    """An image of limited width as WEBP, a fifth of the size of a PNG."""
     from PIL.Image import Resampling
 
     shown = image.convert("RGB")
     if shown.width > width:
         shown = shown.resize((width, round(shown.height * width / shown.width)), Resampling.BICUBIC)
     content = BytesIO()
-    # a smaller file by 3 % would take twice as long
+    # a file that is 3 % smaller would take twice as long
     shown.save(content, "WEBP", quality=82, method=2)
     return content.getvalue()
 

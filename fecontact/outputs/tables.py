@@ -1,4 +1,4 @@
-"""Records, tables and parts of documents as values, made once and shown on the terminal, as CSV or on a page."""
+"""Records, tables and parts of documents as values, for the terminal, CSV files and pages."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 
 Tone: TypeAlias = Literal["plain", "fails", "open", "dim"]
-"""How a row is to be seen: as it is, as what fails or must not be used, as what is open, as what does not decide."""
+"""Emphasis of a row: none, failing or unusable, open, or dimmed because it does not decide."""
 Item: TypeAlias = Mapping[str, Any]
-"""What a table is made of: a record of results, or a row."""
+"""Item of a table: a record of results, or a row."""
 Kind: TypeAlias = Literal["number", "text", "answer"]
 Of: TypeAlias = str | Callable[[Any], Any]
-"""What a column takes of an item: the value of a key, or what a function says of it."""
+"""How a column gets its value from an item: by a key, or by a function of the item."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,15 +38,15 @@ class Column:
     Attributes
     ----------
     heading
-        Its name; a unit stands in a line of its own.
+        Heading of the column; a unit stands in a separate line.
     kind
-        Numbers stand at the right end, and a report gives answers their colour.
+        Numbers are aligned to the right, and a report gives answers their colour.
     rank, name
-        Where there is no room columns with a name are left out, those of the lowest rank first, and named.
+        If there is no room, columns with a name are left out, the lowest rank first, and their names are shown.
     wraps
-        Whether its texts may take several lines where there is no room.
+        Whether texts may take several lines if there is no room.
     cell
-        Its text of an item, where the table is made of items (`table_of`).
+        Text of an item, if the table is made of items (`table_of`).
     """
 
     heading: str
@@ -59,7 +59,7 @@ class Column:
 
 @dataclass(frozen=True, kw_only=True)
 class TableRow:
-    """A line of texts, one a column."""
+    """A line of a table, with a text for each column."""
 
     cells: Sequence[str]
     tone: Tone = "plain"
@@ -67,12 +67,12 @@ class TableRow:
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """Columns, and lines of them.
+    """A table of texts.
 
     Attributes
     ----------
     shorter
-        The same table with shorter texts, to be shown where there is no room before columns are left out.
+        A table with shorter texts, which is shown if there is no room, before columns are left out.
     roomy_width
         Characters of a terminal from which on there is more space between columns.
     """
@@ -84,7 +84,7 @@ class Table:
     roomy_width: int = 100
 
     def without(self, names: Sequence[str]) -> Table:
-        """The same table without some of the columns that have a name."""
+        """The table without some of its named columns."""
         kept = [number for number, column in enumerate(self.columns) if not column.name or column.name not in names]
         return replace(
             self,
@@ -93,7 +93,7 @@ class Table:
         )
 
     def narrower(self) -> Iterator[tuple[Table, list[str]]]:
-        """The table, shorter ones, then without one column after the other, with the names of those left out."""
+        """The table, shorter tables, then tables with fewer and fewer columns, with the names of columns left out."""
         *before, shortest = (self, *self.shorter)
         yield from ((table, []) for table in before)
         names = [one.name for one in sorted(self.columns, key=lambda column: column.rank) if one.name]
@@ -104,7 +104,7 @@ class Table:
 def table_of(
     title: str, columns: Sequence[Column], items: Iterable[Any], tone: Callable[[Any], Tone] | None = None
 ) -> Table:
-    """A table of items, each a line of what its columns say of it."""
+    """A table with a line for each item."""
     rows = [
         TableRow(cells=[column.cell(item) for column in columns], tone="plain" if tone is None else tone(item))
         for item in items
@@ -115,7 +115,7 @@ def table_of(
 def number(
     heading: str, of: Of, form: str = "{:g}", factor: float = 1.0, *, none: str = "-", rank: int = 0, name: str = ""
 ) -> Column:
-    """A column of numbers in a format, in so many parts of their unit; `none` where there is no finite one."""
+    """A column of numbers in a format, multiplied by a factor; `none` stands for a missing or infinite number."""
 
     def cell(item: Any) -> str:
         value = _value(of, item)
@@ -127,7 +127,7 @@ def number(
 def text(
     heading: str, of: Of, kind: Kind = "text", *, none: str = "", rank: int = 0, name: str = "", wraps: bool = False
 ) -> Column:
-    """A column of words; `none` where there are none."""
+    """A column of words; `none` stands for a missing text."""
 
     def cell(item: Any) -> str:
         value = _value(of, item)
@@ -137,7 +137,7 @@ def text(
 
 
 def radius(heading: str, of: Of, form: str = "{:.1f}", *, rank: int = 0, name: str = "") -> Column:
-    """A column of radii in mm, None of a straight line."""
+    """A column of radii in mm; None stands for a straight line."""
     return text(heading, lambda item: radius_text(_value(of, item), form), "number", rank=rank, name=name)
 
 
@@ -146,7 +146,7 @@ def _value(of: Of, item: Any) -> Any:
 
 
 def columns_of(*headings: str, texts: Sequence[str] = (), answers: Sequence[str] = ()) -> list[Column]:
-    """Columns of numbers by their headings, but for those that are texts or answers."""
+    """Columns of numbers by their headings, except the headings listed as texts or answers."""
     return [
         Column(heading=one, kind="text" if one in texts else "answer" if one in answers else "number")
         for one in headings
@@ -154,12 +154,12 @@ def columns_of(*headings: str, texts: Sequence[str] = (), answers: Sequence[str]
 
 
 def missing(value: object) -> bool:
-    """Whether a value of a row is none, or no finite number."""
+    """Whether a value of a row is None, NaN or infinite."""
     return value is None or (isinstance(value, float) and not math.isfinite(value))
 
 
 def number_text(value: float | None, form: str = "{:.5g}") -> str:
-    """A number, or a dash where there is none."""
+    """A number, or a dash if there is no number."""
     return "-" if value is None or missing(value) else form.format(value)
 
 
@@ -177,16 +177,16 @@ def write_csv(rows: Iterable[Item], path: str | Path) -> Path:
     return write_text(path, text.getvalue())
 
 
-# --- A value as a record, and a record as a row: results are told once, by the names that they have in the program.
+# --- A value as a record, and a record as a row: results keep the names that they have in the program.
 
 Record: TypeAlias = dict[str, Any]
 
-# How groups of relative numbers begin: relative to the finite elements, or of a step to the rung that it starts from.
+# Beginnings of groups of relative numbers: relative to the finite elements, or a step relative to the rung before it.
 _RELATIVE = ("deviation", "uncertainty", "step")
 
 
 def told(value: Any) -> Any:
-    """A value in plain JSON; of a dataclass the fields and properties in its `TELLS`, or else all its fields."""
+    """A value in plain JSON; a dataclass gives the fields and properties in its `TELLS`, or all its fields."""
     if is_dataclass(value):
         names: tuple[str, ...] = getattr(type(value), "TELLS", None) or tuple(one.name for one in fields(value))
         return {name: told(getattr(value, name)) for name in names}
@@ -198,14 +198,14 @@ def told(value: Any) -> Any:
 
 
 def picked(value: object, names: str, before: str = "") -> Record:
-    """Attributes of a value by their names, which are separated by blanks, with words before them."""
+    """Attributes of a value by their names, which are separated by blanks; keys get the prefix `before`."""
     return {f"{before}{name}": told(getattr(value, name)) for name in names.split()}
 
 
 def flat(record: Mapping[str, Any]) -> Record:
     """A record as a row: each number and text by its path, joined by `_`.
 
-    Numbers of a relative group are in percent, and end so in place of the unit of their measure. A list of records is
+    Numbers of a relative group are in percent, and `percent` replaces the unit in their names. A list of records is
     counted, a list of texts is joined.
     """
     return dict(_columns(record, "", relative=False))
@@ -233,12 +233,12 @@ def relative_name(measure: str) -> str:
     return f"{stem if unit in ('MPa', 'mm', 'mm2') else measure}_percent"
 
 
-# --- Parts of a document: what is told of a result is made once, and shown on a terminal or as a page.
+# --- Parts of a document, for the terminal and for pages.
 
 
 @dataclass(frozen=True)
 class Heading:
-    """A heading; a page has one of level 1."""
+    """A heading; a page has one heading of level 1."""
 
     text: str
     level: int = 2
@@ -246,7 +246,7 @@ class Heading:
 
 @dataclass(frozen=True)
 class Lead:
-    """The answer, with the style of the page's sheet that says how it turned out."""
+    """The answer, with the style in which the page shows it."""
 
     text: str
     style: str = "lead"
@@ -254,21 +254,21 @@ class Lead:
 
 @dataclass(frozen=True)
 class Items:
-    """Notes, a line each."""
+    """Notes, each in a line."""
 
     lines: Sequence[str]
 
 
 @dataclass(frozen=True)
 class Terms:
-    """Names, and what they mean."""
+    """Names and their meanings."""
 
     pairs: Sequence[tuple[str, str]]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """A picture for a page: a PNG or SVG file, the text of an SVG, or an image; none where the file is not there.
+    """A picture for a page: a PNG or SVG file, the text of an SVG, or an image; left out if the file does not exist.
 
     An image is shown at most `width` pixels wide.
     """
@@ -280,7 +280,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Details:
-    """What is shown on demand: folded on a page, with `--long` on a terminal."""
+    """Parts that are shown on demand: folded on a page, with `--long` on a terminal."""
 
     summary: str
     parts: Sequence[Part]
@@ -288,6 +288,31 @@ class Details:
 
 Part: TypeAlias = "str | Table | Heading | Lead | Items | Terms | Picture | Details"
 Parts: TypeAlias = Iterable[Part]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Telling:
+    """How what a feature reads of a load is told.
+
+    Attributes
+    ----------
+    record
+        Of what was read.
+    left_out
+        Patterns of the record's columns that a row leaves out.
+    columns
+        Of the table of verdicts, made of rows.
+    parts
+        Of a document on a case, from the record.
+    of_rows
+        What is said below rows.
+    """
+
+    record: Callable[[Any], Any] = told
+    left_out: tuple[str, ...] = ()
+    columns: tuple[Column, ...] = ()
+    parts: Callable[[Item], Parts] = lambda record: ()
+    of_rows: Callable[[Sequence[Item]], Parts] = lambda rows: ()
 
 
 # --- Rails and wheels in words: on the terminal, in pictures and in reports.
@@ -300,7 +325,7 @@ _LONGEST_NAME = 60
 
 
 def short_name(name: str) -> str:
-    """Profile's name, of a file (`NAME.ext@HASH`) without ending and hash; of a very long one a part, with the hash."""
+    """A profile's name, for a file (`NAME.ext@HASH`) without ending and hash; a long name is cut and has its hash."""
     file = file_of_identity(name)
     if file is None:
         return name
@@ -309,7 +334,7 @@ def short_name(name: str) -> str:
 
 
 def inclination_words(inclination_rad: float) -> str:
-    """A rail's inclination such as " 1:40", nothing for an upright one."""
+    """A rail's inclination such as " 1:40"; empty for an upright rail."""
     return f" 1:{1.0 / math.tan(inclination_rad):.3g}" if inclination_rad else ""
 
 
@@ -319,7 +344,7 @@ def pair_words(case: Case, between: str = ", ") -> str:
 
 
 def pair_of_row(row: Row, between: str = ", ") -> str:
-    """Rail and wheel of a row, as `pair_words` has them."""
+    """Rail and wheel of a row, as in `pair_words`."""
     return pair_text(str(row["rail"]), str(row["wheel"]), float(row.get("inclination_rad") or 0.0), between)
 
 
@@ -329,6 +354,6 @@ def pair_text(rail: str, wheel: str, inclination_rad: float, between: str) -> st
 
 
 def position_text(row: Row) -> str:
-    """Shift and load of a row, and along what is irregular the distance."""
+    """Shift and load of a row, and the distance along an irregularity."""
     along = "" if row.get("distance_mm") is None else f", at {row['distance_mm']:g} mm"
     return f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN{along}"

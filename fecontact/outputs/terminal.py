@@ -1,4 +1,4 @@
-"""What is printed on the terminal: tables and lines in their order, pages of the guide, and how they look."""
+"""Output on the terminal: tables and lines in order, and pages of the guide."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _PLAIN_WIDTH = 120
 
 
 def answer(record: object, lines: Callable[[Any], Iterable[Part]], *, json: bool, **files: Path | None) -> None:
-    """Print what lines say of a record, or the record as JSON and nothing else, and tell of files by what they are."""
+    """Print a record as lines, or as JSON and nothing else; then name the written files with their kinds."""
     from fecontact.files import json_text
 
     if json:
@@ -35,9 +35,9 @@ def answer(record: object, lines: Callable[[Any], Iterable[Part]], *, json: bool
 
 
 def show(parts: Iterable[Part], console: Console | None = None, *, long: bool = False) -> None:
-    """Print the parts of a document on standard output, or on a console; what is shown on demand with `long` alone.
+    """Print the parts of a document on standard output, or on a console; details only with `long`.
 
-    Pictures are for pages, and so is what has no words.
+    Pictures and other parts without words are left out.
     """
     from fecontact.outputs.tables import Details, Heading, Items, Lead, Picture, Terms
 
@@ -59,12 +59,12 @@ def show(parts: Iterable[Part], console: Console | None = None, *, long: bool = 
 
 
 def notes(texts: Iterable[str]) -> Iterator[str]:
-    """What is to be known beside the numbers."""
+    """Notes beside the numbers, as lines."""
     return (f"note: {text}" for text in texts)
 
 
 def _standard_console() -> Console:
-    """Standard output: as wide as the terminal, or `_PLAIN_WIDTH` and without any colour where there is none."""
+    """Standard output: as wide as the terminal; without a terminal `_PLAIN_WIDTH` wide and without colours."""
     from rich.console import Console
 
     console = Console(highlight=False)
@@ -77,7 +77,7 @@ def _say(console: Console, text: str) -> None:
 
 
 def _print_table(console: Console, table: Table) -> None:
-    """Print the first form of a table that finds room, or the last, and name the columns that it leaves out."""
+    """Print the first form of a table that has room, or the last form, and name the columns that are left out."""
     from rich.measure import Measurement
 
     unbounded = console.options.update(max_width=10_000)
@@ -91,7 +91,7 @@ def _print_table(console: Console, table: Table) -> None:
 
 
 def _slack(table: Table) -> int:
-    """Characters by which a table becomes narrower where texts take several lines."""
+    """Characters by which a table becomes narrower if texts take several lines."""
     wrapped = [[row.cells[n] for row in table.rows] for n, column in enumerate(table.columns) if column.wraps]
     return sum(
         max(map(len, texts)) - max((len(word) for text in texts for word in text.split()), default=0)
@@ -101,7 +101,7 @@ def _slack(table: Table) -> int:
 
 
 def _rendered(console: Console, table: Table) -> RichTable:
-    """A table on a terminal with rules, and with columns closer together if it is not roomy."""
+    """A table for the terminal, with rules, and with less space between columns on a narrow terminal."""
     from rich import box
     from rich.table import Table as RichTable
     from rich.text import Text
@@ -127,7 +127,7 @@ def _rendered(console: Console, table: Table) -> RichTable:
 _STYLES = {"plain": "", "fails": "red", "open": "yellow", "dim": "dim"}
 
 
-# --- The guide on the terminal: which pages there are, and one of them.
+# --- The guide on the terminal: list of pages, and a single page.
 
 
 def print_titles(titles: Mapping[str, str]) -> None:
@@ -139,7 +139,7 @@ def print_titles(titles: Mapping[str, str]) -> None:
 
 
 def print_page(text: str) -> None:
-    """Print a page in Markdown: laid out on a terminal, as it is into a file or a pipe."""
+    """Print a page in Markdown: laid out on a terminal, unchanged into a file or a pipe."""
     from rich.console import Console
 
     console = Console()
@@ -148,5 +148,10 @@ def print_page(text: str) -> None:
         return
     from rich.markdown import Markdown
 
-    # addresses of other pages are shown: a click on them would lead nowhere
+    # addresses are shown instead of links: a click on them would lead nowhere
     console.print(Markdown(text, hyperlinks=False))
+
+
+def count(number: int, what: str) -> str:
+    """A number and what it is of, which ends in s but for one."""
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"

@@ -12,7 +12,9 @@ from typing import Any
 from fecontact.case import RESOLUTIONS, Case, Opposite
 from fecontact.comparison.judging import JudgedLoad
 from fecontact.comparison.ladder import RUNGS
+from fecontact.comparison.lines import FILTER
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES
+from fecontact.comparison.verdict import PROFILE
 from fecontact.criteria import Criteria
 from fecontact.errors import usable, with_remedy
 from fecontact.irregularity.shapes import irregularity_text
@@ -167,17 +169,49 @@ def _because(cause: str | None) -> str:
 
 
 def _reason(verdict: Record, judged: Record) -> str:
-    """What decided a verdict, with which curvature, and why."""
+    """What decided a verdict, with which curvature, and why, and on how many lines of measured points."""
     at = "" if verdict["side"] == "both" else f", with the curvature of the {verdict['side']} side"
-    return f"{_off(judged, verdict, verdict['limits'])}{at}{_because(verdict['cause'])}"
+    on = f"; it {share_text(verdict['lines'])}" if verdict["lines"] else ""
+    return f"{_off(judged, verdict, verdict['limits'])}{at}{_because(verdict['cause'])}{on}"
+
+
+def share_text(lines: Mapping[str, str]) -> str:
+    """On how many of the lines that measured points allow a theory holds, and with which filters it does not."""
+    holds = [line for line, answer in lines.items() if answer == "HOLDS"]
+    fails = [line for line, answer in lines.items() if answer == "FAILS"]
+    allowed = f"of the {len(lines)} lines that the points allow"
+    if max(len(holds), len(fails)) == len(lines):
+        return f"{'holds' if holds else 'fails'} on all {allowed}"
+    open_ones = len(lines) - len(holds) - len(fails)
+    said = [*[_failing_text(holds, fails)] * bool(fails), *[f"it is open on {open_ones}"] * bool(open_ones)]
+    return f"holds on {len(holds)} {allowed} ({'; '.join(said)})"
+
+
+def _failing_text(holds: Sequence[str], fails: Sequence[str]) -> str:
+    """On which lines a theory fails: above or below a filter, where filters decide."""
+    good, bad = ([float(line.split()[1]) for line in of if line.startswith(FILTER)] for of in (holds, fails))
+    if good and len(bad) == len(fails) and min(bad) > max(good):
+        return f"it fails with filters above {max(good):g} mm"
+    if good and len(bad) == len(fails) and max(bad) < min(good):
+        return f"it fails with filters below {min(good):g} mm"
+    return f"it fails on {', '.join(fails)}" if len(fails) < 4 else f"it fails on {len(fails)}"
+
+
+def band_text(fe: Record) -> str:
+    """The peak over the lines that measured points allow; empty for exact lines."""
+    if "p_max_low_MPa" not in fe:
+        return ""
+    return f"peak pressure {fe['p_max_low_MPa']:.0f} to {fe['p_max_high_MPa']:.0f} MPa over the lines"
 
 
 def verdict_reason(load: JudgedLoad) -> str:
     """What decided the verdict, how far Hertz is off in it, and why, in one line."""
-    if not load.usable:
-        return f"not to be used: {load.status}"
     side, judged = load.deciding_side
-    return _reason({**vars(load.verdict), "limits": load.case.criteria.limits, "side": side}, vars(judged))
+    reason = _reason({**vars(load.verdict), "limits": load.case.criteria.limits, "side": side}, vars(judged))
+    if load.usable:
+        return reason
+    sure = f"certain by the half-space alone, {reason}; numbers of the finite elements are "
+    return f"{sure if load.verdict.answer == 'FAILS' else ''}not to be used: {load.status}"
 
 
 def reason_of_record(record: Record) -> str:
@@ -204,6 +238,11 @@ def theory_words(name: str | None, status: str | None = "", reason: str | None =
 def cheapest_text(record: Record) -> str:
     """The theory to take where Hertz does not hold in its range; empty elsewhere, and without one."""
     name, *status = (record[f"cheapest_theory{of}"] for of in ("", "_status", "_reason"))
+    if name == "UNRESOLVED":
+        judged = {one: theory["verdict"] for one, theory in record["theories"].items() if "verdict" in theory}
+        first = next((one for one, verdict in judged.items() if verdict["answer"] != "FAILS"), HERTZ)
+        lines = judged[first]["lines"]
+        return f"the cheapest theory that may hold: {THEORIES[first].words} {share_text(lines)}" if lines else ""
     if name not in THEORIES or (name == HERTZ and status[0] != "out of range"):
         return ""
     found = record["theories"][name]
@@ -233,16 +272,14 @@ def deciding(record: Record) -> Record:
 
 def what_would_decide(record: Record) -> str:
     """What decides an open verdict: finer meshes, or better profiles."""
-    side, measure = deciding(record), record["verdict"]["measure"]
+    measure = record["verdict"]["measure"]
     if not usable(record):
         return f"the result must not be used: {with_remedy(record)}"
-    of_points = (record["uncertainty_of_profile"] or {}).get(measure, 0.0)
-    # a NaN is not less
-    if not of_points < 0.5 * side["uncertainty"][measure]:
-        left = WORDS[measure].off(of_points, size=True)
+    if record["verdict"]["cause"] == PROFILE:
+        left = WORDS[measure].off(record["uncertainty_of_profile"][measure], size=True)
         return (
-            f"finer meshes would hardly decide it: points of the profiles leave {left} open; give profiles with less"
-            " noise, or closer points"
+            f"no finer mesh decides it: over the lines that the points allow the deviation changes by {left}; say the"
+            " filter that counts, or measure the profiles with less noise, or closer points"
         )
     case, solver, names = record["case"], record["solver"], list(RESOLUTIONS)
     if case["resolution"] in names[:-1]:
@@ -251,9 +288,7 @@ def what_would_decide(record: Record) -> str:
         finer = (
             f"--resolution with sizes below {','.join(f'{size:.3g}' for size in solver['element_size_mm'].values())}"
         )
-    more = solver["finer_degrees_of_freedom"]
-    limit = f", or --refine-degrees-of-freedom {more}" if more > case["refine_degrees_of_freedom"] else ""
-    return f"to decide it: {finer}{limit}"
+    return f"to decide it: {finer}{', or --refine verdict' if case['refine'] == 'never' else ''}"
 
 
 def case_annotation(result: CaseResult) -> str:

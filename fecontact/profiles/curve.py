@@ -507,10 +507,14 @@ def cylinder_wheel(y_from_mm: float = -70.0, y_to_mm: float = 65.0) -> Profile:
 SPAN_RANGE_MM = (10.0, 500.0)
 # A rail's head has no dip, and a wheel's rim no drop at its field side, of this depth.
 _DIP_MM = 8.0
+# What is so wide on top is a head; the back of a flange is not.
+_HEAD_WIDTH_MM = 20.0
 
 
-def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str) -> None:
+def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str, turned_columns: str = "1,-2") -> None:
     """Check the size of a line (mm, shape (n,)) and the direction of its axes.
+
+    `turned_columns` are the columns of its file with the sign of z turned.
 
     Raises
     ------
@@ -527,6 +531,13 @@ def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str) -> None:
         )
         raise InputError(f"{what}: the line spans {span:.4g} mm; allowed: {low:g} to {high:g} mm; {advice}")
     if kind == "rail":
+        dip, at = _deepest_dip(z)
+        sides = [(y[part], z[part]) for part in (slice(at), slice(at, None))]
+        if dip > _DIP_MM and all(np.ptp(one[up > up.max() - _DIP_MM]) > _HEAD_WIDTH_MM for one, up in sides):
+            raise InputError(
+                f"{what}: there are two heads beside one another, with a groove of {dip:.1f} mm at y = {y[at]:.1f} mm:"
+                " two rails, or a rail with its guard; cut the file there, and give the running rail alone"
+            )
         # a head lies above the chord between its ends, canted, worn or half
         weight = (0.5 * (y[0] + y[-1]) - y[0]) / (y[-1] - y[0]) if y[-1] != y[0] else 0.5
         middle = np.abs(y - 0.5 * (y[0] + y[-1])) <= 0.1 * abs(y[-1] - y[0])
@@ -534,9 +545,9 @@ def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str) -> None:
         if above < -0.1:
             raise InputError(
                 f"{what}: the middle of the rail lies {-above:.2f} mm below the chord between its ends, but z points "
-                "up and a rail head is highest in the middle; flip the sign of z, or " + remedy(kind, "flip_z", "yes")
+                "up and a rail head is highest in the middle; flip the sign of z, or "
+                + remedy(kind, "columns", turned_columns)
             )
-        dip, at = _deepest_dip(z)
         if dip > _DIP_MM:
             raise InputError(
                 f"{what}: the line dips by {dip:.1f} mm at y = {y[at]:.1f} mm, as the flange of a wheel does; a rail is"
@@ -563,7 +574,7 @@ def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str) -> None:
         raise InputError(
             f"{what}: the line rises to {up:.1f} mm above the tread at y = {y[z.argmax()]:.1f} mm and falls only "
             f"{down:.1f} mm below it, but z points up and a flange reaches down; flip the sign of z, or "
-            + remedy(kind, "flip_z", "yes")
+            + remedy(kind, "columns", turned_columns)
         )
     if down > 10.0 and y[z.argmin()] > 0.5 * (y.min() + y.max()):
         raise InputError(

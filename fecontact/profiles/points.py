@@ -196,11 +196,25 @@ SPLIT_RAD = 0.35
 # transfer function 12 (1 - cos w) / (4 + 2 cos w) of the spline averaged over all waves.
 SPLINE_NOISE = 6.0
 FEWEST_POINTS = 10
+# A spline through points with less noise in its curvature than this is as good as the points (1/mm): 1 % of R 300.
+_CURVATURE_NOISE_PER_MM = 3e-5
+# Spikes up to this are left out without being asked, in tables of exact points and in measured ones: the line misses
+# nothing without them.
+_TINY_MM = 0.002, 0.01
 # The largest part of the points that a repair may leave out.
 _MOST_LEFT_OUT = 0.05
 _MOST_POINTS = 10_000
 # A kink turns by so much, and by so many times as much as the points beside it.
 _KINK_RAD, _KINK_TIMES = 0.01, 8.0
+# Of a rail's head no more is looked at for its widest points; a side that turns in by less is a steep side.
+_HEAD_MM, _TURNED_IN_MM = 45.0, 0.02
+# Neighbours that differ by less are in no order: two points of a thousand differ by four of these. Where two scans of
+# an instrument meet, points scatter by up to so much.
+_NOISE_SIGMAS, _MOST_LOCAL_MM = 8.0, 0.05
+# Both shoulders of a head that is so wide are compared, so far beside its sides, which are looked for so deep below its
+# top; new rails with a cant of 1:40 differ there by 1.4 mm.
+_WHOLE_HEAD_MM, _SIDE_MM, _DEEP_MM, _LEAST_DEEP_MM, _MIRRORED_MM = 50.0, 8.0, 14.0, 4.0, 1.0
+_FLANGE_MM = 15.0
 # Points nearer than this are one: far below any instrument, and far above what arithmetic loses in some 100 mm.
 _SAME_MM = 1e-9
 
@@ -217,6 +231,8 @@ class Points:
         Of the profile that is made of them.
     notes, problems
         What was assumed; points that were left out, and doubtful ones.
+    turned_columns
+        What to ask the columns of the file to be so that the sign of z is turned.
     """
 
     points: Floats
@@ -225,6 +241,7 @@ class Points:
     source: str = ""
     notes: tuple[str, ...] = ()
     problems: tuple[Problem, ...] = ()
+    turned_columns: str = "1,-2"
 
 
 def checked(given: Points, *, repair: bool = False) -> Points:
@@ -256,11 +273,22 @@ def checked(given: Points, *, repair: bool = False) -> Points:
         points = points[::-1]
         said.append("the points ran towards small y: their order was reversed")
 
+    points, cut = _between_widest(points, given.kind)
     # a line that turns back has no shape to speak of
     points, problems, repaired = _without_wrong_ones(points, given, repair=repair)
-    check_shape(points[:, 0], points[:, 1], kind=given.kind, what=name)
-    said += [*repaired, *_check_spacing(points, name), *_assumptions(points, given.kind), *_kinks(points)]
+    check_shape(points[:, 0], points[:, 1], kind=given.kind, what=name, turned_columns=given.turned_columns)
+    said += [*cut, *repaired, *_check_spacing(points, name), *_assumptions(points, given.kind), *_kinks(points)]
     return replace(given, points=points, notes=tuple(said), problems=problems)
+
+
+def spacing_mm(points: Floats) -> float:
+    """The usual distance of neighbours among points (n, 2)."""
+    return float(np.median(np.hypot(*np.diff(points, axis=0).T)))
+
+
+def is_exact(points: Floats) -> bool:
+    """Whether the noise of points (n, 2) does not show in the curvature of a spline through them."""
+    return SPLINE_NOISE * noise_of(points) / spacing_mm(points) ** 2 < _CURVATURE_NOISE_PER_MM
 
 
 def spline_through(given: Points) -> Profile:
@@ -322,15 +350,52 @@ def apart(points: Floats, closest_mm: float) -> Floats:
     return np.array(kept)
 
 
+def _between_widest(points: Floats, kind: Kind) -> tuple[Floats, list[str]]:
+    """Points (n, 2) between the widest of both sides, where the line turns in behind them; and what was cut off.
+
+    A wheel or a rail that comes from above or below touches nothing behind the widest point of the other.
+    """
+    y = _without_single(points[:, 0])
+    # a whole section has a foot that is wider than its head
+    near = np.flatnonzero((points[:, 1] > points[:, 1].max() - _HEAD_MM) | (kind == "wheel"))
+    low, high = (_widest(points[:, 0], int(near[np.argmin(side * y[near])]), side) for side in (1.0, -1.0))
+    middle, turned_in = 0.5 * (y[low] + y[high]), max(_TURNED_IN_MM, _NOISE_SIGMAS * noise_of(points))
+    first, last, said = 0, len(points) - 1, []
+    if low < high and y[low] + turned_in < y[: low + 1].max() < middle:
+        first = low
+    if low < high and y[high] - turned_in > y[high:].min() > middle:
+        last = high
+    for at, off in ((first, first), (last, len(points) - 1 - last)):
+        if off:
+            said.append(f"the line turns in beyond its widest point {_at(points[at])}: {counted(off, 'point')} cut off")
+    return points[first : last + 1], said
+
+
+def _widest(y: Floats, near: int, side: float) -> int:
+    """Index of the least `side` times y a few points about one that is the least but for single points."""
+    start = max(near - 3, 0)
+    return start + int(np.argmin(side * y[start : near + 4]))
+
+
+def _without_single(values: Floats) -> Floats:
+    """Values (n,) in which a point or two that stand out are levelled: the middle one of every five."""
+    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(np.pad(values, 2, "reflect"), 5), axis=1))
+
+
 def _without_wrong_ones(
     points: Floats, given: Points, *, repair: bool
 ) -> tuple[Floats, tuple[Problem, ...], list[str]]:
     """The points without those that are wrong, where leaving out is asked for; those, and what is to be said."""
     left_out: list[Problem] = []
-    for find in (out_of_order, spikes, crossings):
+    tiny = _TINY_MM[0] if is_exact(points) else _TINY_MM[1]
+    for find in (_out_of_order, spikes, _crossings):
         while problems := find(points):
-            if not repair or len(left_out) + len(problems) > _MOST_LEFT_OUT * len(points):
-                raise InputError(_refusal(problems, given.kind, given.name, repair=repair))
+            large = [one for one in problems if one.what != "spike" or abs(one.size_mm) > tiny]
+            too_many = len(left_out) + len(problems) > _MOST_LEFT_OUT * len(points)
+            if large and (too_many or not repair):
+                raise InputError(_refusal(large, given.kind, given.name, repair=repair))
+            if too_many:
+                break
             # points out of order are found once more from their new neighbours
             gone = problems if find is spikes else problems[:1]
             left_out += gone
@@ -347,6 +412,25 @@ def _without_wrong_ones(
     if back.any():
         notes.append(f"the line is vertical or overhangs at {counted(int(back.sum()), 'point')}: kept as a steep side")
     return points, (*left_out, *doubtful), notes
+
+
+def _out_of_order(points: Floats) -> list[Problem]:
+    return out_of_order(points, _local_noise(points))
+
+
+def _crossings(points: Floats) -> list[Problem]:
+    noise = _local_noise(points)
+    return [one for one in crossings(points) if one.size_mm > noise[one.index]]
+
+
+def _local_noise(points: Floats) -> Floats:
+    """What each of n points may be moved by for the scatter of the points about it, in which there is no order."""
+    missed, weight = missed_by_neighbours(points)
+    usual = noise_of(points)
+    if not missed.size:
+        return np.zeros(len(points))
+    local = np.clip(_scatter(missed / weight, np.full(missed.size, usual)), usual, max(usual, _MOST_LOCAL_MM))
+    return _NOISE_SIGMAS * np.pad(local, 2, "edge")
 
 
 def _refusal(problems: list[Problem], kind: Kind, name: str, *, repair: bool) -> str:
@@ -395,13 +479,37 @@ def _check_spacing(points: Floats, name: str) -> list[str]:
 def _assumptions(points: Floats, kind: Kind) -> list[str]:
     across = "y positive to the field side" + (" and 0 at the tape circle" if kind == "wheel" else "")
     canted = ", not canted" if kind == "rail" else ""
-    return [f"taken as: mm, {across}, z up{canted}", *origin_notes(points, kind)]
+    said = [f"taken as: mm, {across}, z up{canted}", *origin_notes(points, kind)]
+    y, z = points.T
+    if kind == "wheel" and y[np.argmin(z)] > 0.0 and np.ptp(z) > _FLANGE_MM:
+        said.append(
+            f"the tip of the flange lies at y = {y[np.argmin(z)]:.4g} mm: where y counts from the back of the flange,"
+            f" {remedy(kind, 'tape_circle_mm', 70.0)}"
+        )
+    if kind == "rail" and (lower := _lower_on_field_side_mm(points)) > _MIRRORED_MM:
+        said.append(
+            f"the head is {lower:.1f} mm lower on its field side than on its gauge side, as one is that is worn or"
+            f" canted and mirrored: {remedy(kind, 'mirror', 'yes')} if it is"
+        )
+    return said
+
+
+def _lower_on_field_side_mm(points: Floats) -> float:
+    """By how much points (n, 2) of a whole head lie lower beside its field side than beside its gauge side."""
+    y, z = points.T
+    # both sides of the head as deep below its top as both are there
+    level = max(z.max() - _DEEP_MM, z[0], z[-1])
+    above = y[z >= level]
+    if np.ptp(above) < _WHOLE_HEAD_MM or level > z.max() - _LEAST_DEEP_MM:
+        return 0.0
+    gauge, field = np.interp((above[0] + _SIDE_MM, above[-1] - _SIDE_MM), np.maximum.accumulate(y), z)
+    return float(gauge - field)
 
 
 def _noise(points: Floats) -> str:
     """Scatter of the points across the line, and the curvature error that a spline through them has from it."""
     scatter = noise_of(points)
-    spacing = float(np.median(np.hypot(*np.diff(points, axis=0).T)))
+    spacing = spacing_mm(points)
     noise = SPLINE_NOISE * scatter / spacing**2
     return (
         f"{len(points)} points about {spacing:.2g} mm apart, scatter about {scatter:.1g} mm: "

@@ -18,6 +18,11 @@ from fecontact.profiles.readers.formats import DEFAULT, reader_of
 from fecontact.profiles.reading import ARCS, CIRCLE, CYLINDER, PLAIN, Reading, has_no_gauge_face
 from fecontact.profiles.smoothing import line_through
 
+
+class WrongKindError(InputError):
+    """A wheel where a rail is wanted, or the other way round."""
+
+
 _NO_RADIUS = " has no number after the colon; give a radius in mm, as in {}"
 _NO_ARCS = (
     ": give the radii on the field and on the gauge side and the junction's distance from the crown in mm, as in"
@@ -110,7 +115,9 @@ def _read_given(given: GivenProfile, kind: Kind, reading: Reading) -> Profile:
 
 def _check_kind(read: Profile | Points, spec: str, kind: Kind) -> None:
     if read.kind != kind:
-        raise InputError(f"{spec!r} is a {read.kind} but a {kind} is wanted; the library has {', '.join(names(kind))}")
+        raise WrongKindError(
+            f"{spec!r} is a {read.kind} but a {kind} is wanted; the library has {', '.join(names(kind))}"
+        )
 
 
 def _resolve(spec: str, kind: Kind, reading: Reading) -> Profile:

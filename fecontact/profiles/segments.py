@@ -348,8 +348,8 @@ class Held:
         What is smoothed: how far the points lie off their nominal profile, or the points themselves.
     normals (n, 2)
         Of the line, to its left.
-    relative_width (n,)
-        Width of the smoothing at each point over the whole one, where it follows the curvature.
+    relative_filter (n,)
+        Filter length at each point over the whole one, where it follows the curvature.
     nominal, registration, reference
         Name of the profile that the points are held against, if any; how that was turned and moved to lie on the
         points; its segments.
@@ -359,7 +359,7 @@ class Held:
     s_mm: Floats
     values: Floats
     normals: Floats
-    relative_width: Floats | None = None
+    relative_filter: Floats | None = None
     nominal: str = ""
     registration: Registration = IN_PLACE
     reference: tuple[Segment, ...] = ()
@@ -376,9 +376,12 @@ class Measured:
     residual_mm (n,)
         How far each point lies to the left of the smoothed line.
     noise_mm
-        Standard deviation of the points across the line.
-    width_mm
-        Wave length of which the smoothing leaves half, where the line is flat.
+        Standard deviation of the points across the line, which is no part of the line.
+    white_mm, waves_mm (n,)
+        What of that each point has by itself, and what is alike in neighbours: an instrument's waves, or the line's
+        own, shorter than its filter.
+    filter_mm
+        Wave length of which the smoothing leaves half, where the line is flat if that follows the curvature.
     curvature_noise_per_mm (n,)
         Standard deviation of the line's curvature from the noise of the points.
     """
@@ -386,7 +389,9 @@ class Measured:
     held: Held
     residual_mm: Floats
     noise_mm: float
-    width_mm: float
+    white_mm: float
+    waves_mm: Floats
+    filter_mm: float
     curvature_noise_per_mm: Floats
 
     @property
@@ -480,26 +485,26 @@ def missed_by_neighbours(points: Floats, place: Literal[0, 2, 4] = 2) -> tuple[F
 _ALONG = 1e-5
 
 
-def smoothed_by(s_mm: Floats, values: Floats, width_mm: float, relative: Floats | None = None) -> PPoly:
-    """Cubic smoothing spline that leaves half of a wave of this length.
+def smoothed_by(s_mm: Floats, values: Floats, filter_mm: float, relative: Floats | None = None) -> PPoly:
+    """Cubic smoothing spline that leaves half of a wave of this length, however far apart the points are.
 
-    It makes the sum of the squared distances from the points, times the spacing, plus (width / 2 pi)^4 times the
-    integral of its squared second derivative the least.
+    It makes the sum of the squared distances from the points, each times the spacing there, plus (filter / 2 pi)^4
+    times the integral of its squared second derivative the least.
 
     Parameters
     ----------
     s_mm (n,), values (n, k)
         Places along the line, ascending, and what is smoothed there.
     relative (n,)
-        Width at each place over `width_mm`; the same everywhere if not given.
+        Filter length at each place over `filter_mm`; the same everywhere if not given.
     """
     from scipy.interpolate import PPoly
     from scipy.linalg import solveh_banded
 
     h = np.diff(s_mm)
+    length = filter_mm if relative is None else filter_mm * relative
     # a spline is stiffer or softer with the fourth root of the penalty at a point
-    width = np.full(s_mm.size, width_mm) if relative is None else width_mm * relative
-    penalty = (width / (2.0 * math.pi)) ** 4 * (s_mm.size - 1) / (s_mm[-1] - s_mm[0])
+    penalty = (length / (2.0 * math.pi)) ** 4 / (0.5 * (np.append(h, 0.0) + np.insert(h, 0, 0.0)))
     # second differences: row j is that of the points j, j + 1, j + 2
     second = np.array([1.0 / h[:-1], -1.0 / h[:-1] - 1.0 / h[1:], 1.0 / h[1:]])
     rows = s_mm.size - 2
@@ -550,8 +555,7 @@ What = Literal["spike", "unclear", "out of order", "crosses itself"]
 # A step back in y is the side of the body, not a fold of the line, if it is this much steeper than wide.
 OVERHANG_SLOPE = 5.0
 _TURNED_RAD = 2.0
-# Neighbours that differ by less are in no order: two points of a thousand differ by four of these.
-_NOISE_SIGMAS = 8.0
+_DENT_MM = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -598,19 +602,25 @@ def turning_angles(points: Floats) -> Floats:
     return np.asarray(np.arctan2(d[:-1, 0] * d[1:, 1] - d[:-1, 1] * d[1:, 0], (d[:-1] * d[1:]).sum(axis=1)))
 
 
-def out_of_order(points: Floats) -> list[Problem]:
-    """Points (n, 2) at which the line turns back, by more than the noise of a steep side does."""
+def out_of_order(points: Floats, noise_mm: Floats) -> list[Problem]:
+    """Points (n, 2) at which the line turns back, by more than the noise (n,) there does; the farthest back first."""
     step = np.diff(points, axis=0)
-    noise = _NOISE_SIGMAS * noise_of(points)
-    back = step[:, 0] <= -noise
-    folded = np.flatnonzero(back & (np.abs(step[:, 1]) < OVERHANG_SLOPE * np.abs(step[:, 0])))
+    back = step[:, 0] <= -np.maximum(noise_mm[:-1], noise_mm[1:])
+    back &= np.abs(step[:, 1]) < OVERHANG_SLOPE * np.abs(step[:, 0])
+    # a dent in a steep side leads back by less
+    behind = np.maximum.accumulate(points[:, 0]) - points[:, 0]
+    folded = np.flatnonzero(back & (behind[1:] > _DENT_MM))
     chord = np.hypot(*step.T)
-    turned = (
-        np.flatnonzero((np.abs(turning_angles(points)) > _TURNED_RAD) & (np.minimum(chord[:-1], chord[1:]) > noise)) + 1
+    sharp = np.abs(turning_angles(points))
+    turned = np.flatnonzero((sharp > _TURNED_RAD) & (np.minimum(chord[:-1], chord[1:]) > noise_mm[1:-1])) + 1
+    # of both ends of a fold the one that the line turns at more is the wrong one, from whichever side one comes
+    at = np.pad(sharp, 1)
+    wrong = np.where(at[folded] >= at[folded + 1], folded, folded + 1)
+    sizes = dict(
+        sorted(zip([*wrong, *turned], [*chord[folded], *np.minimum(chord[:-1], chord[1:])[turned - 1]], strict=True))
     )
     return [
-        Problem.at("out of order", int(i), points[i], float(np.hypot(*step[min(i, len(step) - 1)])))
-        for i in dict.fromkeys((*folded, *turned))
+        Problem.at("out of order", int(i), points[i], float(sizes[i])) for i in sorted(sizes, key=lambda i: -sizes[i])
     ]
 
 

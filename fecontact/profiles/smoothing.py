@@ -1,22 +1,20 @@
-"""A line with a usable curvature from measured points: smoothed along the arc, held against the library's lines.
+"""A line with a usable curvature from measured points: smoothed along the arc over a stated length.
 
 The curvature of a spline through points with an error e every h carries 6 e / h^2, for 0.01 mm every 0.2 mm 500 times
 that of a rail head. A smoothing spline of the wave length w carries 0.3 e sqrt(h) (2 pi / w)^2.5 only, and blurs
-what is shorter than w. The head of a rail has both: radii of 300 mm and junctions to 13 mm. So the points are held
-against the nearest profile of the library, if they support one, and their deviation from it is smoothed, which is what
-wear and tolerances are; otherwise the line itself.
+what is shorter than w. Practice smooths measured rails and wheels over 4 to 8 mm. Where points are certainly those of a
+profile of the library, little worn, their deviation from it is smoothed: its junctions stay, and noise allows more.
 
-Kim and Gu (2004) for the score by which the width is chosen: generalised cross-validation in which a degree of freedom
-costs more, as the plain one follows the noise in one case of ten.
+Kim and Gu (2004) for the score by which the filter length is chosen: generalised cross-validation in which a degree of
+freedom costs more, as the plain one follows the noise in one case of ten.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +23,8 @@ from fecontact.arrays import Floats
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Kind, Profile
 from fecontact.profiles.library import find, load, names
-from fecontact.profiles.points import SPLINE_NOISE, Points, apart, checked, profile_of, spline_through
-from fecontact.profiles.reading import Reading
+from fecontact.profiles.points import Points, apart, checked, is_exact, profile_of, spacing_mm, spline_through
+from fecontact.profiles.reading import Reading, remedy
 from fecontact.profiles.segments import (
     Arc,
     Held,
@@ -51,6 +49,8 @@ _HUBER = 2.0
 # No rail is inclined by more.
 _LARGEST_TURN_RAD = 0.2
 _FOOT_STEPS = 8
+# Points whose nearest ones are looked up together.
+_AT_ONCE = 500
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -74,18 +74,21 @@ class FootPoints:
     inside: NDArray[np.bool_]
 
 
-def foot_points(line: Profile, points: Floats, *, near: FootPoints | None = None) -> FootPoints:
+def foot_points(
+    line: Profile, points: Floats, *, near: FootPoints | None = None, steps: int = _FOOT_STEPS
+) -> FootPoints:
     """The nearest points of a line to points (n, 2) that lie a few mm off it at most; `near` has places to begin at."""
+    table, lengths = line._table, line._table_lengths
+    places = table.segment + table.v
     if near is None:
-        from scipy.spatial import cKDTree
-
-        table = line._table
-        nearest = cKDTree(np.column_stack((table.points.y, table.points.z))).query(points)[1]
-        s = line._table_lengths[nearest]
+        parts = np.array_split(points, max(1, len(points) // _AT_ONCE))
+        squared = ((part[:, :1] - table.points.y) ** 2 + (part[:, 1:] - table.points.z) ** 2 for part in parts)
+        s = np.concatenate([lengths[one.argmin(axis=1)] for one in squared])
     else:
         s = near.s_mm
-    for _ in range(_FOOT_STEPS):
-        p = line.evaluate(line.at_arc_length(s))
+    for _ in range(steps):
+        # as far along the line as its table knows: the point itself lies on the line
+        p = line.evaluate(np.interp(s, lengths, places))
         speed = np.hypot(p.dy, p.dz)
         tangent = np.column_stack((p.dy, p.dz)) / speed[:, None]
         off = points - np.column_stack((p.y, p.z))
@@ -94,7 +97,7 @@ def foot_points(line: Profile, points: Floats, *, near: FootPoints | None = None
         # beyond the centre of a tight arc there is no foot point to converge to
         step = np.clip(along / np.maximum(1.0 - p.curvature_per_mm * across, 0.2), -1.0, 1.0)
         # points beyond an end would go on for ever
-        further = np.clip(s + step, 0.0, line.length_mm)
+        further = np.clip(s + step, 0.0, lengths[-1])
         if not np.any(np.abs(further - s) > 1e-10):
             break
         s = further
@@ -107,13 +110,15 @@ def foot_points(line: Profile, points: Floats, *, near: FootPoints | None = None
     )
 
 
-def register(line: Profile, points: Floats, *, steps: int = _MOST_STEPS) -> tuple[Registration, float]:
+def register(
+    line: Profile, points: Floats, *, steps: int = _MOST_STEPS, foot_steps: int = _FOOT_STEPS
+) -> tuple[Registration, float]:
     """Turn and move a line onto points (n, 2), worn ones counting less; with the usual distance that is left (mm)."""
     found = Registration(shift=first_shift(line, points))
     feet: FootPoints | None = None
     for _ in range(steps):
         moved = found.to_reference(points)
-        feet = foot_points(line, moved, near=feet)
+        feet = foot_points(line, moved, near=feet, steps=foot_steps)
         scale = _usual(feet.off_mm[feet.inside])
         weight = np.where(feet.inside, np.minimum(1.0, _HUBER * scale / np.maximum(np.abs(feet.off_mm), 1e-12)), 0.0)
         # moving the points by -shift and turning them by -turn, to first order about where they are
@@ -149,17 +154,22 @@ def first_shift(line: Profile, points: Floats) -> tuple[float, float]:
     return float(points[j, 0] - table.y[i]), float(points[j, 1] - table.z[i])
 
 
-# --- A line with a usable curvature from measured points: smoothing splines along the arc, of a stated width.
+# --- A line with a usable curvature from measured points: smoothing splines along the arc, of a stated filter length.
 
-NARROWEST_MM, WIDEST_MM = 2.0, 60.0
-"""Widths among which one is chosen. No waves longer than a rail's head are told from its shape."""
-_STEPS = 12
-# What a degree of freedom costs in the score. With 1.4 (Kim and Gu) 2 of 100 noisy sections got a width of a third of
+PRACTICE_MM = (4.0, 8.0)
+"""Filter lengths over which measured profiles are usually smoothed."""
+# Filter lengths for the deviation from a profile of the library. No longer waves are told from a rail's head.
+_NARROWEST_MM, _WIDEST_MM, _STEPS = 2.0, 60.0, 12
+# Where noise asks for more than what is usual, the filter follows the curvature, from what is flat.
+_FOLLOWING_STEPS, _FLAT_PER_MM = 8, 1.0 / 300.0
+# What a degree of freedom costs in the score. With 1.4 (Kim and Gu) 2 of 100 noisy sections got a filter of a third of
 # what they allow; with 2 none did.
 _COST = 2.0
-# A first smoothing, by which the width follows the curvature, and the curvature below which a line is flat to it.
+# The running part of a line, which the filter is chosen for, is flatter; distances beyond so many times the usual are
+# of dents and of places where two scans meet.
+_RUNNING_SLOPE, _DENT = 0.4, 4.0
+_FEWEST_RUNNING = 40
 _PILOT_MM = 8.0
-_FLAT_PER_MM = 1.0 / 300.0
 _PROBES = 6
 _DRAWS = 48
 SEED = 14
@@ -184,22 +194,11 @@ def against(reference: Profile, registration: Registration, points: Floats) -> H
 
 
 def alone(points: Floats) -> Held:
-    """Points (n, 2) over the length of the chords between them.
-
-    The width follows the curvature, with the root of its radius: a head has radii of 13 and of 300 mm, and what would
-    blur a corner leaves the noise in the top.
-    """
+    """Points (n, 2) over the length of the chords between them."""
     s = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
-    pilot = smoothed_by(s, points, _PILOT_MM)
-    first, second = pilot(s, 1), pilot(s, 2)
-    speed = np.hypot(*first.T)
-    normals = np.column_stack((-first[:, 1], first[:, 0])) / speed[:, None]
-    bend = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / speed**3
-    # over some mm, and far from both ends of the scale: the pilot's own noise is no curvature
-    from scipy.ndimage import gaussian_filter1d
-
-    spread = np.maximum(gaussian_filter1d(bend, _PILOT_MM * s.size / s[-1], mode="nearest"), _FLAT_PER_MM)
-    return Held(points=points, s_mm=s, values=points, normals=normals, relative_width=np.sqrt(_FLAT_PER_MM / spread))
+    first = smoothed_by(s, points, _PILOT_MM)(s, 1)
+    normals = np.column_stack((-first[:, 1], first[:, 0])) / np.hypot(*first.T)[:, None]
+    return Held(points=points, s_mm=s, values=points, normals=normals)
 
 
 @lru_cache(maxsize=8)
@@ -208,7 +207,7 @@ def line_of(segments: tuple[Segment, ...]) -> Profile:
     return Profile(name="nominal", kind="rail", segments=segments)
 
 
-def slid(held: Held, width_mm: float) -> Held:
+def slid(held: Held, filter_mm: float) -> Held:
     """Points at the places of their nominal line from which a smooth displacement leads to them, and not at its feet.
 
     A displacement across the nominal turns with its normal, and has a kink wherever the curvature of that jumps: under
@@ -223,7 +222,7 @@ def slid(held: Held, width_mm: float) -> Held:
     for _ in range(_SLIDES):
         values, tangent = _from_nominal(line, held, s)
         normals = np.column_stack((-tangent[:, 1], tangent[:, 0]))
-        rest = values - least_bending(s, values, normals, width_mm)
+        rest = values - least_bending(s, values, normals, filter_mm)
         further = s + np.clip((rest * tangent).sum(axis=1), -1.0, 1.0)
         # beyond an end there is no place: the last points stay beside it, one after another
         further = np.clip(further, beside_end, line.length_mm - beside_end[::-1])
@@ -241,74 +240,110 @@ def _from_nominal(line: Profile, held: Held, s: Floats) -> tuple[Floats, Floats]
     return held.points - held.registration.from_reference(np.column_stack((p.y, p.z))), tangent
 
 
-def smoothed(held: Held, *, width_mm: float | None, noise_mm: float | None) -> tuple[Measured, float]:
-    """What points are off the line that they are held against, smoothed; with the score of its width, least is best.
+def smoothed(held: Held, *, filter_mm: float | None, noise_mm: float | None) -> tuple[Measured, float]:
+    """What points are off the line that they are held against, smoothed; with the score of its filter, least is best.
 
-    Width and noise (mm) are found from the points where they are None.
+    Filter length and noise (mm) are found from the points where they are None.
     """
-    widths = _widths(held.s_mm) if width_mm is None else [width_mm]
     fits = []
-    # from the widest, each from the places of the one before
-    for width in sorted(widths, reverse=True):
-        held = slid(held, width)
-        fits.append((held, width, *_fit(held, width, noise_mm)))
-    held, best, residual, score = min(fits, key=lambda fit: fit[-1])
-    scatter = noise_of(held.points) if noise_mm is None else noise_mm
+    # from the longest, each from the places of the one before
+    for length in sorted(_lengths(held) if filter_mm is None else [filter_mm], reverse=True):
+        held = slid(held, length)
+        fits.append((held, length, *_fit(held, length, noise_mm)))
+    if filter_mm is None and not held.reference:
+        # what noise asks for on the top of a head would blur its corners
+        for length in np.geomspace(PRACTICE_MM[1], _WIDEST_MM, _FOLLOWING_STEPS):
+            follows = replace(held, relative_filter=_relative(held, length))
+            fits.append((follows, float(length), *_fit(follows, length, noise_mm)))
+    held, length, residual, freedom, score = min(fits, key=lambda fit: fit[-1])
+    inner = _levelled(residual[_running(held)])
+    scatter = math.sqrt(float((inner**2).mean()) / max(1.0 - freedom, 0.1)) if noise_mm is None else noise_mm
     made = Measured(
         held=held,
         residual_mm=residual,
         noise_mm=scatter,
-        width_mm=best,
-        curvature_noise_per_mm=_curvature_noise(held, best, scatter),
+        white_mm=noise_of(held.points) if noise_mm is None else noise_mm,
+        waves_mm=residual * (noise_mm is None),
+        filter_mm=length,
+        curvature_noise_per_mm=np.zeros(0),
     )
-    return made, score
+    draws = _noise_draws(made, [SEED], _DRAWS)
+    bent = smoothed_by(held.s_mm, draws, length, held.relative_filter)(held.s_mm, 2)
+    return replace(made, curvature_noise_per_mm=np.sqrt((bent**2).mean(axis=1))), score
 
 
-def _widths(s: Floats) -> list[float]:
-    """Widths to choose from: none below what four points show."""
-    low = max(NARROWEST_MM, 4.0 * (s[-1] - s[0]) / (s.size - 1))
-    return [low * (max(WIDEST_MM, low) / low) ** (k / (_STEPS - 1)) for k in range(_STEPS)]
+def _lengths(held: Held) -> list[float]:
+    """Filter lengths to choose from: those of practice, or of a deviation any, but none below what four points show."""
+    low, high = (_NARROWEST_MM, _WIDEST_MM) if held.reference else PRACTICE_MM
+    low = max(low, 4.0 * (held.s_mm[-1] - held.s_mm[0]) / (held.s_mm.size - 1))
+    return [float(one) for one in np.geomspace(low, max(low, high), _STEPS if held.reference else 5)]
 
 
-def _fit(held: Held, width: float, noise: float | None) -> tuple[Floats, float]:
-    """How far points are off a line of one width, and its score.
+def _relative(held: Held, filter_mm: float) -> Floats:
+    """Filter length at each point over the whole one: with the root of the radius, and not below what is usual.
 
-    That is cross-validation, or with a known noise Mallows' estimate of the error.
+    A head has radii of 13 and of 300 mm, and what would blur a corner leaves the noise in the top.
     """
-    s, values = held.s_mm, held.values
+    from scipy.ndimage import gaussian_filter1d
+
+    along = np.arctan2(held.normals[:, 1], held.normals[:, 0])
+    bend = np.abs(np.gradient(np.unwrap(along), held.s_mm))
+    # over some mm: the pilot's own noise is no curvature
+    spread = gaussian_filter1d(bend, _PILOT_MM * held.s_mm.size / held.s_mm[-1], mode="nearest")
+    relative = np.sqrt(_FLAT_PER_MM / np.maximum(spread, _FLAT_PER_MM))
+    return np.asarray(np.clip(relative, PRACTICE_MM[0] / filter_mm, 1.0))
+
+
+def _running(held: Held) -> NDArray[np.bool_]:
+    """Which points lie on the running part of the line; all where hardly any do."""
+    flat = np.abs(held.normals[:, 0]) < _RUNNING_SLOPE * np.abs(held.normals[:, 1])
+    return flat if np.count_nonzero(flat) >= _FEWEST_RUNNING else np.ones_like(flat)
+
+
+def _levelled(off: Floats) -> Floats:
+    """Distances (n,) of which those beyond the usual are cut down to that."""
+    most = _DENT * _usual(off)
+    return np.clip(off, -most, most)
+
+
+def _fit(held: Held, filter_mm: float, noise: float | None) -> tuple[Floats, float, float]:
+    """How far points are off a line of one filter length, its degrees of freedom a point, and its score.
+
+    That is cross-validation on the running part, or with a known noise Mallows' estimate of the error.
+    """
+    s, values, running = held.s_mm, held.values, _running(held)
     probes = np.random.default_rng(SEED).choice([-1.0, 1.0], size=(s.size, _PROBES))
-    fitted = smoothed_by(s, np.column_stack((values, probes)), width, held.relative_width)(s)
+    fitted = smoothed_by(s, np.column_stack((values, probes)), filter_mm, held.relative_filter)(s)
     # the trace of the smoother (Hutchinson), which is its degrees of freedom
-    freedom = float(np.mean((probes * fitted[:, 2:]).sum(axis=0)))
+    freedom = float(np.mean((probes * fitted[:, 2:])[running]))
     residual = np.asarray(((values - fitted[:, :2]) * held.normals).sum(axis=1))
-    off = float((residual**2).mean())
+    off = float((_levelled(residual[running]) ** 2).mean())
     if noise is None:
-        return residual, off / max(1.0 - _COST * freedom / s.size, 1e-3) ** 2
-    return residual, off + 2.0 * _COST * noise**2 * freedom / s.size
+        return residual, freedom, off / max(1.0 - _COST * freedom, 1e-3) ** 2
+    return residual, freedom, off + 2.0 * _COST * noise**2 * freedom
 
 
-def _curvature_noise(held: Held, width: float, noise: float) -> Floats:
-    s = held.s_mm
-    draws = noise * np.random.default_rng(SEED).normal(size=(s.size, _DRAWS))
-    return np.asarray(np.sqrt((smoothed_by(s, draws, width, held.relative_width)(s, 2) ** 2).mean(axis=1)))
+def _noise_draws(measured: Measured, seed: Sequence[int], number: int) -> Floats:
+    """Distances (n, number) of points from their line that are as those that were measured.
 
-
-def choose(candidates: Sequence[tuple[Measured, float]]) -> Measured:
-    """The candidate of the best score; the first one of those that are as good."""
-    best = min(score for _, score in candidates)
-    return next(measured for measured, score in candidates if score <= best * (1.0 + 1e-9))
+    Each point has an error of its own; waves that neighbours have together keep their place and their size, and get
+    another sign and strength every few mm (Shao 2010, the dependent wild bootstrap).
+    """
+    rng, s = np.random.default_rng(seed), measured.s_mm
+    white = measured.white_mm * rng.normal(size=(s.size, number))
+    stretch, part = np.divmod(s / measured.filter_mm, 1.0)
+    strength = rng.normal(size=(int(stretch[-1]) + 2, number))
+    k, turn = stretch.astype(np.intp), 0.5 * math.pi * part[:, None]
+    return white + measured.waves_mm[:, None] * (np.cos(turn) * strength[k] + np.sin(turn) * strength[k + 1])
 
 
 # --- Lines made of smoothed points: the one of the points, others that they allow, and a part of a deviation.
-
-Variant = Literal["narrow", "double"] | int
-"""Another line that the points allow: of 0.71 or double the width, or from points with other noise of the same size."""
 
 
 def segments_of(measured: Measured) -> tuple[Segment, ...]:
     """The pieces of a smoothed line: one for each segment of the nominal profile, or a single one."""
     held = measured.held
-    field = smoothed_by(held.s_mm, held.values, measured.width_mm, held.relative_width)
+    field = smoothed_by(held.s_mm, held.values, measured.filter_mm, held.relative_filter)
     first, last = float(held.s_mm[0]), float(held.s_mm[-1])
     if not held.reference:
         return (Smoothed(field=field, s_from=first, s_to=last),)
@@ -348,26 +383,93 @@ def scaled(profile: Profile, part: float) -> Profile:
     return replace(profile, segments=tuple(segments), name=f"{profile.name} times {part:g}", measured=None)
 
 
-@lru_cache(maxsize=64)
-def variant(profile: Profile, which: Variant) -> Profile:
-    """Another line that the points of a smoothed profile allow; the profile itself where it has none."""
-    measured = profile.measured
-    if measured is None:
-        return profile
-    if which == "narrow":
-        changed = _with_width(measured, math.sqrt(0.5) * measured.width_mm)
-    elif which == "double":
-        changed = _with_width(measured, 2.0 * measured.width_mm)
-    else:
-        rng = np.random.default_rng([SEED, int(which), 0 if profile.kind == "rail" else 1])
-        points, normals = _at(profile, measured.s_mm)
-        drawn = points + (measured.noise_mm * rng.normal(size=measured.s_mm.size))[:, None] * normals
-        changed = _with_width(replace(measured, held=_moved_to(drawn, measured.held)), measured.width_mm)
-    return replace(profile, segments=segments_of(changed), measured=changed)
+@dataclass(frozen=True, kw_only=True)
+class OtherLine:
+    """Another line that the points of a smoothed profile allow.
+
+    Attributes
+    ----------
+    profile
+        The line itself, as good a profile as any.
+    filter_mm, nominal
+        Over which wave length it was smoothed, and as the deviation from which profile of the library, if any.
+    draw
+        Number of the draw of other noise, -1 where it goes through the measured points.
+    """
+
+    profile: Profile
+    filter_mm: float
+    nominal: str
+    draw: int = -1
 
 
-def _with_width(measured: Measured, width_mm: float) -> Measured:
-    return replace(measured, width_mm=width_mm, held=slid(measured.held, width_mm))
+# Draws of other noise among the lines that the points allow.
+_OTHER_DRAWS = 4
+
+
+def other_lines(profile: Profile) -> tuple[OtherLine, ...]:
+    """Lines that the points of a smoothed profile allow beside its own; none for exact lines.
+
+    Smoothed over 4, 5.7 and 8 mm, or where the deviation from a profile of the library is smoothed over longer waves,
+    over 0.71 and 1.41 times its own length, and without that profile; and from points with other noise of the same
+    size. They are the same each time.
+    """
+    return _other_lines(_ByContent(profile=profile)) if profile.measured is not None else ()
+
+
+@dataclass(frozen=True, eq=False)
+class _ByContent:
+    """A smoothed profile that is the same as another one of the same points, filter and nominal."""
+
+    profile: Profile
+
+    def _content(self) -> tuple[object, ...]:
+        measured = self.profile.measured
+        assert measured is not None
+        made = (self.profile.kind, self.profile.name, measured.filter_mm, measured.nominal, measured.noise_mm)
+        return (*made, measured.points.tobytes(), measured.s_mm.tobytes())
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _ByContent) and self._content() == other._content()
+
+    def __hash__(self) -> int:
+        return hash(self._content())
+
+
+@lru_cache(maxsize=16)
+def _other_lines(one: _ByContent) -> tuple[OtherLine, ...]:
+    profile, measured = one.profile, one.profile.measured
+    assert measured is not None
+    own, (low, high) = measured.filter_mm, PRACTICE_MM
+    usual = low <= own <= high and measured.held.relative_filter is None
+    lengths = (low, math.sqrt(low * high), high) if usual else (math.sqrt(0.5) * own, math.sqrt(2.0) * own)
+    changed = [(replace(measured, filter_mm=length), -1) for length in lengths if abs(length - own) > 0.05 * own]
+    if measured.nominal:
+        changed.append((smoothed(alone(measured.points), filter_mm=None, noise_mm=None)[0], -1))
+    changed += [(_drawn(profile, measured, k), k) for k in range(_OTHER_DRAWS)]
+    found = ((_other(profile, line), line, draw) for line, draw in changed)
+    return tuple(
+        OtherLine(profile=made, filter_mm=line.filter_mm, nominal=line.nominal, draw=draw)
+        for made, line, draw in found
+        if made is not None
+    )
+
+
+def _other(profile: Profile, changed: Measured) -> Profile | None:
+    """The line of points smoothed otherwise; None where they do not lie over their nominal profile any more."""
+    try:
+        made = replace(changed, held=slid(changed.held, changed.filter_mm))
+    except np.linalg.LinAlgError:
+        return None
+    return replace(profile, segments=segments_of(made), measured=made)
+
+
+def _drawn(profile: Profile, measured: Measured, number: int) -> Measured:
+    """Points of a smoothed line with other noise of the same size."""
+    points, normals = _at(profile, measured.s_mm)
+    seed = [SEED, number, 0 if profile.kind == "rail" else 1]
+    noise = _noise_draws(measured, seed, 1)
+    return replace(measured, held=_moved_to(points + noise * normals, measured.held))
 
 
 def _moved_to(points: Floats, held: Held) -> Held:
@@ -412,14 +514,15 @@ def _length(base: Line | Arc | Polynomial) -> float:
 
 # --- Which profile of the library measured points are, worn or not, and the line that is smoothed from them.
 
-# A spline through points with less noise in its curvature than this is as good as the points (1/mm): 1 % of R 300.
-_CURVATURE_NOISE_PER_MM = 3e-5
 # Points for the first look at a profile, and profiles that get a second one.
 _FEW_POINTS, _MOST_CLOSE = 60, 3
 # Steps of that: from 50 mrad and some mm off the true one of all rails is nearest after four.
-_FIRST_STEPS = 6
+_FIRST_STEPS, _FIRST_FOOT_STEPS = 6, 3
 # A profile that the points are usually farther off is another one.
 _FARTHEST_MM = 2.0
+# One that they are farther off anywhere is not theirs for certain; nor is one that they are off by more than this, if
+# their deviation has shorter waves than they have themselves.
+_MOST_WEAR_MM, _UNWORN_MM = 3.0, 0.3
 # Cants of rails (1:n), and how near to one a turn (as a part of it) makes one ask for it.
 _USUAL_CANT, _CANT_CLOSE = (20, 30, 40), 0.12
 # Points closer than this part of the usual spacing tell nothing about the line between them.
@@ -450,7 +553,8 @@ def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) ->
     few = points[:: max(1, len(points) // _FEW_POINTS)]
     known = names(kind) if among is None else among
     if len(known) > _MOST_CLOSE:
-        known = tuple(sorted(known, key=lambda name: register(load(name), few, steps=_FIRST_STEPS)[1]))
+        first = {name: register(load(name), few, steps=_FIRST_STEPS, foot_steps=_FIRST_FOOT_STEPS)[1] for name in known}
+        known = tuple(sorted((name for name in known if first[name] < 2.0 * _FARTHEST_MM), key=first.__getitem__))
     found = []
     for name in known[:_MOST_CLOSE]:
         registration, usual = register(load(name), points)
@@ -481,12 +585,11 @@ def line_through(given: Points, reading: Reading) -> Profile:
         or they do not lie over it.
     """
     given = checked(given, repair=reading.repair)
-    if reading.smoothing_mm == 0.0 or len(given.points) < 20:
+    if reading.filter_mm == 0.0 or len(given.points) < 20:
         return spline_through(given)
-    points = apart(given.points, _CLOSE_TO_SPACING * _spacing_mm(given.points))
-    spacing = _spacing_mm(points)
-    asked = reading.smoothing_mm is not None or reading.noise_mm is not None or reading.nominal not in ("auto", "none")
-    if not asked and SPLINE_NOISE * noise_of(points) / spacing**2 < _CURVATURE_NOISE_PER_MM:
+    points = apart(given.points, _CLOSE_TO_SPACING * spacing_mm(given.points))
+    asked = reading.filter_mm is not None or reading.noise_mm is not None or reading.nominal not in ("auto", "none")
+    if not asked and is_exact(points):
         return spline_through(given)
     measured = _smoothed(replace(given, points=points), reading)
     return profile_of(
@@ -494,27 +597,49 @@ def line_through(given: Points, reading: Reading) -> Profile:
     )
 
 
-def _spacing_mm(points: Floats) -> float:
-    return float(np.median(np.hypot(*np.diff(points, axis=0).T)))
-
-
 def _smoothed(given: Points, reading: Reading) -> Measured:
-    """Points as a smoothed deviation from the nearest profiles of the library, or by themselves, whichever is best."""
-    smooth = partial(smoothed, width_mm=reading.smoothing_mm, noise_mm=reading.noise_mm)
+    """Points as a smoothed deviation from a profile of the library that is theirs for certain, or by themselves."""
+    smooth = partial(smoothed, filter_mm=reading.filter_mm, noise_mm=reading.noise_mm)
+    by_itself = smooth(alone(given.points))
     if reading.nominal == "none":
-        return smooth(alone(given.points))[0]
-    among = None if reading.nominal == "auto" else (find(reading.nominal, given.kind),)
-    close = nearest(given.points, given.kind, among)[:2]
-    held = [against(load(one.name), one.registration, given.points) for one in close]
-    candidates = [smooth(one) for one in held if one is not None]
-    if among is None:
-        return choose([*candidates, smooth(alone(given.points))])
-    if not candidates:
-        raise InputError(
-            f"{given.name}: the points do not lie over {among[0]} within {_FARTHEST_MM:g} mm, or reach beyond its"
-            " ends; give another nominal profile, or none"
-        )
-    return candidates[0][0]
+        return by_itself[0]
+    if reading.nominal != "auto":
+        name = find(reading.nominal, given.kind)
+        found = [_deviation(one, given.points, smooth) for one in nearest(given.points, given.kind, (name,))]
+        if not found or found[0] is None:
+            raise InputError(
+                f"{given.name}: the points do not lie over {name} within {_FARTHEST_MM:g} mm, or reach beyond its"
+                " ends; give another nominal profile, or none"
+            )
+        return found[0][0]
+    close = [one for one in nearest(given.points, given.kind)[:2] if one.farthest_mm < _MOST_WEAR_MM]
+    found = [_deviation(one, given.points, smooth) for one in close]
+    certain = [
+        one
+        for one, near in zip(found, close, strict=True)
+        if one is not None and (near.farthest_mm < _UNWORN_MM or one[0].filter_mm >= _on_running_part_mm(by_itself[0]))
+    ]
+    lines = [*certain, by_itself]
+    best = min(score for _, score in lines)
+    # the first one of those that are as good
+    return next(measured for measured, score in lines if score <= best * (1.0 + 1e-9))
+
+
+def _on_running_part_mm(line: Measured) -> float:
+    """The filter length that half of the running part of a line has at most."""
+    relative = line.held.relative_filter
+    return line.filter_mm * (1.0 if relative is None else float(np.median(relative[_running(line.held)])))
+
+
+def _deviation(
+    one: Nearest, points: Floats, smooth: Callable[[Held], tuple[Measured, float]]
+) -> tuple[Measured, float] | None:
+    """Points smoothed as their deviation from a profile; None where they do not lie over it."""
+    held = against(load(one.name), one.registration, points)
+    try:
+        return None if held is None else smooth(held)
+    except np.linalg.LinAlgError:
+        return None
 
 
 def _choices(made: Measured, kind: Kind) -> list[str]:
@@ -530,9 +655,10 @@ def _choices(made: Measured, kind: Kind) -> list[str]:
     turn_rad = made.held.registration.turn_rad
     near = [one for one in _USUAL_CANT if abs(abs(turn_rad) * one - 1.0) < _CANT_CLOSE]
     if kind == "rail" and near:
+        outwards = f"; it leans outwards, so the line may be mirrored: {remedy(kind, 'mirror', 'yes')}"
         said.append(
             f"{made.nominal} lies on the points turned by {1e3 * turn_rad:+.1f} mrad, near 1:{near[0]}:"
-            " is the rail canted in the file already? Then give --inclination none"
+            f" is the rail canted in the file already? Then give --inclination none{outwards if turn_rad < 0 else ''}"
         )
     return said
 
@@ -540,9 +666,13 @@ def _choices(made: Measured, kind: Kind) -> list[str]:
 def _note(made: Measured, reading: Reading) -> str:
     largest = float(np.hypot(*made.held.values.T).max())
     of = f"its deviation from {made.nominal} (at most {largest:.2g} mm)" if made.nominal else "the line"
-    how = "as given" if reading.smoothing_mm is not None else "from the noise of the points"
+    how = "as given" if reading.filter_mm is not None else "from the scatter of the points"
+    if not made.nominal and reading.filter_mm is None and made.filter_mm == PRACTICE_MM[0]:
+        how = "the least that is usual"
+    if made.held.relative_filter is not None:
+        how = f"from the noise of the points; {PRACTICE_MM[0]:g} mm and more where the line bends"
     middle = float(np.median(made.curvature_noise_per_mm))
     return (
-        f"smoothed from {len(made.points)} points with {1e3 * made.noise_mm:.2g} um of noise: {of}, over waves of"
-        f" {made.width_mm:.3g} mm ({how}); curvature uncertain by {middle:.1g} /mm from the noise"
+        f"smoothed from {len(made.points)} points that scatter by {1e3 * made.noise_mm:.2g} um: {of}, over waves of"
+        f" {made.filter_mm:.3g} mm ({how}); curvature uncertain by {middle:.1g} /mm from that"
     )

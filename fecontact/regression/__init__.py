@@ -1,1 +1,1 @@
-"""Two sets of results side by side, and results beside references; needs nothing that makes them."""
+"""Comparison of two sets of results, and of results with references; imports nothing that makes results."""

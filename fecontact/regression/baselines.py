@@ -1,4 +1,4 @@
-"""Baselines of studies: the results that later ones are held against."""
+"""Baselines of studies: results with which later results are compared."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from fecontact.files import write_json, write_text
 from fecontact.regression.compare import TableComparison, compare_tables, counted
 from fecontact.regression.tables import EFFORT, TEXT, ResultTable, Tolerances, kind_of, load_table, number
 
-# Enough for every tolerance; the digits beyond would differ between machines and fill the version history.
+# Enough for every tolerance; further digits would differ between machines and fill the version history.
 _DIGITS = 10
-# Part of an absolute tolerance below which a value about zero is rounding, such as a centre of 4e-19 mm.
+# A value below this part of its absolute tolerance is rounding about zero, such as a centre of 4e-19 mm.
 _NOISE = 1e-6
 
 
@@ -27,9 +27,9 @@ class BaselineUpdate:
     Attributes
     ----------
     path
-        Its CSV; study, reason and versions are in the .json of the same name.
+        CSV of the baseline; study, reason and versions are in the .json of the same name.
     comparison
-        With the old baseline; None where there was none, or one without a case in common.
+        Comparison with the old baseline; None without an old baseline, or without a case in common.
     text
         What changed, in one line.
     """
@@ -68,10 +68,10 @@ def update_baseline(
     _check_status(table, allow_failed)
     path = Path(folder) / f"{name}.csv"
     comparison, text = _against_old(path, table)
-    # the platform has the release of the kernel in it, which decides about no number and changes often
+    # the platform names the release of the kernel, which changes often and decides about no number
     versions = {name: version for name, version in table.versions.items() if name != "platform"}
     document = {"schema": "fecontact/baseline/1", "study": name, "reason": reason, "versions": versions}
-    # the CSV last: it is the mark that a baseline is there
+    # the CSV is written last: it marks the baseline as complete
     write_json(path.with_suffix(".json"), document)
     write_text(path, _csv_text(table))
     return BaselineUpdate(path=path, comparison=comparison, text=text)
@@ -79,7 +79,7 @@ def update_baseline(
 
 def _study_name(table: ResultTable) -> str:
     name = table.settings.get("study", "")
-    # it becomes the name of a file
+    # the study's name becomes the name of a file
     if table.key != ("id",) or not re.fullmatch(r"\w[\w.-]*", name):
         raise InputError(
             f"results {table.path}: study {name!r}; allowed is the name of a study; give the folder that"

@@ -1,4 +1,4 @@
-"""What a study's results are checked against, and the table of all checks: value, reference, deviation, limit."""
+"""Checks of a study's results against references, and the table of all checks."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ Kind = Literal["analytic", "other code", "invariant"]
 
 @dataclass(frozen=True, kw_only=True)
 class Check:
-    """One number of a study against one that does not come from it.
+    """A number of a study, checked against a number from another source.
 
     Attributes
     ----------
     quantity, case
-        What is checked, with its unit, and where.
+        What is checked, with its unit, and in which case.
     reference, kind
         Where the expected value comes from.
     value, expected
-        In the quantity's unit; None is expected of a value that is an error in percent itself, and should be 0.
+        Numbers in the quantity's unit. `expected` is None if the value is itself an error in percent.
     limit_percent
-        How far the value may be off, with its reason in the study.
+        Largest deviation; the study gives the reason for it.
     uncertainty_percent
-        Stated numerical uncertainty of the value, None where there is none.
+        Stated numerical uncertainty of the value, or None.
     """
 
     quantity: str
@@ -39,17 +39,17 @@ class Check:
 
     @property
     def deviation_percent(self) -> float:
-        """Value against what is expected."""
+        """Deviation of the value from the expected value."""
         return self.value if self.expected is None else 100.0 * (self.value / self.expected - 1.0)
 
     @property
     def passed(self) -> bool:
-        """Whether the deviation is within its limit; a value that is no number is not."""
+        """Whether the deviation is within its limit; NaN is not."""
         return math.isfinite(self.deviation_percent) and abs(self.deviation_percent) <= self.limit_percent
 
 
 def hertz_check(row: Mapping[str, Any], measure: str, case: str, limit_percent: float) -> Check:
-    """A measure of a row, such as `p_max_MPa`, against Hertz, where its theory is exact."""
+    """Check of a measure of a row, such as `p_max_MPa`, against Hertz in a case for which Hertz's theory is exact."""
     name, _, unit = measure.rpartition("_")
     return Check(
         quantity=f"{name}, {unit}",
@@ -64,11 +64,11 @@ def hertz_check(row: Mapping[str, Any], measure: str, case: str, limit_percent: 
 
 
 def discretisation_check(rows: Sequence[Mapping[str, Any]], limit_percent: float) -> list[Check]:
-    """The row whose lowest rung of the ladder, Hertz's own gap on the discrete half-space, is the farthest from Hertz.
+    """Check of the row in which Hertz's gap on the discrete half-space deviates most from Hertz.
 
-    Both have the same normal force: what differs is the resolution of the pressure and the contact solver.
+    Both have the same normal force: they differ by the resolution of the pressure and the contact solver only.
     """
-    found = [
+    checks = [
         Check(
             quantity="p_max of Hertz's gap on the half-space, MPa",
             case=f"worst of {len(rows)}: {row['id']}",
@@ -80,12 +80,12 @@ def discretisation_check(rows: Sequence[Mapping[str, Any]], limit_percent: float
         )
         for row in rows
     ]
-    return [max(found, key=lambda check: abs(check.deviation_percent))] if found else []
+    return [max(checks, key=lambda check: abs(check.deviation_percent))] if checks else []
 
 
 def report(checks: Mapping[str, Sequence[Check]], versions: Mapping[str, str | None], unusable: Sequence[str]) -> str:
-    """All checks by study as Markdown, with what made them and which studies gave no usable result."""
-    every = [check for own in checks.values() for check in own]
+    """All checks by study as Markdown, with the versions of the programs and the studies without a usable result."""
+    every = [check for of_study in checks.values() for check in of_study]
     failed = sum(not check.passed for check in every)
     lines = [
         "# Validation",
@@ -95,12 +95,12 @@ def report(checks: Mapping[str, Sequence[Check]], versions: Mapping[str, str | N
         ", ".join(f"{name} {version}" for name, version in versions.items() if version is not None),
     ]
     lines += [f"\n**No usable result: {text}**" for text in unusable]
-    for study, own in checks.items():
+    for study, of_study in checks.items():
         lines += [
             f"\n## {study}\n",
             "| quantity | case | reference | kind | value | expected | deviation | limit | uncertainty | |",
             "|---|---|---|---|---|---|---|---|---|---|",
-            *(_line(check) for check in own),
+            *(_line(check) for check in of_study),
         ]
     return "\n".join(lines) + "\n"
 

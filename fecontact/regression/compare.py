@@ -1,4 +1,4 @@
-"""Two tables of results compared case by case: which rows belong together, and by what tolerances they agree."""
+"""Comparison of two tables of results case by case: matching of rows, and agreement within tolerances."""
 
 from __future__ import annotations
 
@@ -24,31 +24,31 @@ from fecontact.regression.tables import (
     number,
 )
 
-# --- Matching cases by columns where their ids differ, as of quick and standard or of a new wheel and a worn one.
+# --- Matching cases by columns if their ids differ, such as quick and standard, or a new and a worn wheel.
 
 SHORT_FORMS = {"shift": "lateral_shift_mm", "load": "load_kN", "roll": "roll_mrad", "yaw": "yaw_mrad"}
-"""Columns that may be given by a shorter name."""
+"""Short names of columns."""
 
-# What is given, in the order in which one thinks of it.
+# Inputs of a position, in their usual order.
 _POSITION = ("lateral_shift_mm", "load_kN")
 _MATCHED_INPUTS = (*_POSITION, "rail", "wheel", "inclination_rad", "roll_mrad", "yaw_mrad", "load_kind", "resolution")
 _IRREGULAR = ("rail_irregularity", "wheel_irregularity", "distance_mm")
-# Given only where the resolution has no name; elsewhere they come from the patch.
+# Inputs only if the resolution has no name; else they follow from the patch.
 _SIZES = ("solver_element_size_mm_x", "solver_element_size_mm_y")
 
 
 def match_columns(names: Sequence[str], baseline: ResultTable, new: ResultTable) -> list[str]:
-    """The columns, each once, that names of columns or of `SHORT_FORMS` stand for.
+    """The columns, each once, for names of columns or short names of `SHORT_FORMS`.
 
     Raises
     ------
     InputError
-        If a table has no such column; with the names that are close to it and all that both have.
+        If a table has no such column; the message gives similar names and all common columns.
     """
     shared = [column for column in baseline.rows if column in new.rows]
     columns = []
     for name in map(str.strip, names):
-        # before the name itself: the choice of the roll is a column too, which nobody means who matches by roll
+        # the short form comes first: there is also a column `roll`, the choice of the roll, which is not meant here
         column = SHORT_FORMS.get(name, name)
         if column not in shared and name in shared:
             column = name
@@ -66,7 +66,7 @@ def match_columns(names: Sequence[str], baseline: ResultTable, new: ResultTable)
 
 
 def matched_by(table: ResultTable, columns: Sequence[str], other: ResultTable) -> ResultTable:
-    """A table whose cases are named by the values of columns, which it is without, as it will be compared with another.
+    """A table whose cases are named by the values of some columns, for a comparison with another; these are dropped.
 
     Raises
     ------
@@ -75,14 +75,14 @@ def matched_by(table: ResultTable, columns: Sequence[str], other: ResultTable) -
     """
 
     def further(two: pandas.DataFrame) -> str:
-        """What tells two cases apart that are the same by the columns so far."""
+        """Hint how to tell apart two cases that have the same values in the columns so far."""
         filled = [name for name in two if name in other.rows and name not in columns and "" not in set(two[name])]
         differing = [name for name in filled if _count(two, name) > 1]
-        # a column of no known kind may be an input of a table from elsewhere
+        # a column without a known kind may be an input in a table from another program
         inputs = (*_MATCHED_INPUTS, *_IRREGULAR, *(name for name in differing if kind_of(name) == "default"))
-        found = [name for name in inputs if name in differing] or [name for name in _SIZES if name in differing]
-        if found:
-            return f"add to --match a column in which they differ: {', '.join(found)}"
+        hints = [name for name in inputs if name in differing] or [name for name in _SIZES if name in differing]
+        if hints:
+            return f"add to --match a column in which they differ: {', '.join(hints)}"
         return "they differ in no input that both tables have; remove one of them, or leave out --match"
 
     rows = named_by(table.path, table.rows, columns, further).drop(columns=list(columns))
@@ -94,15 +94,15 @@ def _count(rows: pandas.DataFrame, column: str) -> int:
 
 
 def match_example(baseline: ResultTable, new: ResultTable) -> str:
-    """Words that show how --match is used where two tables have no case in common by name.
+    """Hint how to use --match for two tables without a common case name.
 
-    They have the number of cases that it finds, if any; they are empty if the tables have no input in common.
+    The hint says how many cases --match finds, if any; it is empty if the tables have no input in common.
     """
     both = baseline.rows, new.rows
-    # a case that failed has no value in some
+    # a failed case has no value of some inputs
     inputs = [name for name in _MATCHED_INPUTS if all(name in rows and "" not in set(rows[name]) for rows in both)]
     varied = [name for name in inputs if any(_count(rows, name) > 1 for rows in both)]
-    # the position also where there is one only: two loads are not the same case
+    # the position is kept also if it does not vary: two loads are not the same case
     position = [name for name in inputs if name in _POSITION or name in varied]
     short = {column: form for form, column in SHORT_FORMS.items()}
     for columns in filter(None, (position, varied)):
@@ -120,34 +120,34 @@ def match_example(baseline: ResultTable, new: ResultTable) -> str:
     )
 
 
-# --- Two tables of results side by side: what has changed by more than its tolerance, the worst first.
+# --- Comparison of two tables of results: changes beyond the tolerance, the worst first.
 
 
 @dataclass(frozen=True, kw_only=True)
 class TableComparison:
-    """Everything that two tables of results have not in common.
+    """Differences of two tables of results.
 
-    Data frames have a line for a value of a case in both tables: `column`, its `kind`, `case`, `baseline` and `new` as
-    texts, their `difference` and the `tolerance` of it in the column's unit (NaN where a value is text or missing),
-    `times_tolerance`, which is infinite where nothing is allowed, and the parts and the reason of the tolerance.
+    Data frames have a line for each value of a case in both tables: `column`, its `kind`, `case`, `baseline` and `new`
+    as texts, their `difference` and its `tolerance` in the column's unit (NaN if a value is text or missing),
+    `times_tolerance`, which is infinite if no difference is allowed, and the parts and the reason of the tolerance.
 
     Attributes
     ----------
     cases
-        Those that both have.
+        Cases in both tables.
     columns
-        Compared columns by the case in which both tables are furthest apart, the worst first; `differing` of them are
+        Compared columns, each with the case in which the tables differ most, the worst first; `differing` columns are
         beyond the tolerance.
     efforts
-        Columns that are only shown.
+        Columns that are shown and not compared.
     differences
         Every value beyond its tolerance, the worst first.
     one_sided
-        Missing cases and columns, which only the baseline has, and extra ones, which only the new results have.
+        Missing cases and columns, which only the baseline has, and extra cases and columns in the new results only.
     later_columns
-        What only the new results have because the baseline was made before there were such columns.
+        Columns in the new results only, because the baseline is older than these columns.
     versions, settings
-        (baseline, new) of what is recorded on both sides and is not equal.
+        (baseline, new) of each entry that is recorded on both sides and not equal.
     """
 
     baseline: ResultTable
@@ -202,21 +202,21 @@ def compare_tables(
     baseline, new
         Tables that name their cases in the same way, unless `match` is given.
     tolerances
-        Those of `KINDS`, if not given.
+        Tolerances; `KINDS` if not given.
     match
-        Columns, or short forms of them, that say which case of one table is which of the other, instead of what the
-        tables name their cases by. They are not compared.
+        Columns, or their short forms, by which cases of both tables are matched instead of by name. These columns are
+        not compared.
 
     Returns
     -------
     TableComparison
-        At least one case, and at least one column in one of the two.
+        With at least one case, and at least one column that is compared or shown.
 
     Raises
     ------
     InputError
         If the tables have no case in common, name their cases differently, cannot be matched by the columns of `match`,
-        have nothing else than these, or a tolerance is for a column that is not compared.
+        have no other columns, or a tolerance is for a column that is not compared.
     """
     tolerances = tolerances or Tolerances()
     if match:
@@ -235,7 +235,7 @@ def compare_tables(
     _check_columns(baseline, new, tolerances)
     columns = [name for name in baseline.columns if name in now]
     values = _values(was.loc[cases, columns], now.loc[cases, columns], tolerances)
-    # where nothing is allowed the size of the difference decides
+    # if no difference is allowed, the size of the difference decides
     size = values.difference.abs().fillna(0.0).sort_values(ascending=False, kind="stable")
     worst = _worst_first(values.loc[size.index]).drop_duplicates("column").sort_index()
     beyond = values[values.times_tolerance > 1.0]
@@ -244,7 +244,7 @@ def compare_tables(
         [name for name in here.columns if name not in there.rows and tolerances.compares(name)]
         for here, there in ((baseline, new), (new, baseline))
     )
-    # a baseline that has one of a kind knows them all
+    # a baseline with one column of a kind is not older than this kind
     later = tuple(kind for kind in LATER if not any(name.startswith(kind) for name in was))
     shown = [name for name in worst.column if not tolerances.compares(name)]
     return TableComparison(
@@ -288,7 +288,7 @@ def _worst_first(values: pandas.DataFrame) -> pandas.DataFrame:
 
 
 def _values(baseline: pandas.DataFrame, new: pandas.DataFrame, tolerances: Tolerances) -> pandas.DataFrame:
-    """Each value of two tables that have the same cases and columns, column by column."""
+    """Differences of two tables that have the same cases and columns, column by column."""
     values = pandas.DataFrame(
         {
             "column": [name for name in baseline for _ in baseline.index],
@@ -297,16 +297,16 @@ def _values(baseline: pandas.DataFrame, new: pandas.DataFrame, tolerances: Toler
             "new": new.to_numpy().ravel("F"),
         }
     )
-    own = {name: tolerances.of(name) or Tolerance() for name in baseline}
+    by_column = {name: tolerances.of(name) or Tolerance() for name in baseline}
     kinds = pandas.DataFrame(
-        [(name, kind_of(name), one.relative, one.absolute, one.reason) for name, one in own.items()],
+        [(name, kind_of(name), one.relative, one.absolute, one.reason) for name, one in by_column.items()],
         columns=["column", "kind", "relative", "absolute", "reason"],
     )
     values = values.merge(kinds, on="column")
     was, now = (values[side].where(values.kind != TEXT, "").map(number).astype(float) for side in ("baseline", "new"))
-    # infinite minus infinite is no number, though both are the same
+    # infinite minus infinite is NaN, though both are equal
     difference = (now - was).mask(was == now, 0.0)
-    # nothing is allowed beside an infinite value
+    # no difference from an infinite value is allowed
     allowed = np.maximum(values.absolute, values.relative * was.abs()).where(np.isfinite(was), 0.0)
     of_texts = (values.baseline != values.new).map({False: 0.0, True: math.inf})
     excess = (difference.abs() / allowed).mask(difference == 0.0, 0.0).where(difference.notna(), of_texts)

@@ -1,4 +1,4 @@
-"""Tables of results as data frames, and how far two of their values may be apart and still be the same."""
+"""Tables of results as data frames, and the tolerances within which two of their values are the same."""
 
 from __future__ import annotations
 
@@ -19,27 +19,28 @@ import pandas
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fecontact.errors import InputError
+from fecontact.features import places
 from fecontact.files import SEAL, broken_seal, read_json, sha256
 
 TEXT = "text"
 """Kind of a column that is compared letter by letter."""
 
 EFFORT = "effort"
-"""Kind of a column that is shown and not compared: it depends on the machine and on the path of the solver."""
+"""Kind of a column that is shown and not compared: its values depend on the machine and on the solver's path."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerance:
-    """Two numbers are the same if they differ by no more than the larger of both parts.
+    """Tolerance within which two numbers are the same: the larger of a relative and an absolute part.
 
     Attributes
     ----------
     relative
-        Part of the baseline's magnitude.
+        Tolerance as a part of the baseline's magnitude.
     absolute
-        In the unit of the column.
+        Tolerance in the unit of the column.
     reason
-        Why it is of this size.
+        Why the tolerance has this size.
     """
 
     relative: float = 0.0
@@ -51,20 +52,20 @@ _OWN = tomllib.loads((files("fecontact.regression") / "tolerances.toml").read_te
 _NAMED = {column: kind for kind, columns in _OWN["names"].items() for column in columns.split()}
 
 LATER = tuple(_OWN["later"])
-"""Columns that begin like this are no difference where the baseline is older than they are, and are named."""
+"""Beginnings of columns that are named, and are no difference, if the baseline is older than the columns."""
 KINDS: Mapping[str, Tolerance] = {kind: Tolerance(**parts) for kind, parts in _OWN["kinds"].items()}
-"""Kinds of numbers."""
+"""Tolerances by kind of number."""
 
 
 def kind_of(column: str) -> str:
-    """Kind of a column by its name: by the whole name, by its unit, or `default`."""
+    """Kind of a column, by its whole name, by its unit, or `default`."""
     fitting = (kind for pattern, kind in _OWN["patterns"].items() if re.search(pattern, column))
     return _NAMED.get(column) or next(fitting, "default")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerances:
-    """Tolerances by kind, and by column where a column has its own."""
+    """Tolerances by kind, and of single columns."""
 
     kinds: Mapping[str, Tolerance] = field(default_factory=lambda: KINDS)
     columns: Mapping[str, Tolerance] = field(default_factory=dict)
@@ -74,7 +75,7 @@ class Tolerances:
         return self.columns.get(column) or self.kinds.get(kind_of(column))
 
     def compares(self, column: str) -> bool:
-        """Whether a column is compared: effort only where it has a tolerance of its own."""
+        """Whether a column is compared; a column of kind `effort` only if it has its own tolerance."""
         return kind_of(column) != EFFORT or column in self.columns
 
 
@@ -90,14 +91,14 @@ class _ToleranceFile(BaseModel):
 
 
 def read_tolerances(path: str | Path) -> Tolerances:
-    """The tolerances of a TOML file over those of `KINDS`; a part that is not given stays.
+    """Tolerances of a TOML file, which replace tolerances of `KINDS`; a part that is not given stays.
 
-    A column of kind `effort` that is named is compared.
+    A column of kind `effort` is compared if the file names it.
 
     Raises
     ------
     InputError
-        If the file does not exist, is no TOML, or names a kind or a value that there is not.
+        If the file does not exist, is no TOML, names an unknown kind, or has a value that is not allowed.
     """
     remedy = "allowed are tables [kinds.NAME] and [columns.NAME] with relative and absolute, finite and >= 0"
     try:
@@ -106,7 +107,7 @@ def read_tolerances(path: str | Path) -> Tolerances:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
         raise InputError(f"tolerances {path}: {where} is {first['input']!r}: {first['msg']}; {remedy}") from error
-    # also what is no UTF-8, or no TOML
+    # ValueError is also raised for a file that is no UTF-8, or no TOML
     except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"tolerances {path}: it cannot be read as TOML ({error}); {remedy}") from error
     for name in given.kinds:
@@ -124,22 +125,19 @@ def _with(tolerance: Tolerance, parts: _Parts) -> Tolerance:
     return replace(tolerance, **parts, reason="given in the tolerance file")
 
 
-# --- Tables of results, read as text from the files that a run, a map, a solved case or a baseline left.
+# --- Tables of results, read as text from the files of a run, a map, a solved case or a baseline.
 
-_TABLE_NAMES = ("study.json", "study.csv", "map.csv", "row.json")
+_TABLE_NAMES = ("study.json", "study.csv", *(f"{kind}.csv" for kind in places("RESULTS")), "row.json")
 _SEALED_SCHEMAS = ("fecontact/study/2", "fecontact/map/4")
 _MAP_KEY = ("lateral_shift_mm", "load_kN")
-# What a document says of itself: neither a result nor a setting.
+# Entries of a document that are neither a result nor a setting.
 _NO_SETTINGS = ("schema", "cases", "rows", "row", "versions", "reason", SEAL)
-_REMEDY = (
-    "give a folder that `fecontact run`, `map` or `solve --out` wrote, a study.json, a study.csv, a map.csv, a row.json"
-    " or a CSV of studies/baselines"
-)
+_REMEDY = f"give a folder of results that fecontact wrote, a {', a '.join(_TABLE_NAMES)} or a CSV of studies/baselines"
 
 
 @dataclass(frozen=True, kw_only=True)
 class ResultTable:
-    """Results as text, so that a number is the same from CSV and from JSON; a missing value and NaN are empty.
+    """Results as text, so that CSV and JSON give equal values; a missing value and NaN are empty.
 
     Attributes
     ----------
@@ -148,9 +146,9 @@ class ResultTable:
     key
         The columns that name a case.
     rows
-        A line a case, which is its index, and a column a quantity.
+        Data frame with a line for each case, which is the index, and a column for each quantity.
     versions, settings
-        What the results were made with; empty where it is not recorded.
+        Versions and settings with which the results were made; empty if they are not recorded.
     """
 
     path: Path
@@ -161,7 +159,7 @@ class ResultTable:
 
     @property
     def columns(self) -> list[str]:
-        """All columns but the id, which names cases."""
+        """All columns except the id, which names cases."""
         return [name for name in self.rows if name != "id"]
 
 
@@ -171,18 +169,18 @@ def load_table(path: str | Path) -> ResultTable:
     Parameters
     ----------
     path
-        A result folder, a study.json, a row.json, or a CSV of a study, a map or a baseline; versions of a CSV are those
-        of the .json of the same name beside it.
+        A result folder, a study.json, a row.json, or a CSV of a study, a map or a baseline; versions of a CSV come from
+        the .json of the same name beside it.
 
     Returns
     -------
     ResultTable
-        At least one row, each of another case.
+        At least one row; each row is a different case.
 
     Raises
     ------
     InputError
-        If there is no such file, it is no table of results, two of its rows are the same case, or it was changed after
+        If there is no such file, it is no table of results, two rows are the same case, or the file was changed after
         it was written.
     """
     file = _find(Path(path))
@@ -226,7 +224,7 @@ def _document(path: Path) -> Mapping[str, Any]:
     if not isinstance(document, dict):
         raise InputError(f"results {path}: it is no table of results; {_REMEDY}")
     try:
-        # an escape may stand for half a character, which neither a terminal nor a report takes
+        # an escape may stand for half a character, which can be written neither to a terminal nor to a report
         json.dumps(document, ensure_ascii=False).encode("utf-8")
     except UnicodeEncodeError as error:
         raise InputError(f"results {path}: no JSON ({error}); {_REMEDY}") from error
@@ -234,14 +232,14 @@ def _document(path: Path) -> Mapping[str, Any]:
 
 
 def _check_seal(path: Path, document: Mapping[str, Any], *, folder: bool) -> None:
-    """Refuse what was changed after it was written: a document, or the table beside it."""
+    """Refuse a document, or the table beside it, that was changed after it was written."""
     if document.get("schema") not in _SEALED_SCHEMAS and SEAL not in document:
-        # a baseline, a row, or a table alone
+        # a baseline, a row, or a table alone has no seal
         return
     problem = broken_seal(path, document)
     table = path.with_suffix(".csv")
     if not problem and not table.is_file():
-        # a document alone is whole
+        # a document without its folder needs no table beside it
         problem = f"{table} is missing" if folder else None
     elif not problem and sha256(table) != document[SEAL].get(table.name):
         problem = f"{table} was changed after it was written (its checksum differs)"
@@ -260,7 +258,7 @@ def _flat(document: Mapping[str, Any], before: str = "") -> dict[str, str]:
 
 
 def _from_json(path: Path, document: Mapping[str, Any]) -> tuple[list[str], list[list[Any]]]:
-    # a solved case has one row, and no list of them
+    # a solved case has a single row instead of a list
     rows = document.get("rows", [document.get("row")])
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         raise InputError(f"results {path}: it has no list of rows; {_REMEDY}")
@@ -269,9 +267,9 @@ def _from_json(path: Path, document: Mapping[str, Any]) -> tuple[list[str], list
 
 
 def _from_csv(path: Path) -> tuple[list[str], list[list[str]]]:
-    # pandas itself would fill up rows that are too short, and give a name that is there twice a number
+    # not by pandas: it would fill up rows that are too short, and number a column name that appears twice
     try:
-        # the mark that spreadsheets put before UTF-8 is no part of the first name
+        # the byte order mark of spreadsheets is no part of the first name
         lines = [line for line in csv.reader(io.StringIO(path.read_text("utf-8-sig")), strict=True) if line]
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"results {path}: it is not CSV ({error}); {_REMEDY}") from error
@@ -279,7 +277,7 @@ def _from_csv(path: Path) -> tuple[list[str], list[list[str]]]:
         raise InputError(f"results {path}: it is empty; {_REMEDY}")
     columns, *rows = lines
     if len(set(columns)) < len(columns):
-        raise InputError(f"results {path}: a column name is there twice; {_REMEDY}")
+        raise InputError(f"results {path}: a column name appears twice; {_REMEDY}")
     for count, row in enumerate(rows, start=1):
         if len(row) != len(columns):
             raise InputError(f"results {path}: row {count} has {len(row)} values of {len(columns)}; {_REMEDY}")
@@ -287,18 +285,18 @@ def _from_csv(path: Path) -> tuple[list[str], list[list[str]]]:
 
 
 def _text(value: Any) -> str:
-    """A value as the CSV has it, empty for what is no value."""
+    """A value as in a CSV; empty for a missing value."""
     text = "" if value is None else str(value)
     if text.strip().lower() in ("nan", "+nan", "-nan"):
         return ""
-    # as reading a CSV leaves the ends of lines
+    # line ends as after reading a CSV
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def named_by(path: Path, rows: pandas.DataFrame, key: Sequence[str], hint: Callable[..., str]) -> pandas.DataFrame:
-    """The same rows, each named by its values of the key; `hint` says of two rows what may tell them apart.
+    """Rows, each named by its values of the key; `hint` says how two rows of one name may be told apart.
 
-    Numbers are the same if nine significant digits of them are, texts letter by letter.
+    Numbers are the same if nine significant digits are equal; texts must be equal letter by letter.
 
     Raises
     ------
@@ -325,7 +323,7 @@ def named_by(path: Path, rows: pandas.DataFrame, key: Sequence[str], hint: Calla
 
 
 def matched_text(column: str, texts: pandas.Series) -> pandas.Series:
-    """Values of a column as cases are matched by them; minus zero is zero."""
+    """Values of a column as text for matching cases; minus zero is zero."""
     if kind_of(column) == TEXT:
         return texts
     numbers = texts.map(number)
@@ -333,7 +331,7 @@ def matched_text(column: str, texts: pandas.Series) -> pandas.Series:
 
 
 def number(text: str) -> float:
-    """The number that a text is, or NaN."""
+    """The number that a text stands for, or NaN."""
     try:
         return float(text)
     except ValueError:

@@ -1,13 +1,13 @@
 """FASTSIM, Kalker's simplified theory of rolling contact: on an ellipse, and in strips over any pressure.
 
-The tangential displacement of a point is L times the traction there alone. In each strip along the rolling direction
-the traction begins with zero at the leading edge, grows with the slip of the rigid bodies over L, and is cut back to mu
-times the bound of the pressure (Kalker 1982). The three flexibilities make the force without slip that of his linear
-theory.
+The tangential displacement of a point is L times the traction at this point. In each strip along the rolling direction
+the traction is zero at the leading edge, grows with the slip of the rigid bodies over L, and is limited to mu times the
+bound of the pressure (Kalker 1982). The three flexibilities are chosen so that the force without slip agrees with
+Kalker's linear theory.
 
 Range of validity: forces within 5 to 10 % of the exact theory of the half-space; the moment of spin without slip is
-three quarters of the exact one. Where all slips under xi and eta together the force goes along (xi/L1, eta/L2) instead
-of (xi, eta): 12 % of mu N off on a patch much wider than long.
+three quarters of the exact moment. If the whole patch slips under xi and eta together, the force acts along (xi/L1,
+eta/L2) instead of (xi, eta): an error of 12 % of mu N on a patch much wider than long.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from fecontact.rolling.laws import Creepages, CreepForce, Motion, RollingEllipse
 
 Bound = Literal["parabolic", "elliptic", "strips"]
 CELLS = 50
-"""Cells along and across an ellipse: forces within 0.02 % of mu N of the limit of fine cells without spin.
+"""Cells along and across an ellipse: without spin, forces are within 0.02 % of mu N of the limit of fine cells.
 
 With spin the error is of first order in the length of a cell: 0.1 to 0.3 % at 1e-4/mm under 80 kN, 1 % on a flange
-(2 by 8 mm, 20 kN, 4e-3/mm), 1.9 % at most, where spin alone slides a round patch.
+(2 by 8 mm, 20 kN, 4e-3/mm), and at most 1.9 %, on a round patch that slips by spin alone.
 """
 
 
 @dataclass(frozen=True, kw_only=True)
 class Flexibilities:
-    """Displacement over traction in mm/MPa: L1 along, L2 across, L3 for the part of spin."""
+    """Flexibilities, displacement over traction in mm/MPa: L1 along, L2 across, L3 for spin."""
 
     L1: float
     L2: float
@@ -60,13 +60,13 @@ class Strips:
     Attributes
     ----------
     contact
-        The ellipse that gives the flexibilities; its load is that of all strips.
+        Ellipse that gives the flexibilities; its load is the load of all strips.
     centre_x_mm, centre_y_mm
-        Its centre.
+        Centre of the patch.
     y_mm, width_mm, middle_x_mm, half_length_mm (n,)
-        Place, width, middle and half length of each strip.
+        Position, width, middle and half length of each strip.
     force_N_per_mm (n,)
-        Normal force of each over its width.
+        Normal force of each strip over its width.
     """
 
     contact: RollingEllipse
@@ -114,8 +114,8 @@ def fastsim(
     Parameters
     ----------
     bound
-        `parabolic`, which is Kalker's paraboloid, `elliptic`, which is Hertz's pressure: better power and moment at
-        small creepage, or `strips`, as in `fastsim_strips`.
+        `parabolic` is Kalker's paraboloid. `elliptic` is Hertz's pressure, with better power and moment at small
+        creepage. `strips` is as in `fastsim_strips`.
     cells
         Cells along each strip, and strips.
     """
@@ -125,15 +125,15 @@ def fastsim(
 def fastsim_strips(
     pieces: Sequence[Strips], creepages: Motion, *, bound: Bound = "strips", cells: int = CELLS
 ) -> CreepForce:
-    """FASTSIM on any patch in strips; each separate patch has flexibilities of its own.
+    """FASTSIM on any patch in strips; each separate patch has its flexibilities.
 
     Parameters
     ----------
     creepages
-        At the origin of the strips' coordinates, or of surfaces that are curved across.
+        Creepages at the origin of the strips' coordinates, or over surfaces that are curved across.
     bound
-        Of the traction along each strip: `elliptic` is the pressure of the strip, `strips` a parabola of the same force
-        (nearest to the exact theory on real patches); `parabolic` moves force to the longer strips as Kalker's
+        Bound of the traction along each strip: `elliptic` is the strip's pressure, `strips` a parabola with an equal
+        force (nearest to the exact theory on real patches); `parabolic` moves force to the longer strips as Kalker's
         paraboloid does over an ellipse.
     """
     if cells < 1:
@@ -146,19 +146,19 @@ def fastsim_strips(
         mz_Nmm=mz,
         adhesion_area_mm2=adhesion,
         slip_area_mm2=slip,
-        # zero is told without a sign
+        # 0.0 + turns -0.0 into 0.0
         power_per_speed_N=0.0 + power,
     )
 
 
 def strip_forces(piece: Strips, creepages: Motion, *, cells: int = CELLS) -> tuple[Floats, Floats, Floats]:
-    """FASTSIM strip by strip (n,): forces along and across in N, and moment of the latter about the strip's x = 0."""
+    """FASTSIM strip by strip (n,): forces along and across in N, and moment of the lateral force about x = 0."""
     x, sums, _ = _tractions(piece, creepages, "strips", cells)
     return sums.real.sum(axis=0), sums.imag.sum(axis=0), (x * sums.imag).sum(axis=0)
 
 
 def _march(piece: Strips, creepages: Motion, bound: Bound, cells: int) -> tuple[float, ...]:
-    """Fx, Fy, Mz, power, and areas of adhesion and slip of one patch."""
+    """Fx, Fy, Mz, power, and areas of adhesion and slip of a patch."""
     (xi, spin), eta = creepages.across(piece.y_mm), creepages.eta
     x, sums, slips = _tractions(piece, creepages, bound, cells)
     area = 2.0 * piece.half_length_mm / cells * piece.width_mm
@@ -172,14 +172,14 @@ def _march(piece: Strips, creepages: Motion, bound: Bound, cells: int) -> tuple[
 def _tractions(
     piece: Strips, creepages: Motion, bound: Bound, cells: int
 ) -> tuple[Floats, NDArray[np.complex128], NDArray[np.bool_]]:
-    """Places x, forces and whether there is slip of all cells (cells, n), from the leading edge backwards.
+    """Place x, force and slip (true or false) of all cells (cells, n), from the leading edge backwards.
 
     Forces are complex: along the rolling direction, and i times across.
     """
     L = flexibilities(piece.contact)
     (xi, spin), eta = creepages.across(piece.y_mm), creepages.eta
     force = piece.force_N_per_mm * piece.width_mm
-    # over the plane that is the creepage of the centre
+    # over a plane the mean is the creepage at the centre
     xi_mean = float(xi @ force) / float(force.sum())
     step = 2.0 * piece.half_length_mm / cells
     # middles of the cells from the leading edge, over the half length
@@ -208,39 +208,39 @@ def _bound(piece: Strips, places: Floats, bound: Bound) -> Floats:
     """Bound of the pressure (cells, n) in MPa whose sum over the cells is the patch's load."""
     inside, force = 1.0 - places**2, piece.force_N_per_mm
     along = np.sqrt(inside) if bound == "elliptic" else inside
-    # over an ellipse, where the force of a strip goes with the square of its length, `parabolic` is the paraboloid
+    # over an ellipse the force of a strip is in proportion to its squared length: `parabolic` is then the paraboloid
     shape = along[:, None] * (force if bound == "parabolic" else force / piece.half_length_mm)
     cell = (2.0 / places.size) * piece.half_length_mm * piece.width_mm
     return np.asarray(shape * (piece.contact.normal_force_N / float((shape * cell).sum())))
 
 
-# --- Any pressure field in strips along the rolling direction, and the ellipse that stands for it in the flexibilities.
+# --- Any pressure field in strips along the rolling direction, and its ellipse for the flexibilities.
 
 STRIPS = 80
-"""Strips over a pressure field."""
+"""Number of strips over a pressure field."""
 
 
 def pressure_strips(
     x_mm: Floats, y_mm: Floats, pressure_MPa: Floats, pair: RollingPair, *, strips: int = STRIPS
 ) -> tuple[Strips, ...]:
-    """Separate patches of a pressure on a uniform grid, each in strips and with its own ellipse.
+    """Separate patches of a pressure on a uniform grid, each in strips and with an ellipse.
 
     The ellipse has the second moments of the patch's pressure, sqrt(5 <x^2>) and sqrt(5 <y^2>) about its centre, scaled
-    to the true area; of a Hertz pressure it is Hertz's. A strip reaches over sqrt(4 <x^2>) to each side of its middle.
-    Lobes of one patch have one ellipse: against the rolling half-space, one each was worse.
+    to the true area; for a Hertz pressure it is Hertz's ellipse. A strip reaches over sqrt(4 <x^2>) to each side of its
+    middle. Lobes of a patch share an ellipse: an ellipse for each lobe agrees less with the rolling half-space.
 
     Parameters
     ----------
     x_mm (nx,), y_mm (ny,)
         Nodes along the rolling direction and across.
     pressure_MPa (nx, ny)
-        Pressure on them.
+        Pressure at the nodes.
     strips
-        Neighbouring nodes across are put together until there are fewer than twice as many.
+        Neighbouring nodes across are put together until there are fewer than twice as many as this.
 
     Notes
     -----
-    After Kik and Piotrowski (1996), who march over the true patch in strips. Range of validity: each strip has one
+    After Kik and Piotrowski (1996), who march over the true patch in strips. Range of validity: each strip has a single
     stretch in contact, as on prismatic rails.
     """
     width = float(y_mm[1] - y_mm[0])
@@ -270,7 +270,7 @@ def _piece(x: Floats, y: Floats, p: Floats, width: float, pair: RollingPair) -> 
 
 
 def mean_creepages(pieces: Sequence[Strips], creepages: Motion) -> Creepages:
-    """Creepages of the centre of all patches together; over curved surfaces their mean over the load."""
+    """Creepages at the centre of all patches together; over curved surfaces the mean weighted by the load."""
     parts = ((one.force_N_per_mm * one.width_mm, one.middle_x_mm, one.y_mm) for one in pieces)
     force, middle, y = (np.concatenate(each) for each in zip(*parts, strict=True))
     return creepages.mean(middle, y, force / force.sum())
@@ -296,7 +296,7 @@ def _ellipse_of(
     share = force / force.sum()
     centre_x, centre_y = float(middle_x_mm @ share), float(y_mm @ share)
     a = math.sqrt(5.0 * float((half_length_mm**2 / 4.0 + (middle_x_mm - centre_x) ** 2) @ share))
-    # pressure that is constant over a strip's width adds to the moment across
+    # the width of a strip adds to the second moment across
     b = math.sqrt(5.0 * float(((y_mm - centre_y) ** 2 + width_mm**2 / 12.0) @ share))
     scale = math.sqrt(2.0 * float(half_length_mm @ width_mm) / (math.pi * a * b))
     contact = RollingEllipse.of(pair, a_mm=scale * a, b_mm=scale * b, normal_force_N=float(force.sum()))

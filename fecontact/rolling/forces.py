@@ -1,13 +1,13 @@
 """Creep forces by every theory on any contact, and the creepages of a wheelset that runs along the track.
 
-Theories that need an ellipse take on another patch that of its second moments (`rolling.fastsim`) with the
-creepages of its centre; FASTSIM marches in strips over it; the rolling half-space takes the pressure as it is.
+On any patch, theories of an ellipse take the ellipse of its second moments (`rolling.fastsim`) and the creepages at its
+centre. FASTSIM marches over the patch in strips; the rolling half-space takes the unchanged pressure.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,7 +23,6 @@ from fecontact.rolling.laws import (
     CurvedCreepages,
     Motion,
     RollingEllipse,
-    friction_warnings,
     kalker_linear,
     polach,
     shen_hedrick_elkins,
@@ -39,21 +38,21 @@ _LAWS: dict[str, Callable[[RollingEllipse, Creepages], CreepForce]] = {
     "polach": polach,
 }
 THEORIES = (*_LAWS, "fastsim", "rolling_half_space")
-"""Names of the theories, from the simplest to the exact one."""
+"""Names of the theories, from the simplest to the exact theory."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CreepPatch:
-    """A contact as creep theories take it.
+    """A contact in the forms that creep theories need.
 
     Attributes
     ----------
     ellipse, centre_mm
-        Its ellipse, and where its centre lies from the first touch point, along x and across.
+        Ellipse of the contact, and position of its centre from the first touch point, along x and across.
     pieces
-        Its separate patches in strips.
+        Separate patches in strips.
     cells
-        Its pressure on cells.
+        Pressure on cells.
     """
 
     ellipse: RollingEllipse
@@ -73,16 +72,16 @@ def ellipse_patch(contact: RollingEllipse) -> CreepPatch:
 
 
 def hertz_patch(hertz: HertzContact, pair: RollingPair) -> CreepPatch:
-    """Hertz's contact; one whose axes are turned has the half-widths of its moments along x and across."""
+    """Hertz's contact; if its axes are turned, with half-widths from its second moments along x and across."""
     a, b = 0.5 * hertz.extent_x_mm, 0.5 * hertz.extent_y_mm
     scale = math.sqrt(hertz.a_mm * hertz.b_mm / (a * b))
     return ellipse_patch(RollingEllipse.of(pair, a_mm=scale * a, b_mm=scale * b, normal_force_N=hertz.normal_force_N))
 
 
 def creep_force(theory: str, patch: CreepPatch, creepages: Motion) -> CreepForce:
-    """Force of a theory at creepages of the first touch point, or over the curved surfaces; the moment about the point.
+    """Force of a theory at creepages of the first touch point, or over curved surfaces; moment about this point.
 
-    The laws of an ellipse take the creepages of its centre, over curved surfaces their mean over the load.
+    The laws of an ellipse take the creepages at its centre, or over curved surfaces the mean weighted by the load.
 
     Raises
     ------
@@ -112,7 +111,7 @@ def _on_half_space(patch: CreepPatch, creepages: Motion) -> CreepForce:
 
 
 def creep_forces(patch: CreepPatch, creepages: Motion) -> Mapping[str, CreepForce | str]:
-    """Forces of all theories; in place of one that does not cover the contact, or did not converge, why."""
+    """Forces of all theories, or the reason why a theory does not cover the contact or did not converge."""
     found: dict[str, CreepForce | str] = {}
     for theory in THEORIES:
         try:
@@ -123,39 +122,8 @@ def creep_forces(patch: CreepPatch, creepages: Motion) -> Mapping[str, CreepForc
 
 
 def force_difference(one: CreepForce, other: CreepForce, limit_N: float) -> float:
-    """Size of the difference of two tangential forces, as vectors, over mu N."""
+    """Length of the difference of two tangential force vectors, over mu N."""
     return float(np.hypot(one.fx_N - other.fx_N, one.fy_N - other.fy_N)) / limit_N
-
-
-# --- Creep forces on an ellipse that is given by numbers, without any placement.
-
-
-@dataclass(frozen=True, kw_only=True)
-class EllipseForces:
-    """Creep forces on an ellipse: of each theory its force, or why there is none, and what makes them doubtful."""
-
-    contact: RollingEllipse
-    creepages: Creepages
-    forces: Mapping[str, CreepForce | str]
-    warnings: tuple[str, ...]
-
-
-def forces_on_ellipse(contact: RollingEllipse, creepages: Creepages, theories: Sequence[str]) -> EllipseForces:
-    """Creep forces by some theories, or by `all` that cover the ellipse.
-
-    Raises
-    ------
-    InputError
-        If a theory that was named does not cover the ellipse or the creepages.
-    """
-    patch = ellipse_patch(contact)
-    forces: Mapping[str, CreepForce | str] = (
-        creep_forces(patch, creepages)
-        if list(theories) == ["all"]
-        else {theory: creep_force(theory, patch, creepages) for theory in theories}
-    )
-    warnings = friction_warnings(contact.friction)
-    return EllipseForces(contact=contact, creepages=creepages, forces=forces, warnings=warnings)
 
 
 # --- Creepages of a wheelset that runs along the track, at a touch point and over the curved surfaces.
@@ -169,13 +137,13 @@ def wheelset_creepages(placement: Placement, speed_ratio: float = 1.0) -> Creepa
     Parameters
     ----------
     speed_ratio
-        Speed of rotation over that which rolls the tape circle.
+        Speed of rotation over the speed at which the tape circle rolls without slip.
 
     Notes
     -----
-    From the velocity of the rigid wheel there, over the running speed: 1 along x, the rotation, and as much along z as
-    keeps it on the rail. For a wheelset without yaw and roll xi = 1 - speed_ratio r / r0 and
-    spin = -speed_ratio sin(contact angle) / r0, with r the rolling radius at the touch point and r0 the tape circle's.
+    From the velocity of the rigid wheel at the touch point, over the running speed: 1 along x, the rotation, and the
+    velocity along z that keeps the wheel on the rail. For a wheelset without yaw and roll xi = 1 - speed_ratio r / r0
+    and spin = -speed_ratio sin(contact angle) / r0, with the rolling radius r, and r0 at the tape circle.
     """
     wheel, touch = placement.wheel, placement.first
     turning = _turning(placement, speed_ratio)
@@ -183,7 +151,7 @@ def wheelset_creepages(placement: Placement, speed_ratio: float = 1.0) -> Creepa
     velocity = np.array([1.0, 0.0, 0.0]) + np.cross(turning, arm)
     velocity[2] -= float(velocity @ touch.normal) / touch.normal[2]
     xi, eta, spin = float(velocity[0]), float(velocity @ touch.tangent), float(turning @ touch.normal)
-    # what rounding leaves is no creepage: some theories know none of spin
+    # rounding errors are set to zero: some theories refuse any spin
     xi, eta = (0.0 if abs(one) < _ROUNDING else one for one in (xi, eta))
     return Creepages(xi=xi, eta=eta, spin_per_mm=0.0 if abs(spin) * wheel.rolling_radius_mm < _ROUNDING else spin)
 
@@ -200,10 +168,10 @@ def curved_creepages(placement: Placement, plane: Creepages, s_mm: Floats, speed
 
     Notes
     -----
-    Under pressure bodies of one material meet midway between their undeformed surfaces. That surface is taken at x = 0:
-    the velocity of the rigid wheel there. Range of validity: theories of the half-space leave out how the approach
-    changes the rolling radius, so the longitudinal creepage is known to half the gap of the undeformed surfaces over
-    the radius, some 1e-4 at the edges of a patch. Where they are not conforming the change itself is no larger.
+    Under pressure, bodies of one material meet midway between their undeformed surfaces. On this surface, at x = 0, the
+    velocity of the rigid wheel is taken. Range of validity: theories of the half-space leave out the change of the
+    rolling radius by the approach, so that the longitudinal creepage has an error of half the undeformed gap over the
+    radius, some 1e-4 at the edges of a patch. If surfaces are not conforming, creepages change by no more than this.
     """
     points, normals = placement.surface(0.0, s_mm)
     midway = points + 0.5 * placement.gap(0.0, s_mm)[:, None] * normals
@@ -216,7 +184,7 @@ def curved_creepages(placement: Placement, plane: Creepages, s_mm: Floats, speed
 
 
 def slip_beside_plane(arms_mm: Floats, s_mm: Floats, turning_per_mm: Floats, normal: Floats) -> Floats:
-    """Longitudinal creepage (n,) on a line across beside that of the tangent plane; zero of a cone, a straight line.
+    """Longitudinal creepage (n,) on a line across minus the tangent plane's; zero on a straight line, as of a cone.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """Laws of creep forces on an ellipse: Kalker's linear theory, its saturation, and Polach's law.
 
 Axes: x in the rolling direction, z normal and into the body on which the forces act (here the wheel), y completes a
-right-handed set. Creepages are those of this body relative to the other one, so that positive xi gives negative Fx,
-positive eta negative Fy, positive spin negative Fy. Exchanging the bodies reverses creepages and forces together: all
-laws are odd under that. (Kalker 1990.)
+right-handed set. Creepages are motions of this body relative to the other body, so that positive xi gives negative Fx,
+positive eta negative Fy, positive spin negative Fy. Exchanging the bodies reverses creepages and forces: all laws are
+odd functions. (Kalker 1990.)
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 from scipy.special import elliprd, elliprf
 
 from fecontact.arrays import Floats
-from fecontact.bodies import Material, RollingPair, check_poisson
+from fecontact.bodies import Material, RollingPair
 from fecontact.errors import InputError, check_positive
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class Creepages:
     Attributes
     ----------
     xi, eta
-        Along the rolling direction and across, no unit.
+        Creepage along the rolling direction and across, without unit.
     spin_per_mm
         Relative angular velocity about the normal over the rolling speed.
     """
@@ -52,7 +52,7 @@ class Creepages:
                 raise InputError(f"creepage {name} is {value!r}{unit}; allowed: a finite number; {_NO_CREEPAGE}")
 
     def at(self, x_mm: float, y_mm: float) -> Creepages:
-        """Creepages at another point of the same rigid motion: spin moves the surfaces there."""
+        """Creepages of the rigid motion at another point, which differ by the spin."""
         return replace(self, xi=self.xi - self.spin_per_mm * y_mm, eta=self.eta + self.spin_per_mm * x_mm)
 
     def across(self, y_mm: Floats) -> tuple[Floats, Floats]:
@@ -60,25 +60,25 @@ class Creepages:
         return self.xi - self.spin_per_mm * y_mm, np.full_like(y_mm, self.spin_per_mm)
 
     def mean(self, x_mm: Floats, y_mm: Floats, share: Floats) -> Creepages:
-        """Mean over places (n,) with shares (n,) of the load: creepages of its centre."""
+        """Mean over places (n,) with shares (n,) of the load: the creepages at the load's centre."""
         return self.at(float(x_mm @ share), float(y_mm @ share))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CurvedCreepages:
-    """Creepages over surfaces that are curved across, beside those of the tangent plane at the origin.
+    """Creepages over surfaces that are curved across, as differences from the tangent plane at the origin.
 
-    The slip of the rigid bodies at (x, y) is (xi(y), eta + spin(y) x), y along the arc. Of one rigid motion
-    xi(y) is xi less the integral of spin(y) from 0 to y; on a cone that is the plane's.
+    The slip of the rigid bodies at (x, y) is (xi(y), eta + spin(y) x), with y along the arc. For a rigid motion xi(y)
+    is xi minus the integral of spin(y) from 0 to y; on a cone it is the tangent plane's.
 
     Attributes
     ----------
     plane
-        Creepages at the origin, and so those of its tangent plane.
+        Creepages at the origin and in its tangent plane.
     y_mm (n,)
         Places across, increasing; beyond their ends the last value is taken.
     xi_beside, spin_beside_per_mm (n,)
-        What longitudinal creepage and spin are there beside those of the plane.
+        Longitudinal creepage and spin at the places, minus the values of the tangent plane.
     """
 
     plane: Creepages
@@ -88,7 +88,7 @@ class CurvedCreepages:
 
     @property
     def eta(self) -> float:
-        """Lateral creepage at x = 0, the same on all lines."""
+        """Lateral creepage at x = 0, equal on all lines."""
         return self.plane.eta
 
     def at(self, x_mm: float, y_mm: float) -> Creepages:
@@ -110,14 +110,14 @@ class CurvedCreepages:
 
 
 Motion: TypeAlias = Creepages | CurvedCreepages
-"""What a theory that knows every line of a patch takes."""
+"""Creepages for a theory that works line by line over a patch."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RollingEllipse(RollingPair):
     """An elliptic contact that rolls: semi-axes along x (a) and across (b), load, friction, elastic constants.
 
-    `shear_MPa` and `poisson` are those of two bodies of one material, or of their combination by `rolling_pair`.
+    `shear_MPa` and `poisson` hold for two bodies of one material, or are combined by `rolling_pair`.
     """
 
     a_mm: float
@@ -129,8 +129,8 @@ class RollingEllipse(RollingPair):
         check_positive("semi-axis b", self.b_mm, "mm", "give the half-width across the rolling direction")
         check_positive("normal force", self.normal_force_N, "N", "give the compressive force")
         check_positive("friction coefficient", self.friction, "N/N", "dry steel has 0.3 to 0.6, wet 0.1 to 0.3")
-        check_positive("shear modulus", self.shear_MPa, "MPa", "steel has 80000 to 82000 MPa")
-        check_poisson(self.poisson)
+        # in the ranges of a material
+        Material.from_shear(shear_MPa=self.shear_MPa, poisson=self.poisson)
 
     @classmethod
     def of(cls, pair: RollingPair, *, a_mm: float, b_mm: float, normal_force_N: float) -> RollingEllipse:
@@ -151,16 +151,16 @@ class RollingEllipse(RollingPair):
 
 @dataclass(frozen=True, kw_only=True)
 class CreepForce:
-    """Forces on the wheel; None where a law says nothing of them.
+    """Forces on the wheel; None for a quantity that a law does not give.
 
     Attributes
     ----------
     fx_N, fy_N
-        Along the rolling direction and across, in the tangent plane.
+        Force along the rolling direction and across, in the tangent plane.
     mz_Nmm
         Moment about the normal through the origin of the coordinates.
     adhesion_area_mm2, slip_area_mm2
-        Areas without and with slip; their sum is the patch.
+        Areas without and with slip; their sum is the area of the patch.
     power_per_speed_N
         Dissipated power over the rolling speed: -(xi Fx + eta Fy + spin Mz).
     """
@@ -178,22 +178,22 @@ class CreepForce:
         return math.hypot(self.fx_N, self.fy_N)
 
     def at(self, x_mm: float, y_mm: float) -> CreepForce:
-        """The same force where the ellipse's centre lies at a place: its moment is about the origin."""
+        """The force on an ellipse with its centre at (x, y), with the moment about the origin."""
         if self.mz_Nmm is None:
             return self
         return replace(self, mz_Nmm=self.mz_Nmm + x_mm * self.fy_N - y_mm * self.fx_N)
 
 
 def dissipated_N(creepages: Creepages, fx_N: float, fy_N: float, mz_Nmm: float | None) -> float | None:
-    """Power over the rolling speed in N; None with spin whose moment is not known."""
+    """Power over the rolling speed in N; None if there is spin and the moment is not known."""
     if mz_Nmm is None and creepages.spin_per_mm != 0.0:
         return None
-    # zero is told without a sign
+    # 0.0 - avoids a negative zero
     return 0.0 - (creepages.xi * fx_N + creepages.eta * fy_N + creepages.spin_per_mm * (mz_Nmm or 0.0))
 
 
 def friction_warnings(friction: float) -> tuple[str, ...]:
-    """What is doubtful about a coefficient of friction."""
+    """Warnings about an unusual coefficient of friction."""
     if friction <= _LARGEST_USUAL_FRICTION:
         return ()
     return (f"friction coefficient is {friction:g}: wheels on rails hardly have one above {_LARGEST_USUAL_FRICTION:g}",)
@@ -216,8 +216,8 @@ def rolling_pair(friction: float, first: Material, second: Material) -> RollingP
 # Fy = -G a b c22 eta - G (a b)^(3/2) c23 spin
 # Mz = G (a b)^(3/2) c23 eta - G (a b)^2 c33 spin
 #
-# Source: Kalker (1967; 1990, Table E.3). Range of validity: infinitesimal creepage, that is no slip; the force is 3 %
-# too high against the saturated one at a tenth of mu N, 11 % at three tenths.
+# Source: Kalker (1967; 1990, Table E.3). Range of validity: infinitesimal creepage, that is no slip; compared with the
+# saturated force it is 3 % too high at a tenth of mu N, 11 % at three tenths.
 
 _SMALLEST_RATIO = 0.1
 _RATIOS: Floats = np.append(np.arange(1, 11) / 10.0, 10.0 / np.arange(9, 0, -1))
@@ -234,19 +234,19 @@ class KalkerCoefficients:
 
 
 def kalker_coefficients(a_over_b: float, poisson: float) -> KalkerCoefficients:
-    """Kalker's coefficients of an ellipse, from his table.
+    """Kalker's coefficients of an ellipse, interpolated in his table.
 
-    Between the rows ln c is a cubic spline over ln(a/b), between the columns 1/c a parabola in nu through 0, 1/4 and
-    1/2, c33 of a > b one itself. Against solutions without slip all are within 1 % for a/b from 0.15 to 8, and within
-    1.3 % at 0.1 and 10, as the table is itself. (Straight from row to row in min(a/b, b/a), as some codes go, c23 is
-    2 % higher at a/b 3 and 16 % at 6.7, c33 12 % at 0.15.)
+    Between the rows ln c is a cubic spline over ln(a/b). Between the columns 1/c is a parabola in nu through 0, 1/4 and
+    1/2, but for a > b c33 itself is this parabola. Compared with solutions without slip all coefficients are within 1 %
+    for a/b from 0.15 to 8, and within 1.3 % at 0.1 and 10, as is the table. (With linear interpolation in
+    min(a/b, b/a), as in some codes, c23 is 2 % higher at a/b 3 and 16 % at 6.7, c33 12 % at 0.15.)
 
     Raises
     ------
     InputError
-        If a/b is not within 0.1 to 10, or Poisson's ratio not within 0 to 0.5: the table ends there.
+        If a/b is not within 0.1 to 10, or Poisson's ratio not within 0 to 0.5, where the table ends.
     """
-    # an ellipse of 1 by 10 mm has a ratio that rounding may put beyond the table's last row
+    # rounding may put the ratio of an ellipse of 1 by 10 mm beyond the table's last row
     slack = 1e-9
     if not _SMALLEST_RATIO * (1.0 - slack) <= a_over_b <= (1.0 + slack) / _SMALLEST_RATIO:
         raise InputError(
@@ -317,9 +317,9 @@ def saturation(e: float) -> float:
 def adhesion_area_mm2(contact: RollingEllipse, e: float) -> float:
     """Area without slip after Vermeulen and Johnson, at a linear force e = |F_linear| / (mu N).
 
-    It is an ellipse that touches the leading edge and is smaller than the patch by 1 - e/3 in each direction. The
-    traction is mu times Hertz's pressure less such a one over the area of adhesion, whose force is the cube of the
-    ratio, from which the law of saturation follows.
+    The area is an ellipse that touches the leading edge, with the patch's semi-axes times 1 - e/3. The traction is mu
+    times Hertz's pressure, minus a similar pressure over the adhesion ellipse. The force of the latter goes with the
+    cube of 1 - e/3, from which the law of saturation follows.
     """
     return max(1.0 - e / 3.0, 0.0) ** 2 * contact.area_mm2
 
@@ -327,15 +327,15 @@ def adhesion_area_mm2(contact: RollingEllipse, e: float) -> float:
 def vermeulen_johnson_coefficients(a_over_b: float, poisson: float) -> tuple[float, float]:
     """c11 = pi/Phi and c22 = pi/Psi1 of Vermeulen and Johnson: 9 to 27 % above Kalker's.
 
-    Their Phi and Psi1 are complete elliptic integrals, here in Carlson's symmetric forms.
+    Phi and Psi1 are complete elliptic integrals, here in Carlson's symmetric forms.
     """
     ratio2 = min(a_over_b, 1.0 / a_over_b) ** 2
-    # over 0 to pi/2, with D^2 = cos^2 + g^2 sin^2: sin^2/D, and sin^2 cos^2/D^3
+    # integrals from 0 to pi/2, with D^2 = cos^2 + g^2 sin^2, of sin^2/D and of sin^2 cos^2/D^3
     whole = float(elliprf(0.0, ratio2, 1.0))
     of_sine = float(elliprd(0.0, ratio2, 1.0)) / 3.0
     of_cosine = whole - of_sine
     m = 1.0 - ratio2
-    # d/dm of the integral of sin^2/D and of 1/D give it; near the circle by its series
+    # from d/dm of the integrals of sin^2/D and of 1/D; near the circle by a series
     if m > 1e-3:
         mixed = ((2.0 - m) * whole - 2.0 * (of_cosine + ratio2 * of_sine)) / m**2
     else:
@@ -351,12 +351,12 @@ def vermeulen_johnson_coefficients(a_over_b: float, poisson: float) -> tuple[flo
 
 
 def vermeulen_johnson(contact: RollingEllipse, creepages: Creepages) -> CreepForce:
-    """Vermeulen and Johnson (1964): saturated force without spin, with their own coefficients; no moment.
+    """Vermeulen and Johnson (1964): saturated force without spin, with their coefficients; no moment.
 
     Raises
     ------
     InputError
-        With spin, of which the theory knows nothing.
+        If there is spin, which the theory leaves out.
     """
     if creepages.spin_per_mm != 0.0:
         raise InputError(
@@ -371,10 +371,10 @@ def vermeulen_johnson(contact: RollingEllipse, creepages: Creepages) -> CreepFor
 def shen_hedrick_elkins(contact: RollingEllipse, creepages: Creepages) -> CreepForce:
     """Shen, Hedrick and Elkins (1983): Kalker's linear force, its spin part in Fy, saturated.
 
-    The moment is the linear one scaled by the same factor, as is usual; no theory stands behind that, and it is poor
-    once much of the patch slips. Areas are those of the adhesion ellipse, which is exact without spin alone.
+    The linear moment is scaled by the factor of the force, as is usual; no theory supports this, and the moment is poor
+    once much of the patch slips. Areas follow from the adhesion ellipse, which is exact only without spin.
 
-    Range of validity: small spin. The force of large pure spin falls again beyond its maximum; here it stays at mu N.
+    Range of validity: small spin. The true force of large pure spin falls beyond its maximum; here it stays at mu N.
     """
     fx, fy, mz = linear_force(contact, creepages)
     force = _saturated(contact, creepages, fx, fy)
@@ -384,7 +384,7 @@ def shen_hedrick_elkins(contact: RollingEllipse, creepages: Creepages) -> CreepF
 
 
 def _saturated(contact: RollingEllipse, creepages: Creepages, fx: float, fy: float) -> CreepForce:
-    """A linear force (N) saturated in its direction."""
+    """A linear force (N), saturated without a change of direction."""
     size = math.hypot(fx, fy)
     e = size / contact.limit_N
     factor = saturation(e) / e if e > 0.0 else 1.0
@@ -406,12 +406,12 @@ def polach(contact: RollingEllipse, creepages: Creepages) -> CreepForce:
 
     Notes
     -----
-    Range of validity: combined xi and eta share one coefficient, so that the limit of small creepage is Kalker's for
-    one creepage alone, and for eta with spin of the same sign, but not for the others (at xi : eta = 1 : 2, a/b = 0.25
-    and nu = 0.3 Fx is 0.80 of it).
+    Range of validity: xi and eta share one coefficient, so that the limit of small creepage is Kalker's only for a
+    single creepage, and for eta with spin of equal sign. For other combinations it is not (at xi : eta = 1 : 2,
+    a/b = 0.25 and nu = 0.3 Fx is 0.80 of Kalker's).
     """
     xi, eta, spin = creepages.xi, creepages.eta, creepages.spin_per_mm
-    # spin moves the trailing edge sideways; it counts where it adds to the lateral creepage
+    # spin moves the trailing edge sideways; it is taken only if it adds to the lateral creepage
     moved = eta + spin * contact.a_mm
     eta_c = eta if abs(moved) <= abs(eta) else moved
     s, s_c = math.hypot(xi, eta), math.hypot(xi, eta_c)

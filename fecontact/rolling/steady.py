@@ -1,11 +1,12 @@
 """Steady rolling with friction on the half-space: the exact theory, for any pressure.
 
 Kalker's variational theory (Kalker 1990, in the discretisation of CONTACT) for two bodies of one material, whose normal
-problem knows nothing of the tractions. Range of validity: flat half-spaces of one material, one friction coefficient.
+problem does not depend on the tractions. Range of validity: flat half-spaces of one material, one friction coefficient.
 
-Kutta's condition of thin aerofoils is that of the leading edge here: the traction begins with zero there and would be
-singular at the trailing edge without friction. So the loads stand for points a quarter of a cell behind the middles of
-their cells, and the slip is met a quarter ahead of them, which in two dimensions takes away the error of first order.
+The leading edge has a Kutta condition, as thin aerofoils: the traction is zero there, and without slip it would be
+singular at the trailing edge. So the loads stand for points a quarter of a cell behind the middles of their cells, and
+the slip condition is met a quarter of a cell ahead of the middles. In two dimensions this removes the error of first
+order.
 """
 
 from __future__ import annotations
@@ -30,9 +31,9 @@ from fecontact.rolling.laws import CreepForce, Motion
 def cerruti_influence(x: Floats, y: Floats, step_x: float, step_y: float, poisson: float) -> tuple[Floats, ...]:
     """Displacements xx, yy and xy at (x, y) mm over a unit traction on a rectangle around the origin, times pi G.
 
-    The displacement along one axis of the first body relative to the second, both of one material, under a traction
-    along the same or the other axis on the first one and the opposite one on the second: integrals of
-    (1 - nu)/r + nu x^2/r^3, the same with y, and nu x y/r^3 over the rectangle (Johnson 1985, section 3.6).
+    Displacements of the first body relative to the second, of equal material, under a traction on the first body and
+    the opposite traction on the second body. They are integrals over the rectangle of (1 - nu)/r + nu x^2/r^3, of
+    (1 - nu)/r + nu y^2/r^3, and of nu x y/r^3 (Johnson 1985, section 3.6).
     """
     total = [np.zeros(np.broadcast_shapes(x.shape, y.shape)) for _ in range(3)]
     for sign_x in (1.0, -1.0):
@@ -49,14 +50,14 @@ def cerruti_influence(x: Floats, y: Floats, step_x: float, step_y: float, poisso
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TangentialResponse:
-    """Response of every cell of a grid to tractions on all cells, the same at every cell.
+    """Response of a grid to tractions on its cells, by a kernel that is the same at every cell.
 
     Attributes
     ----------
     kernels (3, 2 nx - 1, 2 ny - 1)
         xx, yy and xy at offsets of 1 - nx to nx - 1 and 1 - ny to ny - 1 cells.
     spectra
-        Their Fourier transforms, padded by zeros.
+        Fourier transforms of the kernels, padded by zeros.
     """
 
     kernels: Floats
@@ -77,7 +78,7 @@ class TangentialResponse:
         return np.asarray(out[:, :nx, :ny])
 
     def strip_blocks(self) -> Floats:
-        """Response (2, nx, nx) along and across of the cells of a strip y = const to the tractions of that strip."""
+        """Response (2, nx, nx) along and across of the cells of a strip y = const to tractions on this strip."""
         nx, ny = self.shape
         offsets = np.arange(nx)[:, None] - np.arange(nx)[None, :] + nx - 1
         return np.asarray(self.kernels[:2, :, ny - 1][:, offsets])
@@ -88,8 +89,8 @@ def rolling_response(
 ) -> TangentialResponse:
     """Slip over the rolling speed that tractions cause in steady rolling: -du/dx, half a cell ahead of each cell.
 
-    A particle comes to a cell from the one ahead of it (Kalker 1990): the difference of the displacements of both is
-    taken over one step.
+    A particle comes to a cell from the cell ahead (Kalker 1990): the slip is the difference of their displacements over
+    the step.
     """
     x, y = _offsets(nx, ny, step_x, step_y)
     here = cerruti_influence(x, y, step_x, step_y, poisson)
@@ -112,16 +113,16 @@ def _response(kernels: tuple[Floats, ...] | list[Floats], shear_MPa: float) -> T
     return TangentialResponse(kernels=every, spectra=rfft2(wrapped), padded=padded)
 
 
-# --- Coulomb friction on a grid: find tractions that slip opposes where they reach their limit, without slip elsewhere.
+# --- Coulomb friction on a grid: tractions oppose the slip where they reach their limit; elsewhere there is no slip.
 #
 # Kalker's variational theory as projections: p is the projection of p - r s(p) on the disc |p| <= limit, with the slip
-# s(p) = rigid slip + response to p, and any r > 0. Newton's method on that (Alart and Curnier 1991), each step by
-# GMRES, whose preconditioner has the response within each strip along the rolling direction alone.
+# s(p) = rigid slip + response to p, and any r > 0. It is solved by Newton's method (Alart and Curnier 1991), each step
+# by GMRES with a preconditioner of the response within each strip along the rolling direction.
 
 FrictionStatus = Literal["converged", "not converged"]
 
 FRICTION_TOLERANCE = 1e-6
-"""Largest error of the traction over the largest limit, or over what one cell alone would carry if that is less."""
+"""Largest error of the traction, over the largest limit or over the traction of a cell alone if it is smaller."""
 FRICTION_ITERATIONS = 60
 _LINEAR_TOLERANCE = 1e-3
 _SMALLEST_STEP = 1.0 / 64.0
@@ -134,11 +135,11 @@ class FrictionSolution:
     Attributes
     ----------
     traction_MPa, slip (2, nx, ny)
-        Along and across; the slip has the unit of the rigid slip.
+        Traction and slip along and across; the slip has the unit of the rigid slip.
     slips (nx, ny)
         Whether a cell slips.
     residual
-        Largest error of the traction, relative as the tolerance.
+        Largest error of the traction, relative as in `FRICTION_TOLERANCE`.
     """
 
     status: FrictionStatus
@@ -152,7 +153,7 @@ class FrictionSolution:
 def solve_friction(
     response: TangentialResponse, rigid_slip: Floats, limit_MPa: Floats, *, iterations: int = FRICTION_ITERATIONS
 ) -> FrictionSolution:
-    """Solve the problem of friction on a grid.
+    """Solve the friction problem on a grid.
 
     Parameters
     ----------
@@ -163,7 +164,7 @@ def solve_friction(
     """
     blocks = response.strip_blocks()
     scale = 1.0 / float(np.mean([blocks[0, 0, 0], blocks[1, 0, 0]]))
-    # creepages that are far from saturating need as many digits
+    # creepages that are far from saturation need as many digits
     size = min(float(limit_MPa.max()), scale * float(np.hypot(*rigid_slip).max())) or 1.0
     problem = _Problem(response=response, rigid_slip=rigid_slip, limit=limit_MPa, scale=scale)
     now = problem.at(np.zeros_like(rigid_slip))
@@ -191,7 +192,7 @@ def solve_friction(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _State:
-    """Tractions with what they leave open: the difference from their projection."""
+    """Tractions, and their difference from the projection, which is zero for the solution."""
 
     p: Floats
     slip: Floats
@@ -216,7 +217,7 @@ def _projected(aim: Floats, limit: Floats) -> tuple[Floats, NDArray[np.bool_]]:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Problem:
-    """Response of the bodies, slip of the rigid ones, the largest traction, and the r of the projection."""
+    """Response of the bodies, slip of the rigid bodies, largest traction, and the r of the projection."""
 
     response: TangentialResponse
     rigid_slip: Floats
@@ -274,7 +275,7 @@ class _Problem:
 # --- Steady rolling of any pressure on the half-space: forces, areas of adhesion and slip, tractions.
 
 CELLS = 48
-"""Cells along a patch: forces within 0.4 % of mu N of those of very fine cells, 0.7 % with large spin."""
+"""Cells along a patch: forces differ by up to 0.4 % of mu N from very fine cells, with large spin by 0.7 %."""
 _POINTS_A_CELL = 5
 
 
@@ -287,7 +288,7 @@ class PressureCells:
     x_mm (nx,), y_mm (ny,)
         Middles of the cells.
     pressure_MPa (nx, ny)
-        Mean over each cell; zero on those that are not of the patch.
+        Mean pressure over each cell; zero outside the patch.
     """
 
     x_mm: Floats
@@ -322,9 +323,9 @@ class RollingSolution:
     Attributes
     ----------
     force
-        On the first body (the wheel).
+        Force on the first body (the wheel).
     friction
-        Tractions and slip on the cells, the slip over the rolling speed.
+        Tractions and slip on the cells; the slip is divided by the rolling speed.
     """
 
     cells: PressureCells
@@ -333,13 +334,13 @@ class RollingSolution:
 
     @property
     def status(self) -> FrictionStatus:
-        """Whether it may be used."""
+        """Whether the solution converged."""
         return self.friction.status
 
 
 def ellipse_cells(a_mm: float, b_mm: float, normal_force_N: float, cells: int = CELLS) -> PressureCells:
     """Hertz's pressure over an ellipse."""
-    # finer than the cells, and a little beyond the edge
+    # points finer than the cells, a little beyond the edge
     x, y = (1.02 * half * _middles(_POINTS_A_CELL * cells) for half in (a_mm, b_mm))
     shape = np.sqrt(np.maximum(1.0 - (x[:, None] / a_mm) ** 2 - (y / b_mm) ** 2, 0.0))
     cell = float((x[1] - x[0]) * (y[1] - y[0]))
@@ -351,23 +352,23 @@ def ellipse_cells(a_mm: float, b_mm: float, normal_force_N: float, cells: int = 
 def pressure_cells(
     x_mm: Floats, y_mm: Floats, pressure_MPa: Floats, *, area_mm2: float, cells: int = CELLS, lobes: int = 1
 ) -> PressureCells:
-    """A pressure in the mean over coarser cells, as many as its patch has area.
+    """Mean pressure over coarser cells, whose total area is the area of the patch.
 
     Parameters
     ----------
     x_mm (nx,), y_mm (ny,)
         Nodes of a uniform grid along and across.
     pressure_MPa (nx, ny)
-        Pressure in the mean over a cell of each node.
+        Mean pressure over the cell of each node.
     area_mm2
-        Area of the patch; cells at its edge are partly in contact, and those with most pressure are taken for it.
+        Area of the patch. Cells at its edge are partly in contact; the cells with most pressure are taken.
     cells, lobes
-        Along the patch; across as many for each lobe.
+        Number of cells along the patch, and across each lobe.
 
     Raises
     ------
     InputError
-        If fewer than 8 cells are asked for: nothing is resolved by them.
+        If fewer than 8 cells are asked for, which resolve nothing.
     """
     if cells < 8:
         raise InputError(f"cells along the patch are {cells!r}; allowed: 8 and more; 40 are usual")
@@ -389,7 +390,7 @@ def pressure_cells(
 
 
 def _most_loaded(pressure: Floats, number: float) -> NDArray[np.bool_]:
-    """Cells (nx, ny) with the most pressure, about so many; equal ones, of a symmetric patch, stay together."""
+    """About `number` cells (nx, ny) with the most pressure; equal cells, as in a symmetric patch, stay together."""
     kept = min(max(round(number), 1), int(np.count_nonzero(pressure)))
     least = float(np.partition(pressure.ravel(), -kept)[-kept])
     choices = [pressure >= least * (1.0 - 1e-9), pressure > least * (1.0 + 1e-9)]
@@ -402,7 +403,7 @@ def _middles(n: int) -> Floats:
 
 
 def _overlaps(nodes: Floats, edges: Floats) -> Floats:
-    """Part (n, m) of each of n new cells that each of m cells around the nodes covers."""
+    """Part (n, m) of each new cell that is covered by each of the m cells around the nodes."""
     half = 0.5 * (nodes[1] - nodes[0])
     low, high = np.maximum(edges[:-1, None], nodes - half), np.minimum(edges[1:, None], nodes + half)
     return np.asarray(np.maximum(high - low, 0.0) / (edges[1] - edges[0]))
@@ -416,9 +417,9 @@ def steady_rolling(
     Parameters
     ----------
     motion
-        Of the first body against the second; the slip of the rigid bodies at (x, y) is (xi(y), eta + spin(y) x).
+        Motion of the first body against the second; the rigid slip at (x, y) is (xi(y), eta + spin(y) x).
     iterations
-        The most of `solve_friction`.
+        Largest number of iterations of `solve_friction`.
     """
     step_x, step_y = cells.steps_mm
     nx, ny = cells.pressure_MPa.shape
@@ -438,7 +439,7 @@ def steady_rolling(
         mz_Nmm=mz,
         adhesion_area_mm2=cells.area_mm2 - slipping,
         slip_area_mm2=slipping,
-        # zero is told without a sign
+        # 0.0 + turns -0.0 into 0.0
         power_per_speed_N=0.0 + power,
     )
     return RollingSolution(cells=cells, force=force, friction=solved)

@@ -15,8 +15,9 @@ from typing import Any
 
 from fecontact.case import INPUTS, PARTS, Case, case_with
 from fecontact.errors import InputError
+from fecontact.features import places
 from fecontact.files import toml_content, write_text
-from fecontact.inputs import Choice, Names, Number, Slot, nearest, parse_numbers, renamed
+from fecontact.inputs import Number, Slot, nearest, parse_numbers, renamed
 from fecontact.regression.checks import Check
 
 # --- Cases from a TOML file: keys with units, lists that are combined, and [[case]] tables that share the other keys.
@@ -87,7 +88,7 @@ def _table(data: Mapping[str, Any], table: str, prefix: str) -> Values:
     for key, value in data.items():
         slot = _slot(key, table, prefix)
         with _named(key):
-            if isinstance(value, list) and not isinstance(slot.input, Names):
+            if isinstance(value, list) and not slot.input.each:
                 raise InputError(f"it is {value!r}; allowed: {slot.input.allowed}; a list cannot stand in a table")
             values[slot] = [slot.input.read(value)]
     return values
@@ -111,7 +112,7 @@ def _slot(key: str, table: str, prefix: str) -> Slot:
 
 def _listed(slot: Slot, value: Any) -> list[Any]:
     described = slot.input
-    if isinstance(value, list) and not (isinstance(described, Choice) and described.is_pair(value) and value):
+    if isinstance(value, list) and not (value and described.one_list(value)):
         if not value:
             raise InputError(f"it is an empty list; allowed: {described.allowed}, or a list of such values")
         return [read for item in value for read in _listed_item(slot, item)]
@@ -120,7 +121,7 @@ def _listed(slot: Slot, value: Any) -> list[Any]:
 
 def _listed_item(slot: Slot, value: Any) -> list[Any]:
     described = slot.input
-    if not (isinstance(described, Number) and described.parse is None and isinstance(value, str)):
+    if not (isinstance(described, Number) and not described.forms and isinstance(value, str)):
         return [described.read(value)]
     try:
         numbers = parse_numbers(value, described.label)
@@ -179,9 +180,14 @@ def load_study(path: str | Path, *, quick: bool = False) -> Study:
     raise InputError(f"study {path}: the ending {path.suffix or '(none)'} is not known; allowed are .py and .toml")
 
 
+def kinds() -> dict[str, str]:
+    """Files by which a folder is known to hold results, and what they are of."""
+    return {"study.json": "study", "row.json": "case", **{f"{kind}.json": kind for kind in places("RESULTS")}}
+
+
 def _folder_words(folder: Path) -> str:
     """What a folder is, and what to give in its place."""
-    for file, kind in (("study.json", "study"), ("map.json", "map"), ("row.json", "case")):
+    for file, kind in kinds().items():
         if (folder / file).is_file():
             return f"it is a folder with the results of a {kind}; `fecontact judge` reads it; give the file of a study"
     found = sorted(path for path in folder.iterdir() if path.suffix in (".toml", ".py"))

@@ -20,9 +20,6 @@ from fecontact.profiles.library import content_of, profile_file
 from fecontact.runs.sources import digests
 
 SOLVING_SOURCE = "source of solving"
-# Inputs that are left out of an id where they are as in a case before they were there: its id stays what it was.
-_NOT_ALWAYS = ("roll", "roll_load_N", "flange_climb", "side", "opposite", "evidence")
-_OF_MATERIALS_NOT_ALWAYS = ("tangent_MPa",)
 _MOST_SHOWN_BYTES = 60
 _COMMON = ("numpy", "scipy", "scikit-fem", "gmsh")
 _SOLVERS = {"pardiso": ("pypardiso", "mkl"), "amg": ("pyamg",)}
@@ -38,18 +35,7 @@ def case_id(case: Case, loads_N: Sequence[float] = ()) -> str:
     """
     if loads_N:
         return f"{case_id(replace(case, load_N=max(loads_N)))}_{json_digest(sorted(set(loads_N)))[:8]}"
-    default = _default_record()
-    record = {
-        name: value
-        for name, value in case_record(case).items()
-        if name not in ("criteria", "creep") and not (name in _NOT_ALWAYS and value == default[name])
-    }
-    for material in ("rail_material", "wheel_material"):
-        record[material] = {
-            name: value
-            for name, value in record[material].items()
-            if not (name in _OF_MATERIALS_NOT_ALWAYS and value == default[material][name])
-        }
+    record = {name: value for name, value in case_record(case).items() if name not in ("criteria", "creep")}
     files = input_files(case)
     for body, file in files.items():
         # the ending decides how the content is read
@@ -64,11 +50,6 @@ def case_id(case: Case, loads_N: Sequence[float] = ()) -> str:
 def _shown(name: str) -> str:
     """As much of a name as leaves room for the rest in the name of a file, which has 255 bytes."""
     return name.encode("utf-8", "replace")[:_MOST_SHOWN_BYTES].decode("utf-8", "ignore")
-
-
-@cache
-def _default_record() -> dict[str, Any]:
-    return case_record(Case(roll="given"))
 
 
 def input_files(case: Case) -> dict[str, dict[str, str]]:
@@ -98,6 +79,9 @@ def origin_of(case: Case) -> Origin:
     for `solve` to refuse.
     """
     solving = _solving(case.solver)
+    if input_files(case):
+        # theories on the other lines that measured points allow are stored with the solution
+        solving = {**solving, SOLVING_SOURCE: json_digest([digests().solving, digests().evaluating])}
     criteria = {f"criterion {name}": repr(limit) for name, limit in asdict(case.criteria).items()}
     creep = {f"creep {name}": repr(value) for name, value in asdict(case.creep).items() if case.creep.friction}
     evaluated = {"source of evaluation": digests().evaluating, **criteria, **creep}

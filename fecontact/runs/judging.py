@@ -7,23 +7,42 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from fecontact.comparison.theories import HERTZ
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError, failed, has_numbers, usable
+from fecontact.features import at, places
 from fecontact.jobs.workers import began_on_one_thread, evaluators
-from fecontact.outputs.documents import write_map_report, write_tables
-from fecontact.outputs.maps.files import write_map
-from fecontact.outputs.maps.views import MapMeasure, refuse_measure
+from fecontact.outputs.documents import judged_rows_parts, write_tables
 from fecontact.outputs.records.results import Row, case_row, read_row
-from fecontact.runs.load import read_map, stored_study, unusable
+from fecontact.outputs.tables import Part
+from fecontact.outputs.terminal import count
+from fecontact.runs.load import stored_study, unusable
 from fecontact.runs.store import RESULT, ROW, case_folder, read_case
 from fecontact.runs.study import report_judged
-from fecontact.solving.map import ApplicabilityMap
 
 # A case takes some hundredths of a second, with creep forces seconds, and a process seconds to begin.
 _WORTH_PROCESSES = 100
+
+
+class Judged(Protocol):
+    """Results by other criteria, and what they say of themselves."""
+
+    @property
+    def all_judged(self) -> bool:
+        """Whether all was judged and may be used."""
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """What cannot be judged, where the rows do not say it."""
+
+    @property
+    def words(self) -> str:
+        """What was judged; where the criteria stand is {criteria}."""
+
+    def parts(self, width: int | None) -> Iterable[Part]:
+        """All of it, for a terminal of so many columns."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,18 +65,22 @@ class JudgedStudy:
         """Whether every case was judged and may be used."""
         return all(usable(row) for row in self.rows)
 
-
-@dataclass(frozen=True, kw_only=True)
-class JudgedMap:
-    """A map by other criteria, and what of it cannot be judged, in words."""
-
-    map: ApplicabilityMap
-    problems: tuple[str, ...]
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """None: rows have a status."""
+        return ()
 
     @property
-    def all_judged(self) -> bool:
-        """Whether every cell was judged and may be used."""
-        return self.map.all_solved
+    def words(self) -> str:
+        """How many cases were judged, and how many verdicts are others."""
+        lost = sum("verdict_answer" not in row for row in self.rows)
+        cases, changed = count(len(self.rows), "case"), count(len(self.changed), "verdict")
+        return f"{cases} judged by {{criteria}}: {changed} changed" + (f", {lost} not judged" if lost else "")
+
+    def parts(self, width: int | None) -> Iterable[Part]:
+        """The rows, and the verdicts that have changed."""
+        changed = (f"{name}: {before} -> {now}" for name, (before, now) in self.changed.items())
+        return (*judged_rows_parts(self.rows), *changed)
 
 
 def judge(
@@ -65,10 +88,10 @@ def judge(
     criteria: Criteria | None = None,
     *,
     creep: Creep | None = None,
-    measure: MapMeasure = "pressure",
+    measure: str = "pressure",
     theory: str = HERTZ,
     out: str | Path | None = None,
-) -> JudgedStudy | JudgedMap:
+) -> Any:
     """Judge a stored study, map or case again, by other criteria or with friction; nothing is solved.
 
     Parameters
@@ -86,6 +109,10 @@ def judge(
     out
         Folder for tables, pictures and report of the new verdicts.
 
+    Returns
+    -------
+    JudgedStudy, or what a feature has, such as JudgedMap
+
     Raises
     ------
     InputError
@@ -95,9 +122,10 @@ def judge(
     criteria, creep = criteria or Criteria(), creep or Creep()
     creep.refuse_unheard()
     asked = creep if creep.asked else None
-    if (folder / "map.json").is_file():
-        made, problems = judge_map(folder, criteria, out, creep=asked, measure=measure, theory=theory)
-        return JudgedMap(map=made, problems=tuple(problems))
+    check_out(folder, out)
+    for kind, place in places("JUDGED").items():
+        if (folder / f"{kind}.json").is_file():
+            return at(place)(folder, criteria, out, creep=asked, measure=measure, theory=theory)
     if measure != "pressure" or theory != HERTZ:
         what = f"measure is {measure!r}" if measure != "pressure" else f"theory is {theory!r}"
         raise InputError(
@@ -125,7 +153,7 @@ def judge_study(
         If the folder holds neither, or `out` is the folder itself.
     """
     folder = Path(folder)
-    _check_out(folder, out)
+    check_out(folder, out)
     if (folder / RESULT).is_file():
         row = read_row(folder / ROW)
         name, before, folders = str(row["id"]), [row], [folder]
@@ -147,12 +175,12 @@ def judge_study(
 def _judged_rows(before: Sequence[Row], folders: Sequence[Path], criteria: Criteria, creep: Creep | None) -> list[Row]:
     rows = [_unjudged(old, folder) for old, folder in zip(before, folders, strict=True)]
     left = [folder for folder, row in zip(folders, rows, strict=True) if row is None]
-    with _judges(len(left), creep) as map_over:
+    with judges(len(left), creep) as map_over:
         judged = iter(list(map_over(partial(_judged_row, criteria=criteria, creep=creep), left)))
     return [{"id": old["id"], **next(judged)} if row is None else row for old, row in zip(before, rows, strict=True)]
 
 
-def _judges(count: int, creep: Creep | None) -> AbstractContextManager[Callable[..., Iterable[Any]]]:
+def judges(count: int, creep: Creep | None) -> AbstractContextManager[Callable[..., Iterable[Any]]]:
     """What judges so many on one thread, as the workers that solved them; this process if others are not worth it."""
     worth = _WORTH_PROCESSES // (20 if creep is not None and creep.asked else 1)
     return evaluators(count, here=count < worth and began_on_one_thread())
@@ -171,36 +199,7 @@ def _judged_row(folder: Path, criteria: Criteria, creep: Creep | None) -> Row:
     return case_row(read_case(folder, criteria=criteria, creep=creep))
 
 
-def judge_map(
-    folder: str | Path,
-    criteria: Criteria,
-    out: Path | None = None,
-    *,
-    creep: Creep | None = None,
-    measure: MapMeasure = "pressure",
-    theory: str = HERTZ,
-) -> tuple[ApplicabilityMap, list[str]]:
-    """Judge a stored map by given criteria, and with friction and creepages; returns it with what cannot be judged.
-
-    A load limit is as sharp as the loads that were solved. `out` is a folder for the files of the new map,
-    by `theory` with friction with those of the laws of creep forces.
-
-    Raises
-    ------
-    InputError
-        If the folder holds no map or `out` is the folder itself, or for a measure that needs friction without any.
-    """
-    folder = Path(folder)
-    _check_out(folder, out)
-    judges = partial(_judges, creep=creep)
-    made, problems = read_map(folder, criteria, creep, creep_laws=measure == "theory", judges=judges)
-    refuse_measure(made.case, measure, theory)
-    if out is not None:
-        write_map(made, out, theory=theory)
-        write_map_report(made, out, theory=theory)
-    return made, list(problems.values())
-
-
-def _check_out(folder: Path, out: Path | None) -> None:
+def check_out(folder: Path, out: Path | None) -> None:
+    """Refuse to write into the folder of the results."""
     if out is not None and out.resolve() == folder.resolve():
         raise InputError(f"--out {out} is the folder of the results, which stay as they are; give another one")

@@ -17,12 +17,16 @@ from importlib.util import cache_from_source
 from pathlib import Path
 
 from fecontact.errors import InputError
+from fecontact.features import places
 from fecontact.files import read_json, write_json
 
 _PACKAGE = Path(__file__).parents[1]
 SOLVE = ("solving.solve",)
 """Modules whose imports make a solution."""
-EVALUATE = ("runs.store",)
+EVALUATE = (
+    "runs.store",
+    *(place.rpartition(".")[0] for kind in ("READINGS", "TELLINGS", "STORED") for place in places(kind).values()),
+)
 """Modules whose imports read a solution back, judge it and tell it."""
 JUDGES = ("criteria", *(f"comparison.{name}" for name in ("judging", "ladder", "theories", "verdict")))
 """What solving asks for a verdict alone: whether it would refine further is asked of what is stored, too."""
@@ -111,11 +115,18 @@ def _read(text: str) -> tuple[list[str], str]:
             imports += [module, *(f"{module}.{alias.name}" for alias in node.names)]
         elif isinstance(node, ast.Call):
             node.keywords = [one for one in node.keywords if one.arg not in _TEXTS]
+        elif isinstance(node, ast.AnnAssign) and isinstance(node.value, ast.Call):
+            # the help of an input is a sentence, beside its default
+            node.value.args = [one for one in node.value.args if not _is_sentence(one)]
         elif isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):
             node.exc.args = []
         elif isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
             node.body = [one for one in node.body if not _is_text(one)]
     return imports, hashlib.sha256(ast.dump(tree).encode()).hexdigest()
+
+
+def _is_sentence(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value
 
 
 def _is_text(statement: ast.stmt) -> bool:

@@ -1,4 +1,4 @@
-"""Finished results in their folders: positions under their loads, and cases, which are positions under one load.
+"""Finished results in their folders: cases, and what features solve at a position under loads of their own.
 
 `solved.json`, `fields.npz` and `profiles/` have the inputs and what was solved. All else in a folder is made from them,
 and they are judged again, by other criteria or a newer evaluation, without being solved.
@@ -7,12 +7,12 @@ and they are judged again, by other criteria or a newer evaluation, without bein
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path, PureWindowsPath
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from fecontact.case import Case, case_from_record
 from fecontact.comparison.judging import JudgedLoad, judge_load
 from fecontact.comparison.theories import HERTZ, THEORIES
 from fecontact.criteria import Creep, Criteria
-from fecontact.errors import FecontactError, InputError, usable
+from fecontact.errors import FecontactError, InputError
 from fecontact.fe.stress import StressPeak
 from fecontact.files import read_json, write_json
 from fecontact.jobs.store import write_manifest
@@ -36,26 +36,14 @@ from fecontact.outputs.records.stored import (
     stored_placement,
     write_arrays,
 )
-from fecontact.outputs.tables import picked
 from fecontact.profiles.library import content_of, file_of_identity, is_known
 from fecontact.profiles.reading import is_short_form
 from fecontact.runs.identity import case_id, input_files, origin_of, provenance
-from fecontact.solving.map import (
-    LoadLimit,
-    MapCell,
-    MapPosition,
-    force_limit,
-    load_limit,
-    solve_position,
-    solved_cell,
-    stiffness_of,
-    with_laws,
-)
 from fecontact.solving.meshes import would_be_refined
 from fecontact.solving.solve import CaseResult, Effort, solve, unrefined
 from fecontact.wheel_rail.placement import Placement
 
-SCHEMA = "fecontact/solved/1"
+SCHEMA = "fecontact/solved/2"
 SOLVED, FIELDS, PROFILES = "solved.json", "fields.npz", "profiles"
 """What was solved, its fields, and the profiles that are files."""
 RESULT, ROW = "result.json", "row.json"
@@ -63,7 +51,7 @@ RESULT, ROW = "result.json", "row.json"
 _BODIES = ("rail.vtu", "wheel.vtu")
 _SHOWN = ("case.png", "case.svg", "case.vtm", "contact.vtp", "hertz_ellipse.vtp")
 
-Result = TypeVar("Result", CaseResult, MapPosition)
+Result = TypeVar("Result")
 
 
 def case_folder(out: Path, name: str) -> Path:
@@ -71,54 +59,67 @@ def case_folder(out: Path, name: str) -> Path:
     return out / "cases" / name
 
 
-def position_folder(out: Path, name: str) -> Path:
-    """Folder of a finished position; another one for other inputs or other loads."""
-    return out / "positions" / name
-
-
 @dataclass(frozen=True, kw_only=True)
 class Solving:
-    """What a worker does with a case, or with a position under several loads, which increase: solve it and keep it.
-
-    `settings` are those of the command.
-    """
+    """What a worker does with a case: solve it and keep it; `settings` are those of the command."""
 
     case: Case
     name: str
-    loads_N: tuple[float, ...] = ()
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def __call__(self, folder: Path, finished: Path | None) -> bool:
         """Solve, or judge again what is in the finished folder, and write all files."""
-        again = None if finished is None else self.judged_again(finished)
-        if again is not None and finished is not None:
-            _copy_solved(finished, folder, self.case)
-            if isinstance(again, CaseResult):
-                from fecontact.outputs.paraview.vtk import write_contact_vtk
+        if finished is not None and (again := judged_again(read_case, finished, self.case)) is not None:
+            from fecontact.outputs.paraview.vtk import write_contact_vtk
 
-                write_contact_vtk(again, folder)
-                keep_told(again, Told.of(again), folder, self.settings)
+            copy_solved(finished, folder, self.case)
+            write_contact_vtk(again, folder)
+            keep_told(again, Told.of(again), folder, self.settings)
             return False
-        result = solve_position(self.case, self.loads_N) if self.loads_N else solve(self.case)
+        result = solve(self.case)
         keep_solved(result, self.case, folder)
-        if isinstance(result, CaseResult):
-            keep_told(result, Told.of(result), folder, self.settings)
-        if case_id(self.case, self.loads_N) != self.name:
-            raise InputError("a profile's file changed while it was used for solving; give the same command again")
+        keep_told(result, Told.of(result), folder, self.settings)
+        refuse_changed_profiles(self.case, self.name)
         return result.short_of_memory
 
-    def judged_again(self, finished: Path) -> CaseResult | MapPosition | None:
-        """What is stored by the criteria and readings of today, None where a new solution would have more."""
-        read = read_position if self.loads_N else read_case
-        try:
-            result = read(finished, criteria=self.case.criteria, creep=self.case.creep)
-        except InputError:
-            # of another layout
-            return None
-        placement = result.placement
-        refined = placement is not None and any(would_be_refined(load, placement) for load in result.solved)
-        narrowed = isinstance(result, CaseResult) or result.limit.narrowed
-        return result if narrowed and not refined else None
+
+class OfLoads(Protocol):
+    """What was solved at a position."""
+
+    @property
+    def placement(self) -> Placement | None:
+        """None where the wheel could not be placed."""
+
+    @property
+    def solved(self) -> tuple[JudgedLoad, ...]:
+        """All loads that gave numbers."""
+
+
+Solved = TypeVar("Solved", bound=OfLoads)
+
+
+def judged_again(read: Callable[..., Solved], finished: Path, case: Case) -> Solved | None:
+    """What is stored by the criteria and readings of today, None where a new solution would have more."""
+    try:
+        result = read(finished, criteria=case.criteria, creep=case.creep)
+    except InputError:
+        # of another layout
+        return None
+    placement = result.placement
+    refined = placement is not None and any(would_be_refined(load, placement) for load in result.solved)
+    return None if refined else result
+
+
+def refuse_changed_profiles(case: Case, name: str, loads_N: Sequence[float] = ()) -> None:
+    """Refuse what was solved where its inputs have another name by now.
+
+    Raises
+    ------
+    InputError
+        If the file of a profile is another one.
+    """
+    if case_id(case, loads_N) != name:
+        raise InputError("a profile's file changed while it was used for solving; give the same command again")
 
 
 def job_of(case: Case, folder: Path, work: Work, *, label: str = "") -> Job:
@@ -146,20 +147,18 @@ class Told:
         return cls(row={"id": case_id(result.case), **case_row(result)}, record=result_record(result))
 
 
-def keep_solved(result: CaseResult | MapPosition, case: Case, folder: Path) -> None:
-    """Put what was solved into a folder: all that it can be judged again from, and the meshes of a case."""
-    folder.mkdir(parents=True, exist_ok=True)
-    copy_profiles(case, folder)
-    if isinstance(result, CaseResult):
-        from fecontact.outputs.paraview.vtk import write_case_vtk
+def keep_solved(result: CaseResult, case: Case, folder: Path) -> None:
+    """Put a solved case into a folder: all that it can be judged again from, and its meshes."""
+    from fecontact.outputs.paraview.vtk import write_case_vtk
 
-        write_case_vtk(result, folder)
-        peaks = {body: asdict(peak) for body, peak in result.von_mises.items()}
-        own: dict[str, Any] = {"von_mises": peaks, "effort": asdict(result.effort)}
-    else:
-        stopped = None if result.stopped is None else _cell_record(result.stopped)
-        cells = [_cell_record(cell) for cell in result.cells]
-        own = {"cells": cells, "tried": len(result.tried), "stopped": stopped, "reason": result.limit.reason}
+    peaks = {body: asdict(peak) for body, peak in result.von_mises.items()}
+    keep_loads(result, case, folder, von_mises=peaks, effort=asdict(result.effort))
+    write_case_vtk(result, folder)
+
+
+def keep_loads(result: OfLoads, case: Case, folder: Path, **own: Any) -> None:
+    """Put the solved loads of a position into a folder: all that they can be judged again from, and what is `own`."""
+    copy_profiles(case, folder)
     arrays: Arrays = {}
     record = {
         "schema": SCHEMA,
@@ -170,10 +169,6 @@ def keep_solved(result: CaseResult | MapPosition, case: Case, folder: Path) -> N
     }
     write_arrays(folder / FIELDS, arrays)
     write_json(folder / SOLVED, record)
-
-
-def _cell_record(cell: MapCell) -> dict[str, Any]:
-    return picked(cell, "load_N status short_of_memory")
 
 
 def keep_told(result: CaseResult, told: Told, folder: Path, settings: Mapping[str, Any] | None = None) -> None:
@@ -202,7 +197,7 @@ def copy_profiles(case: Case, folder: Path) -> None:
             own.write_bytes(file[1])
 
 
-def _copy_solved(finished: Path, folder: Path, case: Case) -> None:
+def copy_solved(finished: Path, folder: Path, case: Case) -> None:
     """Take what was solved over into a new folder, with the criteria by which it is judged from now on."""
     for file in (FIELDS, *_BODIES):
         if (finished / file).is_file():
@@ -213,7 +208,7 @@ def _copy_solved(finished: Path, folder: Path, case: Case) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Stored:
+class Stored:
     """What a folder has of a solved position; the case by the criteria and creepages that are asked for."""
 
     record: Mapping[str, Any]
@@ -238,24 +233,17 @@ def read_case(folder: str | Path, *, criteria: Criteria | None = None, creep: Cr
     InputError
         If the folder holds no finished case, or one of another layout, and what to do.
     """
-    return _read(_case_of, Path(folder), criteria, creep)
+    return read_stored(_case_of, Path(folder), criteria, creep)
 
 
-def read_position(
-    folder: str | Path, *, criteria: Criteria | None = None, creep: Creep | None = None, creep_laws: bool = False
-) -> MapPosition:
-    """Do as `read_case` does, for a position; with `creep_laws` its laws of creep forces too, in seconds a load."""
-    position = _read(_position_of, Path(folder), criteria, creep)
-    return with_laws(position) if creep_laws else position
-
-
-def _read(of: Callable[[_Stored], Result], folder: Path, criteria: Criteria | None, creep: Creep | None) -> Result:
+def read_stored(of: Callable[[Stored], Result], folder: Path, criteria: Criteria | None, creep: Creep | None) -> Result:
+    """What a function makes of a stored position, by other criteria and creepages if they are given."""
     record = solved_in(folder)
     with refused_if_changed(folder, "solve it again"):
         case = stored_case(folder, record["case"])
         case = replace(case, criteria=criteria or case.criteria, creep=creep or case.creep)
         placement = None if record["placement"] is None else stored_placement(case, record["placement"])
-        return of(_Stored(record=record, case=case, placement=placement, arrays=read_arrays(folder / FIELDS)))
+        return of(Stored(record=record, case=case, placement=placement, arrays=read_arrays(folder / FIELDS)))
 
 
 @contextmanager
@@ -270,7 +258,7 @@ def refused_if_changed(path: Path, remedy: str) -> Iterator[None]:
         raise InputError(f"{path}: it cannot be read ({said}); {remedy}") from error
 
 
-def _case_of(stored: _Stored) -> CaseResult:
+def _case_of(stored: Stored) -> CaseResult:
     placement, effort = stored.placement, stored.record["effort"]
     assert placement is not None
     return CaseResult(
@@ -284,31 +272,6 @@ def _case_of(stored: _Stored) -> CaseResult:
             peak_memory_MB=float(effort["peak_memory_MB"]),
         ),
         bodies=None,
-    )
-
-
-def _position_of(stored: _Stored) -> MapPosition:
-    record, shift, placement = stored.record, stored.case.lateral_shift_mm, stored.placement
-    cells = {cell["load_N"]: MapCell(lateral_shift_mm=shift, **cell) for cell in record["cells"]}
-    stopped = record["stopped"] and MapCell(lateral_shift_mm=shift, **record["stopped"])
-    if placement is None:
-        limit = LoadLimit(reason=record["reason"])
-        return MapPosition(lateral_shift_mm=shift, cells=tuple(cells.values()), limit=limit)
-    tried = tuple(stored.judged(number, tried=True) for number in range(record["tried"]))
-    for number in range(len(tried), len(record["loads"])):
-        judged = stored.judged(number)
-        cells[judged.load_N] = solved_cell(shift, judged)
-    found = tuple(cells.values())
-    limit = load_limit(found, tried, stopped=stopped)
-    return MapPosition(
-        lateral_shift_mm=shift,
-        cells=found,
-        limit=limit,
-        force_limit=force_limit(found, tried, placement, limit),
-        placement=placement,
-        stiffness=stiffness_of(found),
-        tried=tried,
-        stopped=stopped,
     )
 
 
@@ -326,15 +289,6 @@ def solved_in(folder: Path) -> Mapping[str, Any]:
     if not isinstance(record, Mapping) or found != SCHEMA:
         raise InputError(f"{path}: its layout is {found}, not {SCHEMA}; solve it again")
     return record
-
-
-def has_open_loads(folder: Path) -> bool:
-    """Whether a finished position has loads that failed or did not converge, so that it is worth another try."""
-    try:
-        return not all(usable(cell) for cell in solved_in(folder)["cells"])
-    except (InputError, KeyError, TypeError):
-        # not there or damaged: it is solved anyway
-        return False
 
 
 def stored_case(folder: Path, record: Mapping[str, Any]) -> Case:

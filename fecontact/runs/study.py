@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import math
 import secrets
 import time
@@ -18,7 +17,7 @@ from typing import Any, TypeVar
 from fecontact.case import INPUTS, Case, unusual
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import FecontactError, InputError, failed, usable
-from fecontact.files import json_text, read_json, write_text
+from fecontact.files import read_json, write_text
 from fecontact.jobs.engine import Progress, RunSettings, finish, open_run
 from fecontact.jobs.remaining import duration
 from fecontact.jobs.workers import Done, default_workers
@@ -33,12 +32,12 @@ from fecontact.outputs.documents import (
 )
 from fecontact.outputs.figures.case import case_figure
 from fecontact.outputs.figures.study import study_figure
-from fecontact.outputs.records.results import Row, case_inputs, input_columns, read_row, result_record, versions
+from fecontact.outputs.records.results import Row, input_columns, read_row, result_record, versions
 from fecontact.outputs.words import case_words, verdict_reason
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail
 from fecontact.regression.checks import Check, report
-from fecontact.runs.casefile import Study, load_study
+from fecontact.runs.casefile import Study, kinds, load_study
 from fecontact.runs.identity import case_id, with_absolute_paths
 from fecontact.runs.store import ROW, Solving, Told, case_folder, job_of, keep_solved, keep_told, read_case, seal_case
 from fecontact.solving.placing import place_case
@@ -101,7 +100,7 @@ def cost_of(cases: Sequence[Case], workers: int) -> Cost | None:
         with suppress(FecontactError):
             unknowns = preview(case).degrees_of_freedom
             first.append(unknowns)
-            most.append(max(unknowns, min(_REFINED * unknowns, case.refine_degrees_of_freedom)))
+            most.append(max(unknowns, min(_REFINED * unknowns, case.most_unknowns)))
     if not first:
         return None
     each = len(cases) / len(first) / workers
@@ -194,9 +193,13 @@ def _profile_problems(cases: tuple[Case, ...]) -> Iterable[str]:
         yield from _problem(partial(resolve_wheel, name, reading))
 
 
+# groups of inputs that say where a wheel is on its rail
+_WHERE = ("pair", "position", "wheelset", "standing", "irregular", "profiles")
+
+
 def _positions(cases: tuple[Case, ...]) -> list[Case]:
     """A case for each position of a wheel on a rail, whatever the load is."""
-    where = [slot for slot in INPUTS if slot.group in ("place", "profiles")]
+    where = [slot for slot in INPUTS if slot.group in _WHERE]
     return list({tuple(slot.of(case) for slot in where): case for case in cases}.values())
 
 
@@ -481,16 +484,74 @@ def _conclude(study: Study, rows: list[Row], out: Path) -> str | None:
     return study.conclude(rows, out)
 
 
+# --- Many cases from Python, as `fecontact run` solves them.
+
+
+def run(
+    study: str | Path | Study | Iterable[Case],
+    out: str | Path,
+    *,
+    quick: bool = False,
+    workers: int | None = None,
+    threads: int = 1,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> StudyOutcome:
+    """Solve many cases at a time, each once, and write their tables, pictures and ParaView files.
+
+    The same call goes on where an interrupted one stopped. `outcome.rows` is a list of flat dictionaries, one a case,
+    with units in their keys, as `pandas.DataFrame` takes it.
+
+    Parameters
+    ----------
+    study
+        Cases, or a study file: a script with `cases(quick=False)`, or TOML.
+    out
+        Folder for the results; `fecontact.load` reads them back.
+    quick
+        The small version of a study file.
+    workers
+        Cases at a time; as many as there are cores and 2 GB of memory for each, if not given.
+    threads
+        Threads that each case computes on.
+    force
+        Solve finished cases again, and write into a folder that holds other results.
+    progress
+        Called with the number of finished cases, the number of cases, and what is under way.
+
+    Raises
+    ------
+    InputError
+        If the study cannot be read, or another run has the folder. A case that cannot be solved is not an error but a
+        row whose status says why.
+    """
+    settings = RunSettings(workers=workers, threads=threads, force=force)
+    found = _study(study, Path(out), quick)
+    prepare_for_study(Path(out), found.name, force=force)
+    return run_study(found, Path(out), settings=settings, progress=progress)
+
+
+def _study(study: str | Path | Study | Iterable[Case], out: Path, quick: bool) -> Study:
+    if isinstance(study, Study):
+        return study
+    if isinstance(study, str | Path):
+        return load_study(study, quick=quick)
+    cases = tuple(study)
+    if not cases or not all(isinstance(case, Case) for case in cases):
+        raise InputError("run: give at least one Case and nothing else, or the file of a study")
+    return Study(name=out.name, cases=cases)
+
+
 # --- A first example: a position at which Hertz's peak is right and its patch is not, and a sphere, where all is.
 
 _RADIUS_MM = 460.0
-POSITION = Case(lateral_shift_mm=3.0, refine_degrees_of_freedom=0)
+POSITION = Case(lateral_shift_mm=3.0, refine="never")
 # two cylinders of one radius that cross at right angles touch as a sphere of that radius touches a plane
 SPHERE = Case(
     rail=f"circle:{_RADIUS_MM:g}",
     wheel=f"cylinder:{_RADIUS_MM:g}",
     inclination_rad=0.0,
-    refine_degrees_of_freedom=0,
+    refine="never",
 )
 
 
@@ -603,10 +664,6 @@ def checked_studies(paths: Sequence[Path], *, quick: bool = False) -> tuple[Stud
 
 # --- The folder of results before anything is solved: whether it can be written, and whether other results are in it.
 
-_KINDS = {ROW: "case", "study.json": "study", "map.json": "map"}
-# of the case of a map these are the map's own, or those by which it is judged
-_NOT_OF_A_MAP = ("lateral_shift_mm", "load_N", "criteria", "creep")
-
 
 def prepare_for_case(out: Path, case: Case, *, force: bool = False) -> None:
     """Make the folder of a case and see that it can be written; one with other results in it is taken by force alone.
@@ -619,25 +676,17 @@ def prepare_for_case(out: Path, case: Case, *, force: bool = False) -> None:
         If it cannot be written.
     """
     name = case_id(case)
-    _prepare(out, ROW, lambda stored: stored["row"]["id"] == name, force)
+    prepare(out, ROW, lambda stored: stored["row"]["id"] == name, force)
 
 
 def prepare_for_study(out: Path, name: str, *, force: bool = False) -> None:
     """Do as `prepare_for_case` does, for a study."""
-    _prepare(out, "study.json", lambda stored: stored["study"] == name, force)
+    prepare(out, "study.json", lambda stored: stored["study"] == name, force)
 
 
-def prepare_for_map(out: Path, case: Case, *, force: bool = False) -> None:
-    """Do as `prepare_for_case` does, for a map, whose shifts, loads, criteria and friction may be others."""
-    own = {name: value for name, value in case_inputs(case).items() if name not in _NOT_OF_A_MAP}
-    written = json.loads(json_text(own))
-    _prepare(
-        out, "map.json", lambda stored: all(stored["case"].get(name) == value for name, value in written.items()), force
-    )
-
-
-def _prepare(out: Path, own: str, is_own: Callable[[Any], bool], force: bool) -> None:
-    for file, kind in () if force else _KINDS.items():
+def prepare(out: Path, own: str, is_own: Callable[[Any], bool], force: bool) -> None:
+    """Make the folder of results whose file is `own`; others in it, that are not its own either, are taken by force."""
+    for file, kind in () if force else kinds().items():
         if (out / file).is_file() and not (file == own and _holds(is_own, out / file)):
             which = f"another {kind}" if file == own else f"a {kind}"
             raise InputError(f"{out} holds {which} ({file}), which would be lost; give another --out, or --force")

@@ -1,4 +1,4 @@
-"""Theories of the pressure without finite elements: one at a case's position, and contact tables of them."""
+"""Theories of the pressure without finite elements: at a case's position, and in contact tables."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fecontact.solving.position import direction_of_case, expect_on_half_space, 
 from fecontact.wheel_rail.placement import Placement
 
 HALF_SPACE = "half_space"
-"""The theory that is a solution, by the name it has among `THEORIES`."""
+"""Name of the half-space among `THEORIES`, the only theory that is a solution."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -28,9 +28,9 @@ class TheoryAlone:
     Attributes
     ----------
     normal_force_N
-        That it is given: of a vertical load that over the cosine of the contact angle at first touch.
+        Force given to the theory: a vertical load is divided by the cosine of the contact angle at first touch.
     contact
-        What it says; None where it has no contact, see `problem`.
+        Contact by the theory; None without a contact, see `problem`.
     """
 
     name: str
@@ -42,26 +42,27 @@ class TheoryAlone:
 
     @property
     def status(self) -> str:
-        """What the theory says of its own answer in a word; `solved` where it is in its range."""
+        """Status of the theory's answer; `solved` if the theory is in its range."""
         return "no contact" if self.contact is None else self.contact.status
 
     @property
     def measures(self) -> Measures | None:
-        """Its measures; None where it has no contact."""
+        """Measures of the contact; None without a contact."""
         return None if self.contact is None else measures_of_theory(self.contact)
 
 
 def theory_alone(case: Case, name: str) -> TheoryAlone:
     """Place a case and evaluate one of `THEORIES` by its name.
 
-    A theory that says nothing of its own, such as springs at a single touch point, is Hertz, and says so. Range of
-    validity: strips carry the whole force along the normal at first touch; where patches stand at 17 and 7 degrees to a
-    vertical load (S1002 on 60E1, 5 mm, 50 kN) that is 3 % more than it takes, which springs and half-space know.
+    A theory that does not differ from Hertz, such as springs at a single touch point, gives Hertz with a note. Range of
+    validity: strips carry the whole force along the normal at first touch. With patches at 17 and 7 degrees to a
+    vertical load (S1002 on 60E1, 5 mm, 50 kN) this force is 3 % too large; springs and half-space do not have this
+    error.
 
     Raises
     ------
     InputError
-        As `place_case` does, and where there is no ellipse for Hertz, or no contact on the half-space.
+        As in `place_case`, and if there is no ellipse for Hertz, or no contact on the half-space.
     ConvergenceError
         If a patch on the half-space grows without bound.
     """
@@ -78,7 +79,7 @@ def theory_of(loaded: Loaded, name: str) -> TheoryAlone:
     Raises
     ------
     InputError
-        Where there is no ellipse for Hertz.
+        If there is no ellipse for Hertz.
     """
     made = THEORIES[name].approximate(loaded)
     if made is None:
@@ -99,16 +100,16 @@ def theory_of(loaded: Loaded, name: str) -> TheoryAlone:
 
 
 def normal_force_of(case: Case, placement: Placement) -> float:
-    """Force (N) along the contact normal at first touch under a case's load, if that touch point carries all of it."""
+    """Force (N) along the contact normal at first touch under a case's load, if first touch carries all of it."""
     return case.load_N / float(placement.first.normal @ direction_of_case(case, placement))
 
 
-# --- Lines of a contact table over lateral shift and load: what a vehicle code looks up in place of solving a contact.
+# --- Lines of a contact table over lateral shift and load, which a vehicle code looks up instead of solving a contact.
 
 STRIPS = "strip"
-"""The strip method, by the name it has among `THEORIES`."""
+"""Name of the strip method among `THEORIES`."""
 _CENTRE = "centre_over_b"
-# Part of the force to either side over which the stiffness of the strips is taken.
+# The stiffness of the strips is a difference over this part of the force to either side.
 _SIDE = 0.02
 _OPEN = Standing(answer="UNRESOLVED")
 
@@ -120,16 +121,16 @@ class TableLine:
     Attributes
     ----------
     case
-        With shift and load of the line.
+        Case with shift and load of the line.
     placement
-        None where the wheel cannot stand, see `problem`.
+        Placement; None if the wheel cannot stand, see `problem`.
     hertz, points
-        The ellipse at the first touch point, and those at all touch points as springs; None where there is none.
+        The ellipse at the first touch point, and Hertz's springs at all touch points; None if there is no ellipse.
     strips, strip_stiffness_N_per_mm
-        The strip method's contact, and by how much its force grows with the approach; None where it has no contact.
+        The strip method's contact and its stiffness; None without a contact.
     cheapest
-        The cheapest theory whose peak, area, half-widths and centre are within the case's criteria of the strips'; open
-        where there are no strips, or they are out of their range. It is no verdict: nothing is solved.
+        The cheapest theory whose peak, area, half-widths and centre agree with the strips within the case's criteria;
+        open if there are no strips, or strips are out of their range. It is no verdict: nothing is solved.
     problem
         What is missing, in words.
     """
@@ -145,9 +146,9 @@ class TableLine:
 
 
 def table_lines(case: Case, lateral_shifts_mm: Sequence[float], loads_N: Sequence[float]) -> Iterator[TableLine]:
-    """Lines by shift, then load; where a wheel cannot stand, or no ellipse fits, a line says so.
+    """Lines by shift, then load; if a wheel cannot stand, or no ellipse fits, the line gives the problem.
 
-    A wheel is placed once a shift, but for a roll that depends on the load.
+    A wheel is placed once for each shift, or for each load if the roll depends on the load.
     """
     every_load = case.roll == "loaded" and case.roll_load_N is None
     for shift in lateral_shifts_mm:
@@ -184,14 +185,14 @@ def _line(case: Case, placement: Placement) -> TableLine:
 
 
 def _stiffness(loaded: Loaded) -> float:
-    """By how much the strips' force grows with the approach (N/mm), on the gap of their contact."""
+    """Stiffness dF/dapproach of the strips (N/mm), on the gap of their contact."""
     line = gap_line_of(loaded)
     less, more = (strip(line, (1.0 + side) * loaded.normal_force_N) for side in (-_SIDE, _SIDE))
     return (more.normal_force_N - less.normal_force_N) / (more.approach_mm - less.approach_mm)
 
 
 def _standings(loaded: Loaded, strips: Approximation) -> Iterator[Standing]:
-    """Theories from the cheapest on: it holds within the criteria of the strips, Hertz on both sides of a junction."""
+    """Standing of each theory against the strips, the cheapest first; at a junction Hertz must hold on both sides."""
     for name in THEORIES:
         if name == HERTZ_GAUGE:
             continue

@@ -376,6 +376,9 @@ _FINEST = 0.25
 _FAR_APART = 1.0
 # Seconds a solution, beyond it minutes; two patches of S1002 on 60E1 take up to 184 thousand.
 _MOST_NODES = 200_000
+# How much longer steps are made where nodes would be too many, as those of the rim around a patch come on top; the
+# longer one where the first is not enough.
+_RIMS = (1.02, 1.05)
 FEWEST_NODES = 8.0
 """Nodes that are left to the least lobes where all of them would be more than are solved."""
 
@@ -540,29 +543,30 @@ def _fitted_grid(rung: Rung, nodes: int) -> ContactGrid:
     followed = followed_mm(sizes)
     step_x, step_s = (length / nodes for length in followed)
     most = _MOST_NODES * (1 if grid.half else 2)
-    # the least lobes get fewer nodes where all of them would be too many, no others
     wanted = (x_high - x_low) * (s_high - s_low) / (most * step_x * step_s)
-    fewer = min(max(1.0, 1.02 * math.sqrt(wanted)), nodes / FEWEST_NODES)
-    step_x, step_s = (
-        max(step, min(fewer * step, min(large) / nodes))
-        for step, large in zip((step_x, step_s), zip(*sizes.large, strict=True), strict=True)
-    )
-    x_low = 0.0 if grid.half else x_low - 3.0 * step_x
-    s_low = s_low - 3.0 * step_s
-    count_x = int(np.ceil((x_high + 3.0 * step_x - x_low) / step_x))
-    count_s = int(np.ceil((s_high + 3.0 * step_s - s_low) / step_s))
-    if count_x * count_s > most:
-        lobe = nodes * step_s
-        raise ConvergenceError(
-            f"a lobe of the contact is {lobe:.2g} mm from its peak to a valley, in a patch"
-            f" {s_high - s_low:.1f} mm wide: nodes that follow it would be {count_x} by {count_s}, and at most {most}"
-            f" are solved, which {lobe * count_x * count_s / most:.2g} mm or more need; give a lateral shift 0.2 mm"
-            " beside it, or another load"
+    for rim in _RIMS:
+        # the least lobes get fewer nodes where all of them would be too many, no others
+        fewer = min(max(1.0, rim * math.sqrt(wanted)), nodes / FEWEST_NODES)
+        along_x, across = (
+            max(step, min(fewer * step, min(large) / nodes))
+            for step, large in zip((step_x, step_s), zip(*sizes.large, strict=True), strict=True)
         )
-    return ContactGrid(
-        x_mm=np.asarray(x_low + step_x * np.arange(count_x + 1)),
-        s_mm=np.asarray(s_low + step_s * np.arange(count_s + 1)),
-        half=grid.half,
+        first_x = 0.0 if grid.half else x_low - 3.0 * along_x
+        first_s = s_low - 3.0 * across
+        count_x = int(np.ceil((x_high + 3.0 * along_x - first_x) / along_x))
+        count_s = int(np.ceil((s_high + 3.0 * across - first_s) / across))
+        if count_x * count_s <= most:
+            return ContactGrid(
+                x_mm=np.asarray(first_x + along_x * np.arange(count_x + 1)),
+                s_mm=np.asarray(first_s + across * np.arange(count_s + 1)),
+                half=grid.half,
+            )
+    lobe = nodes * across
+    raise ConvergenceError(
+        f"a lobe of the contact is {lobe:.2g} mm from its peak to a valley, in a patch {s_high - s_low:.1f} mm wide:"
+        f" nodes that follow it would be {count_x} by {count_s}, and at most {most} are solved, which"
+        f" {lobe * count_x * count_s / most:.2g} mm or more need; give a lateral shift 0.2 mm beside it, or another"
+        " load"
     )
 
 

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from fecontact.arrays import Floats
 from fecontact.case import Case
-from fecontact.comparison.judging import Evidence, JudgedLoad, judge_hertz
-from fecontact.comparison.measures import PointNoise, patch_of
+from fecontact.comparison.judging import Evidence, JudgedLoad, fails_for_certain, judge_hertz, profiles_leave_open
+from fecontact.comparison.lines import Lines
+from fecontact.comparison.measures import patch_of
 from fecontact.comparison.solved_load import MESH_RATIO, Level, SolvedLoad, elements_off
 from fecontact.comparison.verdict import worst_of
 from fecontact.contact.elements import Bands, UnitResponse
@@ -33,9 +34,8 @@ from fecontact.solving.position import (
     Position,
     Room,
     fine_zone,
-    hertz_of_case,
+    lines_of_case,
     more_room,
-    point_noise,
 )
 from fecontact.wheel_rail.placement import Placement
 
@@ -410,12 +410,11 @@ class Meshes:
         """
         case, placement = position.case, position.placement
         with position.clock.step("expect the patch"):
-            own = (hertz_of_case(case, placement), position.expected.half_space)
-            noise = point_noise(case, placement, own)
+            lines = lines_of_case(case, placement)
         self._not_enlarged = []
         levels = [self._level(position, 1.0), self._level(position, MESH_RATIO)]
         stop: InputError | None = None
-        while stop is None and is_open(case, levels, placement, noise):
+        while stop is None and is_open(case, levels, placement, lines, position.expected.half_space):
             stop = self._refine(position, levels)
         with position.clock.step("ladder"):
             hertz = hertz_from_hessian(
@@ -429,7 +428,7 @@ class Meshes:
                 half_space=position.expected.half_space,
                 turned=_turned(position),
                 quadratic=quadratic_rung(placement.first, hertz, half=case.half, nodes=case.nodes_a_semi_axis),
-                point_noise=noise,
+                lines=lines,
                 limits=(
                     *_limits(position, levels),
                     *(f"the contact zone cannot be enlarged: {error}" for error in self._not_enlarged),
@@ -447,10 +446,9 @@ class Meshes:
     def _refine(self, position: Position, levels: list[Level]) -> InputError | None:
         """Put a level on finer meshes before the others, or say why there is none."""
         case = position.case
-        if (expected := finer_degrees_of_freedom(levels)) > case.refine_degrees_of_freedom:
+        if (expected := finer_degrees_of_freedom(levels)) > case.most_unknowns:
             return InputError(
-                f"the next meshes would have about {expected} of at most {case.refine_degrees_of_freedom} degrees of"
-                " freedom"
+                f"the next meshes would have about {expected} of at most {case.most_unknowns} degrees of freedom"
             )
         try:
             levels.insert(0, self._level(position, MESH_RATIO ** (1 - len(levels))))
@@ -525,33 +523,33 @@ def _limits(position: Position, levels: Sequence[Level]) -> Iterator[str]:
         )
 
 
-def is_open(case: Case, levels: Sequence[Level], placement: Placement, noise: PointNoise | None) -> bool:
+def is_open(case: Case, levels: Sequence[Level], placement: Placement, lines: Lines | None, half_space: Rung) -> bool:
     """Whether the verdict on a load is open and another pair of meshes may decide it.
 
-    With `Case.evidence` also that of the elements' own nodes. Elements that are too coarse for where they are look too
-    soft or too stiff: finer ones do not, unless they are.
+    If `Case.refine` is "evidence", also that of the elements' own nodes. Elements that are too coarse for where they
+    are look too soft or too stiff: finer ones do not, unless they are.
     """
-    most = _MOST_FOR_EVIDENCE if case.evidence else _MOST_MESHES
+    most = _MOST_FOR_EVIDENCE if case.refine == "evidence" else _MOST_MESHES
     if any(level.status != "converged" for level in levels) or len(levels) == most:
         return False
     # what the profiles alone leave open no mesh decides
-    if noise is not None and _open_by("profiles", case, levels, placement, noise):
+    if profiles_leave_open(case, levels, placement, lines):
         return False
     if elements_off(levels):
-        return True
-    asked: tuple[Evidence, ...] = ("fe", "elements") if case.evidence else ("fe",)
-    return any(_open_by(one, case, levels, placement, noise) for one in asked)
+        return not fails_for_certain(judge_hertz(case, levels, placement, lines), half_space)
+    asked: tuple[Evidence, ...] = ("fe", "elements") if case.refine == "evidence" else ("fe",)
+    return any(_open_by(one, case, levels, placement, lines) for one in asked)
 
 
-def _open_by(by: Evidence, case: Case, levels: Sequence[Level], placement: Placement, noise: PointNoise | None) -> bool:
-    return worst_of(judge_hertz(case, levels, placement, noise, by=by)).answer == "UNRESOLVED"
+def _open_by(by: Evidence, case: Case, levels: Sequence[Level], placement: Placement, lines: Lines | None) -> bool:
+    return worst_of(judge_hertz(case, levels, placement, lines, by=by)).answer == "UNRESOLVED"
 
 
 def would_be_refined(load: JudgedLoad, placement: Placement) -> bool:
     """Whether a new solution would go on where a stored one, as it is judged now, leaves the verdict open."""
     solved = load.solved
-    affordable = finer_degrees_of_freedom(solved.levels) <= load.case.refine_degrees_of_freedom
-    return affordable and is_open(load.case, solved.levels, placement, solved.point_noise)
+    affordable = finer_degrees_of_freedom(solved.levels) <= load.case.most_unknowns
+    return affordable and is_open(load.case, solved.levels, placement, solved.lines, solved.half_space)
 
 
 def finer_degrees_of_freedom(levels: Sequence[Level]) -> int:

@@ -1,4 +1,4 @@
-"""The wheel of a case on its rail, alone or as one of both wheels of a wheelset, also pressed into both rails."""
+"""Placement of a case's wheel on its rail, alone or in a wheelset, also with loaded wheels."""
 
 from __future__ import annotations
 
@@ -26,41 +26,40 @@ from fecontact.wheel_rail.wheelset import (
     possible_wheelset_shifts,
 )
 
-# --- The roll of a wheelset whose wheels are pressed into their rails, each by its own vertical load.
+# --- The roll of a wheelset whose wheels are pressed into their rails, each by a vertical load.
 #
-# Without a load both wheels touch. Under it each approaches its rail, by more where the contact is more curved or more
-# inclined, and the rigid axle rolls until both sides have one height again.
+# Without load both wheels touch. Under load each wheel approaches its rail, by more if the contact is more curved or
+# more inclined. The rigid axle rolls until the heights of both sides agree again.
 
-# Loads of running wheels move the roll by some hundredths of a mrad; twice as much is looked at, and so on up to this.
+# First and last range of the search for the roll; loads of running wheels change the roll by some hundredths of a mrad.
 _FIRST_RAD, _MOST_RAD = 2e-5, 1e-2
 _UP = np.array([0.0, 0.0, 1.0])
-# A picometre in height: touch points on flat gaps move by a thousand times that.
+# Tolerance of the roll, a picometre in height: touch points on flat gaps move by a thousand times this.
 _ROLL_RAD = 1e-15
 
 
 def place_loaded_wheelset(wheelset: Wheelset, case: Case) -> PlacedWheelset:
-    """Set the wheelset of a case on its rails with the roll at which both wheels, loaded, have one height of the axle.
+    """Set the wheelset of a case on its rails with the roll at which the axle heights of both loaded wheels agree.
 
-    h_left(roll) - d_left(roll) = h_right(roll) - d_right(roll), with the heights h of the axle's centre at which each
-    wheel just touches its rail, and the vertical approaches d of Hertz's springs at all its touch points, which carry
-    its wheel's load together.
+    h_left(roll) - d_left(roll) = h_right(roll) - d_right(roll), with the height h of the axle's centre at which a wheel
+    just touches its rail, and the vertical approach d at which Hertz's springs at all touch points carry the wheel's
+    load.
 
-    Range of validity: loads are vertical, as `Case.roll_loads_N` has them, without friction; what holds the wheelset
-    sideways and keeps it from rolling over is the vehicle's matter. What the bodies and the track give way farther
-    below is taken to be the same on both sides. Under unequal loads it is not: a rail that sinks 1 mm more rolls the
-    wheelset by 0.67 mrad, which is a matter of the track and comes on top.
+    Range of validity: vertical loads, as in `Case.roll_loads_N`, without friction; the vehicle holds the wheelset
+    sideways and against rolling over. Bodies and track below the contacts yield equally on both sides. Under unequal
+    loads they do not: a rail that sinks 1 mm more rolls the wheelset by 0.67 mrad, in addition to this roll.
 
     Returns
     -------
     PlacedWheelset
-        Both wheels as they touch, unloaded, at that roll; its axle has the height under the load.
+        Both wheels unloaded at this roll; the axle height is the height under load.
 
     Raises
     ------
     InputError
-        As `place_wheelset` does, and where the surfaces conform at a touch point: there is no spring then.
+        As in `place_wheelset`, and if the surfaces conform at a touch point, so that there is no spring.
     ConvergenceError
-        If there is no such roll near that of the unloaded wheelset.
+        If there is no such roll near the roll of the unloaded wheelset.
     """
     shift, yaw = case.lateral_shift_mm, case.yaw_rad
     touching = place_wheelset(wheelset, shift, yaw).roll_rad
@@ -69,15 +68,16 @@ def place_loaded_wheelset(wheelset: Wheelset, case: Case) -> PlacedWheelset:
         left, right = (_height_mm(wheelset, case, roll_rad, side) for side in SIDES)
         return left - right
 
-    # it falls with the roll, as the heights of touching wheels do
+    # the difference falls with the roll, as it does for unloaded wheels
     start, reach = difference(touching), _FIRST_RAD
     sign = 1.0 if start > 0.0 else -1.0
     while start * difference(touching + sign * reach) > 0.0:
         reach *= 2.0
         if reach > _MOST_RAD:
+            loads = " and ".join(f"{load_N / 1e3:g} kN ({side})" for side, load_N in case.roll_loads_N().items())
             raise ConvergenceError(
                 f"lateral shift {shift:g} mm of the wheelset: no roll is found at which the wheels carry"
-                f" {_loads_text(case)} at one height of the axle; take another roll"
+                f" {loads} at one height of the axle; take another roll"
             )
     roll = float(brentq(difference, touching, touching + sign * reach, xtol=_ROLL_RAD))
     return PlacedWheelset(
@@ -91,7 +91,7 @@ def place_loaded_wheelset(wheelset: Wheelset, case: Case) -> PlacedWheelset:
 
 
 def _height_mm(wheelset: Wheelset, case: Case, roll_rad: float, side: TrackSide) -> float:
-    """Height of the axle's centre over the rail's highest point, the wheel of one side pressed into its rail."""
+    """Height of the axle's centre over the rail's highest point, with the wheel of a side pressed into its rail."""
     placement = _placed(wheelset, case, roll_rad, side)
     load_N = case.roll_loads_N()[side]
     points = hertz_points(placement, load_N, direction=_UP, contact_modulus_MPa=case.contact_modulus_MPa)
@@ -99,10 +99,6 @@ def _height_mm(wheelset: Wheelset, case: Case, roll_rad: float, side: TrackSide)
         problem = next(point.problem for point in points.points if point.problem)
         raise InputError(f"{side} side of the wheelset: {problem}; take another roll")
     return float(placement.wheel.centre_mm[2]) - points.shared_approach_mm
-
-
-def _loads_text(case: Case) -> str:
-    return " and ".join(f"{load_N / 1e3:g} kN ({side})" for side, load_N in case.roll_loads_N().items())
 
 
 def _placed(wheelset: Wheelset, case: Case, roll_rad: float, side: TrackSide) -> Placement:
@@ -113,11 +109,11 @@ def _placed(wheelset: Wheelset, case: Case, roll_rad: float, side: TrackSide) ->
     return placed
 
 
-# --- The wheel of a case on its rail, alone or as one of both wheels of a wheelset; light enough for a table of them.
+# --- The wheel of a case on its rail, alone or in a wheelset; fast enough for tables.
 
 
 def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Placement:
-    """Put the wheel of a case on its rail; `rail` and `wheel` stand for the case's own lines where given.
+    """Put the wheel of a case on its rail; `rail` and `wheel` replace the case's profiles if given.
 
     Raises
     ------
@@ -130,11 +126,11 @@ def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None
 
 
 def _place_smooth(case: Case, rail: Profile | None, wheel: Profile | None) -> Placement:
-    """The placement by the profiles alone."""
+    """The placement by the profiles alone, without irregularities."""
     if case.roll != "given":
         return place_wheelset_of_case(case, rail=rail, wheel=wheel).side(case.side)
     if not case.opposite.is_mirror_image:
-        raise InputError("what is on the opposite side counts only for the roll of a wheelset; give roll = 'touching'")
+        raise InputError("the opposite side is used only for the roll of a wheelset; give roll = 'touching'")
     case_wheel = resolve_wheel(case.wheel, case.wheel_file)
     return place(
         rail or resolve_rail(case.rail, case.rail_file),
@@ -156,7 +152,7 @@ def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Pr
     Raises
     ------
     InputError, ConvergenceError
-        As `place_case`, for both sides, and as `place_loaded_wheelset` where the roll is that under the load.
+        As in `place_case` for both sides, and as in `place_loaded_wheelset` if the roll is the roll under load.
     """
     wheelset = wheelset_of_case(case, rail=rail, wheel=wheel)
     try:
@@ -166,7 +162,7 @@ def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Pr
     except InputError as error:
         if makes_a_wheelset(case.rail, case.wheel):
             raise
-        # a case that was made from another one has that one's roll
+        # a case that was derived from another case has the other case's roll
         raise InputError(
             f"roll is {case.roll!r}, but {case.wheel} on {case.rail} has no place in the track where both wheels could"
             " touch: circles, cylinders and crane rails make no wheelset; give roll = 'given'"
@@ -174,7 +170,7 @@ def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Pr
 
 
 def wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Wheelset:
-    """Both wheels of a case over both rails; the opposite side is the mirror image where nothing else is given."""
+    """Both wheels of a case over both rails; the opposite side is the mirror image if nothing else is given."""
     other = case.opposite
     own = _pair(case, Opposite(), rail, wheel)
     if other.is_mirror_image:
@@ -184,7 +180,7 @@ def wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Profile 
 
 
 def _pair(case: Case, side: Opposite, rail_line: Profile | None, wheel_line: Profile | None) -> Pair:
-    """A side that has what is not its own from the case; a radius of its own is before that of a wheel's text."""
+    """The pair of a side; the case gives what the side leaves open, and a side's radius overrides its wheel's text."""
     rail, resolved = side.rail or case.rail, resolve_wheel(side.wheel or case.wheel, case.wheel_file)
     return pair_of(
         rail_line or resolve_rail(rail, case.rail_file),
@@ -204,7 +200,7 @@ def _track(case: Case, rail: str) -> Track:
 
 
 def roll_of_case(case: Case, placement: Placement) -> float:
-    """Roll (rad) of the wheelset as it stands, positive where it lifts the left wheel: found, or that of the case."""
+    """Roll (rad) of the wheelset, computed or given by the case; a positive roll lifts the left wheel."""
     if case.roll == "given":
         return case.roll_rad
     _, sine, cosine = placement.wheel.axes[2]
@@ -215,7 +211,7 @@ def roll_of_case(case: Case, placement: Placement) -> float:
 
 
 def geometry(case: Case, shifts_mm: Sequence[float]) -> ContactFunctions:
-    """The wheelset of a case at many shifts; the case's own shift, roll and side do not count.
+    """The wheelset of a case at many shifts; shift, roll and side of the case are ignored.
 
     >>> import fecontact
     >>> found = fecontact.geometry(fecontact.Case(), [0.0, 5.0])
@@ -225,7 +221,7 @@ def geometry(case: Case, shifts_mm: Sequence[float]) -> ContactFunctions:
     Raises
     ------
     InputError
-        If the wheelset can stand at none of the shifts, naming those at which it can.
+        If the wheelset can stand at none of the shifts; the message gives the possible shifts.
     """
     wheelset = wheelset_of_case(case)
     found = contact_functions(wheelset, shifts_mm, case.yaw_rad)

@@ -1,8 +1,8 @@
 """Contact of bodies that yield: pressure and plastic strain found together, on the elastic factors.
 
-A load goes up from first yield in steps. In each the pressure that the bodies carry and the plastic strain that follows
-from it are corrected together until neither changes: bodies answer both through their elastic stiffness, the pressure
-follows from a model of their compliance as in `contact.solver`, the strain from the law of the material.
+The load rises from first yield in steps. In each step pressure and plastic strain are corrected together until neither
+changes: the bodies answer both through their elastic stiffness, the pressure follows from a model of their compliance
+as in `contact.solver`, and the plastic strain from the law of the material.
 """
 
 from __future__ import annotations
@@ -38,20 +38,21 @@ from fecontact.fe.stress import (
     von_mises,
 )
 
-# Of rail and wheel; a body without a yield stress has no elements that may yield, and arrays of no rows.
+# Arrays of rail and wheel; a body without a yield stress has no elements that may yield, and arrays without rows.
 Pair = tuple[Floats, ...]
 
 STEPS = 4
 """Load steps from first yield to the load; with half of them the peak moves by 1 % at 2.5 times the yield stress."""
-# Relative change of pressure and plastic strain by a correction: the peak is then within 5e-5.
+# Relative change of pressure and plastic strain by the last correction: the peak is then within 5e-5.
 TOLERANCE = 1e-4
 _MOST_CORRECTIONS = 60
 _DEPTH = 6
-# Elements whose elastic stress comes so near to the yield stress may yield: where others do, stress is shed to them.
+# Elements may yield if their elastic stress exceeds this part of the yield stress: yielding elements shed stress to
+# their neighbours.
 _MAY_YIELD = 0.4
-# The climb begins below first yield, as Gauss points see it.
+# The climb begins with the largest stress at the Gauss points at this part of the yield stress.
 _BELOW_YIELD = 0.95
-# Elastic solutions on the way, of which peak stress and pressure are taken alone.
+# Tolerance of elastic solutions on the way, of which only peak stress and pressure are used.
 _ON_THE_WAY = 1e-5
 _SEARCHES = 4
 
@@ -65,13 +66,13 @@ class PlasticContact:
     states
         Plastic state in the zones of rail and wheel.
     strains
-        Total strains there.
+        Total strains in the zones.
     displacements_mm
-        Of all nodes (n, 3), of rail and wheel.
+        Displacements (n, 3) of all nodes of rail and wheel.
     corrections
-        How many were made; each costs a back-substitution a body.
+        Number of corrections; each costs a back-substitution for each body.
     change
-        Relative change of pressure and plastic strain by the last of them.
+        Relative change of pressure and plastic strain by the last correction.
     """
 
     load_N: float
@@ -102,25 +103,25 @@ class YieldingBodies:
     def of(
         cls, coupled: CoupledBodies, problem: ContactProblem, model: Compliance, pressure_MPa: Floats
     ) -> YieldingBodies:
-        """Find the elements that may yield up to the load of an elastic pressure (n,)."""
+        """Bodies with zones of the elements that may yield up to the load of an elastic pressure (n,)."""
         displacements = coupled.displacements(pressure_MPa)
         zones = (_zone(body, u) for body, u in zip((coupled.rail, coupled.wheel), displacements, strict=True))
         return cls(coupled=coupled, problem=problem, model=model, zones=tuple(zones))
 
     def with_yield(self, factor: float) -> YieldingBodies:
-        """The bodies with yield stresses that are so many times as high."""
+        """The bodies with yield stresses multiplied by a factor."""
         zones = (replace(zone, law=replace(zone.law, yield_MPa=factor * zone.law.yield_MPa)) for zone in self.zones)
         return replace(self, zones=tuple(zones))
 
     def elastic(self, load_N: float, start_MPa: Floats) -> PlasticContact:
-        """The elastic contact under a load, for its pressure and stresses on the way."""
+        """The elastic contact under a load, for pressure and stresses on the way."""
         return self.virgin(
             load_N,
             solve_by_correction(self.problem, load_N, self.model, start_MPa=start_MPa, tolerance=_ON_THE_WAY),
         )
 
     def virgin(self, load_N: float, solution: ContactSolution) -> PlasticContact:
-        """An elastic solution as one without plastic strain."""
+        """An elastic solution as a contact without plastic strain."""
         u = self.coupled.displacements(solution.pressure_MPa)
         states = tuple(zone.none() for zone in self.zones)
         return PlasticContact(
@@ -128,16 +129,16 @@ class YieldingBodies:
         )
 
     def yield_used(self, contact: PlasticContact) -> tuple[float, ...]:
-        """Largest von Mises stress over the yield stress at a Gauss point of rail and wheel; 0 of one without."""
+        """Largest von Mises stress over yield stress at a Gauss point of rail and of wheel; 0 without yield stress."""
         return tuple(
             float(zone.law.von_mises(strains, state).max(initial=0.0)) / zone.law.yield_MPa
             for zone, strains, state in zip(self.zones, contact.strains, contact.states, strict=True)
         )
 
     def first_yield(self, loaded: PlasticContact) -> PlasticContact:
-        """The elastic contact just below first yield, from one under a larger load, by secants of the logarithms.
+        """The elastic contact just below first yield, from a contact under a larger load, by secants of the logarithms.
 
-        The last of a few where none is, which `is_first_yield` tells.
+        If the search fails, the last contact is returned, and `_is_below_yield` is false for it.
         """
         power, before, here = 1.0 / 3.0, None, loaded
         for _ in range(_SEARCHES):
@@ -152,21 +153,21 @@ class YieldingBodies:
         return here
 
     def climb(self, start: PlasticContact, load_N: float, steps: int = STEPS) -> list[PlasticContact]:
-        """Contacts under rising loads, in equal steps from a start up to a load; the start is not among them."""
-        found = [start]
+        """Contacts under loads that rise in equal steps from a start to a load, without the start."""
+        contacts = [start]
         for next_N in np.linspace(start.load_N, load_N, steps + 1)[1:]:
-            found.append(self._step(found[-1], float(next_N)))
-            if found[-1].solution.status != "converged":
+            contacts.append(self._step(contacts[-1], float(next_N)))
+            if contacts[-1].solution.status != "converged":
                 break
-        return found[1:]
+        return contacts[1:]
 
     def unloaded(self, contact: PlasticContact) -> Pair:
-        """Displacements (nodes, 3) in mm of both bodies by their plastic strain alone."""
+        """Displacements (nodes, 3) in mm of both bodies by their plastic strain alone, without load."""
         forces = self._forces(_strains_of(contact.states))
         return self.coupled.displacements(np.zeros_like(contact.solution.pressure_MPa), forces)
 
     def holds(self, contact: PlasticContact) -> bool:
-        """Whether nothing yields beside the zones, and no pressure is at the edge of its nodes."""
+        """Whether nothing yields outside the zones, and no pressure reaches the edge of the pressure nodes."""
         pressure = contact.solution.pressure_MPa.reshape(self.coupled.grid.shape)
         at_edge = bool(pressure[-1].any() or pressure[:, [0, -1]].any())
         if not self.coupled.grid.half:
@@ -178,7 +179,7 @@ class YieldingBodies:
         )
 
     def _step(self, start: PlasticContact, load_N: float) -> PlasticContact:
-        """Go up to another load."""
+        """The contact under another load, from the plastic state of a contact."""
         coupled, cheap = self.coupled, replace(self.problem, compliance=self.model)
         packing = self._packing(start.solution.pressure_MPa)
         p = start.solution.pressure_MPa * (load_N / start.load_N)
@@ -194,7 +195,7 @@ class YieldingBodies:
             solution = solve_contact(inner, load_N, start_MPa=p, tolerance=0.01 * TOLERANCE)
             strains = self._strains(u)
             states = self._flow(start, strains)
-            # what went in, and what came of it
+            # input and output of this correction
             old = packing.pack(p, plastic)
             new = packing.pack(solution.pressure_MPa, _strains_of(states))
             change = packing.change(old, new)
@@ -227,7 +228,7 @@ class YieldingBodies:
         )
 
     def _packing(self, pressure: Floats) -> _Packing:
-        """Weights by which pressures and plastic strains are of one kind, energies; both as of the whole contact."""
+        """Weights that turn pressures and plastic strains into energies; both are of the whole contact."""
         unit = np.zeros_like(pressure)
         highest = int(np.argmax(pressure))
         unit[highest] = 1.0
@@ -251,7 +252,7 @@ def _zone(body: ElasticBody, displacements: Floats) -> PlasticZone:
 
 
 def _yields_beside(zone: PlasticZone, mesh: BodyMesh, displacements: Floats) -> bool:
-    """Whether elements yield that are not in a zone."""
+    """Whether elements outside a zone yield."""
     beside = np.setdiff1d(np.arange(len(mesh.hexes)), zone.elements)
     others = PlasticZone.of(mesh, zone.law, beside)
     stress = zone.law.von_mises(others.strains(displacements), others.none())
@@ -283,7 +284,7 @@ class _Packing:
         return vector[:start] / self.pressure, tuple(plastic)
 
     def change(self, old: Floats, new: Floats) -> float:
-        """Relative change: of the pressure to its peak, of the plastic strain in its energy."""
+        """Relative change of the pressure, to its peak, or of the plastic strain, in energy; the larger of both."""
         n = self.pressure.size
         p, q = old[:n] / self.pressure, new[:n] / self.pressure
         size = float(np.linalg.norm(new[n:]))
@@ -293,16 +294,16 @@ class _Packing:
 
 # --- The rung of bodies that yield: the climb from first yield to a load, read on the nodes of the elastic rungs.
 
-# A contact, elastic or not, under a load: its rungs on the elements' own nodes and on finer ones.
+# Reads a contact, elastic or not, under a load: its rungs on the elements' nodes and on finer nodes.
 Read = Callable[[ContactSolution, float], tuple[Rung, Rung]]
 
-# Of tensors (3, 3) in the order of stresses.
+# Indices of tensors (3, 3) in the order of stresses.
 _ORDER = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Climb:
-    """What came of bodies that may yield: the rung, and the contact behind it, None where nothing yields."""
+    """Outcome for bodies that may yield: the rung and its contact; None if nothing yields."""
 
     yielded: Yielded
     contact: PlasticContact | None
@@ -316,27 +317,27 @@ def climb(
     *,
     sparing: bool,
 ) -> Climb:
-    """Load bodies up to a load; not converged where the climb does not reach it, or first yield was not found.
+    """Load bodies up to a load; not converged if the climb does not reach it, or first yield was not found.
 
     Parameters
     ----------
     elastic
-        The elastic solution under that load, and its rungs on the elements' own nodes and on finer ones.
+        The elastic solution under this load, and its rungs on the elements' nodes and on finer nodes.
     sparing
-        Leaves out what is known from one mesh alone: the path, half as many steps, other yield stresses.
+        Leaves out what is computed on a single mesh only: the path, half as many steps, other yield stresses.
     """
     solution, nodal, fe = elastic
     loaded = bodies.virgin(load_N, solution)
     if max(bodies.yield_used(loaded)) <= 1.0:
-        found = Yielded(fe=fe, nodal=nodal, bodies=_bodies(bodies, loaded, loaded, None), by_band={})
-        return Climb(yielded=found, contact=None)
+        rungs = Yielded(fe=fe, nodal=nodal, bodies=_bodies(bodies, loaded, loaded, None), by_band={})
+        return Climb(yielded=rungs, contact=None)
     start = bodies.first_yield(loaded)
     way = bodies.climb(start, load_N)
     last = way[-1]
     on_nodes, on_finer = read(last.solution, load_N)
     if not _arrived(bodies, last) or not _is_below_yield(max(bodies.yield_used(start))):
         on_nodes = replace(on_nodes, status="not converged")
-    found = Yielded(
+    rungs = Yielded(
         fe=on_finer,
         nodal=on_nodes,
         bodies=_bodies(bodies, start, loaded, last),
@@ -345,7 +346,7 @@ def climb(
         by_band={},
         imprint_mm=float(bodies.coupled.opening(*bodies.unloaded(last)).max()),
     )
-    return Climb(yielded=found, contact=last)
+    return Climb(yielded=rungs, contact=last)
 
 
 def with_variants(
@@ -355,9 +356,9 @@ def with_variants(
     load_N: float,
     read: Read,
 ) -> Climb:
-    """The same with half as many steps and with other yield stresses, which coarse meshes tell well enough.
+    """A climb repeated with half as many steps and with other yield stresses, for which coarse meshes are good enough.
 
-    Not converged where one of these does not reach the load: what is stated hangs on them.
+    Not converged if a repetition does not reach the load, since stated errors depend on all of them.
     """
     if climbed.contact is None:
         return climbed
@@ -387,14 +388,14 @@ def with_variants(
 
 
 def _arrived(bodies: YieldingBodies, last: PlasticContact) -> bool:
-    """Whether a climb, which ends with the first contact that is not found, came to its load and is well there."""
+    """Whether a climb, which ends with the first contact that fails, reached its load with a valid contact."""
     return last.solution.status == "converged" and bodies.holds(last)
 
 
 def _path(
     bodies: YieldingBodies, way: Sequence[PlasticContact], last: tuple[Rung, Rung], read: Read
 ) -> tuple[PathPoint, ...]:
-    """Every load of the way beside elastic bodies under it; `last` has the rungs of both under the last."""
+    """Yielding and elastic bodies under every load of the way; `last` has the rungs of both under the last load."""
     points = []
     for one in way:
         pair = last
@@ -421,29 +422,31 @@ def _steps(elastic: Rung, plastic: Rung) -> dict[str, float]:
 def _bodies(
     bodies: YieldingBodies, start: PlasticContact, loaded: PlasticContact, last: PlasticContact | None
 ) -> dict[str, YieldedBody]:
-    """Of each body that may yield: first yield from elastic contacts near it and under the load, then the last.
+    """Yield of each body that may yield: first yield, from elastic contacts near it and under the load, and extent.
 
-    The points that flow tell first yield. Stress at the nodes is a mean of the elements around, which sees too little
-    of a patch that is narrow beside them; it serves where a body is so far from yield that no points may flow.
+    First yield follows from the Gauss points. Stress at the nodes is a mean of the adjacent elements, which is too low
+    below a narrow patch; it is used only if a body is so far from yield that it has no zone.
     """
-    found: dict[str, YieldedBody] = {}
+    extents: dict[str, YieldedBody] = {}
     power, at_points = _power(bodies, start, loaded), bodies.yield_used(start)
     for k, body in enumerate((bodies.coupled.rail, bodies.coupled.wheel)):
         law = bodies.zones[k].law
         if math.isinf(law.yield_MPa):
             continue
         used = at_points[k] or stress_peak(body, start.displacements_mm[k]).von_mises_MPa / law.yield_MPa
-        one = YieldedBody(
+        at_first = YieldedBody(
             yield_MPa=law.yield_MPa,
             tangent_MPa=body.material.tangent_MPa,
             first_yield_N=start.load_N * used ** (-1.0 / power),
         )
-        found[body.mesh.name] = one if last is None else _extent(one, body.mesh, bodies.zones[k], last.states[k])
-    return found
+        extents[body.mesh.name] = (
+            at_first if last is None else _extent(at_first, body.mesh, bodies.zones[k], last.states[k])
+        )
+    return extents
 
 
 def _power(bodies: YieldingBodies, start: PlasticContact, loaded: PlasticContact) -> float:
-    """The power of the load with which stress rises from first yield on; a third, as below ellipses, where none is."""
+    """Power of the load with which stress rises from first yield; a third, as below an ellipse, if it is not known."""
     if start is loaded:
         return 1.0 / 3.0
     rises = max(bodies.yield_used(loaded)) / max(bodies.yield_used(start))
@@ -451,7 +454,7 @@ def _power(bodies: YieldingBodies, start: PlasticContact, loaded: PlasticContact
 
 
 def _extent(one: YieldedBody, mesh: BodyMesh, zone: PlasticZone, state: PlasticState) -> YieldedBody:
-    """Where a body has yielded, at Gauss points."""
+    """Extent of the yielded part of a body, from its Gauss points."""
     strain = state.equivalent.ravel()
     flowed = strain > 0.0
     if not np.any(flowed):
@@ -479,8 +482,8 @@ def _extent(one: YieldedBody, mesh: BodyMesh, zone: PlasticZone, state: PlasticS
 def nodal_fields(bodies: YieldingBodies, contact: PlasticContact) -> Mapping[str, Mapping[str, Floats]]:
     """Arrays at the nodes of each body that may yield.
 
-    `equivalent_plastic_strain` (n,), `von_mises_plastic_MPa` (n,) under the load, `imprint_mm` (n, 3): displacements
-    that stay without it, base and driver held.
+    `equivalent_plastic_strain` (n,), `von_mises_plastic_MPa` (n,) under the load, and `imprint_mm` (n, 3):
+    displacements that remain without load, with base and driver held.
     """
     found: dict[str, Mapping[str, Floats]] = {}
     alone = bodies.unloaded(contact)

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from fecontact.arrays import Floats
 from fecontact.case import RESOLUTIONS, Case
-from fecontact.comparison.measures import PointNoise, spread
+from fecontact.comparison.judging import judge_line
+from fecontact.comparison.lines import FILTER, Lines, OnLine
 from fecontact.contact.grid import Rung
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.fe.body import BodyMesh, check_memory, choose_solver
@@ -25,7 +26,7 @@ from fecontact.fe.section import Stretch
 from fecontact.normal.hertz import HertzContact, hertz_from_hessian
 from fecontact.normal.touch_hertz import HertzPoints, hertz_points
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.smoothing import Variant, variant
+from fecontact.profiles.smoothing import other_lines
 from fecontact.solving.expected_patch import ExpectedPart, ExpectedPatch, TrueGap, expected_patch
 from fecontact.solving.placing import place_case
 from fecontact.wheel_rail.placement import Placement
@@ -96,7 +97,7 @@ def hertz_of_case(case: Case, placement: Placement) -> HertzContact:
             raise
         raise InputError(
             f"{error}; the line of {' and '.join(of_points)} goes through its points as they are: give"
-            " --rail-smoothing-mm or --wheel-smoothing-mm a width, or look for a wrong point with `fecontact profiles`"
+            " --rail-filter-mm or --wheel-filter-mm a width, or look for a wrong point with `fecontact profiles`"
         ) from None
 
 
@@ -196,8 +197,12 @@ def _expecting(case: Case, placement: Placement, clock: Clock) -> Position:
     )
 
 
-def expect_on_half_space(case: Case, placement: Placement | None = None) -> tuple[HertzContact, ExpectedPatch]:
+def expect_on_half_space(
+    case: Case, placement: Placement | None = None, *, nodes: int | None = None
+) -> tuple[HertzContact, ExpectedPatch]:
     """Hertz's ellipse of a case and the half-space under its true gap: all that can be said without finite elements.
+
+    `nodes` on the narrowest semi-axis are those of the case if not given.
 
     Raises
     ------
@@ -210,7 +215,7 @@ def expect_on_half_space(case: Case, placement: Placement | None = None) -> tupl
     hertz = hertz_of_case(case, placement)
     true_gap = true_gap_of_case(case, placement)
     expected = expected_patch(
-        true_gap, case.load_N, half=case.half, nodes=case.nodes_a_semi_axis, guess_mm=1.1 * hertz.approach_mm
+        true_gap, case.load_N, half=case.half, nodes=nodes or case.nodes_a_semi_axis, guess_mm=1.1 * hertz.approach_mm
     )
     refuse_fully_plastic(case, float(expected.half_space.pressure_MPa.max()))
     # elements whose size is given have it everywhere
@@ -249,26 +254,24 @@ def direction_of_case(case: Case, placement: Placement) -> Floats:
 
 # --- A case on the other lines that its measured points allow: what they leave open of Hertz and of the half-space.
 
-# Enough draws to know their scatter to a third.
-_WIDTHS: tuple[Variant, ...] = ("narrow", "double")
-_DRAWS: tuple[Variant, ...] = tuple(range(6))
+# Deviations move from line to line by what lines are, and 16 nodes a semi-axis read that as well as 32.
+_NODES_A_LINE = 16
+OWN_LINE = "own line"
 Value = TypeVar("Value")
 
 
-def point_noise(case: Case, placement: Placement, own: tuple[HertzContact, Rung]) -> PointNoise | None:
-    """Half-spaces that show what profiles given by points leave open; None where both are exact lines.
+def lines_of_case(case: Case, placement: Placement) -> Lines | None:
+    """Every theory against the half-space, on the own line and on all others that points allow; None of exact lines."""
 
-    `own` is Hertz and the half-space of the profiles as they are.
-    """
+    def on_line(label: str, placed: Placement) -> OnLine:
+        _, expected = expect_on_half_space(case, placed, nodes=_NODES_A_LINE)
+        return judge_line(label, case, placed, expected.half_space)
 
-    def solved(placed: Placement) -> tuple[HertzContact, Rung]:
-        hertz, expected = expect_on_half_space(case, placed)
-        return hertz, expected.half_space
-
-    if (found := _on_other_lines(case, placement, solved)) is None:
+    found = _on_lines(case, placement, on_line)
+    if not found:
         return None
-    thinned, widths, draws = found
-    return PointNoise(own=own, thinned=thinned[0] if thinned else own, widths=tuple(widths), draws=tuple(draws))
+    own, *others = (OnLine(label=label) if one is None else one for label, one in found.items())
+    return Lines(own=own, others=tuple(others))
 
 
 def hertz_uncertainty(case: Case, placement: Placement) -> dict[str, float] | None:
@@ -277,55 +280,58 @@ def hertz_uncertainty(case: Case, placement: Placement) -> dict[str, float] | No
     None where both are exact lines; NaN where another line does not come into contact.
     """
 
-    def read(placed: Placement) -> dict[str, float]:
+    def read(_: str, placed: Placement) -> dict[str, float]:
         hertz = hertz_of_case(case, placed)
         return {"p_max_MPa": hertz.p0_MPa, "a_mm": hertz.extent_x_mm / 2.0, "b_mm": hertz.extent_y_mm / 2.0}
 
-    if (found := _on_other_lines(case, placement, read)) is None:
+    found = _on_lines(case, placement, read)
+    if not found:
         return None
-    thinned, widths, draws = found
-    own = read(placement)
-    return {name: value / own[name] for name, value in spread(own, thinned=thinned, widths=widths, draws=draws).items()}
+    own = read(OWN_LINE, placement)
+    return {
+        name: max(math.nan if one is None else abs(one[name] / value - 1.0) for one in found.values())
+        for name, value in own.items()
+    }
 
 
-def _on_other_lines(
-    case: Case, placement: Placement, evaluate: Callable[[Placement], Value]
-) -> tuple[list[Value | None], list[Value | None], list[Value | None]] | None:
-    """Something of the case with thinned lines, with other widths, and with other noise; None for exact lines."""
+def _on_lines(case: Case, placement: Placement, evaluate: Callable[[str, Placement], Value]) -> dict[str, Value | None]:
+    """Something of the case on its own line and on every other one by its label; empty of exact lines.
+
+    The same filter is taken for rail and wheel, and None stands for lines that do not come into contact.
+    """
     rail, wheel = placement.rail.profile, placement.wheel.profile
-    smooth = rail.measured is not None or wheel.measured is not None
-    interpolated = rail.thinned() is not None or wheel.thinned() is not None
-    if not interpolated and not smooth:
-        return None
+    rails, wheels = _labelled(rail), _labelled(wheel)
+    labels = dict.fromkeys([*rails, *wheels])
+    own = _own_label(rail, wheel)
 
-    def with_lines(rail: Profile, wheel: Profile) -> Value | None:
+    def with_lines(label: str) -> Value | None:
         try:
-            return evaluate(place_case(case, rail=rail, wheel=wheel))
+            return evaluate(label, place_case(case, rail=rails.get(label, rail), wheel=wheels.get(label, wheel)))
         except (InputError, ConvergenceError):
             return None
 
-    thinned = [with_lines(*_thinned(case, placement))] if interpolated else []
-    widths = [with_lines(variant(rail, which), variant(wheel, which)) for which in _WIDTHS if smooth]
-    draws = [with_lines(variant(rail, which), variant(wheel, which)) for which in _DRAWS if smooth]
-    return thinned, widths, draws
+    return {own: evaluate(own, placement), **{label: with_lines(label) for label in labels}} if labels else {}
 
 
-def _thinned(case: Case, placement: Placement) -> tuple[Profile, Profile]:
-    """Rail and wheel through one or the other half of their points, whichever moves Hertz's peak pressure more.
+def _own_label(rail: Profile, wheel: Profile) -> str:
+    """What the own line is, where rail and wheel were smoothed alike."""
+    made = {_filter(p.measured.filter_mm, p.measured.nominal) for p in (rail, wheel) if p.measured is not None}
+    return made.pop() if len(made) == 1 else OWN_LINE
 
-    A wrong point is in one of the halves only: the other one shows what it does.
-    """
-    rail, wheel = placement.rail.profile, placement.wheel.profile
-    own = hertz_of_case(case, placement).p0_MPa
 
-    def moves(lines: tuple[Profile, Profile]) -> float:
-        try:
-            return abs(hertz_of_case(case, place_case(case, rail=lines[0], wheel=lines[1])).p0_MPa - own)
-        except (InputError, ConvergenceError):
-            return math.inf
+def _filter(filter_mm: float, nominal: str) -> str:
+    return f"{FILTER} {filter_mm:.3g} mm" + (f" from {nominal}" if nominal else "")
 
-    firsts: tuple[Literal[0, 1], ...] = (0, 1)
-    return max(((rail.thinned(first) or rail, wheel.thinned(first) or wheel) for first in firsts), key=moves)
+
+def _labelled(profile: Profile) -> dict[str, Profile]:
+    """Lines that the points of a profile allow beside its own by their labels, as they are through either half."""
+    if profile.measured is None:
+        halves = {f"half {k + 1} of the points": profile.thinned(k) for k in (0, 1)}
+        return {label: line for label, line in halves.items() if line is not None}
+    return {
+        f"noise {one.draw + 1}" if one.draw >= 0 else _filter(one.filter_mm, one.nominal): one.profile
+        for one in other_lines(profile)
+    }
 
 
 # --- Hertz's theory alone at a case's position: what a solution is compared with, in milliseconds.
@@ -531,7 +537,7 @@ def unknowns_of(elements_x: int, elements_s: int, *, half: bool) -> float:
 def cpu_seconds(unknowns: float) -> float:
     """CPU seconds of a solution on one thread, with the coarser meshes and the half-spaces, but for `START_SECONDS`.
 
-    Measured by `fecontact solve --refine-degrees-of-freedom 0` of S1002 on 60E1 under 100 kN, by PARDISO on one core
+    Measured by `fecontact solve --refine never` of S1002 on 60E1 under 100 kN, by PARDISO on one core
     (AMD EPYC, virtual, 2026): -6, -2, 0, 1, 3 and 5 mm at `quick`, 1 and 3 mm at `standard`, 3 mm at `fine`, and 3 mm
     with a yaw; 32 to 183 thousand unknowns. Users' and system's seconds are met to 10 % on one patch, and are up to
     40 % more where several patches make half-spaces dear.
@@ -563,7 +569,7 @@ class Preview:
         Along x and across: sizes, and how many there are in the fine zone.
     degrees_of_freedom, cpu_seconds, memory_GB
         Of `fecontact solve` on its first meshes, to 10 % and to a factor of two; a refinement takes up to
-        `Case.refine_degrees_of_freedom`.
+        `Case.most_unknowns`.
     """
 
     case: Case

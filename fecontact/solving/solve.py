@@ -1,4 +1,4 @@
-"""From a case to its result, and several loads at one position: placement, meshes, contact, Hertz, verdict."""
+"""Solving a case, or several loads at one position: placement, meshes, contact, Hertz, verdict."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from fecontact.wheel_rail.placement import Placement
 
 @dataclass(frozen=True, kw_only=True)
 class Effort:
-    """What the finite elements of a case cost: solver path, wall seconds and resident memory after each step."""
+    """Cost of the finite elements of a case: solver path, wall seconds, and resident memory after each step."""
 
     path: SolverName
     seconds: Mapping[str, float]
@@ -39,16 +39,16 @@ class Effort:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CaseResult:
-    """Everything that a case gives; it can be pickled, with its meshes but without their factors.
+    """Result of a case; it can be pickled with its meshes, but without their factors.
 
     Attributes
     ----------
     load
-        The load as it was solved, field by field and rung by rung, with all that is read from it.
+        The solved load with all its fields and rungs, and all measures and verdicts.
     von_mises
-        Largest von Mises stress of rail and wheel, and where it lies.
+        Largest von Mises stress of rail and wheel, and its place.
     bodies
-        Both meshes with their displacements; None in a result that was read from a folder, which has them as
+        Both meshes with their displacements; None in a result that was read from a folder, which has them in
         `rail.vtu` and `wheel.vtu`.
     """
 
@@ -68,12 +68,12 @@ class CaseResult:
 
     @property
     def solved(self) -> tuple[JudgedLoad, ...]:
-        """All loads that gave numbers, as a position of a map has them."""
+        """The load as a tuple, as a position of a map has its solved loads."""
         return (self.load,)
 
     @property
     def short_of_memory(self) -> bool:
-        """Whether the machine had too little memory for all that was asked for."""
+        """Whether the machine had too little memory for some of what was asked for."""
         return self.load.solved.short_of_memory
 
     @property
@@ -103,7 +103,7 @@ class CaseResult:
 
     @property
     def grid(self) -> ContactGrid:
-        """Pressure nodes on the rail's surface, of the whole contact: x (nx,) on both sides of 0, s (ns,) across."""
+        """Pressure nodes of the whole contact on the rail's surface: x (nx,) on both sides of 0, s (ns,) across."""
         return self.load.fe.pressure.whole().grid
 
     @property
@@ -118,12 +118,12 @@ class CaseResult:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is to be known of the profiles and of the contact as a whole."""
+        """Notes about the profiles and about the contact as a whole."""
         return tuple(position_notes(self.placement, self.comparison))
 
 
 def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
-    """Solve one case on two meshes, find the rungs between Hertz and them, judge, and refine an open verdict.
+    """Solve a case on two meshes, compute the rungs between Hertz and finite elements, judge, refine an open verdict.
 
     Parameters
     ----------
@@ -133,8 +133,8 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
     Raises
     ------
     InputError
-        For inputs that cannot be solved, naming value, range and remedy; `NotEnoughMemory` where the machine has too
-        little. A contact that does not converge is not an error but a result whose `status` says so.
+        For inputs that cannot be solved, with value, range and remedy; `NotEnoughMemory` if the machine has too little
+        memory. A contact that does not converge is no error, but a result with this `status`.
     """
     case.creep.refuse_unheard()
     position = position_of(case, progress=progress)
@@ -164,7 +164,7 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
 
 
 def peak_memory_MB() -> float:
-    """Largest resident memory of this process so far; what it has now, where the system does not keep the largest."""
+    """Largest resident memory of this process so far, or the present memory if the system does not record it."""
     try:
         import resource
     except ImportError:
@@ -183,26 +183,26 @@ def peak_memory_MB() -> float:
 # Assembly and factors do not depend on the load: after the first load of a mesh each further one costs only its contact
 # iterations, started from the half-space pressure.
 
-# Loads share meshes whose elements are at most so many times finer than the largest of them asks for: a coarse mesh
-# that served all loads would have too few elements for the smallest, and a fine one too many for the largest.
+# Loads share meshes if the elements are at most so many times finer than the largest load needs: a mesh for all loads
+# would have too few elements for the smallest load, or too many for the largest.
 _MOST_FINER = 1.5
-# An expected semi-axis is a number of nodes, so that a load between two others may ask for so many times finer elements
-# than either: meshes for such loads have them.
+# An expected semi-axis is a whole number of nodes, so that a load between two others may need so many times finer
+# elements than both: shared meshes are finer by this factor.
 _SPARE = 1.0 + 1.0 / NODES_A_SEMI_AXIS
-# Rounding of what is asked for twice.
+# Allowance for rounding in the comparison of element sizes.
 _SAME = 1.0 + 1e-9
 
 
 class LoadSweep:
-    """A position that is solved for one load after the other.
+    """A position that is solved for several loads, one after the other.
 
-    Loads are best given from the largest down: each goes to the smallest meshes made for a load at least as large on
-    which its patch has the elements that the resolution asks for. Only one set of meshes is in memory at a time.
+    Loads are best given from the largest down. Each is solved on the smallest meshes that were made for a load at least
+    as large and have fine enough elements for its patch. Only one set of meshes is in memory at a time.
 
     Parameters
     ----------
     planned_N
-        Loads to come; meshes are made so that some of them can share them.
+        Loads to come; meshes are made so that several loads can share them.
     """
 
     def __init__(self, case: Case, planned_N: Sequence[float] = ()) -> None:
@@ -211,22 +211,22 @@ class LoadSweep:
         self.placement = self._position.placement
         self._planned: dict[float, Position] = {}
         for load_N in sorted(set(planned_N), reverse=True):
-            # a load that cannot be solved says so when it is its turn
+            # a load that cannot be solved is reported when it is solved
             with suppress(InputError, ConvergenceError):
                 self._planned[load_N] = self._position.for_load(load_N)
         self._groups: list[Meshes] = []
         self._open: Meshes | None = None
 
     def solve(self, load_N: float, *, refine: bool = True) -> JudgedLoad:
-        """Solve one load; with `refine` on finer meshes too while its verdict is open, as the case allows.
+        """Solve a load; with `refine` also on finer meshes while its verdict is open, as far as the case allows.
 
-        It is judged by Hertz alone, which decides about refinement and the next load: what is stored is judged by all
-        theories when it is read.
+        The load is judged by Hertz only, which decides about refinement and the next load. All other theories are
+        evaluated when the stored result is read.
 
         Raises
         ------
         InputError
-            As `fecontact.solve` does.
+            As in `fecontact.solve`.
         """
         check_positive("load", load_N, "N", "give the wheel load")
         wanted = self._planned.get(load_N) or self._position.for_load(load_N)
@@ -241,12 +241,12 @@ class LoadSweep:
             return judge_load(solved, self.placement, (HERTZ,))
 
     def is_ready_for(self, load_N: float) -> bool:
-        """Whether a planned load goes to the meshes whose factors are in memory."""
+        """Whether a planned load can be solved on the meshes whose factors are in memory."""
         wanted = self._planned.get(load_N)
         return wanted is not None and self._open is not None and self._open is self._group_of(wanted)
 
     def close(self) -> None:
-        """Release the factors; the sweep may go on, with new ones."""
+        """Release the factors; the sweep may continue, with new factors."""
         if self._open is not None:
             self._open.close()
             self._open = None
@@ -258,7 +258,7 @@ class LoadSweep:
     def _meshes_for(self, wanted: Position) -> Meshes:
         if (group := self._group_of(wanted)) is not None:
             return group
-        # a load between planned ones is not the last there: the meshes serve all of them
+        # meshes for a load between planned loads are made for the next planned load above, so that both can share them
         above = min((load for load in self._planned if load >= wanted.case.load_N), default=None)
         largest = wanted if above is None else self._planned[above]
         sharing = [wanted]
@@ -266,13 +266,13 @@ class LoadSweep:
             if load_N < wanted.case.load_N and _finer(planned, largest) <= _MOST_FINER:
                 sharing.append(planned)
         spare = 1.0 if above in (None, wanted.case.load_N) else _SPARE
-        made = Meshes(_made_for(largest, sharing, spare), keep=True)
-        self._groups.append(made)
-        return made
+        meshes = Meshes(_made_for(largest, sharing, spare), keep=True)
+        self._groups.append(meshes)
+        return meshes
 
 
 def _made_for(largest: Position, sharing: Sequence[Position], spare: float) -> Position:
-    """The position under its largest load, with elements as fine as any of the loads that share them asks for."""
+    """The position under its largest load, with elements as fine as needed by any load that shares the meshes."""
     along_x, across = (min(one.element_size_mm[k] for one in sharing) / spare for k in (0, 1))
     parts = []
     for part in largest.expected.parts:
@@ -283,8 +283,8 @@ def _made_for(largest: Position, sharing: Sequence[Position], spare: float) -> P
 
 
 def unrefined(case: Case) -> Case:
-    """The case without refinement, solved on its first two meshes and no others."""
-    return replace(case, refine_degrees_of_freedom=0)
+    """The case without refinement, solved on its first two meshes only."""
+    return replace(case, refine="never")
 
 
 def _elastic(case: Case) -> Case:
@@ -294,7 +294,7 @@ def _elastic(case: Case) -> Case:
 
 
 def _placed(case: Case, planned_N: Sequence[float]) -> Position:
-    """The position of a case under the largest of its loads that can be expected; which one does not matter."""
+    """The position of a case, under the largest planned load for which it can be set up."""
     try:
         return position_of(case)
     except (InputError, ConvergenceError):
@@ -305,17 +305,17 @@ def _placed(case: Case, planned_N: Sequence[float]) -> Position:
 
 
 def _finer(planned: Position, meshed: Position) -> float:
-    """How many times finer elements one load asks for than meshes made for another have."""
+    """Ratio of the element size of meshes made for a load to the element size that another load needs."""
     pairs = zip(meshed.element_size_mm, planned.element_size_mm, strict=True)
     return max(here / there for here, there in pairs)
 
 
 def _serves(meshed: Position, wanted: Position) -> bool:
-    """Whether meshes made for one load hold the patch of another with enough elements."""
-    # the margin around the expected patch, and the zone's growth, take what a smaller load reaches beyond
+    """Whether meshes made for a load are wide and fine enough for another load."""
+    # the margin around the expected patch, and the zone's growth, are enough where a smaller load reaches further
     if _finer(wanted, meshed) > _SAME or meshed.case.load_N < wanted.case.load_N:
         return False
-    # patches far apart have elements of different widths, and need not shrink alike
+    # patches far apart have elements of different widths, and need not shrink by one factor
     return len(meshed.expected.parts) == 1 or all(
         meshed.widest_element_mm(part.s_low_mm, part.s_high_mm)
         <= _SAME * wanted.widest_element_mm(part.s_low_mm, part.s_high_mm)
@@ -328,12 +328,12 @@ def _serves(meshed: Position, wanted: Position) -> bool:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TangentStiffness:
-    """Stiffness dF/dapproach (N/mm) under a normal force: of the fit with and without its bulk term, and Hertz's.
+    """Stiffness dF/dapproach (N/mm) under a normal force: from the fit with and without its bulk term, and from Hertz.
 
     Attributes
     ----------
     error_N_per_mm, contact_error_N_per_mm
-        Standard errors of the fit, NaN for two points, which it goes through.
+        Standard errors of the fit; NaN for two points, which a fit meets exactly.
     deviation
         (Hertz - contact) / contact: against the stiffness without the bulk term.
     """
@@ -354,10 +354,11 @@ class Stiffness:
     Attributes
     ----------
     c1_mm_per_N23, c2_mm_per_N
-        Contact, which Hertz knows, and bulk compliance of the bodies down to their cut planes, which it does not. It is
-        negative where the cut planes hold more than the bodies' shape gives away: Hertz's half-spaces reach further.
+        Contact compliance, which Hertz covers, and bulk compliance of the bodies down to their cut planes, which Hertz
+        leaves out. The bulk compliance is negative if the cut planes stiffen the bodies by more than the shape of the
+        bodies softens them, compared with half-spaces.
     covariance (2, 2)
-        Of c1 and c2; NaN for two points.
+        Covariance of c1 and c2; NaN for two points.
     hertz_c1_mm_per_N23
         K_H^(-2/3).
     residual
@@ -411,7 +412,7 @@ def fit_stiffness(points: Sequence[JudgedLoad]) -> Stiffness:
     if np.unique(force).size < 2:
         raise InputError(f"stiffness: {np.unique(force).size} converged loads; give at least two, better four")
     approach = np.array([point.comparison.fe.approach_mm for point in usable])
-    # meshes err by a part of the approach, not by a length: every load counts alike
+    # errors of meshes are in proportion to the approach: every load has equal weight
     terms = np.column_stack([force ** (2.0 / 3.0), force]) / approach[:, None]
     scale = np.linalg.norm(terms, axis=0)
     scaled, *_ = np.linalg.lstsq(terms / scale, np.ones(force.size), rcond=None)

@@ -1,4 +1,4 @@
-"""The wheel on the rail: where the rigid bodies touch, and what carries there, also over an irregularity.
+"""A wheel placed on a rail: touch points of the rigid bodies and the undeformed gap, also over an irregularity.
 
 Track frame (right-handed): x along the running direction, y lateral and positive to the field side of the left rail,
 z up, origin in the track centre at the height of the rail's highest point. The pair is the left wheel on the left rail.
@@ -32,23 +32,23 @@ from fecontact.wheel_rail.poses import (
     touch_point_at,
 )
 
-# --- Which places of a wheel's line can carry it on a rail: its tread, its flange up to the steepest place, or beyond.
+# --- Which places of a wheel's line can carry the wheel: its tread, and its flange up to the steepest place or beyond.
 
-# Treads rise to the field side by 0.07, chamfers by 0.8.
+# Slope above which the field side is a chamfer: treads rise by 0.07, chamfers by 0.8.
 _CHAMFER_RAD = 0.35
-# Less is no flange but a tread that is worn.
+# A line that is nowhere steeper than this has no flange; worn treads are less steep.
 _FLANGE_RAD = 0.25 * np.pi
-# A straight flank through points swings by as much: where a flange is less steep than at its steepest place by no more
-# than this, that is its flank still. On the arc of an S1002 beyond it (R 20) it is 0.08 mm.
+# The flank is the part of a flange whose angle is within this of the steepest: a straight flank through measured points
+# swings by as much. On the arc of an S1002 beyond the flank (R 20) this angle is 0.08 mm long.
 _FLANK_RAD = 4e-3
 
 
 def why_it_cannot_carry(wheel: Profile, touch: TouchPoint, *, climbs: bool, flange_climb: bool) -> str:
-    """Why a wheel cannot run on a touch point where it climbs or not; empty if it can. `flange_climb` lets it climb."""
+    """Why a wheel cannot run on a touch point; empty if it can. A wheel that `climbs` needs `flange_climb`."""
     y_mm = touch.wheel_y_mm
     if any(abs(y_mm - j.y_mm) < 1e-6 and j.is_corner for j in wheel.junctions):
         return f"the wheel leaves the rail: the corner of its tread at y = {y_mm:.2f} mm carries it"
-    # on the chamfer beyond the tread's corner a wheel slides down between the rails
+    # a wheel on the chamfer beyond the tread's corner slides down between the rails
     beyond = any(0.0 < j.y_mm < y_mm and j.is_corner for j in wheel.junctions)
     if beyond and touch.contact_angle_rad > _CHAMFER_RAD:
         return f"the wheel leaves the rail: its chamfer carries it, at y = {y_mm:.2f} mm"
@@ -62,30 +62,30 @@ def why_it_cannot_carry(wheel: Profile, touch: TouchPoint, *, climbs: bool, flan
 
 
 def climbs_at(wheel: Profile, y_mm: float) -> bool:
-    """Whether a place of a wheel's line (mm across) lies beyond the steepest place of its flange."""
+    """Whether a position across a wheel's line lies beyond the steepest place of the flange."""
     p = wheel.evaluate(search_parameters(wheel)[1:-1])
     # angles, not slopes: a flange may be upright
     slope = np.where(p.y < 0.0, np.arctan2(p.dz, p.dy), 0.0)
     steepest = float(np.max(slope))
-    # without a flange there is nothing to climb on
+    # a wheel without a flange cannot climb
     return steepest > _FLANGE_RAD and y_mm < float(np.min(p.y[slope > steepest - _FLANK_RAD]))
 
 
-# --- Irregularities of wheel and rail together, at a distance run.
+# --- Irregularities of wheel and rail together, at a distance along the track.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AlongTrack:
-    """Irregularities of both bodies at a distance run.
+    """Irregularities of both bodies at a distance along the track.
 
     Attributes
     ----------
     distance_mm
-        Distance along them of where smooth bodies touch.
+        Position along the irregularities at which smooth bodies touch.
     middle_x_mm
-        Where that is, in the track frame.
+        This position in the track frame.
     lowered_mm
-        How much lower than on the smooth rail the rigid wheel stands: the least of gap and irregularity.
+        How much lower than on the smooth rail the rigid wheel stands: the smallest sum of gap and irregularity.
     """
 
     lines: tuple[Irregularity, ...]
@@ -94,48 +94,48 @@ class AlongTrack:
     lowered_mm: float = 0.0
 
     def opening_mm(self, x_mm: Floats) -> Floats:
-        """The sum of all openings at places x of the track frame."""
+        """Sum of all openings at places x of the track frame."""
         s = self.distance_mm + np.asarray(x_mm) - self.middle_x_mm
         return np.asarray(sum(line.opening_mm(s) for line in self.lines))
 
     @property
     def height_mm(self) -> float:
-        """Largest opening less the smallest."""
+        """Largest opening minus the smallest opening."""
         return sum(line.height_mm for line in self.lines)
 
     @property
     def largest_slope(self) -> float:
-        """Largest slope of all together."""
+        """Largest slope of the sum of all irregularities."""
         return sum(line.largest_slope for line in self.lines)
 
     @property
     def finest_mm(self) -> float:
-        """The shortest length along it that nodes have to follow."""
+        """Shortest length along the track that nodes must resolve."""
         return min(line.finest_mm for line in self.lines)
 
     @property
     def kinks_x_mm(self) -> tuple[float, ...]:
-        """Where the slope jumps, in the track frame."""
+        """Places in the track frame at which the slope jumps."""
         return tuple(kink - self.distance_mm + self.middle_x_mm for line in self.lines for kink in line.kinks_mm)
 
     def covers(self, low_x_mm: float, high_x_mm: float) -> bool:
-        """Whether tables go from one place to another."""
+        """Whether all tables of irregularities reach from one place to another."""
         shift = self.distance_mm - self.middle_x_mm
         ends = [(line.points_mm[0][0], line.points_mm[-1][0]) for line in self.lines if line.points_mm]
         return all(low <= low_x_mm + shift and high_x_mm + shift <= high for low, high in ends)
 
 
-# --- Put a wheel on a rail: touch points, contact frame, relative curvatures and the true undeformed gap.
+# --- A wheel on a rail: touch points, contact frame, relative curvatures and the true undeformed gap.
 
-# Gap given to rail points whose normal does not meet the wheel's running surface: far beyond any elastic approach.
+# Gap at rail points whose normal does not meet the wheel's running surface: far beyond any elastic approach.
 OPEN_GAP_MM = 1e3
-# Further minima of the vertical gap up to this height are touch points: three times what wheels of 200 kN approach.
+# Further minima of the vertical gap up to this height are touch points: three times the approach under 200 kN.
 REACH_MM = 0.3
 EVERY_SHIFT = np.arange(-40.0, 40.5, 0.5)
-"""Shifts (mm) that are tried for a message that says which are possible."""
-# A step in the height of a line may stand above its touch points by as much as segments may miss each other.
+"""Shifts (mm) that are tried for a message with the possible shifts."""
+# Largest step in the height of a line above the touch points: segments may miss each other by as much.
 _STEP_MM = 2e-3
-# What a line has turned by where a head's side begins, and how closely it is looked at for that.
+# Angle of a rail's line at which the side of the head begins, and spacing of the places that are tried for it.
 _SIDE_TURN_RAD = math.pi / 3.0
 _SIDE_STEP_MM = 0.1
 SIGN: dict[TrackSide, float] = {"left": 1.0, "right": -1.0}
@@ -144,7 +144,7 @@ SIGN: dict[TrackSide, float] = {"left": 1.0, "right": -1.0}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlacedJunction:
-    """A junction of one of both profiles, its distance `s_mm` along that line from the first touch point."""
+    """A junction of the rail's or the wheel's profile; `s_mm` is its distance along the line from first touch."""
 
     profile: Profile
     junction: Junction
@@ -155,8 +155,8 @@ class PlacedJunction:
 class Placement:
     """A wheel resting on a rail: poses, touch points (the first one carries the rigid wheel) and the true gap.
 
-    `climbs` says that it touches beyond the steepest place of its flange: a lateral force alone holds it there. `along`
-    is what both have along the track beside their profiles, if anything (`wheel_rail.placement`).
+    `climbs` says that the wheel touches beyond the steepest place of its flange: only a lateral force holds it there.
+    `along` holds the irregularities of both bodies along the track, if any.
     """
 
     rail: RailPose
@@ -172,7 +172,7 @@ class Placement:
 
     @property
     def ahead_mm(self) -> float:
-        """How far along the track the first touch point is ahead of that of smooth bodies."""
+        """Distance along the track of the first touch point ahead of the touch point of smooth bodies."""
         return 0.0 if self.along is None else self.first.x_mm - self.along.middle_x_mm
 
     @cached_property
@@ -181,7 +181,7 @@ class Placement:
         return float(self.rail.profile.arc_length(self.first.rail_u))
 
     def load_direction(self, *, normal: bool) -> Floats:
-        """Unit vector (3,) along which a load acts and the bodies approach: the normal at first touch, or vertical."""
+        """Unit vector (3,) along which load and approach act: the normal at first touch, or the vertical."""
         return self.first.normal if normal else np.array([0.0, 0.0, 1.0])
 
     def arc_mm(self, touch: TouchPoint) -> float:
@@ -190,19 +190,19 @@ class Placement:
 
     @cached_property
     def junctions(self) -> tuple[PlacedJunction, ...]:
-        """Junctions of the rail and then of the wheel, each from small to large y."""
-        found = []
+        """Junctions of the rail, then of the wheel, each by increasing y."""
+        placed = []
         for profile, u in ((self.rail.profile, self.first.rail_u), (self.wheel.profile, self.first.wheel_u)):
             arcs = profile.arc_length(profile.locate([j.y_mm for j in profile.junctions]))
             for junction, arc in zip(profile.junctions, arcs - float(profile.arc_length(u)), strict=True):
                 if np.isfinite(arc):
-                    found.append(PlacedJunction(profile=profile, junction=junction, s_mm=float(arc)))
-        return tuple(found)
+                    placed.append(PlacedJunction(profile=profile, junction=junction, s_mm=float(arc)))
+        return tuple(placed)
 
     def on_profiles(self, x: float, s: float) -> tuple[float, float, float]:
-        """Places (mm) across the rail's and the wheel's own profile at surface coordinates (mm), and the rail's angle.
+        """Position (mm) across the rail's and the wheel's profile at surface coordinates (mm), and the rail's angle.
 
-        On the wheel it is the point that faces the rail along the rail's normal, NaN where there is none.
+        The wheel's point faces the rail along the rail's normal; NaN if there is no such point.
         """
         u = self.rail.profile.at_arc_length(s + self.first_arc_length_mm)
         point, normal = self.surface(x, s)
@@ -211,9 +211,9 @@ class Placement:
         return float(self.rail.profile.evaluate(u).y), float(wheel_y), float(self.rail.section(u)[2])
 
     def side_mm(self, s: float) -> float:
-        """How far (mm) it is along the rail's surface from a place to the nearer side of the head.
+        """Distance (mm) along the rail's surface from a place to the nearer side of the head.
 
-        A side begins where the line has turned by a sixth of a circle, or where it ends.
+        A side begins where the line has turned by a sixth of a circle, or where the line ends.
         """
         profile, place = self.rail.profile, self.first_arc_length_mm + s
         u = profile.spread(_SIDE_STEP_MM)
@@ -243,7 +243,7 @@ class Placement:
         """
         rail = self.rail
         u = rail.parameter_at_y(points[..., 1])
-        # points beside the head begin at its nearer end
+        # the search for points beside the head begins at its nearer end
         end = np.where(points[..., 1] > rail.crown_y_mm, rail.profile.length_mm, 0.0)
         s = np.where(np.isfinite(u), rail.profile.arc_length(np.nan_to_num(u)), end)
         for _ in range(30):
@@ -275,8 +275,8 @@ class Placement:
     def tangent_plane_gap(self, x: ArrayLike, t: ArrayLike) -> Floats:
         """True undeformed gap (mm) along the contact normal over the tangent plane at the first touch point.
 
-        x and t (mm) are the coordinates in that plane; NaN where one of the bodies is missing. Along a line across, an
-        irregularity is the same everywhere, and not in it.
+        x and t (mm) are the coordinates in this plane; NaN if one of the bodies is missing there. Irregularities are
+        left out: they are constant along a line across.
         """
         x, t = np.broadcast_arrays(np.asarray(x, float), np.asarray(t, float))
         touch, rail = self.first, self.rail
@@ -292,9 +292,9 @@ class Placement:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Pair:
-    """A wheel and the rail below it, in the frame of the left side; the right side is its mirror image.
+    """A wheel and the rail below it, in the frame of the left side; the right side is given as its mirror image.
 
-    With `flange_climb` the wheel may stand on its flange beyond the steepest place of that.
+    With `flange_climb` the wheel may stand beyond the steepest place of its flange.
     """
 
     rail: RailPose
@@ -304,7 +304,7 @@ class Pair:
     flange_climb: bool = False
 
     def hung(self, shift_mm: float, roll_rad: float, yaw_rad: float) -> WheelPose:
-        """The wheel with the axle's centre at height zero; all three as in `place`, on the left side."""
+        """The wheel with the axle's centre at height zero; shift, roll and yaw as in `place`, on the left side."""
         return WheelPose(
             profile=self.wheel,
             rolling_radius_mm=self.rolling_radius_mm,
@@ -334,7 +334,7 @@ def pair_of(
     Raises
     ------
     InputError
-        As `place_rail` does.
+        As in `place_rail`.
     """
     track = track or Track()
     return Pair(
@@ -367,16 +367,16 @@ def place(
     lateral_shift_mm
         Wheelset displacement, positive towards the left rail.
     side
-        Which wheel; the right one on its rail is the left one of the mirror image, as which it is given.
+        Which wheel; the right wheel on its rail is given as the left wheel of the mirror image.
     reach_mm
         Further minima of the vertical gap up to this height above the first touch are reported.
     flange_climb
-        Whether the wheel may stand on its flange beyond the steepest place of that.
+        Whether the wheel may stand beyond the steepest place of its flange.
 
     Raises
     ------
     InputError
-        If the wheel leaves the rail or its flange climbs over it, naming the shifts that are possible.
+        If the wheel leaves the rail or its flange climbs over it; the message gives the possible shifts.
     """
     pair = pair_of(
         rail_profile,
@@ -398,7 +398,7 @@ def place(
 
 
 def possible_shifts(at: Callable[[float], object]) -> str:
-    """Shifts at which `at` gives no reason why not, in words."""
+    """Possible shifts in words: the shifts at which `at` does not return a reason against them."""
     good = [shift for shift in EVERY_SHIFT if not isinstance(at(float(shift)), str)]
     if not good:
         return "no shift between -40 and 40 mm is possible for this wheel, rail and track"
@@ -413,7 +413,7 @@ def _axes(roll: float, yaw: float) -> Floats:
 
 
 def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: bool) -> Placement | str:
-    """All touch points of a wheel that hangs with its axle at height zero, or the reason why there are none."""
+    """The wheel lowered from an axle at height zero onto the rail, or the reason why it cannot stand there."""
     u = search_parameters(wheel.profile)
     _, _, y, z = wheel.silhouette(u)
     over = np.isfinite(u_rail := rail.parameter_at_y(y))
@@ -436,19 +436,19 @@ def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: b
     minima = inner[
         (gap[inner] <= gap[inner - 1]) & (gap[inner] < gap[inner + 1]) & (gap[inner] <= gap[lowest] + reach_mm)
     ]
-    found = []
+    tangent_points = []
     for i in minima:
         low, high = u[i - 1], u[i + 1]
         f_low, f_high = slope_difference(low), slope_difference(high)
-        # no sign change: a step in the height (rounded data of a profile), not a stationary point
+        # without a sign change it is a step in the height (rounded data of a profile), not a stationary point
         if f_low < 0.0 < f_high:
             v = sign_change(slope_difference, low, high)
             u_r = float(rail.parameter_at_y(wheel.silhouette(v)[2]))
-            found.append((float(wheel.silhouette(v)[3] - rail.section(u_r)[1]), v, u_r))
-    if not found:
+            tangent_points.append((float(wheel.silhouette(v)[3] - rail.section(u_r)[1]), v, u_r))
+    if not tangent_points:
         return "no point of the running surfaces is tangent to the other one where they come closest"
-    found.sort()
-    height = found[0][0]
+    tangent_points.sort()
+    height = tangent_points[0][0]
     if height - gap[lowest] > _STEP_MM:
         y_closest = float(wheel.profile.evaluate(u[lowest]).y)
         return (
@@ -457,33 +457,33 @@ def _touch(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: b
             " profile"
         )
     down = replace(wheel, centre_mm=wheel.centre_mm - np.array([0.0, 0.0, height]))
-    points = tuple(touch_point_at(rail, down, v, u_r, g - height) for g, v, u_r in found)
+    points = tuple(touch_point_at(rail, down, v, u_r, g - height) for g, v, u_r in tangent_points)
     climbs = climbs_at(down.profile, points[0].wheel_y_mm)
     if reason := why_it_cannot_carry(down.profile, points[0], climbs=climbs, flange_climb=flange_climb):
         return reason
     return Placement(rail=rail, wheel=down, touch_points=points, climbs=climbs)
 
 
-# --- A wheel on a rail that are irregular along the track: touch points and curvatures of gap and irregularity.
+# --- Irregular wheel and rail: touch points and curvatures of the sum of gap and irregularity.
 
 
 def with_irregularities(placement: Placement, lines: Sequence[Irregularity], distance_mm: float) -> Placement:
-    """The rigid wheel on an irregular rail: lowered until both touch, with the touch points and curvatures there.
+    """The rigid wheel lowered on an irregular rail, with its touch points and their curvatures.
 
     The openings are taken along the normals of the rail. Range of validity: slopes along the track are small, so that
-    the profile of the wheel is the same a few mm before its lowest point.
+    the wheel's section a few mm ahead of its lowest point equals its profile.
 
     Raises
     ------
     InputError
-        If it touches an edge, where there is no curvature.
+        If the wheel touches an edge, where there is no curvature.
     """
     flats = [line.on_wheel(placement.wheel.rolling_radius_mm) for line in lines]
     along = AlongTrack(lines=tuple(flats), distance_mm=distance_mm, middle_x_mm=placement.first.x_mm)
-    found = [touch for smooth in placement.touch_points for touch in _touches(smooth, along)]
-    found.sort(key=lambda touch: touch.vertical_gap_mm)
-    least = found[0].vertical_gap_mm
-    near = [touch for touch in found if touch.vertical_gap_mm <= least + REACH_MM]
+    points = [touch for smooth in placement.touch_points for touch in _touches(smooth, along)]
+    points.sort(key=lambda touch: touch.vertical_gap_mm)
+    least = points[0].vertical_gap_mm
+    near = [touch for touch in points if touch.vertical_gap_mm <= least + REACH_MM]
     return replace(
         placement,
         touch_points=tuple(replace(touch, vertical_gap_mm=touch.vertical_gap_mm - least) for touch in near),
@@ -492,11 +492,11 @@ def with_irregularities(placement: Placement, lines: Sequence[Irregularity], dis
 
 
 def _touches(smooth: TouchPoint, along: AlongTrack) -> list[TouchPoint]:
-    """Touch points that a touch point of the smooth bodies becomes, their gaps from where those touch first."""
+    """Touch points that replace a touch point of the smooth bodies, with gaps from the first touch of smooth bodies."""
     xx, upright = smooth.curvature.xx_per_mm, float(smooth.normal[2])
     reach = math.sqrt(2.0 * (REACH_MM + along.height_mm) / xx)
-    found = touches(0.5 * xx, lambda x: along.opening_mm(x + smooth.x_mm), reach)
-    if on_edge(found, tuple(kink - smooth.x_mm for kink in along.kinks_x_mm), reach):
+    touched = touches(0.5 * xx, lambda x: along.opening_mm(x + smooth.x_mm), reach)
+    if on_edge(touched, tuple(kink - smooth.x_mm for kink in along.kinks_x_mm), reach):
         raise InputError(
             f"at {along.distance_mm:g} mm the wheel stands on an edge of its irregularity, where there is no curvature"
             " and the pressure has no bound; give a haversine, a table with the edge's radius, or another distance"
@@ -508,5 +508,5 @@ def _touches(smooth: TouchPoint, along: AlongTrack) -> list[TouchPoint]:
             vertical_gap_mm=smooth.vertical_gap_mm + touch.gap_mm / upright,
             curvatures=tuple(replace(one, xx_per_mm=2.0 * touch.A_per_mm) for one in smooth.curvatures),
         )
-        for touch in found
+        for touch in touched
     ]

@@ -19,7 +19,7 @@ from fecontact.profiles.segments import CurvePoints
 _SEARCH_STEP_MM = 0.02
 
 
-# A direction meets the surface where the last step along it is below this; elsewhere it is 1e-9 and less.
+# A direction meets the surface if the last step along it is below this; without steps of the line it is below 1e-9.
 _STEP_OF_A_LINE_MM = 1e-3
 
 
@@ -105,14 +105,14 @@ class WheelPose:
         return self.silhouette_of(self.profile.evaluate(u))
 
     def silhouette_of(self, p: CurvePoints) -> tuple[Floats, Floats, Floats, Floats]:
-        """The same of points of the profile."""
+        """Outline, as in `silhouette`, at points of the profile."""
         # a vertical end of the line (the back of a flange) has no finite slope; it never touches the head
         theta = self._silhouette_angle(-p.dz / np.where(np.abs(p.dy) > 1e-12, p.dy, 1e-12))
         position = self.point(p.y, self.rolling_radius_mm - p.z, theta)
         return theta, position[..., 0], position[..., 1], position[..., 2]
 
     def _silhouette_angle(self, radius_rate: Floats) -> Floats:
-        # the normal (e_r - r' e_axle) has no x-component there
+        # on the outline the normal (e_r - r' e_axle) has no x-component
         forward, axle, up = self.axes[0]
         size = np.hypot(up, forward)
         return np.asarray(np.arcsin(np.clip(radius_rate * axle / size, -1.0, 1.0)) + np.arctan2(up, forward))
@@ -133,7 +133,7 @@ class WheelPose:
     def distance_along(self, points: Floats, normals: Floats) -> Floats:
         """Distance (mm) from points (..., 3) along unit directions (..., 3) to the wheel's running surface.
 
-        NaN where the direction does not meet it within a few mm. Newton's method on the body of revolution.
+        NaN if a direction does not meet the surface within a few mm. Newton's method on the body of revolution.
         """
         d0 = (points - self.centre_mm) @ self.axes
         n = normals @ self.axes
@@ -143,7 +143,7 @@ class WheelPose:
             d = d0 + t[..., None] * n
             y = d[..., 1] - self.tape_circle_y_mm
             rho = np.hypot(d[..., 0], d[..., 2])
-            # beyond the ends the surface is continued by its end point; such points are sorted out by their y
+            # beyond its ends the surface is continued by its end point; such points are removed below by their y
             u = self.profile.locate(np.clip(y, y_low, y_high))
             p = self.profile.evaluate(u)
             rate = (d[..., 0] * n[..., 0] + d[..., 2] * n[..., 2]) / rho + p.dz / p.dy * n[..., 1]
@@ -151,32 +151,32 @@ class WheelPose:
             t = t + np.clip(step, -5.0, 5.0)
             if not np.any(np.abs(step) > 1e-12):
                 break
-        # a line may step by the rounding of its coefficients at a junction (S1002: 2e-4 mm), where steps go to and fro
+        # coefficients are rounded, so that a line may step at a junction (S1002: 2e-4 mm) and Newton steps alternate
         inside = (y >= y_low) & (y <= y_high) & (np.abs(step) < _STEP_OF_A_LINE_MM)
         return np.where(inside, t, np.nan)
 
 
-# a search for touch points takes half of its time otherwise, and a table of positions has many
+# cached: this would be half the time of a search for touch points, and a table of positions has many searches
 @lru_cache(maxsize=64)
 def search_parameters(profile: Profile) -> Floats:
-    """Parameters along a profile, `_SEARCH_STEP_MM` apart; those of one line serve every position."""
+    """Parameters along a profile, `_SEARCH_STEP_MM` apart; equal for every position of the profile."""
     u = profile.spread(_SEARCH_STEP_MM)
     u.flags.writeable = False
     return u
 
 
 def sign_change(f: Callable[[float], float], low: float, high: float) -> float:
-    """Where a function changes its sign between two places; the place where it is nearest to 0 if it does not."""
+    """Where a function changes its sign between two places; without a change, the end at which it is nearer to 0."""
     ends = f(low), f(high)
-    # a kink at the place itself may hide from both ends
+    # at a kink the sign change may be missed by rounding at both ends
     if not ends[0] * ends[1] <= 0.0:
         return low if abs(ends[0]) < abs(ends[1]) else high
     return float(brentq(f, low, high, xtol=1e-14, rtol=1e-14))
 
 
-# --- Where the rigid bodies touch: contact frame, contact angle and relative curvatures.
+# --- Touch points of the rigid bodies: contact frame, contact angle and relative curvatures.
 
-# A touch point this close to a junction has no curvature of its own: profile tolerances are hundredths of a mm.
+# A touch point this close to a junction has the curvatures of both sides: profile tolerances are hundredths of a mm.
 AT_JUNCTION_MM = 1e-3
 
 
@@ -184,7 +184,7 @@ AT_JUNCTION_MM = 1e-3
 class RelativeCurvature:
     """Curvatures at a touch point (1/mm, positive where the body is convex) and the Hessian of the gap.
 
-    gap = 1/2 (xx x^2 + 2 xy x y + yy y^2) in the contact frame. At a junction there is one for each side of it.
+    gap = 1/2 (xx x^2 + 2 xy x y + yy y^2) in the contact frame. At a junction each side has its curvature.
     """
 
     rail_per_mm: float
@@ -209,13 +209,13 @@ class TouchPoint:
     x_mm, y_mm, z_mm
         Position in the track frame, on the rail.
     rail_y_mm, wheel_y_mm
-        Position across the rail's and the wheel's own profile.
+        Position across the rail's profile and across the wheel's profile.
     contact_angle_rad
         Angle of the tangent plane about x, positive on the gauge side of the head.
     vertical_gap_mm
         Undeformed gap; 0 at the first touch point.
     curvatures
-        One entry, or two (gauge side, field side) where the touch point lies at a junction.
+        One entry, or two entries (gauge side, field side) for a touch point at a junction.
     """
 
     x_mm: float
@@ -231,12 +231,12 @@ class TouchPoint:
 
     @property
     def curvature(self) -> RelativeCurvature:
-        """The curvature, that of the field side where the touch point lies at a junction."""
+        """The curvature; at a junction the curvature of the field side."""
         return self.curvatures[-1]
 
     @property
     def at_junction(self) -> bool:
-        """Whether the curvature is undefined here."""
+        """Whether the touch point lies at a junction, where the curvature is undefined."""
         return len(self.curvatures) > 1
 
     @property
@@ -251,7 +251,7 @@ class TouchPoint:
 
 
 def touch_point_at(rail: RailPose, wheel: WheelPose, u_wheel: float, u_rail: float, gap: float) -> TouchPoint:
-    """The touch point at parameters of both lines that are a gap (mm) apart, with the curvatures of its sides."""
+    """The touch point at parameters of both lines with a gap (mm) between them, and its curvatures."""
     theta, x, y, _ = wheel.silhouette(u_wheel)
     _, z_rail, angle = rail.section(u_rail)
     sides: tuple[Side, ...] = ("left", "right")

@@ -1,8 +1,8 @@
 """A wheelset on its rails: its roll, and its contact functions over the lateral shift.
 
-A wheelset that is free to roll stands on two rails at one height of its axle. Its shift, roll and yaw are those of the
-left side: a shift is positive towards the left rail, a roll lifts the left wheel. The right wheel on its rail is the
-left one of the mirror image, for which all three change their signs.
+The roll of a free wheelset is the roll at which both wheels touch. Shift, roll and yaw are given for the left side: a
+positive shift is towards the left rail, a positive roll lifts the left wheel. The right wheel on its rail is the left
+wheel of the mirror image, for which shift, roll and yaw change their signs.
 """
 
 from __future__ import annotations
@@ -23,16 +23,17 @@ from fecontact.wheel_rail.placement import EVERY_SHIFT, SIGN, Pair, Placement
 from fecontact.wheel_rail.poses import RailPose, search_parameters
 
 SIDES: tuple[TrackSide, TrackSide] = ("left", "right")
-# Every so many samples of 0.02 mm are looked at first; what is so much higher than the lowest of them is not looked at
-# again. On lines of R 6 both, samples so far apart miss a touch point by 1e-3 mm, where the bound is the tenfold.
+# Coarse search among every eighth sample of 0.02 mm; places higher than the lowest of these by more than the bound are
+# left out of the fine search. On two lines of R 6 the coarse samples miss a touch point by 1e-3 mm, a tenth of the
+# bound.
 _EVERY = 8
 _NEAR_MM = 0.01
-# Axle heights of both wheels are the same to this: a roll of 1e-13 rad.
+# Largest difference of both wheels' axle heights: a roll of 1e-13 rad.
 _HEIGHT_MM = 1e-10
 _STEPS = 60
-# Wheels that run on their treads or flanges roll by a tenth of it.
+# Wheelsets that run on their treads or flanges roll by a tenth of this.
 _MOST_ROLL_RAD = 0.1
-# Of the search for shifts that are possible.
+# Step and end of the search for possible shifts.
 _STEP_MM, _FARTHEST_MM = 0.5, 60.0
 
 
@@ -45,11 +46,11 @@ class Standing:
     axle_mm
         Height of the axle's centre.
     lever_mm
-        How much that falls for a radian of roll.
+        How much the axle falls for a radian of roll.
     y_mm
         Lateral position of the touch point from the track's centre.
     radius_mm
-        Radius of the wheel there.
+        Radius of the wheel at the touch point.
     """
 
     axle_mm: float
@@ -60,7 +61,7 @@ class Standing:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HungPair:
-    """A pair with tables of both lines, for thousands of positions."""
+    """A pair with tabulated lines of wheel and rail, for thousands of positions."""
 
     pair: Pair
 
@@ -69,22 +70,22 @@ class HungPair:
         return self.pair.wheel.evaluate(search_parameters(self.pair.wheel)[1:-1])
 
     @cached_property
-    def _some(self) -> CurvePoints:
+    def _coarse(self) -> CurvePoints:
         return _taken(self._wheel, slice(None, None, _EVERY))
 
     @cached_property
     def _rail(self) -> tuple[Floats, Floats]:
-        """Lateral positions and heights of what is seen of the head from above."""
+        """Lateral positions and heights of the part of the head that is seen from above."""
         return _seen_from_above(self.pair.rail)
 
     def standing(self, shift_mm: float, roll_rad: float, yaw_rad: float) -> Standing | None:
-        """Where the wheel touches first, None where it does not stand over the rail.
+        """The wheel at its first touch; None if it does not stand over the rail.
 
-        The least gap of samples of 0.02 mm on the exact lines, and the parabola through it and both its neighbours:
-        the height is that of the touch point to 1e-9 mm where both lines have one curvature within a sample.
+        The smallest gap among samples of 0.02 mm on the exact lines is refined by the parabola through it and its
+        neighbours. The height is exact to 1e-9 mm if the curvatures of both lines are constant between the samples.
         """
         pose, rail = self.pair.hung(shift_mm, roll_rad, yaw_rad), self.pair.rail
-        _, _, y, z = pose.silhouette_of(self._some)
+        _, _, y, z = pose.silhouette_of(self._coarse)
         gap = z - np.interp(y, *self._rail, left=-np.inf, right=-np.inf)
         low = float(gap.min())
         if not np.isfinite(low):
@@ -102,13 +103,13 @@ class HungPair:
         if 0 < k < gap.size - 1 and places[k + 1] - places[k - 1] == 2:
             before, after = float(gap[k - 1]), float(gap[k + 1])
             bend = before - 2.0 * least + after
-            # infinite beside the end of a line
+            # infinite next to the end of a line
             if 0.0 < bend < np.inf:
                 step = 0.5 * (before - after) / bend
                 least -= 0.125 * (before - after) ** 2 / bend
         at, every = k + step, np.arange(gap.size)
         y_touch = float(np.interp(at, every, y))
-        # the touch point turns about the axle's centre, and slides along the tangent that both lines have there
+        # the touch point turns about the axle's centre, and slides along the common tangent of both lines
         lever = (y_touch - shift_mm) + float(z[k] * np.tan(tangent[k]))
         return Standing(
             axle_mm=-least,
@@ -137,7 +138,7 @@ class PlacedWheelset:
     Attributes
     ----------
     roll_rad
-        At which both wheels touch; positive lifts the left wheel.
+        Roll at which both wheels touch; positive lifts the left wheel.
     axle_height_mm
         Height of the axle's centre over the rails' highest point.
     left, right
@@ -152,13 +153,13 @@ class PlacedWheelset:
     right: Placement
 
     def side(self, side: TrackSide) -> Placement:
-        """One of both wheels."""
+        """The wheel of a side on its rail."""
         return self.left if side == "left" else self.right
 
 
 @dataclass(frozen=True, kw_only=True)
 class Stand:
-    """Roll (rad) at which both wheels touch, and where they do; as `Standing`, each in the frame of the left side."""
+    """Roll (rad) at which both wheels touch, and both wheels there, each in the frame of the left side."""
 
     roll_rad: float
     left: Standing
@@ -167,7 +168,7 @@ class Stand:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Wheelset:
-    """A rigid wheelset on a track: its left and its right wheel over their rails."""
+    """A rigid wheelset on a track: left and right wheel over their rails."""
 
     left: HungPair
     right: HungPair
@@ -184,10 +185,10 @@ class Wheelset:
         return self.left is self.right
 
     def stand(self, shift_mm: float, yaw_rad: float = 0.0, *, guess_rad: float = 0.0) -> Stand | str:
-        """Roll at which both wheels touch, by the height of the axle, which is one for both; or why there is none.
+        """Roll at which both wheels touch, with one height of the axle; or why there is no such roll.
 
-        Newton's method, and bisection where it leads astray: the height difference is continuous in the roll and falls,
-        but with a kink wherever a wheel's touch point jumps.
+        Newton's method, and bisection if it fails: the height difference is continuous in the roll and falls, but has a
+        kink wherever a wheel's touch point jumps.
         """
         roll, low, high = guess_rad, -_MOST_ROLL_RAD, _MOST_ROLL_RAD
         for _ in range(_STEPS):
@@ -206,10 +207,10 @@ class Wheelset:
         return "no roll is found at which both wheels touch their rails"
 
     def placed(self, side: TrackSide, shift_mm: float, roll_rad: float, yaw_rad: float) -> Placement | str:
-        """One of its wheels on its rail, at a shift, roll and yaw of the wheelset, or why it cannot be there."""
+        """A wheel on its rail, at a shift, roll and yaw of the wheelset; or why it cannot stand there."""
         sign, pair = SIGN[side], (self.left if side == "left" else self.right).pair
-        one = pair.placed(sign * shift_mm, sign * roll_rad, sign * yaw_rad)
-        return f"{side} side: {one}" if isinstance(one, str) else one
+        placement = pair.placed(sign * shift_mm, sign * roll_rad, sign * yaw_rad)
+        return f"{side} side: {placement}" if isinstance(placement, str) else placement
 
     def at(self, shift_mm: float, yaw_rad: float = 0.0, *, guess_rad: float = 0.0) -> PlacedWheelset | str:
         """The wheelset on its rails at a shift (mm, positive to the left) and yaw, or why it cannot stand there."""
@@ -218,10 +219,10 @@ class Wheelset:
             return stand
         placed: dict[TrackSide, Placement] = {}
         for side in SIDES:
-            one = self.placed(side, shift_mm, stand.roll_rad, yaw_rad)
-            if isinstance(one, str):
-                return one
-            placed[side] = one
+            placement = self.placed(side, shift_mm, stand.roll_rad, yaw_rad)
+            if isinstance(placement, str):
+                return placement
+            placed[side] = placement
         return PlacedWheelset(
             shift_mm=shift_mm,
             yaw_rad=yaw_rad,
@@ -242,7 +243,7 @@ def place_wheelset(wheelset: Wheelset, lateral_shift_mm: float, yaw_rad: float =
     Raises
     ------
     InputError
-        If one of the wheels leaves its rail or climbs over it, naming the shifts that are possible.
+        If a wheel leaves its rail or climbs over it; the message gives the possible shifts.
     """
     placed = wheelset.at(lateral_shift_mm, yaw_rad)
     if isinstance(placed, str):
@@ -255,7 +256,7 @@ def place_wheelset(wheelset: Wheelset, lateral_shift_mm: float, yaw_rad: float =
 
 
 def possible_wheelset_shifts(wheelset: Wheelset, yaw_rad: float = 0.0) -> str:
-    """Possible shifts in words, from the middle outwards: beyond the first that is not possible there is none."""
+    """Possible shifts in words: from the middle outwards, up to the first shift that is not possible."""
     ends = []
     for step in (-_STEP_MM, _STEP_MM):
         shift = 0.0
@@ -268,13 +269,13 @@ def possible_wheelset_shifts(wheelset: Wheelset, yaw_rad: float = 0.0) -> str:
 
 
 def _possible_gauges(wheelset: Wheelset, yaw_rad: float) -> str:
-    """In words, on which other gauges a wheelset stands in the middle: where each wheel does without a roll.
+    """Other gauges, in words, on which a symmetric wheelset stands in the middle of the track.
 
-    Only a symmetric one has no roll there.
+    Only a symmetric wheelset has no roll there, so that each wheel can be tried alone.
     """
     if not wheelset.symmetric:
         return "check gauge, back-to-back distance, and profiles and diameters of both sides"
-    # rails that are farther apart by two millimetres are each one farther from its wheel
+    # if the gauge is wider by 2 mm, each rail is 1 mm farther from its wheel
     widths = [
         -2.0 * shift
         for shift in EVERY_SHIFT
@@ -290,21 +291,21 @@ def _possible_gauges(wheelset: Wheelset, yaw_rad: float) -> str:
     )
 
 
-# --- What a wheelset's touch points do over its lateral shift: rolling radii, jumps, equivalent conicity.
+# --- Contact functions of a wheelset over its lateral shift: rolling radii, jumps, equivalent conicity.
 
-# Steps of the shift between which all functions are taken as straight, and in which jumps are looked for.
+# Steps of the shift in which all functions are taken as linear, and in which jumps are looked for.
 _SHIFT_STEP_MM = 0.1
-# A touch point that moves by more across the rail, however small the step of the shift, jumps: it moves by 20 mm for a
-# millimetre of shift at most where two arcs are followed.
+# A touch point jumps if it moves by more than this across the rail, however small the step of the shift. Without a jump
+# it moves by at most 20 mm for each millimetre of shift.
 _JUMP_MM = 0.5
 _JUMP_WITHIN_MM = 1e-4
-# Of the integral over one period.
+# Points of the integral over one period.
 _PHASES = 4000
 
 
 @dataclass(frozen=True)
 class Jump:
-    """A shift at which the first touch point of one wheel goes from one place of its rail to another (mm)."""
+    """A shift (mm) at which a wheel's first touch point jumps from one place of the rail to another (mm)."""
 
     side: TrackSide
     shift_mm: float
@@ -314,8 +315,9 @@ class Jump:
 
 @dataclass(frozen=True, kw_only=True)
 class Conicity:
-    """Equivalent conicity at an amplitude of the lateral motion: of a wheelset that rolls as it shifts, and of one that
-    does not, as profiles are compared by it.
+    """Equivalent conicity at an amplitude of the lateral motion, with the wheelset's roll and without it.
+
+    Profiles are usually compared without roll.
     """
 
     amplitude_mm: float
@@ -330,13 +332,13 @@ class ContactFunctions:
     Attributes
     ----------
     positions
-        For each shift (mm, positive to the left) the wheelset on its rails, or why it cannot stand there.
+        The wheelset on its rails for each shift (mm, positive to the left), or why it cannot stand there.
     centred_height_mm
-        Of the axle without a shift; NaN where the wheelset cannot stand there.
+        Height of the axle without a shift; NaN if the wheelset cannot stand there.
     jumps
-        Between the smallest and the largest shift that are possible, in the order of the shifts.
+        Jumps between the smallest and the largest possible shift, in the order of the shifts.
     conicities
-        At whole amplitudes (mm) up to the smaller of both ends.
+        Conicities at whole amplitudes (mm), up to the largest amplitude that is possible to both sides.
     """
 
     symmetric: bool
@@ -347,7 +349,7 @@ class ContactFunctions:
 
 
 def rolling_radius_difference_mm(placed: PlacedWheelset) -> float:
-    """Radius of the left wheel at its first touch point minus that of the right one, positive towards the left."""
+    """Rolling radius of the left wheel minus rolling radius of the right wheel, each at its first touch point."""
     left, right = (float(side.wheel.radius(side.first.wheel_u)) for side in (placed.left, placed.right))
     return left - right
 
@@ -358,18 +360,18 @@ def contact_functions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: f
     Parameters
     ----------
     shifts_mm
-        Shifts of the table; jumps are looked for between them, and conicities need none of them.
+        Shifts of the table; jumps are looked for between them. Conicities do not depend on them.
     """
     positions = _positions(wheelset, shifts_mm, yaw_rad)
     centred = wheelset.stand(0.0, yaw_rad)
     height = float("nan") if isinstance(centred, str) else centred.left.axle_mm
-    # where none is possible there is nothing between them
+    # without a possible shift there are no jumps
     possible = [shift for shift, placed in positions.items() if not isinstance(placed, str)]
     low, high = min(possible, default=0.0), max(possible, default=0.0)
     rolled, unrolled = (_Line(wheelset, yaw_rad, rolls=rolls) for rolls in (True, False))
     jumps = rolled.jumps(low, high)
     end = min(-low, high)
-    # their shifts are nodes of the integrals
+    # this finds the jumps, whose shifts are nodes of the integrals
     unrolled.jumps(-max(end, 0.0), max(end, 0.0))
     return ContactFunctions(
         symmetric=wheelset.symmetric,
@@ -386,7 +388,7 @@ def contact_functions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: f
 def _positions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: float) -> dict[float, PlacedWheelset | str]:
     positions: dict[float, PlacedWheelset | str] = {}
     guess = 0.0
-    # from the middle outwards on either side, each from the roll before it
+    # from the middle outwards on either side; each roll is the guess for the next
     for shift in sorted(shifts_mm, key=lambda shift: (shift < 0.0, abs(shift))):
         mirrored = positions.get(-shift)
         if isinstance(mirrored, PlacedWheelset) and wheelset.symmetric and yaw_rad == 0.0:
@@ -401,9 +403,9 @@ def _positions(wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: float) -
 
 
 class _Line:
-    """First touch points of both wheels over the shift, each shift found once; with the roll of the wheelset or none.
+    """First touch points of both wheels over the shift, with the roll of the wheelset or without; cached by shift.
 
-    Those of a symmetric wheelset that is not yawed are mirror images.
+    If the wheelset is symmetric and not yawed, the touch points at opposite shifts are mirror images.
     """
 
     def __init__(self, wheelset: Wheelset, yaw_rad: float, *, rolls: bool) -> None:
@@ -415,12 +417,12 @@ class _Line:
     def jumps(self, low: float, high: float) -> tuple[Jump, ...]:
         """Jumps of both wheels' first touch points between two shifts."""
         sides: tuple[TrackSide, TrackSide] = ("left", "right")
-        found = (self._jump(side, a, b) for a, b in pairwise(_line(low, high)) for side in sides)
-        return tuple(jump for jump in found if jump is not None)
+        jumps = (self._jump(side, a, b) for a, b in pairwise(_line(low, high)) for side in sides)
+        return tuple(jump for jump in jumps if jump is not None)
 
     def conicity(self, amplitude: float) -> float:
         """Equivalent conicity at an amplitude (mm)."""
-        # more of them about jumps
+        # shifts that are known already lie closer about jumps
         known = {shift for shift in self._known if abs(shift) < amplitude}
         nodes = sorted({*_line(-amplitude, amplitude), *known, *((-shift for shift in known) if self._mirrors else ())})
         return harmonic_conicity(self._radius_difference, amplitude, nodes)
@@ -445,7 +447,7 @@ class _Line:
         return None if left is None or right is None else (left, right)
 
     def _jump(self, side: TrackSide, low: float, high: float) -> Jump | None:
-        """A jump between two shifts, by halving them as long as the touch point is at places far apart at both."""
+        """A jump between two shifts, by bisection as long as the touch points at both ends are far apart."""
         ends = self._y(side, low), self._y(side, high)
         while abs(ends[1] - ends[0]) > _JUMP_MM:
             middle = 0.5 * (low + high)
@@ -461,16 +463,16 @@ class _Line:
         return None
 
     def _y(self, side: TrackSide, shift: float) -> float:
-        found = self._standings(shift)
-        return float("nan") if found is None else found[0 if side == "left" else 1].y_mm
+        standings = self._standings(shift)
+        return float("nan") if standings is None else standings[0 if side == "left" else 1].y_mm
 
     def _radius_difference(self, shift: float) -> float:
-        found = self._standings(shift)
-        return float("nan") if found is None else found[0].radius_mm - found[1].radius_mm
+        standings = self._standings(shift)
+        return float("nan") if standings is None else standings[0].radius_mm - standings[1].radius_mm
 
 
 def _line(low: float, high: float) -> list[float]:
-    """Shifts from one to another in steps of a tenth of a millimetre or a little less, the same for all lines."""
+    """Shifts from `low` to `high` in steps of a tenth of a millimetre or a little less."""
     inner = np.arange(np.ceil(low / _SHIFT_STEP_MM + 1e-9), np.floor(high / _SHIFT_STEP_MM - 1e-9) + 1.0)
     every = np.round(np.concatenate([[low], _SHIFT_STEP_MM * inner, [high]]), 9)
     return sorted({float(shift) for shift in every})
@@ -484,17 +486,17 @@ def harmonic_conicity(
     Parameters
     ----------
     radius_difference_mm
-        Difference (mm) over the lateral shift (mm); that of cones of the conicity g is 2 g y.
+        Difference (mm) over the lateral shift y (mm); 2 g y for cones of the conicity g.
     amplitude_mm
-        Of the lateral motion y = A cos(phase).
+        Amplitude A of the lateral motion y = A cos(phase).
     nodes_mm
-        Shifts between which the difference is taken as straight, from -A to A; every 0.1 mm if not given.
+        Shifts from -A to A between which the difference is taken as linear; every 0.1 mm if not given.
 
     Returns
     -------
     float
-        The mean of the difference times cos(phase) over a period, over A: the conicity of cones whose wheelset has the
-        same first harmonic.
+        Mean of the difference times cos(phase) over a period, divided by A: the conicity of cones with an equal first
+        harmonic.
 
     Notes
     -----

@@ -1,4 +1,4 @@
-"""The picture of a case: both pressures and their difference, cuts, all measures; small ones for reports."""
+"""The picture of a case: both pressures and their difference, cuts, all measures; and small pictures for reports."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ if TYPE_CHECKING:
 
 # --- Maps of contact pressures over the rail's surface, with the outlines of both patches.
 
-# Axes over the rail's surface.
+# Labels of axes over the rail's surface.
 _ACROSS, _ROLLING = f"s across in mm\n{SIDES}", "x (rolling) in mm"
 # Colour maps of pressures (lighter where higher) and of signed differences.
 _PRESSURE, _DIFFERENCE = "viridis", "RdBu_r"
-# A map that is so much taller than wide has room for three numbers across.
+# A map has room for only three numbers across if it is this many times as tall as wide.
 _NARROW = 2.2
-# Colours of a pressure map and of a difference where nothing presses.
+# Colours of a pressure map and of a difference map without pressure.
 _NO_PRESSURE, _NO_DIFFERENCE = "#440154", "#f7f6f6"
 
 
@@ -65,7 +65,7 @@ class PressureFields:
         return int(i), int(j)
 
     def limits_mm(self, *, across: bool) -> tuple[float, float]:
-        """Range along s (`across`) or x that shows both patches with some room, and not the whole grid."""
+        """Range along s (`across`) or x that shows both patches with some room, less than the whole grid."""
         line = self.grid.s_mm if across else self.grid.x_mm
         pressed = line[np.flatnonzero(np.any(self.fe > 0.0, axis=0 if across else 1))]
         reach = 0.5 * (self.ellipse.extent_y_mm if across else self.ellipse.extent_x_mm)
@@ -94,14 +94,14 @@ def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields)
         extent=(*_cell_edges(fields.grid.s_mm), *_cell_edges(fields.grid.x_mm)),
     )
     if is_difference:
-        # both ends of the colour map are dark in grey: dashed where Hertz presses more
+        # in grey both ends of the colour map are dark: lines are dashed if Hertz's pressure is larger
         levels = top * np.array([-0.75, -0.5, -0.25, 0.25, 0.5, 0.75])
         ax.contour(fields.grid.s_mm, fields.grid.x_mm, values, levels=levels, colors="0.25", linewidths=0.6)
     _draw_outlines(ax, fields)
     _draw_lobes(ax, load, fields)
     for colour, width in (("black", 3.0), ("white", 1.4)):
         ax.plot(0.0, 0.0, "+", color=colour, ms=9, mew=width, label="_first touch point")
-    # a place that is given is not looked for in each drawing
+    # with a given place matplotlib does not look for one in each drawing
     ax.set_title(kind, y=1.0)
     ax.set(xlabel=_ACROSS, ylabel=_ROLLING, aspect="equal", facecolor=ground)
     (s_low, s_high), (x_low, x_high) = fields.limits_mm(across=True), fields.limits_mm(across=False)
@@ -114,19 +114,19 @@ def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields)
 
 
 def _cell_edges(nodes_mm: Floats) -> tuple[float, float]:
-    """Where the cells of the first and of the last of equally spaced nodes end."""
+    """Outer ends of the cells of the first and the last of equally spaced nodes."""
     half = 0.5 * float(nodes_mm[1] - nodes_mm[0])
     return float(nodes_mm[0]) - half, float(nodes_mm[-1]) + half
 
 
 def _draw_outlines(ax: Axes, fields: PressureFields) -> None:
-    """Edges of both patches, white on black so that they are seen on every colour: the ellipse is dashed."""
+    """Edges of both patches, white on black so that they are seen on every colour; the ellipse is dashed."""
     (hx, hs), grid = fields.grid.steps_mm, fields.grid
     x = np.concatenate([[grid.x_mm[0] - hx], grid.x_mm, [grid.x_mm[-1] + hx]])
     s = np.concatenate([[grid.s_mm[0] - hs], grid.s_mm, [grid.s_mm[-1] + hs]])
     square = signed_square(fields.fe)
     ellipse = ellipse_outline(fields.ellipse)
-    # drawn twice and not with path effects, with which SVG files differ from one drawing to the next
+    # drawn twice: with path effects SVG files would differ from one drawing to the next
     for colour, width, name in (("black", 2.8, "_"), ("white", 1.4, "")):
         ax.plot(*ellipse, color=colour, lw=width, ls="-" if name else (0, (4, 2)), label=f"{name}Hertz")
         edge = ax.contour(s, x, square, levels=[0.0], colors=colour, linewidths=width)
@@ -154,18 +154,17 @@ def _draw_lobes(ax: Axes, load: JudgedLoad, fields: PressureFields) -> None:
 
 # --- The picture of a case: its verdict, both pressures and their difference, cuts through the peak, and all measures.
 
-# All in inches. A picture is so wide, and a map's frame where three stand side by side; a map's lowest and largest
-# height.
+# Inches: width of a picture, width of a map's frame with three maps side by side, smallest and largest height of a map.
 _WIDTH, _MAP_WIDTH, _LEAST_HEIGHT, _MOST_HEIGHT = 15.0, 3.05, 1.3, 4.4
-# Room for the head, for the title of a row of maps and what is below it, for the cuts, and for what a map has on its
-# left and beside it in all.
+# Inches: heights of the head, of the title of a row of maps, of the labels below it and of the cuts; widths of the
+# labels to the left of a map, and of all labels beside it.
 _HEAD, _TITLE, _BELOW, _CUTS, _LEFT, _BESIDE = 0.65, 0.4, 0.75, 4.2, 0.85, 1.75
-# What the words need.
+# Inches: width of the words.
 _WORDS = 4.35
 
 
 def case_figure(result: CaseResult, path: str | Path) -> Path:
-    """Draw one case as PNG, and as SVG beside it; see `draw_case`."""
+    """Draw a case as PNG, and as SVG beside it; see `draw_case`."""
     fields = PressureFields.of(result.load)
     figure = blank_figure(*case_inches(fields))
     draw_case(figure, result.load, result.placement, fields)
@@ -181,8 +180,8 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
     """Draw a judged load into a figure: the head with the verdict, maps, cuts and words.
 
     Maps show the rail's surface around the first touch point: finite elements, Hertz (same scale) and their difference,
-    with the outlines of both patches. Cuts go through the peak of the finite elements; below the lateral one is the
-    rail, true to scale. All stand where `case_inches` has room for them: to lay them out takes as long as to draw them.
+    with the outlines of both patches. Cuts go through the peak of the finite elements; below the lateral cut is the
+    rail, true to scale. All parts have fixed places within `case_inches`: a layout engine would double the time.
     """
     figure.set_layout_engine(None)
     (width, height), tall, of_map = case_inches(fields), _is_tall(fields), _map_height(fields)
@@ -205,7 +204,7 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
         ax = axes(number * step + _LEFT, _CUTS + _BELOW, wide, of_map)
         draw_pressure(ax, load, kind, fields)
         for place in _junctions(placement, "rail"):
-            # on the dark ground of a pressure and on the light one of a difference
+            # seen on the dark ground of a pressure and on the light ground of a difference
             ax.axvline(place, color="0.6", ls=":", lw=1.2, label="_rail junction")
         ax.set_xlim(fields.limits_mm(across=True))
     words_left = 3.0 * step + 0.15 if tall else width - _WORDS
@@ -220,13 +219,13 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
 
 
 def _ratio(fields: PressureFields) -> float:
-    """Height over width of what a map shows."""
+    """Height over width of a map's range."""
     (x_low, x_high), (s_low, s_high) = fields.limits_mm(across=False), fields.limits_mm(across=True)
     return (x_high - x_low) / (s_high - s_low)
 
 
 def _is_tall(fields: PressureFields) -> bool:
-    # three tall maps leave room for the words beside them
+    # tall: three maps leave room for the words beside them
     return 3.0 * (_MOST_HEIGHT / _ratio(fields) + _BESIDE) + _WORDS <= _WIDTH
 
 
@@ -237,7 +236,7 @@ def _map_height(fields: PressureFields) -> float:
 def draw_lateral_cut(ax: Axes, placement: Placement, fields: PressureFields, *, label: bool = False) -> None:
     """Draw both pressures across, through the peak of the finite elements, with the junctions of both profiles.
 
-    With `label` the axis across is labelled, which otherwise belongs to the rail below.
+    With `label` the axis across is labelled; without it the label is below the rail's picture.
     """
     i, grid = fields.peak[0], fields.grid
     s = np.linspace(grid.s_mm[0], grid.s_mm[-1], 400)
@@ -277,7 +276,7 @@ def _draw_cut(ax: Axes, fe: tuple[Floats, Floats], hertz: tuple[Floats, Floats])
 
 
 def _draw_rail(ax: Axes, placement: Placement, fields: PressureFields) -> None:
-    """The rail's line over the same s as the cut above it, true to scale, in the frame of the first touch point."""
+    """The rail's line below the cut, over an equal range of s, true to scale, in the frame of the first touch point."""
     low, high = fields.limits_mm(across=True)
     s = np.linspace(low, high, 300)
     points, _ = placement.surface(0.0, s)
@@ -319,7 +318,7 @@ def _case_text(load: JudgedLoad, placement: Placement) -> str:
         sizes = " ".join(f"{value:>6}" for value in values)
         lines.append(f"{head:<10} {sizes} {off:>9} {unsure:>6} {limit:>7} {answer}")
     if first.at_junction:
-        # the ellipse drawn, and the numbers, are those of one side
+        # the ellipse in the picture, and the numbers, belong to one side
         lines.append("all with the curvature of the field side")
     lines += ["", "solid: finite elements, dashed: Hertz, dotted: rail junction"]
     lines += [f"touch (+) at {first.rail_y_mm:+z.2f} mm on the rail, {1e3 * first.contact_angle_rad:+z.1f} mrad"]
@@ -335,14 +334,14 @@ def _case_text(load: JudgedLoad, placement: Placement) -> str:
     return "\n".join(lines)
 
 
-# --- Pictures that reports have beside those of a study or a map: the pair in section, the ladder, patches in small.
+# --- Further pictures for reports: the ladder over the shift, and small pictures of patches.
 
 
 def ladder_figure(rows: Sequence[Row]) -> Figure | None:
-    """Draw over the shift what moves the peak pressure away from Hertz; None where no row tells it.
+    """Draw over the shift which step of the ladder moves the peak pressure away from Hertz; None without such rows.
 
-    A panel a step of the ladder that all rows have, in percent of the peak: from Hertz's gap to the true one on a
-    half-space, from there to the finite bodies, and to bodies that yield, with its uncertainty.
+    A panel for each step that all rows have, in percent of the peak with its uncertainty: from Hertz's gap to the true
+    gap on a half-space, from the half-space to the finite bodies, and to bodies that yield.
     """
     told = [row for row in rows if usable(row)]
     steps = {
@@ -381,7 +380,7 @@ def _draw_step(ax: Axes, rows: Sequence[Row], name: str, colour: str, label: str
 
 
 def patches_figure(loads: Sequence[tuple[JudgedLoad, Placement]]) -> Figure:
-    """Draw the pressure and the lateral cut of several loads in small, each with its shift, load and verdict."""
+    """Draw small pictures of pressure and lateral cut for several loads, each with its shift, load and verdict."""
     columns = min(4, len(loads))
     lines = -(-len(loads) // columns)
     figure = blank_figure(3.9 * columns, 5.2 * lines)

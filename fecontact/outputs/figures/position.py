@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 # --- Rail and wheel in section through the first touch point.
 
 Lines = Mapping[str, tuple[Floats, Floats]]
-# Of the wheel what lies this far about the touch point is drawn.
+# The wheel is drawn up to this distance from the touch point.
 _ABOUT_MM = 75.0
 
 
@@ -44,7 +44,7 @@ def pair_figure(placement: Placement) -> Figure:
 
 
 def section_lines(placement: Placement, about_mm: float = np.inf) -> Lines:
-    """Lines (y, z) in mm of rail and wheel, as far as they lie so far about the first touch point."""
+    """Lines (y, z) in mm of rail and wheel, up to a distance from the first touch point."""
     rail, wheel = placement.rail, placement.wheel
     u_rail, u_wheel = (np.linspace(0.0, len(one.profile.segments) - 1e-9, 3000) for one in (rail, wheel))
     lines = {"rail": rail.section(u_rail)[:2], "wheel": wheel.silhouette(u_wheel)[2:]}
@@ -53,7 +53,7 @@ def section_lines(placement: Placement, about_mm: float = np.inf) -> Lines:
 
 
 def draw_section(ax: Axes, placement: Placement, lines: Lines) -> None:
-    """Draw both lines, and the touch points: the first one filled."""
+    """Draw both lines and the touch points; the first touch point is filled."""
     names = {"rail": placement.rail.profile.name, "wheel": placement.wheel.profile.name}
     for (of, line), colour in zip(lines.items(), Colour.LINES.values(), strict=True):
         ax.plot(*line, color=colour, lw=1.8, label=f"{of} {short_name(names[of])}")
@@ -96,7 +96,7 @@ def preview_figure(seen: Preview, path: str | Path) -> Path:
 
 
 def _draw_curvatures(ax: Axes, seen: Preview, reach: float) -> None:
-    """Curvature of the rail and of the wheel, positive where convex, over the distance from the touch point."""
+    """Curvature of rail and wheel, positive if convex, over the distance from the touch point."""
     touch, patch, banded = seen.placement.first, seen.expected, False
     s = np.linspace(patch.s_low_mm - reach, patch.s_high_mm + reach, 1200)
     for profile, u in ((seen.placement.rail.profile, touch.rail_u), (seen.placement.wheel.profile, touch.wheel_u)):
@@ -105,7 +105,7 @@ def _draw_curvatures(ax: Axes, seen: Preview, reach: float) -> None:
         curvature = profile.convex_sign * profile.evaluate(at).curvature_per_mm
         ax.plot(s, curvature, color=colour, lw=1.5, label=f"{profile.kind}")
         if (measured := profile.measured) is not None:
-            # a smoothed line begins somewhere in the arc length of what its points were held against
+            # the arc length of a smoothed line begins at an offset, since it may be counted along a nominal line
             start = float(getattr(profile.segments[0], "s_from", 0.0))
             noise = np.interp(s + float(profile.arc_length(u)) + start, measured.s_mm, measured.curvature_noise_per_mm)
             ax.fill_between(s, curvature - 2.0 * noise, curvature + 2.0 * noise, color=colour, alpha=0.25, lw=0)

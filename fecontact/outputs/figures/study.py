@@ -1,4 +1,4 @@
-"""The picture of a study over the lateral shift: peak pressures, how far Hertz is off, and where the wheel touches."""
+"""The picture of a study over the lateral shift: peak pressures, deviations of Hertz, and touch points."""
 
 from __future__ import annotations
 
@@ -31,26 +31,25 @@ if TYPE_CHECKING:
 
 _TOUCH = "touch_rail_y_mm"
 ANSWER_MARKS = {"HOLDS": "o", "UNRESOLVED": "D", "FAILS": "X", "failed": "s"}
-# A row whose numbers must not be used.
+# Style of a row whose numbers must not be used.
 _BAD: Mapping[str, Any] = {"marker": "x", "ms": 9, "mew": 2.0, "ls": "none"}
 
 
 def study_figure(
     rows: Sequence[Row], path: str | Path, rail: Profile | None = None, criteria: Criteria | None = None
 ) -> Path:
-    """Draw a study over the lateral shift: peak pressures, how far Hertz is off, and where the wheel touches the rail.
+    """Draw a study over the lateral shift: peak pressures, deviations of Hertz, and touch points on the rail.
 
-    How far it is off is drawn with its uncertainty for each measure that decides, in parts of its limit, where there is
-    one series and one set of criteria; otherwise for peak and area, in percent. One colour and mark for each series;
-    more of them than there are colours are not named. Neighbours between which the contact jumps are not joined by a
-    line. A row whose status is not `converged` is a cross that no line
-    goes through; it lies at its value, or at the bottom of the first panel if it has none. The junctions of `rail` are
-    drawn beside the touch points.
+    With one series and one set of criteria, deviations are drawn with uncertainties for each measure that decides, in
+    parts of the limit; else for peak and area, in percent. Each series has a colour and a mark; if there are more
+    series than colours, they are not named. Neighbours are not joined by a line if the contact jumps between them. A
+    row whose status is not `converged` is a cross without a line, at its value, or at the bottom of the first panel if
+    it has no value. The junctions of `rail` are drawn beside the touch points.
 
     Parameters
     ----------
     criteria
-        Those by which all rows were judged, None if there is more than one set.
+        Criteria by which all rows were judged; None if there is more than one set.
 
     Raises
     ------
@@ -63,7 +62,7 @@ def study_figure(
     single = len(found) == 1
     figure = blank_figure(11.0, 11.0)
     peak, off, touch = figure.subplots(3, 1, sharex=True, height_ratios=(1.0, 1.4, 0.9))
-    # more than there are colours cannot be told apart anyway
+    # more series than colours cannot be told apart
     shown = len(found) <= len(SERIES)
     for number, one in enumerate(found):
         style, group = series_style(number), one.rows
@@ -91,7 +90,7 @@ def study_figure(
 
 
 def _numbers(rows: Sequence[Row], column: str) -> Floats:
-    """A column of rows, NaN where there is no number."""
+    """A column of rows, with NaN for a missing number."""
     return np.array([np.nan if row.get(column) is None else float(row[column]) for row in rows])
 
 
@@ -112,7 +111,7 @@ def _finish_deviations(ax: Axes, criteria: Criteria | None) -> None:
 
 
 def _draw_used_limits(ax: Axes, group: Sequence[Row], criteria: Criteria) -> None:
-    """How far Hertz is off in every measure that decides, in parts of its limit, each with its uncertainty."""
+    """Deviation of Hertz in every measure that decides, in parts of the limit, with its uncertainty."""
     for number, (measure, limit) in enumerate(criteria.limits.items()):
         column, unsure, factor = deviation_column(measure)
         used, error = (np.abs(_numbers(group, name)) / (factor * limit) for name in (column, unsure))
@@ -123,7 +122,7 @@ def _draw_used_limits(ax: Axes, group: Sequence[Row], criteria: Criteria) -> Non
     style: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "fontsize": 8.5, "color": "0.35"}
     ax.text(0.008, 1.03, "beyond the limit", va="bottom", **style)
     ax.text(0.008, 0.97, "within the limit", va="top", **style)
-    # what is within the limits on a line, what is beyond by its magnitude
+    # linear within the limits, logarithmic beyond
     ax.set_yscale("symlog", linthresh=1.0, linscale=1.0)
     top = max(3.0, 1.3 * ax.get_ylim()[1])
     ax.set_ylim(0.0, top)
@@ -131,12 +130,12 @@ def _draw_used_limits(ax: Axes, group: Sequence[Row], criteria: Criteria) -> Non
     ax.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
     ax.minorticks_off()
     ax.set(ylabel="Hertz against FE\nin parts of the limit")
-    # outside: so many lines leave no room for it
+    # outside: so many lines leave no room for a legend
     legend_beside(ax)
 
 
 def _draw_answers(ax: Axes, rows: Sequence[Row]) -> None:
-    """The verdicts above the first panel, a colour and a mark for each."""
+    """The verdicts above the first panel, each with a colour and a mark."""
     from matplotlib.lines import Line2D
 
     handles = []
@@ -150,14 +149,14 @@ def _draw_answers(ax: Axes, rows: Sequence[Row]) -> None:
     if handles:
         # outside, so that it never hides a verdict
         legend = ax.legend(handles=handles, fontsize=9, loc="lower left", bbox_to_anchor=(1.01, 0.0), title="Hertz")
-        # what is taken for clipped gets no room
+        # the layout makes no room for a clipped artist
         ax.add_artist(legend).set_clip_on(False)
 
 
 def _draw_series(ax: Axes, group: Sequence[Row], value: Floats, unsure: Floats | None = None, **style: Any) -> None:
     shift, good = _numbers(group, "lateral_shift_mm"), np.array([usable(row) for row in group])
     shown, breaks = np.where(good, value, np.nan), _jumps(group)
-    # NaN breaks the line, so that nobody reads a value between a good and a bad row, or in the midst of a jump
+    # NaN breaks the line, so that nobody reads a value between a good and a bad row, or within a jump
     ax.plot(np.insert(shift, breaks, np.nan), np.insert(shown, breaks, np.nan), lw=1.6, ms=5.5, **style)
     if unsure is not None:
         ax.errorbar(shift, shown, yerr=unsure, fmt="none", ecolor=style["color"], capsize=2.5, lw=1.0)
@@ -165,9 +164,9 @@ def _draw_series(ax: Axes, group: Sequence[Row], value: Floats, unsure: Floats |
 
 
 def _jumps(group: Sequence[Row]) -> NDArray[np.int64]:
-    """Numbers of the rows before which a touch point leaves the Hertz ellipse of either: anything may be between."""
+    """Numbers of the rows before which the touch point moves further than the Hertz ellipse of either row is wide."""
     touch, width = _numbers(group, _TOUCH), _numbers(group, "hertz_b_mm")
-    # a number that is not known (NaN) is no jump
+    # an unknown number (NaN) is no jump
     return 1 + np.flatnonzero(np.abs(np.diff(touch)) > np.minimum(width[1:], width[:-1]))
 
 

@@ -1,1 +1,1 @@
-"""Files and pictures in three dimensions."""
+"""ParaView files and pictures in three dimensions."""

@@ -1,7 +1,7 @@
-"""ParaView files: both bodies, the contact, one collection a case and one a study, and `view.py` that opens them.
+"""ParaView files: both bodies, the contact, a collection for each case and study, and `view.py` that opens them.
 
-The files open in ParaView as they are: a case by its `case.vtm` (blocks `rail`, `wheel`, `contact`, `hertz_ellipse`), a
-study by its `.pvd`, whose time is the lateral shift. Half models are written whole, mirrored at their plane.
+A case is opened in ParaView by its `case.vtm` (blocks `rail`, `wheel`, `contact`, `hertz_ellipse`), a study by its
+`.pvd`, whose time is the lateral shift. Half models are written whole, mirrored at their plane of symmetry.
 """
 
 from __future__ import annotations
@@ -33,21 +33,21 @@ from fecontact.outputs.tables import Row
 from fecontact.outputs.words import case_annotation
 from fecontact.solving.solve import CaseResult
 
-# --- The contact as ParaView shows it: both pressures on the rail's surface, and Hertz's ellipse as a line.
+# --- The contact for ParaView: both pressures on the rail's surface, and Hertz's ellipse as a line.
 
 LIFT_MM = 1e-3
-"""How far the contact lies above the rail, along its normals: in the rail's own surface both would flicker."""
+"""Height of the contact above the rail, along the normals: in one surface both would flicker."""
 RELIEF_MM_PER_MPA = 2e-3
-"""Height of the pressure relief: the same for every case, so that reliefs can be compared."""
+"""Height of the pressure relief: equal for all cases, so that reliefs can be compared."""
 
 
 def contact_surface(result: CaseResult) -> Any:
-    """The rail's contact surface as a pyvista mesh of quadrilaterals, their normals out of the rail.
+    """The rail's contact surface as a pyvista mesh of quadrilaterals with normals out of the rail.
 
-    It lies `LIFT_MM` above the rail and holds both patches, as far as the rail has a surface there. Its nodes are those
-    of the elements, and their pressure is what the bodies' displacements and stresses belong to. Arrays:
+    It lies `LIFT_MM` above the rail and holds both patches, as far as the rail's surface reaches. Its nodes are the
+    elements' nodes, with the pressure to which the bodies' displacements and stresses belong. Arrays:
     `contact_pressure_MPa`, `hertz_pressure_MPa`, `pressure_difference_MPa` (finite elements minus Hertz), `gap_mm`
-    (deformed; NaN beyond the nodes of the solution, where only Hertz presses), `in_contact` (0 or 1),
+    (deformed; NaN beyond the nodes of the solution, where only Hertz has a pressure), `in_contact` (0 or 1),
     `pressure_relief_mm` and `hertz_relief_mm` (both pressures as vectors along the normal, to warp by). Pressures are
     means over the cells of the nodes: both integrate to the force along the contact normal.
     """
@@ -61,7 +61,7 @@ def contact_surface(result: CaseResult) -> Any:
     arrays: dict[str, NDArray[Any]] = {
         **fields,
         "pressure_difference_MPa": fe - hertz,
-        # ParaView's readers take Booleans for field data
+        # not Boolean: ParaView's readers take Boolean arrays for field data
         "in_contact": (fe > 0.0).astype(np.uint8),
         "pressure_relief_mm": RELIEF_MM_PER_MPA * fe[..., None] * normals,
         "hertz_relief_mm": RELIEF_MM_PER_MPA * hertz[..., None] * normals,
@@ -81,7 +81,7 @@ def _covering(result: CaseResult) -> tuple[dict[str, Floats], Floats, Floats]:
     gap = Field(grid=rung.grid, values=rung.gap_mm).covering(*lengths).values
     grid = pressure.grid
     points, normals = result.placement.surface(grid.x_mm[:, None], grid.s_mm[None, :])
-    # a rail ends where its profile does, also below an ellipse that does not know of it
+    # a rail's surface ends with its profile, also if Hertz's ellipse reaches further
     there = np.isfinite(points[0, :, 1])
     fields = {
         "contact_pressure_MPa": pressure.values,
@@ -92,7 +92,7 @@ def _covering(result: CaseResult) -> tuple[dict[str, Floats], Floats, Floats]:
 
 
 def ellipse_line(result: CaseResult) -> Any:
-    """The edge of Hertz's ellipse on the rail as a closed line of pyvista, twice as far above it as the contact."""
+    """The edge of Hertz's ellipse as a closed line of pyvista, twice as high above the rail as the contact."""
     import pyvista
 
     s, x = ellipse_outline(result.hertz)
@@ -104,27 +104,27 @@ def ellipse_line(result: CaseResult) -> Any:
     return pyvista.PolyData((points + 2.0 * LIFT_MM * normals)[there], lines=lines)
 
 
-# --- ParaView files: both bodies, the contact, one collection a case and one a study.
+# --- ParaView files: both bodies, the contact, a collection for each case and study.
 
 COLLECTION = "case.vtm"
 _BODIES = (("rail", "rail.vtu"), ("wheel", "wheel.vtu"))
 _CONTACT = (("contact", "contact.vtp"), ("hertz_ellipse", "hertz_ellipse.vtp"))
 _BLOCKS = (*_BODIES, *_CONTACT)
 _STRESSES = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
-# Signs of XX YY ZZ XY YZ XZ, and of x y z, under a mirror at x = 0.
+# Signs of XX YY ZZ XY YZ XZ, and of x y z, when mirrored at x = 0.
 _MIRRORED_STRESS = np.array([1.0, 1.0, 1.0, -1.0, 1.0, -1.0])
 _MIRRORED_VECTOR = np.array([-1.0, 1.0, 1.0])
 
 
 def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
-    """Write a file for each block, and `case.vtm`, which names them; returns the last one.
+    """Write a file for each block, and `case.vtm`, which names the files; returns `case.vtm`.
 
     Arrays on the bodies: `displacement_mm`, `stress_MPa` (XX YY ZZ XY YZ XZ) and `von_mises_MPa` at the nodes. The
-    wheel's displacement has the rigid approach in it (elastic displacement minus approach times direction), so that
-    warping both bodies by it makes them meet: the rail's base stays, the wheel's driven surface comes down.
+    wheel's displacement contains the rigid approach (elastic displacement minus approach times direction), so that the
+    warped bodies meet: the rail's base stays, the wheel's driven surface comes down.
 
-    Where a body has yielded also `equivalent_plastic_strain`, `von_mises_plastic_MPa` and `imprint_mm` (displacement
-    that stays when the load is gone); the other arrays are those of elastic bodies.
+    A body that has yielded also has `equivalent_plastic_strain`, `von_mises_plastic_MPa` and `imprint_mm` (displacement
+    that remains without load); the other arrays are for elastic bodies.
 
     Arrays on `contact` and `hertz_ellipse`: see `contact_surface` and `ellipse_line`.
 
@@ -155,13 +155,13 @@ def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
 
 
 def write_contact_vtk(result: CaseResult, folder: str | Path) -> Path:
-    """Write what changes when a case is judged, beside bodies that were written before; returns `case.vtm`."""
+    """Write the files that change when a case is judged, beside the bodies' files; returns `case.vtm`."""
     folder = Path(folder)
     meshes = {"contact": contact_surface(result), "hertz_ellipse": ellipse_line(result)}
     for name, file in _CONTACT:
         _add_numbers(meshes[name], result)
         if name == "contact":
-            # meshio cannot read a .vtu with texts in its field data, and the bodies are what other programs read
+            # not for the bodies, which other programs read: meshio cannot read a .vtu with texts in its field data
             _add_row(meshes[name], result)
         write_text(folder / file, _xml_text(meshes[name], Path(file).suffix))
     return write_text(folder / COLLECTION, _collection_text())
@@ -177,14 +177,14 @@ def _add_row(surface: Any, result: CaseResult) -> None:
 
 
 def _ascii(text: str) -> str:
-    # VTK's fonts have no other characters, and names of profiles may have any
+    # VTK's fonts have ASCII only, and names of profiles may have any character
     return text.replace("±", "+-").encode("ascii", "replace").decode("ascii")
 
 
 def _xml_text(mesh: Any, suffix: str) -> str:
     """A mesh as the text of a VTK XML file.
 
-    VTK's own writing to a file ends the whole process, without a message, where the disk is full.
+    VTK's writing to a file ends the whole process without a message if the disk is full.
     """
     from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWriter
 
@@ -197,12 +197,12 @@ def _xml_text(mesh: Any, suffix: str) -> str:
 
 
 def write_pvd(path: str | Path, entries: Iterable[tuple[float, str | Path]]) -> Path:
-    """Write a collection over time: one case a time.
+    """Write a collection over time, with a case at each time.
 
     Parameters
     ----------
     entries
-        Time (the lateral shift in mm) and folder of each case, in the order in which they are to be listed.
+        Time (the lateral shift in mm) and folder of each case, in the order of the list.
 
     Raises
     ------
@@ -222,15 +222,9 @@ def write_pvd(path: str | Path, entries: Iterable[tuple[float, str | Path]]) -> 
         for file in (collection, *(collection.with_name(name) for _, name in _BLOCKS)):
             if not file.is_file():
                 raise InputError(f"{path}: {file} does not exist; write the case before the collection")
-    lines = [
-        f'    <DataSet timestep="{time!r}" part="0" file={quoteattr(_relative(file, path.parent))}/>'
-        for time, file in cases
-    ]
+    paths = [(time, Path(os.path.relpath(file, path.parent)).as_posix()) for time, file in cases]
+    lines = [f'    <DataSet timestep="{time!r}" part="0" file={quoteattr(file)}/>' for time, file in paths]
     return write_text(path, _xml("Collection", "0.1", ["  <Collection>", *lines, "  </Collection>"]))
-
-
-def _relative(file: Path, folder: Path) -> str:
-    return Path(os.path.relpath(file, folder)).as_posix()
 
 
 def _collection_text() -> str:
@@ -249,7 +243,7 @@ def _approach_mm(result: CaseResult) -> Floats:
     """Rigid approach (3,) of the wheel to the rail, as a vector that points away from the rail."""
     placement = result.placement
     direction = placement.load_direction(normal=result.case.load_kind == "normal")
-    # that of the elements' own nodes, as the displacements are; it is the part along the contact normal
+    # the approach on the elements' nodes, to which the displacements belong; it is the part along the contact normal
     approach = result.load.level.nodal.approach_mm
     return np.asarray(approach / float(direction @ placement.first.normal) * direction)
 
@@ -276,7 +270,7 @@ def _body(body: ElasticBody, displacement: Floats, rigid: Floats) -> Any:
     points, hexes = body.mesh.points, body.mesh.hexes
     if whole is not None:
         points, displacement = (whole.extended(values, _MIRRORED_VECTOR) for values in (points, displacement))
-        # on the plane itself both halves meet: their mean has none of the shear that changes sign
+        # both halves meet on the plane: shear that changes its sign is zero in their mean
         stress[whole.plane] *= 0.5 * (1.0 + _MIRRORED_STRESS)
         stress = whole.extended(stress, _MIRRORED_STRESS)
         # the mirror turns cells inside out; exchanging the two layers turns them back
@@ -293,7 +287,7 @@ def _body(body: ElasticBody, displacement: Floats, rigid: Floats) -> Any:
 
 
 def _of_whole(body: ElasticBody, values: Floats) -> Floats:
-    """Scalars (n,) or vectors (n, 3) at the nodes of a body, followed by those of its mirror image."""
+    """Scalars (n,) or vectors (n, 3) at the nodes of a body, followed by the values of its mirror image."""
     if not body.mesh.half:
         return values
     columns = values.reshape(len(values), -1)
@@ -303,9 +297,9 @@ def _of_whole(body: ElasticBody, values: Floats) -> Floats:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Mirror:
-    """How nodes continue behind the plane of symmetry: those on the `plane` stay, the `copied` ones get images.
+    """Mirror images of nodes: nodes on the `plane` of symmetry stay, and the `copied` nodes get images.
 
-    `image` (n,) is the node behind the plane that belongs to each node.
+    `image` (n,) is the number of each node's image.
     """
 
     plane: Integers
@@ -327,19 +321,19 @@ class _Mirror:
         return np.concatenate([values, values[self.copied] * signs])
 
 
-# --- `view.py`: opens the ParaView files of a study or a case with the cameras, colours and cuts that show the contact.
+# --- `view.py`: opens the ParaView files of a study or a case with cameras, colours and cuts for the contact.
 
 VIEW = "view.py"
 _BODY = "script.py.txt"
-# Colour scales end at such a number of MPa, so that their labels are round.
+# Colour scales end at a multiple of this, so that their labels are round.
 _ROUND_MPA = 100.0
 
 
 def write_view(out: Path) -> Path:
-    """Write `view.py` into the folder of a study, or of a single case, that has ParaView files.
+    """Write `view.py` into the folder of a study, or of a single case, with ParaView files.
 
-    The script holds paths relative to itself, so that the folder can be moved; the point to look at, and one colour
-    scale over all cases, are numbers in its head.
+    Paths in the script are relative to the script, so that the folder can be moved. The point to look at, and the
+    colour scale for all cases, are numbers at the beginning of the script.
 
     Raises
     ------
@@ -360,9 +354,9 @@ def write_view(out: Path) -> Path:
 
 
 def _without_collection(out: Path) -> str:
-    """Why there is nothing to see, and which folder to give."""
+    """Message why there is nothing to see, and which folder to give."""
     if single := sorted(path.parent for path in out.glob(f"cases/*/{COLLECTION}")):
-        # a .pvd has several shifts of one pair
+        # a .pvd holds several shifts of one pair
         return f"{out}: its cases are no series of shifts; give the folder of one of them, such as {single[0]}"
     return (
         f"{out}: it has no study.pvd and no {COLLECTION}; give the folder that `fecontact run` or"
@@ -371,7 +365,7 @@ def _without_collection(out: Path) -> str:
 
 
 def view_script(collections: Sequence[str], rows: Sequence[Row], folders: Sequence[Path]) -> str:
-    """The script for these collections, whose cases are the rows in the folders."""
+    """The script for collections of the cases in the rows and folders."""
     touches = np.array([_touch_mm(folder) for folder in folders])
     low, high = touches.min(axis=0), touches.max(axis=0)
     extent = _largest(rows, *(f"{of}_extent_{axis}_mm" for axis in "xy" for of in ("fe", "hertz")))

@@ -11,22 +11,22 @@ from __future__ import annotations
 import math
 import platform
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 from fecontact import __version__
 from fecontact.case import Case, case_record
-from fecontact.comparison.creep import CreepComparison
 from fecontact.comparison.judging import JudgedLoad, LobeJudgement
 from fecontact.comparison.ladder import BODIES, PLASTIC
 from fecontact.comparison.measures import MEASURES, Approximation, Measures, TheoryPatch, hertz_measures
-from fecontact.comparison.theories import EITHER_SIDE, HERTZ, OF_ELLIPSES, THEORIES
-from fecontact.comparison.verdict import FORCE, NOT_IN_IT, Judgement, PlasticVerdict, Standing, cheapest, standings
+from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES
+from fecontact.comparison.verdict import NOT_IN_IT, Judgement, PlasticVerdict, Standing, Verdict, cheapest, standings
 from fecontact.errors import InputError
+from fecontact.features import offered
 from fecontact.files import read_json, write_json
 from fecontact.irregularity.shapes import irregularity_text
 from fecontact.normal.hertz import HertzContact
@@ -34,17 +34,13 @@ from fecontact.outputs.geometry import profile_notes, touch_records
 from fecontact.outputs.tables import Record, flat, picked, told
 from fecontact.outputs.words import theory_words
 from fecontact.profiles.library import profile_identity
-from fecontact.rolling.forces import EllipseForces
-from fecontact.rolling.laws import CreepForce
 from fecontact.solving.expected_patch import narrowest_semi_axes_mm, semi_axes_of_elements_mm
-from fecontact.solving.map import ApplicabilityMap, MapCell
-from fecontact.solving.meshes import finer_degrees_of_freedom
 from fecontact.solving.placing import roll_of_case
 from fecontact.solving.position import HertzAlone
 from fecontact.solving.solve import CaseResult
 from fecontact.wheel_rail.placement import Placement
 
-# --- The judged theories of a load or a map: which is the cheapest that holds, how often each is, and in words.
+# --- The judged theories of a load: which is the cheapest that holds, and in words.
 
 
 def other_theories(load: JudgedLoad) -> dict[str, Judgement]:
@@ -58,68 +54,9 @@ def theories_of(load: JudgedLoad) -> dict[str, Judgement]:
     return {HERTZ: replace(worst, verdict=load.verdict)} | other_theories(load)
 
 
-def theories_of_cell(cell: MapCell) -> dict[str, Judgement]:
-    """Every judged theory of a cell of a map; none of one that may not be used."""
-    return theories_of(cell.usable) if cell.usable else {}
-
-
-def judged_by(load: JudgedLoad | None, theory: str) -> JudgedLoad | Judgement | None:
-    """A load by a theory, of Hertz the load itself; None where the theory has no contact.
-
-    A theory that says nothing of its own, such as springs at a single touch point, is Hertz.
-    """
-    if load is None or theory in load.without:
-        return None
-    return load if theory == HERTZ else load.judgements.get(theory, load)
-
-
 def cheapest_of(load: JudgedLoad) -> Standing:
     """The cheapest theory of the pressure that holds."""
     return cheapest(standings(theories_of(load)), in_range=load.case.criteria.theories_in_range)
-
-
-def ellipses_instead(load: JudgedLoad | None) -> Standing | None:
-    """The theory of ellipses that holds where the single one of Hertz does not; None where it does, or none holds."""
-    if load is None or not load.usable or load.verdict.answer == "HOLDS":
-        return None
-    holding = (one for one in standings(other_theories(load)) if one.name in OF_ELLIPSES and one.answer == "HOLDS")
-    found = cheapest(holding, in_range=load.case.criteria.theories_in_range)
-    return found if found.name else None
-
-
-def all_ellipses_instead(made: ApplicabilityMap) -> str:
-    """The theories of ellipses that hold in cells of a map where Hertz does not, in words; empty without one."""
-    found = (ellipses_instead(cell.judged) for cell in made.cells)
-    return " or ".join(dict.fromkeys(theory_words(one.name, "out of range" * one.out_of_range) for one in found if one))
-
-
-def share_records(made: ApplicabilityMap) -> list[Record]:
-    """In how many cells of a map each theory of the pressure is the cheapest that holds, and in how many it holds.
-
-    The last lines are the cells where it is open which, where none holds, and those that may not be used.
-    """
-    loads = [cell.usable for cell in made.cells if cell.usable]
-    cells, cheapest_ones = [theories_of(load) for load in loads], [cheapest_of(load) for load in loads]
-    answers = [one.label for one in cheapest_ones] + ["failed"] * (len(made.cells) - len(loads))
-
-    def counted(of: str, count: int) -> Record:
-        return {f"{of}_cells": count, f"{of}_percent": 100.0 * count / len(answers) if answers else 0.0}
-
-    found: list[Record] = []
-    for name in (name for name in THEORIES if any(name in one for one in cells)):
-        used = [one[name].limit_used for one, answer in zip(cells, answers, strict=False) if answer == name]
-        found.append(
-            {
-                "theory": name,
-                **picked(THEORIES[name], "words cost"),
-                **counted("cheapest", len(used)),
-                "out_of_range_cells": sum(one.label == name and one.out_of_range for one in cheapest_ones),
-                "largest_limit_used": max(used, default=None),
-                **counted("holds", sum(name in one and one[name].verdict.answer == "HOLDS" for one in cells)),
-            }
-        )
-    others = ("UNRESOLVED", "none", "failed")
-    return found + [{"theory": name, **counted("cheapest", answers.count(name))} for name in others]
 
 
 def cheapest_columns(column: str, found: Standing) -> Record:
@@ -152,7 +89,6 @@ Row: TypeAlias = Record
 
 RESULT_SCHEMA = "fecontact/result/5"
 ROW_SCHEMA = "fecontact/row/2"
-CREEP_SCHEMA = "fecontact/creep/2"
 FOUND_INPUTS = ("roll_mrad",)
 """What a record of a case has beside its inputs: the roll as it stands, found or given."""
 _PACKAGES = ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "pyvista", "vtk", "pypardiso", "pyamg", "matplotlib")
@@ -164,9 +100,8 @@ _LEFT_OUT = (
     *("elements_hertz_deviation_*", "elements_hertz_uncertainty_*", "elements_hertz_verdict_[!am]*"),
     *("half_space_quadratic_[!p]*", "steps_hertz_to_*", "steps_elements_to_*", "status", "slide_mm"),
     *(f"steps_*_{name}*" for name in ("a_", "b_", "extent", "centre", "valley", "sep", "misp")),
-    *("solver_elements_*", "solver_node*", "solver_finer*", "solver_zone*", "solver_[cp]*", "von_mises_*_[xy]_mm"),
-    *("plastic_range", "plastic_path", "plastic_bodies_*_[xy]_mm", "plastic_hertz_[du]*", "creep_theories_[!r]*"),
-    *("creep_warnings", "creep_decided", "creep_centre_*"),
+    *("solver_elements_*", "solver_node*", "solver_zone*", "solver_[cp]*", "von_mises_*_[xy]_mm"),
+    *("plastic_range", "plastic_path", "plastic_bodies_*_[xy]_mm", "plastic_hertz_[du]*", "*verdict_lines_*"),
 )
 _OF_CHEAP_THEORIES = (
     *("status", "verdict_answer", "verdict_measure", "limit_used"),
@@ -203,6 +138,9 @@ def load_record(load: JudgedLoad) -> Record:
     comparison, patch = load.comparison, load.comparison.patch
     contacts: Record = {name: told(measures) for name, measures in load.ladder.rungs.items()}
     contacts["fe"] |= picked(patch, "centre_x_mm centre_y_mm pieces lobes")
+    if (band := load.judgements[HERTZ].moves.band(comparison.fe.p_max_MPa)) is not None:
+        # over the lines that measured points allow
+        contacts["fe"] |= dict(zip(("p_max_low_MPa", "p_max_high_MPa"), band, strict=True))
     contacts["elements"] |= {
         # relative, of its own measures
         "uncertainty": load.elements_uncertainty,
@@ -218,6 +156,7 @@ def load_record(load: JudgedLoad) -> Record:
         "status": load.status,
         "verdict": {
             **told(load.verdict),
+            **_share(load.verdict),
             "limit_used": load.limit_used,
             # with whose curvature, where the touch point lies at a junction
             "side": load.deciding_side[0],
@@ -233,16 +172,31 @@ def load_record(load: JudgedLoad) -> Record:
         "steps_uncertainty": {BODIES.name: load.bodies_step_uncertainty}
         | ({} if load.plastic is None else {PLASTIC.name: load.plastic.step_uncertainty}),
         # the part of the uncertainty that is the measured profile's, and no mesh takes away; None of exact lines
-        "uncertainty_of_profile": None if load.solved.point_noise is None else load.solved.point_noise.uncertainty(),
+        "uncertainty_of_profile": None if load.solved.lines is None else _of_profile(load.deciding_side[1]),
         **picked(comparison, "pressure_l2 overlap"),
         "geometry": told(load.geometry),
         "slide_mm": load.level.slide_mm,
         # a single lobe is the whole contact
         "lobes": [lobe_record(one) for one in load.lobes] if len(load.lobes) > 1 else [],
         **({} if load.plastic is None or plastic is None else {"plastic": plastic | _plastic_record(load.plastic)}),
-        **({} if load.creep is None else {"creep": _creep_record(load.creep)}),
+        **{
+            name: telling.record(load.features[name])
+            for name, telling in offered("TELLINGS").items()
+            if name in load.features
+        },
         "solver": _solver_record(load),
     }
+
+
+def _share(verdict: Verdict) -> Record:
+    """On how many lines that measured points allow Hertz holds and fails; empty for exact lines."""
+    answers = [*verdict.lines.values()]
+    counted = {"holds_on": answers.count("HOLDS"), "fails_on": answers.count("FAILS"), "of_lines": len(answers)}
+    return counted if answers else {}
+
+
+def _of_profile(judged: Judgement) -> Record:
+    return {name: value - judged.numerical[name] for name, value in judged.uncertainty.items()}
 
 
 def _measures_in(theory: Record) -> Record:
@@ -291,7 +245,7 @@ def lobe_record(one: LobeJudgement) -> Record:
         **picked(one, "normal_force_N contact_angle_rad rail_y_mm centre_mm separate touch_point fe"),
         "half_space": told(one.rungs.get("half_space")),
         "hertz": None if one.hertz is None else told(hertz_measures(one.hertz)) | _axes(one.hertz),
-        **picked(one, "deviation uncertainty verdict"),
+        **picked(one, "deviation uncertainty verdict p_max_lines_MPa"),
     }
 
 
@@ -310,53 +264,6 @@ def _plastic_record(found: PlasticVerdict) -> Record:
         "bodies": told(found.yielded.bodies),
         "path": told(found.yielded.path),
         HERTZ: picked(worst, "deviation uncertainty") | picked(found, "verdict cancelling"),
-    }
-
-
-def _creep_record(found: CreepComparison) -> Record:
-    """Creep forces of a judged load; deviations are parts of the friction times the normal force."""
-    judged = found.verdict
-    decided = [told(at.creepages) | _of_muN(at.deviation, at.uncertainty) for at in judged.decided]
-    return {
-        **picked(found, "friction limit_N creepages centre_creepages curved surface_of_muN"),
-        "theories": {
-            theory: {
-                "hertz": force_record(found.hertz[theory]),
-                "fe": force_record(found.fe[theory]),
-                **_of_muN(found.deviation_of_muN[theory], found.uncertainty_of_muN[theory]),
-            }
-            for theory in found.hertz
-        },
-        "verdict": {
-            **picked(judged.verdict, "answer cause"),
-            **_of_muN(judged.decided[0].deviation, judged.decided[0].uncertainty),
-            "limit_of_muN": judged.limits[FORCE],
-        },
-        "decided": decided,
-        "warnings": list(found.warnings),
-    }
-
-
-def _of_muN(deviation: float | None, uncertainty: float | None) -> Record:
-    return {"deviation_of_muN": deviation, "uncertainty_of_muN": uncertainty}
-
-
-def force_record(force: CreepForce | str) -> Record:
-    """A creep force, or why there is none."""
-    if isinstance(force, str):
-        return {"problem": force}
-    # zero is told without a sign
-    return {name: value if value is None else value + 0.0 for name, value in asdict(force).items()}
-
-
-def ellipse_creep(found: EllipseForces) -> Record:
-    """Creep forces on an ellipse that is given by numbers."""
-    return {
-        "schema": CREEP_SCHEMA,
-        **picked(found, "contact creepages"),
-        "limit_N": found.contact.limit_N,
-        "theories": {theory: force_record(force) for theory, force in found.forces.items()},
-        "warnings": list(found.warnings),
     }
 
 
@@ -381,7 +288,6 @@ def _solver_record(load: JudgedLoad) -> Record:
         "elements_a_semi_axis": _elements(load, semi_axes_of_elements_mm(half_space)),
         "elements_a_semi_axis_of_narrowest_lobe": _elements(load, narrowest_semi_axes_mm(half_space)),
         # to expect of the next finer mesh
-        "finer_degrees_of_freedom": finer_degrees_of_freedom(load.solved.levels),
         "zone_enlarged": level.enlarged,
     }
 
@@ -428,11 +334,18 @@ def hertz_record(found: HertzAlone) -> Record:
     }
 
 
-def rows(results: CaseResult | ApplicabilityMap | Iterable[CaseResult]) -> list[Row]:
+class Rowed(Protocol):
+    """Results that tell themselves in rows, such as a map."""
+
+    def rows(self) -> list[Row]:
+        """Flat dictionaries with units in their keys."""
+
+
+def rows(results: CaseResult | Rowed | Iterable[CaseResult]) -> list[Row]:
     """Results as flat dictionaries with units in their keys, one a case or a cell, as `pandas.DataFrame` takes them."""
-    if isinstance(results, ApplicabilityMap):
-        return [cell_row(cell, position.placement) for position in results.positions for cell in position.cells]
-    return [case_row(result) for result in ([results] if isinstance(results, CaseResult) else results)]
+    if isinstance(results, CaseResult):
+        return [case_row(results)]
+    return [case_row(result) for result in results] if isinstance(results, Iterable) else results.rows()
 
 
 def case_row(result: CaseResult) -> Row:
@@ -443,12 +356,6 @@ def case_row(result: CaseResult) -> Row:
         "peak_memory_MB": result.effort.peak_memory_MB,
         "warnings": "; ".join(result.notes),
     }
-
-
-def cell_row(cell: MapCell, placement: Placement | None) -> Row:
-    """A cell of a map as a flat row, with the columns of a case as far as it has them."""
-    head = picked(cell, "lateral_shift_mm load_kN status") | {"verdict_answer": cell.verdict}
-    return head if cell.judged is None or placement is None else head | load_row(cell.judged, placement)
 
 
 def load_row(load: JudgedLoad, placement: Placement) -> Row:
@@ -477,7 +384,8 @@ def _in_row(column: str) -> bool:
     theory = next((name for name in THEORIES if column.startswith(f"{name}_")), None)
     if theory is not None and not of_hertz:
         return column.removeprefix(f"{theory}_") in _OF_CHEAP_THEORIES
-    return not any(fnmatchcase(column, pattern) for pattern in _LEFT_OUT)
+    of_features = (pattern for telling in offered("TELLINGS").values() for pattern in telling.left_out)
+    return not any(fnmatchcase(column, pattern) for pattern in (*_LEFT_OUT, *of_features))
 
 
 def input_columns(case: Case, placement: Placement | None = None) -> Row:

@@ -36,10 +36,8 @@ _FEWEST_NODES = 2
 _kinds = cache(get_type_hints)
 _RUNG_FIELDS = ("pressure_MPa", "gap_mm")
 _RUNG_NUMBERS = tuple(f.name for f in fields(Rung) if f.name not in ("grid", *_RUNG_FIELDS))
-# What is known of a line that measured points allow.
-_OF_LINE = ("hertz", "half_space")
 # Fields with another name among the arrays.
-_NAMES = {"levels": "level", "own": "points", "point_noise": ""}
+_NAMES = {"levels": "level"}
 
 
 def solved_record(solved: SolvedLoad, arrays: Arrays, prefix: str = "") -> Record:
@@ -77,9 +75,6 @@ def _plain(value: Any, arrays: Arrays, name: str) -> Any:
     if isinstance(value, Mapping):
         return {key: _plain(one, arrays, name) for key, one in value.items()}
     if isinstance(value, tuple):
-        # a line that points allow
-        if any(isinstance(one, Rung) for one in value):
-            return {key: _plain(one, arrays, name) for key, one in zip(_OF_LINE, value, strict=True)}
         return [_plain(one, arrays, f"{name}{place}") for place, one in enumerate(value)]
     return value.tolist() if isinstance(value, np.ndarray) else value
 
@@ -102,8 +97,6 @@ def _value(kind: Any, plain: Any, arrays: Mapping[str, NDArray[np.float64]]) -> 
     origin, of = get_origin(kind), get_args(kind)
     if origin is UnionType:
         return None if plain is None else _value(of[0], plain, arrays)
-    if origin is tuple and of[-1] is not Ellipsis:
-        return tuple(_value(one, plain[key], arrays) for key, one in zip(_OF_LINE, of, strict=True))
     if origin is tuple:
         return tuple(_value(of[0], one, arrays) for one in plain)
     if origin is Mapping:

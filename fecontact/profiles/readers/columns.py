@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise, takewhile
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from fecontact.profiles.reading import MM, Reading, remedy
 
 _COMMENT = re.compile(r"\s*(?:#|!|%|//).*")
 _COMMA_NUMBER = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?|[-+]?\d+")
+_PAIR_WITH_COMMAS = re.compile(r"([-+]?\d+,\d+)\s*,\s*([-+]?\d+,\d+)")
 _UNIT_IN_HEADER = re.compile(r"[\[(_ ](mm|m|cm|um|µm|in|inch|inches)[\])]?$", re.IGNORECASE)
 # Longer files are no profiles: an instrument with 0.01 mm steps gives 20,000 points.
 _MOST_BYTES = 20_000_000
@@ -26,12 +28,16 @@ _SHOWN = 60
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Table:
-    """Two columns of a file in the unit of the file, and what had to be said about them."""
+    """Two columns of a file in the unit of the file, and what had to be said about them.
+
+    `columns` are their numbers with the sign of z turned, as a user would ask for them.
+    """
 
     y: Floats
     z: Floats
     unit: str | None = None
     notes: tuple[str, ...] = ()
+    columns: str = "1,-2"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +48,7 @@ class Source:
     kind: Kind
     reading: Reading
 
-    def remedy(self, key: str, value: str) -> str:
+    def remedy(self, key: str, value: str | float) -> str:
         """The exact option that settles a question about it."""
         return remedy(self.kind, key, value)
 
@@ -65,8 +71,11 @@ def read_columns(path: Path, kind: Kind, reading: Reading) -> Points:
 def points_of_columns(text: str, name: str, source: Source) -> Points:
     """Points of a text of columns, as `read_columns` reads them from a file."""
     table = columns_of(text, source)
-    points, notes = in_mm(table.y, table.z, table.unit, source.reading)
-    return Points(points=points, kind=source.kind, name=name, source=source.what, notes=(*table.notes, *notes))
+    points, notes = in_mm(table.y, table.z, table.unit, source)
+    said = (*table.notes, *notes)
+    return Points(
+        points=points, kind=source.kind, name=name, source=source.what, notes=said, turned_columns=table.columns
+    )
 
 
 def file_bytes(path: Path) -> bytes:
@@ -112,8 +121,19 @@ def shown(text: object) -> str:
     return whole if len(whole) <= 200 else f"{whole[:120]}... ({len(whole)} characters)"
 
 
-def columns_of(text: str, source: Source) -> Table:
+def columns_of(text: str, source: Source, *, names: str = "", unnamed: bool = False) -> Table:
     """Columns y and z of a text.
+
+    Parameters
+    ----------
+    text
+        Numbers in lines, perhaps below a header.
+    source
+        Where they come from.
+    names
+        Of the columns, where the header does not have them.
+    unnamed
+        Whether the first two of more columns are y and z where nothing names them.
 
     Raises
     ------
@@ -121,34 +141,47 @@ def columns_of(text: str, source: Source) -> Table:
         The text is not two columns of numbers, or may be read in several ways; with the option that settles it.
     """
     lines = _numbered(text)
-    comma = _has_decimal_commas([line for _, line in lines], source.reading)
+    comma = _has_decimal_commas([line for _, line in lines])
+    if source.reading.columns is None and _are_pairs_with_commas(lines):
+        lines, comma = [(number, _PAIR_WITH_COMMAS.sub(r"\1;\2", line)) for number, line in lines], True
     header, rest = _header(lines, comma=comma)
     notes = ["decimal commas"] if comma else []
     if len(header) > 1:
         notes.append(f"{len(header)} lines of header left out")
-    names = header[-1] if header else ""
+    names = names or (header[-1] if header else "")
     if rest and (count := _count_line(rest, comma=comma)):
         rest = rest[1:]
         notes.append(f"the first line, {count}, is the number of points")
     if not rest:
         raise InputError(f"{source.what}: no numbers; the file needs at least {FEWEST_POINTS} lines of y and z in mm")
-    chosen = _chosen(rest[0], names, source, comma=comma)
-    if len(first := _split(rest[0][1], comma=comma)) > 2 and source.reading.columns is None:
-        notes.append(f"of {len(first)} columns those named {_title(names, chosen[0])} and {_title(names, chosen[1])}")
-    rows = []
-    for number, line in rest:
-        fields, where = _split(line, comma=comma), f"{source.what}, line {number}"
-        if len(fields) != len(first):
+    rows = [_split(line, comma=comma) for _, line in rest]
+    width = len(rows[0])
+    chosen, signs = _chosen(rest[0], rows, names, source, unnamed=unnamed)
+    if width > 2 and source.reading.columns is None:
+        notes.append(f"of {width} columns those named {_title(names, chosen[0])} and {_title(names, chosen[1])}")
+    values, remarks = [], []
+    for (number, line), fields in zip(rest, rows, strict=True):
+        where = f"{source.what}, line {number}"
+        if len(fields) > width and fields[width][:1].isalpha() and _number(fields[width], comma=comma) is None:
+            remarks.append(number)
+        elif len(fields) != width:
             raise InputError(
-                f"{where}: {counted(len(fields), 'column')} instead of {len(first)} in {line[:_SHOWN]!r}; make all"
+                f"{where}: {counted(len(fields), 'column')} instead of {width} in {line[:_SHOWN]!r}; make all"
                 " lines alike, and start comments with #"
             )
-        rows.append(_pair([fields[column] for column in chosen], where, line, comma=comma))
-    values = np.array(rows)
+        values.append(_pair([fields[column] for column in chosen], where, line, comma=comma))
+    if remarks:
+        notes.append(
+            f"what is written behind the numbers of line {remarks[0]} left out"
+            + (f", and of {len(remarks) - 1} more" if len(remarks) > 1 else "")
+        )
     unit = source.reading.units or _unit_of(names, chosen)
     if unit not in (None, "mm", source.reading.units):
         notes.append(f"unit {unit} from the header")
-    return Table(y=values[:, 0], z=values[:, 1], unit=unit, notes=tuple(notes))
+    notes += [f"the sign of {axis} is turned" for axis, sign in zip("yz", signs, strict=True) if sign < 0]
+    y, z = (np.array(values) * signs).T
+    asked = [f"{'-' if sign < 0 else ''}{k + 1}" for k, sign in zip(chosen, (signs[0], -signs[1]), strict=True)]
+    return Table(y=y, z=z, unit=unit, notes=tuple(notes), columns=",".join(asked))
 
 
 def _numbered(text: str) -> list[tuple[int, str]]:
@@ -156,16 +189,20 @@ def _numbered(text: str) -> list[tuple[int, str]]:
     return [(number, line) for number, line in stripped if line]
 
 
-def _has_decimal_commas(lines: Sequence[str], reading: Reading) -> bool:
+def _has_decimal_commas(lines: Sequence[str]) -> bool:
     """Whether commas are decimal signs for sure: something else separates the fields, and each has one at most."""
-    if reading.decimal is not None:
-        return reading.decimal == "comma"
     numeric = [line for line in lines if re.match(r"[-+]?[\d.,]", line)]
     with_commas = [line for line in numeric if "," in line]
     if not with_commas or any("." in line for line in numeric):
         return False
     fields = [_split(line, comma=True) for line in with_commas]
     return all(len(row) > 1 and all(_COMMA_NUMBER.fullmatch(field) for field in row) for row in fields)
+
+
+def _are_pairs_with_commas(lines: Sequence[tuple[int, str]]) -> bool:
+    """Whether each line of numbers is two numbers with decimal commas and a comma between them, as `1,5,-2,25`."""
+    numeric = [line for _, line in lines if re.match(r"[-+]?\d", line)]
+    return len(numeric) >= FEWEST_POINTS and all(map(_PAIR_WITH_COMMAS.fullmatch, numeric))
 
 
 def _split(line: str, *, comma: bool = False) -> list[str]:
@@ -187,10 +224,23 @@ def _header(lines: list[tuple[int, str]], *, comma: bool) -> tuple[list[str], li
     """Lines before the first one of which a field is a number, and the lines from there."""
     # where no line is all numbers, the first one that has some says what is wrong
     for enough in (all, any):
-        for i, (_, line) in enumerate(lines[: _MOST_HEADER_LINES + 1]):
-            if enough(_number(field, comma=comma) is not None for field in _split(line, comma=comma)):
-                return [text for _, text in lines[:i]], lines[i:]
+        starts = [
+            i
+            for i, (_, line) in enumerate(lines[: _MOST_HEADER_LINES + 1])
+            if enough(_number(field, comma=comma) is not None for field in _split(line, comma=comma))
+        ]
+        if starts:
+            # numbers that stand among words, and are others than what follows, belong to the header
+            words = (
+                not (after == i + 1 or _alike(lines[i], lines[after], comma=comma)) for i, after in pairwise(starts)
+            )
+            first = starts[len(list(takewhile(bool, words)))]
+            return [text for _, text in lines[:first]], lines[first:]
     return [], []
+
+
+def _alike(one: tuple[int, str], other: tuple[int, str], *, comma: bool) -> bool:
+    return len(_split(one[1], comma=comma)) == len(_split(other[1], comma=comma))
 
 
 def _count_line(rest: list[tuple[int, str]], *, comma: bool) -> int:
@@ -215,15 +265,18 @@ def _stem(title: str) -> str:
     return _UNIT_IN_HEADER.sub("", title.strip("\"'")).strip("_ ").lower()
 
 
-def _chosen(first: tuple[int, str], names: str, source: Source, *, comma: bool) -> tuple[int, int]:
-    """Which two columns are y and z."""
-    reading, count = source.reading, len(_split(first[1], comma=comma))
+def _chosen(
+    first: tuple[int, str], rows: list[list[str]], names: str, source: Source, *, unnamed: bool
+) -> tuple[tuple[int, int], tuple[float, float]]:
+    """Which two columns are y and z, and the signs that they are to have."""
+    reading, count = source.reading, len(rows[0])
     stems = [_stem(title) for title in _titles(names)]
     if reading.columns is not None:
         wanted = [part.strip().lower() for part in reading.columns.split(",")]
+        signs = [-1.0 if part.startswith("-") else 1.0 for part in wanted]
         found = [
             int(part) - 1 if part.isdigit() and len(part) < 4 else stems.index(part) if part in stems else -1
-            for part in wanted
+            for part in (part.removeprefix("-") for part in wanted)
         ]
         if len(found) != 2 or found[0] == found[1] or not all(0 <= column < count for column in found):
             raise InputError(
@@ -231,21 +284,30 @@ def _chosen(first: tuple[int, str], names: str, source: Source, *, comma: bool) 
                 f"{' ' + ', '.join(stems[:12]) if stems else ''}; give two numbers from 1 to {count}, such as"
                 f" --{source.kind}-columns 1,2"
             )
-        return found[0], found[1]
+        return (found[0], found[1]), (signs[0], signs[1])
     if count == 2:
-        return (1, 0) if stems[:2] == ["z", "y"] else (0, 1)
+        return ((1, 0) if stems[:2] == ["z", "y"] else (0, 1)), (1.0, 1.0)
     if len(stems) == count and stems.count("y") == 1 and stems.count("z") == 1:
-        return stems.index("y"), stems.index("z")
+        return (stems.index("y"), stems.index("z")), (1.0, 1.0)
+    if unnamed and count > 2:
+        return (0, 1), (1.0, 1.0)
     number, line = first
-    if "," in line and not comma and count in (3, 4) and reading.decimal is None and "." not in line:
-        raise InputError(
-            f"{source.what}, line {number}: {line[:_SHOWN]!r} may have decimal commas, or {count} columns;"
-            f" {source.remedy('decimal', 'comma')}, or {source.remedy('columns', '1,2')}"
-        )
+    commas = "; decimal commas between commas: write points" if "," in line and "." not in line else ""
     raise InputError(
         f"{source.what}, line {number}: {counted(count, 'column')} instead of 2 in {line[:_SHOWN]!r}; say which are y"
-        f" and z: {source.remedy('columns', '2,3')}"
+        f" and z: {source.remedy('columns', _likely(rows))}{commas}"
     )
+
+
+def _likely(rows: list[list[str]]) -> str:
+    """Two columns that may be coordinates: neither the same everywhere nor the number of the line."""
+    columns = list(zip(*([_number(field) for field in row] for row in rows if len(row) == len(rows[0])), strict=True))
+    likely = []
+    for k, column in enumerate(columns, start=1):
+        steps = {round(b - a, 9) for a, b in pairwise(column) if a is not None and b is not None}
+        if not (steps <= {0.0} or steps <= {1.0}):
+            likely.append(k)
+    return "{},{}".format(*likely[:2]) if len(rows) > 1 and 2 <= len(likely) < len(columns) else "2,3"
 
 
 def _pair(fields: list[str], where: str, line: str, *, comma: bool) -> list[float]:
@@ -268,87 +330,108 @@ def _unit_of(names: str, chosen: tuple[int, int]) -> str | None:
     return {"µm": "um", "inch": "in", "inches": "in"}.get(unit, unit)
 
 
-def in_mm(y: Floats, z: Floats, unit: str | None, reading: Reading) -> tuple[Floats, list[str]]:
-    """Points (n, 2) in mm with the signs that are asked for, and what was done."""
-    factor = MM[unit or "mm"]
+def in_mm(y: Floats, z: Floats, unit: str | None, source: Source, *, mirror: bool = False) -> tuple[Floats, list[str]]:
+    """Points (n, 2) in mm from the tape circle with the signs that are asked for, and what was done.
+
+    `mirror` says that a file of this kind has the line turned over.
+    """
+    reading, factor = source.reading, MM[unit or "mm"]
     notes = [] if factor == 1.0 else [f"turned from {unit} into mm"]
+    at = reading.tape_circle_mm or 0.0
+    if at and source.kind == "rail":
+        raise InputError(
+            f"{source.what}: tape circle is {at:g} mm, but a rail has none; leave out --rail-tape-circle-mm"
+        )
+    if at:
+        notes.append(f"the tape circle at y = {at:g} mm of the file is y = 0")
     if reading.mirror:
-        notes.append("mirrored: the sign of y is turned")
-    if reading.flip_z:
-        notes.append("the sign of z is turned")
+        notes.append("as the file has it: not mirrored" if mirror else "mirrored: the sign of y is turned")
     # far beyond what is allowed for mm, but finite when it is multiplied
     wide = 1e12 * FARTHEST_MM
-    points = np.clip(np.column_stack((y, z)), -wide, wide) * factor
-    return points * (-1.0 if reading.mirror else 1.0, -1.0 if reading.flip_z else 1.0), notes
+    points = np.clip(np.column_stack((y, z)), -wide, wide) * factor - (at, 0.0)
+    return points * (-1.0 if reading.mirror != mirror else 1.0, 1.0), notes
 
 
 # --- Profiles of the MiniProf instrument, .ban (rail) and .whl (wheel): lines of a header, and columns of numbers.
 #
 # The columns are named by `ColumnDef` (X across, Y into the depth of the body, then angle, curvature and more that a
-# profile does not need). Files of the instrument itself (MiniProf for Windows 2.43 and MiniProf 2020, in the test bank
-# of CONTACT by Vtech CMCC, testbank/profiles: left-wheel-v1-pre-dry.whl, Car7216_0001r.whl, left-roller-v1-pre-dry.ban)
-# have
+# profile does not need). Files of the instrument (MiniProf for Windows 2.43 and MiniProf 2020) and of programs that
+# write its format, all in the test bank of CONTACT by Vtech CMCC (testbank/profiles), have
 #
-# - a wheel's X from the back of the flange to the field side, with the tape circle at `WheelDiameterTaperline` (70 mm),
-#   its Y growing towards the tip of the flange, its points from the field side to the flange;
-# - a rail's X to the field side, zero near the middle, its Y growing downwards, into the head;
+# - a wheel's X from the back of the flange to the field side, with the tape circle at `WheelDiameterTaperline` (70 mm)
+#   if the header says so, its Y growing towards the tip of the flange;
+# - a rail's X growing to the centre of the track, in all of avg_low2.ban (whose last line says which side is the gauge
+#   face), rail_left_iter288.ban and others; CONTACT's manual says that they usually need mirror_y = 1;
 # - lengths in mm; `Xoffset` and `Yoffset`, which CONTACT adds to the points; a blank line before the points, or none.
 #
-# Files that other programs write under the same endings have Y upwards, as avg_low2.ban there. The shape of the line
-# says which; the side of a rail it does not say. Where offsets, or an alignment that was found later (AlignDX, AlignDY,
-# AlignDA), are not zero, a user has to say whether the points have them already.
+# Y grows downwards in some and upwards in others: the shape of the line says which.
 
 _MINIPROF_KEY = re.compile(r"([A-Za-z][A-Za-z0-9_. ]*?)\s*=\s*(.*)")
-# The first lines of files with a header in words instead of keys.
-_TITLE = re.compile(r"#\s*MINI\w*PROF", re.IGNORECASE)
-_OFFSETS = ("xoffset", "yoffset", "xoff", "yoff")
+# A key that only this format has, or the first line of files with a header in words instead of keys.
+_OWN_KEY = re.compile(
+    r'^\s*"?(?:ColumnDef|MPTypeNo|MPSerNo|XYPoints)\s*=|\A#\s*MINI\w*PROF', re.IGNORECASE | re.MULTILINE
+)
+_OFFSETS = (("xoffset", "xoff"), ("yoffset", "yoff"))
 _ALIGNMENT = ("aligndx", "aligndy", "alignda")
 _KINDS: dict[str, Kind] = {".ban": "rail", ".whl": "wheel"}
 _TAPERLINE = "wheeldiametertaperline"
 # Where the tip of a flange lies over the back of the flange (mm): 15.5 mm on the S1002.
 _TIP_OVER_BACK_MM = (5.0, 30.0)
 _TAPE_CIRCLE_MM = (40.0, 100.0)
+# How much of a head beside each of its ends says where down is.
+_BESIDE_END_MM = 15.0
+
+
+def is_miniprof(path: Path) -> bool:
+    """Whether a file has a header of the MiniProf instrument, whatever its ending."""
+    try:
+        with path.open("rb") as file:
+            return _OWN_KEY.search(file.read(20_000).decode("latin-1")) is not None
+    except (OSError, ValueError):
+        return False
 
 
 def read_miniprof(path: Path, kind: Kind, reading: Reading) -> Points:
-    """Points of a MiniProf file; a file without its keys is read as columns.
+    """Points of a MiniProf file.
 
     Raises
     ------
     InputError
-        The file cannot be read, or its offsets leave open where the points lie; with the option that settles it.
+        The file cannot be read, or its header leaves open where the points lie; with the option that settles it.
     """
     keys, rest = _split_header(read_text(path))
-    own = _KINDS.get(path.suffix.lower(), kind)
-    if not keys:
-        return read_columns(path, own, reading)
-    columns = keys.get("columndef", "X,Y,*")
-    names = [name.strip().lower() for name in columns.split(",")]
-    if "x" not in names or "y" not in names or len(set(names)) != len(names):
-        raise InputError(f"{path}: ColumnDef = {columns[:60]!r}; it has to name the columns X and Y, such as X,Y,A,C")
-    # X is y here, and Y is z until its sign is known; columns that are not named come last
-    count = next((len(_split(line.strip())) for line in rest.splitlines() if line.strip()), len(names))
-    named = [name for name in names if name != "*"]
-    named += [f"column{k}" for k in range(len(named), count if "*" in names else 0)]
-    header = ",".join({"x": "y", "y": "z"}.get(name, f"_{name}") for name in named)
-    source = Source(what=str(path), kind=own, reading=reading)
-    table = columns_of(f"{header}\n{rest}", source)
+    source = Source(what=str(path), kind=_KINDS.get(path.suffix.lower(), kind), reading=reading)
+    names = ""
+    if (columns := keys.get("columndef")) is not None:
+        given = [name.strip().lower() for name in columns.split(",")]
+        if "x" not in given or "y" not in given or len(set(given)) != len(given):
+            raise InputError(
+                f"{path}: ColumnDef = {columns[:60]!r}; it has to name the columns X and Y, such as X,Y,A,C"
+            )
+        # X is y here, and Y is z until its sign is known; columns that are not named come last
+        names = ",".join({"x": "y", "y": "z"}.get(name, f"_{name}") for name in given if name != "*")
+        if "*" in given:
+            names = names if given[:2] != ["x", "y"] else ""
+    table = columns_of(rest, source, names=names, unnamed=True)
     y, z, moved = _moved(table.y, table.z, keys, source)
-    points, done = in_mm(y, z, reading.units or _unit(keys, source), reading)
-    points, turned = _upwards(points, own)
+    points, done = in_mm(y, z, reading.units or _unit(keys, source), source, mirror=source.kind == "rail")
+    points, turned = _upwards(points, source)
     points, placed = _from_tape_circle(points, keys, source)
-    said = ("MiniProf file: X taken as y, positive to the field side", *moved, *done, *turned, *placed)
-    return Points(points=points, kind=own, name=path.stem, source=str(path), notes=said)
+    across = "X grows to the centre of the track: y is -X" if source.kind == "rail" else "X taken as y"
+    said = (f"MiniProf file: {across}", *table.notes, *moved, *done, *turned, *placed)
+    return Points(
+        points=points, kind=source.kind, name=path.stem, source=str(path), notes=said, turned_columns=table.columns
+    )
 
 
-def _upwards(points: Floats, kind: Kind) -> tuple[Floats, list[str]]:
-    """z upwards, by the shape of the line: a head lies above its ends, the tip of a flange below the tread."""
-    if len(points) < 3:
+def _upwards(points: Floats, source: Source) -> tuple[Floats, list[str]]:
+    """z upwards, by the shape of the line: a head falls towards its ends, the tip of a flange is below the tread."""
+    if len(points) < 3 or (source.reading.columns or "").partition(",")[2].strip().startswith("-"):
         return points, []
     y, z = points.T
-    if kind == "rail":
-        middle = np.abs(y - 0.5 * (y.min() + y.max())) <= 0.2 * np.ptp(y)
-        down = bool(middle.any()) and float(np.median(z[middle])) < 0.5 * (float(z[0]) + float(z[-1]))
+    if source.kind == "rail":
+        ends = [(z[end] - np.mean(z[np.abs(y - y[end]) < _BESIDE_END_MM])) for end in (0, -1)]
+        down = sum(ends) > 0.0
     else:
         tread = float(np.median(z))
         down = float(z.max()) - tread > max(10.0, tread - float(z.min()))
@@ -361,36 +444,36 @@ def _from_tape_circle(points: Floats, keys: dict[str, str], source: Source) -> t
     """Points with y of a wheel from its tape circle, where the file has it from the back of the flange."""
     tip = float(points[np.argmin(points[:, 1]), 0]) if points.size else 0.0
     low, high = _TIP_OVER_BACK_MM
-    if source.kind == "rail" or not low <= tip <= high:
+    if source.kind == "rail" or source.reading.tape_circle_mm is not None or not low <= tip <= high:
         return points, []
     at = _value(keys.get(_TAPERLINE, ""), "WheelDiameterTaperline", source)
     if not _TAPE_CIRCLE_MM[0] <= at <= _TAPE_CIRCLE_MM[1]:
         raise InputError(
             f"{source.what}: the tip of the flange lies at X = {tip:.1f} mm, so X begins at the back of the flange, and"
-            f" the header has WheelDiameterTaperline = {keys.get(_TAPERLINE, '')[:40]!r}; write where the tape circle"
-            f" is, {_TAPE_CIRCLE_MM[0]:g} to {_TAPE_CIRCLE_MM[1]:g} mm from there: the line WheelDiameterTaperline=70"
-            " at the top of the file for the usual 70 mm"
+            f" the header does not say where the tape circle is; {source.remedy('tape_circle_mm', 70.0)} for the usual"
+            " 70 mm from there"
         )
     said = f"X from the back of the flange: the tape circle at WheelDiameterTaperline = {at:g} mm is y = 0"
     return points - (at, 0.0), [said]
 
 
 def _split_header(text: str) -> tuple[dict[str, str], str]:
-    """Keys in small letters, and the text after them; no keys where the text has no header of a MiniProf file."""
+    """Keys in small letters, and the text after them with its lines in their places."""
     keys: dict[str, str] = {}
     lines = text.splitlines()
-    titled = bool(lines) and _TITLE.match(lines[0]) is not None
+    rest = [""] * len(lines)
     for number, line in enumerate(lines):
-        line = line.strip()
-        if line.startswith('"'):
-            # a line that is quoted as a whole
-            line = line.strip('"')
-        if match := _MINIPROF_KEY.fullmatch(line):
-            # in quotes, or up to a remark in quotes
+        # a line may be quoted as a whole, a value be in quotes, or a remark in quotes follow it
+        bare = line.strip()
+        if _is_numbers(_without_remark(bare)):
+            # among the points a quote begins a remark
+            rest[number:] = (one.partition('"')[0] for one in lines[number:])
+            break
+        if match := _MINIPROF_KEY.fullmatch(bare.strip('"') if bare.startswith('"') else bare):
             keys[match[1].lower()] = match[2].removeprefix('"').partition('"')[0].strip()
-        elif (line := _without_remark(line)) and not line.startswith(("#", "!")) and (not titled or _is_numbers(line)):
-            return (keys or ({"columndef": "X,Y,*"} if titled else {})), "\n".join(map(_without_remark, lines[number:]))
-    return keys, ""
+        else:
+            rest[number] = line
+    return keys, "\n".join(rest)
 
 
 def _without_remark(line: str) -> str:
@@ -399,7 +482,7 @@ def _without_remark(line: str) -> str:
 
 
 def _is_numbers(line: str) -> bool:
-    fields = _split(line)
+    fields = _split(_COMMENT.sub("", line).strip())
     return len(fields) > 1 and None not in map(_number, fields)
 
 
@@ -414,28 +497,15 @@ def _unit(keys: dict[str, str], source: Source) -> str | None:
 
 
 def _moved(y: Floats, z: Floats, keys: dict[str, str], source: Source) -> tuple[Floats, Floats, list[str]]:
-    """The points with the offsets of the header, where it has some and they are to be added."""
-    values = {key: _value(keys[key], key, source) for key in (*_OFFSETS, *_ALIGNMENT) if key in keys}
-    given = {key: value for key, value in values.items() if value != 0.0}
-    if not given:
-        return y, z, []
-    said = ", ".join(f"{key.upper()} = {value:g}" for key, value in given.items())
-    if source.reading.offsets is None:
-        raise InputError(
-            f"{source.what}: the header has {said}, and does not say whether the points have it already;"
-            f" {source.remedy('offsets', 'ignore')} or {source.remedy('offsets', 'add')}"
-        )
-    if source.reading.offsets == "ignore":
-        return y, z, [f"{said} of the header not applied"]
-    if given.get("alignda"):
-        raise InputError(
-            f"{source.what}: the header has {said}; a rotation about a point of its own cannot be added here: let"
-            f" MiniProf write the aligned points, or {source.remedy('offsets', 'ignore')}"
-        )
-    along, up = (
-        sum(value for key, value in given.items() if key.startswith((f"{axis}off", f"alignd{axis}"))) for axis in "xy"
-    )
-    return y + along, z + up, [f"{said} of the header added"]
+    """The points with the offsets of the header, and what of it was not applied."""
+    named = (*(key for both in _OFFSETS for key in both), *_ALIGNMENT)
+    values = {key: value for key in named if (value := _value(keys.get(key, ""), key, source)) != 0.0}
+    along, up = (sum(values.get(key, 0.0) for key in both) for both in _OFFSETS)
+    notes = [
+        f"{key.upper()} = {value:g} of the header {'not applied' if key in _ALIGNMENT else 'added'}"
+        for key, value in values.items()
+    ]
+    return y + along, z + up, notes
 
 
 def _value(text: str, key: str, source: Source) -> float:
@@ -510,9 +580,13 @@ def read_simpack(path: Path, reading: Reading) -> Points:
     what = str(path)
     keys, rows = _parsed(read_text(path), what)
     kind: Kind = "wheel" if keys.flag("type@header") else "rail"
-    if reading.columns is not None or reading.decimal is not None:
-        raise InputError(f"{what}: a SIMPACK file says itself what its columns are; leave out columns and decimal sign")
+    if reading.columns not in (None, "1,2", "1,-2"):
+        raise InputError(
+            f"{what}: a SIMPACK file says itself what its columns are; leave out columns, or give 1,-2 to turn the sign"
+            " of z"
+        )
     table, notes = _processed(keys, rows)
+    turned = reading.columns == "1,-2"
     factor = keys.number("units.len.f", 1000.0)
     if not _FACTORS[0] <= factor <= _FACTORS[1]:
         raise InputError(
@@ -522,9 +596,11 @@ def read_simpack(path: Path, reading: Reading) -> Points:
     if reading.units is None:
         table = table * (1000.0 / factor) if factor != 1000.0 else table
         notes += [] if factor == 1000.0 else [f"turned into mm: the file has {factor:g} units in a metre"]
-    line, done = in_mm(table[:, 0], -table[:, 1], reading.units, reading)
-    said = ("SIMPACK file: z turned up", *notes, *done)
-    return Points(points=line, kind=kind, name=path.stem, source=what, notes=said)
+    source = Source(what=what, kind=kind, reading=reading)
+    line, done = in_mm(table[:, 0], table[:, 1] if turned else -table[:, 1], reading.units, source)
+    said = (f"SIMPACK file: {'the sign of z as it is' if turned else 'z turned up'}", *notes, *done)
+    asked = "1,2" if turned else "1,-2"
+    return Points(points=line, kind=kind, name=path.stem, source=what, notes=said, turned_columns=asked)
 
 
 def _parsed(text: str, what: str) -> tuple[_Keys, list[tuple[float, float]]]:
@@ -532,15 +608,17 @@ def _parsed(text: str, what: str) -> tuple[_Keys, list[tuple[float, float]]]:
     rows: list[tuple[list[str], int]] = []
     block, inside, ended = "", False, False
     for number, raw in enumerate(text.splitlines(), start=1):
-        line = raw.partition("!")[0].strip() if "'" not in raw else raw.strip()
-        if not line or line.startswith("!"):
+        # a key may have a text with any sign in it
+        line = (raw.partition("!")[0] if "'" not in raw else _COMMENT.sub("", raw) if inside else raw).strip()
+        line = "" if _COMMENT.match(line) else line
+        if not line:
             continue
         if line in ("header.begin", "spline.begin", "header.end", "spline.end"):
             block = line[:6] if line.endswith("begin") else ""
         elif line in ("point.begin", "point.end"):
             inside, ended = line == "point.begin", ended or line == "point.end"
         elif inside:
-            rows.append((line.split(), number))
+            rows.append((_COMMENT.sub("", line).split(), number))
         elif match := _SIMPACK_KEY.match(line):
             # both blocks have a `type`, of the profile and of the original data
             key = f"type@{block}" if match[1] == "type" else match[1]

@@ -13,7 +13,15 @@ from fecontact.errors import InputError
 from fecontact.files import toml_content
 from fecontact.profiles.curve import Kind, Profile, arc_between, check_shape, mirrored, origin_notes, tangent_head
 from fecontact.profiles.points import Points
-from fecontact.profiles.readers.columns import file_bytes, is_simpack, read_columns, read_miniprof, read_simpack, shown
+from fecontact.profiles.readers.columns import (
+    file_bytes,
+    is_miniprof,
+    is_simpack,
+    read_columns,
+    read_miniprof,
+    read_simpack,
+    shown,
+)
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.segments import Line, Polynomial, Segment
 
@@ -128,7 +136,9 @@ Reader: TypeAlias = Callable[[Path, Kind, Reading], Profile | Points]
 
 def _columns(path: Path, kind: Kind, reading: Reading) -> Points:
     """Columns of numbers, unless the content says that it is something else under another ending."""
-    return read_simpack(path, reading) if is_simpack(path) else read_columns(path, kind, reading)
+    if is_simpack(path):
+        return read_simpack(path, reading)
+    return read_miniprof(path, kind, reading) if is_miniprof(path) else read_columns(path, kind, reading)
 
 
 def _slices(path: Path, kind: Kind, reading: Reading) -> Profile:

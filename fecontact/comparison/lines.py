@@ -1,0 +1,138 @@
+"""Measured profiles: how far each theory is off the half-space on every line that the points allow.
+
+Noise and filters move a line, and with it the theory and the contact together. So what points leave open of a theory is
+how its deviation changes from line to line, and not how the contact does.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from fecontact.comparison.measures import MEASURES
+
+Deviations = Mapping[str, float]
+_UNKNOWN: Deviations = {}
+FILTER = "filter"
+"""With what the label of a line begins that was smoothed over another length; that length in mm comes next."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LobeOnLine:
+    """A lobe of a half-space on a line: where it lies across on the rail, its force, and what Hertz is off it.
+
+    `deviation` is that of Hertz's ellipse at the touch point below it, empty where there is none.
+    """
+
+    low_y_mm: float
+    high_y_mm: float
+    normal_force_N: float
+    p_max_MPa: float
+    deviation: Deviations = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnLine:
+    """Theories against the half-space on one line of rail and wheel.
+
+    Attributes
+    ----------
+    label
+        What the line is, such as `filter 4 mm`.
+    p_max_MPa
+        Peak of the half-space; NaN where the line does not come into contact.
+    deviations
+        Of each theory by its name, of those that have a contact there.
+    lobes
+        From the gauge side on.
+    """
+
+    label: str
+    p_max_MPa: float = math.nan
+    deviations: Mapping[str, Deviations] = field(default_factory=dict)
+    lobes: tuple[LobeOnLine, ...] = ()
+
+    def lobe_at(self, rail_y_mm: float) -> LobeOnLine | None:
+        """The lobe that carries most of those that lie at a place across the rail."""
+        there = [lobe for lobe in self.lobes if lobe.low_y_mm <= rail_y_mm <= lobe.high_y_mm]
+        return max(there, key=lambda lobe: lobe.normal_force_N, default=None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moves:
+    """How deviations and a peak move from the own line to each line that points allow, by the label of the line.
+
+    Attributes
+    ----------
+    by_line
+        What 1 + the deviation is multiplied by, for each of `MEASURES`; what is added to the others. Empty where a line
+        does not have the contact.
+    peaks
+        Peak pressures over that of the own line.
+    """
+
+    by_line: Mapping[str, Deviations] = field(default_factory=dict)
+    peaks: tuple[float, ...] = ()
+
+    def deviations(self, deviation: Deviations) -> dict[str, dict[str, float]]:
+        """Deviations from the finite elements on each line, from those on the own line."""
+        return {
+            label: {
+                name: (1.0 + value) * move.get(name, math.nan) - 1.0
+                if name in MEASURES
+                else value + move.get(name, math.nan)
+                for name, value in deviation.items()
+            }
+            for label, move in self.by_line.items()
+        }
+
+    def band(self, p_max_MPa: float) -> tuple[float, float] | None:
+        """Least and largest peak over the lines, from that on the own line; None of exact lines."""
+        return (p_max_MPa * min(self.peaks), p_max_MPa * max(self.peaks)) if self.peaks else None
+
+
+EXACT = Moves()
+"""Of lines that are known exactly: there are no others."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lines:
+    """What is known on the own line, on which finite elements are solved, and on all others that points allow."""
+
+    own: OnLine
+    others: tuple[OnLine, ...]
+
+    @property
+    def all(self) -> tuple[OnLine, ...]:
+        """The own line first."""
+        return (self.own, *self.others)
+
+    def moves(self, theory: str) -> Moves:
+        """Those of a theory."""
+        return _moves({line.label: (line.deviations.get(theory, _UNKNOWN), line.p_max_MPa) for line in self.all})
+
+    def moves_of_lobe(self, rail_y_mm: float) -> Moves:
+        """Those of the lobe at a place across the rail."""
+        found = {line.label: line.lobe_at(rail_y_mm) for line in self.all}
+        return _moves(
+            {
+                label: (_UNKNOWN, math.nan) if lobe is None else (lobe.deviation, lobe.p_max_MPa)
+                for label, lobe in found.items()
+            }
+        )
+
+
+def _moves(read: Mapping[str, tuple[Deviations, float]]) -> Moves:
+    """Moves from the first line to all, the first one too."""
+    (first, first_peak), *_ = read.values()
+    by_line = {
+        label: {
+            name: (1.0 + value) / (1.0 + first[name]) if name in MEASURES else value - first[name]
+            for name, value in deviation.items()
+            if name in first
+        }
+        for label, (deviation, _) in read.items()
+    }
+    peaks = tuple(peak / first_peak for _, peak in read.values() if math.isfinite(peak / first_peak))
+    return Moves(by_line=by_line, peaks=peaks)

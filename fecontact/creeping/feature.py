@@ -1,0 +1,9 @@
+"""What this feature offers."""
+
+COMMANDS = {"Look": ("command.creep",)}
+NAMES = ("running.creep",)
+READINGS = {"creep": "judging.creep_of"}
+DEAR_READINGS = {"creep_laws": "laws.creep_laws_of"}
+TELLINGS = {"creep": "telling.CREEP"}
+MAPS = {"force": "maps.FORCE_MAP"}
+LAWS = {"law": "maps.LAW_MAP"}

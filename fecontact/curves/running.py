@@ -1,0 +1,132 @@
+"""What a vehicle does in curves, by one theory of the contact or several, and where that is on a map."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from fecontact.case import Case
+from fecontact.curves.curve import Conditions, CurveRun, Ride, curves, straight_line
+from fecontact.curves.model import BOGIES, Vehicle, load_vehicle, with_bogie
+from fecontact.curves.normal import DEFAULT_THEORY, normal_theory
+from fecontact.curves.stability import StraightTrack, straight_track
+from fecontact.curves.visits import Curves, MapCell, differences, visits_on
+from fecontact.errors import InputError
+from fecontact.features import the
+from fecontact.jobs.workers import evaluators
+from fecontact.solving.placing import wheelset_of_case
+
+# What a map may have other than the vehicle: its wheels stand without yaw, and their radius is seldom the same.
+_OTHER = ("roll", "roll_rad", "roll_load_N", "yaw_rad", "flange_climb", "rolling_radius_mm")
+
+
+def curve(
+    vehicle: str | Vehicle = "manchester",
+    radii_m: Sequence[float] | Mapping[float, float] = (300.0, 500.0, 1000.0, 3000.0),
+    *,
+    case: Case | None = None,
+    conditions: Conditions | None = None,
+    theories: Sequence[str] = (DEFAULT_THEORY,),
+    bogie: str = BOGIES[0],
+    map_folder: str | Path | None = None,
+    workers: int = 1,
+) -> Curves:
+    """Steady running of a wheelset or a bogie in curves, and its stability on straight track; nothing is meshed.
+
+    >>> import fecontact
+    >>> found = fecontact.curve("wheelset", [1000.0])
+    >>> (run,) = found.runs["overlap"]
+    >>> run.status, round(run.wheelsets[0].lateral_shift_mm, 1)
+    ('equilibrium', 1.8)
+
+    Parameters
+    ----------
+    vehicle
+        Name of a built-in one, path of a TOML file, or a vehicle.
+    radii_m
+        Positive to the right, negative to the left; as a mapping with the share of the way that each has, else equal.
+    case
+        Its profiles, track and materials count; wheels have the vehicle's rolling radius.
+    conditions
+        Friction, cant and speed.
+    theories
+        Of the normal force, by names of `curves.normal`; each is held against the last.
+    bogie
+        `leading` or `trailing`.
+    map_folder
+        A map of the same pair that `fecontact map` wrote, to see where the wheels are on it.
+    workers
+        Processes, one a theory.
+
+    Raises
+    ------
+    InputError
+        For unknown vehicles and theories, radii that the gauge does not let through, speeds at which the vehicle
+        overturns, and maps of another contact.
+    WorkersLost
+        If a process ends before its time.
+    """
+    made = with_bogie(load_vehicle(vehicle) if isinstance(vehicle, str) else vehicle, bogie)
+    radii, share = _radii(radii_m)
+    if len(set(theories)) != len(theories) or not theories:
+        raise InputError(f"theories are {', '.join(theories) or 'none'}; give each of them once")
+    for theory in theories:
+        normal_theory(theory)
+    case, conditions = case or Case(), conditions or Conditions()
+    cells = () if map_folder is None else _cells(Path(map_folder), case, made)
+    case = replace(case, rolling_radius_mm=made.wheelset.rolling_radius_mm)
+    with evaluators(len(theories), here=1 in (workers, len(theories)), workers=workers) as map_over:
+        found = list(map_over(partial(_of_theory, made, case, radii, conditions), theories))
+    runs = {theory: one[0] for theory, one in zip(theories, found, strict=True)}
+    straight = tuple(one[1] for one in found)
+    return Curves(
+        vehicle=made,
+        conditions=conditions,
+        radii_m=radii,
+        share=share,
+        runs=runs,
+        straight=straight,
+        differences=differences(runs, straight),
+        cells=cells,
+        visits=visits_on(runs, cells) if cells else (),
+    )
+
+
+def _radii(radii_m: Sequence[float] | Mapping[float, float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Radii, and the part of the way that each has."""
+    radii = tuple(float(radius) for radius in radii_m)
+    if not radii:
+        raise InputError("there are no radii; give one or more, for example 300,500,1000")
+    if len(set(radii)) != len(radii):
+        raise InputError(f"radii are {', '.join(f'{radius:g}' for radius in radii)} m; give each of them once")
+    shares = tuple(map(float, radii_m.values())) if isinstance(radii_m, Mapping) else (1.0,) * len(radii)
+    if not (min(shares) >= 0.0 and 0.0 < sum(shares) < float("inf")):
+        raise InputError(f"shares of the way are {', '.join(f'{one:g}' for one in shares)}; allowed: >= 0, and one > 0")
+    return radii, tuple(one / sum(shares) for one in shares)
+
+
+def _of_theory(
+    vehicle: Vehicle, case: Case, radii_m: Sequence[float], conditions: Conditions, theory: str
+) -> tuple[tuple[CurveRun, ...], StraightTrack]:
+    materials = (case.wheel_material, case.rail_material)
+    ride = Ride(wheelset=wheelset_of_case(case), conditions=conditions, theory=theory, materials=materials)
+    return tuple(curves(vehicle, ride, radii_m)), straight_track(theory, vehicle, straight_line(ride))
+
+
+def _cells(folder: Path, case: Case, vehicle: Vehicle) -> tuple[MapCell, ...]:
+    """Cells of a map of the same contact."""
+    rows = the("MAP_ROWS", f"map {folder}")(folder, case, but_for=_OTHER)
+    if not rows:
+        raise InputError(f"map {folder}: it has no cells; give another one")
+    return tuple(
+        MapCell(
+            lateral_shift_mm=float(row["lateral_shift_mm"]),
+            load_kN=float(row["load_kN"]),
+            verdict=row["verdict_answer"] or "failed",
+            cheapest_theory=(row.get("cheapest_theory") or "none")
+            + " (out of range)" * (row.get("cheapest_theory_status") == "out of range"),
+        )
+        for row in rows
+    )

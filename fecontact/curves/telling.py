@@ -1,0 +1,246 @@
+"""A vehicle in curves: records and rows, words, pictures, terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from fecontact.curves.curve import CurveRun
+from fecontact.curves.stability import StraightTrack
+from fecontact.curves.visits import NO_CELL, NO_EQUILIBRIUM, Curves, Difference, MapCell, Visit
+from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, MARKS, blank_figure, finish, save_figure, series_style
+from fecontact.outputs.tables import Record, Table, flat, number, number_text, picked, table_of, text, told
+from fecontact.outputs.terminal import Lines, notes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+_SHARES: Mapping[str, Literal["verdict", "cheapest_theory"]] = {
+    "visited_percent": "verdict",
+    "cheapest_theory_percent": "cheapest_theory",
+}
+_OF_MAPS = "the map's wheels have no yaw"
+
+
+def curves_record(found: Curves) -> Record:
+    """All runs, with units in the keys; the frame of each wheelset is that of its place on the track."""
+    record: Record = {
+        "schema": "fecontact/curve/1",
+        **picked(found, "vehicle conditions differences"),
+        "straight_track": told(found.straight),
+        "curves": [told(run) for runs in found.runs.values() for run in runs],
+    }
+    if found.cells:
+        record["visits"] = [
+            told(visit) | {"verdict": getattr(visit.cell, "verdict", NO_CELL)} for visit in found.visits
+        ]
+        for name, of in _SHARES.items():
+            record[name] = {
+                theory: {one: 1e2 * part for one, part in found.shares(theory, of).items()} for theory in found.runs
+            }
+        record["map_notes"] = [_OF_MAPS]
+    return record
+
+
+def curve_rows(found: Curves) -> list[Record]:
+    """One row a theory, radius, wheelset and wheel."""
+    return [
+        {
+            **picked(run, "theory radius_m status speed_km_h unbalanced_m_s2"),
+            "wheelset": number,
+            **picked(wheelset, "lateral_shift_mm yaw_mrad roll_mrad"),
+            **flat(told(wheel)),
+            "patch_forces_N": " ".join(f"{patch.normal_force_N:.0f}" for patch in wheel.patches),
+            **flat(picked(run, "resistance_N_per_kN left_over_N notes")),
+        }
+        for runs in found.runs.values()
+        for run in runs
+        for number, wheelset in enumerate(run.wheelsets, start=1)
+        for wheel in wheelset.wheels
+    ]
+
+
+# --- What is said of a vehicle in curves.
+
+# what a map says of the places that a vehicle visits
+_ZONES = ("HOLDS", "UNRESOLVED", "FAILS", "failed", NO_CELL, NO_EQUILIBRIUM)
+
+
+def difference_words(one: Difference) -> str:
+    """What a theory changes against the reference, in a sentence."""
+    parts = []
+    if one.without_m:
+        parts.append(f"no equilibrium at R {', '.join(f'{radius:g}' for radius in one.without_m)} m")
+    if math.isfinite(one.shift_mm):
+        parts.append(f"shift differs by up to {one.shift_mm:.2f} mm (R {one.shift_at_m:g} m)")
+        parts.append(f"Y/Q by up to {one.y_over_q:.3f} (R {one.y_over_q_at_m:g} m)")
+    if one.critical_speed is not None:
+        parts.append(f"the critical speed by {1e2 * one.critical_speed:+.0f} %")
+    return f"{one.theory} against {one.reference}: {', '.join(parts) or 'nothing to compare'}"
+
+
+def straight_words(one: StraightTrack) -> str:
+    """What a theory says of straight track, in a sentence."""
+    if one.wavelength_m is None or one.slow_wavelength_m is None or one.frequency_Hz is None:
+        return f"straight track, {one.theory}: {one.problem}"
+    slow = f"wavelength {one.slow_wavelength_m:.1f} m at {one.slow_km_h:g} km/h"
+    if one.problem or one.critical_speed_km_h is None:
+        return f"straight track, {one.theory}: {one.problem}; {slow}"
+    return (
+        f"straight track, {one.theory}: critical speed {one.critical_speed_km_h:.0f} km/h, where it hunts with"
+        f" {one.frequency_Hz:.1f} Hz and {one.wavelength_m:.1f} m; {slow}"
+    )
+
+
+def share_words(parts: Mapping[str, float], order: tuple[str, ...] = ()) -> str:
+    """Shares of the way in percent, those in a given order first, the rest from the largest."""
+    rest = sorted((name for name in parts if name not in order), key=lambda name: -parts[name])
+    return ", ".join(f"{name} {1e2 * parts[name]:.3g} %" for name in (*order, *rest) if parts.get(name))
+
+
+# --- Pictures of a vehicle in curves: over the curvature, and on a map.
+
+
+def curves_figure(found: Curves, path: str | Path) -> Path:
+    """Draw shift, angle of attack, Y/Q of the leading outer wheel and resistance over the curvature, by theory."""
+    figure = blank_figure(12.0, 8.0)
+    axes = figure.subplots(2, 2)
+    for index, (theory, runs) in enumerate(found.runs.items()):
+        good = sorted((run for run in runs if run.is_balanced), key=lambda run: 1.0 / run.radius_m)
+        style = series_style(index)
+        x = [1e3 / run.radius_m for run in good]
+        for place, dash in zip(range(len(good[0].wheelsets) if good else 0), ("-", "--"), strict=False):
+            label = f"{theory}, {'leading' if place == 0 else 'trailing'}" if len(good[0].wheelsets) > 1 else theory
+            axes[0, 0].plot(x, [r.wheelsets[place].lateral_shift_mm for r in good], dash, label=label, **style)
+            axes[0, 1].plot(x, [r.wheelsets[place].yaw_mrad for r in good], dash, label=label, **style)
+        outer = [run.wheelsets[0].wheels[0 if run.radius_m > 0.0 else 1].y_over_q for run in good]
+        axes[1, 0].plot(x, outer, label=theory, **style)
+        axes[1, 1].plot(x, [run.resistance_N_per_kN for run in good], label=theory, **style)
+    labels = ("lateral shift, mm", "yaw (angle of attack), mrad", "Y/Q, leading outer wheel", "curve resistance, N/kN")
+    for ax, label in zip(axes.flat, labels, strict=True):
+        ax.set(xlabel="curvature 1000/R, 1/m (> 0: to the right)", ylabel=label)
+    finish(*axes.flat)
+    for ax in axes.flat:
+        if ax.lines:
+            ax.legend(fontsize=8)
+    headline = [difference_words(one) for one in found.differences]
+    figure.suptitle(
+        "\n".join([*headline, f"{found.vehicle.name}, friction {found.conditions.friction:g}"]), fontsize=10
+    )
+    return save_figure(figure, Path(path))
+
+
+def visits_figure(found: Curves, path: str | Path) -> Path:
+    """Draw the paths of all wheels over the map of the left wheel, on the verdicts of its cells."""
+    figure = blank_figure(10.0, 6.0)
+    axes = figure.subplots()
+    _draw_cells(axes, found.cells)
+    for index, theory in enumerate(found.runs):
+        _draw_paths(axes, [visit for visit in found.visits if visit.theory == theory], MARKS[index % len(MARKS)])
+    axes.set(xlabel="lateral shift towards the wheel's own rail, mm", ylabel="vertical force, kN")
+    finish(axes)
+    axes.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.01, 1.0))
+    axes.set_title(f"{found.vehicle.name}: all wheels on the map; numbers are radii in m", fontsize=10)
+    return save_figure(figure, Path(path))
+
+
+def _draw_cells(axes: Axes, cells: Sequence[MapCell]) -> None:
+    """Cells as rectangles in the colour of the verdict, each as far as half way to the next."""
+    shifts, loads = (sorted({getattr(cell, name) for cell in cells}) for name in ("lateral_shift_mm", "load_kN"))
+    across, up = (dict(zip(places, _sides(places), strict=True)) for places in (shifts, loads))
+    shown = set()
+    for cell in cells:
+        (left, right), (low, high) = across[cell.lateral_shift_mm], up[cell.load_kN]
+        words = ANSWER_WORDS.get(cell.verdict, cell.verdict)
+        axes.bar(
+            *(left, high - low, right - left, low),
+            align="edge",
+            color=ANSWERS.get(cell.verdict, "white"),
+            edgecolor="white",
+            label=None if words in shown else words,
+        )
+        shown.add(words)
+
+
+def _sides(places: Sequence[float]) -> list[tuple[float, float]]:
+    """From half way to the place before to half way to the next, the outermost as far as the other way."""
+    if len(places) == 1:
+        return [(places[0] - 0.5, places[0] + 0.5)]
+    inner = [0.5 * (a + b) for a, b in pairwise(places)]
+    edges = [2.0 * places[0] - inner[0], *inner, 2.0 * places[-1] - inner[-1]]
+    return list(pairwise(edges))
+
+
+def _draw_paths(axes: Axes, visits: Sequence[Visit], mark: str) -> None:
+    """A line a wheel from the widest curve to the tightest."""
+    for wheelset, side in sorted({(visit.wheelset, visit.side) for visit in visits}):
+        own = [visit for visit in visits if (visit.wheelset, visit.side) == (wheelset, side)]
+        own.sort(key=lambda visit: 1.0 / visit.radius_m)
+        axes.plot(
+            [visit.lateral_shift_mm for visit in own],
+            [1e-3 * visit.vertical_force_N for visit in own],
+            *("-", "--")[wheelset - 1 : wheelset],
+            color="black" if side == "left" else "#7a3b9a",
+            marker=mark,
+            ms=5,
+            label=f"{own[0].theory}: {side} wheel of wheelset {wheelset}",
+        )
+        for visit in own:
+            place = (visit.lateral_shift_mm, 1e-3 * visit.vertical_force_N)
+            axes.annotate(f"{abs(visit.radius_m):g}", place, xytext=(3, 3), textcoords="offset points", fontsize=6)
+
+
+# --- A vehicle in curves on the terminal.
+
+_WHEELSET = (
+    number("radius\nm", "radius_m", none=""),
+    number("speed\nkm/h", "speed_km_h", "{:.0f}", none=""),
+    number("wheelset", "wheelset", "{:.0f}"),
+    number("shift\nmm", "lateral_shift_mm", "{:+z.2f}", none="none"),
+    number("yaw\nmrad", "yaw_mrad", "{:+z.2f}", none=""),
+    *(text(f"Y/Q\n{side}", f"y_over_q {side}", "number") for side in ("left", "right")),
+    *(text(f"patches {side}\nkN", f"patches {side}", "number") for side in ("left", "right")),
+    text("resistance\nN/kN", "resistance", "number"),
+)
+
+
+def curves_lines(found: Curves) -> Lines:
+    """What theories change, a table a theory, straight track, and where the wheels are on the map."""
+    yield from map(difference_words, found.differences)
+    bogie = found.vehicle.bogie
+    which = "" if bogie is None else ", leading bogie" if bogie.leads else ", trailing bogie"
+    for theory, runs in found.runs.items():
+        title = f"{found.vehicle.name}{which}, normal forces by {theory}; shift > 0 and yaw > 0 to the left"
+        yield _wheelset_table(title, runs)
+        yield from notes(f"R {run.radius_m:g} m: {run.status}: {'; '.join(run.notes)}" for run in runs if run.notes)
+    yield from map(straight_words, found.straight)
+    if found.cells:
+        for theory in found.runs:
+            way, enough = (found.shares(theory, of) for of in _SHARES.values())
+            yield f"{theory}: of the way of all wheels {share_words(way, _ZONES)}"
+            yield f"{theory}: the cheapest theory that holds there: {share_words(enough)}"
+        yaw = max((abs(visit.yaw_mrad) for visit in found.visits), default=0.0)
+        yield from notes([f"{_OF_MAPS}; here up to {yaw:.1f} mrad"])
+
+
+def _wheelset_table(title: str, runs: Sequence[CurveRun]) -> Table:
+    """A line a wheelset; what is the same for all of a run stands in its first line."""
+    items: list[dict[str, Any]] = []
+    for run in runs:
+        own: dict[str, Any] = {"radius_m": run.radius_m, "speed_km_h": run.speed_km_h}
+        if run.is_balanced:
+            own["resistance"] = number_text(run.resistance_N_per_kN, "{:.2f}")
+        for place, wheelset in enumerate(run.wheelsets, start=1):
+            own["wheelset"] = place
+            if run.is_balanced:
+                own |= {"lateral_shift_mm": wheelset.lateral_shift_mm, "yaw_mrad": wheelset.yaw_mrad}
+            for wheel in wheelset.wheels if run.is_balanced else ():
+                own[f"y_over_q {wheel.side}"] = number_text(wheel.y_over_q, "{:+z.2f}")
+                own[f"patches {wheel.side}"] = " + ".join(f"{1e-3 * one.normal_force_N:.1f}" for one in wheel.patches)
+            items.append(own)
+            own = {}
+    return table_of(title, _WHEELSET, items)

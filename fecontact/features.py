@@ -1,0 +1,104 @@
+"""Features: what is built on the program without being a part of it, each in a folder that can be taken away.
+
+A feature is a folder of this package and its name in `FEATURES`. It holds its model, its telling, its pictures and its
+command, and may use every room; no room imports it, but asks here for what features offer. The folder's `feature.py`
+names that by its places, so that a thing is imported once it is used:
+
+`COMMANDS`
+    Groups of the command line's help, and the commands in each.
+`NAMES`
+    Functions and classes of `fecontact`, which bear their own names there.
+`LOADED_CONICITIES`
+    A function of a case and a wheel load (N): conicities of the loaded wheelset.
+`RESULTS`
+    Functions of a folder that read it, by the kind of results that it holds in KIND.json and KIND.csv.
+`JUDGED`
+    Functions of a folder, criteria, a folder to write, and `creep`, `measure` and `theory`: the same results judged
+    again (`runs.judging.Judged`), by their kind.
+`MAP_ROWS`
+    A function of a map's folder, a case and inputs that may differ: what the map says of each shift and load.
+`STORED`
+    Functions that read back a part of such results from what was solved for it; they decide whether it is used again.
+
+Of a judged load a feature may read something of its own. What it offers there has the name of what is read:
+
+`READINGS`
+    Functions of a judged load and its placement; what they give but None is in `JudgedLoad.features`.
+`DEAR_READINGS`
+    The same for what takes seconds a load; a map by the measure `theory` asks for them.
+`TELLINGS`
+    How a reading is told (`outputs.tables.Telling`): record, columns of a row, parts of a document.
+`MAPS`
+    Verdicts that a map draws and finds load limits of (`comparison.readings.MappedVerdicts`), by the map's measure.
+`LAWS`
+    Laws that are judged as theories of the pressure are (`comparison.readings.MappedLaws`), by the name of their map.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib import import_module
+from typing import Any
+
+from fecontact.errors import InputError
+
+FEATURES = ("creeping", "curves", "irregularities", "maps")
+"""The folders of all features."""
+
+
+def offers(kind: str) -> Iterator[tuple[str, Any]]:
+    """The folder of each feature that offers something of a kind, and what that is.
+
+    >>> dict(offers("NAMES"))["irregularities"]
+    ('running.irregular',)
+    """
+    for feature in FEATURES:
+        if found := getattr(import_module(f"fecontact.{feature}.feature"), kind, ()):
+            yield feature, found
+
+
+def places(kind: str) -> dict[str, str]:
+    """The places of what all features offer of a kind that has names.
+
+    >>> list(places("no such kind"))
+    []
+    """
+    return {name: f"{feature}.{place}" for feature, found in offers(kind) for name, place in found.items()}
+
+
+def offered(kind: str) -> dict[str, Any]:
+    """What all features offer of a kind that has names."""
+    return {name: at(place) for name, place in places(kind).items()}
+
+
+def at(place: str) -> Any:
+    """What is at a place of the package, such as `case.Case`."""
+    module, _, name = place.rpartition(".")
+    return getattr(import_module(f"fecontact.{module}"), name)
+
+
+def the(kind: str, asked: str) -> Any:
+    """The one thing of a kind that a feature offers.
+
+    Raises
+    ------
+    InputError
+        If there is no such feature, with what was asked for.
+    """
+    for feature, (place,) in offers(kind):
+        return at(f"{feature}.{place}")
+    raise InputError(f"{asked} needs a feature that is not installed; installed: {', '.join(FEATURES)}; leave it out")
+
+
+def commands(group: str) -> list[Any]:
+    """The commands of all features in a group of the help."""
+    return [at(f"{feature}.{place}") for feature, found in offers("COMMANDS") for place in found.get(group, ())]
+
+
+def public_names() -> dict[str, str]:
+    """The public names of all features, and the place of each."""
+    return {
+        place.rpartition(".")[2].rstrip("_"): f"{feature}.{place}"
+        for feature, places in offers("NAMES")
+        for place in places
+    }

@@ -1,0 +1,4 @@
+"""Entry points of this feature."""
+
+COMMANDS = {"Look": ("command.irregular",)}
+NAMES = ("running.irregular",)

@@ -1,0 +1,89 @@
+"""The command `fecontact map`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import get_args
+
+from fecontact.case import Case, Group, unusual
+from fecontact.commands.console import announce, logged, many, print_reasons, say, tell_notes, width
+from fecontact.commands.options import CaseOptions, GridOptions, takes
+from fecontact.commands.solving import AS_USUAL, RunOptions, tell_files, tell_reused
+from fecontact.outputs.terminal import count, show
+
+
+# a map has lists of shifts and loads
+@takes(*(group for group in get_args(Group) if group not in ("position", "load")))
+def map_(
+    *,
+    options: CaseOptions,
+    grid: GridOptions,
+    out: Path,
+    measure: str = "pressure",
+    theory: str = "hertz",
+    how: RunOptions = AS_USUAL,
+) -> int:
+    """Map where Hertz holds over lateral shift and load, with the load up to which it holds at each shift.
+
+    The wheelset rolls until both wheels touch, unless a roll is given: one map is both wheels, left at +y, right at -y.
+
+    Parameters
+    ----------
+    out
+        Folder for map.csv, contacts.csv (the theory to use, with its patches), stiffness.csv, map.json, map.png and
+        map_theory.png (the cheapest theory of the pressure that holds; with friction also map_force.png, where Hertz
+        holds for creep forces), written while it is made, and for each shift a folder in positions/ from which a later
+        map with the same inputs and loads takes it.
+    measure
+        What the printed map is about: where the pressure holds; with --friction Hertz's creep force; or the cheapest
+        theory that holds, with friction also the cheapest law of creep forces (map_law.csv, map_law.png).
+    theory
+        Theory of the pressure whose map is printed, and drawn as map_NAME.png; `fecontact theories` lists them.
+    """
+    from fecontact.maps.report import map_lines
+    from fecontact.maps.running import prepare_for_map, run_map
+    from fecontact.maps.views import refuse_measure
+
+    settings, positions, case = how.settings(), grid.shifts_mm, options.case()
+    refuse_measure(case, measure, theory)
+    loads_N = grid.loads_N
+    prepare_for_map(out, case, force=how.force)
+    with logged(out / f"run{settings.part_suffix}.log"):
+        cells = [replace(case, lateral_shift_mm=shift, load_N=load_N) for shift in positions for load_N in loads_N]
+        tell_notes(unusual(cells))
+        _tell_cost(cells, len(positions), out, how)
+        with many("positions", quiet=how.quiet) as progress:
+            outcome = run_map(
+                *(case, positions, loads_N, out), measure=measure, theory=theory, settings=settings, progress=progress
+            )
+        if not how.quiet:
+            show(map_lines(outcome.made, measure, theory, width=width()))
+        tell_reused(outcome.reused, outcome.recomputed, "positions", how)
+        lost = {
+            f"{cell.lateral_shift_mm:+g} mm, {cell.load_N / 1e3:g} kN": str(cell.status)
+            for cell in outcome.made.cells
+            if not cell.usable
+        }
+        print_reasons(f"{len(lost)} of {count(len(outcome.made.cells), 'cell')} without a usable result", lost)
+        pictures = sorted(path.name for path in out.glob("map*.png"))
+        tell_files(out, ("report.html", "map.csv", "contacts.csv", "stiffness.csv", "map.json", *pictures), "", how)
+        if how.part is None and not (out / "stiffness.csv").is_file():
+            say("No stiffness.csv: a fit over the load needs three loads or more at a shift", quiet=how.quiet)
+    return 0 if outcome.made.all_solved else 3
+
+
+def _tell_cost(cells: Sequence[Case], positions: int, out: Path, how: RunOptions) -> None:
+    """Say about what a map takes before it begins."""
+    from fecontact.jobs.workers import default_workers
+    from fecontact.runs.study import cost_of
+
+    cost = cost_of(cells, how.workers or min(default_workers(), positions))
+    if cost is None:
+        # no position can be solved, which its cells say
+        return
+    forces = "; forces take some 2 s a cell more, laws of them as much again" * cells[0].creep.asked
+    finished = "; finished positions are taken as they are" * (out / "positions").is_dir()
+    expected, *short = cost.words
+    announce(f"{count(len(cells), 'cell')}: {expected}{forces}{finished}", *short, quiet=how.quiet)

@@ -1,0 +1,8 @@
+"""What this feature offers."""
+
+COMMANDS = {"Solve": ("command.map_",)}
+NAMES = ("running.map_",)
+RESULTS = {"map": "reading.load"}
+JUDGED = {"map": "reading.judge"}
+MAP_ROWS = ("reading.rows",)
+STORED = {"position": "storing.read_position"}

@@ -1,0 +1,191 @@
+"""A map on the terminal and its `report.html`: where Hertz holds, up to which load, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from textwrap import fill
+
+from fecontact.case import Case
+from fecontact.comparison.judging import JudgedLoad
+from fecontact.comparison.theories import HERTZ, THEORIES
+from fecontact.features import offered
+from fecontact.files import write_text
+from fecontact.maps.model import ApplicabilityMap, cell_row
+from fecontact.maps.telling import share_records
+from fecontact.maps.views import CAUSE_LETTERS, map_answer, map_text, offered_view, verdict_view, views_of
+from fecontact.outputs.documents import REPORT, closing
+from fecontact.outputs.figures.case import ladder_figure, patches_figure
+from fecontact.outputs.figures.position import pair_figure
+from fecontact.outputs.records.results import cheapest_columns, cheapest_of, cheapest_words
+from fecontact.outputs.style import image_of, page, svg_of
+from fecontact.outputs.tables import (
+    Heading,
+    Item,
+    Lead,
+    Part,
+    Picture,
+    Table,
+    TableRow,
+    columns_of,
+    number,
+    pair_words,
+    table_of,
+    text,
+)
+from fecontact.outputs.words import (
+    answer_words,
+    lead_style,
+    other_wheel_label,
+    question,
+    roll_words,
+    theory_terms,
+    verdict_reason,
+)
+from fecontact.wheel_rail.placement import Placement
+
+# Where no terminal says how wide it is.
+_WIDE = 120
+# More patches in one picture are too small to see.
+_MOST_PATCHES = 24
+
+
+def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) -> Path:
+    """Write `report.html` beside `map.csv`, with the pictures of the map, and that of another theory if it is one."""
+    case = made.case
+    pair = pair_words(case, " and ")
+    verdicts = [cell.verdict if cell.usable else "failed" for cell in made.cells]
+    shown, views = _largest_loads(made), views_of(made, theory)
+    drawn = [
+        Picture(content=out / f"map{of and f'_{of}'}.svg", words=f"{view.title[0].upper()}{view.title[1:]}.")
+        for of, view in views.items()
+    ]
+    cheapest = list(views).index("theory")
+    parts: list[Part] = [
+        Heading(f"Applicability map: {pair}", 1),
+        Lead(" ".join(map_answer(made, "pressure")), lead_style(verdicts)),
+        f"{answer_words(verdicts, 'cells')}.",
+        question(pair, case.criteria),
+        _rolled(case),
+        *drawn[:cheapest],
+        Heading("If not Hertz, what?"),
+        " ".join(map_answer(made, "theory")),
+        *drawn[cheapest:],
+        shares_table(share_records(made)),
+        Heading("Load limits"),
+        _limits(made),
+        Heading("The pair"),
+        *_pictures(made, shown),
+        Heading("Cells"),
+        _cells(made),
+        *closing(
+            *theory_terms(str(one["theory"]) for one in share_records(made) if one["theory"] in THEORIES),
+            *((letter, cause) for cause, letter in CAUSE_LETTERS.items()),
+        ),
+    ]
+    return write_text(out / REPORT, page(f"Where Hertz holds: {pair}", parts))
+
+
+def map_lines(made: ApplicabilityMap, measure: str, theory: str, *, width: int | None) -> Iterator[Table | str]:
+    """A map on the terminal by a measure, or by a theory; by the cheapest theory with the share of each.
+
+    The answer in sentences comes first.
+    """
+    yield from (fill(one, width or _WIDE) for one in map_answer(made, measure, theory))
+    yield " "
+    yield map_text(made, measure, theory=theory, width=width)
+    if measure == "theory":
+        yield shares_table(share_records(made))
+
+
+def _rolled(case: Case) -> str:
+    both = " At the opposite shift it stands as the other wheel of the wheelset does: both are here."
+    return f"The {case.side} wheel, {roll_words(case)}.{both if other_wheel_label(case) else ''}"
+
+
+def _largest_loads(made: ApplicabilityMap) -> list[tuple[JudgedLoad, Placement]]:
+    """The largest load of each position that was solved, of many positions some evenly among them."""
+    found = [
+        (cells[-1], position.placement)
+        for position in made.positions
+        if position.placement is not None
+        and (cells := [cell.judged for cell in position.cells if cell.judged is not None])
+    ]
+    step = -(-len(found) // _MOST_PATCHES) or 1
+    return found[::step]
+
+
+def _pictures(made: ApplicabilityMap, shown: Sequence[tuple[JudgedLoad, Placement]]) -> list[Part]:
+    parts: list[Part] = []
+    if shown:
+        load, middle = shown[len(shown) // 2]
+        at = load.case.lateral_shift_mm
+        words = f"Section through the first touch point at {at:+z.2f} mm, the middle one of the positions shown below."
+        parts.append(Picture(content=svg_of(pair_figure(middle)), words=words))
+    largest = [
+        cell_row(position.cells[-1], position.placement) | {"rail": made.case.rail, "wheel": made.case.wheel}
+        for position in made.positions
+        if position.cells
+    ]
+    if (ladder := ladder_figure(largest)) is not None:
+        words = "The ladder at the largest load: what the shape of the gap, and then the finite bodies, change."
+        parts += [Heading("Shape of the gap, or finite bodies?"), Picture(content=svg_of(ladder), words=words)]
+    if shown:
+        words = "Pressure at the largest load of each position: solid the patch, dashed Hertz; below, cut across."
+        parts += [Heading("Pressure"), Picture(content=image_of(patches_figure(shown)), words=words, width=2400)]
+    return parts
+
+
+def _limits(made: ApplicabilityMap) -> Table:
+    """At which loads Hertz holds at each position, by the map's measures, and by those of features."""
+    others = [name for name, of in offered("MAPS").items() if of.criterion(made.case)]
+    views = [verdict_view(made), *(offered_view(made, name) for name in others)]
+    heads = ("as judged here", *(offered("MAPS")[name].short for name in others))
+    rows = [
+        TableRow(cells=[f"{columns[0].shift_mm:+z.2f}", *(column.limit for column in columns)])
+        for columns in zip(*(view.columns for view in views), strict=True)
+    ]
+    return Table(title="", columns=columns_of("shift mm", *heads, texts=heads), rows=rows)
+
+
+def _cells(made: ApplicabilityMap) -> Table:
+    """The verdict of each cell, and the cheapest theory that holds there."""
+    words = ("decided by", "cheapest theory that holds")
+    headings = ("shift mm", "load kN", "Hertz", "part of a limit", words[0], "unknowns", words[1])
+    rows = []
+    for cell in made.cells:
+        judged = cell.judged
+        answer = cell.verdict if cell.usable else "failed"
+        cells = [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", answer]
+        cells += ["-", cell.status, "-", ""] if judged is None else _cells_of(judged)
+        rows.append(TableRow(cells=cells, tone="fails" if answer == "FAILS" else "plain"))
+    return Table(title="", columns=columns_of(*headings, texts=words, answers=("Hertz",)), rows=rows)
+
+
+def _cells_of(load: JudgedLoad) -> list[str]:
+    unknowns = str(sum(load.level.degrees_of_freedom.values()))
+    cheapest = cheapest_words(cheapest_columns("cheapest_theory", cheapest_of(load)))
+    return [f"{load.limit_used:.2f}", verdict_reason(load), unknowns, cheapest]
+
+
+_OTHER_ANSWERS = {
+    "UNRESOLVED": "open whether a cheaper one holds",
+    "none": "none holds",
+    "failed": "could not be solved",
+}
+
+_SHARES = (
+    text("theory", lambda one: one.get("words") or _OTHER_ANSWERS[one["theory"]]),
+    text("cost", "cost"),
+    number("cheapest\ncells", "cheapest_cells", "{:.0f}"),
+    number("cheapest\n%", "cheapest_percent", "{:.0f}"),
+    number("out of\nrange", "out_of_range_cells", "{:.0f}"),
+    number("largest part\nof a limit", "largest_limit_used", "{:.2f}"),
+    number("holds\n%", "holds_percent", "{:.0f}"),
+)
+
+
+def shares_table(shares: Sequence[Item]) -> Table:
+    """In how many cells of a map each theory is the cheapest that holds, and in how many it holds at all."""
+    shown = [one for one in shares if one["cheapest_cells"] or "cost" in one]
+    return table_of("The cheapest theory that holds, and where each holds", _SHARES, shown)

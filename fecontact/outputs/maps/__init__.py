@@ -1,1 +1,0 @@
-"""Maps as values, their table, picture and files."""

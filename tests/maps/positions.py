@@ -1,0 +1,42 @@
+"""Stand-ins for solving the positions of a map, which worker processes can import."""
+
+import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from inline import stand_ins
+
+from fecontact.case import Case
+from fecontact.jobs.workers import Crew
+from fecontact.maps.model import failed_position
+from fecontact.maps.running import MapOutcome, run_map
+from fecontact.maps.storing import keep_position
+
+
+@dataclass(frozen=True, kw_only=True)
+class FakePosition:
+    """Stands for the work of a position: no load of the position can be solved, and that is kept."""
+
+    case: Case
+    loads_N: tuple[float, ...]
+    name: str
+    seconds: float = 0.0
+
+    def __call__(self, folder: Path, finished: Path | None) -> bool:
+        with (folder.parent.parent / "solves.txt").open("a") as file:
+            file.write(f"{self.case.lateral_shift_mm:g}\n")
+        time.sleep(self.seconds)
+        made = failed_position(self.case.lateral_shift_mm, self.loads_N, f"planned in process {os.getpid()}")
+        keep_position(made, self.case, folder)
+        return False
+
+
+def map_by(
+    *arguments: Any, crew: Crew | None = None, work: Callable[..., Any] | None = None, **more: Any
+) -> MapOutcome:
+    """`run_map` with another crew or work."""
+    with stand_ins(crew, work, "fecontact.maps.running.SolvingPosition"):
+        return run_map(*arguments, **more)

@@ -1,0 +1,403 @@
+"""Maps as values: what one table and one picture draw, for each theory by its name and for the cheapest that holds.
+
+The contacts are those of the true gap on a half-space, which take the place of the finite elements.
+"""
+
+import csv
+import html
+import io
+import json
+from dataclasses import replace
+
+import pytest
+from rich.console import Console
+
+import fecontact
+from fecontact.case import Case, Criteria
+from fecontact.comparison.judging import judge_load
+from fecontact.comparison.solved_load import Level, SolvedLoad
+from fecontact.comparison.theories import HERTZ, MULTI_HERTZ, THEORIES
+from fecontact.comparison.verdict import Verdict
+from fecontact.errors import InputError
+from fecontact.files import json_text
+from fecontact.maps.files import map_figure, write_map
+from fecontact.maps.model import ApplicabilityMap, MapCell, MapPosition, load_limit, solved_cell
+from fecontact.maps.report import map_lines, shares_table, write_map_report
+from fecontact.maps.telling import share_records
+from fecontact.maps.views import (
+    CellView,
+    map_answer,
+    map_text,
+    map_view,
+    refuse_measure,
+    theory_view,
+    verdict_view,
+)
+from fecontact.outputs.cases import theories_table
+from fecontact.outputs.documents import rows_parts
+from fecontact.outputs.records.results import load_record
+from fecontact.outputs.style import ANSWERS
+from fecontact.outputs.terminal import show
+from fecontact.outputs.words import WORDS
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import expect_on_half_space
+
+LOAD_N = 50e3
+
+
+def position(shift_mm, load_N=LOAD_N, **limits):
+    """One load of a wheelset at a shift, solved on a half-space."""
+    case = Case(lateral_shift_mm=shift_mm, roll="touching", load_N=load_N, criteria=Criteria(**limits))
+    placement = place_case(case)
+    rung = expect_on_half_space(case, placement)[1].half_space
+    levels = tuple(
+        Level(
+            **dict.fromkeys(("nodal", "fe", "otherwise"), rung),
+            degrees_of_freedom={"both": n},
+            elements={},
+            enlarged=0,
+            at_edge=False,
+            compliance_error=0.0,
+        )
+        for n in (200, 100)
+    )
+    solved = SolvedLoad(case=case, levels=levels, half_space=rung, quadratic=rung, lines=None)
+    cells = (solved_cell(shift_mm, judge_load(solved, placement)),)
+    return MapPosition(lateral_shift_mm=shift_mm, cells=cells, limit=load_limit(cells), placement=placement)
+
+
+@pytest.fixture(scope="module")
+def made():
+    """One touch point, where Hertz holds; two, where springs alone do; and a position without a result."""
+    lost = MapCell(lateral_shift_mm=6.0, load_N=LOAD_N, status="failed: no memory")
+    positions = (
+        *(position(shift) for shift in (-4.0, 5.0)),
+        MapPosition(lateral_shift_mm=6.0, cells=(lost,), limit=load_limit([lost])),
+    )
+    return ApplicabilityMap(case=Case(roll="touching"), loads_N=(LOAD_N,), positions=positions)
+
+
+def failing(made):
+    """The same map with theories that all fail at the second position."""
+    second = made.positions[1]
+    (cell,) = second.cells
+    verdict = Verdict(answer="FAILS", measure="area_mm2", each={"area_mm2": "FAILS"})
+    fails = {name: replace(one, verdict=verdict) for name, one in cell.judged.judgements.items()}
+    other = replace(second, cells=(replace(cell, judged=replace(cell.judged, judgements=fails)),))
+    return replace(made, positions=(made.positions[0], other, made.positions[2]))
+
+
+def cells_of(view) -> list[CellView]:
+    return [cell for column in view.columns for cell in column.cells]
+
+
+def test_every_measure_has_a_letter_of_its_own_that_is_no_sign():
+    letters = [words.letter for words in WORDS.values()]
+    assert len(set(letters)) == len(letters)
+    assert {len(letter) for letter in letters} == {1}
+    assert not set(letters) & set("+x?!*")
+
+
+def test_a_map_of_any_theory(made):
+    hertz, springs = verdict_view(made), verdict_view(made, MULTI_HERTZ)
+    assert [cell.answer for cell in cells_of(hertz)] == ["HOLDS", "FAILS", "failed"]
+    # at one touch point springs are Hertz
+    assert [cell.answer for cell in cells_of(springs)] == ["HOLDS", "HOLDS", "failed"]
+    assert [cell.diamond for cell in cells_of(hertz)] == [False, True, False]
+    assert not any(cell.diamond for cell in cells_of(springs))
+    judged = made.cells[1].judged.judgements[MULTI_HERTZ]
+    assert cells_of(springs)[1].text == f"{judged.limit_used:.2f}"
+    assert cells_of(springs)[1].printed.split() == ["+", f"{1e2 * judged.deviation['p_max_MPa']:+.1f}"]
+    assert [column.limit for column in springs.columns] == ["holds 50 kN", "holds 50 kN", "failed: no memory"]
+    assert "where it says nothing of its own it is Hertz" in springs.notes
+    assert springs.title == f"where {THEORIES[MULTI_HERTZ].words} holds"
+
+
+def test_a_theory_without_a_contact_has_no_answer(made):
+    cell = made.cells[1]
+    load = replace(cell.judged, judgements={HERTZ: cell.judged.judgements[HERTZ]}, without={MULTI_HERTZ: "conforms"})
+    one = replace(made.positions[1], cells=(replace(cell, judged=load),))
+    view = verdict_view(replace(made, positions=(one,)), MULTI_HERTZ)
+    assert [(cell.answer, cell.text) for cell in cells_of(view)] == [("failed", "!")]
+    assert view.columns[0].bands == ()
+
+
+def test_the_cheapest_theory_that_holds(made):
+    view = theory_view(made)
+    assert [cell.answer for cell in cells_of(view)] == [HERTZ, MULTI_HERTZ, "failed"]
+    assert [cell.letter for cell in cells_of(view)] == ["A", "B", "!"]
+    assert [answer for answer, _ in view.answers] == [HERTZ, MULTI_HERTZ, "failed"]
+    none = theory_view(failing(made))
+    assert [cell.text[0] for cell in cells_of(none)] == ["A", "x", "!"]
+    assert ("FAILS", "none holds") in none.answers
+
+
+def flat_patch(**limits):
+    """A map of one cell, whose patch is partly flat or concave: ANALYN holds there by its numbers, out of its range."""
+    # so that Hertz and STRIPES fail beyond their uncertainties
+    limits |= {"area": 0.07}
+    case = Case(roll="touching", criteria=Criteria(**limits))
+    return ApplicabilityMap(case=case, loads_N=(100e3,), positions=(position(3.0, 100e3, **limits),))
+
+
+def test_a_theory_out_of_its_range_is_told_so_wherever_it_is_the_answer(tmp_path):
+    made = flat_patch()
+    ((row,), load) = (fecontact.rows(made), made.cells[0].judged)
+    reason = row["cheapest_theory_reason"]
+    assert (row["cheapest_theory"], row["cheapest_theory_status"]) == ("analyn", "out of range")
+    assert reason.startswith("38 % of the patch is flat or concave across")
+    text = io.StringIO()
+    show(rows_parts([row]), Console(file=text, width=300))
+    assert f"the cheapest theory that holds: ANALYN, out of range: {reason} (p_max" in text.getvalue()
+    # one name for one theory
+    assert text.getvalue().count("ANALYN, out of range") == 2
+    assert "analyn" not in text.getvalue()
+    view = theory_view(made)
+    (cell,) = cells_of(view)
+    assert cell.letter.endswith("*")
+    assert view.notes[-1].endswith("* out of its range")
+    assert "out of its range" in [words for _, words in view.marks]
+    assert map_answer(made, "theory") == [
+        "The cheapest theory that holds is ANALYN at 3 mm at all loads, out of its range at 3 mm at all loads."
+    ]
+    (share,) = [one for one in share_records(made) if one["cheapest_cells"]]
+    assert (share["theory"], share["out_of_range_cells"]) == ("analyn", 1)
+    write_map(made, tmp_path, drawn=False)
+    (line,) = contacts(tmp_path)
+    names = ("cheapest_theory", "cheapest_theory_status", "cheapest_theory_reason")
+    assert [line[name] for name in names] == ["analyn", "out of range", reason]
+    report = write_map_report(made, tmp_path).read_text("utf-8")
+    assert f"ANALYN, out of range: {reason}" in html.unescape(report)
+    verdicts_told = {row.cells[0]: row.cells[-1] for row in theories_table(load_record(load)).rows}
+    assert (verdicts_told["ANALYN"], verdicts_told["KPEC"]) == ("HOLDS, out of range", "HOLDS")
+
+
+def test_theories_out_of_their_range_may_be_left_out():
+    made = flat_patch(theories_in_range=True)
+    (row,) = fecontact.rows(made)
+    assert (row["cheapest_theory"], row["cheapest_theory_status"], row["cheapest_theory_reason"]) == (
+        *("kpec", "solved"),
+        "",
+    )
+    # its numbers hold as before
+    assert row["analyn_verdict_answer"] == "HOLDS"
+    assert map_answer(made, "theory") == ["The cheapest theory that holds in its range is KPEC at 3 mm at all loads."]
+    assert not cells_of(theory_view(made))[0].out_of_range
+
+
+def test_one_picture_draws_them_in_a_png(made, monkeypatch):
+    from matplotlib.colors import to_hex
+
+    kept = []
+    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: kept.append(figure))
+    views = [verdict_view(made), verdict_view(made, MULTI_HERTZ), theory_view(made), theory_view(failing(made))]
+    for view in views:
+        map_figure(view, "unused.png")
+    for view, figure in zip(views, kept, strict=True):
+        (ax,) = figure.axes
+        assert [to_hex(bar.get_facecolor()) for bar in ax.patches if bar.get_fill()] == [
+            view.colours[column.bands[0][2]] if column.bands else ANSWERS["failed"] for column in view.columns
+        ]
+        assert [text.get_text() for text in ax.texts] == [cell.text for cell in cells_of(view)]
+        told = [text.get_text() for text in ax.get_legend().get_texts()]
+        assert [words for _, words in view.answers] == told[: len(view.answers)]
+        assert view.title in ax.get_title()
+
+
+def test_a_map_is_asked_for_by_names(made):
+    assert map_view(made, "pressure", MULTI_HERTZ) == verdict_view(made, MULTI_HERTZ)
+    assert map_view(made, "theory") == theory_view(made)
+    assert "the cheapest theory that holds" in map_text(made, "theory")
+    for theory in THEORIES:
+        refuse_measure(made.case, "pressure", theory)
+    # it needs no friction
+    refuse_measure(made.case, "theory")
+    with pytest.raises(InputError, match="allowed: hertz"):
+        refuse_measure(made.case, "pressure", "spring")
+    with pytest.raises(InputError, match="the measure theory has all of them"):
+        refuse_measure(made.case, "theory", MULTI_HERTZ)
+
+
+def test_the_shares_of_theories(made):
+    """Counted by hand: one cell each where Hertz and springs hold first, and one without a result."""
+    shares = {one["theory"]: one for one in share_records(made)}
+    assert list(shares)[-3:] == ["UNRESOLVED", "none", "failed"]
+    assert {name: one["cheapest_cells"] for name, one in shares.items() if one["cheapest_cells"]} == {
+        HERTZ: 1,
+        MULTI_HERTZ: 1,
+        "failed": 1,
+    }
+    assert sum(one["cheapest_percent"] for one in shares.values()) == pytest.approx(100.0)
+    used = made.cells[1].judged.judgements[MULTI_HERTZ].limit_used
+    assert shares[MULTI_HERTZ]["largest_limit_used"] == used < 1.0
+    # springs say nothing of their own at the first position; the half-space, which stands for the elements, holds twice
+    assert (shares[HERTZ]["holds_cells"], shares[MULTI_HERTZ]["holds_cells"], shares["half_space"]["holds_cells"]) == (
+        *(1, 1),
+        2,
+    )
+    assert shares["half_space"]["cheapest_cells"] == 0
+    none = {one["theory"]: one["cheapest_cells"] for one in share_records(failing(made))}
+    assert (none["none"], none["UNRESOLVED"], none["failed"]) == (1, 0, 1)
+    table = shares_table(share_records(made))
+    assert [row.cells[0] for row in table.rows][-1] == "could not be solved"
+    assert "none holds" not in [row.cells[0] for row in table.rows]
+
+
+def test_the_cheapest_theory_is_printed_with_its_shares_and_drawn(made, tmp_path, monkeypatch):
+    text = io.StringIO()
+    show(map_lines(made, "theory", HERTZ, width=100), Console(file=text, width=100))
+    shown = text.getvalue()
+    assert "the cheapest theory that holds, and the largest part of a limit that it uses" in shown
+    assert "The cheapest theory that holds, and where each holds" in shown
+    alone = io.StringIO()
+    show(map_lines(made, "pressure", MULTI_HERTZ, width=100), Console(file=alone, width=100))
+    assert "where each holds" not in alone.getvalue()
+    titles = {}
+    monkeypatch.setattr("fecontact.maps.files.map_figure", lambda view, path: titles.update({path.name: view.title}))
+    (tmp_path / "map_strip.svg").write_text("of another map", "utf-8")
+    write_map(made, tmp_path, theory=MULTI_HERTZ)
+    assert titles == {
+        "map.png": "where Hertz holds",
+        "map_theory.png": "the cheapest theory that holds",
+        "map_multi_hertz.png": f"where {THEORIES[MULTI_HERTZ].words} holds",
+    }
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["contacts.csv", "map.csv", "map.json"]
+    assert json.loads((tmp_path / "map.json").read_text("utf-8"))["theory_shares"] == json.loads(
+        json_text(share_records(made))
+    )
+
+
+def contacts(folder):
+    return list(csv.DictReader((folder / "contacts.csv").read_text("utf-8").splitlines()))
+
+
+def numbers(row, *names):
+    return [float(row[name]) for name in names]
+
+
+def test_contacts_of_a_map_are_those_of_theories_alone(made, tmp_path, monkeypatch):
+    monkeypatch.setattr("fecontact.maps.files.map_figure", lambda view, path: None)
+    write_map(made, tmp_path)
+    single, several, lost = contacts(tmp_path)
+    assert [row["cheapest_theory"] for row in (single, several, lost)] == [HERTZ, MULTI_HERTZ, ""]
+    assert [row["verdict"] for row in (single, several, lost)] == ["HOLDS", "FAILS", "failed"]
+    assert {name for name, value in lost.items() if value} == {"lateral_shift_mm", "load_kN", "status", "verdict"}
+    # touch points and springs of a table are found from the pair and the load alone; pressures on a round rail have
+    # other directions than the touch point, so that their normal force is some 1e-5 off
+    alone = fecontact.table(made.case, [-4.0, 5.0], [LOAD_N])
+    for row, same in zip((single, several), alone, strict=True):
+        shared = [name for name in row if name.startswith("touch") and isinstance(same.get(name), float)]
+        assert numbers(row, *shared) == pytest.approx([same[name] for name in shared], rel=2e-5)
+        # a half-space in place of the finite elements is where strips are; its nodes are few on the narrow patch
+        assert float(row["fe_p_max_MPa"]) == pytest.approx(same["strip_p_max_MPa"], rel=2e-3)
+        assert numbers(row, "fe_a_mm", "fe_b_mm") == pytest.approx([same["strip_a_mm"], same["strip_b_mm"]], rel=0.05)
+        assert float(row["fe_centre_mm"]) == pytest.approx(same["strip_centre_mm"], abs=0.02)
+    # a patch lies where its touch point was found, the centre of pressure as far beside it on both profiles
+    places = ("rail_y_mm", "wheel_y_mm", "contact_angle_rad")
+    touch = numbers(single, *(f"touch1_{name}" for name in places))
+    assert numbers(single, *(f"patch1_{name}" for name in places)) == pytest.approx(touch, abs=1e-9)
+    centre = numbers(single, "fe_centre_rail_y_mm", "fe_centre_wheel_y_mm")
+    assert [one - at for one, at in zip(centre, touch, strict=False)] == pytest.approx(
+        [float(single["fe_centre_mm"])] * 2, abs=1e-4
+    )
+    # the patch of the larger force comes first: it is that of the second touch point
+    forces = numbers(several, "touch1_spring_force_N", "touch2_spring_force_N")
+    shares = numbers(several, "patch2_load_share", "patch1_load_share")
+    assert shares == pytest.approx([force / sum(forces) for force in forces])
+    assert several["patch1_rail_y_mm"] == several["touch2_rail_y_mm"]
+    assert (single["patch1_load_share"], single["patch2_load_share"]) == ("1.0", "")
+
+
+def verdicts(made, shifts_mm, loads_kN, answers, causes=None):
+    """A map with these verdicts of Hertz, a row of letters for each shift: h holds, f fails, o open, ! lost."""
+    like = made.cells[0].judged
+    names = {"h": "HOLDS", "f": "FAILS", "o": "UNRESOLVED"}
+    positions = []
+    for shift, row in zip(shifts_mm, answers, strict=True):
+        cells = []
+        for load_kN, letter in zip(loads_kN, row, strict=True):
+            if letter == "!":
+                cells.append(MapCell(lateral_shift_mm=shift, load_N=1e3 * load_kN, status="failed: no memory"))
+                continue
+            cause = (causes or {}).get(shift, "second lobe") if letter == "f" else None
+            verdict = Verdict(answer=names[letter], measure="area_mm2", each={"area_mm2": names[letter]}, cause=cause)
+            case = replace(like.case, lateral_shift_mm=shift, load_N=1e3 * load_kN)
+            judged = replace(like, solved=replace(like.solved, case=case), verdict=verdict)
+            cells.append(solved_cell(shift, judged))
+        positions.append(MapPosition(lateral_shift_mm=shift, cells=tuple(cells), limit=load_limit(cells)))
+    return ApplicabilityMap(case=made.case, loads_N=tuple(1e3 * one for one in loads_kN), positions=tuple(positions))
+
+
+def test_the_answer_of_a_map_is_a_few_sentences(made):
+    shifts = [-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0]
+    rows = ["hhh", "hhh", "hhh", "hff", "hhf", "fff", "fhh", "hoh", "!!!"]
+    shown = verdicts(made, shifts, [20, 50, 100], rows, {0.5: "finite bodies"})
+    assert map_answer(shown, "pressure") == [
+        "From -2 to -1 mm Hertz holds at all loads (20 to 100 kN).",
+        "At -0.5 and 0 mm it holds up to 20 and 50 kN, where the pressure has a second lobe.",
+        "At 0.5 mm it fails at all loads, where the finite bodies change the pressure.",
+        "At 1 mm it fails 20, is not solved 20 to 50, holds 50 to 100 kN.",
+        "At 1.5 mm it holds 20, is open 20 to 100, holds 100 kN.",
+        "At 2 mm there is no result.",
+        "Of 27 cells 1 is open and 3 are without a result.",
+    ]
+    # one that could not be used says nothing of "all loads"
+    partly = verdicts(made, [0.0, 1.0], [20, 50], ["h!", "!f"])
+    assert map_answer(partly, "pressure")[0] == "At 0 mm Hertz holds 20 kN (50 kN: failed: no memory)."
+    assert map_answer(verdicts(made, [0.0], [20, 50], ["oo"]), "pressure")[0] == "At 0 mm Hertz is open 20 to 50 kN."
+    assert map_answer(verdicts(made, [0.0], [50], ["h"]), "pressure") == ["At 0 mm Hertz holds at all loads (50 kN)."]
+
+
+def test_the_answer_by_the_cheapest_theory_says_which_where(made):
+    assert map_answer(made, "theory") == [
+        f"The cheapest theory that holds is {THEORIES[HERTZ].words} at -4 mm at all loads.",
+        f"It is {THEORIES[MULTI_HERTZ].words} at 5 mm at all loads.",
+        "Of 3 cells 1 is without a result.",
+    ]
+    assert map_answer(failing(made), "theory")[1:] == [
+        "None holds at 5 mm at all loads.",
+        "Of 3 cells 1 is without a result.",
+    ]
+    text = io.StringIO()
+    show(map_lines(made, "theory", HERTZ, width=80), Console(file=text))
+    assert text.getvalue().startswith("The cheapest theory that holds is")
+    assert max(map(len, text.getvalue().partition("shift mm")[0].splitlines())) <= 80
+
+
+def test_a_report_defines_every_theory_of_its_table(made, tmp_path):
+    text = write_map_report(made, tmp_path).read_text("utf-8")
+    for one in share_records(made):
+        if one["theory"] in THEORIES and one["theory"] != HERTZ:
+            assert f"<dt>{one['words']}</dt><dd>{html.escape(THEORIES[one['theory']].source)}. It takes for" in text
+    # the answer first
+    assert text.index("At -4 mm Hertz holds at all loads") < text.index("May Hertz")
+
+
+def test_columns_are_as_wide_as_the_smallest_step_and_wide_ones_leave_gaps(made, monkeypatch):
+    kept = []
+    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: kept.append(figure))
+    for shifts in ([-4.0, -2.0, 0.0], [0.0, 0.5, 1.0, 4.0], [3.0], [0.0, 1.0]):
+        map_figure(verdict_view(verdicts(made, shifts, [50, 100], ["hf"] * len(shifts))), "unused.png")
+    widths = [{round(bar.get_width(), 9) for bar in figure.axes[0].patches} for figure in kept]
+    assert widths == [{1.0}, {0.5}, {1.0}, {0.7}]
+    # what was not solved is hatched and white, and the legend says so
+    white = [bar for bar in kept[0].axes[0].patches if bar.get_hatch()]
+    assert {bar.get_y() for bar in white} == {50.0}
+    assert {bar.get_facecolor() for bar in white} == {(1.0, 1.0, 1.0, 1.0)}
+    told = [text.get_text() for text in kept[0].axes[0].get_legend().get_texts()]
+    assert "not solved: between two verdicts" in told
+    assert "unresolved" not in told
+
+
+def test_load_on_separate_patches_is_told_as_load(made):
+    cell = made.cells[1]
+    load = cell.judged
+    verdict = replace(load.verdict, answer="FAILS", measure="separate_load")
+    judgements = {
+        name: replace(one, deviation={**one.deviation, "separate_load": 0.333}) for name, one in load.judgements.items()
+    }
+    other = replace(load, verdict=verdict, judgements=judgements)
+    position = replace(made.positions[1], cells=(replace(cell, judged=other),))
+    view = verdict_view(replace(made, positions=(position,)))
+    assert cells_of(view)[0].text.split()[0] == "33%"
+    assert "%: load on separate patches" in view.number

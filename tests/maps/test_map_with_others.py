@@ -1,0 +1,484 @@
+"""Maps beside what other files test: springs, yielding, rolls, commands, folders, tables, vehicles in curves."""
+
+# ruff: noqa: F811
+
+import importlib
+import inspect
+import json
+import math
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from xml.etree import ElementTree
+
+import fake_solve
+import positions
+import pytest
+from inline import inline_crew
+from points import MEASURED_COLUMNS
+from positions import map_by
+from test_cli import limits_and_sets
+from test_crash_points import disk, goes_on  # noqa: F401
+from test_inputs import first_page, help_lines
+from test_outputs import flat, record  # noqa: F401
+from test_plasticity import (
+    FORCE,
+    loaded,  # noqa: F401
+)
+from test_regression import case_names, case_row, lines, position_row, refused, write_study
+from test_sources import EVALUATING
+from test_springs_in_tables import LOAD_N, position
+from test_static_roll import ALONE, WAYS, WHEELSET, rolls
+from test_study import case as loaded_case
+from test_study import dask_cluster, wait_until
+from test_theories import another, judged  # noqa: F401
+
+import fecontact
+from fecontact.case import INPUTS, Case, Opposite
+from fecontact.cli import call
+from fecontact.comparison.theories import HERTZ, MULTI_HERTZ
+from fecontact.criteria import Criteria
+from fecontact.errors import InputError
+from fecontact.files import write_sealed
+from fecontact.jobs.engine import RunSettings
+from fecontact.maps.files import map_figure
+from fecontact.maps.model import (
+    ApplicabilityMap,
+    LoadLimit,
+    MapCell,
+    MapPosition,
+    cell_row,
+    failed_position,
+    load_limit,
+    solved_cell,
+)
+from fecontact.maps.report import write_map_report
+from fecontact.maps.running import prepare_for_map, run_map
+from fecontact.maps.telling import MAP_SCHEMA, map_record
+from fecontact.maps.views import map_table, map_text, verdict_view
+from fecontact.outputs.records.results import case_inputs, load_record, load_row
+from fecontact.outputs.tables import write_csv
+from fecontact.outputs.words import other_wheel_label, roll_words, shift_label
+from fecontact.regression.compare import compare_tables
+from fecontact.regression.tables import kind_of, load_table
+from fecontact.runs.identity import case_id
+from fecontact.runs.study import prepare_for_study
+
+# springs
+
+
+@pytest.fixture(scope="module")
+def springs():
+    """At 5 mm the wheel stands on the top of the head and on the gauge corner, at -4 mm on one point."""
+    positions = []
+    for shift in (-4.0, 5.0):
+        load, placement = position(shift)
+        cells = (solved_cell(shift, load),)
+        positions.append(MapPosition(lateral_shift_mm=shift, cells=cells, limit=load_limit(cells), placement=placement))
+    return ApplicabilityMap(
+        case=replace(load.case, lateral_shift_mm=0.0), loads_N=(LOAD_N,), positions=tuple(positions)
+    )
+
+
+def test_a_map_marks_where_springs_hold_and_one_ellipse_does_not(springs, monkeypatch, tmp_path):
+    lines = map_table(verdict_view(springs)).splitlines()
+    assert lines[1].split()[1] == "+"
+    assert "*" in lines[2]
+    assert "*" not in lines[1]
+    assert any(line.startswith("* Hertz at all touch points") for line in lines)
+    kept = []
+    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: kept.append(figure))
+    map_figure(verdict_view(springs), "unused.png")
+    (ax,) = kept[0].axes
+    marks = [line for line in ax.get_lines() if line.get_marker() == "D"]
+    assert [line.get_xdata()[0] for line in marks] == [pytest.approx(5.0, abs=0.6)]
+    assert "Hertz at all touch points, as springs, holds" in [text.get_text() for text in ax.get_legend().get_texts()]
+    record = map_record(springs)["cells"]
+    assert [MULTI_HERTZ in cell["theories"] for cell in record] == [False, True]
+    theory = record[1]["theories"][MULTI_HERTZ]
+    assert theory["verdict"]["answer"] == "HOLDS"
+    forces = [one["normal_force_N"] * math.cos(one["contact_angle_rad"]) for one in theory["patches"]]
+    assert sum(forces) == pytest.approx(LOAD_N, rel=1e-9)
+    text = write_map_report(springs, tmp_path).read_text("utf-8")
+    page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
+    rows = [["".join(cell.itertext()) for cell in line] for line in list(page.iter("table"))[-1].iter("tr")]
+    assert [line[-1] for line in rows[1:]] == ["Hertz", "Hertz at all touch points, as springs"]
+
+
+def test_a_further_theory_is_in_maps(judged, tmp_path):
+    load, case = judged.load, judged.case
+    cells = (solved_cell(0.0, load),)
+    position = MapPosition(lateral_shift_mm=0.0, cells=cells, limit=load_limit(cells), placement=judged.placement)
+    made = ApplicabilityMap(case=case, loads_N=(case.load_N,), positions=(position,))
+    (cell,) = json.loads(json.dumps(map_record(made)))["cells"]
+    assert [name for name in cell["theories"] if name in (HERTZ, "block")] == [HERTZ, "block"]
+    assert "cheapest" in write_map_report(made, tmp_path).read_text("utf-8")
+    told = map_text(made, "pressure", theory="block").splitlines()
+    assert told[1].split()[1].startswith("x")
+
+
+def test_a_map_draws_loads_of_first_yield_and_of_plasticity(loaded):
+    load = loaded.load
+    position = MapPosition(lateral_shift_mm=0.0, cells=(solved_cell(0.0, load),), limit=LoadLimit(reason="one load"))
+    made = ApplicabilityMap(case=loaded.case, loads_N=(FORCE,), positions=(position,))
+    first, limit = load.plastic.yielded.first_yield_N, load.plastic.plastic_load_N
+    assert position.yield_loads_N == {"first_yield_N": first, "plastic_load_N": limit}
+    view = verdict_view(made)
+    assert [load_kN for load_kN, _ in view.columns[0].lines] == [first / 1e3, limit / 1e3]
+    assert any("repeated passes are not in it" in note for note in view.notes)
+    assert map_record(made)["yield_loads_N"] == [{"lateral_shift_mm": 0.0, **position.yield_loads_N}]
+
+
+# how the wheelset rolls
+
+
+@pytest.mark.parametrize(
+    ("case", "below", "above"),
+    [
+        (WHEELSET, "left wheel: lateral", "right wheel: lateral"),
+        (replace(WHEELSET, side="right"), "right wheel: lateral", "left wheel: lateral"),
+        (replace(WHEELSET, yaw_rad=5e-3), "left wheel: lateral", "right wheel at the opposite yaw: lateral"),
+        (replace(WHEELSET, opposite=Opposite(rolling_radius_mm=459.0)), "left wheel: lateral", None),
+        (ALONE, "lateral", None),
+        (replace(ALONE, side="right"), "right wheel: lateral", None),
+    ],
+)
+def test_a_map_of_a_symmetric_wheelset_is_both_wheels(case, below, above, monkeypatch):
+    kept = []
+    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: kept.append(figure))
+    cells = [MapCell(lateral_shift_mm=shift, load_N=1e5, status="failed: for a test") for shift in (-2.0, 3.0)]
+    positions = tuple(
+        MapPosition(lateral_shift_mm=cell.lateral_shift_mm, cells=(cell,), limit=load_limit([cell])) for cell in cells
+    )
+    made = ApplicabilityMap(case=case, loads_N=(1e5,), positions=positions)
+    map_figure(verdict_view(made), "unused.png")
+    (ax,) = kept[0].axes
+    assert ax.get_xlabel().startswith(below)
+    assert roll_words(case) in ax.get_title()
+    assert map_record(made)["roll"] == roll_words(case)
+    assert ("at the opposite shift" in map_table(verdict_view(made))) == (above is not None)
+    assert (other_wheel_label(case) is None) == (above is None)
+    assert [second.get_xlabel()[: len(above or "")] for second in ax.child_axes] == [above] * (above is not None)
+    for second in ax.child_axes:
+        kept[0].draw_without_rendering()
+        # the wheel on the right stands at -3 mm as the one on the left at 3 mm
+        here, there = (one.transData.transform((at, 0.0))[0] for one, at in ((ax, 3.0), (second, -3.0)))
+        assert there == pytest.approx(here)
+        towards = ["positive" in label for label in (shift_label(case), second.get_xlabel())]
+        assert sorted(towards) == [False, True]
+
+
+def test_a_map_has_one_roll_for_all_its_loads(tmp_path):
+    for case in (Case(roll="loaded"), Case(opposite=Opposite(wheel_load_N=6e4))):
+        with pytest.raises(InputError, match=r"one roll for all loads.*roll_load_kN \(--roll-load-kn\), such as 50"):
+            run_map(case, [0.0], [2e4, 5e4, 1e5], tmp_path)
+
+
+def test_a_map_says_under_which_load_its_wheelset_rolls(tmp_path, monkeypatch):
+    def opened(*_):
+        raise InputError("the run begins")
+
+    monkeypatch.setattr("fecontact.maps.running.open_run", opened)
+    case = Case(roll_load_N=8e4, opposite=Opposite(wheel_load_N=6e4))
+    with pytest.raises(InputError, match="the run begins"):
+        run_map(case, [0.0], [2e4, 1e5], tmp_path)
+    made = ApplicabilityMap(case=case, loads_N=(2e4,), positions=(failed_position(0.0, (2e4,), "for a test"),))
+    assert map_record(made)["roll"] == "roll of the wheelset under 80 kN on its left wheel, 60 kN on its right wheel"
+
+
+# the command, and its folder
+
+
+def test_a_map_says_what_it_takes_before_it_begins(tmp_path, monkeypatch, capsys):
+    seen = []
+
+    def stopped(*arguments, **more):
+        seen.append(capsys.readouterr().err)
+        raise InputError("that was before it")
+
+    monkeypatch.setattr("fecontact.maps.running.run_map", stopped)
+    asked = ["map", "--shifts=-4,3", "--loads-kn", "50,100", "--out", str(tmp_path / "map"), "--workers", "1"]
+    for more in ((), ("--friction", "0.3"), ("--quiet",)):
+        assert call([*asked, *more]) == 2
+        capsys.readouterr()
+    told, with_forces, quiet = seen
+    assert "4 cells: about 11 s with 1 worker and 0.3 GB a worker" in told
+    assert "forces take" not in told
+    assert "forces take some 2 s a cell more" in with_forces
+    assert quiet == ""
+    assert (tmp_path / "map" / "run.log").read_text("utf-8").count("4 cells: about 11 s") == 3
+
+
+@pytest.mark.parametrize(("option", "instead"), [("--shift", "--shifts"), ("--load-kn", "--loads-kn")])
+def test_a_map_refuses_what_it_has_lists_of_and_names_them(option, instead, capsys, tmp_path):
+    assert call(["map", "--shifts", "0", option, "2", "--out", str(tmp_path)]) == 2
+    assert f"Did you mean {instead}?" in capsys.readouterr().err
+
+
+def test_a_map_goes_on_with_other_loads_and_friction_and_with_no_other_pair(tmp_path):
+    base = Case(lateral_shift_mm=2.0, roll="touching")
+    record = {"case": json.loads(json.dumps(fecontact.hertz(base)["case"]))}
+    (tmp_path / "map.json").write_text(json.dumps(record))
+    friction = fecontact.Creep(friction=0.3)
+    for same in (base, replace(base, load_N=50e3, lateral_shift_mm=0.0), replace(base, creep=friction)):
+        prepare_for_map(tmp_path, same)
+    for other in (replace(base, rail="54E1"), replace(base, resolution="fine"), replace(base, roll="given")):
+        with pytest.raises(InputError, match="another map"):
+            prepare_for_map(tmp_path, other)
+
+
+# compared, and looked up by others
+
+
+def test_a_map_is_matched_by_shift_and_load(tmp_path, capsys):
+    head = (
+        "lateral_shift_mm,load_kN,status,verdict_answer,cause,fe_p_max_MPa,hertz_stiffness_N_per_mm15,solver_meshes\n"
+    )
+    texts = [
+        "-0.5,50.0,converged,HOLDS,,900.0,3e6,2\n",
+        "0.0,50.0,converged,FAILS,second patch,950.0,3e6,2\n",
+    ]
+    (tmp_path / "was").mkdir()
+    (tmp_path / "was" / "map.csv").write_text(head + "".join(texts))
+    # in another order, with fewer digits
+    now = [
+        texts[1].replace("second patch,950.0", "conformity,950.1").replace(",2\n", ",3\n"),
+        texts[0].replace("-0.5,50.0", "-0.50,50"),
+    ]
+    (tmp_path / "now.csv").write_text(head + "".join(now))
+    comparison = compare_tables(load_table(tmp_path / "was"), load_table(tmp_path / "now.csv"))
+    assert list(case_names(comparison).values()) == ["-0.5 mm, 50 kN", "+0 mm, 50 kN"]
+    assert {(d.column, d.case) for d in lines(comparison.differences)} == {
+        ("cause", "lateral_shift_mm 0, load_kN 50"),
+        ("fe_p_max_MPa", "lateral_shift_mm 0, load_kN 50"),
+    }
+    study = write_study(tmp_path / "study", [case_row()])
+    assert call(["compare", str(tmp_path / "was"), str(study)]) == 2
+    assert "no case in common (such as lateral_shift_mm -0.5, load_kN 50 and one)" in capsys.readouterr().err
+
+
+def test_a_map_is_compared_with_a_study_by_shift_and_load(tmp_path, capsys):
+    cells = [{"lateral_shift_mm": 0.0, "load_kN": at, "status": "converged", "fe_area_mm2": 120.0} for at in (50, 100)]
+    (tmp_path / "map").mkdir()
+    write_csv([cell | {"fe_pieces": 1} for cell in cells], tmp_path / "map" / "map.csv")
+    study = write_study(tmp_path / "study", [position_row(0.0, 50.0), position_row(0.0, 100.0, fe_area_mm2=132.0)])
+    err = refused(capsys, tmp_path / "map", study)
+    assert "no case in common" in err
+    assert ", or match them by their inputs with --match shift,load (2 in common)" in err
+    for pair in ((tmp_path / "map", study), (study, tmp_path / "map")):
+        comparison = compare_tables(*map(load_table, pair), match=["shift", "load"])
+        assert comparison.cases == [f"lateral_shift_mm 0, load_kN {load}" for load in (50, 100)]
+        assert [c.column for c in lines(comparison.columns)] == ["fe_area_mm2", "status"]
+        assert [(d.column, d.case) for d in lines(comparison.differences)] == [
+            ("fe_area_mm2", "lateral_shift_mm 0, load_kN 100")
+        ]
+        one_sided = {name for names in comparison.one_sided.values() for name in names}
+        assert one_sided == {"fe_pieces", "rail", "wheel", "roll_mrad", "resolution", "fe_p_max_MPa"}
+    # without the shift a map has each load once for each shift
+    write_csv([*cells, cells[0] | {"lateral_shift_mm": 1.0}], tmp_path / "map" / "map.csv")
+    err = refused(capsys, tmp_path / "map", study, "--match", "load")
+    assert "are both load_kN 50" in err
+    assert "in which they differ: lateral_shift_mm" in err
+
+
+def test_every_column_of_a_map_is_known(elliptic_quick):
+    cell = solved_cell(0.0, elliptic_quick.load)
+    columns = list(cell_row(cell, elliptic_quick.placement))
+    assert len(columns) > 60
+    assert [name for name in columns if kind_of(name) == "default"] == []
+
+
+@pytest.fixture
+def stored(tmp_path):
+    """A map of two cells as `fecontact map` writes it, with planted verdicts."""
+
+    def write(case):
+        told = [
+            ("HOLDS", {"cheapest_theory": "hertz", "strip_verdict_answer": "HOLDS"}),
+            ("FAILS", {"cheapest_theory": "strip", "strip_verdict_answer": "UNRESOLVED"}),
+        ]
+        cells = [
+            {"lateral_shift_mm": -4.0, "load_kN": load, "status": "converged", "verdict_answer": verdict, **more}
+            for load, (verdict, more) in zip((50.0, 100.0), told, strict=True)
+        ]
+        folder = tmp_path / "map"
+        folder.mkdir()
+        write_csv(cells, folder / "map.csv")
+        document = {"schema": MAP_SCHEMA, "case": case_inputs(case), "cells": []}
+        write_sealed(folder / "map.json", document, [folder / "map.csv"])
+        return folder
+
+    return write
+
+
+def test_the_verdicts_of_a_stored_map_are_added_where_shift_and_load_are_the_same(stored):
+    # criteria, meshes and yield stress say nothing of which contact it is
+    folder = stored(replace(WHEELSET, resolution="fine", criteria=Criteria(p_max=0.01)))
+    rows = fecontact.table(WHEELSET, [-4.0, -3.99], [50e3, 100e3], map_folder=folder)
+    told = [(row["map_status"], row["map_cheapest_theory"], row["map_hertz_verdict"]) for row in rows]
+    assert told[:2] == [("converged", "hertz", "HOLDS"), ("converged", "strip", "FAILS")]
+    # beside it nothing is taken over
+    assert told[2:] == [("not in the map", None, None)] * 2
+    assert [row["map_strip_verdict"] for row in rows] == ["HOLDS", "UNRESOLVED", None, None]
+
+
+def test_a_map_of_another_contact_is_refused(stored, capsys):
+    folder = stored(replace(WHEELSET, rail="60E2"))
+    with pytest.raises(InputError, match="rail '60E2' there, '60E1' here"):
+        fecontact.table(WHEELSET, [-4.0], [50e3], map_folder=folder)
+    text = (folder / "map.csv").read_text("utf-8")
+    (folder / "map.csv").write_text(text.replace("HOLDS", "FAILS"), "utf-8")
+    with pytest.raises(InputError, match=r"map\.csv"):
+        fecontact.table(replace(WHEELSET, rail="60E2"), [-4.0], [50e3], map_folder=folder)
+    assert call(["table", "--shifts", "0", "--map", str(folder / "none")]) == 2
+    with pytest.raises(InputError, match="at least one lateral shift"):
+        fecontact.table(WHEELSET, [], [50e3])
+
+
+@pytest.fixture
+def mapped(tmp_path):
+    """A map as `fecontact map` writes it: beyond 4.5 mm Hertz fails, and ANALYN holds out of its range."""
+
+    def write(case: Case) -> Path:
+        cells = [
+            {
+                "lateral_shift_mm": float(shift),
+                "load_kN": load,
+                "verdict_answer": "HOLDS" if shift < 4.5 else "FAILS",
+                "cheapest_theory": "hertz" if shift < 4.5 else "analyn",
+                "cheapest_theory_status": "solved" if shift < 4.5 else "out of range",
+            }
+            for shift in range(-6, 7)
+            for load in (50.0, 70.0)
+        ]
+        write_csv(cells, tmp_path / "map.csv")
+        document = {"schema": MAP_SCHEMA, "case": case_inputs(case), "cells": []}
+        write_sealed(tmp_path / "map.json", document, [tmp_path / "map.csv"])
+        return tmp_path
+
+    return write
+
+
+def test_the_command_writes_tables_and_pictures_and_finds_wheels_on_a_map(mapped, tmp_path, capsys):
+    folder = mapped(Case(roll="touching"))
+    given = ["curve", "--vehicle", "wheelset", "--radii", "400,1000", "--theory", "overlap,kik_piotrowski"]
+    code = call([*given, "--map", str(folder), "--shares", "1,3", "--out", str(tmp_path / "out"), "--json"])
+    record = json.loads(capsys.readouterr().out)
+    assert code == 0
+    assert [curve["radius_m"] for curve in record["curves"]] == [400.0, 1000.0] * 2
+    wheels = record["curves"][0]["wheelsets"][0]["wheels"]
+    assert [wheel["side"] for wheel in wheels] == ["left", "right"]
+    assert len(wheels[0]["patches"]) == 2
+    # at R 400 the left wheel is at 4.9 mm and fails, the right one at -4.9; at R 1000 both hold
+    assert record["visited_percent"]["overlap"] == pytest.approx({"HOLDS": 87.5, "FAILS": 12.5})
+    assert record["cheapest_theory_percent"]["overlap"] == pytest.approx({"hertz": 87.5, "analyn (out of range)": 12.5})
+    assert [one["theory"] for one in record["straight_track"]] == ["overlap", "kik_piotrowski"]
+    for name in ("curve.csv", "curve.json", "curve.png", "curve_map.png"):
+        assert (tmp_path / "out" / name).stat().st_size > 500
+    assert call([*given, "--map", str(tmp_path / "out")]) == 2
+    assert "map.json" in capsys.readouterr().err
+    assert call([*given, "--map", str(folder), "--rail", "60E2"]) == 2
+    assert "the map of another contact (rail '60E1' there, '60E2' here)" in capsys.readouterr().err
+    assert call([*given, "--shares", "1"]) == 2
+    assert "there are 1 shares for 2 radii" in capsys.readouterr().err
+
+
+def test_a_dask_worker_that_is_killed_during_a_map_costs_no_cell(tmp_path):
+    out, shifts = tmp_path / "out", [-1.0, 0.0, 1.0]
+    out.mkdir()
+    path = os.pathsep.join([*(str(folder) for folder in Path(__file__).parents[:2]), os.environ.get("PYTHONPATH", "")])
+    with dask_cluster(tmp_path, 2, PYTHONPATH=path) as (address, processes), ThreadPoolExecutor(1) as runner:
+        settings = RunSettings(scheduler=address)
+        work = partial(positions.FakePosition, seconds=1.0)
+        running = runner.submit(map_by, loaded_case(50), shifts, [50e3], out, settings=settings, work=work)
+        wait_until(lambda: len(fake_solve.solves(out)) >= 2 or running.done())
+        processes[0].kill()
+        made = running.result(timeout=60).made
+    assert made.lateral_shifts_mm == tuple(shifts)
+    assert {cell.status for cell in made.cells} <= {f"failed: planned in process {one.pid}" for one in processes}
+    # that of the worker that was killed once more
+    assert sorted({*map(float, fake_solve.solves(out))}) == shifts
+    assert len(fake_solve.solves(out)) <= len(shifts) + 1
+    assert {path.name for path in (out / "positions").iterdir()} == {
+        case_id(replace(loaded_case(50), lateral_shift_mm=shift), [50e3]) for shift in shifts
+    }
+
+
+def run_fake_map(out: Path) -> None:
+    map_by(replace(loaded_case(50)), [0.0, 1.0], [50e3], out, crew=inline_crew(), work=positions.FakePosition)
+
+
+def test_a_load_says_the_same_in_a_case_and_in_a_map(record, flat, elliptic_quick):
+    own = load_record(elliptic_quick.load)
+    assert {key: record[key] for key in own if key != "solver"} == {k: v for k, v in own.items() if k != "solver"}
+    assert {key: record["solver"][key] for key in own["solver"]} == own["solver"]
+    assert set(record["solver"]) - set(own["solver"]) == {"path", "seconds", "memory_MB", "peak_memory_MB"}
+    row = load_row(elliptic_quick.load, elliptic_quick.placement)
+    assert {key: flat[key] for key in row} == row
+    assert not set(MEASURED_COLUMNS) & set(row)
+
+
+def test_a_map_that_ends_at_any_file_operation_goes_on(disk, monkeypatch):
+    monkeypatch.setattr("fecontact.maps.files.map_figure", lambda *arguments: None)
+    monkeypatch.setattr("fecontact.maps.running.write_map_report", lambda *arguments, **more: None)
+    goes_on(disk, run_fake_map)
+
+
+def test_importing_what_writes_a_map_loads_no_plotting():
+    check = (
+        "import sys, fecontact.maps.files; print(*sorted({'vtk', 'pyvista', 'matplotlib', 'gmsh'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ""
+
+
+def test_what_judges_a_map_is_in_a_digest():
+    assert {"maps.model", "maps.storing"} <= EVALUATING
+
+
+def test_maps_have_a_function_a_module_and_results(tmp_path):
+    importlib.import_module("fecontact.maps.model")
+    assert "lateral_shifts_mm" in inspect.signature(fecontact.map).parameters
+    with pytest.raises(InputError, match="at least one lateral shift"):
+        fecontact.map(Case(), [], [], tmp_path)
+    with pytest.raises(InputError, match=r"no result\.json or study\.json or map\.json"):
+        fecontact.load(tmp_path)
+
+
+def test_the_command_has_help_as_others_have(capsys, monkeypatch):
+    limits_and_sets("map", capsys)
+    first_page("map", "--shifts", capsys, monkeypatch)
+    shown = {word for line in help_lines("map") for word in line.split()[:2] if word.startswith("--")}
+    every = {name for slot in INPUTS if slot.group != "profiles" for name in (*slot.names, *slot.common_names)}
+    assert shown & every == every - {"--shift", "--lateral-shift-mm", "--load-kn"}
+
+
+def test_what_is_not_usual_and_what_it_takes_are_said_before_it_begins(tmp_path, capsys, monkeypatch):
+    def begun(*_, **__):
+        raise InputError("begun")
+
+    monkeypatch.setattr("fecontact.maps.running.run_map", begun)
+    assert call(["map", "--shifts", "0", "--loads-kn", "50,1e5", "--out", str(tmp_path / "out")]) == 2
+    note, cost, error = capsys.readouterr().err.splitlines()
+    assert note.startswith("note: load is 100000 kN; usual are 1 to 1000")
+    assert cost.startswith("2 cells: ")
+    assert error == "error: begun"
+
+
+@pytest.mark.parametrize(("options", "case"), WAYS)
+def test_the_command_rolls_its_wheelset(options, case, monkeypatch, tmp_path):
+    rolls("fecontact.maps.running.run_map", ["map", "--shifts", "0", "--out"], options, case, monkeypatch, tmp_path)
+
+
+def test_a_map_does_not_take_the_folder_of_other_results(tmp_path):
+    (tmp_path / "row.json").write_text('{"row": {"id": "one"}}')
+    for refused_ in (lambda: prepare_for_map(tmp_path, Case()), lambda: fecontact.map(Case(), [0.0], [1e5], tmp_path)):
+        with pytest.raises(InputError, match=r"case \(row\.json\), which would be lost"):
+            refused_()
+    (tmp_path / "row.json").rename(tmp_path / "map.json")
+    with pytest.raises(InputError, match="which would be lost"):
+        prepare_for_study(tmp_path, "mine")

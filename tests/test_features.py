@@ -1,0 +1,220 @@
+"""A feature can be taken away with its folder, its tests, its studies and its name; and one is put in by a folder."""
+
+import ast
+import filecmp
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fecontact.features import FEATURES
+
+ROOT = Path(__file__).parents[1]
+# Features that can be taken away alone.
+REMOVED = FEATURES
+PAIR = (
+    *("--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none"),
+    *("--resolution", "quick", "--refine", "never"),
+)
+# What each user does first, with one real solution and a study of a stand-in.
+USED = f"""
+import sys
+from pathlib import Path
+
+import fake_solve
+from inline import inline_crew, study_by
+
+import fecontact
+from fecontact.cli import call
+from fecontact.features import FEATURES
+from fecontact.runs.casefile import Study
+
+assert [getattr(fecontact, name) for name in fecontact.__all__]
+cases = tuple(fecontact.Case(load_N=load_N, lateral_shift_mm=2.0) for load_N in (50e3, 60e3))
+assert call(["--help"]) == 0
+assert call(["solve", *{PAIR!r}, "--out", "one"]) == 0
+assert call(["judge", "one", "--p-max-percent", "3"]) == 0
+assert call(["compare", "one", "one"]) == 0
+assert fecontact.load("one").status == "converged"
+assert fecontact.rows(fecontact.load("one"))[0]["status"] == "converged"
+assert study_by(Study(name="two", cases=cases), Path("two"), crew=inline_crew(), work=fake_solve.FakeWork).all_converged
+assert call(["compare", "two", "two"]) == 0
+"""
+# What is refused without a feature, and what that says.
+REFUSED = {
+    "maps": "for words in (['table', '--shifts', '0', '--map', 'one'], ['judge', '.']):\n    assert call(words) == 2",
+    "curves": "assert call(['geometry', '--shifts', '0', '--loaded-kn', '50']) == 2",
+}
+
+
+def offered_names(feature: str) -> set[str]:
+    """Functions and classes of the package that a feature has."""
+    tree = ast.parse((ROOT / "fecontact" / feature / "feature.py").read_text("utf-8"))
+    found = {one.targets[0].id: ast.literal_eval(one.value) for one in tree.body if isinstance(one, ast.Assign)}
+    return {place.rpartition(".")[2].rstrip("_") for place in found["NAMES"]}
+
+
+def copied(to: Path, *more: str) -> Path:
+    """A copy of the package, with its tests and whatever else they need."""
+    for name in ("fecontact", *more):
+        source = ROOT / name
+        if source.is_dir():
+            shutil.copytree(source, to / name, ignore=shutil.ignore_patterns("__pycache__", "out"))
+        else:
+            shutil.copyfile(source, to / name)
+    return to
+
+
+def renamed(tree: Path, features: tuple[str, ...]) -> None:
+    """Write other names of features into a copy: the one file outside a folder that says which there are."""
+    path = tree / "fecontact" / "features.py"
+    text, changed = re.subn(r"FEATURES = \(.*?\)", f"FEATURES = {features!r}", path.read_text("utf-8"), flags=re.DOTALL)
+    assert changed == 1
+    path.write_text(text, "utf-8")
+
+
+def without(feature: str, tree: Path) -> None:
+    """Take a feature out of a copy."""
+    shutil.rmtree(tree / "fecontact" / feature)
+    renamed(tree, tuple(one for one in FEATURES if one != feature))
+    shutil.rmtree(tree / "tests" / feature, ignore_errors=True)
+    used = re.compile(rf"fecontact\.({'|'.join((feature, *offered_names(feature)))})\b")
+    for study in (tree / "studies").glob("*.py"):
+        if used.search(study.read_text("utf-8")):
+            study.unlink()
+
+
+def python(tree: Path, *words: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run Python on a copy, which is what it imports."""
+    paths = os.pathsep.join(map(str, (tree, tree / "tests")))
+    return subprocess.run(
+        [sys.executable, *words],
+        capture_output=True,
+        text=True,
+        cwd=tree,
+        env={**os.environ, "PYTHONPATH": paths, **environment},
+        check=False,
+    )
+
+
+@pytest.mark.parametrize("feature", REMOVED)
+def test_the_program_works_without_a_feature(feature, tmp_path):
+    tree = copied(tmp_path, "tests")
+    without(feature, tree)
+    gone = f"assert not {offered_names(feature)!r} & set(fecontact.__all__)\nassert {feature!r} not in FEATURES\n"
+    done = python(tree, "-c", USED + gone + REFUSED.get(feature, ""))
+    assert done.returncode == 0, done.stderr
+    commands = done.stdout.partition("Exit codes")[0]
+    assert not re.search(rf"│ ({'|'.join(offered_names(feature))}) ", commands)
+    if feature in REFUSED:
+        assert "not installed" in done.stderr
+
+
+# all other tests, some twenty minutes of a core
+@pytest.mark.slow
+@pytest.mark.parametrize("feature", REMOVED)
+def test_all_other_tests_pass_without_a_feature(feature, tmp_path):
+    names = ("tests", "studies", "meshes", ".ci", "Makefile", "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE")
+    tree = copied(tmp_path, *names, "VALIDATION.md", "CITATION.cff", "pyproject.toml", "requirements.lock")
+    without(feature, tree)
+    # pages tell of all features, and a copy is no clone
+    others = [f"--ignore=tests/test_{name}.py" for name in ("documents", "fresh_clone", "features", "package")]
+    done = python(tree, "-m", "pytest", "-q", "-x", "-n", "2", "-m", "not slow", *others)
+    assert done.returncode == 0, done.stdout[-4000:]
+
+
+DUMMY = {
+    "__init__": "",
+    "feature": """
+COMMANDS = {"Look": ("command.twice",)}
+NAMES = ("running.peaks",)
+READINGS = {"twice": "model.twice_of"}
+TELLINGS = {"twice": "telling.TWICE"}
+""",
+    "model": """
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Twice:
+    peak_MPa: float
+
+
+def twice_of(load, placement):
+    return Twice(peak_MPa=2.0 * load.comparison.fe.p_max_MPa)
+""",
+    "telling": """
+from fecontact.outputs.style import blank_figure, save_figure
+from fecontact.outputs.tables import Telling, number
+
+TWICE = Telling(
+    columns=(number("twice", "twice_peak_MPa"),),
+    parts=lambda record: [f"twice the peak is {record['peak_MPa']:.0f} MPa"],
+)
+
+
+def twice_figure(peaks, path):
+    figure = blank_figure(3.0, 3.0)
+    figure.add_subplot().plot(peaks)
+    return save_figure(figure, path)
+""",
+    "running": """
+from fecontact.runs.load import load
+
+
+def peaks(folder):
+    return [load(folder).load.features["twice"].peak_MPa]
+""",
+    "command": """
+from pathlib import Path
+
+
+def twice(folder: Path, *, out: Path) -> int:
+    '''Twice the peak of a solved case.'''
+    from fecontact.dummy.running import peaks
+    from fecontact.dummy.telling import twice_figure
+
+    found = peaks(folder)
+    print(f"twice: {found[0]:.1f}")
+    twice_figure(found, out)
+    return 0
+""",
+}
+
+
+def different(one: Path, other: Path) -> set[str]:
+    """Files of two trees that are not the same, and folders that one of them has."""
+    seen = filecmp.dircmp(one, other, ignore=["__pycache__"])
+    found = {*seen.left_only, *seen.right_only, *seen.diff_files}
+    for name in seen.common_dirs:
+        found |= {f"{name}/{below}" for below in different(one / name, other / name)}
+    return found
+
+
+def test_a_feature_is_put_in_by_its_folder_and_its_name(tmp_path):
+    tree = copied(tmp_path, "tests")
+    (tree / "fecontact" / "dummy").mkdir()
+    for name, text in DUMMY.items():
+        (tree / "fecontact" / "dummy" / f"{name}.py").write_text(text, "utf-8")
+    renamed(tree, (*FEATURES, "dummy"))
+    assert different(ROOT / "fecontact", tree / "fecontact") == {"features.py", "dummy"}
+    used = (
+        USED
+        + """
+import json
+
+result, record = fecontact.load("one"), json.loads(Path("one/result.json").read_text())
+assert record["twice"] == {"peak_MPa": 2.0 * result.comparison.fe.p_max_MPa}
+assert fecontact.rows(result)[0]["twice_peak_MPa"] == fecontact.peaks("one")[0] == record["twice"]["peak_MPa"]
+assert call(["twice", "one", "--out", "twice.png"]) == 0
+assert "twice the peak is" in Path("one/report.html").read_text()
+"""
+    )
+    done = python(tree, "-c", used)
+    assert done.returncode == 0, done.stderr
+    assert "twice: " in done.stdout
+    assert (tree / "twice.png").stat().st_size > 500

@@ -1,0 +1,268 @@
+"""Measured rails and wheels as instruments and other programs write them, and lines made like them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from points import profile_from_points, simpack
+
+from fecontact.cli import call
+from fecontact.errors import InputError
+from fecontact.profiles.library import load
+from fecontact.profiles.points import is_exact, spikes
+from fecontact.profiles.reading import Reading
+from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.profiles.segments import noise_of
+from fecontact.profiles.smoothing import PRACTICE_MM, other_lines
+from fecontact.profiles.writers import points_along
+
+FILES = Path(__file__).parent / "profiles"
+RAILS = ("site_b_hr.prr", "rail_left_iter288.ban", "avg_low2.ban")
+
+
+def raw(name):
+    """First two numbers of each line that begins with two of them, as they stand in the file."""
+    found = []
+    for line in (FILES / name).read_text("latin-1").splitlines():
+        try:
+            found.append([float(text) for text in line.split()[:2]])
+        except ValueError:
+            continue
+    return np.array([one for one in found if len(one) == 2])
+
+
+def rail(name, **reading):
+    return resolve_rail(str(FILES / name), Reading(**reading))
+
+
+def wheel(name, **reading):
+    return resolve_wheel(str(FILES / name), Reading(**reading)).profile
+
+
+# --- read on the right side, as they are -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "turn"), [(RAILS[0], (1, -1)), (RAILS[1], (-1, 1)), (RAILS[2], (-1, 1))])
+def test_a_rail_that_wraps_under_its_head_is_cut_at_its_widest_points(name, turn):
+    """On the raw points within 10 nm; MiniProf's X grows to the centre of the track, SIMPACK's y to the field side."""
+    line = rail(name, filter_mm=0.0)
+    points = line.points
+    known = {tuple(point) for point in raw(name) * turn}
+    assert all(tuple(point) in known for point in points)
+    y = line.points[5:-5, 0]
+    middle = np.abs(y - y.mean()) < 25.0
+    assert line.height(y[middle]) == pytest.approx(line.points[5:-5, 1][middle], abs=1e-5)
+    # nothing is wider than the ends, but for the side's own scatter; what is left touches any wheel that the rest did
+    assert points[0, 0] == points[:, 0].min() == pytest.approx((raw(name) * turn)[:, 0].min(), abs=0.01)
+    assert sum("the line turns in beyond its widest point" in note for note in line.notes) == 2
+    # the gauge corner is worn, on the side of the small y: 8 mm from the widest points it is lower by some mm
+    gauge, field = line.height([points[0, 0] + 8.0, points[-1, 0] - 8.0])
+    assert field - gauge > 3.0
+    assert not any("mirror" in note for note in line.notes)
+
+
+@pytest.mark.parametrize("name", RAILS)
+def test_a_mirrored_rail_is_noticed_with_its_option(name):
+    notes = rail(name, mirror=True, filter_mm=0.0).notes
+    assert any("mm lower on its field side" in note and "give --rail-mirror yes" in note for note in notes)
+
+
+@pytest.mark.parametrize("nominal", ["auto", "none"])
+def test_a_new_rail_with_its_cant_the_other_way_is_noticed(nominal):
+    y, z = points_along(load("60E1"), 0.3).T
+    z = z + 0.005 * np.random.default_rng(0).normal(size=z.size)
+    for turn, noticed in ((0.025, False), (-0.025, True)):
+        made = profile_from_points(
+            y * np.cos(turn) - z * np.sin(turn), y * np.sin(turn) + z * np.cos(turn), kind="rail", name="p",
+            reading=Reading(nominal=nominal),
+        )  # fmt: skip
+        assert any("--rail-mirror yes" in note for note in made.notes) == noticed
+
+
+def test_a_wheel_from_the_back_of_its_flange_is_read_with_the_option_that_is_named(tmp_path):
+    """A header in words, a line of numbers in it, two scans that meet at the flange, a rim that turns back."""
+    with pytest.raises(InputError, match=r"give --wheel-tape-circle-mm 70 \(tape_circle_mm = 70 in \[wheel_file\]\)"):
+        wheel("Car7422_0001r.whl")
+    line = wheel("Car7422_0001r.whl", tape_circle_mm=70.0, filter_mm=0.0)
+    points = raw("Car7422_0001r.whl")[1:] * (1, -1) - (70.0, 0.0)
+    tread = np.abs(points[:, 0]) < 30.0
+    assert line.height(points[tread, 0]) == pytest.approx(points[tread, 1], abs=1e-5)
+    assert line.y_range_mm == pytest.approx((-70.1, 61.4), abs=0.1)
+    assert any("turns in beyond its widest point (61.38, 17" in note for note in line.notes)
+    # the tape circle of any other file
+    elsewhere = wheel("worn_high_mileage.prw", filter_mm=0.0)
+    assert any(
+        "the tip of the flange lies at y = 20.6" in one and "tape-circle-mm 70" in one for one in elsewhere.notes
+    )
+    assert wheel("worn_high_mileage.prw", filter_mm=0.0, tape_circle_mm=70.0).y_range_mm == pytest.approx(
+        np.array(elsewhere.y_range_mm) - 70.0
+    )
+    with pytest.raises(InputError, match="a rail has none; leave out --rail-tape-circle-mm"):
+        rail("site_b_hr.prr", tape_circle_mm=70.0)
+
+
+def test_two_rails_in_one_file_are_refused_as_that(capsys):
+    for reading in ({}, {"repair": True}):
+        with pytest.raises(
+            InputError, match=r"two heads beside one another.* two rails, or a rail with its guard; cut"
+        ):
+            rail("guard_rail_test.ban", **reading)
+
+
+def test_what_is_wrong_with_a_wheel_is_told_and_not_that_it_is_no_rail(capsys):
+    assert call(["profiles", str(FILES / "Car7422_0001r.whl")]) == 2
+    assert "give --wheel-tape-circle-mm 70" in capsys.readouterr().err
+
+
+# --- comments, remarks, old files ------------------------------------------------------------------------------------
+
+
+def test_comments_stand_anywhere_in_a_simpack_file(tmp_path):
+    y = np.arange(-34.0, 34.5, 0.5)
+    z = load("54E1").height(y)
+    rows = [f"{a:.9f} {-b:.9f}" for a, b in zip(y, z, strict=True)]
+    rows[3] += "  % a remark"
+    rows[4] += "  // another"
+    rows[10:10] = ["%   -299.7 286.5", "# words", "! words", "// words"]
+    path = tmp_path / "a.prr"
+    path.write_text(simpack(y, z, points="\n".join(rows)), "utf-8")
+    assert resolve_rail(str(path), Reading(filter_mm=0.0)).height(y) == pytest.approx(z, abs=1e-8)
+
+
+def test_words_behind_the_numbers_and_three_columns_of_an_old_file(tmp_path):
+    points = points_along(load("S1002"), 0.5)
+    rows = [f"{a + 70.0:.6f} {-b:.6f} 0.000" for a, b in points]
+    rows[7] += "  point (by hand)"
+    path = tmp_path / "old.whl"
+    path.write_text("\n".join(rows), "utf-8")
+    with pytest.raises(InputError, match="give --wheel-tape-circle-mm 70"):
+        resolve_wheel(str(path))
+    line = resolve_wheel(str(path), Reading(tape_circle_mm=70.0, filter_mm=0.0)).profile
+    assert line.height(points[20:-20, 0]) == pytest.approx(points[20:-20, 1], abs=2e-6)
+    assert "what is written behind the numbers of line 8 left out" in line.notes
+    plain = tmp_path / "old.txt"
+    plain.write_text("\n".join(rows), "utf-8")
+    with pytest.raises(InputError, match="give --wheel-columns 1,2"):
+        resolve_wheel(str(plain))
+    with pytest.raises(InputError, match="give --wheel-columns 1,-2"):
+        resolve_wheel(str(plain), Reading(columns="1,2"))
+    asked = resolve_wheel(str(plain), Reading(columns="1,-2", tape_circle_mm=70.0, filter_mm=0.0)).profile
+    assert asked.height(10.0) == pytest.approx(line.height(10.0), abs=1e-9)
+
+
+# --- wrong points ----------------------------------------------------------------------------------------------------
+
+
+def test_a_spike_of_a_micrometre_is_left_out_and_told():
+    points = points_along(load("60E1"), 0.25)
+    points[200, 1] += 0.0013
+    assert [one.index for one in spikes(points)] == [200]
+    made = profile_from_points(*points.T, kind="rail", name="p", reading=Reading())
+    assert any("1 point left out: a spike of 0.0013 mm at point 201" in note for note in made.notes)
+    points[200, 1] += 0.05
+    with pytest.raises(InputError, match=r"a spike of 0\.05.*give --rail-repair yes"):
+        profile_from_points(*points.T, kind="rail", name="p", reading=Reading())
+
+
+def test_a_repair_does_not_depend_on_the_end_that_it_begins_at():
+    rng = np.random.default_rng(2)
+    points = points_along(load("60E1"), 0.3) + 0.004 * rng.normal(size=(len(points_along(load("60E1"), 0.3)), 2))
+    for k, off in ((40, (0.9, 0.1)), (120, (0.0, 0.3)), (180, (-1.3, 0.0)), (181, (-0.2, 0.02))):
+        points[k] += off
+    reading = Reading(repair=True, filter_mm=0.0)
+    one = profile_from_points(*points.T, kind="rail", name="p", reading=reading).points
+    other = profile_from_points(*(points[::-1] * (-1, 1)).T, kind="rail", name="p", reading=reading).points
+    assert len(one) < len(points)
+    assert np.array_equal(other[::-1] * (-1, 1), one)
+
+
+# --- the line of the points ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", RAILS)
+def test_a_measured_line_has_a_stated_filter_and_the_scatter_that_is_there(name):
+    line = rail(name)
+    made = line.measured
+    assert made.nominal == ""
+    # points that were rounded to 0.01 mm have a noise of their own, and ask for more where the line is flat
+    follows = name == "avg_low2.ban"
+    assert (made.held.relative_filter is not None) == follows
+    assert PRACTICE_MM[0] <= made.filter_mm <= (13.0 if follows else PRACTICE_MM[1])
+    if follows:
+        assert made.filter_mm * made.held.relative_filter.min() == pytest.approx(PRACTICE_MM[0])
+    tangent = np.gradient(made.points, axis=0)
+    flat = np.abs(tangent[:, 1]) < 0.35 * np.abs(tangent[:, 0])
+    usual = np.median(np.abs(made.residual_mm[flat])) / 0.6745
+    assert 0.7 * usual < made.noise_mm < 8.0 * usual
+    # independent errors of points would be far less on files that were filtered
+    assert made.noise_mm > (1.0 if name == "avg_low2.ban" else 5.0) * noise_of(made.points)
+    assert any(f"{made.filter_mm:.3g} mm" in note and "scatter by" in note for note in line.notes)
+
+
+def test_noise_asks_for_a_longer_filter():
+    """Where neighbours are independent of one another, the data tell it: on a head of R 32 mm at its top."""
+    y = np.arange(-30.0, 30.0, 0.2)
+    lengths = []
+    for noise_mm in (0.0003, 0.003, 0.02):
+        z = -((y / 8.0) ** 2) + noise_mm * np.random.default_rng(1).normal(size=y.size)
+        made = profile_from_points(y, z, kind="rail", name="p", reading=Reading(nominal="none")).measured
+        assert made.noise_mm == pytest.approx(noise_mm, rel=0.25)
+        lengths.append(made.filter_mm)
+    assert PRACTICE_MM[0] <= lengths[0] < lengths[1] < lengths[2]
+
+
+def test_the_lines_that_the_points_allow():
+    line = rail("site_b_hr.prr")
+    others = other_lines(line)
+    assert 5 <= len(others) <= 12
+    assert other_lines(line) is others
+    assert other_lines(load("60E1")) == ()
+    y = np.linspace(-25.0, 25.0, 41)
+    lengths = {round(one.filter_mm, 1) for one in others} | {round(line.measured.filter_mm, 1)}
+    assert lengths == {4.0, 5.7, 8.0}
+    assert sorted(one.draw for one in others) == [-1, -1, 0, 1, 2, 3]
+    for one in others:
+        off = np.abs(one.profile.height(y) - line.height(y)).max()
+        assert 1e-6 < off < 0.05
+        asked = rail("site_b_hr.prr", filter_mm=one.filter_mm, nominal="none")
+        if one.draw < 0:
+            assert one.profile.height(y) == pytest.approx(asked.height(y), abs=1e-9)
+    # as the deviation of a profile, and without it
+    points = points_along(load("60E1"), 0.3)
+    points[:, 1] += 0.005 * np.random.default_rng(0).normal(size=len(points))
+    by_nominal = profile_from_points(*points.T, kind="rail", name="p", reading=Reading())
+    assert by_nominal.measured.nominal
+    assert {one.nominal for one in other_lines(by_nominal)} == {by_nominal.measured.nominal, ""}
+
+
+@pytest.mark.parametrize("depth_mm", [0.3, 0.7, 1.0, 1.5])
+@pytest.mark.parametrize(("middle_mm", "half_mm"), [(-42.0, 15.0), (10.0, 25.0)])
+def test_a_worn_wheel_is_its_own_profile_or_none(depth_mm, middle_mm, half_mm):
+    """Worn flanges ended in a traceback, and hollow treads became those of the next profile that fits."""
+    exact = load("S1002")
+    p = exact.evaluate(exact.at_arc_length(np.arange(0.6, exact.length_mm - 0.6, 0.3)))
+    worn = depth_mm * np.cos(0.5 * np.pi * np.clip((p.y - middle_mm) / half_mm, -1.0, 1.0)) ** 2
+    off = worn + 0.004 * np.random.default_rng(0).normal(size=worn.size)
+    y, z = p.y - off * np.sin(p.angle_rad), p.z + off * np.cos(p.angle_rad)
+    made = profile_from_points(y, z, kind="wheel", name="p", reading=Reading()).measured
+    assert made.nominal in ("S1002", "MBench_S1002", "")
+    assert made.noise_mm == pytest.approx(0.004, rel=0.3)
+
+
+def test_library_lines_without_noise_are_exact():
+    for name, kind in (("60E1", "rail"), ("54E1", "rail"), ("S1002", "wheel")):
+        points = points_along(load(name), 0.5)
+        assert is_exact(points)
+        line = profile_from_points(*points.T, kind=kind, name="p", reading=Reading())
+        assert line.measured is None
+        assert line.height(points[5:-5, 0]) == pytest.approx(points[5:-5, 1], abs=1e-5)
+
+
+@pytest.mark.parametrize(("old", "new"), [
+    ("smoothing_mm", "filter_mm"), ("flip_z", "columns = '1,-2'"), ("decimal", "recognised"), ("offsets", "are added"),
+])  # fmt: skip
+def test_an_old_input_is_refused_with_the_new_way_to_write_it(old, new, capsys):
+    with pytest.raises(InputError, match=f"{old}: there is no such input any more; .*{new}"):
+        Reading(**{old: "1"})
+    assert call(["profiles", "60E1", f"--rail-{old.replace('_', '-')}", "1"]) == 2
+    assert new in capsys.readouterr().err
