@@ -123,7 +123,7 @@ def test_one_ellipse_has_one_patch_however_wide_it_is(two_patches):
 
 def test_each_patch_is_a_contact_of_its_own(two_patches):
     case, placement, load = two_patches
-    found = judge_lobes(load.solved, placement)
+    found = judge_lobes(load.solved, placement, usable=True)
     assert [one.separate for one in found] == [True, True]
     assert sum(one.normal_force_N for one in found) == pytest.approx(case.load_N, rel=1e-3)
     assert sorted(one.touch_point for one in found) == [0, 1]
@@ -155,7 +155,7 @@ def test_a_single_touch_point_is_one_ellipse_by_both_theories():
     assert multi.deviation == pytest.approx(dict(load.deviation), abs=2e-4)
     assert multi.verdict.answer == load.verdict.answer == "HOLDS"
     assert multi.verdict.each == load.verdict.each
-    (only,) = judge_lobes(load.solved, placement)
+    (only,) = judge_lobes(load.solved, placement, usable=True)
     assert only.separate
     assert only.touch_point == 0
     for name in ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "centre_over_b", "misplaced_load"):
