@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rungs import on_half_space
 
 from fecontact.case import Case, Track
 from fecontact.comparison.judging import judge_load, judge_lobes, judge_theory, parts_of
 from fecontact.comparison.measures import MEASURES, Approximation, ellipse, measures_of, measures_of_theory, patch_of
 from fecontact.comparison.patch import area_between
-from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.comparison.theories import MULTI_HERTZ, THEORIES, Loaded
 from fecontact.contact.grid import ContactGrid
 from fecontact.normal.hertz import hertz_ellipse
@@ -29,18 +29,7 @@ RADIUS, APART = 80.0, 40.0
 
 def judged(case, placement, rung):
     """A load whose finite elements are a half-space, the same on both meshes."""
-    level = Level(
-        nodal=rung,
-        fe=rung,
-        otherwise=rung,
-        compliance_error=0.0,
-        degrees_of_freedom={},
-        elements={},
-        enlarged=0,
-        at_edge=False,
-    )
-    solved = SolvedLoad(case=case, levels=(level, level), half_space=rung, quadratic=rung, lines=None)
-    return judge_load(solved, placement)
+    return judge_load(on_half_space(case, placement, rung), placement)
 
 
 def judgement_of(load, contact):
