@@ -78,8 +78,12 @@ _REMEDIES = {
 
 
 def _tell(what: str) -> None:
-    """Print an error; of a word that nobody reads to its end, which a value may be, the beginning."""
-    print(f"error: {_ENDLESS.sub(lambda word: f'{word[0][:_SHOWN]}...', what)}", file=sys.stderr)
+    """Print an error; of a word that nobody reads to its end, which a value may be, the beginning.
+
+    Signs that move the cursor or turn the text, as names of files may have them, are shown as such.
+    """
+    shown = _ENDLESS.sub(lambda word: f"{word[0][:_SHOWN]}...", what)
+    print(f"error: {''.join(one if one.isprintable() else repr(one)[1:-1] for one in shown)}", file=sys.stderr)
 
 
 def _system_error(error: OSError) -> str:
@@ -115,6 +119,9 @@ def _misunderstood(error: CycloptsError) -> str:
 
 def call(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code."""
+    if sys.stdout is None:
+        # closed before the program began: it is as if nobody read it
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         # a terminal without some sign shows a question mark for it
         if isinstance(stream, TextIOWrapper):
@@ -143,7 +150,8 @@ def call(arguments: Sequence[str] | None = None) -> int:
     except FecontactError as error:
         _tell(str(error))
         return error.exit_code
-    except BrokenPipeError:
+    except (BrokenPipeError, SystemExit):
+        # rich ends the program where its reader is gone
         # whoever reads has enough, as `head` does; nothing more is written, also not at the interpreter's end
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0

@@ -76,6 +76,13 @@ UNUSABLE = {
         "elements off",
         "finer ones tell whether they are only too coarse: --resolution standard, or --refine verdict",
     ),
+    "references disagree": Unusable(
+        "references",
+        "Hertz, half-space and gap contradict each other where they are one: its numbers are wrong, report the case",
+    ),
+    "verdicts contradict": Unusable(
+        "contradict", "finer elements tell which verdict is right: --resolution standard, or --refine evidence"
+    ),
     "patch at the edge of the fine mesh": Unusable(
         "at edge", "a note says what keeps the mesh from growing; another lateral shift or a smaller load may work"
     ),

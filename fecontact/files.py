@@ -137,9 +137,10 @@ def read_json(path: str | Path) -> Any:
     """
     try:
         with open_regular(Path(path)) as file:
-            content = file.read(_MOST_BYTES + 1)
-        if len(content) > _MOST_BYTES:
-            raise InputError(f"{path}: it has more than {_MOST_BYTES / 1e6:g} MB; allowed is less; solve it again")
+            # a read of so many bytes at once would ask for that memory, also of a small file
+            if os.fstat(file.fileno()).st_size > _MOST_BYTES:
+                raise InputError(f"{path}: it has more than {_MOST_BYTES / 1e6:g} MB; allowed is less; solve it again")
+            content = file.read()
         return json.loads(content.decode("utf-8"))
     except OSError as error:
         raise InputError(f"{path}: {error.strerror or error}; solve it again") from error

@@ -2,9 +2,14 @@
 
 import numpy as np
 
+from fecontact.case import Case
 from fecontact.comparison.lines import Lines, OnLine
 from fecontact.comparison.measures import MEASURES, MISFITS
+from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.contact.grid import ContactGrid, Rung
+from fecontact.normal.hertz import hertz_from_hessian
+from fecontact.solving.expected_patch import quadratic_rung
+from fecontact.wheel_rail.placement import Placement
 
 
 def rung_with(grid: ContactGrid, pressure_MPa: np.ndarray, **changes: object) -> Rung:
@@ -43,3 +48,27 @@ def planted_lines(
     ]
     own = line("own line", 1e3, hertz=1.0, **dict.fromkeys(others, 1.0))
     return Lines(own=own, others=(*made, *(OnLine(label=f"noise {k}") for k in range(without))))
+
+
+def on_half_space(case: Case, placement: Placement, rung: Rung, unknowns: tuple[int, int] = (9, 9)) -> SolvedLoad:
+    """A load whose finite elements are a half-space, the same on both meshes."""
+    levels = tuple(
+        Level(
+            nodal=rung,
+            fe=rung,
+            otherwise=rung,
+            compliance_error=0.0,
+            degrees_of_freedom={"both": number},
+            elements={},
+            enlarged=0,
+            at_edge=False,
+        )
+        for number in unknowns
+    )
+    hertz = hertz_from_hessian(
+        placement.first.curvature.hessian,
+        normal_force_N=rung.normal_force_N,
+        contact_modulus_MPa=case.contact_modulus_MPa,
+    )
+    quadratic = quadratic_rung(placement.first, hertz, half=case.half)
+    return SolvedLoad(case=case, levels=levels, half_space=rung, quadratic=quadratic, lines=None)

@@ -6,12 +6,12 @@ from math import atan
 
 import numpy as np
 import pytest
+from rungs import on_half_space
 
 from fecontact.bodies import Material, contact_modulus_MPa
 from fecontact.case import Case
 from fecontact.comparison.judging import judge_load, parts_of
 from fecontact.comparison.measures import measures_of
-from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.halfspace import along_normals, half_space_below, love_influence
 from fecontact.contact.solver import ContactProblem, solve_contact
@@ -253,17 +253,7 @@ def test_what_turned_normals_move_is_uncertain():
     """A part of the step from the half-space to the bodies, and of nothing else."""
     position = at(UIC60.rail)
     rung, turned = position.expected.half_space, _turned(position)
-    level = Level(
-        nodal=rung,
-        fe=rung,
-        otherwise=rung,
-        compliance_error=0.0,
-        degrees_of_freedom={},
-        elements={},
-        enlarged=0,
-        at_edge=False,
-    )
-    plain = SolvedLoad(case=UIC60, levels=(level, level), half_space=rung, quadratic=rung, lines=None)
+    plain = on_half_space(UIC60, position.placement, rung)
     alone, judged = (judge_load(one, position.placement) for one in (plain, replace(plain, turned=turned)))
     assert judged.uncertainty == alone.uncertainty
     assert judged.ladder == alone.ladder

@@ -13,21 +13,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fecontact.bodies import STEEL
+from fecontact.bodies import STEEL, Material, contact_modulus_MPa
 from fecontact.case import BodySize, Case, Track
-from fecontact.comparison.judging import judge_load
+from fecontact.comparison.judging import JudgedLoad, judge_load
+from fecontact.comparison.ladder import REFERENCE_LIMIT, curvature_of_gap, reference_error
 from fecontact.comparison.measures import measures_of
-from fecontact.comparison.solved_load import ELEMENTS_OFF
+from fecontact.comparison.solved_load import CONTRADICTION, ELEMENTS_OFF, REFERENCES_OFF, centres_apart
 from fecontact.contact.elements import COMPLIANCE_LIMIT, UnitResponse
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.halfspace import along_normals, half_space_below
 from fecontact.criteria import Criteria
 from fecontact.fe.body import BodyMesh
 from fecontact.fe.coupling import CoupledBodies
+from fecontact.normal.hertz import hertz_from_hessian
 from fecontact.solving import meshes
+from fecontact.solving.expected_patch import quadratic_rung
 from fecontact.solving.meshes import Meshes, couple, coupled_problem, is_open
+from fecontact.solving.placing import place_case
 from fecontact.solving.position import Position, fine_zone, position_of
 from fecontact.solving.solve import solve
+from fecontact.wheel_rail.placement import Placement
 
 ROUND = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resolution="quick", refine="never")
 # Of healthy elements here 0.26 %, with four of them a semi-axis; a planted fault stands on top of it.
@@ -341,3 +346,77 @@ def test_a_half_space_along_turning_normals_has_no_error_but_its_own(factor):
     assert response.compliance_error(angle) == pytest.approx(factor - 1.0, abs=1e-6)
     # as if they were parallel, it would be seen as stiffer
     assert response.compliance_error(0.0 * angle) < factor - 1.0 - 0.005
+
+
+# --- faults of the references, which no mesh sees ---------------------------------------------------------------------
+
+
+def judged_of(case: Case) -> JudgedLoad:
+    position = position_of(case)
+    return judge_load(Meshes(position).solve(position), position.placement)
+
+
+def test_healthy_references_agree_and_centres_are_as_far_apart_as_both_are_unsure(elliptic_quick):
+    healthy, apart = (reference_error(elliptic_quick.load.ladder, elliptic_quick.placement), centres_apart)
+    assert healthy < 0.1 * REFERENCE_LIMIT
+    assert apart(elliptic_quick.load.solved.levels) < 0.4
+
+
+@pytest.mark.parametrize("aside_mm", [0.2, -0.2])
+def test_elements_whose_gap_lies_beside_are_off(monkeypatch, aside_mm):
+    """Peak and half-widths stay; only the centre of pressure tells."""
+    plain = meshes.coupled_problem
+
+    def planted(true_gap, bodies):
+        problem = plain(true_gap, bodies)
+        points = np.stack(np.broadcast_arrays(bodies.grid.x_mm[:, None], bodies.grid.s_mm[None, :] + aside_mm), -1)
+        return problem.with_gap(true_gap.gap(points[..., 0], points[..., 1]).ravel())
+
+    monkeypatch.setattr(meshes, "coupled_problem", planted)
+    judged = judged_of(ROUND)
+    assert centres_apart(judged.solved.levels) > 2.0
+    assert (judged.status, judged.verdict.answer) == (ELEMENTS_OFF, "UNRESOLVED")
+
+
+def test_an_influence_of_the_half_space_that_is_wrong_is_seen_by_hertz(elliptic_quick):
+    """2 % of the influence are 1.3 % of the peak on Hertz's own gap."""
+    solved, placement = elliptic_quick.load.solved, elliptic_quick.placement
+    wrong = Material(young_MPa=0.98 * STEEL.young_MPa, poisson=STEEL.poisson)
+    hertz = hertz_from_hessian(
+        placement.first.curvature.hessian,
+        normal_force_N=elliptic_quick.normal_force_N,
+        contact_modulus_MPa=contact_modulus_MPa(wrong, wrong),
+    )
+    planted = quadratic_rung(placement.first, hertz, half=True, nodes=32)
+    judged = judge_load(replace(solved, quadratic=planted), placement)
+    assert reference_error(judged.ladder, placement) == pytest.approx(1.0 - 0.98 ** (2.0 / 3.0), rel=0.02)
+    assert (judged.status, judged.verdict.answer) == (REFERENCES_OFF, "UNRESOLVED")
+    assert judged.judgements["half_space"].verdict.answer == "UNRESOLVED"
+
+
+def test_a_gap_that_is_not_the_one_of_hertz_is_seen_by_its_curvatures(elliptic_quick, monkeypatch):
+    plain = Placement.gap
+    monkeypatch.setattr(Placement, "gap", lambda self, x, s: 1.05 * plain(self, x, s))
+    judged = judge_load(elliptic_quick.load.solved, elliptic_quick.placement)
+    assert reference_error(judged.ladder, elliptic_quick.placement) == pytest.approx(0.05, rel=1e-3)
+    assert (judged.status, judged.verdict.answer) == (REFERENCES_OFF, "UNRESOLVED")
+
+
+@pytest.mark.parametrize(
+    ("rail", "shift_mm", "yaw_rad"), [("60E1", -0.613, 0.0), ("54E1", 3.071, 5e-3), ("49E1", 4.62, -8e-3)]
+)
+def test_curvatures_of_the_gap_are_those_of_the_profiles(rail, shift_mm, yaw_rad):
+    placement = place_case(Case(rail=rail, lateral_shift_mm=shift_mm, yaw_rad=yaw_rad))
+    curvature = placement.first.curvature.hessian
+    assert curvature_of_gap(placement) == pytest.approx(curvature, abs=1e-4 * np.abs(curvature).max())
+
+
+def test_verdicts_that_contradict_leave_the_load_unusable(elliptic_quick):
+    """Own nodes whose peak is 1.8 % too high, less than their elements may be off, and Hertz may be off by 0.6 %."""
+    solved, placement = elliptic_quick.load.solved, elliptic_quick.placement
+    levels = tuple(
+        replace(one, nodal=replace(one.nodal, pressure_MPa=1.018 * one.nodal.pressure_MPa)) for one in solved.levels
+    )
+    case = replace(solved.case, criteria=Criteria(p_max=0.006, judged_by=("p_max",)))
+    judged = judge_load(replace(solved, levels=levels, case=case), placement)
+    assert (judged.status, judged.verdict.answer) == (CONTRADICTION, "UNRESOLVED")

@@ -8,10 +8,10 @@ import io
 
 import pytest
 from rich.console import Console
+from rungs import on_half_space
 
 from fecontact.case import Case
 from fecontact.comparison.judging import judge_load
-from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.comparison.theories import MULTI_HERTZ
 from fecontact.outputs.documents import rows_parts
 from fecontact.outputs.records.results import load_row, other_theories, theory_text
@@ -30,21 +30,7 @@ def position(shift_mm):
     case = Case(lateral_shift_mm=shift_mm, roll="touching", load_N=LOAD_N)
     placement = place_case(case)
     _, expected = expect_on_half_space(case, placement)
-    rung = expected.half_space
-    levels = tuple(
-        Level(
-            nodal=rung,
-            fe=rung,
-            otherwise=rung,
-            compliance_error=0.0,
-            degrees_of_freedom={"both": n},
-            elements={},
-            enlarged=0,
-            at_edge=False,
-        )
-        for n in (200, 100)
-    )
-    solved = SolvedLoad(case=case, levels=levels, half_space=rung, quadratic=rung, lines=None)
+    solved = on_half_space(case, placement, expected.half_space, (200, 100))
     return judge_load(solved, placement), placement
 
 

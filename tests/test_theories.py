@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from kept import keep_as
 from rich.console import Console
+from rungs import on_half_space
 
 from fecontact.case import Case, Criteria
 from fecontact.comparison.judging import judge_load, judge_theory
 from fecontact.comparison.measures import MEASURES, MISFITS, Approximation, TheoryPatch, deviations_of, ellipse
-from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES, Loaded, Theory
 from fecontact.comparison.verdict import cheapest, standings
 from fecontact.contact.grid import ContactGrid
@@ -35,19 +35,7 @@ def solved_on_half_space(case):
     """A load whose finite elements are a half-space, and its placement."""
     placement = place_case(case)
     _, expected = expect_on_half_space(case, placement)
-    rung = expected.half_space
-    level = Level(
-        nodal=rung,
-        fe=rung,
-        otherwise=rung,
-        compliance_error=0.0,
-        degrees_of_freedom={"both": 9},
-        elements={},
-        enlarged=0,
-        at_edge=False,
-    )
-    solved = SolvedLoad(case=case, levels=(level, level), half_space=rung, quadratic=rung, lines=None)
-    return solved, placement
+    return on_half_space(case, placement, expected.half_space), placement
 
 
 @pytest.fixture(scope="module")

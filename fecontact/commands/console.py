@@ -5,6 +5,7 @@ Everything goes to standard error; standard output has results alone. Long comma
 
 from __future__ import annotations
 
+import errno
 import logging
 import shlex
 import shutil
@@ -77,9 +78,12 @@ def logged(path: Path) -> Iterator[None]:
     Raises
     ------
     OSError
-        If the file cannot be opened.
+        If the file cannot be opened, or is a link, a pipe or a device: a link may lead out of the folder, and a pipe
+        would wait for its reader.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
+    if path.is_symlink() or (path.exists() and not path.is_file()):
+        raise OSError(errno.EINVAL, "not a regular file; remove it", str(path))
     handler = _LogFile(path, encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)-7s %(message)s"))
     _LOG.addHandler(handler)

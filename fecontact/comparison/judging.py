@@ -11,7 +11,16 @@ from typing import Any, Literal
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.comparison.ladder import Comparison, Ladder, PatchGeometry, cause_of, compare, patch_geometry
+from fecontact.comparison.ladder import (
+    REFERENCE_LIMIT,
+    Comparison,
+    Ladder,
+    PatchGeometry,
+    cause_of,
+    compare,
+    patch_geometry,
+    reference_error,
+)
 from fecontact.comparison.lines import EXACT, Lines, LobeOnLine, Moves, OnLine
 from fecontact.comparison.measures import (
     FLOORS,
@@ -28,7 +37,9 @@ from fecontact.comparison.measures import (
 )
 from fecontact.comparison.patch import area_between, lobe_columns
 from fecontact.comparison.solved_load import (
+    CONTRADICTION,
     ELEMENTS_OFF,
+    REFERENCES_OFF,
     Level,
     SolvedLoad,
     Status,
@@ -43,6 +54,7 @@ from fecontact.comparison.verdict import (
     AT_JUNCTION,
     ELEMENTS,
     PROFILE,
+    Answer,
     Judgement,
     PlasticVerdict,
     Verdict,
@@ -54,6 +66,7 @@ from fecontact.comparison.verdict import (
 )
 from fecontact.contact.elements import COMPLIANCE_LIMIT
 from fecontact.contact.grid import Rung
+from fecontact.errors import CONVERGED
 from fecontact.features import offered
 from fecontact.normal.hertz import HertzContact, hertz_from_hessian
 from fecontact.normal.touch_hertz import Side
@@ -164,14 +177,16 @@ def parts_of(rung: Rung) -> tuple[Part, ...]:
     return tuple(found)
 
 
-def judge_lobes(solved: SolvedLoad, placement: Placement) -> tuple[LobeJudgement, ...]:
+def judge_lobes(solved: SolvedLoad, placement: Placement, *, usable: bool) -> tuple[LobeJudgement, ...]:
     """All lobes of a solved load, in the order of their forces."""
     half_space = parts_of(solved.half_space)
-    judged = (_judge(part, solved, placement, half_space) for part in parts_of(solved.levels[0].fe))
+    judged = (_judge(part, solved, placement, half_space, usable=usable) for part in parts_of(solved.levels[0].fe))
     return tuple(sorted(judged, key=lambda one: -one.normal_force_N))
 
 
-def _judge(part: Part, solved: SolvedLoad, placement: Placement, half_space: Sequence[Part]) -> LobeJudgement:
+def _judge(
+    part: Part, solved: SolvedLoad, placement: Placement, half_space: Sequence[Part], *, usable: bool
+) -> LobeJudgement:
     patch = patch_of(part.rung)
     rail_y, _, angle = placement.on_profiles(patch.centre_x_mm, patch.centre_y_mm)
     number = _touch_below(part, placement)
@@ -188,7 +203,10 @@ def _judge(part: Part, solved: SolvedLoad, placement: Placement, half_space: Seq
         fe=measured,
         rungs={"fe": measured, **({} if on_half_space is None else {"half_space": _measures(on_half_space)})},
     )
-    return judgement if number is None else _beside_hertz(judgement, part, solved, placement)
+    if number is None:
+        return judgement
+    beside = _beside_hertz(judgement, part, solved, placement)
+    return beside if beside.verdict is None else replace(beside, verdict=beside.verdict.usable(usable))
 
 
 def _beside_hertz(judgement: LobeJudgement, part: Part, solved: SolvedLoad, placement: Placement) -> LobeJudgement:
@@ -215,7 +233,7 @@ def _beside_hertz(judgement: LobeJudgement, part: Part, solved: SolvedLoad, plac
         hertz=theory.single.hertz,
         deviation=deviation,
         uncertainty=uncertainty,
-        verdict=verdict.usable(solved.usable),
+        verdict=verdict,
     )
 
 
@@ -337,6 +355,7 @@ class JudgedLoad:
     bodies_step_uncertainty: Mapping[str, float]
     elements_uncertainty: Mapping[str, float]
     by_elements: Judgement
+    status: Status
     verdict: Verdict
     warnings: tuple[str, ...]
     lobes: tuple[LobeJudgement, ...] = ()
@@ -371,14 +390,9 @@ class JudgedLoad:
         return self.level.fe
 
     @property
-    def status(self) -> Status:
-        """`converged`, or why the load must not be used."""
-        return self.solved.status
-
-    @property
     def usable(self) -> bool:
         """Whether its numbers may be used."""
-        return self.solved.usable
+        return self.status == CONVERGED
 
     @property
     def normal_force_N(self) -> float:
@@ -495,14 +509,16 @@ def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str]
     """
     case, finest, touch = solved.case, solved.levels[0], placement.first
     judged = judge_hertz(case, solved.levels, placement, solved.lines)
-    by_elements = judge_hertz(case, solved.levels, placement, solved.lines, by="elements")
+    by_elements = worst_judgement(judge_hertz(case, solved.levels, placement, solved.lines, by="elements"))
     hertz = judged[HERTZ].hertz
-    others = [name for name in theories if name not in EITHER_SIDE]
-    found, without = _judge_theories(others, solved, placement)
     comparison = compare(finest.fe, hertz)
     ladder = Ladder.of(hertz, solved.rungs)
     geometry = patch_geometry(placement, finest.fe, hertz, comparison.patch)
     worst = worst_of(judged)
+    status = _status(solved, ladder, placement, {worst.answer, by_elements.verdict.answer})
+    usable = status == CONVERGED
+    others = [name for name in theories if name not in EITHER_SIDE]
+    found, without = _judge_theories(others, solved, placement, usable=usable)
     cause: str | None = None
     if _is_off(judged, worst, case):
         cause = AT_JUNCTION if touch.at_junction else cause_of(ladder.steps, worst.measure, geometry)
@@ -521,10 +537,11 @@ def judge_load(solved: SolvedLoad, placement: Placement, theories: Iterable[str]
         geometry=geometry,
         bodies_step_uncertainty=_bodies_step_uncertainty(solved, Approximation.of(hertz)),
         elements_uncertainty=elements_uncertainties(solved.levels),
-        by_elements=_usable(worst_judgement(by_elements), solved),
-        verdict=replace(worst, cause=cause).usable(solved.usable or certain),
+        by_elements=replace(by_elements, verdict=by_elements.verdict.usable(usable)),
+        status=status,
+        verdict=replace(worst, cause=cause).usable(usable or certain),
         warnings=(),
-        lobes=judge_lobes(solved, placement) if others else (),
+        lobes=judge_lobes(solved, placement, usable=usable) if others else (),
         plastic=plastic,
     )
     load = replace(load, warnings=tuple(warnings_of(load)))
@@ -564,7 +581,7 @@ def profiles_leave_open(case: Case, levels: Sequence[Level], placement: Placemen
 
 
 def _judge_theories(
-    names: Iterable[str], solved: SolvedLoad, placement: Placement
+    names: Iterable[str], solved: SolvedLoad, placement: Placement, *, usable: bool
 ) -> tuple[dict[str, Judgement], dict[str, str]]:
     """Each theory judged, and why others have no contact."""
     loaded = Loaded(
@@ -581,7 +598,7 @@ def _judge_theories(
         elif made is not None:
             moves = EXACT if solved.lines is None else solved.lines.moves(name)
             one = judge_theory(solved.case, solved.levels, made, moves)
-            found[name] = replace(one, verdict=one.verdict.usable(solved.usable and made.definite))
+            found[name] = replace(one, verdict=one.verdict.usable(usable and made.definite))
     return found, without
 
 
@@ -635,8 +652,13 @@ def judge_theory(
     )
 
 
-def _usable(judged: Judgement, solved: SolvedLoad) -> Judgement:
-    return replace(judged, verdict=judged.verdict.usable(solved.usable))
+def _status(solved: SolvedLoad, ladder: Ladder, placement: Placement, answers: set[Answer]) -> Status:
+    """Whether a load may be used: its solutions and elements, its references, and the answers of both verdicts."""
+    if not solved.usable:
+        return solved.status
+    if not reference_error(ladder, placement) <= REFERENCE_LIMIT:
+        return REFERENCES_OFF
+    return CONTRADICTION if {"HOLDS", "FAILS"} <= answers else solved.status
 
 
 # So many times its uncertainty beyond a limit a failure is certain, whatever the elements are.

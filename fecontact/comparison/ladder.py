@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.ndimage import zoom
 
+from fecontact.arrays import Floats
 from fecontact.comparison.measures import (
     MEASURES,
     MISFITS,
@@ -55,8 +56,9 @@ GAP = Step(
 )
 BODIES = Step(name="half_space_to_bodies", start="half_space", end="fe", shown=True, cause="finite bodies")
 PLASTIC = Step(name="bodies_to_plastic", start="fe", end="fe_plastic", shown=True, cause="plasticity")
+DISCRETE = Step(name="hertz_to_quadratic", start="hertz", end="half_space_quadratic")
 STEPS = (
-    Step(name="hertz_to_quadratic", start="hertz", end="half_space_quadratic"),
+    DISCRETE,
     GAP,
     BODIES,
     Step(name="elements_to_fe", start="elements", end="fe"),
@@ -105,6 +107,39 @@ class Ladder:
             for step in STEPS
             if step.end in rungs
         }
+
+
+# --- Whether Hertz, the half-space and the true gap say the same where all three are one.
+
+REFERENCE_LIMIT = 1e-3
+"""Largest `reference_error` with which a load may be used; healthy ones have 5e-5 at most, a fault of 1 % has 1e-2."""
+# Curvatures are read off the gap on so many mm: farther, junctions and knots of lines come in; nearer, rounding.
+_READ_OVER_MM = 0.002
+
+
+def reference_error(ladder: Ladder, placement: Placement) -> float:
+    """Largest error of the references against each other, relative.
+
+    Hertz's gap on the half-space has Hertz's peak pressure, and the true gap has Hertz's curvatures at the touch point
+    (on its field side, since curvatures may jump there).
+    """
+    half_space = abs(ladder.steps[DISCRETE.name]["p_max_MPa"])
+    curvature = placement.first.curvature.hessian
+    off = np.abs(curvature_of_gap(placement) - curvature).max() / np.abs(curvature).max()
+    return max(half_space, float(off))
+
+
+def curvature_of_gap(placement: Placement) -> Floats:
+    """Second derivatives (2, 2) of the true gap at the touch point in 1/mm; across by differences to its field side."""
+    h = _READ_OVER_MM
+
+    def gap(x: float, s: float) -> float:
+        return float(placement.gap(h * x, h * s))
+
+    along = gap(1, 0) - 2.0 * gap(0, 0) + gap(-1, 0)
+    across = 2.0 * gap(0, 0) - 5.0 * gap(0, 1) + 4.0 * gap(0, 2) - gap(0, 3)
+    mixed = 0.25 * (gap(1, 1) - gap(-1, 1) - gap(1, -1) + gap(-1, -1))
+    return np.array([[along, mixed], [mixed, across]]) / h**2
 
 
 # --- Why Hertz is off: the step of the ladder that changed a measure most, and the profiles below the patch.

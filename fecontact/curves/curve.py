@@ -11,11 +11,10 @@ import numpy as np
 
 from fecontact.bodies import STEEL, Material, TrackSide, contact_modulus_MPa
 from fecontact.criteria import FRICTION
-from fecontact.curves.model import Vehicle
+from fecontact.curves.model import GRAVITY_M_S2, Vehicle
 from fecontact.curves.normal import DEFAULT_THEORY, Surfaces, normal_theory, standing
 from fecontact.curves.steady import (
     BASE_MM,
-    GRAVITY_M_S2,
     ContactLaw,
     Equilibrium,
     Line,
@@ -55,6 +54,20 @@ class Conditions:
         remedy="usual limits are 0.65 to 1 m/s2",
     )
     speed_km_h: float | None = number(None, "Running speed", remedy="leave it out for a balanced one")
+
+    def __post_init__(self) -> None:
+        """Refuse a speed beside the acceleration that would make another one.
+
+        Raises
+        ------
+        InputError
+            With both.
+        """
+        if self.speed_km_h is not None and self.unbalanced_m_s2 != 0.0:
+            raise InputError(
+                f"unbalanced acceleration is {self.unbalanced_m_s2:g} m/s2 and speed {self.speed_km_h:g} km/h; allowed:"
+                " one of both, since one makes the other; leave one out"
+            )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -196,6 +209,8 @@ def check_overturning(vehicle: Vehicle, line: Line) -> None:
 CurveStatus = Literal["equilibrium", "no equilibrium", "derails"]
 # A contact so near to the steepest place of the flange climbs.
 _STEEPEST_RAD = math.radians(0.5)
+# A wheel whose steepest place is flatter has no flange; those of flanges are 60 to 75 degrees.
+_FLANGE_RAD = math.radians(40.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -346,6 +361,8 @@ def _derailing(runs: Sequence[WheelsetRun], wheelset: Wheelset, friction: float)
     for place, run in enumerate(runs, start=1):
         for side, wheel in zip(SIDES, run.wheels, strict=True):
             steepest = steepest_rad(wheelset, side)
+            if steepest < _FLANGE_RAD:
+                continue
             limit = nadal_limit(steepest, friction)
             main = max(wheel.patches, key=lambda patch: patch.normal_force_N, default=None)
             # the other wheel has its flange away from the rail, and friction alone

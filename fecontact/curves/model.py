@@ -11,6 +11,7 @@ from typing import Any
 from fecontact.errors import InputError
 from fecontact.inputs import inputs, number, read_table
 
+GRAVITY_M_S2 = 9.81
 BOGIES = ("leading", "trailing")
 """The bogies of a vehicle."""
 _DATA = Path(__file__).parent / "data"
@@ -34,7 +35,7 @@ class WheelsetBody:
     roll_inertia_kg_m2: float = _value("Roll inertia of the wheelset")
     axle_inertia_kg_m2: float = _value("Inertia of the wheelset about its axle")
     yaw_inertia_kg_m2: float = _value("Yaw inertia of the wheelset")
-    rolling_radius_mm: float = _value("Rolling radius", high=1000.0, inclusive=False)
+    rolling_radius_mm: float = _value("Rolling radius", low=100.0, high=1000.0)
 
 
 @inputs
@@ -103,6 +104,27 @@ class Bogie:
     primary: Primary
     secondary: Secondary
     leads: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse a body that its springs do not hold upright.
+
+        Raises
+        ------
+        InputError
+            With both stiffnesses.
+        """
+        tilting = 0.5 * self.body.mass_kg * GRAVITY_M_S2 * (self.body.height_m - self.secondary.height_m)
+        if self.roll_stiffness_Nm_per_rad <= tilting:
+            raise InputError(
+                f"secondary springs and anti-roll bar have {self.roll_stiffness_Nm_per_rad:.4g} N m/rad; allowed: more"
+                f" than {tilting:.4g}, with which half the body's weight tilts it over; give stiffer ones"
+            )
+
+    @property
+    def roll_stiffness_Nm_per_rad(self) -> float:
+        """Stiffness of the body's roll on one bogie."""
+        above = self.secondary
+        return 2.0 * above.vertical_N_per_m * above.half_distance_m**2 + above.roll_bar_Nm_per_rad
 
     @property
     def ahead_m(self) -> float:

@@ -20,7 +20,7 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.bodies import RollingPair
-from fecontact.curves.model import Bogie, Vehicle
+from fecontact.curves.model import GRAVITY_M_S2, Bogie, Vehicle
 from fecontact.curves.normal import NormalTheory, Overlap, Pressed, Surfaces, standing
 from fecontact.rolling.fastsim import Strips, strip_forces
 from fecontact.rolling.laws import Creepages, CurvedCreepages
@@ -229,7 +229,6 @@ def _piece(pressed: Pressed, across: Floats, law: ContactLaw) -> Strips:
 # --- The projected algebraic system of steady motion: what must vanish where a vehicle runs at rest in the moving
 # frame.
 
-GRAVITY_M_S2 = 9.81
 # Of a wheelset: shift and height (mm), roll and yaw (mrad), slip of rotation (thousandths); of a frame without two.
 WHEELSET_SIZE, FRAME_SIZE = 5, 3
 _MILLI = 1e-3
@@ -407,12 +406,16 @@ def _of_bogie(state: Floats, vehicle: Vehicle, bogie: Bogie, line: Line) -> Floa
 
 
 def _of_body(bogie: Bogie, roll_frame: float, across: float, down: float) -> tuple[float, float]:
-    """Lateral force (N) and roll moment (N m) of half a body on its frame, the body in balance on its springs."""
+    """Lateral force (N) and roll moment (N m) of half a body on its frame, the body in balance on its springs.
+
+    The body sways on its lateral springs, and its weight goes aside with it. There is no lateral stop.
+    """
     above, half_mass = bogie.secondary, 0.5 * bogie.body.mass_kg
     force, lever = half_mass * across, bogie.body.height_m - above.height_m
-    stiffness = 2.0 * above.vertical_N_per_m * above.half_distance_m**2 + above.roll_bar_Nm_per_rad
+    stiffness = bogie.roll_stiffness_Nm_per_rad
     roll = (stiffness * roll_frame - lever * force) / (stiffness + half_mass * down * lever)
-    return force, stiffness * (roll - roll_frame)
+    sway_m = 0.5 * force / above.lateral_N_per_m if above.lateral_N_per_m > 0.0 else 0.0
+    return force, stiffness * (roll - roll_frame) + half_mass * down * sway_m
 
 
 def _pull(wheels: tuple[WheelForce, WheelForce], state: Floats, line: Line) -> float:

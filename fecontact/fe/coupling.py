@@ -44,11 +44,35 @@ class CoupledBodies:
 
         `more` are further forces (nodes, 3) in N on rail and wheel.
         """
-        push = pressure[:, None] * self.normals
-        on_rail = -self.grid.nodal_area_mm2()[:, None] * push
+        on_rail, on_wheel = self.forces_N(pressure)
         return (
             self.rail.displacements(self.rail_nodes, on_rail, more[0]),
-            self.wheel.displacements(self.wheel_nodes, self.coupling.T @ push, more[1]),
+            self.wheel.displacements(self.wheel_nodes, on_wheel, more[1]),
+        )
+
+    def forces_N(self, pressure: Floats) -> tuple[Floats, Floats]:
+        """Forces (n, 3) on the rail's and (m, 3) on the wheel's contact nodes under nodal pressures (n,) in MPa."""
+        push = pressure[:, None] * self.normals
+        return -self.grid.nodal_area_mm2()[:, None] * push, self.coupling.T @ push
+
+    def balance(self, pressure: Floats) -> tuple[float, float]:
+        """What the pressure does to one body and not back to the other: of the force, and of the moment; relative.
+
+        Forces act on the curved surfaces of the meshes. The moment is about the centre of the forces, over the sum of
+        forces times their distances from there.
+        """
+        forces = self.forces_N(pressure)
+        places = self.rail.mesh.points[self.rail_nodes], self.wheel.mesh.points[self.wheel_nodes]
+        sizes = np.linalg.norm(forces[0], axis=1)
+        arms = [one - sizes @ places[0] / sizes.sum() for one in places]
+        force = sum(one.sum(axis=0) for one in forces)
+        moment = sum(np.cross(arm, one).sum(axis=0) for arm, one in zip(arms, forces, strict=True))
+        if self.grid.half:
+            # the other half has the opposite of these
+            force, moment = force * (0.0, 1.0, 1.0), moment * (1.0, 0.0, 0.0)
+        lever = sizes @ np.linalg.norm(arms[0], axis=1)
+        return float(np.linalg.norm(force) / np.linalg.norm(forces[0].sum(axis=0))), float(
+            np.linalg.norm(moment) / lever
         )
 
     def close(self) -> None:

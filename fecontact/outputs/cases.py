@@ -326,6 +326,7 @@ def effort_table(solver: Item) -> Table:
     return Table(title="Time and memory", columns=columns, rows=[TableRow(cells=cells) for cells in lines])
 
 
+_RESIDUALS = ("contact_residual", "load_balance", "force_balance", "moment_balance")
 _SOLVER = (
     *_PLACE,
     text("status", "status"),
@@ -334,6 +335,8 @@ _SOLVER = (
     text("solver", lambda row: row["path"]),
     number("residual", "contact_residual", "{:.0e}"),
     number("load balance", "load_balance", "{:.0e}"),
+    number("force balance", "force_balance", "{:.0e}"),
+    number("moment balance", "moment_balance", "{:.0e}"),
     number("seconds", "seconds", "{:.0f}"),
     number("memory MB", "peak_memory_MB", "{:.0f}"),
 )
@@ -344,7 +347,7 @@ def solver_table(cases: Sequence[ReportedCase]) -> Table:
     rows = []
     for case in cases:
         solver = case.record.get("solver", {})
-        own = {name: solver.get(name) for name in ("contact_residual", "load_balance")}
+        own = {name: solver.get(name) for name in _RESIDUALS}
         elements, path = solver.get("elements_a_semi_axis", ()), solver.get("path", "-")
         unknowns = sum(solver["degrees_of_freedom"].values()) if solver else None
         rows.append({**case.row, **own, "elements": elements, "path": path, "unknowns": unknowns})

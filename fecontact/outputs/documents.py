@@ -179,8 +179,9 @@ def _meshes(record: Item) -> Iterator[str]:
     degrees = ", ".join(f"{name} {count}" for name, count in solver["degrees_of_freedom"].items())
     yield (
         f"solver {solver.get('path', '')}: degrees of freedom {degrees}; {solver['iterations']} iterations, residuals"
-        f" contact {solver['contact_residual']:.0e}, penetration {solver['penetration_residual']:.0e}, load balance"
-        f" {solver['load_balance']:.0e}"
+        f" contact {solver['contact_residual']:.0e}, penetration {solver['penetration_residual']:.0e}; balance of the"
+        f" load {solver['load_balance']:.0e}, of the force on both bodies {solver['force_balance']:.0e}, of its moment"
+        f" {solver['moment_balance']:.0e}"
     )
 
 

@@ -337,7 +337,8 @@ def _kinks(points: Floats) -> list[str]:
 
 def _different(points: Floats) -> tuple[Floats, int]:
     """Points (n, 2) without those that repeat the one before, and how many those are."""
-    same = np.concatenate(([False], np.hypot(*np.diff(points, axis=0).T) < _SAME_MM))
+    same = np.zeros(len(points), bool)
+    same[1:] = np.hypot(*np.diff(points, axis=0).T) < _SAME_MM
     return points[~same], int(same.sum())
 
 

@@ -327,6 +327,7 @@ class CoupledMesh:
                 rungs.append(position.true_gap.solve(grid, position.case.load_N, added=one, start=start))
             _, fe, otherwise = rungs
         meshes = (bodies.rail.mesh, bodies.wheel.mesh)
+        force_balance, moment_balance = bodies.balance(nodal.pressure_MPa.ravel())
         return Level(
             nodal=nodal,
             fe=fe,
@@ -335,6 +336,8 @@ class CoupledMesh:
             degrees_of_freedom={mesh.name: 3 * len(mesh.points) for mesh in meshes},
             elements={mesh.name: len(mesh.hexes) for mesh in meshes},
             slide_mm=position.true_gap.slide_mm,
+            force_balance=force_balance,
+            moment_balance=moment_balance,
             enlarged=self._enlarged,
             at_edge=at_edge,
         )

@@ -469,6 +469,47 @@ def test_the_rails_carry_the_bogie_and_its_half_of_the_body(unbalanced):
     assert outwards == pytest.approx(mass * unbalanced, abs=1e-3)
 
 
+def test_a_body_that_sways_carries_its_weight_aside():
+    """Against a body on stiff lateral springs: its weight times the sway is the moment that both wheelsets lack."""
+    made = load_vehicle("manchester")
+    assert made.bogie is not None
+    stiff = replace(made, bogie=replace(made.bogie, secondary=replace(made.bogie.secondary, lateral_N_per_m=1e12)))
+    ride = Ride(wheelset=wheelset(), conditions=Conditions(unbalanced_m_s2=0.65, cant_mm=0.0))
+
+    def moment_Nm(vehicle):
+        (one,) = curves(vehicle, ride, [1000.0])
+        return sum(
+            wheel.vertical_force_N * (0.75 if wheel.side == "left" else -0.75)
+            for of in one.wheelsets
+            for wheel in of.wheels
+        )
+
+    weight_N, lever_m, sway_m = 16000.0 * 9.81, 1.8 - 0.8275, 16000.0 * 0.65 / (2.0 * 160e3)
+    # the frame leans on the primary springs, and the body with it, a little more for its own weight
+    secondary, primary = 2.0 * 430e3 + 940e3, 4.0 * 1.22e6
+    leans = secondary / (secondary - weight_N * lever_m) * weight_N * lever_m / primary
+    # the wheels stand nearly 1.5 m apart
+    assert moment_Nm(made) - moment_Nm(stiff) == pytest.approx(weight_N * sway_m / (1.0 - leans), rel=0.006)
+
+
+def test_a_body_that_its_springs_do_not_hold_upright_is_refused(tmp_path):
+    own = tmp_path / "own.toml"
+    text = (Path(model.__file__).parent / "data" / "manchester.toml").read_text("utf-8")
+    # half the weight tilts with 16 t times 9.81 m/s2 times 0.9725 m
+    soft = text.replace("vertical_N_per_m = 430e3", "vertical_N_per_m = 76e3")
+    own.write_text(re.sub("roll_bar_Nm_per_rad = .*", "roll_bar_Nm_per_rad = 0", soft), encoding="utf-8")
+    with pytest.raises(InputError, match=r"have 1\.52e\+05 N m/rad; allowed: more than 1\.526e\+05"):
+        load_vehicle(str(own))
+
+
+def test_a_tread_without_a_flange_does_not_climb_it():
+    """Nadal's limit by the tread's own angle would be below none: it derailed at 3 mm."""
+    found = fecontact.curve("wheelset", (2000.0,), case=Case(wheel="CONE20"))
+    ((one,),) = found.runs.values()
+    assert (one.status, one.notes) == ("equilibrium", ())
+    assert one.wheelsets[0].lateral_shift_mm == pytest.approx(3.2, abs=0.3)
+
+
 def test_bodies_turn_their_bogies_against_each_other():
     # the secondary suspension turns the leading bogie outwards, the trailing one inwards
     made, line = load_vehicle("manchester"), replace(cone_line(-1e-3 / 300.0), speed_m_s=0.0)
@@ -554,7 +595,15 @@ def test_what_cannot_be_meant_is_refused(given, message):
         fecontact.curve(**given)
 
 
-@pytest.mark.parametrize("given", [{"friction": 0.0}, {"cant_mm": -1.0}, {"speed_km_h": math.inf}])
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"friction": 0.0},
+        {"cant_mm": -1.0},
+        {"speed_km_h": math.inf},
+        {"speed_km_h": 60.0, "unbalanced_m_s2": 0.65},
+    ],
+)
 def test_conditions_out_of_range_are_refused(given):
     with pytest.raises(InputError, match="allowed"):
         Conditions(**given)

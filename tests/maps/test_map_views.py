@@ -11,11 +11,11 @@ from dataclasses import replace
 
 import pytest
 from rich.console import Console
+from rungs import on_half_space
 
 import fecontact
 from fecontact.case import Case, Criteria
 from fecontact.comparison.judging import judge_load
-from fecontact.comparison.solved_load import Level, SolvedLoad
 from fecontact.comparison.theories import HERTZ, MULTI_HERTZ, THEORIES
 from fecontact.comparison.verdict import Verdict
 from fecontact.errors import InputError
@@ -50,18 +50,7 @@ def position(shift_mm, load_N=LOAD_N, **limits):
     case = Case(lateral_shift_mm=shift_mm, roll="touching", load_N=load_N, criteria=Criteria(**limits))
     placement = place_case(case)
     rung = expect_on_half_space(case, placement)[1].half_space
-    levels = tuple(
-        Level(
-            **dict.fromkeys(("nodal", "fe", "otherwise"), rung),
-            degrees_of_freedom={"both": n},
-            elements={},
-            enlarged=0,
-            at_edge=False,
-            compliance_error=0.0,
-        )
-        for n in (200, 100)
-    )
-    solved = SolvedLoad(case=case, levels=levels, half_space=rung, quadratic=rung, lines=None)
+    solved = on_half_space(case, placement, rung, (200, 100))
     cells = (solved_cell(shift_mm, judge_load(solved, placement)),)
     return MapPosition(lateral_shift_mm=shift_mm, cells=cells, limit=load_limit(cells), placement=placement)
 

@@ -101,6 +101,7 @@ _LEFT_OUT = (
     *("half_space_quadratic_[!p]*", "steps_hertz_to_*", "steps_elements_to_*", "status", "slide_mm"),
     *(f"steps_*_{name}*" for name in ("a_", "b_", "extent", "centre", "valley", "sep", "misp")),
     *("solver_elements_*", "solver_node*", "solver_zone*", "solver_[cp]*", "von_mises_*_[xy]_mm"),
+    *("solver_force_balance", "solver_moment_balance"),
     *("plastic_range", "plastic_path", "plastic_bodies_*_[xy]_mm", "plastic_hertz_[du]*", "*verdict_lines_*"),
 )
 _OF_CHEAP_THEORIES = (
@@ -280,7 +281,7 @@ def _solver_record(load: JudgedLoad) -> Record:
     return {
         **picked(nodal, "iterations compliance_calls contact_residual penetration_residual"),
         "load_balance": load.fe.load_balance,
-        **picked(level, "degrees_of_freedom elements"),
+        **picked(level, "force_balance moment_balance degrees_of_freedom elements"),
         "element_size_mm": dict(zip("xy", nodal.grid.steps_mm, strict=True)),
         "node_spacing_mm": dict(zip("xy", load.fe.grid.steps_mm, strict=True)),
         "meshes": len(load.solved.levels),
