@@ -99,7 +99,7 @@ def map_lines(made: ApplicabilityMap, measure: str, theory: str, *, width: int |
 
 
 def _rolled(case: Case) -> str:
-    both = " At the opposite shift it stands as the other wheel of the wheelset does: both are here."
+    both = " Read the right wheel at the opposite shift."
     return f"The {case.side} wheel, {roll_words(case)}.{both if other_wheel_label(case) else ''}"
 
 

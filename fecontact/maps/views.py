@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, groupby, repeat
-from string import ascii_uppercase
 from textwrap import wrap
 from typing import Any
 
@@ -183,8 +182,8 @@ SEPARATE = "separate_load"
 def verdict_view(made: ApplicabilityMap, theory: str = HERTZ) -> MapView:
     """Where a theory of the pressure holds, with the largest part of a limit that it uses.
 
-    A letter says why Hertz does not hold, and a diamond that another theory does there. A theory that says nothing of
-    its own at a position is Hertz there.
+    A letter says why Hertz does not hold, and a diamond that another theory does there. Where the
+    theory is undefined, Hertz is shown.
     """
     words, of_hertz = THEORIES[theory].words, theory == HERTZ
     name, instead = (words, all_ellipses_instead(made)) if of_hertz else ("it", "")
@@ -198,11 +197,12 @@ def verdict_view(made: ApplicabilityMap, theory: str = HERTZ) -> MapView:
         {cause: mark for cause, mark in CAUSES.items() if of_hertz},
         title=f"where {words} holds",
         criterion=limits_text(made.case.criteria),
-        number=f"largest part of a limit\nthat {name} uses; off from 1 on" + "\n%: load on separate patches" * of_load,
+        number=f"share of the error limit\nthat {name} uses; above 1 it fails"
+        + "\n%: load on separate patches" * of_load,
         notes=[
             f"{_SIGN_WORDS} could not be solved; peak pressure, {words} against FE in %",
             f"decided by {', '.join(f'{WORDS[one].letter} {WORDS[one].short}' for one in made.case.criteria.limits)}",
-            *["where it says nothing of its own it is Hertz"] * (not of_hertz),
+            *["where the theory is undefined, Hertz is shown"] * (not of_hertz),
             *yield_notes(made),
             *[f"{_OTHER_HOLDS} {instead} holds"] * bool(instead),
         ],
@@ -225,7 +225,7 @@ def offered_view(made: ApplicabilityMap, name: str) -> MapView:
         of.causes,
         title=of.title,
         criterion=within,
-        number="part of the limit that\nHertz uses; off from 1 on",
+        number="share of the error limit\nthat Hertz uses; above 1 it fails",
         notes=[
             f"{_SIGN_WORDS} {of.lost}; part of the limit of {within}",
             f"off by {', '.join(f'{letter} {cause}' for cause, (letter, _) in of.causes.items())}",
@@ -396,9 +396,9 @@ def theory_view(made: ApplicabilityMap) -> MapView:
         lost="could not be solved",
         laws={name: {"words": THEORIES[name].words} for name in names},
         read=theories_of,
-        marks=dict(zip(names, zip(ascii_uppercase, colours, strict=False), strict=False)),
+        marks={name: (THEORIES[name].letter, colour) for name, colour in zip(names, colours, strict=False)},
         note=f"{title}, and the largest part of a limit that it uses",
-        number="largest part of a limit\nthat it uses; off from 1 on",
+        number="share of the error limit\nthat it uses; above 1 it fails",
         of=lambda _, judged: part_words(judged.limit_used),
         in_range=made.case.criteria.theories_in_range,
     )

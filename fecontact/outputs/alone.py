@@ -287,7 +287,7 @@ _COLUMNS = (
     number("approach\nmm", "strip_approach_mm", "{:.4f}", rank=3, name="approach"),
     number("stiffness\nkN/mm", "strip_stiffness_N_per_mm", "{:.0f}", 1e-3, rank=7, name="stiffness"),
     text("strips", "strip_status", none="-"),
-    cheapest_column("cheapest like them", "cheapest_theory"),
+    cheapest_column("cheapest within criteria", "cheapest_theory"),
 )
 _OF_MAP = cheapest_column("map: cheapest", "map_cheapest_theory")
 
