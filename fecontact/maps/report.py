@@ -51,7 +51,7 @@ _MOST_PATCHES = 24
 
 
 def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) -> Path:
-    """Write `report.html` beside `map.csv`, with the pictures of the map, and that of another theory if it is one."""
+    """Write `report.html` beside `map.csv`, with the pictures of the map and another theory's picture if asked for."""
     case = made.case
     pair = pair_words(case, " and ")
     verdicts = [cell.verdict if cell.usable else "failed" for cell in made.cells]

@@ -213,7 +213,7 @@ def verdict_view(made: ApplicabilityMap, theory: str = HERTZ) -> MapView:
 def offered_view(made: ApplicabilityMap, name: str) -> MapView:
     """Where Hertz holds by the verdict of a feature, with the part of its limit that Hertz uses.
 
-    Load limits are as sharp as the loads that were solved for those of pressure.
+    Load limits are only as sharp as the spacing of the loads that were solved for the pressure's limits.
     """
     of: MappedVerdicts = offered("MAPS")[name]
     within = of.criterion(made.case)
@@ -674,7 +674,7 @@ def refuse_measure(case: Case, measure: str, theory: str = HERTZ) -> None:
 
 
 def views_of(made: ApplicabilityMap, theory: str = HERTZ) -> dict[str, MapView]:
-    """All that is drawn of a map, by what their names have behind that of the map, and the cheapest after verdicts."""
+    """All pictures of a map by the ending of their file names, the cheapest theory after the verdicts."""
     verdicts = {"": verdict_view(made), **({} if theory == HERTZ else {theory: verdict_view(made, theory)})}
     verdicts |= {name: offered_view(made, name) for name, of in offered("MAPS").items() if of.criterion(made.case)}
     return (
@@ -683,7 +683,7 @@ def views_of(made: ApplicabilityMap, theory: str = HERTZ) -> dict[str, MapView]:
 
 
 def map_view(made: ApplicabilityMap, measure: str, theory: str = HERTZ) -> MapView:
-    """A map by a measure; by that of pressure for a theory by its name."""
+    """A map by a measure; with the measure `pressure` also for a theory."""
     if measure == "pressure":
         return verdict_view(made, theory)
     return theory_view(made) if measure == "theory" else offered_view(made, measure)
@@ -699,7 +699,7 @@ def map_answer(made: ApplicabilityMap, measure: str, theory: str = HERTZ) -> lis
 
 
 def map_text(made: ApplicabilityMap, measure: str, *, theory: str = HERTZ, width: int | None = None) -> str:
-    """A map as text, by a measure; by the cheapest theory also those of laws that features judged."""
+    """A map as text, by a measure; for the cheapest theory also the maps of laws that features judged."""
     views = [map_view(made, measure, theory)]
     views += [law_view(made, laws) for laws in laws_judged(made).values()] if measure == "theory" else []
     return "\n\n".join(map_table(view, width=width) for view in views)
