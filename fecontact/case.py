@@ -51,7 +51,7 @@ SolverChoice = Literal["auto", "pardiso", "amg"]
 Refine = Literal["verdict", "never", "evidence"]
 
 RESOLUTIONS = {"quick": 4.0, "standard": 9.0, "fine": 13.5}
-"""Named resolutions: elements a semi-axis of the expected patch, in each direction."""
+"""Named resolutions: elements per semi-axis of the expected patch, in each direction."""
 # With 16 the area of a patch with a thin tail is read to 0.7 % only.
 NODES_A_SEMI_AXIS = 32
 """Nodes of the pressure on the narrowest semi-axis of the patch, of lobes too."""
@@ -59,7 +59,7 @@ NODES_A_SEMI_AXIS = 32
 _NODES_OF_MORE_ELEMENTS = 48
 
 REFINED_UNKNOWNS = 400_000
-"""Unknowns of the largest meshes of a refinement, some 40 CPU seconds and 3.4 GB: on every machine the same."""
+"""Unknowns of the largest meshes of a refinement, some 40 CPU seconds and 3.4 GB: equal on every machine."""
 
 INCLINATION_1_40 = math.atan(1.0 / 40.0)
 # of a number that stands in every case in the end
@@ -145,13 +145,13 @@ class Case:
     `resolution` is what the solution begins with, and may be the element sizes (along x, across). `refine` says whether
     finer meshes follow, up to `REFINED_UNKNOWNS`.
 
-    Shift, roll and yaw are those of the wheelset in the frame of its left side, whichever `side` is solved: with equal
+    Shift, roll and yaw describe the wheelset in the frame of its left side, whichever `side` is solved: with equal
     profiles the right wheel is the left one with the opposite signs of all three.
 
-    `roll` is one of three: "touching" for that at which both wheels touch their rails, "given" as `roll_rad`, "loaded"
-    for that with both pressed into them, by the load of the case or `roll_load_N`, and on the other side that of
-    `opposite`. Where it is not said (None), it is that to which the numbers belong; without any it is "touching", or
-    "given" as 0 for lines that make no wheelset.
+    `roll` is one of three: "touching" (both unloaded wheels touch their rails), "given" (by `roll_rad`), "loaded" (both
+    wheels are pressed into their rails, by the load of the case or `roll_load_N`, and by the load of `opposite` on the
+    other side). If it is None, the given numbers decide; without numbers it is "touching", or "given" as 0 for lines
+    that have no wheelset.
     """
 
     rail: str = text("60E1", "Rail", _RAIL, group="pair")
@@ -308,7 +308,7 @@ class Case:
         return {"rail": self.rail, "wheel": self.wheel, **other}
 
     def with_profiles(self, specs: Mapping[str, str]) -> Case:
-        """The same with other names or files of some profiles."""
+        """The case with other names or files of some profiles."""
         own: dict[str, Any] = {key: specs[key] for key in ("rail", "wheel") if key in specs}
         other: dict[str, Any] = {
             key: specs[f"opposite_{key}"] for key in ("rail", "wheel") if f"opposite_{key}" in specs

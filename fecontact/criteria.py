@@ -35,9 +35,9 @@ _SETS = {
 class Criteria:
     """How far Hertz may be off the finite elements and still hold, and by which measures it is judged.
 
-    Limits of peak pressure, area and half-widths are relative; that of the centre of pressure is in Hertz's half-width
-    b; those of the valley between two lobes, of the load on separate patches and of the misplaced load are parts of the
-    peak and of the load (`comparison.measures.Misfit`).
+    Limits of peak pressure, area and half-widths are relative. The limit of the centre of pressure is in Hertz's
+    half-width b. The limit of the valley between two lobes is a part of the peak; the limits of the load on separate
+    patches and of the misplaced load are parts of the load (`comparison.measures.Misfit`).
 
     `judged_by` names measures by the fields here, or sets of them: `strength` for the stress below the surface, which
     follows the peak; `patch` for creep forces and wear, which take the ellipse's axes and its place; `all` for whoever
@@ -110,7 +110,7 @@ def _creepage(help: str, label: str) -> Any:
 class Creep:
     """Friction and creepages of the wheel against the rail, at the first touch point; None of all without friction.
 
-    Creepages that are not given are those of a wheelset that runs along the track and turns at `speed_ratio` times the
+    Creepages not given are computed for a wheelset that runs along the track and turns at `speed_ratio` times the
     speed that rolls its tape circle: longitudinal from the rolling radius at the touch point, lateral from the yaw,
     spin from the contact angle.
 

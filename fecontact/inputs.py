@@ -99,7 +99,9 @@ _RENAMED = {
     "roll_under_load": "the roll of the loaded wheelset is roll = 'loaded'",
     **dict.fromkeys(("refine_degrees_of_freedom", "evidence"), _FINER),
     **dict.fromkeys(("rail_half_length_mm", "rim_half_length_mm"), _HALF_LENGTH),
-    **{f"opposite_{name}": _OPPOSITE for name in ("rail", "wheel", "rolling_radius_mm", "load_kn")},
+    **{
+        f"opposite_{name}": _OPPOSITE for name in ("rail", "wheel", "rolling_radius_mm", "load_kN", "load_kn", "load_N")
+    },
     **dict.fromkeys(("name", "material_name", "rail_material_name", "wheel_material_name"), _NO_NAME),
     **{f"{body}{name}": text for name, text in _OF_PROFILES.items() for body in ("", "rail_", "wheel_")},
 }

@@ -186,7 +186,7 @@ def inclination_of(row: dict[str, Any]) -> str:
 class Judged:
     """A theory by the finite elements: verdicts, largest parts of a limit, and deviations of the peak in %, by row.
 
-    A theory that says nothing of its own at a position is Hertz there.
+    Where a theory is undefined, Hertz is shown.
     """
 
     verdicts: tuple[str, ...]
@@ -210,7 +210,7 @@ def judged(rows: list[dict[str, Any]]) -> dict[str, Judged]:
 
 
 def _columns(row: dict[str, Any], name: str) -> tuple[str, float, float]:
-    # a theory that says nothing of its own is Hertz
+    # where a theory is undefined it is Hertz
     own = name if row.get(f"{name}_verdict_answer") else HERTZ
     keys = ("verdict_answer", "limit_used", "deviation_p_max_percent")
     verdict, used, peak = (row[f"{own}_{key}"] for key in keys)

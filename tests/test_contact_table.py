@@ -161,4 +161,4 @@ def test_the_map_has_its_column_also_where_it_does_not_have_the_first_line():
     assert told.columns[-1].heading == "map: cheapest"
     assert [row.cells[-1] for row in told.rows] == ["-", "Hertz"]
     (alone,) = contact_table_lines(lines[:1])
-    assert alone.columns[-1].heading == "cheapest like them"
+    assert alone.columns[-1].heading == "cheapest within criteria"

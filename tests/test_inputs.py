@@ -6,6 +6,7 @@ import dataclasses
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -628,6 +629,31 @@ def test_an_old_name_is_refused_with_what_to_write_instead(option, text, record,
     with pytest.raises(InputError) as python:
         PARTS[table](**values) if table in PARTS else Case(**record)
     assert says in str(python.value)
+
+
+_OF_READING = {"smoothing_mm": "filter_mm", "flip_z": "1,-2", "decimal": "recognised", "offsets": "are added"}
+
+
+@pytest.mark.parametrize(
+    ("table", "python", "file", "says"),
+    [
+        *(("rail_file", name, name, says) for name, says in _OF_READING.items()),
+        *(("", f"opposite_{name}", f"opposite_{name}", "--opposite rail=") for name in ("wheel", "rolling_radius_mm")),
+        ("", "opposite_load_N", "opposite_load_kN", "--opposite rail="),
+        ("size", "rail_half_length_mm", "rail_half_length_mm", "one half_length_mm"),
+    ],
+)
+def test_every_old_name_of_the_changelog_is_refused_by_all_doors(table, python, file, says, tmp_path, capsys):
+    prefix = "rail-" if table == "rail_file" else ""
+    assert call(["solve", f"--{prefix}{file.lower().replace('_', '-')}", "1"]) == 2
+    assert says in capsys.readouterr().err
+    assert says in refusal(tmp_path, (f"[{table}]\n" if table else "") + f"{file} = 1")
+    old = {python: 1.0}
+    with pytest.raises(InputError, match=re.escape(says)):
+        case_from_record(case_record(Case()) | ({table: old} if table else old))
+    made = getattr(Case(), table) if table else Case()
+    with pytest.raises(InputError, match=re.escape(says)):
+        replace(made, **old)
 
 
 def test_the_shift_has_two_names_and_element_sizes_are_a_resolution():

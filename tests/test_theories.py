@@ -19,10 +19,12 @@ from fecontact.comparison.measures import MEASURES, MISFITS, Approximation, Theo
 from fecontact.comparison.theories import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES, Loaded, Theory
 from fecontact.comparison.verdict import cheapest, standings
 from fecontact.contact.grid import ContactGrid
+from fecontact.creeping.maps import LAW_MAP
 from fecontact.normal.hertz import HertzContact
 from fecontact.outputs.documents import case_parts, reported_case, rows_parts, write_study_report
 from fecontact.outputs.records.results import load_record, load_row, result_record
 from fecontact.outputs.terminal import show
+from fecontact.outputs.words import WORDS as WORDS_OF_MEASURES
 from fecontact.regression.tables import KINDS, LATER, TEXT, kind_of
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space, hertz_of_case
@@ -215,7 +217,7 @@ WORDS = "a block on Hertz's ellipse"
 @pytest.fixture
 def another(monkeypatch):
     """One more entry."""
-    entry = Theory(words=WORDS, cost="closed form", source="this test", range="none", approximate=block)
+    entry = Theory(words=WORDS, letter="W", cost="closed form", source="this test", range="none", approximate=block)
     monkeypatch.setitem(THEORIES, "block", entry)
     return entry
 
@@ -288,3 +290,14 @@ def test_a_theory_that_has_no_contact_says_why(judged, another, monkeypatch):
     assert WORDS in text
     assert "no block fits" in text
     assert not [name for name in load_row(load, judged.placement) if name.startswith("block_")]
+
+
+def test_letters_of_maps_are_told_apart_and_h_is_hertz():
+    letters = [theory.letter for theory in THEORIES.values()]
+    assert len({*letters}) == len(letters)
+    assert (THEORIES["hertz"].letter, THEORIES["strip"].letter) == ("H", "S")
+    areas = {words.letter for name, words in WORDS_OF_MEASURES.items() if name.startswith("area")}
+    assert areas == {"A"}
+    assert areas.isdisjoint(letters)
+    assert LAW_MAP.marks["strips"][0] == THEORIES["strip"].letter
+    assert LAW_MAP.marks["multi_hertz"][0] == THEORIES["multi_hertz"].letter

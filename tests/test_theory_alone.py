@@ -93,7 +93,7 @@ def test_a_theory_that_is_out_of_its_range_says_so(capsys):
     assert "all" in text
     code, text, _ = printed(capsys, "theory", "multi_hertz", *given[:-1], "0.05")
     assert code == 0
-    assert "nothing of its own here, it is Hertz" in text
+    assert "undefined here, Hertz is shown" in text
     code, text, _ = printed(capsys, "theory", "kpec", *given, "--json")
     found = json.loads(text)
     assert (code, found["status"]) == (3, "out of range")

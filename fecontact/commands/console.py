@@ -126,7 +126,7 @@ def log_only(text: str, *, warning: bool = False) -> None:
 
 
 def print_reasons(title: str, reasons: Mapping[str, str]) -> None:
-    """Print why some jobs have no usable result, those of the same reason together; nothing if there are none."""
+    """Print why some jobs have no usable result, grouped by reason; print nothing if all are usable."""
     if reasons:
         _problem(f"{title}:")
     for reason in dict.fromkeys(reasons.values()):

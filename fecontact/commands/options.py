@@ -126,7 +126,7 @@ def _refuse_unread(case: Case, values: Iterable[Slot]) -> None:
 
 
 def case_options(*groups: Group) -> tuple[CaseOption, ...]:
-    """Options of all inputs of some groups; those for both bodies come before those of one, which override them."""
+    """Options of all inputs of some groups; options for both bodies come first, and options for one override them."""
     chosen = [slot for slot in INPUTS if slot.group in groups]
     common: dict[tuple[str, ...], list[Slot]] = {}
     own: dict[tuple[str, ...], list[Slot]] = {}

@@ -79,7 +79,7 @@ class RunOptions:
 
 
 AS_USUAL = RunOptions()
-# Part of the time of a solution from which on that of its files is said.
+# The time of the files is said from this part of the time of a solution on.
 _MUCH_KEPT = 0.1
 
 

@@ -1,4 +1,4 @@
-"""From a solved load to what it says: the ladder, the lobes, and each theory judged in the same way."""
+"""From a solved load to what it says: the ladder, the lobes, and each theory judged alike."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ class LobeJudgement:
     fe
         Its measures between the finite bodies.
     rungs
-        Those of the lobe at the same place on the other rungs, as far as they have one.
+        Measures of the lobe on each other rung that has a lobe at this place.
     """
 
     normal_force_N: float
@@ -401,14 +401,14 @@ class JudgedLoad:
 
     @property
     def sides(self) -> Mapping[Side, Judgement]:
-        """Hertz with the curvature of the gauge side and of the field side, or of both where it is the same."""
+        """Hertz with the curvature of the gauge side and of the field side, or of both if the curvatures are equal."""
         gauge, field = (self.judgements.get(name) for name in (HERTZ_GAUGE, HERTZ))
         assert field is not None
         return {"both": field} if gauge is None else {"gauge": gauge, "field": field}
 
     @property
     def deciding_side(self) -> tuple[Side, Judgement]:
-        """The side whose verdict is that of the load; the field side where both say the same."""
+        """The side that decides the load's verdict; the field side if both agree."""
         decided = (self.verdict.each, self.verdict.measure)
         return next(
             (side, one)
@@ -492,7 +492,7 @@ def position_notes(placement: Placement, comparison: Comparison) -> Iterator[str
         yield f"the contact has {pieces} separate patches; Hertz stands for the first touch point alone"
 
 
-# --- From a solved load to what it says: the ladder, the lobes, and each theory judged in the same way.
+# --- From a solved load to what it says: the ladder, the lobes, and each theory judged alike.
 
 Evidence = Literal["fe", "elements", "profiles"]
 """What a theory is held against."""

@@ -22,7 +22,7 @@ FILTER = "filter"
 class LobeOnLine:
     """A lobe of a half-space on a line: where it lies across on the rail, its force, and what Hertz is off it.
 
-    `deviation` is that of Hertz's ellipse at the touch point below it, empty where there is none.
+    `deviation` is the deviation of Hertz's ellipse at the touch point below the lobe; empty without a touch point.
     """
 
     low_y_mm: float
@@ -69,7 +69,7 @@ class Moves:
         What 1 + the deviation is multiplied by, for each of `MEASURES`; what is added to the others. Empty where a line
         does not have the contact.
     peaks
-        Peak pressures over that of the own line.
+        Peak pressures over the peak pressure of the case's line.
     """
 
     by_line: Mapping[str, Deviations] = field(default_factory=dict)

@@ -23,7 +23,7 @@ from fecontact.normal.gap_line import StripContact, TheoryStatus, regions
 from fecontact.normal.hertz import HertzContact
 from fecontact.wheel_rail.poses import TouchPoint
 
-# --- What a cheap theory says of a contact: its patches with their pressures, which are read as those of a contact are.
+# --- What a cheap theory says of a contact: its patches and pressures, which are read like a contact's pressures.
 
 # Points a cell and direction at which a pressure is taken for its mean over the cell.
 _POINTS_A_CELL = 5
@@ -307,7 +307,7 @@ class Measures:
     """Peak pressure, area, half-widths (a along x, b across), full extents and approach of one contact.
 
     `floor` in the metadata is the relative uncertainty of reading the measure off 32 nodes a semi-axis; None where it
-    is not known. The approach is that of the bodies down to their cut planes: a deeper rail moves it, and no mesh says
+    is not known. The approach is measured down to the bodies' cut planes: a deeper rail moves it, and no mesh says
     by how much. `cut_planes` is how much the other measures change at most when one cut plane is moved out by half
     (studies/02_independence.py), `meshes` what two meshes of 4 and 2.7 elements happen to have in common: with it 81 or
     more of the 84 real positions of studies/12_uncertainty.py on which it was chosen are inside what is stated.
@@ -359,7 +359,7 @@ class Misfit:
     Attributes
     ----------
     centre_over_b
-        Centre of pressure beside that of the theory, across, over the theory's half-width b.
+        Distance across from the theory's centre of pressure to the contact's, over the theory's half-width b.
     valley
         By how much the pressure falls between its two most prominent peaks, over the highest; of a theory that has a
         valley itself what the contact has more.
@@ -422,9 +422,9 @@ FLOORS: dict[str, float | None] = {name: read["floor"] for name, read in (_READ 
 NOISE: dict[str, float] = {name: read["noise"] for name, read in _READ_BESIDE.items()}
 """What is read of each of `MISFITS` where there is none."""
 CUT_PLANES: dict[str, float] = {name: read["cut_planes"] for name, read in (_READ | _READ_BESIDE).items()}
-"""What the bodies' cut planes leave open of each, in the same way."""
+"""Uncertainty of each measure from the bodies' cut planes."""
 IN_COMMON: dict[str, float] = {name: read["meshes"] for name, read in (_READ | _READ_BESIDE).items()}
-"""What two coarse meshes have in common of each, in the same way."""
+"""Error of each measure that two coarse meshes have in common."""
 
 
 # a load is judged by its rungs several times while it is refined, and each is read once

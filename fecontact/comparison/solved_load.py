@@ -468,7 +468,7 @@ class SolvedLoad:
     # asked again for every row and verdict, also of a map that is written after each of its positions
     @cached_property
     def status(self) -> Status:
-        """`converged` if all solutions are, on all meshes; otherwise why the load must not be used."""
+        """`converged` if all solutions on all meshes are; if not, why the load must not be used."""
         for level in self.levels:
             if level.status != "converged":
                 return level.status
@@ -483,7 +483,7 @@ class SolvedLoad:
 
 
 def elements_off(levels: Sequence[Level]) -> bool:
-    """Whether the elements of the finest meshes are not those of their material.
+    """Whether the elements of the finest meshes do not behave as their material.
 
     Seen by their compliance far from a pressure, or by their own contact: it is the finer nodes' one but for what its
     meshes leave open. Of 24 contacts with healthy elements it stays within half of that.
@@ -522,7 +522,7 @@ def _measures(rung: Rung) -> dict[str, float]:
 def elements_uncertainties(
     levels: Sequence[Level], read: Callable[[Rung], Mapping[str, float]] = _measures
 ) -> dict[str, float]:
-    """Uncertainty of each measure on the elements' own nodes, from those of its meshes; `read` reads them off a rung.
+    """Uncertainty of each measure on the elements' own nodes, from the load's meshes; `read` reads them off a rung.
 
     Relative, or absolute where Hertz has no value of a measure.
     """

@@ -59,6 +59,8 @@ class Theory:
     ----------
     words
         Name of the theory for readers.
+    letter
+        Letter of the theory in the cells of a map.
     cost
         Class of cost for a vehicle code.
     source, range
@@ -72,6 +74,7 @@ class Theory:
     """
 
     words: str
+    letter: str
     cost: str
     source: str
     range: str

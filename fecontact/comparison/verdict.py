@@ -230,12 +230,12 @@ class Judgement:
 
 
 def worst_judgement(judged: Mapping[str, Judgement]) -> Judgement:
-    """The worst of both sides, that of the field side where both are the same."""
+    """The worst judgement of both sides; the field side's if both are equal."""
     return max(reversed([*judged.values()]), key=lambda one: FROM_BEST.index(one.verdict.answer))
 
 
 def worst_of(judged: Mapping[str, Judgement]) -> Verdict:
-    """The worst verdict of both sides, that of the field side where both are the same."""
+    """The worst verdict of both sides; the field side's if both are equal."""
     return worst_judgement(judged).verdict
 
 
@@ -438,7 +438,7 @@ def _band(levels: Sequence[Level]) -> dict[str, tuple[float, float]]:
 
 
 def _plastic_load(yielded: Yielded, limits: Mapping[str, float]) -> tuple[float | None, str | None]:
-    """Load at which plasticity alone takes up the limit of a measure first, between those of the path."""
+    """Load at which plasticity alone first takes up the limit of a measure, interpolated between the path's loads."""
     found: list[tuple[float, str]] = []
     for name in (name for name in limits if name in MEASURES):
         load_N, step = yielded.first_yield_N, 0.0

@@ -105,7 +105,7 @@ def creepages_of(case: Case, placement: Placement) -> Creepages:
 SCREEN, DECIDES = "fastsim", "rolling_half_space"
 """The theory that looks where Hertz is furthest off, which it knows to 1 or 2 % of mu N, and the one that decides."""
 PLACE, SHAPE = "centre of pressure beside the touch point", "shape of the patch"
-"""Causes: the creepages of the real patch are those of another place, which spin makes others; or all else."""
+"""Causes: with spin the real patch, at another place, has other creepages; or all else."""
 SMALLEST_CREEPAGE = 1e-4
 _SIZES, _DIRECTIONS = 8, 8
 # how many creepages it decides at
@@ -131,7 +131,7 @@ class RollingLoad:
     hertz, real
         Hertz's patch and the real one.
     others
-        For the uncertainty that of the next coarser mesh, and of another reading of the finest.
+        For the uncertainty: the patch of the next coarser mesh, and of another reading of the finest.
     creepages
         At the first touch point.
     surface
@@ -194,7 +194,7 @@ class RollingLoad:
 
 
 def rolling_load(load: JudgedLoad, placement: Placement, creep: Creep) -> RollingLoad:
-    """A judged load and its ellipse under a friction and creepages that need not be those of its case."""
+    """A judged load and its ellipse under any friction and creepages, not only the case's."""
     assert creep.friction is not None
     case, (finest, coarser, *_) = load.case, load.solved.levels
     pair = rolling_pair(creep.friction, case.wheel_material, case.rail_material)
@@ -218,7 +218,7 @@ def rolling_load(load: JudgedLoad, placement: Placement, creep: Creep) -> Rollin
 
 
 def force_verdict(load: JudgedLoad, placement: Placement, creep: Creep | None = None) -> JudgedForce:
-    """Judge Hertz for forces alone, under a friction and creepages that need not be those of the case."""
+    """Judge Hertz for forces alone, under any friction and creepages, not only the case's."""
     return judge_on_hertz(rolling_load(load, placement, creep or load.case.creep))
 
 

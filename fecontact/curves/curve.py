@@ -31,7 +31,7 @@ from fecontact.wheel_rail.wheelset import SIDES, Wheelset
 
 # --- Track and running conditions of a curve: cant, speed, friction, and the pair of wheel and rail.
 
-# Tighter curves are those of trams, with guard rails.
+# Trams run in tighter curves, with guard rails.
 _LEAST_RADIUS_M = 50.0
 _STEP_MM, _FARTHEST_MM = 0.1, 30.0
 
@@ -289,7 +289,7 @@ class CurveRun:
 
     @property
     def is_balanced(self) -> bool:
-        """Whether its numbers are those of an equilibrium, be it one that derails."""
+        """Whether its numbers describe an equilibrium, even one that derails."""
         return self.status != "no equilibrium"
 
 

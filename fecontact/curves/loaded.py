@@ -99,7 +99,7 @@ def radius_differences_mm(
 def loaded_conicities(case: Case, wheel_load_N: float) -> list[dict[str, float]]:
     """Equivalent conicity of the wheelset of a case under load at whole amplitudes up to 3 mm, by two theories.
 
-    It is that of rolling radii at the centres of pressure, by harmonic linearisation.
+    It is found from the rolling radii at the centres of pressure, by harmonic linearisation.
 
     Raises
     ------

@@ -80,7 +80,7 @@ class Overlap:
 
     @property
     def curvature_along_per_mm(self) -> Floats:
-        """Relative curvature (n,) along the rail: that of the rolling circle in the contact plane."""
+        """Relative curvature (n,) along the rail: the curvature of the rolling circle in the contact plane."""
         return np.asarray(np.cos(self.angle_rad) / self.radius_mm)
 
     def at(self, s_mm: Floats) -> Overlap:
@@ -269,7 +269,7 @@ def overlap(found: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, ...]:
 def strip(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pressed, ...]:
     """The strip method for all that overlaps at once, approached straight down, each strip along its own normal.
 
-    Always the same number of sweeps from a start that follows the overlap: forces have no steps.
+    The number of sweeps is fixed and the start follows the overlap, so that forces have no steps.
     """
     closing = np.cos(overlap.angle_rad)
     down = overlap.depth_mm / closing

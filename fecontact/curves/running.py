@@ -18,7 +18,7 @@ from fecontact.features import the
 from fecontact.jobs.workers import evaluators
 from fecontact.solving.placing import wheelset_of_case
 
-# What a map may have other than the vehicle: its wheels stand without yaw, and their radius is seldom the same.
+# Inputs in which a map may differ from the vehicle: its wheels stand without yaw, and their radius is seldom equal.
 _OTHER = ("roll", "roll_rad", "roll_load_N", "yaw_rad", "flange_climb", "rolling_radius_mm")
 
 

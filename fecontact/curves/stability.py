@@ -232,7 +232,7 @@ def _masses(vehicle: Vehicle, size: int, speed_m_s: float) -> tuple[Floats, Floa
 
 
 def _dampers(vehicle: Vehicle, size: int) -> Floats:
-    """Force over rates in mm/s and mrad/s of all dampers; those of the body act against where it stays."""
+    """Force of all dampers over rates in mm/s and mrad/s; dampers of the body act against its resting place."""
     found = np.zeros((size, size))
     if vehicle.bogie is None:
         return found

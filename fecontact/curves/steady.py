@@ -63,7 +63,7 @@ class Motion:
     rates: Floats = field(default_factory=lambda: np.zeros(4))
 
     def mirrored(self) -> Motion:
-        """The motion of the right wheel as that of a left one."""
+        """The motion of the right wheel, mirrored to a left wheel."""
         mirror = np.array([-1.0, 1.0, -1.0, -1.0])
         curvature = -self.curvature_per_mm
         return replace(self, place=self.place * mirror, curvature_per_mm=curvature, rates=self.rates * mirror)
@@ -298,7 +298,7 @@ class Balance:
 
 
 def motion_of(state: Floats, curvature_per_mm: float, rates: Floats | None = None) -> Motion:
-    """The motion that a state (5,) of a wheelset stands for; `rates` (4,) are those of its position over the speed."""
+    """The motion that a state (5,) of a wheelset stands for; `rates` (4,): change of its position over the speed."""
     place, slip = state[:4] * _UNITS, _MILLI * float(state[4])
     own = np.zeros(4) if rates is None else rates * _UNITS
     return Motion(place=place, slip=slip, curvature_per_mm=curvature_per_mm, rates=own)

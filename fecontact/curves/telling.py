@@ -27,7 +27,7 @@ _OF_MAPS = "the map's wheels have no yaw"
 
 
 def curves_record(found: Curves) -> Record:
-    """All runs, with units in the keys; the frame of each wheelset is that of its place on the track."""
+    """All runs, with units in the keys; each wheelset is told in the frame of its place on the track."""
     record: Record = {
         "schema": "fecontact/curve/1",
         **picked(found, "vehicle conditions differences"),
@@ -228,7 +228,7 @@ def curves_lines(found: Curves) -> Lines:
 
 
 def _wheelset_table(title: str, runs: Sequence[CurveRun]) -> Table:
-    """A line a wheelset; what is the same for all of a run stands in its first line."""
+    """One line per wheelset; values common to a run stand in its first line."""
     items: list[dict[str, Any]] = []
     for run in runs:
         own: dict[str, Any] = {"radius_m": run.radius_m, "speed_km_h": run.speed_km_h}

@@ -28,7 +28,7 @@ class Difference:
     y_over_q, y_over_q_at_m
         The same of Y/Q, over all wheels.
     critical_speed
-        Critical speed over that of the reference, less 1; None where one of them has none.
+        Critical speed over the reference's critical speed, less 1; None if either has no critical speed.
     """
 
     theory: str
@@ -74,7 +74,7 @@ def _difference(
 
 
 def _wheelsets(pairs: Sequence[tuple[CurveRun, CurveRun]]) -> Iterator[tuple[float, WheelsetRun, WheelsetRun]]:
-    """Radius, and the same wheelset by both theories, where both have an equilibrium."""
+    """Radius, and the wheelset by each theory, if both theories find an equilibrium."""
     for one, other in pairs:
         if one.is_balanced and other.is_balanced:
             for a, b in zip(one.wheelsets, other.wheelsets, strict=True):

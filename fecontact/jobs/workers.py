@@ -169,7 +169,7 @@ def _value(job: Job) -> Any:
 
 
 def unlike(job: Job) -> str | None:
-    """Why this process must not do a job: its versions or sources differ from those of the run."""
+    """Why this process must not do a job: its versions or sources are not the run's."""
     here = job.origin_here()
     changes = (
         difference(job.origin.solved_by, here.solved_by),

@@ -75,7 +75,7 @@ def map_figure(view: MapView, path: str | Path) -> Path:
 
     The load axis is linear. The colour of a column changes at the loads at which the answer does, as far as they are
     known. Each load of the map has the words of its cell; every other load that was solved is a tick at both sides of
-    its column. Of a symmetric wheelset the axis above is that of the other wheel.
+    its column. For a symmetric wheelset the axis above shows the other wheel.
     """
     case, loads = view.case, np.array(view.loads_N) / 1e3
     shifts = np.array([column.shift_mm for column in view.columns])
@@ -190,7 +190,7 @@ def _draw_ticks(ax: Axes, loads_kN: Sequence[float], sides: tuple[float, float])
 
 
 def _colour(cell: CellView, colours: Mapping[str, str]) -> str:
-    """That of its answer; of an open one that hangs on the line that of how many lines it holds on."""
+    """Colour of a cell: of its answer, or of the share of lines on which an open verdict holds."""
     if cell.share is None:
         return colours[cell.answer]
     from matplotlib.colors import LinearSegmentedColormap, to_hex

@@ -49,7 +49,7 @@ class LoadLimit:
     note
         Loads that could not be used.
     tried
-        Loads solved beside those of the map, with their verdicts.
+        Loads solved in addition to the map's loads, with their verdicts.
     narrowed
         Whether every change of the verdict is known as well as it can be.
     """
@@ -303,7 +303,7 @@ def load_limit(
     Parameters
     ----------
     tried
-        Loads solved beside those of the map.
+        Loads solved in addition to the map's loads.
     stopped
         A further load that could not be solved.
     """

@@ -80,7 +80,7 @@ def judge(
     """Judge a stored map by given criteria, and with friction and creepages.
 
     A load limit is as sharp as the loads that were solved. `out` is a folder for the files of the new map,
-    by `theory` with friction with those of the laws of creep forces.
+    by `theory` with friction also with files of the laws of creep forces.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def read_map(
 ) -> tuple[ApplicabilityMap, dict[float, str]]:
     """A finished map, and which positions cannot be used.
 
-    Criteria, friction and creepages are those of the map, or others if they are given. `judges` opens what reads so
+    Criteria, friction and creepages are the map's, unless others are given. `judges` opens what reads so
     many positions as `map` does.
 
     Raises

@@ -51,7 +51,7 @@ _MOST_PATCHES = 24
 
 
 def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) -> Path:
-    """Write `report.html` beside `map.csv`, with the pictures of the map, and that of another theory if it is one."""
+    """Write `report.html` beside `map.csv`, with the pictures of the map and another theory's picture if asked for."""
     case = made.case
     pair = pair_words(case, " and ")
     verdicts = [cell.verdict if cell.usable else "failed" for cell in made.cells]
@@ -99,7 +99,7 @@ def map_lines(made: ApplicabilityMap, measure: str, theory: str, *, width: int |
 
 
 def _rolled(case: Case) -> str:
-    both = " At the opposite shift it stands as the other wheel of the wheelset does: both are here."
+    both = " Read the right wheel at the opposite shift."
     return f"The {case.side} wheel, {roll_words(case)}.{both if other_wheel_label(case) else ''}"
 
 

@@ -62,7 +62,7 @@ def run_map(
     measure
         By `theory` with friction the laws of creep forces are judged and written too.
     theory
-        One of the pressure, whose map is drawn beside that of Hertz.
+        A theory of the pressure, whose map is drawn beside the map of Hertz.
     progress
         Called with the number of finished positions, how many there are, and what is under way.
 
@@ -202,7 +202,7 @@ def map_(
     measure
         By `theory` with friction the laws of creep forces are judged and written too.
     theory
-        One of the pressure, whose map is drawn beside that of Hertz.
+        A theory of the pressure, whose map is drawn beside the map of Hertz.
     workers, force, progress
         As for `run`, with shifts in place of cases.
 

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, groupby, repeat
-from string import ascii_uppercase
 from textwrap import wrap
 from typing import Any
 
@@ -183,8 +182,8 @@ SEPARATE = "separate_load"
 def verdict_view(made: ApplicabilityMap, theory: str = HERTZ) -> MapView:
     """Where a theory of the pressure holds, with the largest part of a limit that it uses.
 
-    A letter says why Hertz does not hold, and a diamond that another theory does there. A theory that says nothing of
-    its own at a position is Hertz there.
+    A letter says why Hertz does not hold, and a diamond that another theory does there. Where the
+    theory is undefined, Hertz is shown.
     """
     words, of_hertz = THEORIES[theory].words, theory == HERTZ
     name, instead = (words, all_ellipses_instead(made)) if of_hertz else ("it", "")
@@ -198,11 +197,12 @@ def verdict_view(made: ApplicabilityMap, theory: str = HERTZ) -> MapView:
         {cause: mark for cause, mark in CAUSES.items() if of_hertz},
         title=f"where {words} holds",
         criterion=limits_text(made.case.criteria),
-        number=f"largest part of a limit\nthat {name} uses; off from 1 on" + "\n%: load on separate patches" * of_load,
+        number=f"share of the error limit\nthat {name} uses; above 1 it fails"
+        + "\n%: load on separate patches" * of_load,
         notes=[
             f"{_SIGN_WORDS} could not be solved; peak pressure, {words} against FE in %",
             f"decided by {', '.join(f'{WORDS[one].letter} {WORDS[one].short}' for one in made.case.criteria.limits)}",
-            *["where it says nothing of its own it is Hertz"] * (not of_hertz),
+            *["where the theory is undefined, Hertz is shown"] * (not of_hertz),
             *yield_notes(made),
             *[f"{_OTHER_HOLDS} {instead} holds"] * bool(instead),
         ],
@@ -213,7 +213,7 @@ def verdict_view(made: ApplicabilityMap, theory: str = HERTZ) -> MapView:
 def offered_view(made: ApplicabilityMap, name: str) -> MapView:
     """Where Hertz holds by the verdict of a feature, with the part of its limit that Hertz uses.
 
-    Load limits are as sharp as the loads that were solved for those of pressure.
+    Load limits are only as sharp as the spacing of the loads that were solved for the pressure's limits.
     """
     of: MappedVerdicts = offered("MAPS")[name]
     within = of.criterion(made.case)
@@ -225,7 +225,7 @@ def offered_view(made: ApplicabilityMap, name: str) -> MapView:
         of.causes,
         title=of.title,
         criterion=within,
-        number="part of the limit that\nHertz uses; off from 1 on",
+        number="share of the error limit\nthat Hertz uses; above 1 it fails",
         notes=[
             f"{_SIGN_WORDS} {of.lost}; part of the limit of {within}",
             f"off by {', '.join(f'{letter} {cause}' for cause, (letter, _) in of.causes.items())}",
@@ -396,9 +396,9 @@ def theory_view(made: ApplicabilityMap) -> MapView:
         lost="could not be solved",
         laws={name: {"words": THEORIES[name].words} for name in names},
         read=theories_of,
-        marks=dict(zip(names, zip(ascii_uppercase, colours, strict=False), strict=False)),
+        marks={name: (THEORIES[name].letter, colour) for name, colour in zip(names, colours, strict=False)},
         note=f"{title}, and the largest part of a limit that it uses",
-        number="largest part of a limit\nthat it uses; off from 1 on",
+        number="share of the error limit\nthat it uses; above 1 it fails",
         of=lambda _, judged: part_words(judged.limit_used),
         in_range=made.case.criteria.theories_in_range,
     )
@@ -674,7 +674,7 @@ def refuse_measure(case: Case, measure: str, theory: str = HERTZ) -> None:
 
 
 def views_of(made: ApplicabilityMap, theory: str = HERTZ) -> dict[str, MapView]:
-    """All that is drawn of a map, by what their names have behind that of the map, and the cheapest after verdicts."""
+    """All pictures of a map by the ending of their file names, the cheapest theory after the verdicts."""
     verdicts = {"": verdict_view(made), **({} if theory == HERTZ else {theory: verdict_view(made, theory)})}
     verdicts |= {name: offered_view(made, name) for name, of in offered("MAPS").items() if of.criterion(made.case)}
     return (
@@ -683,7 +683,7 @@ def views_of(made: ApplicabilityMap, theory: str = HERTZ) -> dict[str, MapView]:
 
 
 def map_view(made: ApplicabilityMap, measure: str, theory: str = HERTZ) -> MapView:
-    """A map by a measure; by that of pressure for a theory by its name."""
+    """A map by a measure; with the measure `pressure` also for a theory."""
     if measure == "pressure":
         return verdict_view(made, theory)
     return theory_view(made) if measure == "theory" else offered_view(made, measure)
@@ -699,7 +699,7 @@ def map_answer(made: ApplicabilityMap, measure: str, theory: str = HERTZ) -> lis
 
 
 def map_text(made: ApplicabilityMap, measure: str, *, theory: str = HERTZ, width: int | None = None) -> str:
-    """A map as text, by a measure; by the cheapest theory also those of laws that features judged."""
+    """A map as text, by a measure; for the cheapest theory also the maps of laws that features judged."""
     views = [map_view(made, measure, theory)]
     views += [law_view(made, laws) for laws in laws_judged(made).values()] if measure == "theory" else []
     return "\n\n".join(map_table(view, width=width) for view in views)

@@ -144,7 +144,7 @@ def table_row(line: TableLine) -> Record:
 
 
 def touches(placement: Placement, springs: Mapping[int, Record]) -> Record:
-    """Columns of all touch points, numbered from 1, each with those of its spring."""
+    """Columns of all touch points, numbered from 1, each with the columns of its spring."""
     touches = enumerate(placement.touch_points)
     return flat({f"touch{n + 1}": touch_columns(placement, touch) | springs.get(n, {}) for n, touch in touches})
 
@@ -287,13 +287,13 @@ _COLUMNS = (
     number("approach\nmm", "strip_approach_mm", "{:.4f}", rank=3, name="approach"),
     number("stiffness\nkN/mm", "strip_stiffness_N_per_mm", "{:.0f}", 1e-3, rank=7, name="stiffness"),
     text("strips", "strip_status", none="-"),
-    cheapest_column("cheapest like them", "cheapest_theory"),
+    cheapest_column("cheapest within criteria", "cheapest_theory"),
 )
 _OF_MAP = cheapest_column("map: cheapest", "map_cheapest_theory")
 
 
 def contact_table_lines(rows: Sequence[Item]) -> Lines:
-    """The most important columns of a contact table, those of a map where it was asked, and what is missing."""
+    """The most important columns of a contact table, columns of a map if asked for, and what is missing."""
     of_map = any("map_cheapest_theory" in row for row in rows)
     yield table_of("Contact table", [*_COLUMNS, *[_OF_MAP] * of_map], rows)
     for row in rows:

@@ -186,7 +186,7 @@ def elements_table(record: Item) -> Table:
 def measures_table(
     record: Item, judged: Item, title: str = "", name: str = "Hertz", *, judged_only: bool = False
 ) -> Table:
-    """The measures of the finite elements beside those of a theory, those that decide first."""
+    """The measures of finite elements and of a theory side by side, deciding measures first."""
     limits, each = record["verdict"]["limits"], judged["verdict"]["each"]
     others = () if judged_only else (measure for measure in WORDS if measure not in limits)
     lines = []
@@ -260,7 +260,7 @@ def ladder_table(record: Item) -> Table:
     for name in ("hertz", "half_space_quadratic", "half_space", "elements", "fe", "fe_plastic"):
         if (rung := rungs[name]) is None:
             continue
-        # the other rungs of the same nodes are no better known than what is judged
+        # other rungs on these nodes are known no better than the judged rung
         unsure = record["elements"]["uncertainty"] if name == "elements" else {}
         if name == "fe_plastic":
             unsure = record["steps_uncertainty"][PLASTIC.name]

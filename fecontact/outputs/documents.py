@@ -76,7 +76,7 @@ from fecontact.wheel_rail.placement import Placement
 
 
 def case_parts(record: Item, title: str = "") -> list[Part]:
-    """A result record, or that of a cell: what a user looks at first, and what is shown on demand."""
+    """Parts of a report on a case or cell: what a user looks at first, and what is shown on demand."""
     measures = measures_table(record, deciding(record), judged_only=True)
     lobes = [lobes_table(record)] if record["lobes"] else []
     return [
@@ -281,7 +281,7 @@ def write_study_report(
 
 
 def closing(*more: tuple[str, str]) -> list[Part]:
-    """What every report ends with: versions and terms, those of all and `more`."""
+    """The end of every report: versions, and the terms of all reports and `more`."""
     packages = [f"{package} {version}" for package, version in versions().items() if version]
     told = Terms((*GLOSSARY, *measure_terms(), *more))
     return [Heading("What made it"), Items(packages), Heading("Terms"), told]
@@ -335,7 +335,7 @@ def _ladder(rows: Sequence[Row]) -> list[Part]:
 
 
 def _cases(cases: Sequence[ReportedCase], pictures: str) -> list[Part]:
-    """Picture and all measures of the cases that are drawn, and where those of the others are."""
+    """Picture and all measures of the drawn cases, and where the other cases are."""
     have = [case.row for case in cases if case.picture is not None]
     drawn = {str(row["id"]) for row in most_used(have, MOST_PICTURES)}
     parts: list[Part] = []

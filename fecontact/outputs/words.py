@@ -44,7 +44,7 @@ class Words:
     signed
         Whether Hertz may be off to both sides.
     rank
-        Where a table has no room, those of the lowest rank are left out first; 0 stays.
+        Where a table has no room, measures of the lowest rank are left out first; rank 0 stays.
     """
 
     short: str
@@ -311,7 +311,7 @@ _TOWARDS = {"left": "positive: towards its rail", "right": "negative: towards it
 
 
 def roll_words(case: Case) -> str:
-    """Whether the roll is that of the wheelset or given, such as "roll fixed at 0 mrad"."""
+    """Whether the roll is found from the wheelset or given, such as "roll fixed at 0 mrad"."""
     if case.roll == "loaded":
         own, other = (load_N and load_N / 1e3 for load_N in (case.roll_load_N, case.opposite.wheel_load_N))
         return _under_load(case.side, own, other)
@@ -343,7 +343,7 @@ def roll_words_of_rows(rows: Sequence[Row]) -> str:
 
 
 def _under_load(side: str, own: float | None, other: float | None) -> str:
-    """The roll of a loaded wheelset; `own` and `other` are loads (kN) where they are not those of the cases."""
+    """The roll of a loaded wheelset; `own` and `other` are loads (kN) if they differ from the cases' loads."""
     if other is None:
         return UNDER_LOAD if own is None else f"roll of the wheelset under {own:g} kN a wheel"
     others = f"{other:g} kN on its {_OTHER[side]} wheel"
@@ -364,7 +364,7 @@ def shift_label(case: Case) -> str:
 
 
 def other_wheel_label(case: Case) -> str | None:
-    """Label of the axis, with the sign turned, on which the same picture is that of the other wheel of the wheelset.
+    """Label of the axis with the sign turned, on which the picture shows the other wheel of the wheelset.
 
     None where it is not: the other side has other profiles or another diameter, or the roll is given.
     """
@@ -489,7 +489,7 @@ def answer_words(verdicts: Sequence[str], what: str) -> str:
 
 
 def lead_style(verdicts: Sequence[str]) -> str:
-    """Colour of the answer: that of HOLDS only where all hold."""
+    """Colour of the answer: the colour of HOLDS only if all hold."""
     if set(verdicts) == {"HOLDS"}:
         return "lead holds"
     return "lead fails" if "FAILS" in verdicts else "lead"

@@ -39,12 +39,12 @@ def _kinds() -> dict[str, Kind]:
 
 
 def names(kind: Kind | None = None) -> tuple[str, ...]:
-    """Names in the library, all or those of one kind."""
+    """Names in the library, of all kinds or of one kind."""
     return tuple(name for name, its_kind in _kinds().items() if kind in (None, its_kind))
 
 
 def in_folder(name: str, folder: str | Path) -> str:
-    """Path of a profile in a folder of one's own, by its file's name with or without ending; otherwise the name itself.
+    """Path of a profile in a user's folder, by its name with or without ending; the name itself if no file has it.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def is_known(name: str) -> bool:
 def find(name: str, kind: Kind | None = None) -> str:
     """Name of a profile as the library writes it, from any case of letters or another name of the same rail.
 
-    It is looked for among all or those of one kind.
+    It is looked for among all names or the names of one kind.
 
     Raises
     ------
@@ -156,7 +156,7 @@ def profile(y_mm: ArrayLike, z_mm: ArrayLike, *, name: str = "points") -> GivenP
     ----------
     y_mm, z_mm (n,)
         In the order along the running surface: y positive to the field side, z up; a rail has its crown and a wheel its
-        tape circle at (0, 0). The points are treated as those of a file: checked, and smoothed where they are noisy,
+        tape circle at (0, 0). The points are treated as points from a file: checked, and smoothed where they are noisy,
         both as `rail_file` and `wheel_file` of the case say.
     name
         What it is called in results.
@@ -164,7 +164,7 @@ def profile(y_mm: ArrayLike, z_mm: ArrayLike, *, name: str = "points") -> GivenP
     Raises
     ------
     InputError
-        The arrays are not two rows of finite numbers, or the name cannot be that of a file.
+        The arrays are not two rows of finite numbers, or the name cannot be the name of a file.
 
     Examples
     --------

@@ -97,7 +97,7 @@ def _largest_spike(points: Floats) -> tuple[int, float] | None:
     over = np.abs(missed) / np.minimum(limit, beyond_junctions)
     for k in (int(i) for i in np.argsort(-over)[: np.count_nonzero(over > 1.0)]):
         size = abs(float(missed[k]))
-        # the misses next to a corner or a junction are those of its own
+        # a corner or a junction causes the misses next to it
         around = slice(max(k - 4, 0), k + 9)
         place = k - around.start
         rest, _ = missed_by_neighbours(np.delete(points[around], place + 2, axis=0))

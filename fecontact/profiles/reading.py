@@ -77,7 +77,7 @@ def remedy(kind: str, key: str, value: str | float) -> str:
     return f"give --{kind}-{key.replace('_', '-')} {said} ({key} = {shown} in [{kind}_file])"
 
 
-# --- Profiles that are told by their radii, such as `circle:300`, and which lines are those of a wheelset on a track.
+# --- Profiles that are told by their radii, such as `circle:300`, and which lines a wheelset on a track may have.
 
 CIRCLE, ARCS, CYLINDER = "circle:", "arcs:", "cylinder:"
 # DIN 536-1, form A: symmetric heads without a gauge face
@@ -95,7 +95,7 @@ def has_no_gauge_face(spec: str) -> bool:
 
 
 def makes_a_wheelset(rail: str, wheel: str) -> bool:
-    """Whether rail and wheel may be those of a wheelset on its track.
+    """Whether rail and wheel may belong to a wheelset on its track.
 
     A line that is given by its radii (`circle:300`, `arcs:300/80@2.5`, `cylinder:460`) is a body for a test: it has
     neither gauge face nor flange that would say how a wheelset stands. Nor has the wheelset of a crane.

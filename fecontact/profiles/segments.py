@@ -294,7 +294,7 @@ def inverted(
 ) -> Floats:
     """Parameter u where an increasing function is t, NaN beyond its ends, by bracketed Newton steps.
 
-    `values` are those of the function on the table, and only the table's `part` is searched. `function` returns the
+    `values` are the function's values on the table, and only the table's `part` is searched. `function` returns the
     value and its derivative by v at the local parameters v of the segments k.
     """
     t = np.asarray(t, dtype=float)
@@ -496,7 +496,7 @@ def smoothed_by(s_mm: Floats, values: Floats, filter_mm: float, relative: Floats
     s_mm (n,), values (n, k)
         Places along the line, ascending, and what is smoothed there.
     relative (n,)
-        Filter length at each place over `filter_mm`; the same everywhere if not given.
+        Filter length at each place over `filter_mm`; constant if not given.
     """
     from scipy.interpolate import PPoly
     from scipy.linalg import solveh_banded
@@ -505,7 +505,7 @@ def smoothed_by(s_mm: Floats, values: Floats, filter_mm: float, relative: Floats
     length = filter_mm if relative is None else filter_mm * relative
     # a spline is stiffer or softer with the fourth root of the penalty at a point
     penalty = (length / (2.0 * math.pi)) ** 4 / (0.5 * (np.append(h, 0.0) + np.insert(h, 0, 0.0)))
-    # second differences: row j is that of the points j, j + 1, j + 2
+    # second differences: row j is of the points j, j + 1, j + 2
     second = np.array([1.0 / h[:-1], -1.0 / h[:-1] - 1.0 / h[1:], 1.0 / h[1:]])
     rows = s_mm.size - 2
     lower = np.zeros((3, rows))

@@ -1,9 +1,10 @@
 """A line with a usable curvature from measured points: smoothed along the arc over a stated length.
 
 The curvature of a spline through points with an error e every h carries 6 e / h^2, for 0.01 mm every 0.2 mm 500 times
-that of a rail head. A smoothing spline of the wave length w carries 0.3 e sqrt(h) (2 pi / w)^2.5 only, and blurs
-what is shorter than w. Practice smooths measured rails and wheels over 4 to 8 mm. Where points are certainly those of a
-profile of the library, little worn, their deviation from it is smoothed: its junctions stay, and noise allows more.
+the curvature of a rail head. A smoothing spline of the wave length w carries 0.3 e sqrt(h) (2 pi / w)^2.5 only. It
+blurs what is shorter than w. Practice smooths measured rails and wheels over 4 to 8 mm. Where points certainly are
+of a profile of the library, little worn, their deviation from it is smoothed: its junctions stay, and noise allows
+more.
 
 Kim and Gu (2004) for the score by which the filter length is chosen: generalised cross-validation in which a degree of
 freedom costs more, as the plain one follows the noise in one case of ten.
@@ -273,7 +274,7 @@ def smoothed(held: Held, *, filter_mm: float | None, noise_mm: float | None) -> 
 
 
 def _lengths(held: Held) -> list[float]:
-    """Filter lengths to choose from: those of practice, or of a deviation any, but none below what four points show."""
+    """Filter lengths to choose from: usual lengths, or any length for a deviation, and never below four points."""
     low, high = (_NARROWEST_MM, _WIDEST_MM) if held.reference else PRACTICE_MM
     low = max(low, 4.0 * (held.s_mm[-1] - held.s_mm[0]) / (held.s_mm.size - 1))
     return [float(one) for one in np.geomspace(low, max(low, high), _STEPS if held.reference else 5)]
@@ -411,15 +412,15 @@ def other_lines(profile: Profile) -> tuple[OtherLine, ...]:
     """Lines that the points of a smoothed profile allow beside its own; none for exact lines.
 
     Smoothed over 4, 5.7 and 8 mm, or where the deviation from a profile of the library is smoothed over longer waves,
-    over 0.71 and 1.41 times its own length, and without that profile; and from points with other noise of the same
-    size. They are the same each time.
+    over 0.71 and 1.41 times its own length, and without that profile; and from points with other draws of equally
+    large noise. The draws are reproducible.
     """
     return _other_lines(_ByContent(profile=profile)) if profile.measured is not None else ()
 
 
 @dataclass(frozen=True, eq=False)
 class _ByContent:
-    """A smoothed profile that is the same as another one of the same points, filter and nominal."""
+    """A smoothed profile, equal to another one with equal points, filter and nominal."""
 
     profile: Profile
 
@@ -456,7 +457,7 @@ def _other_lines(one: _ByContent) -> tuple[OtherLine, ...]:
 
 
 def _other(profile: Profile, changed: Measured) -> Profile | None:
-    """The line of points smoothed otherwise; None where they do not lie over their nominal profile any more."""
+    """The line of differently smoothed points; None if they no longer lie over their nominal profile."""
     try:
         made = replace(changed, held=slid(changed.held, changed.filter_mm))
     except np.linalg.LinAlgError:
@@ -465,7 +466,7 @@ def _other(profile: Profile, changed: Measured) -> Profile | None:
 
 
 def _drawn(profile: Profile, measured: Measured, number: int) -> Measured:
-    """Points of a smoothed line with other noise of the same size."""
+    """Points of a smoothed line with another draw of equally large noise."""
     points, normals = _at(profile, measured.s_mm)
     seed = [SEED, number, 0 if profile.kind == "rail" else 1]
     noise = _noise_draws(measured, seed, 1)

@@ -52,7 +52,7 @@ class JudgedStudy:
     Attributes
     ----------
     rows
-        One a case; that of a case that cannot be judged has a status that says why.
+        One row per case; the row of a case that cannot be judged has a status that says why.
     changed
         Verdicts before and now, by id, where there are both and they differ.
     """
@@ -101,11 +101,11 @@ def judge(
     criteria
         The usual ones if not given.
     creep
-        Friction and creepages; without friction those of each case.
+        Friction and creepages; without friction each case's own are used.
     measure
         Of a map, what it is about; by `theory` with friction the laws of creep forces are judged too.
     theory
-        Of a map, one of the pressure whose map is drawn beside that of Hertz.
+        Of a map: a theory of the pressure, whose map is drawn beside the map of Hertz.
     out
         Folder for tables, pictures and report of the new verdicts.
 
@@ -143,7 +143,7 @@ def judge_study(
     Parameters
     ----------
     creep
-        Friction and creepages; those of each case if not given.
+        Friction and creepages; each case's if not given.
     out
         Folder for `study.csv`, `study.json`, `study.png` and `report.html` of the new verdicts; the old ones stay.
 

@@ -1,6 +1,6 @@
-"""Digests of the sources that solve and that evaluate: a stored result is used as long as they are the same.
+"""Digests of the sources that solve and that evaluate: a stored result is used as long as they are equal.
 
-A digest is that of an import closure, read from the sources without importing anything. Docstrings, comments, texts of
+A digest covers an import closure, read from the sources without importing anything. Docstrings, comments, texts of
 inputs and of refusals do not count, nor do modules that read, write or show what is in the id of a case anyway.
 """
 

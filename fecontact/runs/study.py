@@ -49,7 +49,7 @@ from fecontact.solving.solve import CaseResult
 # Each takes 0.1 to 0.6 s.
 _MOST_SEEN = 3
 _REFINED = 3.0
-"""Unknowns of all meshes of a verdict that stays open over those of the first ones, where the limit allows."""
+"""Ratio of unknowns for a verdict that stays open: all meshes over the first ones, where the limit allows."""
 Item = TypeVar("Item")
 
 

@@ -85,9 +85,7 @@ def theory_of(loaded: Loaded, name: str) -> TheoryAlone:
     if made is None:
         of_hertz = THEORIES[HERTZ].approximate(loaded)
         assert isinstance(of_hertz, Approximation)
-        made = replace(
-            of_hertz, notes=(*of_hertz.notes, f"{THEORIES[name].words}: nothing of its own here, it is Hertz")
-        )
+        made = replace(of_hertz, notes=(*of_hertz.notes, f"{THEORIES[name].words}: undefined here, Hertz is shown"))
     contact, problem = (None, made) if isinstance(made, str) else (made, None)
     return TheoryAlone(
         name=name,

@@ -193,7 +193,7 @@ def _check_irregularity(placement: Placement, rung: Rung) -> None:
 def angle_of_patches(placement: Placement, rung: Rung) -> Floats:
     """Angle (ns,) in rad of the plane below each node: of its patch, across to the patch's resultant force.
 
-    Between separate patches the plane is that of the nearer one; a single patch has one plane everywhere.
+    Between separate patches the nearer patch's plane counts; a single patch has one plane everywhere.
     """
     line_load, s = rung.pressure_MPa.sum(axis=0), rung.grid.s_mm
     below = np.flatnonzero(line_load)
@@ -366,7 +366,7 @@ def _spline(field: Field, degree: int = 3) -> RectBivariateSpline:
 # --- Where the patch will be: the true gap on a half-space, cheap enough to be solved before any mesh is made.
 
 SLIDES = 2
-"""Further solutions on a steep surface: the approach of the second one is that of the first to some 1e-3 already."""
+"""Further solutions on a steep surface: the second approach equals the first to some 1e-3 already."""
 _COARSE_STEP_S_MM = 0.2
 _COARSE_NODES_X = 25
 # Nodes follow a small lobe down to so much of what the others need.
@@ -374,7 +374,7 @@ _FINEST = 0.25
 # Patches with more free surface between them than so many times the wider one's half width are far apart: each has
 # elements of its own.
 _FAR_APART = 1.0
-# Seconds a solution, beyond it minutes; two patches of S1002 on 60E1 take up to 184 thousand.
+# Seconds per solution, beyond it minutes; two patches of S1002 on 60E1 take up to 184 thousand.
 _MOST_NODES = 200_000
 # How much longer steps are made where nodes would be too many, as those of the rim around a patch come on top; the
 # longer one where the first is not enough.
@@ -411,9 +411,9 @@ class ExpectedPatch:
         The gap under the load, with the slide of the bodies on a steep surface.
     half_space
         Contact of that gap on a half-space, with 32 nodes or more on each semi-axis, of small lobes too. Separate
-        patches have a plane each; all else here is that of one plane for all.
+        patches have a plane each; all else here is of one plane for all patches.
     parts
-        Patches far apart, from the gauge side on; a single one otherwise.
+        Patches far apart, from the gauge side on; a single patch if none are.
     """
 
     x_low_mm: float
@@ -596,7 +596,7 @@ def _patch_of(true_gap: TrueGap, rung: Rung) -> ExpectedPatch:
 
 
 def _parts(rung: Rung, semi_axis_s: float) -> tuple[ExpectedPart, ...]:
-    """Patches far apart, from the gauge side on; elements made for `semi_axis_s` across are those of the narrowest."""
+    """Patches far apart, from the gauge side on; `semi_axis_s` across sizes the elements of the narrowest."""
     s, step = rung.grid.s_mm, rung.grid.steps_mm[1]
     below = np.flatnonzero(rung.pressure_MPa.any(axis=0))
     parts: list[tuple[int, int]] = []

@@ -48,7 +48,7 @@ _ENLARGEMENTS = 4
 # How layers grow downwards where steel may yield: a plastic zone reaches down to 1.2 semi-axes at 2.5 yield stresses.
 # Six elements a semi-axis have the peak of a sphere within 0.2 % then, and 1 % too high where layers grow by 1.3.
 _LAYERS_THAT_YIELD = 1.2
-# Sizes of the elements tried one after the other where those of a section fold: another size is another mesh.
+# Element sizes tried one after the other where a section's elements fold: another size is another mesh.
 _SIZES_IF_FOLDED = (1.0, 0.97, 0.94, 0.91)
 
 
@@ -109,7 +109,7 @@ class CoupledProblem:
     half_space
         Contact of their gap on a half-space, where the solution starts.
     model
-        Compliance of the bodies as if it were one and the same at every node.
+        Compliance of the bodies, taken as equal at every node.
     elements, otherwise
         Half-spaces as soft as the elements, by two ideas of what of a response is the elements'.
     compliance_error
@@ -130,7 +130,7 @@ class CoupledProblem:
         )
 
     def solve(self, load_N: float) -> ContactSolution:
-        """Solve the contact on the half-space, and from there that of the bodies."""
+        """Solve the contact on the half-space, and from there the contact of the bodies."""
         start = solve_contact(self.half_space, load_N).pressure_MPa
         return solve_by_correction(self.bodies, load_N, self.model, start_MPa=start)
 
@@ -164,7 +164,7 @@ def coupled_problem(true_gap: TrueGap, bodies: CoupledBodies) -> CoupledProblem:
     )
     bands = Bands(grid=grid, columns=bodies.bands, contact_modulus_MPa=modulus)
     responses = bands.responses(bodies.compliance)
-    # the elements of a yawed wheel meet those of the rail otherwise from place to place
+    # a yawed wheel's elements meet the rail's elements differently from place to place
     others = responses if grid.half else bands.responses(bodies.compliance, beside=_BESIDE)
     return CoupledProblem(
         bodies=of_bodies,
@@ -394,8 +394,8 @@ class Meshes:
     position
         Its expected patch decides about zone and element size of all meshes.
     keep
-        Whether the factors stay for further loads until `close`; otherwise they go as soon as a load is solved, and
-        `bodies` are those of its finest meshes.
+        Whether the factors stay for further loads until `close`. If not, they go as soon as a load is solved, and
+        `bodies` belong to its finest meshes.
     """
 
     def __init__(self, position: Position, *, keep: bool = False) -> None:
@@ -529,8 +529,8 @@ def _limits(position: Position, levels: Sequence[Level]) -> Iterator[str]:
 def is_open(case: Case, levels: Sequence[Level], placement: Placement, lines: Lines | None, half_space: Rung) -> bool:
     """Whether the verdict on a load is open and another pair of meshes may decide it.
 
-    If `Case.refine` is "evidence", also that of the elements' own nodes. Elements that are too coarse for where they
-    are look too soft or too stiff: finer ones do not, unless they are.
+    If `Case.refine` is "evidence", the verdict on the elements' own nodes counts, too. Elements that are too coarse for
+    their place look too soft or too stiff; finer ones look so only if they are.
     """
     most = _MOST_FOR_EVIDENCE if case.refine == "evidence" else _MOST_MESHES
     if any(level.status != "converged" for level in levels) or len(levels) == most:

@@ -77,7 +77,7 @@ class Clock:
 
 
 def hertz_of_case(case: Case, placement: Placement) -> HertzContact:
-    """Hertz's ellipse at the first touch point under the case's load; at a junction that of its field side.
+    """Hertz's ellipse at the first touch point under the case's load; at a junction the ellipse of its field side.
 
     Raises
     ------
@@ -130,7 +130,7 @@ def element_size_mm(case: Case, expected: ExpectedPatch) -> tuple[float, float]:
 
 
 def element_width_mm(element_size_mm: tuple[float, float], part: ExpectedPart) -> float:
-    """Width across of the elements below one of several patches far apart, where those of the narrowest are given."""
+    """Width across of the elements below one of several patches far apart, from the sizes below the narrowest."""
     along_x, across = element_size_mm
     return max(across, min(part.larger * across, _MOST_SLENDER * along_x))
 
@@ -144,7 +144,7 @@ class Position:
     element_size_mm
         Along x and across, of the finest meshes that are made at first.
     several_loads
-        Whether the meshes serve more loads than that of the case.
+        Whether the meshes serve more loads than the case's load.
     """
 
     case: Case
@@ -202,7 +202,7 @@ def expect_on_half_space(
 ) -> tuple[HertzContact, ExpectedPatch]:
     """Hertz's ellipse of a case and the half-space under its true gap: all that can be said without finite elements.
 
-    `nodes` on the narrowest semi-axis are those of the case if not given.
+    `nodes` on the narrowest semi-axis are the case's if not given.
 
     Raises
     ------
@@ -503,7 +503,7 @@ def mesh_pair(case: Case) -> MeshedPair:
         rail=rail_mesh(placement, zone, half=case.half, size=case.size),
         wheel=wheel_mesh(placement, zone, half=case.half, size=case.size),
         direction=direction,
-        # that of the half-space is the part along the normal
+        # the half-space's approach is the part along the normal
         approach_mm=approach / float(direction @ placement.first.normal),
     )
 
@@ -523,7 +523,7 @@ START_SECONDS = 0.9
 # Unknowns of both bodies for n_x by n_s elements in the zone of a half model: eight meshes of 8 by 16 to 13 by 50
 # elements have 0.93 to 1.06 of it (60E1, a cylinder, A120; quick and standard).
 _UNKNOWNS, _MORE_X, _MORE_S = 125.0, 0.2, 14.4
-# Of a model without symmetry over those of half of it.
+# Unknowns of a whole model over the unknowns of half of it.
 _WHOLE = 2.0
 _ONE_PATCH, _SECONDS, _SECONDS_POWER = 33_900.0, 2.6, 1.1
 _BASE_GB, _GB_PER_UNKNOWN = 0.077, 8.2e-6
@@ -546,7 +546,7 @@ def cpu_seconds(unknowns: float) -> float:
 
 
 def memory_GB(unknowns: float) -> float:
-    """Largest memory of the process that solves; of the same measurements, to 12 %."""
+    """Largest memory of the process that solves; met to 12 % by the measurements of `cpu_seconds`."""
     return _BASE_GB + _GB_PER_UNKNOWN * unknowns
 
 

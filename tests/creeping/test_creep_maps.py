@@ -194,7 +194,12 @@ def test_the_png_of_forces_is_drawn_as_that_of_pressure(made, monkeypatch):
     ]
     assert [text.get_text() for text in ax.texts] == ["0.20", "0.80", "1.8 P", *["4.0 F"] * 3, *"!!!"]
     told = " ".join(text.get_text().replace("\n", " ") for text in ax.get_legend().get_texts())
-    for words in ("centre of pressure beside the touch point", "shape of the patch", "off from 1 on", "not to be used"):
+    for words in (
+        "centre of pressure beside the touch point",
+        "shape of the patch",
+        "above 1 it fails",
+        "not to be used",
+    ):
         assert words in told
     assert "5 % of µN, friction 0.3, creepages up to 2 %" in ax.get_title()
     # one picture is both wheels

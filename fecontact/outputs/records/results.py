@@ -1,6 +1,6 @@
 """Results as plain dictionaries with units in their keys: what the JSON and CSV files hold.
 
-A contact stands once in a record: that of the finite elements as `fe`, each other rung and theory by its name, with its
+A contact stands once in a record: finite elements as `fe`, each other rung and theory by its name, with its
 own measures; beside them how far it is off, how sure that is, and what the criteria say of it. All of them carry the
 `normal_force_N` of the record, but for lobes and the patches of a theory, which have a force each along their own
 normal. A number that is added here is in the record, in the row, and so in all tables and comparisons.
