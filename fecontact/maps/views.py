@@ -197,7 +197,7 @@ def verdict_view(made: ApplicabilityMap, theory: str = HERTZ) -> MapView:
         {cause: mark for cause, mark in CAUSES.items() if of_hertz},
         title=f"where {words} holds",
         criterion=limits_text(made.case.criteria),
-        number=f"share of the error limit\nthat {name} uses; above 1 it fails"
+        number=f"share of the error limit\nthat {name} uses; above 1 it does not hold"
         + "\n%: load on separate patches" * of_load,
         notes=[
             f"{_SIGN_WORDS} could not be solved; peak pressure, {words} against FE in %",
@@ -225,7 +225,7 @@ def offered_view(made: ApplicabilityMap, name: str) -> MapView:
         of.causes,
         title=of.title,
         criterion=within,
-        number="share of the error limit\nthat Hertz uses; above 1 it fails",
+        number="share of the error limit\nthat Hertz uses; above 1 it does not hold",
         notes=[
             f"{_SIGN_WORDS} {of.lost}; part of the limit of {within}",
             f"off by {', '.join(f'{letter} {cause}' for cause, (letter, _) in of.causes.items())}",
@@ -398,7 +398,7 @@ def theory_view(made: ApplicabilityMap) -> MapView:
         read=theories_of,
         marks={name: (THEORIES[name].letter, colour) for name, colour in zip(names, colours, strict=False)},
         note=f"{title}, and the largest part of a limit that it uses",
-        number="share of the error limit\nthat it uses; above 1 it fails",
+        number="share of the error limit\nthat it uses; above 1 it does not hold",
         of=lambda _, judged: part_words(judged.limit_used),
         in_range=made.case.criteria.theories_in_range,
     )

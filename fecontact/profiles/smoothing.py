@@ -2,9 +2,8 @@
 
 The curvature of a spline through points with an error e every h carries 6 e / h^2, for 0.01 mm every 0.2 mm 500 times
 the curvature of a rail head. A smoothing spline of the wave length w carries 0.3 e sqrt(h) (2 pi / w)^2.5 only. It
-blurs what is shorter than w. Practice smooths measured rails and wheels over 4 to 8 mm. Where points certainly are
-of a profile of the library, little worn, their deviation from it is smoothed: its junctions stay, and noise allows
-more.
+blurs what is shorter than w. Practice smooths measured rails and wheels over 4 to 8 mm. Points that are certainly a
+profile of the library, little worn, are smoothed as their deviation from it: its junctions stay, and noise allows more.
 
 Kim and Gu (2004) for the score by which the filter length is chosen: generalised cross-validation in which a degree of
 freedom costs more, as the plain one follows the noise in one case of ten.

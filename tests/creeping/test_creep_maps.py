@@ -197,7 +197,7 @@ def test_the_png_of_forces_is_drawn_as_that_of_pressure(made, monkeypatch):
     for words in (
         "centre of pressure beside the touch point",
         "shape of the patch",
-        "above 1 it fails",
+        "above 1 it does not hold",
         "not to be used",
     ):
         assert words in told
