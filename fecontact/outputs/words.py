@@ -7,6 +7,7 @@ import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
+from textwrap import fill
 from typing import Any
 
 from fecontact.case import RESOLUTIONS, Case, Opposite
@@ -291,13 +292,19 @@ def what_would_decide(record: Record) -> str:
     return f"to decide it: {finer}{', or --refine verdict' if case['refine'] == 'never' else ''}"
 
 
+# Characters of a line in a picture of half a window of 1000 pixels.
+_ANNOTATION_WIDTH = 40
+
+
 def case_annotation(result: CaseResult) -> str:
-    """A case and its verdict in three lines, for a picture."""
+    """A case and its verdict in short lines, for a picture."""
     fe, hertz = result.comparison.fe.p_max_MPa, result.comparison.hertz.p_max_MPa
-    return (
-        f"{case_words(result.case, result.placement)}\nHertz {result.verdict.answer}: {verdict_reason(result.load)}\n"
-        f"peak pressure: finite elements {fe:.0f} MPa, Hertz {hertz:.0f} MPa"
+    told = (
+        case_words(result.case, result.placement),
+        f"Hertz {result.verdict.answer}: {verdict_reason(result.load)}",
+        f"peak pressure: finite elements {fe:.0f} MPa, Hertz {hertz:.0f} MPa",
     )
+    return "\n".join(fill(text, _ANNOTATION_WIDTH) for text in told)
 
 
 # --- How a wheel is rolled, and which wheel of a wheelset it is, in words: for titles, axes, tables and reports.
