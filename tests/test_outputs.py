@@ -46,7 +46,6 @@ from fecontact.outputs.records.results import (
     case_inputs,
     case_row,
     hertz_record,
-    load_row,
     read_row,
     result_record,
     write_row,
@@ -399,7 +398,9 @@ def test_field_data_are_few_and_on_the_pressure_alone(vtk_folder, elliptic_quick
     # a view beside ParaView's panels has room for so many letters in a window of 1000 pixels
     assert max(map(len, annotation.splitlines())) <= 40
     said = " ".join(annotation.split())
-    assert said.startswith("rail circle:300, wheel cylinder:460; shift +0.00 mm; vertical load 100 kN Hertz HOLDS: near")
+    assert said.startswith(
+        "rail circle:300, wheel cylinder:460; shift +0.00 mm; vertical load 100 kN Hertz HOLDS: near"
+    )
     assert " +- 0." in said
     # meshio ends the process on a text, so this line is the test
     assert set(meshio.read(vtk_folder / "rail.vtu").point_data) == {"displacement_mm", "stress_MPa", "von_mises_MPa"}
@@ -457,7 +458,8 @@ def test_the_contact_lies_above_the_rail_by_a_hair_and_the_line_on_its_relief(vt
     # a ray from above meets the line before the relief
     warped = surface.warp_by_vector("pressure_relief_mm").triangulate()
     for point in line.points[::5]:
-        hit, _ = warped.ray_trace(point + [0.0, 0.0, 5.0], point - [0.0, 0.0, 5.0], first_point=True)
+        ends = point[None, :] + np.array([[0.0, 0.0, 5.0], [0.0, 0.0, -5.0]])
+        hit, _ = warped.ray_trace(*ends, first_point=True)
         assert hit.size == 0 or hit[2] < point[2] - 0.02
 
 

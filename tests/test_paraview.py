@@ -127,7 +127,9 @@ def test_an_ellipse_below_the_relief_and_text_that_is_cut_are_faults(study, tmp_
     line = pyvista.read(folder / "hertz_ellipse.vtp")
     line.points[:, 2] -= 0.5
     line.save(folder / "hertz_ellipse.vtp")
-    script.write_text(script.read_text("utf-8").replace("shown.FontSize, shown.Color = 11", "shown.FontSize, shown.Color = 40"))
+    script.write_text(
+        script.read_text("utf-8").replace("shown.FontSize, shown.Color = 11", "shown.FontSize, shown.Color = 40")
+    )
     done = checked(folder, pictures)
     assert done.returncode == 1
     parts = [float(part) for part in re.findall(r"([0-9.]+) % of Hertz's ellipse is seen", done.stdout)]

@@ -1,7 +1,8 @@
 """ParaView files: both bodies, the contact, a collection for each case and study, and `view.py` that opens them.
 
 A case is opened in ParaView by its `case.vtm` (blocks `rail`, `wheel`, `pressure`, `elements`, `hertz_ellipse`), a
-study by its `.pvd`, whose time is the lateral shift. Half models are written whole, mirrored at their plane of symmetry.
+study by its `.pvd`, whose time is the lateral shift. Half models are written whole, mirrored at their plane of
+symmetry.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ from fecontact.wheel_rail.placement import Placement
 LIFT_MM = 1e-3
 """Height of the contact above the rail, along the normals: in one surface both would flicker."""
 RELIEF_MM_PER_MPA = 1e-3
-"""Height of the pressure relief: equal for all cases, so that reliefs can be compared; flat, so that none hides a line."""
+"""Height of the pressure relief: equal for all cases, to compare them, and flat, so that it hides no line."""
 LINE_LIFT_MM = 0.05
 """Height of the ellipses above the relief: ParaView draws it of flat triangles."""
 
@@ -121,9 +122,7 @@ def ellipse_lines(result: CaseResult) -> Any:
     return pyvista.merge(lines, merge_points=False)
 
 
-def _line(
-    placement: Placement, relief: RegularGridInterpolator, hertz: HertzContact, x_mm: float, s_mm: float
-) -> Any:
+def _line(placement: Placement, relief: RegularGridInterpolator, hertz: HertzContact, x_mm: float, s_mm: float) -> Any:
     """The edge of an ellipse about a point, as far as the rail's surface reaches."""
     import pyvista
 
