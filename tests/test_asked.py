@@ -126,9 +126,9 @@ def test_pictures_and_paraview_say_it_first(result, tmp_path):
     assert figure.texts[0].get_text().strip() == "Hertz FAILS"
     assert figure.texts[2].get_text().endswith("against elastic bodies Hertz HOLDS")
     lines = {line.get_label(): max(line.get_ydata()) for ax in figure.axes for line in ax.get_lines()}
-    # of the nodes, without a parabola through the highest
+    # the cut goes through the peak of bodies that yield
     elastic = float(result.pressure_MPa.max())
-    assert lines["finite elements, elastic bodies"] == pytest.approx(elastic, rel=1e-9)
+    assert lines["finite elements, elastic bodies"] == pytest.approx(elastic, rel=5e-3)
     assert lines["finite elements, bodies that yield"] == pytest.approx(SOFTER * elastic, rel=1e-9)
     assert first_answer(" ".join(case_annotation(result).split())) == "FAILS"
     level = result.load.level

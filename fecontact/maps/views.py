@@ -268,7 +268,7 @@ def against(made: ApplicabilityMap, yielding: bool) -> str:
     """Which bodies a verdict is against, for the end of a title; empty without a yield stress."""
     if not made.case.may_yield:
         return ""
-    return f" {YIELDING}" if yielding else ", elastic bodies"
+    return f", {YIELDING if yielding else 'against elastic bodies'}"
 
 
 def yield_notes(made: ApplicabilityMap) -> list[str]:
@@ -704,7 +704,9 @@ def map_answer(made: ApplicabilityMap, measure: str, theory: str = HERTZ) -> lis
     if measure == "theory":
         return theory_sentences(view)
     name = THEORIES[theory].words if measure == "pressure" else offered("MAPS")[measure].name
-    return verdict_sentences(made, view, name, why=measure == "pressure" and theory == HERTZ)
+    bodies = against(made, theory == HERTZ).removeprefix(", ") if measure == "pressure" else ""
+    more = [f"Verdicts are {bodies}."] if bodies else []
+    return verdict_sentences(made, view, name, why=measure == "pressure" and theory == HERTZ) + more
 
 
 def map_text(made: ApplicabilityMap, measure: str, *, theory: str = HERTZ, width: int | None = None) -> str:

@@ -59,17 +59,15 @@ class PressureFields:
     def of(cls, load: JudgedLoad) -> PressureFields:
         """The fields of a judged load."""
         hertz, yielded = load.hertz, load.level.yielded
-        fe, elastic = (
-            rung and rung.pressure.covering(hertz.extent_x_mm, hertz.extent_y_mm)
-            for rung in ((load.fe, None) if yielded is None else (yielded.fe, load.fe))
-        )
-        assert fe is not None
+        extents = hertz.extent_x_mm, hertz.extent_y_mm
+        elastic = load.fe.pressure.covering(*extents)
+        fe = elastic if yielded is None else yielded.fe.pressure.covering(*extents)
         return cls(
             grid=fe.grid,
             fe=fe.values,
             hertz=mean_pressure(fe.grid, hertz),
             ellipse=hertz,
-            elastic=elastic and elastic.values,
+            elastic=None if yielded is None else elastic.values,
         )
 
     @property

@@ -108,7 +108,7 @@ def ellipse_lines(result: CaseResult) -> Any:
     import pyvista
 
     level, lobes = result.load.level, result.load.lobes
-    fields, grid = _fields(result, level.fe, level.yielded and level.yielded.fe)
+    fields, grid = _fields(result, level.fe, None if level.yielded is None else level.yielded.fe)
     relief = RegularGridInterpolator(
         (grid.x_mm, grid.s_mm), RELIEF_MM_PER_MPA * _shown_pressure(fields), bounds_error=False, fill_value=0.0
     )

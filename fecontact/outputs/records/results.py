@@ -31,7 +31,7 @@ from fecontact.files import read_json, write_json
 from fecontact.irregularity.shapes import irregularity_text
 from fecontact.normal.hertz import HertzContact
 from fecontact.outputs.geometry import profile_notes, touch_records
-from fecontact.outputs.tables import Record, flat, picked, told
+from fecontact.outputs.tables import Item, Record, flat, picked, told
 from fecontact.outputs.words import theory_words
 from fecontact.profiles.library import profile_identity
 from fecontact.solving.expected_patch import narrowest_semi_axes_mm, semi_axes_of_elements_mm
@@ -86,7 +86,7 @@ def cheapest_words(row: Mapping[str, Any]) -> str:
 # --- The verdict that was asked for comes first: with a yield stress the one against bodies that yield.
 
 
-def asked_record(record: Record) -> Record:
+def asked_record(record: Item) -> Item:
     """A record whose `verdict`, `fe` and Hertz are those against bodies that yield; itself without a yield stress."""
     if (plastic := record.get("plastic")) is None:
         return record
@@ -101,7 +101,7 @@ def asked_record(record: Record) -> Record:
     }
 
 
-def asked_row(row: Row) -> Row:
+def asked_row(row: Item) -> Item:
     """A row whose verdict, deviations and measures are those against bodies that yield; itself without a yield stress.
 
     `elastic_verdict_answer` is the verdict against elastic bodies. Other theories are judged against elastic bodies
@@ -110,7 +110,9 @@ def asked_row(row: Row) -> Row:
     if not row.get("plastic_hertz_verdict_answer"):
         return row
     own = ("deviation_", "uncertainty_")
-    found = {name: None for name in row if name.startswith(("cheapest_theory", *(f"{HERTZ}_{of}" for of in own)))}
+    found: Record = {
+        name: None for name in row if name.startswith(("cheapest_theory", *(f"{HERTZ}_{of}" for of in own)))
+    }
     for name, value in row.items():
         of_hertz, measure = name.removeprefix("plastic_hertz_"), name.removeprefix("plastic_")
         if name.startswith("plastic_hertz_"):
@@ -237,7 +239,7 @@ def _of_profile(judged: Judgement) -> Record:
     return {name: value - judged.numerical[name] for name, value in judged.uncertainty.items()}
 
 
-def _measures_in(theory: Record) -> Record:
+def _measures_in(theory: Item) -> Record:
     return {name: theory[name] for name in MEASURES if name in theory}
 
 
