@@ -81,7 +81,7 @@ validate: setup ## run the studies at full size and write VALIDATION.md; one to 
 
 # Debian's ParaView draws on a screen only: xvfb-run stands in for one. It must not begin anew when its last client
 # leaves: ParaView tries a window first, and its next one would be refused meanwhile.
-paraview-check: study ## open the first study in ParaView: read, integrate, render; pictures in out/paraview
+paraview-check: study ## open the first study in ParaView: read, integrate, see the whole ellipse; pictures in out/paraview
 	@command -v pvpython >/dev/null 2>&1 || { \
 	  echo "paraview-check: skipped, pvpython is not installed (Debian, Ubuntu: sudo apt-get install paraview xvfb xauth)"; exit 0; }; \
 	$(BIN)/fecontact view out/first_light; \

@@ -25,7 +25,8 @@ def case(result: CaseResult, axes: Axes | None = None, *, field: Field = "finite
     axes
         Axes for the map of one field; if not given, a new figure gets all maps, cuts and measures.
     field
-        Pressure of `finite elements`, of `Hertz`, or `finite elements minus Hertz`; for given axes.
+        Pressure of `finite elements` (bodies that yield if there is a yield stress), of `Hertz`, or `finite elements
+        minus Hertz`; for given axes.
 
     Returns
     -------

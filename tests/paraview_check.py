@@ -1,22 +1,30 @@
 """What ParaView itself makes of the files: pvpython tests/paraview_check.py FOLDER [PICTURES].
 
-Loads every collection of a study or a case, walks all steps, integrates both pressures over the contact, and, with a
-folder for pictures, renders both views of `view.py` at every step. Exit code 1 and a line for each fault.
+Loads every collection of a study or a case, walks all steps and integrates the pressures over the contact. With a
+folder for pictures it renders both views of `view.py` at every step, as large as they are in ParaView windows of 1000
+and 1600 pixels: along Hertz's ellipse there must be pixels of its colour, and no text may touch the border. Exit code 1
+and a line for each fault.
 """
 
-import math
 import os
 import sys
 from pathlib import Path
 
+import numpy as np
 from paraview import servermanager, simple
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOImage import vtkPNGReader
 
 BODY = {"displacement_mm": 3, "stress_MPa": 6, "von_mises_MPa": 1}
 CONTACT = {"contact_pressure_MPa": 1, "hertz_pressure_MPa": 1, "pressure_difference_MPa": 1, "gap_mm": 1}
-CONTACT |= {"in_contact": 1, "pressure_relief_mm": 3, "hertz_relief_mm": 3}
-ARRAYS = {"rail": BODY, "wheel": BODY, "contact": CONTACT, "hertz_ellipse": {}}
+CONTACT |= {"in_contact": 1, "pressure_relief_mm": 3}
+ARRAYS = {"rail": BODY, "wheel": BODY, "pressure": CONTACT, "elements": CONTACT, "hertz_ellipse": {}}
 # Facets are chords of the rail, and nodes at the edge of a patch stand for cells that are only partly in it.
 TOLERANCE = 1e-3
+# Pixels of a view beside the panels, by the width of ParaView's window.
+VIEWS = {1000: (340, 460), 1600: (640, 760)}
+# Part of the ellipse that must be seen, pixels to look around a point of it, and units of colour that may differ.
+SEEN, AROUND, OFF_COLOUR = 0.9, 2, 40
 
 
 def say(line: str) -> None:
@@ -43,72 +51,141 @@ def check_collection(path: Path) -> list[str]:
 
 
 def check_step(source, step: float | None) -> list[str]:
-    faults = []
+    faults, force = [], None
     for name, arrays in ARRAYS.items():
         block = simple.ExtractBlock(Input=source)
         block.Selectors = [f"/Root/{name}"]
         block.UpdatePipeline(step) if step is not None else block.UpdatePipeline()
         found = {key: array.GetNumberOfComponents() for key, array in block.PointData.items()}
-        if found != arrays:
+        # bodies that yield have more
+        if not arrays.items() <= found.items():
             faults.append(f"{name} has {found}")
-        if name == "contact":
-            faults += check_contact(block, step)
+        told = fetched(block).GetFieldData()
+        if (told.GetNumberOfArrays() > 0) != (name == "pressure"):
+            faults.append(f"{name} has {told.GetNumberOfArrays()} field data")
+        if name == "pressure":
+            force = told.GetArray("normal_force_N").GetValue(0)
+            faults += check_field_data(told, step)
+        if arrays is CONTACT:
+            faults += check_forces(block, name, step, force)
         simple.Delete(block)
     return faults
 
 
-def check_contact(block, step: float | None) -> list[str]:
+def fetched(block):
     data = servermanager.Fetch(block)
     while hasattr(data, "GetBlock"):
         data = next(data.GetBlock(k) for k in range(data.GetNumberOfBlocks()) if data.GetBlock(k) is not None)
-    force = data.GetFieldData().GetArray("normal_force_N").GetValue(0)
+    return data
+
+
+def check_field_data(told, step: float | None) -> list[str]:
     faults = []
-    shift = data.GetFieldData().GetArray("lateral_shift_mm").GetValue(0)
+    shift = told.GetArray("lateral_shift_mm").GetValue(0)
     if step is not None and shift != step:
         faults.append(f"the case of {shift:g} mm is at another time")
-    if not data.GetFieldData().GetAbstractArray("annotation").GetValue(0).count("Hertz"):
+    if not told.GetAbstractArray("annotation").GetValue(0).count("Hertz"):
         faults.append("the annotation does not tell the verdict")
+    return faults
+
+
+def check_forces(block, name: str, step: float | None, force: float) -> list[str]:
+    faults = []
     integrated = simple.IntegrateVariables(Input=block)
     integrated.UpdatePipeline(step) if step is not None else integrated.UpdatePipeline()
-    for name in ("contact_pressure_MPa", "hertz_pressure_MPa"):
-        part = integrated.PointData[name].GetRange()[0] / force - 1.0
-        say(f"  {name}: integral {1e2 * part:+.4f} % from the normal force")
+    for array in ("contact_pressure_MPa", "hertz_pressure_MPa"):
+        part = integrated.PointData[array].GetRange()[0] / force - 1.0
+        say(f"  {name}: {array}: integral {1e2 * part:+.4f} % from the normal force")
         if not abs(part) < TOLERANCE:
-            faults.append(f"{name} integrates to {1e2 * part:+.3f} % beside the force")
+            faults.append(f"{name}: {array} integrates to {1e2 * part:+.3f} % beside the force")
     simple.Delete(integrated)
     return faults
 
 
 def render(folder: Path, pictures: Path) -> list[str]:
-    import numpy as np
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-    from vtkmodules.vtkIOImage import vtkPNGReader
-
     pictures.mkdir(parents=True, exist_ok=True)
     script = folder / "view.py"
     made = {"__file__": str(script), "__name__": "__main__"}
     exec(compile(script.read_text("utf-8"), script, "exec"), made)
-    for view in made["VIEWS"]:
-        # letters keep their size in points
-        view.ViewSize = [1100, 850]
     faults = []
-    for step in list(getattr(made["SOURCE"], "TimestepValues", None) or [math.nan]):
-        if not math.isnan(step):
+    for step in list(getattr(made["SOURCE"], "TimestepValues", None) or [None]):
+        if step is not None:
             simple.GetAnimationScene().AnimationTime = step
-        for name, view in zip(("pressure", "stress"), made["VIEWS"], strict=True):
-            path = pictures / (f"{name}.png" if math.isnan(step) else f"{name}_{step:+.2f}mm.png")
-            simple.Render(view)
-            simple.SaveScreenshot(str(path), view, ImageResolution=[1100, 850])
-            reader = vtkPNGReader()
-            reader.SetFileName(str(path))
-            reader.Update()
-            pixels = vtk_to_numpy(reader.GetOutput().GetPointData().GetScalars())[:, :3]
-            colours = len(np.unique(pixels, axis=0))
-            say(f"{path.name}: {colours} colours")
-            # a blank picture, or one of bodies alone, has some tens
-            if colours < 300:
-                faults.append(f"{path.name} has {colours} colours only")
+        for width, size in VIEWS.items():
+            for name, view in zip(("pressure", "stress"), made["VIEWS"], strict=True):
+                # a picture for each window: letters keep their size in points
+                view.ViewSize = size
+                path = pictures / f"{name}{'' if step is None else f'_{step:+.2f}mm'}_{width}.png"
+                shown = pixels(view, path)
+                found = seen(view, shown, step, made) if name == "pressure" else []
+                found += [*at_border(view, path.with_suffix(".text.png"))]
+                faults += [f"{path.name}: {fault}" for fault in found]
     return faults
+
+
+def pixels(view, path: Path) -> np.ndarray:
+    """The picture of a view (height, width, 3), from its lower edge on; it is written as well."""
+    simple.Render(view)
+    simple.SaveScreenshot(str(path), view, ImageResolution=view.ViewSize)
+    reader = vtkPNGReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    width, height, _ = reader.GetOutput().GetDimensions()
+    return vtk_to_numpy(reader.GetOutput().GetPointData().GetScalars()).reshape(height, width, -1)[..., :3].astype(int)
+
+
+def seen(view, shown: np.ndarray, step: float | None, made: dict) -> list[str]:
+    """Faults of Hertz's ellipses: along how much of each there are pixels of the colour of an ellipse."""
+    lines = simple.FindSource("hertz_ellipse")
+    lines.UpdatePipeline(step) if step is not None else lines.UpdatePipeline()
+    data = fetched(lines)
+    of_lobe = vtk_to_numpy(data.GetCellData().GetArray("lobe"))
+    points = vtk_to_numpy(data.GetPoints().GetData())
+    ends = points[[[data.GetCell(k).GetPointId(i) for i in (0, 1)] for k in range(data.GetNumberOfCells())]]
+    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    colours = 255.0 * np.array([made["ORANGE"], made["PINK"]])
+    coloured = (np.abs(shown[..., None, :] - colours).max(axis=-1) < OFF_COLOUR).any(axis=-1)
+    there = np.array([is_there(coloured, pixel(view, middle)) for middle in ends.mean(axis=1)])
+    faults = []
+    for lobe in np.unique(of_lobe):
+        own = of_lobe == lobe
+        part = float(lengths[own] @ there[own] / lengths[own].sum())
+        words = "Hertz's ellipse" if lobe == 0 else f"the ellipse of lobe {lobe}"
+        say(f"  {'' if step is None else f'{step:+g} mm, '}{view.ViewSize[0]} pixels: {1e2 * part:.1f} % of {words}")
+        if part < SEEN:
+            faults.append(f"{1e2 * part:.1f} % of {words} is seen")
+    return faults
+
+
+def pixel(view, point: np.ndarray) -> tuple[int, int]:
+    """Column and row of a point in a view's picture."""
+    renderer = view.GetClientSideObject().GetRenderer()
+    renderer.SetWorldPoint(*point.tolist(), 1.0)
+    renderer.WorldToDisplay()
+    column, row, _ = renderer.GetDisplayPoint()
+    return round(column), round(row)
+
+
+def is_there(coloured: np.ndarray, place: tuple[int, int]) -> bool:
+    column, row = place
+    if not (0 <= column < coloured.shape[1] and 0 <= row < coloured.shape[0]):
+        return False
+    near = (slice(max(0, one - AROUND), one + AROUND + 1) for one in (row, column))
+    return bool(coloured[tuple(near)].any())
+
+
+def at_border(view, path: Path) -> list[str]:
+    """Faults of letters, drawn without the bodies: whether any touch the border, and whether there are any."""
+    bodies = [one for one in view.Representations if hasattr(one, "ColorArrayName") and one.Visibility]
+    for one in bodies:
+        one.Visibility = 0
+    shown = pixels(view, path)
+    for one in bodies:
+        one.Visibility = 1
+    letters = shown.max(axis=-1) < 200
+    edges = np.concatenate([letters[0], letters[-1], letters[:, 0], letters[:, -1]])
+    path.unlink()
+    return ["it has no text"] * (not letters.any()) + ["text touches the border"] * bool(edges.any())
 
 
 if __name__ == "__main__":

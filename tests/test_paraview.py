@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import pyvista
 from kept import keep_as
 
 from fecontact.cli import call
@@ -93,15 +94,45 @@ def pvpython() -> list[str]:
     return ["pvpython"]
 
 
-def test_paraview_reads_integrates_and_renders(study, tmp_path):
-    write_view(study)
+def checked(study: Path, pictures: Path) -> subprocess.CompletedProcess:
+    """What the check in ParaView says of a study."""
     # what Python this is must not be mixed with ParaView's own
     clean = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
-    command = [*pvpython(), str(Path(__file__).with_name("paraview_check.py")), str(study), str(tmp_path)]
+    command = [*pvpython(), str(Path(__file__).with_name("paraview_check.py")), str(study), str(pictures)]
     # from another folder: the script's paths are its own
-    done = subprocess.run(command, capture_output=True, text=True, timeout=240, cwd=tmp_path, env=clean, check=False)
+    return subprocess.run(command, capture_output=True, text=True, timeout=240, cwd=pictures, env=clean, check=False)
+
+
+def test_paraview_reads_integrates_and_shows_the_whole_ellipse(study, tmp_path):
+    write_view(study)
+    done = checked(study, tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr[-2000:]
     assert "all as it should be" in done.stdout
+    parts = [float(part) for part in re.findall(r"([0-9.]+) % of Hertz's ellipse", done.stdout)]
+    assert len(parts) == 4
+    assert min(parts) > 99.0
     assert sorted(path.name for path in tmp_path.glob("*.png")) == [
-        *("pressure_+2.50mm.png", "pressure_-1.00mm.png", "stress_+2.50mm.png", "stress_-1.00mm.png")
+        f"{name}_{shift}mm_{width}.png"
+        for name in ("pressure", "stress")
+        for shift in ("+2.50", "-1.00")
+        for width in (1000, 1600)
     ]
+
+
+def test_an_ellipse_below_the_relief_and_text_that_is_cut_are_faults(study, tmp_path):
+    folder, pictures = tmp_path / "hidden", tmp_path / "pictures"
+    shutil.copytree(study / "cases" / "at-1", folder)
+    pictures.mkdir()
+    script = write_view(folder)
+    line = pyvista.read(folder / "hertz_ellipse.vtp")
+    line.points[:, 2] -= 0.5
+    line.save(folder / "hertz_ellipse.vtp")
+    script.write_text(
+        script.read_text("utf-8").replace("shown.FontSize, shown.Color = 11", "shown.FontSize, shown.Color = 40")
+    )
+    done = checked(folder, pictures)
+    assert done.returncode == 1
+    parts = [float(part) for part in re.findall(r"([0-9.]+) % of Hertz's ellipse is seen", done.stdout)]
+    assert len(parts) == 2
+    assert max(parts) < 20.0
+    assert done.stdout.count("text touches the border") == 4

@@ -112,7 +112,7 @@ def test_a_pickled_result_has_all_but_the_factors(elliptic_quick, tmp_path):
     # with its meshes and displacements, from which the stresses are found
     for folder, result in (("here", elliptic_quick), ("again", again)):
         write_case_vtk(result, tmp_path / folder)
-    for file in ("rail.vtu", "wheel.vtu", "contact.vtp"):
+    for file in ("rail.vtu", "wheel.vtu", "pressure.vtp"):
         assert (tmp_path / "here" / file).read_bytes() == (tmp_path / "again" / file).read_bytes()
     with pytest.raises(InputError, match="solve the case again"):
         again.bodies.coupled.rail.displacements(np.array([0]), np.zeros((1, 3)))

@@ -134,7 +134,8 @@ def solve(
     if json:
         print(json_text(told.record), flush=True)
     else:
-        show(case_parts(told.record, case_words(result.case, result.placement)), long=long)
+        title, evidence = case_words(result.case, result.placement), result.case.refine == "evidence"
+        show(case_parts(told.record, title, elements=evidence), long=long)
         if not long:
             say("--long prints all that is known" + ("" if out is None else f", {out / 'report.html'} shows it"))
     if lost is not None:
@@ -181,8 +182,10 @@ def run(study: Path, *, out: Path, quick: bool = False, how: RunOptions = AS_USU
 
 def _log_rows(rows: Sequence[Mapping[str, Any]]) -> None:
     """Keep for the log what the table shows of each case."""
+    from fecontact.outputs.records.results import asked_row
+
     for row in rows:
-        log_only(f"{row['id']}: {row.get('verdict_answer') or row['status']}")
+        log_only(f"{row['id']}: {asked_row(row).get('verdict_answer') or row['status']}")
         for name in ("verdict_warnings", "warnings"):
             if row.get(name):
                 log_only(f"{row['id']}: {row[name]}", warning=True)

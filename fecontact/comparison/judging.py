@@ -363,7 +363,7 @@ class JudgedLoad:
     features: Mapping[str, Any] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        case, verdict = self.case, self.verdict
+        case, verdict = self.case, self.answer
         return (
             f"<JudgedLoad {case.rail} and {case.wheel}, {case.lateral_shift_mm:+z.2f} mm, {self.load_N / 1e3:g} kN:"
             f" {self.status}, Hertz {verdict.answer} by {verdict.measure}>"
@@ -415,6 +415,11 @@ class JudgedLoad:
             for side, one in reversed([*self.sides.items()])
             if (one.verdict.each, one.verdict.measure) == decided
         )
+
+    @property
+    def answer(self) -> Verdict:
+        """The verdict that was asked for: against bodies that yield if there is a yield stress, else `verdict`."""
+        return self.verdict if self.plastic is None else self.plastic.verdict
 
     @property
     def hertz(self) -> HertzContact:

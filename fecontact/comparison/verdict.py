@@ -305,6 +305,12 @@ class PlasticVerdict:
     cancelling: str
 
     @property
+    def deciding(self) -> Judgement:
+        """Hertz on the side that decided, against bodies that yield, with the verdict."""
+        worst = next(one for one in self.judgements.values() if one.verdict.each == self.verdict.each)
+        return replace(worst, verdict=self.verdict)
+
+    @property
     def has_yielded(self) -> bool:
         """Whether anything yields under the load."""
         return any(body.largest_strain > 0.0 for body in self.yielded.bodies.values())

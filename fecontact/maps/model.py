@@ -94,12 +94,12 @@ class MapCell:
     @property
     def verdict(self) -> CellVerdict:
         """The verdict, `failed` where there is none."""
-        return "failed" if self.judged is None else self.judged.verdict.answer
+        return "failed" if self.judged is None else self.judged.answer.answer
 
     @property
     def cause(self) -> str | None:
         """Why Hertz does not hold."""
-        return None if self.judged is None else self.judged.verdict.cause
+        return None if self.judged is None else self.judged.answer.cause
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -227,7 +227,8 @@ class KnownLoad:
     @classmethod
     def of(cls, judged: JudgedLoad) -> KnownLoad:
         """The worst side of a judged load."""
-        return cls(load_N=judged.load_N, answer=judged.verdict.answer, excess=judged.limit_used - 1.0)
+        used = judged.limit_used if judged.plastic is None else judged.plastic.deciding.limit_used
+        return cls(load_N=judged.load_N, answer=judged.answer.answer, excess=used - 1.0)
 
 
 def known_loads(cells: Sequence[MapCell], tried: Sequence[JudgedLoad] = ()) -> tuple[KnownLoad, ...]:
@@ -318,7 +319,7 @@ def load_limit(
         intervals=intervals_of([(one.load_N, one.answer) for one in known]),
         reason=None if known else statuses.pop() if len(statuses) == 1 else "no load could be solved",
         note="; ".join(notes) or None,
-        tried=tuple((one.load_N, one.verdict.answer) for one in tried),
+        tried=tuple((one.load_N, one.answer.answer) for one in tried),
         # another attempt would end in the same unusable result
         narrowed=stopped is None and (bool(unusable) or next_load(known, [cell.load_N for cell in cells]) is None),
     )

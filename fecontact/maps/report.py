@@ -165,7 +165,8 @@ def _cells(made: ApplicabilityMap) -> Table:
 def _cells_of(load: JudgedLoad) -> list[str]:
     unknowns = str(sum(load.level.degrees_of_freedom.values()))
     cheapest = cheapest_words(cheapest_columns("cheapest_theory", cheapest_of(load)))
-    return [f"{load.limit_used:.2f}", verdict_reason(load), unknowns, cheapest]
+    used = load.limit_used if load.plastic is None else load.plastic.deciding.limit_used
+    return [f"{used:.2f}", verdict_reason(load), unknowns, cheapest]
 
 
 _OTHER_ANSWERS = {

@@ -127,18 +127,20 @@ def laws_of(cell: MapCell, laws: MappedLaws) -> Mapping[str, Judgement]:
 
 
 def judged_by(load: JudgedLoad | None, theory: str) -> JudgedLoad | Judgement | None:
-    """A load by a theory, of Hertz the load itself; None where the theory has no contact.
+    """A load by a theory, of Hertz the load itself, or bodies that yield; None where the theory has no contact.
 
     A theory that says nothing of its own, such as springs at a single touch point, is Hertz.
     """
     if load is None or theory in load.without:
         return None
+    if theory == HERTZ and load.plastic is not None:
+        return load.plastic.deciding
     return load if theory == HERTZ else load.judgements.get(theory, load)
 
 
 def ellipses_instead(load: JudgedLoad | None) -> Standing | None:
     """The theory of ellipses that holds where the single one of Hertz does not; None where it does, or none holds."""
-    if load is None or not load.usable or load.verdict.answer == "HOLDS":
+    if load is None or not load.usable or load.plastic is not None or load.verdict.answer == "HOLDS":
         return None
     holding = (one for one in standings(other_theories(load)) if one.name in OF_ELLIPSES and one.answer == "HOLDS")
     found = cheapest(holding, in_range=load.case.criteria.theories_in_range)

@@ -11,6 +11,7 @@ from typing import Any
 
 from fecontact.case import Case
 from fecontact.comparison.judging import JudgedLoad
+from fecontact.comparison.ladder import PLASTIC
 from fecontact.comparison.readings import MappedLaws, MappedVerdicts
 from fecontact.comparison.theories import HERTZ, THEORIES
 from fecontact.comparison.verdict import (
@@ -39,7 +40,7 @@ from fecontact.maps.telling import all_ellipses_instead, ellipses_instead, judge
 from fecontact.outputs.alone import check_theory
 from fecontact.outputs.records.results import theories_of
 from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, BETWEEN
-from fecontact.outputs.words import WORDS, limits_text, other_wheel_label, roll_words
+from fecontact.outputs.words import WORDS, YIELDING, limits_text, other_wheel_label, roll_words
 
 Band = tuple[float, float, str]
 """Smallest and largest load (kN) of a stretch, and its answer."""
@@ -161,6 +162,7 @@ CAUSES: Mapping[str, tuple[str, str]] = {
     AT_JUNCTION: ("U", "the curvature jumps at the touch point"),
     PROFILE: ("P", PROFILE),
     ELEMENTS: ("E", ELEMENTS),
+    PLASTIC.cause: ("Y", "the bodies yield"),
 }
 """Marks of the causes, and what is said of them in a sentence."""
 CAUSE_LETTERS = {cause: letter for cause, (letter, _) in CAUSES.items()}
@@ -195,7 +197,7 @@ def verdict_view(made: ApplicabilityMap, theory: str = HERTZ) -> MapView:
         lambda position: position.limit if of_hertz else _limit_of(position, theory),
         name,
         {cause: mark for cause, mark in CAUSES.items() if of_hertz},
-        title=f"where {words} holds",
+        title=f"where {words} holds{against(made, of_hertz)}",
         criterion=limits_text(made.case.criteria),
         number=f"share of the error limit\nthat {name} uses; above 1 it does not hold"
         + "\n%: load on separate patches" * of_load,
@@ -260,6 +262,13 @@ def _verdicts(
         ],
         **words,
     )
+
+
+def against(made: ApplicabilityMap, yielding: bool) -> str:
+    """Which bodies a verdict is against, for the end of a title; empty without a yield stress."""
+    if not made.case.may_yield:
+        return ""
+    return f", {YIELDING if yielding else 'against elastic bodies'}"
 
 
 def yield_notes(made: ApplicabilityMap) -> list[str]:
@@ -391,7 +400,7 @@ def theory_view(made: ApplicabilityMap) -> MapView:
     colours = chain(_PRESSURE_COLOURS, repeat(_PRESSURE_COLOURS[-1]))
     title = "the cheapest theory that holds" + " in its range" * made.case.criteria.theories_in_range
     theories = MappedLaws(
-        title=title,
+        title=f"{title}{against(made, yielding=False)}",
         criterion=lambda case: limits_text(case.criteria),
         lost="could not be solved",
         laws={name: {"words": THEORIES[name].words} for name in names},
@@ -557,8 +566,8 @@ def _spoken(limit: str) -> str:
 def _because(position: MapPosition) -> str:
     """Why Hertz fails at the smallest load at which it does; empty where it nowhere does, or nobody knows."""
     loads = [*position.tried, *(cell.judged for cell in position.cells if cell.judged is not None)]
-    failing = [one for one in loads if one.usable and one.verdict.answer == "FAILS"]
-    cause = min(failing, key=lambda one: one.load_N).verdict.cause if failing else None
+    failing = [one for one in loads if one.usable and one.answer.answer == "FAILS"]
+    cause = min(failing, key=lambda one: one.load_N).answer.cause if failing else None
     return f", where {CAUSES[cause][1]}" if cause else ""
 
 
@@ -695,7 +704,9 @@ def map_answer(made: ApplicabilityMap, measure: str, theory: str = HERTZ) -> lis
     if measure == "theory":
         return theory_sentences(view)
     name = THEORIES[theory].words if measure == "pressure" else offered("MAPS")[measure].name
-    return verdict_sentences(made, view, name, why=measure == "pressure" and theory == HERTZ)
+    bodies = against(made, theory == HERTZ).removeprefix(", ") if measure == "pressure" else ""
+    more = [f"Verdicts are {bodies}."] if bodies else []
+    return verdict_sentences(made, view, name, why=measure == "pressure" and theory == HERTZ) + more
 
 
 def map_text(made: ApplicabilityMap, measure: str, *, theory: str = HERTZ, width: int | None = None) -> str:

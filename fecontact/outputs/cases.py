@@ -121,6 +121,7 @@ def deviation_table(rows: Sequence[Item], title: str, failing_width: int, *, wit
         # what must not be used has no verdict
         text("verdict", lambda row: row.get("verdict_answer", "-") if _has_verdict(row) else short_status(row)),
         text("fails by", lambda row: _failing(row, failing_width)),
+        *[text("elastic\nbodies", "elastic_verdict_answer")] * any("elastic_verdict_answer" in row for row in rows),
         *[cheapest_column("cheapest\ntheory", "cheapest_theory", name="cheapest theory")] * theories,
         *_EFFORT,
     ]
@@ -153,6 +154,8 @@ def verdict_table(cases: Sequence[ReportedCase]) -> Table:
         *[text("rail and wheel", lambda row: pair_of_row(row, " and "))] * several,
         *_places(rows),
         text("Hertz", verdict_of, "answer"),
+        *[text("Hertz against elastic bodies", "elastic_verdict_answer", "answer")]
+        * any("elastic_verdict_answer" in row for row in rows),
         text("decided by", lambda row: decided(row, row["limits"])),
         text("because", "verdict_cause"),
         *_PEAKS,

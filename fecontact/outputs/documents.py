@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from fecontact.comparison.theories import EITHER_SIDE, HERTZ_GAUGE, THEORIES
+from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError, usable
 from fecontact.features import offered
@@ -32,6 +32,8 @@ from fecontact.outputs.cases import (
 from fecontact.outputs.figures.case import ladder_figure
 from fecontact.outputs.figures.position import pair_figure
 from fecontact.outputs.records.results import (
+    asked_record,
+    asked_row,
     theory_text,
     versions,
 )
@@ -53,15 +55,16 @@ from fecontact.outputs.tables import (
 )
 from fecontact.outputs.words import (
     GLOSSARY,
+    YIELDING,
     answer_words,
     band_text,
     cheapest_text,
     decided,
     deciding,
+    elastic_words,
     lead_style,
     measure_terms,
     names_text,
-    plastic_words,
     question,
     reason_of_record,
     roll_words_of_rows,
@@ -75,9 +78,13 @@ from fecontact.wheel_rail.placement import Placement
 # --- One case in parts: the answer, how far Hertz is off, the theories, and all that is behind it.
 
 
-def case_parts(record: Item, title: str = "") -> list[Part]:
-    """Parts of a report on a case or cell: what a user looks at first, and what is shown on demand."""
-    measures = measures_table(record, deciding(record), judged_only=True)
+def case_parts(record: Item, title: str = "", *, elements: bool = True) -> list[Part]:
+    """Parts of a report on a case or cell: what a user looks at first, and what is shown on demand.
+
+    The verdict on the elements' own nodes is among the details with `elements` only.
+    """
+    asked = asked_record(record)
+    measures = measures_table(asked, deciding(asked), YIELDING.capitalize() * _yields(record), judged_only=True)
     lobes = [lobes_table(record)] if record["lobes"] else []
     return [
         *_answer_lines(record, title),
@@ -85,47 +92,56 @@ def case_parts(record: Item, title: str = "") -> list[Part]:
         *lobes,
         *_theories(record),
         Items([*record["verdict"]["warnings"], *record.get("warnings", ())]),
-        Details("All measures", list(_details(record))),
+        Details("All measures", list(_details(record, elements))),
         Details("All numbers", [numbers_table(record)]),
     ]
 
 
 def _answer_lines(record: Item, title: str) -> Iterator[str]:
     """What was asked, the answer, what decided it and why, and what would decide an open one."""
-    verdict = record["verdict"]
+    elastic, record = record, asked_record(record)
+    verdict, against = record["verdict"], f" {YIELDING}" * _yields(record)
     yield f"{title}:" if title else ""
-    yield f"Hertz {verdict['answer']}; {reason_of_record(record)}"
+    yield f"Hertz {verdict['answer']}{against}; {reason_of_record(record)}"
     others = [name for name in verdict["failing"] if name != verdict["measure"]]
     yield f"it fails by {names_text(others)} as well" if others else ""
     open_ones = [name for name, one in verdict["each"].items() if one == "UNRESOLVED" and name != verdict["measure"]]
     yield f"open are {names_text(open_ones)} as well" if open_ones else ""
-    yield band_text(record["fe"])
-    yield plastic_words(record)
+    if against:
+        yield record["plastic"][HERTZ]["cancelling"]
+        yield f"{elastic_words(elastic['verdict']['answer'])}; {reason_of_record(elastic)}"
+    yield band_text(elastic["fe"])
     if verdict["unknown"]:
         yield unknown_text(verdict["unknown"])
     elif verdict["answer"] == "UNRESOLVED":
         yield what_would_decide(record)
 
 
+def _yields(record: Item) -> bool:
+    return record.get("plastic") is not None
+
+
 def _theories(record: Item) -> Iterator[str]:
     """The cheapest theory that holds, and in a line how every other one does."""
-    yield cheapest_text(record)
+    against = "against elastic bodies: " * _yields(record)
+    yield f"{against}{text}" if (text := cheapest_text(record)) else ""
     judged = {name: one for name, one in record["theories"].items() if name != HERTZ_GAUGE and "verdict" in one}
     by_answer: dict[str, list[str]] = {}
     for name, one in judged.items():
         answer = record["verdict"]["answer"] if name in EITHER_SIDE else one["verdict"]["answer"]
         range_ = " (out of its range)" if one["status"] == "out of range" and name not in EITHER_SIDE else ""
         by_answer.setdefault(answer, []).append(f"{THEORIES[name].words}{range_}")
-    yield "; ".join(f"{answer}: {', '.join(names)}" for answer, names in by_answer.items())
+    yield against + "; ".join(f"{answer}: {', '.join(names)}" for answer, names in by_answer.items())
 
 
-def _details(record: Item) -> Iterator[Part]:
+def _details(record: Item, elements: bool) -> Iterator[Part]:
     """Everything else that is known of a case."""
     if "touch_points" in record:
         yield touch_point_table(record)
     for name in (name for name in EITHER_SIDE if name in record["theories"]):
         by = f", with the curvature of the {'gauge' if name == HERTZ_GAUGE else 'field'} side"
-        title = f"Hertz against finite elements{by if HERTZ_GAUGE in record['theories'] else ''}"
+        bodies = f"{'elastic ' * _yields(record)}finite elements"
+        title = f"Hertz against {bodies}{by if HERTZ_GAUGE in record['theories'] else ''}"
         yield measures_table(record, record["theories"][name], title)
     for name, theory in record["theories"].items():
         if name not in EITHER_SIDE and "verdict" in theory:
@@ -141,7 +157,9 @@ def _details(record: Item) -> Iterator[Part]:
     )
     yield ladder_table(record)
     yield from plastic_tables(record)
-    yield elements_table(record)
+    if elements:
+        yield elements_table(record)
+        yield _by_elements(record)
     yield from _meshes(record)
     for name, telling in offered("TELLINGS").items():
         if name in record:
@@ -159,10 +177,6 @@ def _meshes(record: Item) -> Iterator[str]:
     """On which meshes it was decided, how far the elements' own contact goes with it, and how well it was solved."""
     elements, solver = record["elements"], record["solver"]
     yield f"{_state(record['verdict']['answer'])} on {refinement(solver['elements_a_semi_axis'])}"
-    answer = elements["hertz"]["verdict"]["answer"]
-    asked = record.get("case", {}).get("refine", "evidence") == "evidence"
-    more = "; --refine evidence: until they know" * (answer == "UNRESOLVED" and not asked)
-    yield f"the elements by themselves, on their own nodes: Hertz {answer}{more}"
     yield (
         f"beside the verdict: L2 difference of the pressures {1e2 * record['pressure_l2']:.1f} %, overlap of the"
         f" patches {record['overlap']:.3f}"
@@ -183,6 +197,14 @@ def _meshes(record: Item) -> Iterator[str]:
         f" load {solver['load_balance']:.0e}, of the force on both bodies {solver['force_balance']:.0e}, of its moment"
         f" {solver['moment_balance']:.0e}"
     )
+
+
+def _by_elements(record: Item) -> str:
+    """What the elements say by themselves."""
+    answer = record["elements"]["hertz"]["verdict"]["answer"]
+    asked = record.get("case", {}).get("refine", "evidence") == "evidence"
+    more = "; --refine evidence: until they know" * (answer == "UNRESOLVED" and not asked)
+    return f"the elements by themselves, on their own nodes: Hertz {answer}{more}"
 
 
 def _state(answer: str) -> str:
@@ -256,6 +278,7 @@ def write_study_report(
     pictures
         Where the pictures are that the report leaves out.
     """
+    cases = [replace(case, row=asked_row(case.row)) for case in cases]
     rows = [case.row for case in cases]
     verdicts = [verdict_of(row) for row in rows]
     pairs = list(dict.fromkeys(pair_of_row(row, " and ") for row in rows))
@@ -301,10 +324,15 @@ def _title(name: str, rows: Sequence[Row]) -> str:
 
 def _answer(cases: Sequence[ReportedCase]) -> str:
     if len(cases) != 1:
-        return answer_words([verdict_of(case.row) for case in cases], "cases")
+        elastic = [case.row["elastic_verdict_answer"] for case in cases if "elastic_verdict_answer" in case.row]
+        more = f"; {YIELDING}, and against elastic bodies it holds in {elastic.count('HOLDS')}" if elastic else ""
+        return answer_words([verdict_of(case.row) for case in cases], "cases") + more
     (row,) = (case.row for case in cases)
     cause = f"; {row['verdict_cause']}" if row.get("verdict_cause") else ""
-    return f"Hertz {verdict_of(row)}: {decided(row, cases[0].limits)}{cause}"
+    against = more = ""
+    if "elastic_verdict_answer" in row:
+        against, more = f" {YIELDING}", f"; {elastic_words(row['elastic_verdict_answer'])}"
+    return f"Hertz {verdict_of(row)}{against}: {decided(row, cases[0].limits)}{cause}{more}"
 
 
 def _pair_drawn(shown: ShownPair | None, rows: Sequence[Row]) -> list[Part]:
@@ -369,6 +397,7 @@ def judged_rows_parts(rows: Sequence[Item]) -> Iterator[Part]:
 def rows_parts(rows: Sequence[Item]) -> Iterator[Table | str]:
     """One line a case, a table for each rail, wheel and inclination, and in full what makes a row unusable."""
     groups: dict[tuple[Any, ...], list[Item]] = {}
+    rows = [asked_row(row) for row in rows]
     for row in rows:
         pair = (row["rail"], row["wheel"], float(row.get("inclination_rad") or 0.0))
         groups.setdefault(pair, []).append(row)
@@ -379,6 +408,8 @@ def rows_parts(rows: Sequence[Item]) -> Iterator[Table | str]:
             yield _fitting(own, "; ".join(filter(None, (pair_of_row(own[0]), roll_words_of_rows(own)))))
     if any(usable(row) for row in rows):
         yield _KEY
+    if any("elastic_verdict_answer" in row for row in rows):
+        yield f"verdict, FE, dev %: {YIELDING}"
     for row in rows:
         where = (f"{pair_of_row(row)}, " if len(groups) > 1 else "") + position_text(row)
         if not usable(row):

@@ -7,12 +7,14 @@ import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
+from textwrap import fill
 from typing import Any
 
 from fecontact.case import RESOLUTIONS, Case, Opposite
 from fecontact.comparison.judging import JudgedLoad
-from fecontact.comparison.ladder import RUNGS
+from fecontact.comparison.ladder import PLASTIC, RUNGS
 from fecontact.comparison.lines import FILTER
+from fecontact.comparison.measures import Measures
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES
 from fecontact.comparison.verdict import PROFILE
 from fecontact.criteria import Criteria
@@ -142,6 +144,15 @@ def case_words(case: Case, placement: Placement) -> str:
 
 # --- Verdicts in words: on the terminal, in pictures and in reports.
 
+YIELDING = "against bodies that yield"
+"""What a verdict is against if there is a yield stress."""
+
+
+def elastic_words(answer: str) -> str:
+    """The second verdict of a case with a yield stress."""
+    return f"against elastic bodies Hertz {answer}"
+
+
 Record = Mapping[str, Any]
 
 _NEAREST = {"HOLDS": "nearest to its limit", "UNRESOLVED": "open", "FAILS": "furthest beyond its limit"}
@@ -205,7 +216,15 @@ def band_text(fe: Record) -> str:
 
 
 def verdict_reason(load: JudgedLoad) -> str:
-    """What decided the verdict, how far Hertz is off in it, and why, in one line."""
+    """What decided the verdict that was asked for, how far Hertz is off in it, and why, in one line.
+
+    With a yield stress this is the verdict against bodies that yield, and the one against elastic bodies comes last.
+    """
+    if load.plastic is not None:
+        decided = load.plastic.deciding
+        limits = {"limits": load.case.criteria.limits, "side": "both"}
+        reason = _reason({**vars(decided.verdict), **limits}, vars(decided))
+        return f"{YIELDING}, {reason}; {elastic_words(load.verdict.answer)}"
     side, judged = load.deciding_side
     reason = _reason({**vars(load.verdict), "limits": load.case.criteria.limits, "side": side}, vars(judged))
     if load.usable:
@@ -214,19 +233,14 @@ def verdict_reason(load: JudgedLoad) -> str:
     return f"{sure if load.verdict.answer == 'FAILS' else ''}not to be used: {load.status}"
 
 
+def shown_measures(load: JudgedLoad) -> Measures:
+    """Measures of the finite elements, of bodies that yield if there is a yield stress."""
+    return load.ladder.rungs.get(PLASTIC.end, load.comparison.fe)
+
+
 def reason_of_record(record: Record) -> str:
     """What decided the verdict of a record, also of one that must not be used."""
     return _reason(record["verdict"], deciding(record))
-
-
-def plastic_words(record: Record) -> str:
-    """Whether Hertz holds against bodies that yield, by which measure, and why not; empty without a yield stress."""
-    if (plastic := record.get("plastic")) is None:
-        return ""
-    judged, verdict = plastic[HERTZ], plastic[HERTZ]["verdict"]
-    off = _off(judged, verdict, record["verdict"]["limits"])
-    said = f"against bodies that yield: Hertz {verdict['answer']}; {off}{_because(verdict['cause'])}"
-    return f"{said}; {judged['cancelling']}" if judged["cancelling"] else said
 
 
 def theory_words(name: str | None, status: str | None = "", reason: str | None = "") -> str:
@@ -273,6 +287,8 @@ def deciding(record: Record) -> Record:
 def what_would_decide(record: Record) -> str:
     """What decides an open verdict: finer meshes, or better profiles."""
     measure = record["verdict"]["measure"]
+    if record.get("plastic") and not usable(record["plastic"]):
+        return f"what yielding does was not solved: {with_remedy(record['plastic'])}"
     if not usable(record):
         return f"the result must not be used: {with_remedy(record)}"
     if record["verdict"]["cause"] == PROFILE:
@@ -291,13 +307,19 @@ def what_would_decide(record: Record) -> str:
     return f"to decide it: {finer}{', or --refine verdict' if case['refine'] == 'never' else ''}"
 
 
+# Characters of a line in a picture of half a window of 1000 pixels.
+_ANNOTATION_WIDTH = 40
+
+
 def case_annotation(result: CaseResult) -> str:
-    """A case and its verdict in three lines, for a picture."""
-    fe, hertz = result.comparison.fe.p_max_MPa, result.comparison.hertz.p_max_MPa
-    return (
-        f"{case_words(result.case, result.placement)}\nHertz {result.verdict.answer}: {verdict_reason(result.load)}\n"
-        f"peak pressure: finite elements {fe:.0f} MPa, Hertz {hertz:.0f} MPa"
+    """A case and its verdict in short lines, for a picture."""
+    fe, hertz = shown_measures(result.load).p_max_MPa, result.comparison.hertz.p_max_MPa
+    told = (
+        case_words(result.case, result.placement),
+        f"Hertz {result.load.answer.answer}: {verdict_reason(result.load)}",
+        f"peak pressure: finite elements {fe:.0f} MPa, Hertz {hertz:.0f} MPa",
     )
+    return "\n".join(fill(text, _ANNOTATION_WIDTH) for text in told)
 
 
 # --- How a wheel is rolled, and which wheel of a wheelset it is, in words: for titles, axes, tables and reports.

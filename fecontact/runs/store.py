@@ -49,7 +49,7 @@ SOLVED, FIELDS, PROFILES = "solved.json", "fields.npz", "profiles"
 RESULT, ROW = "result.json", "row.json"
 """What is told of a case: all of it, and its line of a table."""
 _BODIES = ("rail.vtu", "wheel.vtu")
-_SHOWN = ("case.png", "case.svg", "case.vtm", "contact.vtp", "hertz_ellipse.vtp")
+_SHOWN = ("case.png", "case.svg", "case.vtm", "pressure.vtp", "elements.vtp", "hertz_ellipse.vtp")
 
 Result = TypeVar("Result")
 

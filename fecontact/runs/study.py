@@ -572,7 +572,7 @@ def demo_words(out: Path, outcome: StudyOutcome) -> str:
     folders = {case: case_folder(out, case_id(case)) for case in (POSITION, SPHERE)}
     result, sphere = (read_case(folder) for folder in folders.values())
     exact, found = exact_peak_MPa(), sphere.comparison.fe.p_max_MPa
-    where, verdict = folders[POSITION], result.verdict.answer
+    where, verdict = folders[POSITION], result.load.answer.answer
     return "\n".join(
         (
             f"Sphere of {_RADIUS_MM:g} mm on a plane, {SPHERE.load_N / 1e3:g} kN: the finite elements' peak pressure is"

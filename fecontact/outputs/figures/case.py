@@ -20,7 +20,7 @@ from fecontact.errors import usable
 from fecontact.normal.hertz import HertzContact
 from fecontact.outputs.style import ANSWERS, SERIES, SIDES, Colour, blank_figure, finish, legend_beside, save_figure
 from fecontact.outputs.tables import Row
-from fecontact.outputs.words import SHIFT, WORDS, case_words, series, verdict_reason
+from fecontact.outputs.words import SHIFT, WORDS, case_words, series, shown_measures, verdict_reason
 from fecontact.profiles.curve import Kind, radius_mm, radius_text
 from fecontact.solving.solve import CaseResult
 from fecontact.wheel_rail.placement import Placement
@@ -44,19 +44,31 @@ _NO_PRESSURE, _NO_DIFFERENCE = "#440154", "#f7f6f6"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PressureFields:
-    """Both pressures (nx, ns) in MPa on the nodes of the whole contact, far enough to hold Hertz's ellipse."""
+    """Both pressures (nx, ns) in MPa on the nodes of the whole contact, far enough to hold Hertz's ellipse.
+
+    `fe` are bodies that yield if there is a yield stress; `elastic` then are elastic ones, else None.
+    """
 
     grid: ContactGrid
     fe: Floats
     hertz: Floats
     ellipse: HertzContact
+    elastic: Floats | None = None
 
     @classmethod
     def of(cls, load: JudgedLoad) -> PressureFields:
         """The fields of a judged load."""
-        hertz = load.hertz
-        fe = load.fe.pressure.covering(hertz.extent_x_mm, hertz.extent_y_mm)
-        return cls(grid=fe.grid, fe=fe.values, hertz=mean_pressure(fe.grid, hertz), ellipse=hertz)
+        hertz, yielded = load.hertz, load.level.yielded
+        extents = hertz.extent_x_mm, hertz.extent_y_mm
+        elastic = load.fe.pressure.covering(*extents)
+        fe = elastic if yielded is None else yielded.fe.pressure.covering(*extents)
+        return cls(
+            grid=fe.grid,
+            fe=fe.values,
+            hertz=mean_pressure(fe.grid, hertz),
+            ellipse=hertz,
+            elastic=None if yielded is None else elastic.values,
+        )
 
     @property
     def peak(self) -> tuple[int, int]:
@@ -102,7 +114,9 @@ def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields)
     for colour, width in (("black", 3.0), ("white", 1.4)):
         ax.plot(0.0, 0.0, "+", color=colour, ms=9, mew=width, label="_first touch point")
     # with a given place matplotlib does not look for one in each drawing
-    ax.set_title(kind, y=1.0)
+    ax.set_title(
+        f"{kind}, bodies that yield" if kind == "finite elements" and fields.elastic is not None else kind, y=1.0
+    )
     ax.set(xlabel=_ACROSS, ylabel=_ROLLING, aspect="equal", facecolor=ground)
     (s_low, s_high), (x_low, x_high) = fields.limits_mm(across=True), fields.limits_mm(across=False)
     ax.set(xlim=(s_low, s_high), ylim=(x_low, x_high))
@@ -192,7 +206,7 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
     def write(left: float, top: float, text: str, **style: Any) -> None:
         figure.text(left / width, top / height, text, va="top", **style)
 
-    answer = load.verdict.answer
+    answer = load.answer.answer
     box = {"fc": ANSWERS[answer], "ec": "0.2", "boxstyle": "round,pad=0.35"}
     write(0.18, height - 0.22, f" Hertz {answer} ", fontsize=15, weight="bold", bbox=box)
     after = 0.45 + 0.155 * len(f"Hertz {answer}")
@@ -240,7 +254,8 @@ def draw_lateral_cut(ax: Axes, placement: Placement, fields: PressureFields, *, 
     """
     i, grid = fields.peak[0], fields.grid
     s = np.linspace(grid.s_mm[0], grid.s_mm[-1], 400)
-    _draw_cut(ax, (grid.s_mm, fields.fe[i]), (s, fields.ellipse.pressure_MPa(grid.x_mm[i], s)))
+    elastic = None if fields.elastic is None else fields.elastic[i]
+    _draw_cut(ax, (grid.s_mm, fields.fe[i]), (s, fields.ellipse.pressure_MPa(grid.x_mm[i], s)), elastic)
     low, high = fields.limits_mm(across=True)
     for junctions, colour, style, name in (
         (_junctions(placement, "rail"), Colour.RAIL_JUNCTION, "-", "rail junction"),
@@ -262,16 +277,21 @@ def draw_rolling_cut(ax: Axes, fields: PressureFields) -> None:
     """Draw both pressures along the running direction, through the peak of the finite elements."""
     j, grid = fields.peak[1], fields.grid
     x = np.linspace(grid.x_mm[0], grid.x_mm[-1], 400)
-    _draw_cut(ax, (grid.x_mm, fields.fe[:, j]), (x, fields.ellipse.pressure_MPa(x, grid.s_mm[j])))
+    elastic = None if fields.elastic is None else fields.elastic[:, j]
+    _draw_cut(ax, (grid.x_mm, fields.fe[:, j]), (x, fields.ellipse.pressure_MPa(x, grid.s_mm[j])), elastic)
     ax.set_title(f"rolling cut at s = {grid.s_mm[j]:z.2f} mm", y=1.0)
     ax.set(xlabel=_ROLLING, xlim=fields.limits_mm(across=False))
     ax.legend(loc="best", fontsize=9)
 
 
-def _draw_cut(ax: Axes, fe: tuple[Floats, Floats], hertz: tuple[Floats, Floats]) -> None:
-    ax.plot(*fe, color=Colour.FE, marker="o", ms=2.5, lw=1.3, label="finite elements")
+def _draw_cut(ax: Axes, fe: tuple[Floats, Floats], hertz: tuple[Floats, Floats], elastic: Floats | None) -> None:
+    yields = "" if elastic is None else ", bodies that yield"
+    ax.plot(*fe, color=Colour.FE, marker="o", ms=2.5, lw=1.3, label=f"finite elements{yields}")
+    if elastic is not None:
+        ax.plot(fe[0], elastic, color=Colour.FE, ls=":", lw=1.3, label="finite elements, elastic bodies")
     ax.plot(*hertz, color=Colour.HERTZ, ls="--", lw=1.6, label="Hertz")
-    ax.set(ylabel="pressure in MPa", ylim=(0.0, 1.12 * max(float(fe[1].max()), float(hertz[1].max()), 1.0)))
+    highest = max(float(one.max()) for one in (fe[1], hertz[1], *([] if elastic is None else [elastic])))
+    ax.set(ylabel="pressure in MPa", ylim=(0.0, 1.12 * max(highest, 1.0)))
     ax.grid(alpha=0.3)
 
 
@@ -307,8 +327,9 @@ def _junctions(placement: Placement, kind: Kind) -> list[float]:
 
 def _case_text(load: JudgedLoad, placement: Placement) -> str:
     comparison, first, side = load.comparison, placement.first, [*load.sides.values()][-1]
+    side = side if load.plastic is None else load.plastic.deciding
     lines = [f"{'':<10} {'FE':>6} {'Hertz':>6} {'off by':>9} {'±':>6} {'limit':>7}"]
-    fe, hertz, limits = comparison.fe.as_dict(), side.measures.as_dict(), load.case.criteria.limits
+    fe, hertz, limits = shown_measures(load).as_dict(), side.measures.as_dict(), load.case.criteria.limits
     for name, answer in side.verdict.each.items():
         words = WORDS[name]
         head = f"{words.short} {words.unit}" if name in fe else words.short
@@ -327,7 +348,6 @@ def _case_text(load: JudgedLoad, placement: Placement) -> str:
         carries = f"{lobe.p_max_MPa:.0f} MPa, {1e2 * lobe.force_share:.1f} % of the load"
         lines.append(f"lobe {number} at {lobe.y_mm:+z.1f} mm: {carries}")
     lines.append(f"lobes {len(lobes)}, patches {comparison.patch.pieces}")
-    lines.append(f"L2 {1e2 * comparison.pressure_l2:.1f} %, overlap {comparison.overlap:.2f}")
     size_x, size_s = load.level.nodal.grid.steps_mm
     lines.append(f"elements {size_x:.2f} by {size_s:.2f} mm, {len(load.solved.levels)} meshes")
     lines.append(f"status: {load.status}")
@@ -396,7 +416,7 @@ def patches_figure(loads: Sequence[tuple[JudgedLoad, Placement]]) -> Figure:
         draw_pressure(over, load, "finite elements", fields)
         draw_lateral_cut(below, placement, fields, label=True)
         shift, kilonewtons = load.case.lateral_shift_mm, load.load_N / 1e3
-        over.set(title=f"{shift:+z.2f} mm, {kilonewtons:.4g} kN: {load.verdict.answer}", xlabel="", ylabel="x in mm")
+        over.set(title=f"{shift:+z.2f} mm, {kilonewtons:.4g} kN: {load.answer.answer}", xlabel="", ylabel="x in mm")
         below.set(title="", xlabel="s across in mm")
         if number:
             below.get_legend().remove()

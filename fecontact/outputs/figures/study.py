@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fecontact.arrays import Floats
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError, usable
+from fecontact.outputs.records.results import asked_row
 from fecontact.outputs.style import (
     ANSWERS,
     SERIES,
@@ -23,7 +24,7 @@ from fecontact.outputs.style import (
     series_style,
 )
 from fecontact.outputs.tables import Row, pair_of_row
-from fecontact.outputs.words import SHIFT, WORDS, deviation_column, roll_words_of_rows, series
+from fecontact.outputs.words import SHIFT, WORDS, YIELDING, deviation_column, roll_words_of_rows, series
 from fecontact.profiles.curve import Profile, radius_mm, radius_text
 
 if TYPE_CHECKING:
@@ -58,6 +59,7 @@ def study_figure(
     """
     if not rows:
         raise InputError("study figure: there are no rows to draw")
+    rows = [asked_row(row) for row in rows]
     found = series(rows)
     single = len(found) == 1
     figure = blank_figure(11.0, 11.0)
@@ -183,7 +185,8 @@ def _finish_study(peak: Axes, off: Axes, touch: Axes, rows: Sequence[Row], rail:
     with_load = title + (f", {loads[0]:g} kN" if len(loads) == 1 else "")
     yaws = {float(row.get("yaw_mrad") or 0.0) for row in rows} - {0.0}
     turned = f"yaw {yaws.pop():+g} mrad" if len(yaws) == 1 else ""
-    peak.set_title("; ".join(filter(None, (with_load, roll_words_of_rows(rows), turned))), pad=14)
+    yields = YIELDING if any("elastic_verdict_answer" in row for row in rows) else ""
+    peak.set_title("; ".join(filter(None, (with_load, roll_words_of_rows(rows), turned, yields))), pad=14)
     peak.margins(y=0.12)
     if rail is not None:
         _draw_junction_levels(touch, rail)

@@ -1,7 +1,8 @@
 """ParaView files: both bodies, the contact, a collection for each case and study, and `view.py` that opens them.
 
-A case is opened in ParaView by its `case.vtm` (blocks `rail`, `wheel`, `contact`, `hertz_ellipse`), a study by its
-`.pvd`, whose time is the lateral shift. Half models are written whole, mirrored at their plane of symmetry.
+A case is opened in ParaView by its `case.vtm` (blocks `rail`, `wheel`, `pressure`, `elements`, `hertz_ellipse`), a
+study by its `.pvd`, whose time is the lateral shift. Half models are written whole, mirrored at their plane of
+symmetry.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -18,97 +19,128 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import RegularGridInterpolator
 
 from fecontact import __version__
 from fecontact.arrays import Floats, Integers
 from fecontact.comparison.measures import mean_pressure
-from fecontact.contact.grid import Field
+from fecontact.contact.grid import ContactGrid, Field, Rung
 from fecontact.errors import InputError
 from fecontact.fe.body import ElasticBody
 from fecontact.fe.stress import nodal_stress, von_mises
 from fecontact.files import read_json, write_text
+from fecontact.normal.hertz import HertzContact
 from fecontact.outputs.figures.case import ellipse_outline
-from fecontact.outputs.records.results import load_row, read_row
+from fecontact.outputs.records.results import read_row
 from fecontact.outputs.tables import Row
 from fecontact.outputs.words import case_annotation
 from fecontact.solving.solve import CaseResult
+from fecontact.wheel_rail.placement import Placement
 
-# --- The contact for ParaView: both pressures on the rail's surface, and Hertz's ellipse as a line.
+# --- The contact for ParaView: pressures on the rail's surface, and Hertz's ellipses as lines on them.
 
 LIFT_MM = 1e-3
 """Height of the contact above the rail, along the normals: in one surface both would flicker."""
-RELIEF_MM_PER_MPA = 2e-3
-"""Height of the pressure relief: equal for all cases, so that reliefs can be compared."""
+RELIEF_MM_PER_MPA = 1e-3
+"""Height of the pressure relief: equal for all cases, to compare them, and flat, so that it hides no line."""
+LINE_LIFT_MM = 0.05
+"""Height of the ellipses above the relief: ParaView draws it of flat triangles."""
 
 
-def contact_surface(result: CaseResult) -> Any:
-    """The rail's contact surface as a pyvista mesh of quadrilaterals with normals out of the rail.
+def contact_surface(result: CaseResult, contact: Rung, yielded: Rung | None = None) -> Any:
+    """A contact on the rail's surface as a pyvista mesh of quadrilaterals with normals out of the rail.
 
-    It lies `LIFT_MM` above the rail and holds both patches, as far as the rail's surface reaches. Its nodes are the
-    elements' nodes, with the pressure to which the bodies' displacements and stresses belong. Arrays:
-    `contact_pressure_MPa`, `hertz_pressure_MPa`, `pressure_difference_MPa` (finite elements minus Hertz), `gap_mm`
-    (deformed; NaN beyond the nodes of the solution, where only Hertz has a pressure), `in_contact` (0 or 1),
-    `pressure_relief_mm` and `hertz_relief_mm` (both pressures as vectors along the normal, to warp by). Pressures are
-    means over the cells of the nodes: both integrate to the force along the contact normal.
+    It lies `LIFT_MM` above the rail and holds the contact and Hertz's ellipse, as far as the rail's surface reaches.
+    Arrays: `contact_pressure_MPa`, `hertz_pressure_MPa`, `pressure_difference_MPa` (contact minus Hertz), `gap_mm`
+    (deformed; NaN beyond the nodes of the solution, where only Hertz has a pressure), `in_contact` (0 or 1), and with
+    `yielded` the `plastic_pressure_MPa` of bodies that yield. `pressure_relief_mm` is a vector along the normal to warp
+    by: the pressure of bodies that yield, else of elastic ones. Pressures are means over the cells of the nodes: they
+    integrate to the force along the contact normal.
     """
     import pyvista
 
-    fields, points, normals = _covering(result)
-    index = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape[:2])
-    quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1).reshape(-1, 4)
-    surface = pyvista.PolyData.from_regular_faces((points + LIFT_MM * normals).reshape(-1, 3), quads)
-    fe, hertz = fields["contact_pressure_MPa"], fields["hertz_pressure_MPa"]
-    arrays: dict[str, NDArray[Any]] = {
-        **fields,
-        "pressure_difference_MPa": fe - hertz,
-        # not Boolean: ParaView's readers take Boolean arrays for field data
-        "in_contact": (fe > 0.0).astype(np.uint8),
-        "pressure_relief_mm": RELIEF_MM_PER_MPA * fe[..., None] * normals,
-        "hertz_relief_mm": RELIEF_MM_PER_MPA * hertz[..., None] * normals,
-    }
-    for name, values in arrays.items():
-        surface.point_data[name] = values.reshape(-1, *values.shape[2:])
-    return surface
-
-
-def _covering(result: CaseResult) -> tuple[dict[str, Floats], Floats, Floats]:
-    """Fields (nx, ns), points (nx, ns, 3) and normals of the whole contact, far enough for Hertz's ellipse."""
-    hertz = result.hertz
-    lengths = (hertz.extent_x_mm, hertz.extent_y_mm)
-    rung = result.load.level.on_elements
-    pressure = rung.pressure.covering(*lengths)
-    inside = Field(grid=rung.grid, values=np.ones(rung.grid.shape)).covering(*lengths).values > 0.0
-    gap = Field(grid=rung.grid, values=rung.gap_mm).covering(*lengths).values
-    grid = pressure.grid
+    fields, grid = _fields(result, contact, yielded)
     points, normals = result.placement.surface(grid.x_mm[:, None], grid.s_mm[None, :])
     # a rail's surface ends with its profile, also if Hertz's ellipse reaches further
     there = np.isfinite(points[0, :, 1])
-    fields = {
-        "contact_pressure_MPa": pressure.values,
-        "hertz_pressure_MPa": mean_pressure(grid, hertz),
-        "gap_mm": np.where(inside, gap, np.nan),
+    points, normals = points[:, there], normals[:, there]
+    index = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape[:2])
+    quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1).reshape(-1, 4)
+    surface = pyvista.PolyData.from_regular_faces((points + LIFT_MM * normals).reshape(-1, 3), quads)
+    for name, values in fields.items():
+        surface.point_data[name] = values[:, there].ravel()
+    heights = RELIEF_MM_PER_MPA * _shown_pressure(fields)[:, there]
+    surface.point_data["pressure_relief_mm"] = (heights[..., None] * normals).reshape(-1, 3)
+    return surface
+
+
+def _fields(result: CaseResult, contact: Rung, yielded: Rung | None) -> tuple[dict[str, NDArray[Any]], ContactGrid]:
+    """Fields (nx, ns) on the whole contact, far enough for Hertz's ellipse."""
+
+    def covering(values: Floats) -> Floats:
+        field = Field(grid=contact.grid, values=values)
+        return field.covering(result.hertz.extent_x_mm, result.hertz.extent_y_mm).values
+
+    grid = contact.pressure.covering(result.hertz.extent_x_mm, result.hertz.extent_y_mm).grid
+    pressure, hertz = covering(contact.pressure_MPa), mean_pressure(grid, result.hertz)
+    inside = covering(np.ones(contact.grid.shape)) > 0.0
+    fields: dict[str, NDArray[Any]] = {
+        "contact_pressure_MPa": pressure,
+        "hertz_pressure_MPa": hertz,
+        "pressure_difference_MPa": pressure - hertz,
+        "gap_mm": np.where(inside, covering(contact.gap_mm), np.nan),
+        # not Boolean: ParaView's readers take Boolean arrays for field data
+        "in_contact": (pressure > 0.0).astype(np.uint8),
     }
-    return {name: values[:, there] for name, values in fields.items()}, points[:, there], normals[:, there]
+    return fields | ({} if yielded is None else {"plastic_pressure_MPa": covering(yielded.pressure_MPa)}), grid
 
 
-def ellipse_line(result: CaseResult) -> Any:
-    """The edge of Hertz's ellipse as a closed line of pyvista, twice as high above the rail as the contact."""
+def _shown_pressure(fields: Mapping[str, NDArray[Any]]) -> Floats:
+    return np.asarray(fields.get("plastic_pressure_MPa", fields["contact_pressure_MPa"]))
+
+
+def ellipse_lines(result: CaseResult) -> Any:
+    """Edges of Hertz's ellipses as lines of pyvista, `LINE_LIFT_MM` above the relief of the judged pressure.
+
+    Cell array `lobe`: 0 is the ellipse at the first touch point under the whole load, 1, 2, ... are those of the lobes
+    and separate patches under their own forces.
+    """
     import pyvista
 
-    s, x = ellipse_outline(result.hertz)
-    points, normals = result.placement.surface(x, s)
+    level, lobes = result.load.level, result.load.lobes
+    fields, grid = _fields(result, level.fe, None if level.yielded is None else level.yielded.fe)
+    relief = RegularGridInterpolator(
+        (grid.x_mm, grid.s_mm), RELIEF_MM_PER_MPA * _shown_pressure(fields), bounds_error=False, fill_value=0.0
+    )
+    lines = [_line(result.placement, relief, result.hertz, 0.0, 0.0)]
+    for lobe in lobes if len(lobes) > 1 else ():
+        if lobe.hertz is not None and lobe.touch is not None:
+            x_mm = lobe.touch.x_mm - result.placement.first.x_mm
+            lines.append(_line(result.placement, relief, lobe.hertz, x_mm, result.placement.arc_mm(lobe.touch)))
+    for number, line in enumerate(lines):
+        line.cell_data["lobe"] = np.full(line.n_cells, number, dtype=np.uint8)
+    return pyvista.merge(lines, merge_points=False)
+
+
+def _line(placement: Placement, relief: RegularGridInterpolator, hertz: HertzContact, x_mm: float, s_mm: float) -> Any:
+    """The edge of an ellipse about a point, as far as the rail's surface reaches."""
+    import pyvista
+
+    s, x = (places + middle for places, middle in zip(ellipse_outline(hertz), (s_mm, x_mm), strict=True))
+    points, normals = placement.surface(x, s)
     there = np.isfinite(points[:, 1])
     index = np.cumsum(there) - 1
     pairs = [(index[k], index[k + 1]) for k in range(len(s) - 1) if there[k] and there[k + 1]]
-    lines = np.array([(2, *pair) for pair in pairs], dtype=np.int64).ravel()
-    return pyvista.PolyData((points + 2.0 * LIFT_MM * normals)[there], lines=lines)
+    heights = LIFT_MM + LINE_LIFT_MM + relief(np.stack([x, s], axis=-1))
+    cells = np.array([(2, *pair) for pair in pairs], dtype=np.int64).ravel()
+    return pyvista.PolyData((points + heights[:, None] * normals)[there], lines=cells)
 
 
 # --- ParaView files: both bodies, the contact, a collection for each case and study.
 
 COLLECTION = "case.vtm"
 _BODIES = (("rail", "rail.vtu"), ("wheel", "wheel.vtu"))
-_CONTACT = (("contact", "contact.vtp"), ("hertz_ellipse", "hertz_ellipse.vtp"))
+_CONTACT = (("pressure", "pressure.vtp"), ("elements", "elements.vtp"), ("hertz_ellipse", "hertz_ellipse.vtp"))
 _BLOCKS = (*_BODIES, *_CONTACT)
 _STRESSES = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
 # Signs of XX YY ZZ XY YZ XZ, and of x y z, when mirrored at x = 0.
@@ -126,11 +158,12 @@ def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
     A body that has yielded also has `equivalent_plastic_strain`, `von_mises_plastic_MPa` and `imprint_mm` (displacement
     that remains without load); the other arrays are for elastic bodies.
 
-    Arrays on `contact` and `hertz_ellipse`: see `contact_surface` and `ellipse_line`.
+    Arrays on `pressure` (the judged contact on its finer nodes) and `elements` (the contact on the elements' own nodes,
+    which displacements and stresses belong to): see `contact_surface`. Lines: see `ellipse_lines`.
 
-    Field data: `TimeValue` (the lateral shift), `lateral_shift_mm`, `load_kN`, `hertz_p0_MPa`, `hertz_a_mm`,
-    `hertz_b_mm`, and on `contact` every column of the case's row in a study, texts as well, the program's `version`,
-    and an `annotation`: the case and its verdict in three lines.
+    Field data, on `pressure` alone: `TimeValue` and `lateral_shift_mm`, `load_kN`, `normal_force_N`, `hertz_p0_MPa`,
+    `hertz_a_mm`, `hertz_b_mm`, the program's `version`, and an `annotation`: the case and its verdict in lines. Every
+    other number of the case is in its `row.json`.
 
     Raises
     ------
@@ -149,7 +182,6 @@ def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
         for array, values in bodies.yielded.get(name, {}).items():
             meshes[name].point_data[array] = _of_whole(body, values).astype(np.float32)
     for name, file in _BODIES:
-        _add_numbers(meshes[name], result)
         write_text(folder / file, _xml_text(meshes[name], Path(file).suffix))
     return write_contact_vtk(result, folder)
 
@@ -157,23 +189,17 @@ def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
 def write_contact_vtk(result: CaseResult, folder: str | Path) -> Path:
     """Write the files that change when a case is judged, beside the bodies' files; returns `case.vtm`."""
     folder = Path(folder)
-    meshes = {"contact": contact_surface(result), "hertz_ellipse": ellipse_line(result)}
+    level = result.load.level
+    fine, own = (None, None) if level.yielded is None else (level.yielded.fe, level.yielded.nodal.even())
+    meshes = {
+        "pressure": contact_surface(result, level.fe, fine),
+        "elements": contact_surface(result, level.on_elements, own),
+        "hertz_ellipse": ellipse_lines(result),
+    }
+    _add_field_data(meshes["pressure"], result)
     for name, file in _CONTACT:
-        _add_numbers(meshes[name], result)
-        if name == "contact":
-            # not for the bodies, which other programs read: meshio cannot read a .vtu with texts in its field data
-            _add_row(meshes[name], result)
         write_text(folder / file, _xml_text(meshes[name], Path(file).suffix))
     return write_text(folder / COLLECTION, _collection_text())
-
-
-def _add_row(surface: Any, result: CaseResult) -> None:
-    row = {**load_row(result.load, result.placement), "version": __version__, "annotation": case_annotation(result)}
-    for name, value in row.items():
-        if isinstance(value, str) or value is None:
-            surface.field_data[name] = [_ascii(value or "")]
-        else:
-            surface.field_data[name] = np.array([float(value)])
 
 
 def _ascii(text: str) -> str:
@@ -248,17 +274,20 @@ def _approach_mm(result: CaseResult) -> Floats:
     return np.asarray(approach / float(direction @ placement.first.normal) * direction)
 
 
-def _add_numbers(mesh: Any, result: CaseResult) -> None:
+def _add_field_data(mesh: Any, result: CaseResult) -> None:
     numbers = {
         "TimeValue": result.case.lateral_shift_mm,
         "lateral_shift_mm": result.case.lateral_shift_mm,
         "load_kN": result.case.load_N / 1e3,
+        "normal_force_N": result.normal_force_N,
         "hertz_p0_MPa": result.hertz.p0_MPa,
         "hertz_a_mm": result.hertz.a_mm,
         "hertz_b_mm": result.hertz.b_mm,
     }
     for name, value in numbers.items():
         mesh.field_data[name] = np.array([value])
+    for name, text in (("version", __version__), ("annotation", case_annotation(result))):
+        mesh.field_data[name] = [_ascii(text)]
 
 
 def _body(body: ElasticBody, displacement: Floats, rigid: Floats) -> Any:
@@ -369,10 +398,11 @@ def view_script(collections: Sequence[str], rows: Sequence[Row], folders: Sequen
     touches = np.array([_touch_mm(folder) for folder in folders])
     low, high = touches.min(axis=0), touches.max(axis=0)
     extent = _largest(rows, *(f"{of}_extent_{axis}_mm" for axis in "xy" for of in ("fe", "hertz")))
+    yields = all(row.get("plastic_p_max_MPa") is not None for row in rows)
     pressure, stress = (
         _ROUND_MPA * math.ceil(_largest(rows, *columns) / _ROUND_MPA)
         for columns in (
-            ("fe_p_max_MPa", "hertz_p_max_MPa"),
+            (f"{'plastic' if yields else 'fe'}_p_max_MPa", "hertz_p_max_MPa"),
             ("von_mises_rail_von_mises_MPa", "von_mises_wheel_von_mises_MPa"),
         )
     )
@@ -388,6 +418,8 @@ FILES = {json.dumps(list(collections))}
 CENTRE_MM = {json.dumps([round(float(middle), 3) for middle in 0.5 * (low + high)])}
 # what the cameras show: the largest patch, and how far the touch point moves
 SIZE_MM = {json.dumps(round(extent + float(np.max(high - low)), 1))}
+# what the relief shows, of bodies that yield where all cases have them
+PRESSURE = {json.dumps(f"{'plastic' if yields else 'contact'}_pressure_MPa")}
 # ends of the colour scales, the same for all cases
 PRESSURE_MPA = {json.dumps(pressure)}
 VON_MISES_MPA = {json.dumps(stress)}

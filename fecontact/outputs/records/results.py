@@ -31,7 +31,7 @@ from fecontact.files import read_json, write_json
 from fecontact.irregularity.shapes import irregularity_text
 from fecontact.normal.hertz import HertzContact
 from fecontact.outputs.geometry import profile_notes, touch_records
-from fecontact.outputs.tables import Record, flat, picked, told
+from fecontact.outputs.tables import Item, Record, flat, picked, told
 from fecontact.outputs.words import theory_words
 from fecontact.profiles.library import profile_identity
 from fecontact.solving.expected_patch import narrowest_semi_axes_mm, semi_axes_of_elements_mm
@@ -83,6 +83,46 @@ def cheapest_words(row: Mapping[str, Any]) -> str:
     return theory_words(*(row.get(f"cheapest_theory{of}") for of in ("", "_status", "_reason")))
 
 
+# --- The verdict that was asked for comes first: with a yield stress the one against bodies that yield.
+
+
+def asked_record(record: Item) -> Item:
+    """A record whose `verdict`, `fe` and Hertz are those against bodies that yield; itself without a yield stress."""
+    if (plastic := record.get("plastic")) is None:
+        return record
+    judged, theories = plastic[HERTZ], record["theories"]
+    verdict = {**record["verdict"], **judged["verdict"], "limit_used": judged["limit_used"], "side": "both"}
+    against = {name: judged[name] for name in ("deviation", "uncertainty", "verdict", "limit_used")}
+    return {
+        **record,
+        "fe": {**record["fe"], **_measures_in(plastic)},
+        "verdict": verdict,
+        "theories": {**theories, HERTZ: {**theories[HERTZ], **against}},
+    }
+
+
+def asked_row(row: Item) -> Item:
+    """A row whose verdict, deviations and measures are those against bodies that yield; itself without a yield stress.
+
+    `elastic_verdict_answer` is the verdict against elastic bodies. Other theories are judged against elastic bodies
+    alone, so that the row names none.
+    """
+    if not row.get("plastic_hertz_verdict_answer"):
+        return row
+    own = ("deviation_", "uncertainty_")
+    found: Record = {
+        name: None for name in row if name.startswith(("cheapest_theory", *(f"{HERTZ}_{of}" for of in own)))
+    }
+    for name, value in row.items():
+        of_hertz, measure = name.removeprefix("plastic_hertz_"), name.removeprefix("plastic_")
+        if name.startswith("plastic_hertz_"):
+            of = "verdict_" if of_hertz == "limit_used" else f"{HERTZ}_" if of_hertz.startswith(own) else ""
+            found[f"{of}{of_hertz}"] = value
+        elif name != measure and measure in MEASURES:
+            found[f"fe_{measure}"] = value
+    return {**row, **found, "elastic_verdict_answer": row["verdict_answer"]}
+
+
 # --- What a result says, told once: the record of a case, which is its `result.json`, and the row of it in tables.
 
 Row: TypeAlias = Record
@@ -102,7 +142,7 @@ _LEFT_OUT = (
     *(f"steps_*_{name}*" for name in ("a_", "b_", "extent", "centre", "valley", "sep", "misp")),
     *("solver_elements_*", "solver_node*", "solver_zone*", "solver_[cp]*", "von_mises_*_[xy]_mm"),
     *("solver_force_balance", "solver_moment_balance"),
-    *("plastic_range", "plastic_path", "plastic_bodies_*_[xy]_mm", "plastic_hertz_[du]*", "*verdict_lines_*"),
+    *("plastic_range", "plastic_path", "plastic_bodies_*_[xy]_mm", "*verdict_lines_*"),
 )
 _OF_CHEAP_THEORIES = (
     *("status", "verdict_answer", "verdict_measure", "limit_used"),
@@ -200,7 +240,7 @@ def _of_profile(judged: Judgement) -> Record:
     return {name: value - judged.numerical[name] for name, value in judged.uncertainty.items()}
 
 
-def _measures_in(theory: Record) -> Record:
+def _measures_in(theory: Item) -> Record:
     return {name: theory[name] for name in MEASURES if name in theory}
 
 
@@ -252,7 +292,6 @@ def lobe_record(one: LobeJudgement) -> Record:
 
 def _plastic_record(found: PlasticVerdict) -> Record:
     """What yielding does to a contact; lengths in mm, loads in N."""
-    worst = next(one for one in found.judgements.values() if one.verdict.each == found.verdict.each)
     return {
         "status": found.status,
         "range": NOT_IN_IT,
@@ -264,7 +303,7 @@ def _plastic_record(found: PlasticVerdict) -> Record:
         },
         "bodies": told(found.yielded.bodies),
         "path": told(found.yielded.path),
-        HERTZ: picked(worst, "deviation uncertainty") | picked(found, "verdict cancelling"),
+        HERTZ: picked(found.deciding, "deviation uncertainty verdict limit_used") | picked(found, "cancelling"),
     }
 
 

@@ -1,0 +1,159 @@
+"""With a yield stress the verdict against bodies that yield comes first, and the one against elastic bodies second."""
+
+import io
+import re
+from dataclasses import replace
+
+import pytest
+from rich.console import Console
+
+from fecontact.bodies import Material
+from fecontact.cli import call
+from fecontact.comparison.judging import judge_load
+from fecontact.comparison.measures import MEASURES, measures_of
+from fecontact.comparison.solved_load import PathPoint, Yielded, YieldedBody
+from fecontact.contact.grid import Rung
+from fecontact.maps.model import KnownLoad, MapCell
+from fecontact.maps.telling import judged_by
+from fecontact.outputs.cases import ReportedCase
+from fecontact.outputs.documents import case_parts, rows_parts, write_study_report
+from fecontact.outputs.figures.case import PressureFields, case_inches, draw_case
+from fecontact.outputs.figures.study import study_figure
+from fecontact.outputs.paraview.vtk import contact_surface
+from fecontact.outputs.records.results import asked_record, asked_row, case_row, result_record
+from fecontact.outputs.style import blank_figure
+from fecontact.outputs.terminal import show
+from fecontact.outputs.words import case_annotation
+
+STEEL = Material(young_MPa=210e3, poisson=0.3, yield_MPa=450.0, tangent_MPa=4200.0)
+# peak of bodies that yield over that of elastic ones
+SOFTER = 0.78
+
+
+def softer(rung: Rung) -> Rung:
+    """A contact whose pressure is cut off."""
+    return replace(rung, pressure_MPa=rung.pressure_MPa.clip(max=SOFTER * rung.pressure_MPa.max()))
+
+
+@pytest.fixture(scope="module")
+def result(elliptic_quick):
+    """A case in which Hertz holds, with a pressure of bodies that yield whose peak is far lower."""
+    solved, body = elliptic_quick.load.solved, YieldedBody(yield_MPa=450.0, tangent_MPa=4200.0, first_yield_N=24e3)
+    levels = []
+    for level in solved.levels:
+        fe, nodal = softer(level.fe), softer(level.nodal)
+        before, after = measures_of(level.fe).as_dict(), measures_of(fe).as_dict()
+        steps = {name: after[name] / before[name] - 1.0 for name in MEASURES}
+        path = (PathPoint(load_N=100e3, steps=steps, largest_strain=0.01, corrections=3, change=1e-6),)
+        bodies = {"rail": replace(body, largest_strain=0.01)}
+        levels.append(replace(level, yielded=Yielded(fe=fe, nodal=nodal, bodies=bodies, path=path, by_band={})))
+    case = replace(solved.case, rail_material=STEEL)
+    load = judge_load(replace(solved, case=case, levels=tuple(levels)), elliptic_quick.placement)
+    assert (load.verdict.answer, load.plastic.verdict.answer) == ("HOLDS", "FAILS")
+    return replace(elliptic_quick, load=load)
+
+
+def printed(parts, **options) -> str:
+    text = io.StringIO()
+    show(parts, Console(file=text, width=160, no_color=True), **options)
+    return text.getvalue()
+
+
+def first_answer(text: str) -> str:
+    """The first verdict that a text says."""
+    return re.search("FAILS|HOLDS|UNRESOLVED", text)[0]
+
+
+def test_the_terminal_says_it_first(result):
+    said = printed(case_parts(result_record(result), "the case")).splitlines()
+    assert said[1].startswith(
+        "Hertz FAILS against bodies that yield; furthest beyond its limit: peak pressure +27.64 %"
+    )
+    assert said[2].startswith("against elastic bodies Hertz HOLDS; ")
+    peak = next(line for line in said if line.startswith("peak pressure (MPa)"))
+    assert peak.endswith("FAILS ")
+    assert any(line.startswith("against elastic bodies: HOLDS: Hertz") for line in said)
+
+
+def test_the_elements_own_verdict_is_told_where_it_is_asked_for(result):
+    record = result_record(result)
+    assert "The elements by themselves" in printed(case_parts(record), long=True)
+    without = printed(case_parts(record, elements=False), long=True)
+    assert "The elements by themselves" not in without
+    assert "by themselves" not in without
+
+
+def test_tables_and_the_report_say_it_first(result, tmp_path):
+    row = {"id": "one", **case_row(result)}
+    assert row["verdict_answer"] == "HOLDS"
+    (line,) = [line for line in printed(rows_parts([row])).splitlines() if line.startswith("+0.00   ")]
+    assert first_answer(line) == "FAILS"
+    assert "HOLDS" in line
+    page = write_study_report("one", [ReportedCase(row=row, record=result_record(result))], tmp_path).read_text("utf-8")
+    lead = re.search(r'<p class="lead[^>]*>(.*?)</p>', page, re.DOTALL)
+    assert lead[0].startswith('<p class="lead fails"')
+    assert lead[1].startswith("Hertz FAILS against bodies that yield: peak pressure +27.64 %")
+    assert lead[1].endswith("against elastic bodies Hertz HOLDS")
+    table = page[page.index("<table") : page.index("</table>")]
+    assert first_answer(table) == "FAILS"
+
+
+def test_what_is_asked_for_is_read_against_bodies_that_yield(result):
+    hertz, plastic = result.hertz.p0_MPa, measures_of(result.load.level.yielded.fe).p_max_MPa
+    row, record = asked_row(case_row(result)), asked_record(result_record(result))
+    assert row["fe_p_max_MPa"] == record["fe"]["p_max_MPa"] == pytest.approx(plastic, rel=1e-9)
+    assert row["hertz_deviation_p_max_percent"] == pytest.approx(1e2 * (hertz / plastic - 1.0), rel=1e-9)
+    assert row["verdict_limit_used"] == pytest.approx((hertz / plastic - 1.0) / 0.05, rel=1e-9)
+    assert (row["verdict_answer"], row["verdict_measure"], row["elastic_verdict_answer"]) == (
+        *("FAILS", "p_max_MPa", "HOLDS"),
+    )
+    # a row of before has no such deviation: none is shown, not the elastic one
+    old = {name: value for name, value in case_row(result).items() if not name.startswith("plastic_hertz_d")}
+    assert asked_row(old)["hertz_deviation_p_max_percent"] is None
+
+
+def test_without_a_yield_stress_nothing_changes(elliptic_quick):
+    row, record = case_row(elliptic_quick), result_record(elliptic_quick)
+    assert asked_row(row) is row
+    assert asked_record(record) is record
+    assert "yield" not in printed(case_parts(record), long=True)
+
+
+def test_pictures_and_paraview_say_it_first(result, tmp_path):
+    fields = PressureFields.of(result.load)
+    figure = blank_figure(*case_inches(fields))
+    draw_case(figure, result.load, result.placement, fields)
+    assert figure.texts[0].get_text().strip() == "Hertz FAILS"
+    assert figure.texts[2].get_text().endswith("against elastic bodies Hertz HOLDS")
+    lines = {line.get_label(): max(line.get_ydata()) for ax in figure.axes for line in ax.get_lines()}
+    # the cut goes through the peak of bodies that yield
+    elastic = float(result.pressure_MPa.max())
+    assert lines["finite elements, elastic bodies"] == pytest.approx(elastic, rel=5e-3)
+    assert lines["finite elements, bodies that yield"] == pytest.approx(SOFTER * elastic, rel=1e-9)
+    assert first_answer(" ".join(case_annotation(result).split())) == "FAILS"
+    level = result.load.level
+    shown = contact_surface(result, level.fe, level.yielded.fe).point_data["plastic_pressure_MPa"]
+    assert float(shown.max()) == pytest.approx(SOFTER * elastic, rel=1e-9)
+    drawn = study_figure([case_row(result)], tmp_path / "study.png").with_suffix(".svg").read_text("utf-8")
+    assert "FAILS" in drawn
+    assert "HOLDS" not in drawn
+
+
+def test_a_map_takes_it(result):
+    cell = MapCell(lateral_shift_mm=0.0, load_N=100e3, status="converged", judged=result.load)
+    assert (cell.verdict, cell.cause) == ("FAILS", "plasticity")
+    known = KnownLoad.of(result.load)
+    assert known.answer == "FAILS"
+    plastic = measures_of(result.load.level.yielded.fe).p_max_MPa
+    assert known.excess == pytest.approx((result.hertz.p0_MPa / plastic - 1.0) / 0.05 - 1.0)
+    assert judged_by(result.load, "hertz").verdict.answer == "FAILS"
+
+
+@pytest.mark.slow
+def test_a_rail_that_yields_is_not_said_to_hold(tmp_path, capsys):
+    command = ["solve", "--shift", "-4", "--load-kn", "100", "--yield-mpa", "450", "--tangent-mpa", "4200"]
+    assert call([*command, "--out", str(tmp_path / "out")]) == 0
+    assert first_answer(capsys.readouterr().out) == "FAILS"
+    page = (tmp_path / "out" / "report.html").read_text("utf-8")
+    assert first_answer(page[page.index("<body") :]) == "FAILS"
+    assert first_answer((tmp_path / "out" / "case.svg").read_text("utf-8")) == "FAILS"
