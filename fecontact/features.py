@@ -17,6 +17,8 @@ names that by its places, so that a thing is imported once it is used:
     again (`runs.judging.Judged`), by their kind.
 `MAP_ROWS`
     A function of a map's folder, a case and inputs that may differ: what the map says of each shift and load.
+`MAP_COLUMNS`
+    A function of a map's folder: each shift, how far it counts, and its verdicts over the load.
 `STORED`
     Functions that read back a part of such results from what was solved for it; they decide whether it is used again.
 

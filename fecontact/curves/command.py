@@ -114,7 +114,7 @@ def curve(*, options: CaseOptions, asked: CurveOptions = _AS_USUAL, json: bool =
         write_csv(curve_rows(found), out / "curve.csv")
         write_json(out / "curve.json", record)
         curves_figure(found, out / "curve.png")
-        if found.cells:
+        if found.columns:
             visits_figure(found, out / "curve_map.png")
     answer(record, lambda _: curves_lines(found), json=json, written=out)
     return 0 if all(run.status == "equilibrium" for runs in found.runs.values() for run in runs) else 3

@@ -12,7 +12,7 @@ from fecontact.curves.curve import Conditions, CurveRun, Ride, curves, straight_
 from fecontact.curves.model import BOGIES, Vehicle, load_vehicle, with_bogie
 from fecontact.curves.normal import DEFAULT_THEORY, normal_theory
 from fecontact.curves.stability import StraightTrack, straight_track
-from fecontact.curves.visits import Curves, MapCell, differences, visits_on
+from fecontact.curves.visits import Curves, MapCell, MapColumn, differences, visits_on
 from fecontact.errors import InputError
 from fecontact.features import the
 from fecontact.jobs.workers import evaluators
@@ -75,7 +75,7 @@ def curve(
     for theory in theories:
         normal_theory(theory)
     case, conditions = case or Case(), conditions or Conditions()
-    cells = () if map_folder is None else _cells(Path(map_folder), case, made)
+    columns = () if map_folder is None else _columns(Path(map_folder), case)
     case = replace(case, rolling_radius_mm=made.wheelset.rolling_radius_mm)
     with evaluators(len(theories), here=1 in (workers, len(theories)), workers=workers) as map_over:
         found = list(map_over(partial(_of_theory, made, case, radii, conditions), theories))
@@ -89,8 +89,8 @@ def curve(
         runs=runs,
         straight=straight,
         differences=differences(runs, straight),
-        cells=cells,
-        visits=visits_on(runs, cells) if cells else (),
+        columns=columns,
+        visits=visits_on(runs, columns) if columns else (),
     )
 
 
@@ -115,12 +115,12 @@ def _of_theory(
     return tuple(curves(vehicle, ride, radii_m)), straight_track(theory, vehicle, straight_line(ride))
 
 
-def _cells(folder: Path, case: Case, vehicle: Vehicle) -> tuple[MapCell, ...]:
-    """Cells of a map of the same contact."""
+def _columns(folder: Path, case: Case) -> tuple[MapColumn, ...]:
+    """A map of the same contact, shift by shift."""
     rows = the("MAP_ROWS", f"map {folder}")(folder, case, but_for=_OTHER)
     if not rows:
         raise InputError(f"map {folder}: it has no cells; give another one")
-    return tuple(
+    cells = [
         MapCell(
             lateral_shift_mm=float(row["lateral_shift_mm"]),
             load_kN=float(row["load_kN"]),
@@ -129,4 +129,13 @@ def _cells(folder: Path, case: Case, vehicle: Vehicle) -> tuple[MapCell, ...]:
             + " (out of range)" * (row.get("cheapest_theory_status") == "out of range"),
         )
         for row in rows
+    ]
+    return tuple(
+        MapColumn(
+            lateral_shift_mm=shift,
+            reach_mm=reach,
+            bands=tuple(bands),
+            cells=tuple(cell for cell in cells if cell.lateral_shift_mm == shift),
+        )
+        for shift, reach, bands in the("MAP_COLUMNS", f"map {folder}")(folder)
     )

@@ -5,4 +5,5 @@ NAMES = ("running.map_",)
 RESULTS = {"map": "reading.load"}
 JUDGED = {"map": "reading.judge"}
 MAP_ROWS = ("reading.rows",)
+MAP_COLUMNS = ("reading.columns",)
 STORED = {"position": "storing.read_position"}

@@ -14,11 +14,11 @@ from fecontact.comparison.theories import HERTZ
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError
 from fecontact.maps.files import write_map
-from fecontact.maps.model import ApplicabilityMap, MapPosition, failed_position
+from fecontact.maps.model import ApplicabilityMap, LoadInterval, LoadLimit, MapPosition, failed_position
 from fecontact.maps.report import map_lines, write_map_report
 from fecontact.maps.storing import position_folder, read_position
 from fecontact.maps.telling import MAP_SCHEMA
-from fecontact.maps.views import refuse_measure
+from fecontact.maps.views import Band, bands_of, column_width, refuse_measure
 from fecontact.outputs.records.results import case_inputs
 from fecontact.outputs.tables import Part, Record
 from fecontact.outputs.terminal import count
@@ -195,3 +195,18 @@ def _contact(record: Mapping[str, Any]) -> Record:
     for name in ("rail_material", "wheel_material"):
         found[name] = {key: value for key, value in (record.get(name) or {}).items() if key in ("young_MPa", "poisson")}
     return found
+
+
+def columns(folder: Path) -> list[tuple[float, float, Sequence[Band]]]:
+    """Each shift of a stored map (mm), how far on both sides it counts (mm), and its verdicts over the load."""
+    document = map_document(folder)
+    reach = 0.5 * column_width(document["lateral_shifts_mm"])
+    return [(one["lateral_shift_mm"], reach, _bands(one, document["cells"])) for one in document["limits"]]
+
+
+def _bands(limit: Mapping[str, Any], cells: Sequence[Mapping[str, Any]]) -> Sequence[Band]:
+    own = [cell for cell in cells if cell["lateral_shift_mm"] == limit["lateral_shift_mm"] and "verdict" in cell]
+    answers = [(cell["load_N"], cell["verdict"]["answer"]) for cell in own]
+    answers += [(one["load_N"], one["verdict"]) for one in limit["tried"]]
+    open_kN = {1e-3 * load_N for load_N, answer in answers if answer == "UNRESOLVED"}
+    return bands_of(LoadLimit(intervals=tuple(LoadInterval(**one) for one in limit["intervals"])), open_kN)
