@@ -11,7 +11,6 @@ from scipy.interpolate import make_smoothing_spline
 
 from fecontact.case import Case, Track
 from fecontact.cli import call
-from fecontact.comparison.measures import spread
 from fecontact.errors import InputError
 from fecontact.outputs.alone import nearest_text, preview_lines, preview_record
 from fecontact.outputs.figures.position import preview_figure
@@ -315,13 +314,3 @@ def test_points_that_are_taken_as_exact_and_are_not_are_named(tmp_path):
         InputError, match="the line of noisy goes through its points as they are: give --rail-filter-mm or"
     ):
         hertz_of_case(case, placed)
-
-
-def test_blur_and_noise_are_added_as_independent_errors():
-    own, other = {"b": 1.0}, {"b": 1.3}
-    draws = [{"b": 1.0 + 0.1 * (-1.0) ** k} for k in range(6)]
-    found = spread(own, thinned=[other], widths=[other, {"b": 0.8}], draws=draws)["b"]
-    # four thirds of what the narrower line changes, and Student's 2.45 times the scatter
-    assert found == pytest.approx(0.3 + math.hypot(0.4, 2.45 * 0.1))
-    assert spread(own, widths=[own, {"b": 0.5}])["b"] == pytest.approx(0.5)
-    assert math.isnan(spread(own, draws=[None])["b"])
