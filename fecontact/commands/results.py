@@ -79,8 +79,11 @@ def compare(
     tolerance: Path | None = None,
     json: Path | None = None,
     html: Path | None = None,
+    png: Path | None = None,
 ) -> int:
     """Compare two sets of results, case by case; exit code 1 if they differ by more than the tolerances.
+
+    Of two maps or studies it says which verdicts of Hertz are others, where, and how often.
 
     Parameters
     ----------
@@ -98,6 +101,8 @@ def compare(
         File for the comparison as JSON.
     html
         File for the comparison as HTML.
+    png
+        File for a picture of both verdicts over shift and load.
     """
     from fecontact.files import write_json, write_text
     from fecontact.outputs.comparison import comparison_html, comparison_lines, comparison_record
@@ -112,6 +117,10 @@ def compare(
         write_json(json, comparison_record(comparison))
     if html is not None:
         write_text(html, comparison_html(comparison))
+    if png is not None:
+        from fecontact.outputs.figures.verdicts import verdicts_figure
+
+        verdicts_figure(comparison, png)
     show(comparison_lines(comparison))
     return 0 if comparison.same else 1
 

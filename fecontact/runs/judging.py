@@ -16,7 +16,7 @@ from fecontact.features import at, places
 from fecontact.jobs.workers import began_on_one_thread, evaluators
 from fecontact.outputs.documents import judged_rows_parts, write_tables
 from fecontact.outputs.records.results import Row, case_row, read_row
-from fecontact.outputs.tables import Part
+from fecontact.outputs.tables import VARIED, Part
 from fecontact.outputs.terminal import count
 from fecontact.runs.load import stored_study, unusable
 from fecontact.runs.store import RESULT, ROW, case_folder, read_case
@@ -177,7 +177,10 @@ def _judged_rows(before: Sequence[Row], folders: Sequence[Path], criteria: Crite
     left = [folder for folder, row in zip(folders, rows, strict=True) if row is None]
     with judges(len(left), creep) as map_over:
         judged = iter(list(map_over(partial(_judged_row, criteria=criteria, creep=creep), left)))
-    return [{"id": old["id"], **next(judged)} if row is None else row for old, row in zip(before, rows, strict=True)]
+    return [
+        {"id": old["id"], **next(judged), **({VARIED: old[VARIED]} if old.get(VARIED) else {})} if row is None else row
+        for old, row in zip(before, rows, strict=True)
+    ]
 
 
 def judges(count: int, creep: Creep | None) -> AbstractContextManager[Callable[..., Iterable[Any]]]:
