@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fecontact.commands.console import width
+from fecontact.commands.console import announce, many, width
 from fecontact.commands.options import CaseOptions, takes
 from fecontact.outputs.terminal import show
 
@@ -45,8 +45,11 @@ def judge(
     case = options.case()
     if case.creep.asked:
         more = ", laws as much again" * (measure == "theory")
-        print(f"forces take some 2 s a case or cell{more}", file=sys.stderr)
-    judged: Judged = judge_stored(folder, case.criteria, creep=case.creep, measure=measure, theory=theory, out=out)
+        announce(f"forces take some 2 s per case or cell{more}")
+    with many("positions or cases") as progress:
+        judged: Judged = judge_stored(
+            folder, case.criteria, creep=case.creep, measure=measure, theory=theory, out=out, progress=progress
+        )
     show(judged.parts(width()))
     for problem in judged.problems:
         print(f"not judged: {problem}", file=sys.stderr)

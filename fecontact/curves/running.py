@@ -15,6 +15,7 @@ from fecontact.curves.stability import StraightTrack, straight_track
 from fecontact.curves.visits import Curves, MapCell, MapColumn, differences, visits_on
 from fecontact.errors import InputError
 from fecontact.features import the
+from fecontact.jobs.remaining import Progress, watched
 from fecontact.jobs.workers import evaluators
 from fecontact.solving.placing import wheelset_of_case
 
@@ -32,6 +33,7 @@ def curve(
     bogie: str = BOGIES[0],
     map_folder: str | Path | None = None,
     workers: int = 1,
+    progress: Progress | None = None,
 ) -> Curves:
     """Steady running of a wheelset or a bogie in curves, and its stability on straight track; nothing is meshed.
 
@@ -59,6 +61,8 @@ def curve(
         A map of the same pair that `fecontact map` wrote, to see where the wheels are on it.
     workers
         Processes, one a theory.
+    progress
+        As for `run`, with curves in place of cases, or theories where there are several processes.
 
     Raises
     ------
@@ -77,8 +81,10 @@ def curve(
     case, conditions = case or Case(), conditions or Conditions()
     columns = () if map_folder is None else _columns(Path(map_folder), case)
     case = replace(case, rolling_radius_mm=made.wheelset.rolling_radius_mm)
-    with evaluators(len(theories), here=1 in (workers, len(theories)), workers=workers) as map_over:
-        found = list(map_over(partial(_of_theory, made, case, radii, conditions), theories))
+    here = 1 in (workers, len(theories))
+    with evaluators(len(theories), here=here, workers=workers) as map_over:
+        work = partial(_of_theory, made, case, radii, conditions, progress=progress if here else None)
+        found = list(watched(map_over(work, theories), len(theories), None if here else progress, "theories"))
     runs = {theory: one[0] for theory, one in zip(theories, found, strict=True)}
     straight = tuple(one[1] for one in found)
     return Curves(
@@ -108,11 +114,16 @@ def _radii(radii_m: Sequence[float] | Mapping[float, float]) -> tuple[tuple[floa
 
 
 def _of_theory(
-    vehicle: Vehicle, case: Case, radii_m: Sequence[float], conditions: Conditions, theory: str
+    vehicle: Vehicle,
+    case: Case,
+    radii_m: Sequence[float],
+    conditions: Conditions,
+    theory: str,
+    progress: Progress | None = None,
 ) -> tuple[tuple[CurveRun, ...], StraightTrack]:
     materials = (case.wheel_material, case.rail_material)
     ride = Ride(wheelset=wheelset_of_case(case), conditions=conditions, theory=theory, materials=materials)
-    return tuple(curves(vehicle, ride, radii_m)), straight_track(theory, vehicle, straight_line(ride))
+    return tuple(curves(vehicle, ride, radii_m, progress)), straight_track(theory, vehicle, straight_line(ride))
 
 
 def _columns(folder: Path, case: Case) -> tuple[MapColumn, ...]:

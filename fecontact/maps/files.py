@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -15,7 +15,16 @@ from fecontact.features import offered
 from fecontact.files import write_sealed
 from fecontact.maps.model import ApplicabilityMap
 from fecontact.maps.telling import judged_row, law_row, map_record, stiffness_rows
-from fecontact.maps.views import CellView, ColumnView, MapView, column_width, laws_judged, views_of
+from fecontact.maps.views import (
+    CellView,
+    ColumnView,
+    MapView,
+    column_width,
+    laws_judged,
+    map_view,
+    refuse_measure,
+    views_of,
+)
 from fecontact.outputs.alone import ordered
 from fecontact.outputs.style import ANSWERS, BETWEEN, blank_figure, save_figure
 from fecontact.outputs.tables import Record, pair_words, write_csv
@@ -23,6 +32,7 @@ from fecontact.outputs.words import other_wheel_label, roll_words, shift_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 # --- The picture of a map: coloured columns over the load, one a lateral shift, with words at the loads.
@@ -38,6 +48,10 @@ _HATCHED: dict[str, Any] = {BETWEEN: {"hatch": "////", "ec": "0.7"}}
 _DASHES = ("--", ":")
 # In the colour of what holds.
 _DIAMOND: dict[str, Any] = {"ls": "none", "marker": "D", "mfc": ANSWERS["HOLDS"], "mec": "k", "mew": 0.8}
+
+
+Blank: TypeAlias = "Callable[[float, float], Figure]"
+"""Makes an empty figure of a width and a height in inches."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +82,24 @@ class Sizes:
 
 
 def map_figure(view: MapView, path: str | Path) -> Path:
-    """Draw a map over lateral shift and load, as PNG and as SVG.
+    """Draw a map, as PNG and as SVG."""
+    return save_figure(draw_map(view), path)
+
+
+def figure_of(made: ApplicabilityMap, measure: str, theory: str, blank: Blank) -> Figure:
+    """Draw a map by a measure and a theory.
+
+    Raises
+    ------
+    InputError
+        For a measure or a theory that there is not.
+    """
+    refuse_measure(made.case, measure, theory)
+    return draw_map(map_view(made, measure, theory), blank)
+
+
+def draw_map(view: MapView, blank: Blank = blank_figure) -> Figure:
+    """Draw a map over lateral shift and load into a figure of `blank`.
 
     The load axis is linear. The colour of a column changes at the loads at which the answer does, as far as they are
     known. Each load of the map has the words of its cell; every other load that was solved is a tick at both sides of
@@ -78,7 +109,7 @@ def map_figure(view: MapView, path: str | Path) -> Path:
     shifts = np.array([column.shift_mm for column in view.columns])
     width = column_width([column.shift_mm for column in view.columns])
     sizes = Sizes(1 + round(float(np.ptp(shifts)) / width))
-    figure = blank_figure(sizes.width + _LEGEND, _height(loads))
+    figure = blank(sizes.width + _LEGEND, _height(loads))
     ax = figure.add_subplot()
     ends, reach = _load_range(loads), 0.5 * width
     for middle, column in zip(shifts, view.columns, strict=True):
@@ -103,7 +134,7 @@ def map_figure(view: MapView, path: str | Path) -> Path:
     if label := other_wheel_label(case):
         above = ax.secondary_xaxis("top", functions=(np.negative, np.negative))
         above.set_xlabel(label)
-    return save_figure(figure, path)
+    return figure
 
 
 def _handles(view: MapView, sizes: Sizes) -> list[Any]:

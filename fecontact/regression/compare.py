@@ -276,8 +276,10 @@ def _verdicts(was: pandas.DataFrame, now: pandas.DataFrame, cases: Sequence[str]
     if not {*_POSITION, _VERDICT} <= {*was} or _VERDICT not in now:
         return pandas.DataFrame()
     places = {name: was.loc[cases, name].map(number) for name in _POSITION}
-    answers = {side: rows.loc[cases, _VERDICT].replace("", "failed") for side, rows in (("baseline", was), ("new", now))}
-    return pandas.DataFrame({**places, **answers})
+    answers = {
+        side: rows.loc[cases, _VERDICT].replace("", "failed") for side, rows in (("baseline", was), ("new", now))
+    }
+    return pandas.DataFrame({**places, **answers}).rename_axis(None)
 
 
 def _check_columns(baseline: ResultTable, new: ResultTable, tolerances: Tolerances) -> None:

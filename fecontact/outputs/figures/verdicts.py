@@ -29,7 +29,9 @@ def verdicts_figure(comparison: TableComparison, path: str | Path) -> Path:
     if verdicts.empty:
         raise InputError("compare --png: the tables have no verdicts over shift and load; leave it out")
     if verdicts.duplicated(["lateral_shift_mm", "load_kN"]).any():
-        raise InputError("compare --png: several cases have one shift and load; compare tables of one pair, or leave it out")
+        raise InputError(
+            "compare --png: several cases have one shift and load; compare tables of one pair, or leave it out"
+        )
     figure = blank_figure(9.0, 5.5)
     ax = figure.subplots()
     for one in verdicts.itertuples():
@@ -39,7 +41,9 @@ def verdicts_figure(comparison: TableComparison, path: str | Path) -> Path:
     found = {*verdicts.baseline, *verdicts.new}
     for answer in (answer for answer in ANSWERS if answer in found):
         ax.plot([], [], mfc=ANSWERS[answer], label=ANSWER_WORDS[answer], **_MARK | _SAME | {"ms": 10})
-    ax.plot([], [], mfc="w", label="another verdict: left half\nbaseline, right half new", **_MARK | _CHANGED | {"ms": 10})
+    ax.plot(
+        [], [], mfc="w", label="another verdict: left half\nbaseline, right half new", **_MARK | _CHANGED | {"ms": 10}
+    )
     ax.margins(x=0.1, y=0.15)
     ax.set(xlabel=SHIFT, ylabel="load in kN", title=f"{comparison.baseline.path} and {comparison.new.path}")
     legend_beside(ax)
