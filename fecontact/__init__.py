@@ -86,6 +86,7 @@ if TYPE_CHECKING:
     from fecontact.irregularities.running import irregular as irregular
     from fecontact.irregularity.shapes import Irregularity
     from fecontact.maps.running import map_ as map  # noqa: F401
+    from fecontact.outputs.frames import to_dataframe, to_xarray
     from fecontact.outputs.meshes import mesh
     from fecontact.outputs.records.results import rows
     from fecontact.profiles.library import profile
@@ -124,6 +125,8 @@ __all__ = [
     "table",
     "theories",
     "theory",
+    "to_dataframe",
+    "to_xarray",
 ]
 __all__ += [*public_names()]
 
@@ -151,6 +154,8 @@ _HOMES = {
     "table": "runs.alone.table",
     "theories": "runs.alone.theories",
     "theory": "runs.alone.theory",
+    "to_dataframe": "outputs.frames.to_dataframe",
+    "to_xarray": "outputs.frames.to_xarray",
 }
 
 

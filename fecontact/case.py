@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, fields, replace
+from html import escape
 from typing import Any, Literal, get_args
 
 from fecontact.bodies import STEEL, Material, TrackSide, contact_modulus_MPa
@@ -301,6 +302,19 @@ class Case:
         other = own if self.opposite.wheel_load_N is None else self.opposite.wheel_load_N
         return {"left": own, "right": other} if self.side == "left" else {"left": other, "right": own}
 
+    def __repr__(self) -> str:
+        usual = type(self)()
+        own = (entry.name for entry in fields(self) if getattr(self, entry.name) != getattr(usual, entry.name))
+        given = dict.fromkeys(("rail", "wheel", "lateral_shift_mm", "load_N", *own))
+        return f"Case({', '.join(f'{name}={getattr(self, name)!r}' for name in given)})"
+
+    def _repr_html_(self) -> str:
+        given = (slot for slot in INPUTS if slot.of(self) != slot.default or slot.place in _SHOWN)
+        rows = {f"{slot.body} {slot.key}".strip(): {"": slot.input.shown(slot.of(self))} for slot in given}
+        import pandas
+
+        return f"<p>{escape(repr(self))}</p>{pandas.DataFrame.from_dict(rows, orient='index').to_html()}"
+
     @property
     def profiles(self) -> dict[str, str]:
         """Names or files of all profiles, by what they are."""
@@ -358,6 +372,7 @@ def _refuse_other_roll(name: str, value: str, kind: Roll, roll: Roll | None) -> 
 _FILES = ("rail_file", "wheel_file")
 _IRREGULAR = ("rail_irregularity", "wheel_irregularity", "distance_mm")
 INPUTS = slots(Case())
+_SHOWN = tuple(("", name) for name in ("rail", "wheel", "lateral_shift_mm", "load_N"))
 """Every input of a case and of its parts."""
 PARTS = {part.name: type(getattr(Case(), part.name)) for part in fields(Case) if "part" in part.metadata}
 """The fields of a case that have fields of their own."""

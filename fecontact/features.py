@@ -9,14 +9,18 @@ names that by its places, so that a thing is imported once it is used:
 `NAMES`
     Functions and classes of `fecontact`, which bear their own names there.
 `LOADED_CONICITIES`
-    A function of a case and a wheel load (N): conicities of the loaded wheelset.
+    A function of a case, a wheel load (N) and `progress`: conicities of the loaded wheelset.
 `RESULTS`
     Functions of a folder that read it, by the kind of results that it holds in KIND.json and KIND.csv.
 `JUDGED`
-    Functions of a folder, criteria, a folder to write, and `creep`, `measure` and `theory`: the same results judged
-    again (`runs.judging.Judged`), by their kind.
+    Functions of a folder, criteria, a folder to write, `creep`, `measure`, `theory` and `progress`: the same results
+    judged again (`runs.judging.Judged`), by their kind.
 `MAP_ROWS`
     A function of a map's folder, a case and inputs that may differ: what the map says of each shift and load.
+`MAP_COLUMNS`
+    A function of a map's folder: each shift, how far it counts, and its verdicts over the load.
+`MAP_FIGURE`
+    A function of a map, a measure, a theory, and what makes a figure of a size in inches: the map's picture.
 `STORED`
     Functions that read back a part of such results from what was solved for it; they decide whether it is used again.
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
+from fecontact.comparison.theories import HERTZ
 from fecontact.errors import InputError
+from fecontact.features import the
 from fecontact.outputs.figures.case import PressureFields, case_inches, draw_case, draw_pressure
 from fecontact.solving.solve import CaseResult
 
@@ -12,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
 
-__all__ = ["case"]
+__all__ = ["case", "map"]
 
 Field = Literal["finite elements", "Hertz", "finite elements minus Hertz"]
 
@@ -44,9 +46,42 @@ def case(result: CaseResult, axes: Axes | None = None, *, field: Field = "finite
     if axes is not None:
         draw_pressure(axes, result.load, field, fields)
         return axes.figure
-    # by pyplot, so that pyplot.show() finds the figure
-    from matplotlib import pyplot
-
-    figure = pyplot.figure(figsize=case_inches(fields))
+    figure = _shown(*case_inches(fields))
     draw_case(figure, result.load, result.placement, fields)
     return figure
+
+
+def map(made: Any, *, measure: str = "pressure", theory: str = HERTZ) -> Figure:
+    """Draw a map over lateral shift and load, as in `map.png`.
+
+    Parameters
+    ----------
+    made
+        An `ApplicabilityMap`, which `fecontact.load` gives of the folder of a map.
+    measure
+        Where the `pressure` holds, the cheapest `theory` that holds, or what features judge, such as the `force`.
+    theory
+        Theory of the pressure, for the measure `pressure`.
+
+    Raises
+    ------
+    InputError
+        For a measure or a theory that there is not.
+    """
+    drawn: Figure = the("MAP_FIGURE", "plot.map")(made, measure, theory, _shown)
+    return drawn
+
+
+def _shown(width: float, height: float) -> Figure:
+    """An empty figure that a script shows by pyplot.show(), and a notebook once, as the value of its cell."""
+    from matplotlib import get_backend, pyplot
+
+    figure = pyplot.figure(figsize=(width, height), layout="constrained")
+    if "inline" in get_backend():
+        # a notebook draws all open figures of pyplot below a cell, beside the value of the cell
+        pyplot.close(figure)
+    return figure
+
+
+def __dir__() -> list[str]:
+    return [*__all__, *(name for name in globals() if name.startswith("__"))]

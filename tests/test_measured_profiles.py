@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -253,10 +254,16 @@ def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):
     assert "is a rail but a wheel is wanted" in capsys.readouterr().err
 
 
-def test_the_picture_of_a_measured_line(tmp_path):
+def test_the_labels_of_the_picture_of_a_measured_line_are_apart(monkeypatch):
+    drawn = []
+    monkeypatch.setattr("fecontact.outputs.profiles.save_figure", lambda figure, path: drawn.append(figure))
     line = read(sampled("60E1", 0.01))
     assert isinstance(line, Profile)
-    assert profile_figure(line, tmp_path / "line.png").stat().st_size > 10_000
+    profile_figure(line, "line.png")
+    drawn[0].canvas.draw()
+    ends = [ax.yaxis.label.get_window_extent() for ax in drawn[0].axes]
+    assert all(above.y0 > below.y1 for above, below in pairwise(ends))
+    assert ends[-1].y0 > 0.0
 
 
 def test_what_was_left_out_is_drawn_with_its_place_and_a_key(tmp_path, monkeypatch):

@@ -1290,6 +1290,22 @@ def test_no_line_joins_places_between_which_the_contact_jumps(flat, monkeypatch)
     assert shifts == pytest.approx([0.0, 1.0, math.nan, 2.0, 3.0], nan_ok=True)
 
 
+def test_a_study_says_what_varies_in_its_table_and_on_its_axis(flat, monkeypatch):
+    rows = [flat | {"id": name, "resolution": name, "varied": f"resolution {name}"} for name in ("quick", "fine")]
+    text = io.StringIO()
+    for part in rows_parts(rows):
+        show([part], Console(file=text, width=200))
+    told = text.getvalue()
+    assert all(f" resolution {name} " in told for name in ("quick", "fine"))
+    peak, _, touch = drawn_lines(monkeypatch, rows)
+    # side by side in their order, at the one shift there would be a single place
+    assert [tick.get_text() for tick in touch.get_xticklabels()] == ["quick", "fine"]
+    (line,) = [line for line in peak.get_lines() if line.get_label() == "FE"]
+    assert list(line.get_xdata()) == [0.0, 1.0]
+    others = [flat | {"id": str(number), "varied": f"young_MPa {number}"} for number in (200000, 210000)]
+    assert [one.label for one in series(others)] == ["young_MPa 200000", "young_MPa 210000"]
+
+
 def test_study_and_profile_figures_are_pngs(record, flat, tmp_path):
     study_figure([{"id": "x", **flat}, lost(record)], tmp_path / "study.png", criteria=Criteria())
     profile_figure(load("S1002"), tmp_path / "profile.png")

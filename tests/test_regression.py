@@ -973,3 +973,31 @@ def test_comparing_needs_no_finite_elements(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
     assert done.stdout.splitlines()[-1] == "0 []"
+
+
+def test_two_maps_are_compared_by_their_verdicts(tmp_path, capsys):
+    def written(name: str, answers: dict[tuple[float, float], str]) -> Path:
+        (tmp_path / name).mkdir()
+        cells = [
+            {"lateral_shift_mm": shift, "load_kN": load, "status": "converged", "verdict_answer": answer}
+            for (shift, load), answer in answers.items()
+        ]
+        write_csv(cells, tmp_path / name / "map.csv")
+        return tmp_path / name
+
+    was = {(-4.0, 50.0): "HOLDS", (-4.0, 80.0): "HOLDS", (0.0, 50.0): "HOLDS", (0.0, 80.0): "", (4.0, 50.0): "FAILS"}
+    now = was | {(-4.0, 80.0): "FAILS", (0.0, 50.0): "FAILS", (0.0, 80.0): "HOLDS"}
+    folders = [str(written(name, one)) for name, one in (("was", was), ("now", now))]
+    assert call(["compare", *folders, "--png", str(tmp_path / "a.png"), "--json", str(tmp_path / "a.json")]) == 1
+    told = " ".join(capsys.readouterr().out.split())
+    assert "another one in 3 of 5 cases: HOLDS -> FAILS 2 times, failed -> HOLDS 1 times." in told
+    assert "HOLDS FAILS 2 -4 mm: 80 kN; +0 mm: 50 kN" in told
+    first, second = json.loads((tmp_path / "a.json").read_text())["changed_verdicts"]
+    assert first == {"baseline": "HOLDS", "new": "FAILS", "cases": 2, "where": "-4 mm: 80 kN; +0 mm: 50 kN"}
+    assert second["where"] == "+0 mm: 80 kN"
+    assert (tmp_path / "a.png").stat().st_size > 5000
+    # by other columns cases keep their shift and load
+    assert call(["compare", *folders, "--match", "shift,load"]) == 1
+    assert "another one in 3 of 5 cases" in " ".join(capsys.readouterr().out.split())
+    assert call(["compare", folders[0], folders[0]]) == 0
+    assert "Hertz's verdict is the same in all of 5 cases." in capsys.readouterr().out

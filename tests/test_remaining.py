@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from fecontact.jobs.engine import _Report
-from fecontact.jobs.remaining import duration, seconds_left
-from fecontact.jobs.store import Origin
+from fecontact.jobs.remaining import duration, seconds_left, watched
+from fecontact.jobs.store import Origin, new_folder, part_done, tell_part
 from fecontact.jobs.workers import Done, Job
 
 
@@ -99,3 +99,30 @@ def test_a_run_tells_what_is_left_of_it(monkeypatch, tmp_path):
 @pytest.mark.parametrize(("seconds", "text"), [(0.4, "0 s"), (99.0, "99 s"), (150.0, "2 min"), (9000.0, "2.5 h")])
 def test_durations_are_short(seconds, text):
     assert duration(seconds) == text
+
+
+def test_a_job_that_tells_its_parts_goes_on_as_it_went():
+    assert seconds_left([], [30.0], 0, 1) is None
+    # no job has ended: 3 of 4 parts took 30 s, and another one waits
+    assert seconds_left([], [30.0], 1, 1, [0.75]) == pytest.approx(10.0 + 40.0)
+    # a job that does not say takes as long as those that ended
+    assert seconds_left([20.0], [30.0, 5.0], 0, 2, [0.5, 0.0]) == pytest.approx(max(60.0 - 30.0, 40.0 - 5.0))
+
+
+def test_what_a_job_says_is_beside_its_folder_until_it_ends(tmp_path):
+    folder = tmp_path / "positions" / "one"
+    origin = Origin(solved_by={}, evaluated_by={})
+    assert part_done(folder, "one") == (0.0, "")
+    with new_folder(folder, "one", origin) as temporary:
+        tell_part(temporary, "one", 0.25, "1 of 3 loads")
+        assert part_done(folder, "one") == (0.25, "(1 of 3 loads)")
+    assert part_done(folder, "one") == (0.0, "")
+    assert [path.name for path in folder.parent.iterdir()] == ["one"]
+
+
+def test_results_are_watched_with_the_time_that_is_left(monkeypatch):
+    clock = iter([0.0, 3.0, 6.0, 9.0])
+    monkeypatch.setattr("fecontact.jobs.remaining.time.monotonic", lambda: next(clock))
+    said = []
+    assert list(watched("abc", 3, lambda *one: said.append(one), "lines")) == ["a", "b", "c"]
+    assert said == [(0, 3, "lines"), (1, 3, "lines; about 6 s left"), (2, 3, "lines; about 3 s left")]

@@ -24,6 +24,7 @@ from pictures import draw_nothing
 from points import MEASURED_COLUMNS
 from test_store import profile
 
+from fecontact.bodies import Material
 from fecontact.case import Case, Criteria
 from fecontact.errors import InputError
 from fecontact.jobs import workers
@@ -34,7 +35,7 @@ from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id
 from fecontact.runs.sources import digests
 from fecontact.runs.store import case_folder, job_of
-from fecontact.runs.study import StudyOutcome, run_study
+from fecontact.runs.study import StudyOutcome, run_study, varied_words
 
 LOADS_KN = (50, 60, 70, 80, 90)
 HERE = Path(__file__).parent
@@ -614,3 +615,14 @@ def test_real_cases_on_dask_are_those_of_one_process(tmp_path):
         run_study(real, tmp_path / "dask", settings=RunSettings(scheduler=address))
     run_study(real, tmp_path / "one", settings=RunSettings(workers=1))
     assert table(tmp_path / "dask" / "study.csv") == table(tmp_path / "one" / "study.csv")
+
+
+def test_the_inputs_that_vary_are_named_with_their_values():
+    base, soft = Case(), Material(young_MPa=200e3, poisson=0.3)
+    assert varied_words([base, replace(base, lateral_shift_mm=1.0, load_N=5e4, rail="54E1")]) == ["", ""]
+    assert varied_words([base, replace(base, resolution="fine")]) == ["resolution quick", "resolution fine"]
+    assert varied_words([base, replace(base, rail_material=soft)])[1] == "rail young_MPa 200000"
+    both = replace(base, rail_material=soft, wheel_material=soft, yaw_rad=1e-3)
+    assert varied_words([base, both]) == ["yaw_mrad 0, young_MPa 210000", "yaw_mrad 1, young_MPa 200000"]
+    # criteria make no other case: results are judged by others
+    assert varied_words([base, replace(base, criteria=Criteria(p_max=0.03))]) == ["", ""]

@@ -66,7 +66,8 @@ def many(what: str, *, quiet: bool = False) -> Iterator[Callable[[int, int, str]
     with _line(quiet=quiet) as say:
 
         def show(number: int, count: int, text: str) -> None:
-            say(f"{number} of {count} {what} done: {text}", str(number))
+            # the time that is left is no news
+            say(f"{number} of {count} {what} done: {text}", f"{number} {text.partition(';')[0]}")
 
         yield show
 

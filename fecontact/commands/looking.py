@@ -12,11 +12,12 @@ from cyclopts import Parameter
 
 from fecontact import features
 from fecontact.case import unusual
-from fecontact.commands.console import tell_notes
+from fecontact.commands.console import announce, many, tell_notes
 from fecontact.commands.options import CONTACT, POSITION, CaseOptions, GridOptions, takes
 from fecontact.errors import InputError
 from fecontact.inputs import parse_numbers
-from fecontact.outputs.terminal import answer, show
+from fecontact.jobs.remaining import duration
+from fecontact.outputs.terminal import answer, count, show
 
 
 @takes(*POSITION, "irregular")
@@ -103,10 +104,15 @@ def geometry(
         functions_figure(case, found, out)
     if loaded_kn is not None:
         conicities = features.the("LOADED_CONICITIES", "--loaded-kn")
-        record["loaded_conicity"] = conicities(case, 1e3 * loaded_kn)
+        announce("the loaded wheelset takes about 15 s")
+        with many("shifts") as progress:
+            record["loaded_conicity"] = conicities(case, 1e3 * loaded_kn, progress=progress)
     answer(record, functions_lines, json=json, **{"table" if as_table else "picture": out})
     return 0
 
+
+# Of a contact table.
+_SECONDS_A_LINE = 0.9
 
 # --- Commands on theories without any mesh: which there are, one of them at a position, and tables for vehicle codes.
 
@@ -175,7 +181,10 @@ def table(
 
     case, positions, loads_N = options.case(), grid.shifts_mm, grid.loads_N
     tell_notes(unusual([replace(case, load_N=load_N) for load_N in loads_N]))
-    rows = made_table(case, positions, loads_N, map_folder=map_)
+    lines = len(positions) * len(loads_N)
+    announce(f"{count(lines, 'line')}: about {duration(_SECONDS_A_LINE * lines)}")
+    with many("lines") as progress:
+        rows = made_table(case, positions, loads_N, map_folder=map_, progress=progress)
     if out is not None:
         write_csv(rows, out)
     answer(rows, contact_table_lines, json=json, table=out)

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fecontact.commands.console import width
+from fecontact.commands.console import announce, many, width
 from fecontact.commands.options import CaseOptions, takes
 from fecontact.outputs.terminal import show
 
@@ -45,8 +45,11 @@ def judge(
     case = options.case()
     if case.creep.asked:
         more = ", laws as much again" * (measure == "theory")
-        print(f"forces take some 2 s a case or cell{more}", file=sys.stderr)
-    judged: Judged = judge_stored(folder, case.criteria, creep=case.creep, measure=measure, theory=theory, out=out)
+        announce(f"forces take some 2 s per case or cell{more}")
+    with many("positions or cases") as progress:
+        judged: Judged = judge_stored(
+            folder, case.criteria, creep=case.creep, measure=measure, theory=theory, out=out, progress=progress
+        )
     show(judged.parts(width()))
     for problem in judged.problems:
         print(f"not judged: {problem}", file=sys.stderr)
@@ -79,8 +82,11 @@ def compare(
     tolerance: Path | None = None,
     json: Path | None = None,
     html: Path | None = None,
+    png: Path | None = None,
 ) -> int:
     """Compare two sets of results, case by case; exit code 1 if they differ by more than the tolerances.
+
+    Of two maps or studies it says which verdicts of Hertz are others, where, and how often.
 
     Parameters
     ----------
@@ -98,6 +104,8 @@ def compare(
         File for the comparison as JSON.
     html
         File for the comparison as HTML.
+    png
+        File for a picture of both verdicts over shift and load.
     """
     from fecontact.files import write_json, write_text
     from fecontact.outputs.comparison import comparison_html, comparison_lines, comparison_record
@@ -112,6 +120,10 @@ def compare(
         write_json(json, comparison_record(comparison))
     if html is not None:
         write_text(html, comparison_html(comparison))
+    if png is not None:
+        from fecontact.outputs.figures.verdicts import verdicts_figure
+
+        verdicts_figure(comparison, png)
     show(comparison_lines(comparison))
     return 0 if comparison.same else 1
 

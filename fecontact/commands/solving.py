@@ -109,13 +109,15 @@ def solve(
     from fecontact.outputs.documents import case_parts
     from fecontact.outputs.words import case_words
     from fecontact.runs.store import Told
-    from fecontact.runs.study import keep_with_report, prepare_for_case
+    from fecontact.runs.study import cost_of, keep_with_report, prepare_for_case
     from fecontact.solving.solve import solve as solve_case
 
     case = options.case()
     tell_notes(unusual([case]))
     if out is not None:
         prepare_for_case(out, case, force=force)
+    if cost := cost_of([case], 1):
+        announce(*cost.words)
     with solving() as progress:
         result = solve_case(case, progress=progress)
         # what was solved is kept before it is shown: what it is shown on may be full, or closed

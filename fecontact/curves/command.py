@@ -8,10 +8,12 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from fecontact.commands.console import announce, many
 from fecontact.commands.options import CaseOptions, takes
 from fecontact.errors import InputError
 from fecontact.inputs import parse_numbers
-from fecontact.outputs.terminal import answer
+from fecontact.jobs.remaining import duration
+from fecontact.outputs.terminal import answer, count
 
 
 @Parameter(name="*")
@@ -75,6 +77,8 @@ class CurveOptions:
 
 
 _AS_USUAL = CurveOptions()
+# A curve by a theory, with its part of straight track.
+_SECONDS, _MOST_SECONDS = {"overlap": 2.0, "kik_piotrowski": 2.0, "strip": 3.0}, 7.0
 
 
 @takes("pair", "profiles", "material")
@@ -94,27 +98,32 @@ def curve(*, options: CaseOptions, asked: CurveOptions = _AS_USUAL, json: bool =
     from fecontact.files import write_json
     from fecontact.outputs.tables import write_csv
 
-    found = run_curves(
-        asked.vehicle,
-        asked.shared_radii(),
-        case=options.case(),
-        conditions=Conditions(
-            friction=asked.friction,
-            cant_mm=asked.cant_mm,
-            unbalanced_m_s2=asked.unbalanced_m_s2,
-            speed_km_h=asked.speed_km_h,
-        ),
-        theories=asked.theory.split(","),
-        bogie=asked.bogie,
-        map_folder=asked.map,
-        workers=asked.workers,
-    )
+    radii, theories = asked.shared_radii(), asked.theory.split(",")
+    seconds = len(radii) * sum(_SECONDS.get(name, _MOST_SECONDS) for name in theories)
+    announce(f"{count(len(radii), 'curve')}: about {duration(seconds)}")
+    with many("curves" if 1 in (len(theories), asked.workers) else "theories") as progress:
+        found = run_curves(
+            asked.vehicle,
+            radii,
+            case=options.case(),
+            conditions=Conditions(
+                friction=asked.friction,
+                cant_mm=asked.cant_mm,
+                unbalanced_m_s2=asked.unbalanced_m_s2,
+                speed_km_h=asked.speed_km_h,
+            ),
+            theories=theories,
+            bogie=asked.bogie,
+            map_folder=asked.map,
+            workers=asked.workers,
+            progress=progress,
+        )
     record = curves_record(found)
     if out is not None:
         write_csv(curve_rows(found), out / "curve.csv")
         write_json(out / "curve.json", record)
         curves_figure(found, out / "curve.png")
-        if found.cells:
+        if found.columns:
             visits_figure(found, out / "curve_map.png")
     answer(record, lambda _: curves_lines(found), json=json, written=out)
     return 0 if all(run.status == "equilibrium" for runs in found.runs.values() for run in runs) else 3

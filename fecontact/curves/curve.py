@@ -24,6 +24,7 @@ from fecontact.curves.steady import (
 )
 from fecontact.errors import InputError
 from fecontact.inputs import given, inputs, number
+from fecontact.jobs.remaining import Progress
 from fecontact.rolling.laws import rolling_pair
 from fecontact.wheel_rail.placement import Pair
 from fecontact.wheel_rail.poses import search_parameters
@@ -293,7 +294,7 @@ class CurveRun:
         return self.status != "no equilibrium"
 
 
-def curves(vehicle: Vehicle, ride: Ride, radii_m: Sequence[float]) -> list[CurveRun]:
+def curves(vehicle: Vehicle, ride: Ride, radii_m: Sequence[float], progress: Progress | None = None) -> list[CurveRun]:
     """Steady motion in curves, each found on the path from straight track.
 
     Parameters
@@ -314,7 +315,7 @@ def curves(vehicle: Vehicle, ride: Ride, radii_m: Sequence[float]) -> list[Curve
             lines = lines_of(ride, widest_per_mm=min(map(abs, own.values())))
             for curvature in own.values():
                 check_overturning(vehicle, lines(curvature))
-            equilibria = path(vehicle, lines, list(own.values()))
+            equilibria = path(vehicle, lines, list(own.values()), progress)
             found |= {radius: _run(radius, vehicle, ride, one) for radius, one in zip(own, equilibria, strict=True)}
     return [found[radius] for radius in radii_m]
 

@@ -14,6 +14,7 @@ from fecontact.case import Case
 from fecontact.curves.normal import DEFAULT_THEORY, Overlap, Surfaces, normal_theory
 from fecontact.curves.steady import PRESSED_MM, differences, largest, newton
 from fecontact.errors import ConvergenceError, InputError, check_positive
+from fecontact.jobs.remaining import Progress, watched
 from fecontact.solving.placing import wheelset_of_case
 from fecontact.wheel_rail.wheelset import Wheelset, harmonic_conicity
 
@@ -40,6 +41,7 @@ def radius_differences_mm(
     *,
     theory: str = DEFAULT_THEORY,
     materials: tuple[Material, Material] = (STEEL, STEEL),
+    progress: Progress | None = None,
 ) -> list[float]:
     """Rolling radius of the left wheel less that of the right one, at the centres of pressure, at many shifts.
 
@@ -93,10 +95,10 @@ def radius_differences_mm(
             )
         return float(found.radii_mm[0] - found.radii_mm[1])
 
-    return [at(shift) for shift in shifts_mm]
+    return list(watched(map(at, shifts_mm), len(shifts_mm), progress, f"loaded wheelset by {theory}"))
 
 
-def loaded_conicities(case: Case, wheel_load_N: float) -> list[dict[str, float]]:
+def loaded_conicities(case: Case, wheel_load_N: float, *, progress: Progress | None = None) -> list[dict[str, float]]:
     """Equivalent conicity of the wheelset of a case under load at whole amplitudes up to 3 mm, by two theories.
 
     It is found from the rolling radii at the centres of pressure, by harmonic linearisation.
@@ -108,7 +110,9 @@ def loaded_conicities(case: Case, wheel_load_N: float) -> list[dict[str, float]]
     """
     wheelset, materials = wheelset_of_case(case), (case.wheel_material, case.rail_material)
     found = {
-        theory: radius_differences_mm(wheelset, _SHIFTS_MM, wheel_load_N, theory=theory, materials=materials)
+        theory: radius_differences_mm(
+            wheelset, _SHIFTS_MM, wheel_load_N, theory=theory, materials=materials, progress=progress
+        )
         for theory in _LOADED
     }
 

@@ -12,9 +12,10 @@ from fecontact.curves.curve import Conditions, CurveRun, Ride, curves, straight_
 from fecontact.curves.model import BOGIES, Vehicle, load_vehicle, with_bogie
 from fecontact.curves.normal import DEFAULT_THEORY, normal_theory
 from fecontact.curves.stability import StraightTrack, straight_track
-from fecontact.curves.visits import Curves, MapCell, differences, visits_on
+from fecontact.curves.visits import Curves, MapCell, MapColumn, differences, visits_on
 from fecontact.errors import InputError
 from fecontact.features import the
+from fecontact.jobs.remaining import Progress, watched
 from fecontact.jobs.workers import evaluators
 from fecontact.solving.placing import wheelset_of_case
 
@@ -32,6 +33,7 @@ def curve(
     bogie: str = BOGIES[0],
     map_folder: str | Path | None = None,
     workers: int = 1,
+    progress: Progress | None = None,
 ) -> Curves:
     """Steady running of a wheelset or a bogie in curves, and its stability on straight track; nothing is meshed.
 
@@ -59,6 +61,8 @@ def curve(
         A map of the same pair that `fecontact map` wrote, to see where the wheels are on it.
     workers
         Processes, one a theory.
+    progress
+        As for `run`, with curves in place of cases, or theories where there are several processes.
 
     Raises
     ------
@@ -75,10 +79,12 @@ def curve(
     for theory in theories:
         normal_theory(theory)
     case, conditions = case or Case(), conditions or Conditions()
-    cells = () if map_folder is None else _cells(Path(map_folder), case, made)
+    columns = () if map_folder is None else _columns(Path(map_folder), case)
     case = replace(case, rolling_radius_mm=made.wheelset.rolling_radius_mm)
-    with evaluators(len(theories), here=1 in (workers, len(theories)), workers=workers) as map_over:
-        found = list(map_over(partial(_of_theory, made, case, radii, conditions), theories))
+    here = 1 in (workers, len(theories))
+    with evaluators(len(theories), here=here, workers=workers) as map_over:
+        work = partial(_of_theory, made, case, radii, conditions, progress=progress if here else None)
+        found = list(watched(map_over(work, theories), len(theories), None if here else progress, "theories"))
     runs = {theory: one[0] for theory, one in zip(theories, found, strict=True)}
     straight = tuple(one[1] for one in found)
     return Curves(
@@ -89,8 +95,8 @@ def curve(
         runs=runs,
         straight=straight,
         differences=differences(runs, straight),
-        cells=cells,
-        visits=visits_on(runs, cells) if cells else (),
+        columns=columns,
+        visits=visits_on(runs, columns) if columns else (),
     )
 
 
@@ -108,19 +114,24 @@ def _radii(radii_m: Sequence[float] | Mapping[float, float]) -> tuple[tuple[floa
 
 
 def _of_theory(
-    vehicle: Vehicle, case: Case, radii_m: Sequence[float], conditions: Conditions, theory: str
+    vehicle: Vehicle,
+    case: Case,
+    radii_m: Sequence[float],
+    conditions: Conditions,
+    theory: str,
+    progress: Progress | None = None,
 ) -> tuple[tuple[CurveRun, ...], StraightTrack]:
     materials = (case.wheel_material, case.rail_material)
     ride = Ride(wheelset=wheelset_of_case(case), conditions=conditions, theory=theory, materials=materials)
-    return tuple(curves(vehicle, ride, radii_m)), straight_track(theory, vehicle, straight_line(ride))
+    return tuple(curves(vehicle, ride, radii_m, progress)), straight_track(theory, vehicle, straight_line(ride))
 
 
-def _cells(folder: Path, case: Case, vehicle: Vehicle) -> tuple[MapCell, ...]:
-    """Cells of a map of the same contact."""
+def _columns(folder: Path, case: Case) -> tuple[MapColumn, ...]:
+    """A map of the same contact, shift by shift."""
     rows = the("MAP_ROWS", f"map {folder}")(folder, case, but_for=_OTHER)
     if not rows:
         raise InputError(f"map {folder}: it has no cells; give another one")
-    return tuple(
+    cells = [
         MapCell(
             lateral_shift_mm=float(row["lateral_shift_mm"]),
             load_kN=float(row["load_kN"]),
@@ -129,4 +140,13 @@ def _cells(folder: Path, case: Case, vehicle: Vehicle) -> tuple[MapCell, ...]:
             + " (out of range)" * (row.get("cheapest_theory_status") == "out of range"),
         )
         for row in rows
+    ]
+    return tuple(
+        MapColumn(
+            lateral_shift_mm=shift,
+            reach_mm=reach,
+            bands=tuple(bands),
+            cells=tuple(cell for cell in cells if cell.lateral_shift_mm == shift),
+        )
+        for shift, reach, bands in the("MAP_COLUMNS", f"map {folder}")(folder)
     )

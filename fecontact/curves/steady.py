@@ -22,6 +22,7 @@ from fecontact.arrays import Floats
 from fecontact.bodies import RollingPair
 from fecontact.curves.model import GRAVITY_M_S2, Bogie, Vehicle
 from fecontact.curves.normal import NormalTheory, Overlap, Pressed, Surfaces, standing
+from fecontact.jobs.remaining import Progress, watched
 from fecontact.rolling.fastsim import Strips, strip_forces
 from fecontact.rolling.laws import Creepages, CurvedCreepages
 
@@ -630,7 +631,12 @@ def straight_start(vehicle: Vehicle, line: Line, shifts_mm: Sequence[float] = (0
     return state
 
 
-def path(vehicle: Vehicle, lines: Callable[[float], Line], curvatures_per_mm: Sequence[float]) -> list[Equilibrium]:
+def path(
+    vehicle: Vehicle,
+    lines: Callable[[float], Line],
+    curvatures_per_mm: Sequence[float],
+    progress: Progress | None = None,
+) -> list[Equilibrium]:
     """Equilibria at curvatures of one sign, found along one path from straight track on.
 
     Parameters
@@ -646,10 +652,8 @@ def path(vehicle: Vehicle, lines: Callable[[float], Line], curvatures_per_mm: Se
     method does not end. Where the smallest step fails the path has a fold, or a contact has vanished under load: the
     radius is told, and the next equilibrium is looked for from several starts. What is found so need not be all.
     """
-    found: dict[float, Equilibrium] = {}
-    walk = _Path(vehicle, lines)
-    for curvature in sorted(set(curvatures_per_mm), key=abs):
-        found[curvature] = walk.to(curvature)
+    walk, ways = _Path(vehicle, lines), sorted(set(curvatures_per_mm), key=abs)
+    found = dict(zip(ways, watched(map(walk.to, ways), len(ways), progress, "curves"), strict=True))
     return [found[curvature] for curvature in curvatures_per_mm]
 
 

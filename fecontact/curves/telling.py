@@ -4,14 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from fecontact.curves.curve import CurveRun
 from fecontact.curves.stability import StraightTrack
-from fecontact.curves.visits import NO_CELL, NO_EQUILIBRIUM, Curves, Difference, MapCell, Visit
-from fecontact.outputs.style import ANSWER_WORDS, ANSWERS, MARKS, blank_figure, finish, save_figure, series_style
+from fecontact.curves.visits import NO_CELL, NO_EQUILIBRIUM, Curves, Difference, MapColumn, Visit
+from fecontact.outputs.style import (
+    ANSWER_WORDS,
+    ANSWERS,
+    BETWEEN,
+    MARKS,
+    blank_figure,
+    finish,
+    save_figure,
+    series_style,
+)
 from fecontact.outputs.tables import Record, Table, flat, number, number_text, picked, table_of, text, told
 from fecontact.outputs.terminal import Lines, notes
 
@@ -34,7 +42,7 @@ def curves_record(found: Curves) -> Record:
         "straight_track": told(found.straight),
         "curves": [told(run) for runs in found.runs.values() for run in runs],
     }
-    if found.cells:
+    if found.columns:
         record["visits"] = [
             told(visit) | {"verdict": getattr(visit.cell, "verdict", NO_CELL)} for visit in found.visits
         ]
@@ -67,7 +75,7 @@ def curve_rows(found: Curves) -> list[Record]:
 # --- What is said of a vehicle in curves.
 
 # what a map says of the places that a vehicle visits
-_ZONES = ("HOLDS", "UNRESOLVED", "FAILS", "failed", NO_CELL, NO_EQUILIBRIUM)
+_ZONES = ("HOLDS", "UNRESOLVED", "FAILS", BETWEEN, NO_CELL, NO_EQUILIBRIUM)
 
 
 def difference_words(one: Difference) -> str:
@@ -99,7 +107,8 @@ def straight_words(one: StraightTrack) -> str:
 def share_words(parts: Mapping[str, float], order: tuple[str, ...] = ()) -> str:
     """Shares of the way in percent, those in a given order first, the rest from the largest."""
     rest = sorted((name for name in parts if name not in order), key=lambda name: -parts[name])
-    return ", ".join(f"{name} {1e2 * parts[name]:.3g} %" for name in (*order, *rest) if parts.get(name))
+    said = {BETWEEN: ANSWER_WORDS[BETWEEN]}
+    return ", ".join(f"{said.get(name, name)} {1e2 * parts[name]:.3g} %" for name in (*order, *rest) if parts.get(name))
 
 
 # --- Pictures of a vehicle in curves: over the curvature, and on a map.
@@ -114,15 +123,17 @@ def curves_figure(found: Curves, path: str | Path) -> Path:
         style = series_style(index)
         x = [1e3 / run.radius_m for run in good]
         for place, dash in zip(range(len(good[0].wheelsets) if good else 0), ("-", "--"), strict=False):
+            # filled and open marks, because one radius alone shows no dashes
+            of_place = style | {"mfc": "white" if place else style["color"]}
             label = f"{theory}, {'leading' if place == 0 else 'trailing'}" if len(good[0].wheelsets) > 1 else theory
-            axes[0, 0].plot(x, [r.wheelsets[place].lateral_shift_mm for r in good], dash, label=label, **style)
-            axes[0, 1].plot(x, [r.wheelsets[place].yaw_mrad for r in good], dash, label=label, **style)
+            axes[0, 0].plot(x, [r.wheelsets[place].lateral_shift_mm for r in good], dash, label=label, **of_place)
+            axes[0, 1].plot(x, [r.wheelsets[place].yaw_mrad for r in good], dash, label=label, **of_place)
         outer = [run.wheelsets[0].wheels[0 if run.radius_m > 0.0 else 1].y_over_q for run in good]
         axes[1, 0].plot(x, outer, label=theory, **style)
         axes[1, 1].plot(x, [run.resistance_N_per_kN for run in good], label=theory, **style)
     labels = ("lateral shift, mm", "yaw (angle of attack), mrad", "Y/Q, leading outer wheel", "curve resistance, N/kN")
     for ax, label in zip(axes.flat, labels, strict=True):
-        ax.set(xlabel="curvature 1000/R, 1/m (> 0: to the right)", ylabel=label)
+        ax.set(xlabel="curvature 1/R in 1/km (> 0: to the right)", ylabel=label)
     finish(*axes.flat)
     for ax in axes.flat:
         if ax.lines:
@@ -138,7 +149,7 @@ def visits_figure(found: Curves, path: str | Path) -> Path:
     """Draw the paths of all wheels over the map of the left wheel, on the verdicts of its cells."""
     figure = blank_figure(10.0, 6.0)
     axes = figure.subplots()
-    _draw_cells(axes, found.cells)
+    _draw_columns(axes, found.columns)
     for index, theory in enumerate(found.runs):
         _draw_paths(axes, [visit for visit in found.visits if visit.theory == theory], MARKS[index % len(MARKS)])
     axes.set(xlabel="lateral shift towards the wheel's own rail, mm", ylabel="vertical force, kN")
@@ -148,31 +159,21 @@ def visits_figure(found: Curves, path: str | Path) -> Path:
     return save_figure(figure, Path(path))
 
 
-def _draw_cells(axes: Axes, cells: Sequence[MapCell]) -> None:
-    """Cells as rectangles in the colour of the verdict, each as far as half way to the next."""
-    shifts, loads = (sorted({getattr(cell, name) for cell in cells}) for name in ("lateral_shift_mm", "load_kN"))
-    across, up = (dict(zip(places, _sides(places), strict=True)) for places in (shifts, loads))
+def _draw_columns(axes: Axes, columns: Sequence[MapColumn]) -> None:
+    """Solved shifts as columns, in the colours of their verdicts over the loads that were solved; all else is white."""
     shown = set()
-    for cell in cells:
-        (left, right), (low, high) = across[cell.lateral_shift_mm], up[cell.load_kN]
-        words = ANSWER_WORDS.get(cell.verdict, cell.verdict)
-        axes.bar(
-            *(left, high - low, right - left, low),
-            align="edge",
-            color=ANSWERS.get(cell.verdict, "white"),
-            edgecolor="white",
-            label=None if words in shown else words,
-        )
-        shown.add(words)
-
-
-def _sides(places: Sequence[float]) -> list[tuple[float, float]]:
-    """From half way to the place before to half way to the next, the outermost as far as the other way."""
-    if len(places) == 1:
-        return [(places[0] - 0.5, places[0] + 0.5)]
-    inner = [0.5 * (a + b) for a, b in pairwise(places)]
-    edges = [2.0 * places[0] - inner[0], *inner, 2.0 * places[-1] - inner[-1]]
-    return list(pairwise(edges))
+    for column in columns:
+        for low, high, answer in column.bands:
+            words = ANSWER_WORDS.get(answer, answer)
+            axes.bar(
+                *(column.lateral_shift_mm, high - low, 2.0 * column.reach_mm, low),
+                color=ANSWERS.get(answer, "white"),
+                # a single load is a line
+                edgecolor=ANSWERS.get(answer, "white") if answer != BETWEEN else "0.7",
+                hatch="////" if answer == BETWEEN else None,
+                label=None if words in shown else words,
+            )
+            shown.add(words)
 
 
 def _draw_paths(axes: Axes, visits: Sequence[Visit], mark: str) -> None:
@@ -218,7 +219,7 @@ def curves_lines(found: Curves) -> Lines:
         yield _wheelset_table(title, runs)
         yield from notes(f"R {run.radius_m:g} m: {run.status}: {'; '.join(run.notes)}" for run in runs if run.notes)
     yield from map(straight_words, found.straight)
-    if found.cells:
+    if found.columns:
         for theory in found.runs:
             way, enough = (found.shares(theory, of) for of in _SHARES.values())
             yield f"{theory}: of the way of all wheels {share_words(way, _ZONES)}"

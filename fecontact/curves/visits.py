@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from fecontact.bodies import TrackSide
@@ -85,8 +85,6 @@ def _wheelsets(pairs: Sequence[tuple[CurveRun, CurveRun]]) -> Iterator[tuple[flo
 
 NO_EQUILIBRIUM, NO_CELL = "no equilibrium", "not on the map"
 """What stands for a verdict where there is none."""
-# So far beyond the ends of a map's shifts, and of its loads as a ratio, the cell at the end still counts.
-_BEYOND_MM, _BEYOND_LOAD = 0.5, 1.25
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,8 +101,32 @@ class MapCell:
 
 
 @dataclass(frozen=True, kw_only=True)
+class MapColumn:
+    """A solved shift of a map of the left wheel.
+
+    Attributes
+    ----------
+    reach_mm
+        How far on both sides of its shift it counts.
+    bands
+        Smallest and largest load (kN) and verdict of each stretch of loads, by increasing load.
+    cells
+        One a load, by increasing load.
+    """
+
+    lateral_shift_mm: float
+    reach_mm: float
+    bands: tuple[tuple[float, float, str], ...]
+    cells: tuple[MapCell, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Visit:
-    """Where a wheel is on a map of the left wheel: its shift there, its load, its yaw, and the nearest cell."""
+    """Where a wheel is on a map of the left wheel: its shift there, its load, its yaw, and what the map says there.
+
+    The verdict is what the map's load limits say at the load of the wheel, the cheapest theory is that of the cell with
+    the nearest load; `cell` is None beside the shifts and loads that were solved.
+    """
 
     theory: str
     radius_m: float
@@ -130,7 +152,7 @@ class Curves:
         What each theory says of straight track.
     differences
         Each theory against the last.
-    cells, visits
+    columns, visits
         Of a map, and all wheels on it; none without one.
     """
 
@@ -141,7 +163,7 @@ class Curves:
     runs: Mapping[str, tuple[CurveRun, ...]]
     straight: tuple[StraightTrack, ...] = ()
     differences: tuple[Difference, ...] = ()
-    cells: tuple[MapCell, ...] = ()
+    columns: tuple[MapColumn, ...] = ()
     visits: tuple[Visit, ...] = ()
 
     def shares(self, theory: str, of: Literal["verdict", "cheapest_theory"]) -> Mapping[str, float]:
@@ -156,10 +178,10 @@ class Curves:
         return found
 
 
-def visits_on(runs: Mapping[str, Sequence[CurveRun]], cells: Sequence[MapCell]) -> tuple[Visit, ...]:
-    """All wheels of all equilibria on the cells of a map."""
+def visits_on(runs: Mapping[str, Sequence[CurveRun]], columns: Sequence[MapColumn]) -> tuple[Visit, ...]:
+    """All wheels of all equilibria on a map."""
     return tuple(
-        _visit(theory, run, number, wheel, cells)
+        _visit(theory, run, number, wheel, columns)
         for theory, own in runs.items()
         for run in own
         if run.is_balanced
@@ -168,7 +190,7 @@ def visits_on(runs: Mapping[str, Sequence[CurveRun]], cells: Sequence[MapCell]) 
     )
 
 
-def _visit(theory: str, run: CurveRun, number: int, wheel: WheelRun, cells: Sequence[MapCell]) -> Visit:
+def _visit(theory: str, run: CurveRun, number: int, wheel: WheelRun, columns: Sequence[MapColumn]) -> Visit:
     """A wheel on the map; the right one is the left one of the mirror image."""
     wheelset, sign = run.wheelsets[number - 1], 1.0 if wheel.side == "left" else -1.0
     shift = sign * wheelset.lateral_shift_mm
@@ -180,17 +202,15 @@ def _visit(theory: str, run: CurveRun, number: int, wheel: WheelRun, cells: Sequ
         lateral_shift_mm=shift,
         vertical_force_N=wheel.vertical_force_N,
         yaw_mrad=sign * wheelset.yaw_mrad,
-        cell=_nearest(cells, shift, 1e-3 * wheel.vertical_force_N),
+        cell=_cell_at(columns, shift, 1e-3 * wheel.vertical_force_N),
     )
 
 
-def _nearest(cells: Sequence[MapCell], shift_mm: float, load_kN: float) -> MapCell | None:
-    """The cell of the nearest shift, and there of the nearest load: what a load changes is less."""
-    shifts, loads = ([getattr(cell, name) for cell in cells] for name in ("lateral_shift_mm", "load_kN"))
-    on_map = (
-        min(shifts) - _BEYOND_MM <= shift_mm <= max(shifts) + _BEYOND_MM
-        and min(loads) / _BEYOND_LOAD <= load_kN <= max(loads) * _BEYOND_LOAD
-    )
-    if not on_map:
+def _cell_at(columns: Sequence[MapColumn], shift_mm: float, load_kN: float) -> MapCell | None:
+    """What a map says at a shift and a load; None beside what was solved."""
+    column = min(columns, key=lambda one: abs(one.lateral_shift_mm - shift_mm))
+    if abs(column.lateral_shift_mm - shift_mm) > column.reach_mm:
         return None
-    return min(cells, key=lambda cell: (abs(cell.lateral_shift_mm - shift_mm), abs(cell.load_kN - load_kN)))
+    answers = [answer for low, high, answer in column.bands if low <= load_kN <= high]
+    cell = min(column.cells, key=lambda one: abs(one.load_kN - load_kN))
+    return replace(cell, verdict=answers[0]) if answers else None

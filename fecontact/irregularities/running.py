@@ -22,6 +22,7 @@ from fecontact.irregularities.judging import (
 from fecontact.irregularities.models import Pair
 from fecontact.irregularities.telling import along_record, map_record
 from fecontact.irregularity.shapes import Irregularity, parse_irregularity
+from fecontact.jobs.remaining import watched
 from fecontact.jobs.workers import evaluators
 from fecontact.outputs.tables import Record
 
@@ -132,10 +133,5 @@ def _place(pair: Pair, force_N: float, line: Irregularity, s_mm: float) -> Judge
 
 def _all(work: Callable[[Any], Any], items: Sequence[Any], *, workers: int, progress: Progress | None) -> list[Any]:
     """Results of `work` for all items, in their order, from several processes."""
-    results = []
     with evaluators(len(items), here=1 in (workers, len(items)), workers=workers) as map_over:
-        for result in map_over(work, items):
-            results.append(result)
-            if progress is not None and (len(results) % 10 == 0 or len(results) == len(items)):
-                progress(len(results), len(items), "models beside the half-space")
-    return results
+        return list(watched(map_over(work, items), len(items), progress, "models beside the half-space"))

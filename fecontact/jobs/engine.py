@@ -13,11 +13,10 @@ from pathlib import Path
 
 from fecontact.errors import InputError
 from fecontact.files import remove_unfinished
-from fecontact.jobs.remaining import duration, seconds_left
-from fecontact.jobs.store import Kept, kept_folder, locked, remove_leftovers
+from fecontact.jobs.remaining import Progress, duration, seconds_left
+from fecontact.jobs.store import Kept, kept_folder, locked, part_done, remove_leftovers
 from fecontact.jobs.workers import Crew, Done, Job, default_workers, process_crew, run_jobs
 
-Progress = Callable[[int, int, str], None]
 _MOST_NAMES = 8
 
 
@@ -190,15 +189,15 @@ class _Report:
         # a cluster is handed all jobs, and begins with the first ones
         self._begun = {name: self._begun.get(name, now) for name in names[:workers]}
         if self._by.progress is not None:
-            text = (
-                ", ".join(self._labels[name] for name in names) if len(names) <= _MOST_NAMES else f"{len(names)} jobs"
-            )
+            parts = {job.name: part_done(job.folder, job.name) for job in self._jobs if job.name in self._begun}
+            labels = (f"{self._labels[name]} {parts[name][1] if name in parts else ''}".strip() for name in names)
+            text = ", ".join(labels) if len(names) <= _MOST_NAMES else f"{len(names)} jobs"
             done, total = len(self._done), len(self._labels)
             # jobs that were finished before need only be read
             unread = set(self._by.reused) - self._done - self._begun.keys()
             waiting = total - done - len(self._begun) - len(unread)
             ages = [now - begun for begun in self._begun.values()]
-            left = seconds_left(self._durations, ages, waiting, workers)
+            left = seconds_left(self._durations, ages, waiting, workers, [parts[name][0] for name in self._begun])
             rest = "" if left is None else f"; about {duration(left)} left"
             self._by.progress(done, total, f"solving {text}{rest}")
 

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TypeVar
+
+Progress = Callable[[int, int, str], None]
+"""Hears the number of finished jobs, the number of all jobs, and what is under way."""
+Result = TypeVar("Result")
 
 # Only the age of a job is known if it takes longer than all finished jobs: its rest is taken as this part of the age.
 _UNKNOWN_REST = 0.25
 
 
-def seconds_left(durations: Sequence[float], ages: Sequence[float], waiting: int, workers: int) -> float | None:
-    """Expected seconds until the last job ends; None while no job has ended.
+def seconds_left(
+    durations: Sequence[float], ages: Sequence[float], waiting: int, workers: int, parts: Sequence[float] = ()
+) -> float | None:
+    """Expected seconds until the last job ends; None while no job has ended, and no part of a job.
 
     A waiting job takes the mean time of the jobs that have ended, and goes to the worker that is free first. A job
     under way takes the mean time of the ended jobs that took longer than its present age. So workers without a job do
@@ -24,11 +32,15 @@ def seconds_left(durations: Sequence[float], ages: Sequence[float], waiting: int
         Seconds that each job has been under way for.
     waiting
         Jobs that nobody has begun.
+    parts
+        Which part of each job under way is done; 0 where it does not say. Such a job goes on as it went.
     """
-    if not durations:
+    parts = parts or [0.0] * len(ages)
+    known = [*durations, *(age / part for age, part in zip(ages, parts, strict=True) if part)]
+    if not known:
         return None
-    mean = sum(durations) / len(durations)
-    free = [_rest(durations, age) for age in ages]
+    mean = sum(known) / len(known)
+    free = [age / part - age if part else _rest(known, age) for age, part in zip(ages, parts, strict=True)]
     free += [0.0] * (workers - len(free))
     heapq.heapify(free)
     for _ in range(waiting):
@@ -39,6 +51,26 @@ def seconds_left(durations: Sequence[float], ages: Sequence[float], waiting: int
 def _rest(durations: Sequence[float], age: float) -> float:
     longer = [duration for duration in durations if duration > age]
     return sum(longer) / len(longer) - age if longer else _UNKNOWN_REST * age
+
+
+def watched(results: Iterable[Result], count: int, progress: Progress | None, words: str) -> Iterator[Result]:
+    """Results as they come, with progress and the time that is left after each.
+
+    Parameters
+    ----------
+    results
+        So many as `count`, one after the other.
+    words
+        What is done, such as "judging".
+    """
+    begun = time.monotonic()
+    if progress is not None:
+        progress(0, count, words)
+    for number, result in enumerate(results, start=1):
+        yield result
+        if progress is not None and number < count:
+            left = seconds_left([], [time.monotonic() - begun], 0, 1, [number / count])
+            progress(number, count, words if left is None else f"{words}; about {duration(left)} left")
 
 
 def duration(seconds: float) -> str:

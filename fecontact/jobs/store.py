@@ -73,6 +73,25 @@ def new_folder(final: Path, name: str, origin: Origin, run: str = "") -> Iterato
         _put(temporary, final)
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
+        _part_file(final, name).unlink(missing_ok=True)
+
+
+def tell_part(folder: Path, name: str, part: float, words: str) -> None:
+    """Say beside the folder of a job which part of the job is done, and what is under way."""
+    with contextlib.suppress(OSError):
+        write_json(_part_file(folder, name), [part, words])
+
+
+def part_done(folder: Path, name: str) -> tuple[float, str]:
+    """What a job said last, (0, "") if it says nothing."""
+    with contextlib.suppress(InputError):
+        part, words = read_json(_part_file(folder, name))
+        return float(part), f"({words})"
+    return 0.0, ""
+
+
+def _part_file(folder: Path, name: str) -> Path:
+    return folder.with_name(f".{name}.under-way")
 
 
 def write_manifest(folder: Path, files: Iterable[Path], name: str, origin: Origin, run: str = "") -> Path:

@@ -187,7 +187,7 @@ def _reset_peak_memory() -> None:
 
 # --- Worker processes of this machine, and what happens when a worker dies.
 
-_BYTES_A_WORKER = 2e9
+_BYTES_A_WORKER, _TOLD_EVERY_S = 2e9, 2.0
 # A disk with less free space than this cannot hold the files of a case.
 _FULL_DISK_BYTES = 50e6
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
@@ -413,7 +413,8 @@ def _together(queue: deque[Job], again: list[Job], crew: Crew, report: Report) -
             if not running:
                 break
             report.under_way([job.name for job in running.values()])
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
+            # what is left of a long job is told while it is under way
+            for future in wait(running, _TOLD_EVERY_S, return_when=FIRST_COMPLETED).done:
                 job = running.pop(future)
                 done = _outcome(future, job, crew)
                 if done is None:

@@ -35,7 +35,7 @@ def map_(
         Folder for map.csv, contacts.csv (the theory to use, with its patches), stiffness.csv, map.json, map.png and
         map_theory.png (the cheapest theory of the pressure that holds; with friction also map_force.png, where Hertz
         holds for creep forces), written while it is made, and for each shift a folder in positions/ from which a later
-        map with the same inputs and loads takes it.
+        map with the same inputs and loads takes it. A folder of another map is refused; more shifts may be added.
     measure
         What the printed map is about: where the pressure holds; with --friction Hertz's creep force; or the cheapest
         theory that holds, with friction also the cheapest law of creep forces (map_law.csv, map_law.png).
@@ -49,7 +49,7 @@ def map_(
     settings, positions, case = how.settings(), grid.shifts_mm, options.case()
     refuse_measure(case, measure, theory)
     loads_N = grid.loads_N
-    prepare_for_map(out, case, force=how.force)
+    prepare_for_map(out, case, positions, loads_N, force=how.force)
     with logged(out / f"run{settings.part_suffix}.log"):
         cells = [replace(case, lateral_shift_mm=shift, load_N=load_N) for shift in positions for load_N in loads_N]
         tell_notes(unusual(cells))

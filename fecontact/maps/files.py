@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -16,7 +15,16 @@ from fecontact.features import offered
 from fecontact.files import write_sealed
 from fecontact.maps.model import ApplicabilityMap
 from fecontact.maps.telling import judged_row, law_row, map_record, stiffness_rows
-from fecontact.maps.views import CellView, ColumnView, MapView, laws_judged, views_of
+from fecontact.maps.views import (
+    CellView,
+    ColumnView,
+    MapView,
+    column_width,
+    laws_judged,
+    map_view,
+    refuse_measure,
+    views_of,
+)
 from fecontact.outputs.alone import ordered
 from fecontact.outputs.style import ANSWERS, BETWEEN, blank_figure, save_figure
 from fecontact.outputs.tables import Record, pair_words, write_csv
@@ -24,6 +32,7 @@ from fecontact.outputs.words import other_wheel_label, roll_words, shift_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 # --- The picture of a map: coloured columns over the load, one a lateral shift, with words at the loads.
@@ -34,13 +43,15 @@ _SMALLEST_FONT = 5.0
 _LEGEND, _COLUMN, _LINE, _TALLEST = 3.6, 0.75, 0.19, 11.0
 # So many characters, of which a % counts twice, need this many columns' inches a point of the font; more are smaller.
 _INCHES_A_POINT, _CHARACTERS = 0.055, 6
-# Columns farther apart than the first (mm) have gaps between them: so much of a step is their width, at most the last.
-_CLOSE_MM, _PART_OF_WIDE, _WIDEST_MM = 0.5, 0.7, 1.0
 # What was not solved.
 _HATCHED: dict[str, Any] = {BETWEEN: {"hatch": "////", "ec": "0.7"}}
 _DASHES = ("--", ":")
 # In the colour of what holds.
 _DIAMOND: dict[str, Any] = {"ls": "none", "marker": "D", "mfc": ANSWERS["HOLDS"], "mec": "k", "mew": 0.8}
+
+
+Blank: TypeAlias = "Callable[[float, float], Figure]"
+"""Makes an empty figure of a width and a height in inches."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +82,24 @@ class Sizes:
 
 
 def map_figure(view: MapView, path: str | Path) -> Path:
-    """Draw a map over lateral shift and load, as PNG and as SVG.
+    """Draw a map, as PNG and as SVG."""
+    return save_figure(draw_map(view), path)
+
+
+def figure_of(made: ApplicabilityMap, measure: str, theory: str, blank: Blank) -> Figure:
+    """Draw a map by a measure and a theory.
+
+    Raises
+    ------
+    InputError
+        For a measure or a theory that there is not.
+    """
+    refuse_measure(made.case, measure, theory)
+    return draw_map(map_view(made, measure, theory), blank)
+
+
+def draw_map(view: MapView, blank: Blank = blank_figure) -> Figure:
+    """Draw a map over lateral shift and load into a figure of `blank`.
 
     The load axis is linear. The colour of a column changes at the loads at which the answer does, as far as they are
     known. Each load of the map has the words of its cell; every other load that was solved is a tick at both sides of
@@ -79,9 +107,9 @@ def map_figure(view: MapView, path: str | Path) -> Path:
     """
     case, loads = view.case, np.array(view.loads_N) / 1e3
     shifts = np.array([column.shift_mm for column in view.columns])
-    width = _column_width(shifts)
+    width = column_width([column.shift_mm for column in view.columns])
     sizes = Sizes(1 + round(float(np.ptp(shifts)) / width))
-    figure = blank_figure(sizes.width + _LEGEND, _height(loads))
+    figure = blank(sizes.width + _LEGEND, _height(loads))
     ax = figure.add_subplot()
     ends, reach = _load_range(loads), 0.5 * width
     for middle, column in zip(shifts, view.columns, strict=True):
@@ -106,7 +134,7 @@ def map_figure(view: MapView, path: str | Path) -> Path:
     if label := other_wheel_label(case):
         above = ax.secondary_xaxis("top", functions=(np.negative, np.negative))
         above.set_xlabel(label)
-    return save_figure(figure, path)
+    return figure
 
 
 def _handles(view: MapView, sizes: Sizes) -> list[Any]:
@@ -146,17 +174,6 @@ def _load_range(loads: Floats) -> tuple[float, float]:
     """Range of the load axis: some room beyond the smallest and the largest load for what is written at them."""
     room = 0.04 * float(np.ptp(loads)) or 0.5
     return max(0.0, float(loads[0]) - room), float(loads[-1]) + room
-
-
-def _column_width(shifts_mm: Floats) -> float:
-    """Width of every column, in mm: the smallest step between two, of which wide ones leave gaps; a single one has 1.
-
-    What was solved at a shift says nothing of shifts that are farther away than their neighbours usually are.
-    """
-    step = float(np.diff(shifts_mm).min(initial=math.inf))
-    if not math.isfinite(step):
-        return 1.0
-    return step if step <= _CLOSE_MM else min(max(_CLOSE_MM, _PART_OF_WIDE * step), _WIDEST_MM)
 
 
 def _draw_column(

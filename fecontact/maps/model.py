@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence, Sized
 from contextlib import closing
 from dataclasses import dataclass, field, replace
+from html import escape
 from itertools import pairwise, takewhile
-from typing import Literal, TypeVar
+from typing import Literal, TypeAlias, TypeVar
 
 from fecontact.case import Case
 from fecontact.comparison.judging import JudgedLoad, with_readings
@@ -167,6 +168,33 @@ class ApplicabilityMap:
     case: Case
     loads_N: tuple[float, ...]
     positions: tuple[MapPosition, ...]
+
+    def __repr__(self) -> str:
+        case, cells = self.case, [cell.verdict for cell in self.cells]
+        told = ", ".join(f"{cells.count(answer)} {answer}" for answer in dict.fromkeys(cells))
+        return (
+            f"<ApplicabilityMap {case.rail} and {case.wheel}, {len(self.positions)} shifts, {len(self.loads_N)} loads:"
+            f" Hertz in {len(cells)} cells {told or 'nowhere solved'}>"
+        )
+
+    def _repr_html_(self) -> str:
+        rows = {
+            f"{one.lateral_shift_mm:+g} mm": {f"{cell.load_kN:g} kN": cell.verdict for cell in one.cells}
+            for one in self.positions
+        }
+        import pandas
+
+        return f"<p>{escape(repr(self))}</p>{pandas.DataFrame.from_dict(rows, orient='index').to_html()}"
+
+    def __len__(self) -> int:
+        return len(self.cells)
+
+    def __iter__(self) -> Iterator[MapCell]:
+        """The cells by position, then load."""
+        return iter(self.cells)
+
+    def __getitem__(self, number: int) -> MapCell:
+        return self.cells[number]
 
     @property
     def lateral_shifts_mm(self) -> tuple[float, ...]:
@@ -418,10 +446,15 @@ def stiffness_of(cells: Sequence[MapCell]) -> Stiffness | None:
 # --- One position of a map, solved under all loads with its factors reused.
 
 
-def solve_position(case: Case, loads_N: Sequence[float]) -> MapPosition:
+Tell: TypeAlias = Callable[[float, str], None]
+"""Hears which part of a job is done, and what is under way."""
+
+
+def solve_position(case: Case, loads_N: Sequence[float], tell: Tell = lambda part, words: None) -> MapPosition:
     """Solve all loads (N, increasing) at the position of a case, and find its load limit.
 
-    A position or a load that cannot be solved is not an error but cells whose status says why.
+    A position or a load that cannot be solved is not an error but cells whose status says why. `tell` hears before each
+    load which part is done, if no limit takes more loads than so far, and how many loads.
     """
     shift = case.lateral_shift_mm
     try:
@@ -436,10 +469,11 @@ def solve_position(case: Case, loads_N: Sequence[float]) -> MapPosition:
     with closing(sweep):
         while waiting:
             load_N = waiting.pop()
+            tell(*_part(found, loads_N, tried))
             found[load_N] = _cell(sweep, shift, load_N)
             # the limits among these loads while their meshes are there
             if not (waiting and sweep.is_ready_for(waiting[-1])):
-                stopped = stopped or _search(sweep, shift, found, tried)
+                stopped = stopped or _search(sweep, shift, found, tried, lambda: tell(*_part(found, loads_N, tried)))
     cells = tuple(found[load_N] for load_N in loads_N)
     return MapPosition(
         lateral_shift_mm=shift,
@@ -452,12 +486,25 @@ def solve_position(case: Case, loads_N: Sequence[float]) -> MapPosition:
     )
 
 
-def _search(sweep: LoadSweep, shift: float, cells: Mapping[float, MapCell], tried: list[JudgedLoad]) -> MapCell | None:
+def _part(cells: Sized, loads_N: Sized, tried: Sized) -> tuple[float, str]:
+    """Which part of a position is done, and the loads of it in words."""
+    words = f"{len(cells)} of {len(loads_N)} loads" + (f", {len(tried)} more for limits" if tried else "")
+    return (len(cells) + len(tried)) / (len(loads_N) + len(tried) + 1), words
+
+
+def _search(
+    sweep: LoadSweep,
+    shift: float,
+    cells: Mapping[float, MapCell],
+    tried: list[JudgedLoad],
+    begin: Callable[[], None] = lambda: None,
+) -> MapCell | None:
     """Solve further loads until every change of the verdict is known well; the load that stopped it, if one did."""
     while all(one.usable for one in tried):
         wanted = next_load(known_loads(tuple(cells.values()), tried), tuple(cells))
         if wanted is None:
             break
+        begin()
         try:
             # beside a limit every verdict is open: finer meshes would only bring the ends of the range together
             tried.append(sweep.solve(wanted, refine=False))

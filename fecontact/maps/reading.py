@@ -13,12 +13,13 @@ from fecontact.case import Case
 from fecontact.comparison.theories import HERTZ
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError
+from fecontact.jobs.remaining import Progress, watched
 from fecontact.maps.files import write_map
-from fecontact.maps.model import ApplicabilityMap, MapPosition, failed_position
+from fecontact.maps.model import ApplicabilityMap, LoadInterval, LoadLimit, MapPosition, failed_position
 from fecontact.maps.report import map_lines, write_map_report
 from fecontact.maps.storing import position_folder, read_position
 from fecontact.maps.telling import MAP_SCHEMA
-from fecontact.maps.views import refuse_measure
+from fecontact.maps.views import Band, bands_of, column_width, refuse_measure
 from fecontact.outputs.records.results import case_inputs
 from fecontact.outputs.tables import Part, Record
 from fecontact.outputs.terminal import count
@@ -76,6 +77,7 @@ def judge(
     creep: Creep | None = None,
     measure: str = "pressure",
     theory: str = HERTZ,
+    progress: Progress | None = None,
 ) -> JudgedMap:
     """Judge a stored map by given criteria, and with friction and creepages.
 
@@ -87,7 +89,8 @@ def judge(
     InputError
         If the folder holds no map, or for a measure that needs friction without any.
     """
-    made, problems = read_map(folder, criteria, creep, dear=measure == "theory", judges=partial(judges, creep=creep))
+    by = partial(judges, creep=creep)
+    made, problems = read_map(folder, criteria, creep, dear=measure == "theory", judges=by, progress=progress)
     refuse_measure(made.case, measure, theory)
     if out is not None:
         write_map(made, out, theory=theory)
@@ -113,6 +116,7 @@ def read_map(
     *,
     dear: bool = False,
     judges: Judges = lambda count: nullcontext(map),
+    progress: Progress | None = None,
 ) -> tuple[ApplicabilityMap, dict[float, str]]:
     """A finished map, and which positions cannot be used.
 
@@ -132,7 +136,8 @@ def read_map(
         problems = {shift: problem for shift, own in folders.items() if (problem := unusable(own))}
         usable = {shift: own for shift, own in folders.items() if shift not in problems}
         with judges(len(usable)) as map_over:
-            found: dict[float, MapPosition | str] = dict(zip(usable, map_over(read, usable.values()), strict=True))
+            judged = watched(map_over(read, usable.values()), len(usable), progress, "judging")
+            found: dict[float, MapPosition | str] = dict(zip(usable, judged, strict=True))
         problems |= {shift: one for shift, one in found.items() if isinstance(one, str)}
         known = {shift: one for shift, one in found.items() if not isinstance(one, str)}
         positions = [
@@ -195,3 +200,18 @@ def _contact(record: Mapping[str, Any]) -> Record:
     for name in ("rail_material", "wheel_material"):
         found[name] = {key: value for key, value in (record.get(name) or {}).items() if key in ("young_MPa", "poisson")}
     return found
+
+
+def columns(folder: Path) -> list[tuple[float, float, Sequence[Band]]]:
+    """Each shift of a stored map (mm), how far on both sides it counts (mm), and its verdicts over the load."""
+    document = map_document(folder)
+    reach = 0.5 * column_width(document["lateral_shifts_mm"])
+    return [(one["lateral_shift_mm"], reach, _bands(one, document["cells"])) for one in document["limits"]]
+
+
+def _bands(limit: Mapping[str, Any], cells: Sequence[Mapping[str, Any]]) -> Sequence[Band]:
+    own = [cell for cell in cells if cell["lateral_shift_mm"] == limit["lateral_shift_mm"] and "verdict" in cell]
+    answers = [(cell["load_N"], cell["verdict"]["answer"]) for cell in own]
+    answers += [(one["load_N"], one["verdict"]) for one in limit["tried"]]
+    open_kN = {1e-3 * load_N for load_N, answer in answers if answer == "UNRESOLVED"}
+    return bands_of(LoadLimit(intervals=tuple(LoadInterval(**one) for one in limit["intervals"])), open_kN)

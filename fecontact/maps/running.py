@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from fecontact.case import Case
 from fecontact.comparison.theories import HERTZ
@@ -168,13 +169,20 @@ class _Run:
 _NOT_OF_A_MAP = ("lateral_shift_mm", "load_N", "criteria", "creep")
 
 
-def prepare_for_map(out: Path, case: Case, *, force: bool = False) -> None:
-    """Do as `prepare_for_case` does, for a map, whose shifts, loads, criteria and friction may be others."""
+def prepare_for_map(
+    out: Path, case: Case, lateral_shifts_mm: Sequence[float], loads_N: Sequence[float], *, force: bool = False
+) -> None:
+    """Do as `prepare_for_case` does, for a map, which goes on with more shifts, other criteria and other friction."""
     own = {name: value for name, value in case_inputs(case).items() if name not in _NOT_OF_A_MAP}
     written = json.loads(json_text(own))
-    prepare(
-        out, "map.json", lambda stored: all(stored["case"].get(name) == value for name, value in written.items()), force
-    )
+
+    def is_own(stored: Any) -> bool:
+        same_places = set(stored["lateral_shifts_mm"]) <= set(lateral_shifts_mm) and set(stored["loads_N"]) == set(
+            loads_N
+        )
+        return same_places and all(stored["case"].get(name) == value for name, value in written.items())
+
+    prepare(out, "map.json", is_own, force)
 
 
 def map_(
@@ -211,7 +219,7 @@ def map_(
     InputError
         As `run_map` does, and for a folder that holds other results.
     """
-    prepare_for_map(Path(out), case, force=force)
+    prepare_for_map(Path(out), case, lateral_shifts_mm, loads_N, force=force)
     settings = RunSettings(workers=workers, force=force)
     asked = case, lateral_shifts_mm, loads_N, Path(out)
     return run_map(*asked, measure=measure, theory=theory, settings=settings, progress=progress)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from fecontact.case import Case
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError, usable
+from fecontact.jobs.store import tell_part
 from fecontact.maps.model import (
     LoadLimit,
     MapCell,
@@ -51,7 +53,7 @@ class SolvingPosition:
         if finished is not None and again is not None and again.limit.narrowed:
             copy_solved(finished, folder, self.case)
             return False
-        position = solve_position(self.case, self.loads_N)
+        position = solve_position(self.case, self.loads_N, partial(tell_part, folder, self.name))
         keep_position(position, self.case, folder)
         refuse_changed_profiles(self.case, self.name, self.loads_N)
         return position.short_of_memory

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, groupby, repeat
+from itertools import accumulate, chain, groupby, pairwise, repeat
 from textwrap import wrap
 from typing import Any
 
@@ -44,6 +44,19 @@ from fecontact.outputs.words import WORDS, YIELDING, limits_text, other_wheel_la
 
 Band = tuple[float, float, str]
 """Smallest and largest load (kN) of a stretch, and its answer."""
+# Columns farther apart than the first (mm) have gaps between them: so much of a step is their width, at most the last.
+_CLOSE_MM, _PART_OF_WIDE, _WIDEST_MM = 0.5, 0.7, 1.0
+
+
+def column_width(shifts_mm: Sequence[float]) -> float:
+    """Width of every column, in mm: the smallest step between two, of which wide ones leave gaps; a single one has 1.
+
+    What was solved at a shift says nothing of shifts that are farther away than their neighbours usually are.
+    """
+    step = min((after - before for before, after in pairwise(shifts_mm)), default=math.inf)
+    if not math.isfinite(step):
+        return 1.0
+    return step if step <= _CLOSE_MM else min(max(_CLOSE_MM, _PART_OF_WIDE * step), _WIDEST_MM)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -580,10 +593,13 @@ def _counted(view: MapView) -> list[str]:
 
 
 def _runs(shifts_mm: Sequence[float], chosen: Sequence[int]) -> str:
-    """Shifts in words, three neighbours and more as a range."""
+    """Shifts in words, three close neighbours and more as a range."""
     parts: list[str] = []
     single: list[str] = []
-    for _, group in groupby(enumerate(chosen), key=lambda pair: pair[1] - pair[0]):
+    # a gap in the picture is a gap in the sentence
+    steps = (1 if after - before <= _CLOSE_MM else 2 for before, after in pairwise(shifts_mm))
+    places = list(accumulate(steps, initial=0))
+    for _, group in groupby(enumerate(chosen), key=lambda pair: places[pair[1]] - pair[0]):
         numbers = [shifts_mm[at] for _, at in group]
         if len(numbers) > 2:
             parts.append(f"from {numbers[0]:g} to {numbers[-1]:g}")

@@ -14,6 +14,7 @@ from fecontact.errors import short_status, usable
 from fecontact.features import offered
 from fecontact.outputs.records.results import cheapest_words
 from fecontact.outputs.tables import (
+    VARIED,
     Column,
     Item,
     Table,
@@ -129,8 +130,13 @@ def deviation_table(rows: Sequence[Item], title: str, failing_width: int, *, wit
 
 
 def _places(rows: Sequence[Item]) -> list[Column]:
-    """Shift and load, and along what is irregular the distance."""
-    return [*_PLACE, *[_DISTANCE] * any(row.get("distance_mm") is not None for row in rows)]
+    """Shift and load, along what is irregular the distance, and what else varies."""
+    distance = any(row.get("distance_mm") is not None for row in rows)
+    return [
+        *_PLACE,
+        *[_DISTANCE] * distance,
+        *[text(VARIED, VARIED, wraps=True)] * any(row.get(VARIED) for row in rows),
+    ]
 
 
 def _failing(row: Item, width: int) -> str:

@@ -25,6 +25,7 @@ from fecontact.outputs.tables import (
     table_of,
     text,
 )
+from fecontact.outputs.terminal import count
 
 if TYPE_CHECKING:
     import pandas
@@ -53,7 +54,48 @@ def comparison_record(comparison: TableComparison) -> Record:
         "columns": columns.to_dict("records"),
         "differences": comparison.differences.to_dict("records"),
         "not_compared": comparison.efforts.to_dict("records"),
+        "changed_verdicts": changed_verdicts(comparison),
     }
+
+
+# --- Verdicts that are others: how many, which, and where.
+
+
+def changed_verdicts(comparison: TableComparison) -> list[Record]:
+    """Each change of a verdict, the most frequent first, with its number of cases and their shifts and loads."""
+    verdicts = comparison.verdicts
+    if verdicts.empty:
+        return []
+    changed = verdicts[verdicts.baseline != verdicts.new]
+    found = [
+        {"baseline": was, "new": now, "cases": len(own), "where": _where(own)}
+        for (was, now), own in changed.groupby(["baseline", "new"])
+    ]
+    return sorted(found, key=lambda one: -one["cases"])
+
+
+def _where(cases: pandas.DataFrame) -> str:
+    by_shift = cases.sort_values(["lateral_shift_mm", "load_kN"]).groupby("lateral_shift_mm").load_kN
+    return "; ".join(f"{shift:+g} mm: {', '.join(f'{load:g}' for load in loads)} kN" for shift, loads in by_shift)
+
+
+def verdict_lines(comparison: TableComparison) -> Lines:
+    """How many verdicts of Hertz are others, in a sentence, and which, where and how often, in a table."""
+    found, cases = changed_verdicts(comparison), count(len(comparison.verdicts), "case")
+    if not found:
+        yield from [f"Hertz's verdict is the same in all of {cases}."] * (not comparison.verdicts.empty)
+        return
+    told = ", ".join(f"{one['baseline']} -> {one['new']} {one['cases']} times" for one in found)
+    yield f"Hertz's verdict is another one in {sum(one['cases'] for one in found)} of {cases}: {told}."
+    yield table_of("Verdicts that are others", _CHANGES, found)
+
+
+_CHANGES = (
+    text("baseline", "baseline"),
+    text("new", "new"),
+    number("cases", "cases", "{:.0f}"),
+    text("where", "where", wraps=True),
+)
 
 
 # --- Tables of a comparison of two tables of results, and what they call its cases.
@@ -170,6 +212,7 @@ def comparison_lines(comparison: TableComparison) -> Lines:
     if changed:
         told = (f"{one['column']} {value_text(one, 'baseline')} -> {value_text(one, 'new')}" for one in changed)
         yield f"not compared: {', '.join(told)}"
+    yield from verdict_lines(comparison)
     yield comparison.verdict
 
 
@@ -196,6 +239,7 @@ def comparison_html(comparison: TableComparison) -> str:
         Heading("Comparison of results", 1),
         Lead(comparison.verdict, "same" if comparison.same else "different"),
         Items(list(head_lines(comparison))),
+        *verdict_lines(comparison),
         value_table("Columns, the worst first", COLUMN_TABLE, changed, comparison),
         Details(f"{beyond}: {len(differences)}", [values]) if many else values,
         *(Details(title, [one]) for title, one in below.items()),

@@ -118,9 +118,9 @@ def profile_figure(profile: Profile, path: str | Path) -> Path:
     bent.set_yscale("symlog", linthresh=1e-3)
     bent.margins(y=0.08)
     bent.axhline(0.0, color="0.5", lw=0.8)
-    band = "" if measured is None else ", band: twice its noise"
+    band = "" if measured is None else "\nband: twice its noise"
     bent.set(
-        ylabel=f"curvature in 1/mm, convex positive\n(linear within ±0.001, magnitudes beyond{band})",
+        ylabel=f"curvature in 1/mm, convex positive\n(logarithmic beyond ±0.001){band}",
         xlabel=f"y in mm\n{SIDES}",
     )
     of = "" if measured is None else _draw_points(line, points[0], measured)
@@ -138,7 +138,7 @@ def _draw_points(line: Axes, off: Axes, measured: Measured) -> str:
     off.plot(y, 1e3 * measured.residual_mm, ".", color=Colour.POINTS, ms=3)
     for level in (-2e3 * measured.noise_mm, 0.0, 2e3 * measured.noise_mm):
         off.axhline(level, color="0.5", lw=0.8, ls="-" if level == 0.0 else "--")
-    off.set(ylabel="points off the line in um\n(dashed: twice their scatter)")
+    off.set(ylabel="points off line in um\n(dashed: twice scatter)")
     of = f"deviation from {measured.nominal}" if measured.nominal else "line"
     return f": {of} smoothed over {measured.filter_mm:.3g} mm"
 

@@ -353,7 +353,12 @@ def pair_text(rail: str, wheel: str, inclination_rad: float, between: str) -> st
     return f"rail {short_name(rail)}{inclination_words(inclination_rad)}{between}wheel {short_name(wheel)}"
 
 
+VARIED = "varied"
+"""Column of what else varies in a study: names and values of inputs, separated by commas."""
+
+
 def position_text(row: Row) -> str:
-    """Shift and load of a row, and the distance along an irregularity."""
+    """Shift and load of a row, the distance along an irregularity, and what else varies in its study."""
     along = "" if row.get("distance_mm") is None else f", at {row['distance_mm']:g} mm"
-    return f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN{along}"
+    varied = f", {row[VARIED]}" if row.get(VARIED) else ""
+    return f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN{along}{varied}"

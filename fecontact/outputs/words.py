@@ -20,7 +20,7 @@ from fecontact.comparison.verdict import PROFILE
 from fecontact.criteria import Criteria
 from fecontact.errors import usable, with_remedy
 from fecontact.irregularity.shapes import irregularity_text
-from fecontact.outputs.tables import Row, pair_words, relative_name, short_name
+from fecontact.outputs.tables import VARIED, Row, pair_words, relative_name, short_name
 from fecontact.profiles.reading import is_crane_rail, makes_a_wheelset
 from fecontact.solving.placing import roll_of_case
 from fecontact.solving.solve import CaseResult
@@ -404,7 +404,7 @@ def other_wheel_label(case: Case) -> str | None:
 _OWN = ("rail", "wheel", "load_kN")
 _OWN_IF_NEEDED = (
     *("side", "roll", "inclination_rad", "yaw_mrad", "resolution"),
-    *("roll_load_kN", "opposite_load_kN", "roll_mrad"),
+    *("roll_load_kN", "opposite_load_kN", "roll_mrad", VARIED),
 )
 # Rows of single left wheels have neither column.
 _ABSENT = {"side": "left", "roll": "given"}
@@ -417,10 +417,7 @@ _WORDS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Series:
-    """Cases that differ in their lateral shift, sorted by it, and the values that set them apart from other series.
-
-    Cases that differ in something that is not in a row, such as the sizes of their bodies, may share a shift.
-    """
+    """Cases that differ in their lateral shift, sorted by it, and the values that set them apart from other series."""
 
     rows: tuple[Row, ...]
     own: Mapping[str, str]
@@ -459,6 +456,8 @@ def _split(rows: Sequence[Row], own: Mapping[str, str], columns: Sequence[str]) 
 def _words(column: str, value: str) -> str:
     if column in ("rail", "wheel"):
         return short_name(value)
+    if column == VARIED:
+        return value
     if (column, value) in _WORDS:
         return _WORDS[column, value]
     quantity, _, unit = column.rpartition("_")

@@ -30,7 +30,7 @@ SHORT_FORMS = {"shift": "lateral_shift_mm", "load": "load_kN", "roll": "roll_mra
 """Short names of columns."""
 
 # Inputs of a position, in their usual order.
-_POSITION = ("lateral_shift_mm", "load_kN")
+_POSITION, _VERDICT = ("lateral_shift_mm", "load_kN"), "verdict_answer"
 _MATCHED_INPUTS = (*_POSITION, "rail", "wheel", "inclination_rad", "roll_mrad", "yaw_mrad", "load_kind", "resolution")
 _IRREGULAR = ("rail_irregularity", "wheel_irregularity", "distance_mm")
 # Inputs only if the resolution has no name; else they follow from the patch.
@@ -148,6 +148,9 @@ class TableComparison:
         Columns in the new results only, because the baseline is older than these columns.
     versions, settings
         (baseline, new) of each entry that is recorded on both sides and not equal.
+    verdicts
+        Of each case in both tables its `lateral_shift_mm` and `load_kN`, and Hertz's verdicts `baseline` and `new`,
+        `failed` where there is none; empty for tables without shifts, loads or verdicts.
     """
 
     baseline: ResultTable
@@ -160,6 +163,7 @@ class TableComparison:
     later_columns: Sequence[str]
     versions: Mapping[str, tuple[str, str]]
     settings: Mapping[str, tuple[str, str]]
+    verdicts: pandas.DataFrame
 
     @property
     def same(self) -> bool:
@@ -218,7 +222,7 @@ def compare_tables(
         If the tables have no case in common, name their cases differently, cannot be matched by the columns of `match`,
         have no other columns, or a tolerance is for a column that is not compared.
     """
-    tolerances = tolerances or Tolerances()
+    tolerances, places = tolerances or Tolerances(), baseline.rows
     if match:
         by = match_columns(match, baseline, new)
         baseline, new = matched_by(baseline, by, new), matched_by(new, by, baseline)
@@ -263,7 +267,19 @@ def compare_tables(
         later_columns=[name for name in extra if name.startswith(later)],
         versions=_unequal(baseline.versions, new.versions),
         settings=_unequal(baseline.settings, new.settings),
+        verdicts=_verdicts(places.set_axis(was.index), now, cases),
     )
+
+
+def _verdicts(was: pandas.DataFrame, now: pandas.DataFrame, cases: Sequence[str]) -> pandas.DataFrame:
+    """Both verdicts of each case, at its shift and load."""
+    if not {*_POSITION, _VERDICT} <= {*was} or _VERDICT not in now:
+        return pandas.DataFrame()
+    places = {name: was.loc[cases, name].map(number) for name in _POSITION}
+    answers = {
+        side: rows.loc[cases, _VERDICT].replace("", "failed") for side, rows in (("baseline", was), ("new", now))
+    }
+    return pandas.DataFrame({**places, **answers}).rename_axis(None)
 
 
 def _check_columns(baseline: ResultTable, new: ResultTable, tolerances: Tolerances) -> None:

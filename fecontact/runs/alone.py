@@ -9,6 +9,7 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.features import the
+from fecontact.jobs.remaining import Progress, watched
 from fecontact.outputs.alone import alone_record, check_theory, map_columns, ordered, table_row, theories_listed
 from fecontact.outputs.records.results import hertz_record
 from fecontact.solving.alone import table_lines, theory_alone
@@ -73,7 +74,12 @@ _SAME = 6
 
 
 def table(
-    case: Case, lateral_shifts_mm: Sequence[float], loads_N: Sequence[float], *, map_folder: str | Path | None = None
+    case: Case,
+    lateral_shifts_mm: Sequence[float],
+    loads_N: Sequence[float],
+    *,
+    map_folder: str | Path | None = None,
+    progress: Progress | None = None,
 ) -> list[Record]:
     """A contact table over lateral shift and load, as flat dictionaries with units in their keys; nothing is solved.
 
@@ -90,6 +96,8 @@ def table(
         Of the wheelset, and wheel loads.
     map_folder
         A map that `fecontact map` wrote of the same pair: columns `map_*` have its verdicts at its shifts and loads.
+    progress
+        As for `run`, with lines in place of cases.
 
     Raises
     ------
@@ -106,7 +114,8 @@ def table(
         else {_key(row): row for row in the("MAP_ROWS", f"map {map_folder}")(Path(map_folder), case)}
     )
     rows = []
-    for line in table_lines(case, shifts, loads):
+    lines = table_lines(case, shifts, loads)
+    for line in watched(lines, len(shifts) * len(loads), progress, "strips and cheaper theories"):
         row = table_row(line)
         if cells is not None:
             row |= map_columns(cells.get(_key(row)))

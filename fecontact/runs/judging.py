@@ -13,10 +13,11 @@ from fecontact.comparison.theories import HERTZ
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError, failed, has_numbers, usable
 from fecontact.features import at, places
+from fecontact.jobs.remaining import Progress, watched
 from fecontact.jobs.workers import began_on_one_thread, evaluators
 from fecontact.outputs.documents import judged_rows_parts, write_tables
 from fecontact.outputs.records.results import Row, case_row, read_row
-from fecontact.outputs.tables import Part
+from fecontact.outputs.tables import VARIED, Part
 from fecontact.outputs.terminal import count
 from fecontact.runs.load import stored_study, unusable
 from fecontact.runs.store import RESULT, ROW, case_folder, read_case
@@ -91,6 +92,7 @@ def judge(
     measure: str = "pressure",
     theory: str = HERTZ,
     out: str | Path | None = None,
+    progress: Progress | None = None,
 ) -> Any:
     """Judge a stored study, map or case again, by other criteria or with friction; nothing is solved.
 
@@ -108,6 +110,8 @@ def judge(
         Of a map: a theory of the pressure, whose map is drawn beside the map of Hertz.
     out
         Folder for tables, pictures and report of the new verdicts.
+    progress
+        As for `run`; of a map with positions in place of cases.
 
     Returns
     -------
@@ -125,18 +129,23 @@ def judge(
     check_out(folder, out)
     for kind, place in places("JUDGED").items():
         if (folder / f"{kind}.json").is_file():
-            return at(place)(folder, criteria, out, creep=asked, measure=measure, theory=theory)
+            return at(place)(folder, criteria, out, creep=asked, measure=measure, theory=theory, progress=progress)
     if measure != "pressure" or theory != HERTZ:
         what = f"measure is {measure!r}" if measure != "pressure" else f"theory is {theory!r}"
         raise InputError(
             f"{what}, but {folder} has no map.json; a study and a case have every theory in their tables, and forces by"
             " --friction alone"
         )
-    return judge_study(folder, criteria, out, creep=asked)
+    return judge_study(folder, criteria, out, creep=asked, progress=progress)
 
 
 def judge_study(
-    folder: str | Path, criteria: Criteria, out: Path | None = None, *, creep: Creep | None = None
+    folder: str | Path,
+    criteria: Criteria,
+    out: Path | None = None,
+    *,
+    creep: Creep | None = None,
+    progress: Progress | None = None,
 ) -> JudgedStudy:
     """Judge the cases of a stored study, or a single stored case, by given criteria.
 
@@ -160,7 +169,7 @@ def judge_study(
     else:
         name, before = stored_study(folder)
         folders = [case_folder(folder, str(row["id"])) for row in before]
-    rows = _judged_rows(before, folders, criteria, creep)
+    rows = _judged_rows(before, folders, criteria, creep, progress)
     changed = {
         str(new["id"]): (str(old["verdict_answer"]), str(new["verdict_answer"]))
         for old, new in zip(before, rows, strict=True)
@@ -172,12 +181,18 @@ def judge_study(
     return JudgedStudy(rows=tuple(rows), changed=changed)
 
 
-def _judged_rows(before: Sequence[Row], folders: Sequence[Path], criteria: Criteria, creep: Creep | None) -> list[Row]:
+def _judged_rows(
+    before: Sequence[Row], folders: Sequence[Path], criteria: Criteria, creep: Creep | None, progress: Progress | None
+) -> list[Row]:
     rows = [_unjudged(old, folder) for old, folder in zip(before, folders, strict=True)]
     left = [folder for folder, row in zip(folders, rows, strict=True) if row is None]
     with judges(len(left), creep) as map_over:
-        judged = iter(list(map_over(partial(_judged_row, criteria=criteria, creep=creep), left)))
-    return [{"id": old["id"], **next(judged)} if row is None else row for old, row in zip(before, rows, strict=True)]
+        made = map_over(partial(_judged_row, criteria=criteria, creep=creep), left)
+        judged = iter(list(watched(made, len(left), progress, "judging")))
+    return [
+        {"id": old["id"], **next(judged), **({VARIED: old[VARIED]} if old.get(VARIED) else {})} if row is None else row
+        for old, row in zip(before, rows, strict=True)
+    ]
 
 
 def judges(count: int, creep: Creep | None) -> AbstractContextManager[Callable[..., Iterable[Any]]]:

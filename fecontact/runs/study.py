@@ -33,6 +33,7 @@ from fecontact.outputs.documents import (
 from fecontact.outputs.figures.case import case_figure
 from fecontact.outputs.figures.study import study_figure
 from fecontact.outputs.records.results import Row, input_columns, read_row, result_record, versions
+from fecontact.outputs.tables import VARIED
 from fecontact.outputs.words import case_words, verdict_reason
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail
@@ -182,6 +183,24 @@ def _varied(cases: tuple[Case, ...]) -> Iterable[str]:
         values = {slot.of(case) for case in cases}
         if len(values) > 1:
             yield f"{len(values)} values of {slot.key}"
+
+
+# A row has columns for these; what only judges does not make another case.
+_SHOWN = ("rail", "wheel", "inclination", "lateral_shift_mm", "load_kN", "distance_mm")
+_JUDGING = ("verdict", "creep")
+
+
+def varied_words(cases: Sequence[Case]) -> list[str]:
+    """For each case the inputs that are not the same in all cases, in words; none of those that each table shows."""
+    found: dict[tuple[str, tuple[str, ...]], str] = {}
+    for slot in INPUTS:
+        own = (slot.of(case) for case in cases)
+        values = tuple("none" if value is None else slot.input.shown(value) for value in own)
+        if len(set(values)) > 1 and slot.key not in _SHOWN and slot.group not in _JUDGING:
+            same = (slot.key, values)
+            # what both bodies have alike is told once
+            found[same] = slot.key if same in found else f"{slot.body} {slot.key}".strip()
+    return [", ".join(f"{name} {values[at]}" for (_, values), name in found.items()) for at in range(len(cases))]
 
 
 def _profile_problems(cases: tuple[Case, ...]) -> Iterable[str]:
@@ -436,6 +455,8 @@ class _Table:
         self._stem = f"study{settings.part_suffix}"
         self._rows: dict[str, Row] = {}
         self._inputs = dict(named)
+        told = varied_words([case for _, case in named])
+        self._varied = {name: words for (name, _), words in zip(named, told, strict=True) if words}
         self._written = time.monotonic()
 
     def done(self, done: Done) -> None:
@@ -445,6 +466,8 @@ class _Table:
             self._rows[name] = read_row(case_folder(self._out, name) / ROW)
         else:
             self._rows[name] = {"id": name, "status": failed(done.failure), **input_columns(self._inputs[name])}
+        if name in self._varied:
+            self._rows[name] = {**self._rows[name], VARIED: self._varied[name]}
         if time.monotonic() - self._written > _TABLES_EVERY_S:
             # a full disk now may have room at the end
             with contextlib.suppress(OSError):

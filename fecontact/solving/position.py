@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from html import escape
 from itertools import pairwise
 from typing import Literal, TypeVar
 
@@ -582,6 +583,26 @@ class Preview:
     degrees_of_freedom: int
     cpu_seconds: float
     memory_GB: float
+
+    def __repr__(self) -> str:
+        case, points = self.case, len(self.placement.touch_points)
+        return (
+            f"<Preview {case.rail} and {case.wheel}, {case.lateral_shift_mm:+z.2f} mm, {case.load_N / 1e3:g} kN:"
+            f" {points} touch points, Hertz {self.hertz.p0_MPa:.0f} MPa, about {self.cpu_seconds:.0f} s to solve>"
+        )
+
+    def _repr_html_(self) -> str:
+        points = {
+            f"touch point {number}": {
+                "rail y in mm": f"{one.rail_y_mm:.2f}",
+                "wheel y in mm": f"{one.wheel_y_mm:.2f}",
+                "contact angle in mrad": f"{1e3 * one.contact_angle_rad:.1f}",
+            }
+            for number, one in enumerate(self.placement.touch_points, start=1)
+        }
+        import pandas
+
+        return f"<p>{escape(repr(self))}</p>{pandas.DataFrame.from_dict(points, orient='index').to_html()}"
 
 
 def preview(case: Case) -> Preview:

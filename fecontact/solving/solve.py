@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from html import escape
 
 import numpy as np
 import psutil
@@ -60,6 +61,26 @@ class CaseResult:
 
     def __repr__(self) -> str:
         return f"<CaseResult{repr(self.load).removeprefix('<JudgedLoad')}"
+
+    def _repr_html_(self) -> str:
+        rows = {
+            measure: {"Hertz is off by": f"{off:+.3g}", "±": f"{self.load.uncertainty[measure]:.2g}"}
+            for measure, off in self.load.deviation.items()
+            if measure in self.load.uncertainty
+        }
+        import pandas
+
+        return f"<p>{escape(repr(self))}</p>{pandas.DataFrame.from_dict(rows, orient='index').to_html()}"
+
+    def __len__(self) -> int:
+        return 1
+
+    def __iter__(self) -> Iterator[CaseResult]:
+        """The case alone: results of one case and of many are gone through alike."""
+        yield self
+
+    def __getitem__(self, number: int) -> CaseResult:
+        return (self,)[number]
 
     @property
     def case(self) -> Case:

@@ -40,6 +40,7 @@ from fecontact.curves.steady import (
     wheel_force,
     without_rails,
 )
+from fecontact.curves.telling import curves_figure
 from fecontact.curves.visits import Curves, MapCell, Visit, differences
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.profiles.curve import Profile, circular_rail_head
@@ -713,3 +714,17 @@ def test_differences_are_the_largest_ones_and_name_their_radius():
     assert found.y_over_q == 0.0
     assert found.without_m == (300.0,)
     assert found.critical_speed == pytest.approx(0.25)
+
+
+def test_the_picture_over_the_curvature_tells_both_wheelsets_of_one_radius_apart(monkeypatch):
+    drawn = []
+    monkeypatch.setattr("fecontact.curves.telling.save_figure", lambda figure, path: drawn.append(figure))
+    runs = run("manchester", (500.0,))
+    curves_figure(
+        Curves(vehicle=FREE, conditions=Conditions(), radii_m=(500.0,), share=(1.0,), runs={"overlap": runs}), "a.png"
+    )
+    shift = drawn[0].axes[0]
+    assert [line.get_xdata() for line in shift.lines] == [[pytest.approx(2.0)]] * 2
+    assert shift.get_xlabel().startswith("curvature 1/R in 1/km")
+    leading, trailing = (line.get_markerfacecolor() for line in shift.lines)
+    assert leading != trailing

@@ -330,6 +330,9 @@ def test_the_answer_of_a_map_is_a_few_sentences(made):
         "At 2 mm there is no result.",
         "Of 27 cells 1 is open and 3 are without a result.",
     ]
+    # shifts that are far apart say nothing of what is between them
+    apart = verdicts(made, [-4.0, 0.0, 4.0], [50, 100], ["hh", "hh", "hh"])
+    assert map_answer(apart, "pressure") == ["At -4, 0 and 4 mm Hertz holds at all loads (50 to 100 kN)."]
     # one that could not be used says nothing of "all loads"
     partly = verdicts(made, [0.0, 1.0], [20, 50], ["h!", "!f"])
     assert map_answer(partly, "pressure")[0] == "At 0 mm Hertz holds 20 kN (50 kN: failed: no memory)."

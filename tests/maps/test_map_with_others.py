@@ -9,6 +9,7 @@ import math
 import os
 import subprocess
 import sys
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -219,16 +220,19 @@ def test_a_map_refuses_what_it_has_lists_of_and_names_them(option, instead, caps
     assert f"Did you mean {instead}?" in capsys.readouterr().err
 
 
-def test_a_map_goes_on_with_other_loads_and_friction_and_with_no_other_pair(tmp_path):
-    base = Case(lateral_shift_mm=2.0, roll="touching")
+def test_a_map_goes_on_with_more_shifts_and_friction_and_loses_no_cell_of_another(tmp_path):
+    base, shifts, loads = Case(lateral_shift_mm=2.0, roll="touching"), [-4.0, 0.0, 4.0], [50e3, 100e3]
     record = {"case": json.loads(json.dumps(fecontact.hertz(base)["case"]))}
+    record |= {"lateral_shifts_mm": shifts, "loads_N": loads}
     (tmp_path / "map.json").write_text(json.dumps(record))
     friction = fecontact.Creep(friction=0.3)
     for same in (base, replace(base, load_N=50e3, lateral_shift_mm=0.0), replace(base, creep=friction)):
-        prepare_for_map(tmp_path, same)
-    for other in (replace(base, rail="54E1"), replace(base, resolution="fine"), replace(base, roll="given")):
+        prepare_for_map(tmp_path, same, [*shifts, 5.0], loads[::-1])
+    others = [replace(base, rail="54E1"), replace(base, resolution="fine"), replace(base, roll="given")]
+    for asked in (*[(other, shifts, loads) for other in others], (base, shifts[1:], loads), (base, shifts, loads[1:])):
         with pytest.raises(InputError, match="another map"):
-            prepare_for_map(tmp_path, other)
+            prepare_for_map(tmp_path, *asked)
+        prepare_for_map(tmp_path, *asked, force=True)
 
 
 # compared, and looked up by others
@@ -343,7 +347,7 @@ def test_a_map_of_another_contact_is_refused(stored, capsys):
 def mapped(tmp_path):
     """A map as `fecontact map` writes it: beyond 4.5 mm Hertz fails, and ANALYN holds out of its range."""
 
-    def write(case: Case) -> Path:
+    def write(case: Case, beyond: Sequence[tuple[float, float, str]] = ((50e3, 70e3, "FAILS"),)) -> Path:
         cells = [
             {
                 "lateral_shift_mm": float(shift),
@@ -356,7 +360,17 @@ def mapped(tmp_path):
             for load in (50.0, 70.0)
         ]
         write_csv(cells, tmp_path / "map.csv")
-        document = {"schema": MAP_SCHEMA, "case": case_inputs(case), "cells": []}
+        names, everywhere = ("low_N", "high_N", "answer"), ((50e3, 70e3, "HOLDS"),)
+        limits = [
+            {
+                "lateral_shift_mm": float(shift),
+                "intervals": [dict(zip(names, one, strict=True)) for one in (everywhere if shift < 4.5 else beyond)],
+                "tried": [],
+            }
+            for shift in range(-6, 7)
+        ]
+        document = {"schema": MAP_SCHEMA, "case": case_inputs(case), "cells": [], "limits": limits}
+        document["lateral_shifts_mm"] = [one["lateral_shift_mm"] for one in limits]
         write_sealed(tmp_path / "map.json", document, [tmp_path / "map.csv"])
         return tmp_path
 
@@ -385,6 +399,23 @@ def test_the_command_writes_tables_and_pictures_and_finds_wheels_on_a_map(mapped
     assert "the map of another contact (rail '60E1' there, '60E2' here)" in capsys.readouterr().err
     assert call([*given, "--shares", "1"]) == 2
     assert "there are 1 shares for 2 radii" in capsys.readouterr().err
+
+
+def test_a_wheel_on_a_map_has_the_verdict_of_the_load_limits_and_none_beside_what_was_solved(mapped):
+    def visited(beyond: Sequence[tuple[float, float, str]]) -> Mapping[str, float]:
+        case = Case(roll="touching")
+        found = fecontact.curve("wheelset", [400.0], case=case, map_folder=mapped(case, beyond))
+        (load_kN,) = [1e-3 * one.vertical_force_N for one in found.visits if one.lateral_shift_mm > 4.5]
+        assert 61.0 < load_kN < 62.0
+        return found.shares("overlap", "verdict")
+
+    # the cells at 50 and 70 kN fail in each of these maps
+    assert visited([(50e3, 65e3, "HOLDS"), (65e3, 70e3, "FAILS")]) == {"HOLDS": 1.0}
+    assert visited([(50e3, 61e3, "HOLDS"), (61e3, 65e3, "UNRESOLVED"), (65e3, 70e3, "FAILS")]) == {
+        "between": 0.5,
+        "HOLDS": 0.5,
+    }
+    assert visited([(65e3, 70e3, "FAILS")]) == {"not on the map": 0.5, "HOLDS": 0.5}
 
 
 def test_a_dask_worker_that_is_killed_during_a_map_costs_no_cell(tmp_path):
@@ -476,7 +507,10 @@ def test_the_command_rolls_its_wheelset(options, case, monkeypatch, tmp_path):
 
 def test_a_map_does_not_take_the_folder_of_other_results(tmp_path):
     (tmp_path / "row.json").write_text('{"row": {"id": "one"}}')
-    for refused_ in (lambda: prepare_for_map(tmp_path, Case()), lambda: fecontact.map(Case(), [0.0], [1e5], tmp_path)):
+    for refused_ in (
+        lambda: prepare_for_map(tmp_path, Case(), [0.0], [1e5]),
+        lambda: fecontact.map(Case(), [0.0], [1e5], tmp_path),
+    ):
         with pytest.raises(InputError, match=r"case \(row\.json\), which would be lost"):
             refused_()
     (tmp_path / "row.json").rename(tmp_path / "map.json")

@@ -24,13 +24,13 @@ from fecontact.outputs.style import (
     series_style,
 )
 from fecontact.outputs.tables import Row, pair_of_row
-from fecontact.outputs.words import SHIFT, WORDS, YIELDING, deviation_column, roll_words_of_rows, series
+from fecontact.outputs.words import SHIFT, WORDS, YIELDING, Series, deviation_column, roll_words_of_rows, series
 from fecontact.profiles.curve import Profile, radius_mm, radius_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_TOUCH = "touch_rail_y_mm"
+_TOUCH, _PLACE = "touch_rail_y_mm", "place in the picture"
 ANSWER_MARKS = {"HOLDS": "o", "UNRESOLVED": "D", "FAILS": "X", "failed": "s"}
 # Style of a row whose numbers must not be used.
 _BAD: Mapping[str, Any] = {"marker": "x", "ms": 9, "mew": 2.0, "ls": "none"}
@@ -40,6 +40,8 @@ def study_figure(
     rows: Sequence[Row], path: str | Path, rail: Profile | None = None, criteria: Criteria | None = None
 ) -> Path:
     """Draw a study over the lateral shift: peak pressures, deviations of Hertz, and touch points on the rail.
+
+    Where all cases have one shift, they stand side by side in their order, with what varies below each.
 
     With one series and one set of criteria, deviations are drawn with uncertainties for each measure that decides, in
     parts of the limit; else for peak and area, in percent. Each series has a colour and a mark; if there are more
@@ -61,6 +63,11 @@ def study_figure(
         raise InputError("study figure: there are no rows to draw")
     rows = [asked_row(row) for row in rows]
     found = series(rows)
+    names: list[str] = []
+    if len(rows) > 1 and len({float(row["lateral_shift_mm"]) for row in rows}) == 1:
+        names = [", ".join(one.label for one in found if row in one.rows) for row in rows]
+        rows = [{**row, _PLACE: number} for number, row in enumerate(rows)]
+        found = (Series(rows=tuple(rows), own={}),)
     single = len(found) == 1
     figure = blank_figure(11.0, 11.0)
     peak, off, touch = figure.subplots(3, 1, sharex=True, height_ratios=(1.0, 1.4, 0.9))
@@ -88,7 +95,15 @@ def study_figure(
         _finish_deviations(off, criteria)
     _draw_answers(peak, rows)
     _finish_study(peak, off, touch, rows, rail)
+    if names:
+        touch.set(xlabel=f"lateral shift {float(rows[0]['lateral_shift_mm']):+z.2f} mm")
+        touch.set_xticks(range(len(names)), [name.replace(", ", "\n") for name in names])
     return save_figure(figure, path)
+
+
+def _place(row: Row) -> float:
+    """Where a case stands on the axis: at its shift, or at its number where all cases have one shift."""
+    return float(row.get(_PLACE, row["lateral_shift_mm"]))
 
 
 def _numbers(rows: Sequence[Row], column: str) -> Floats:
@@ -142,7 +157,7 @@ def _draw_answers(ax: Axes, rows: Sequence[Row]) -> None:
 
     handles = []
     for answer, colour in ANSWERS.items():
-        shifts = [float(row["lateral_shift_mm"]) for row in rows if usable(row) and row.get("verdict_answer") == answer]
+        shifts = [_place(row) for row in rows if usable(row) and row.get("verdict_answer") == answer]
         if shifts:
             style: dict[str, Any] = {"marker": ANSWER_MARKS[answer], "ms": 9, "mfc": colour, "mec": "0.2", "mew": 0.8}
             place: dict[str, Any] = {"transform": ax.get_xaxis_transform(), "clip_on": False, "ls": "none"}
@@ -156,7 +171,7 @@ def _draw_answers(ax: Axes, rows: Sequence[Row]) -> None:
 
 
 def _draw_series(ax: Axes, group: Sequence[Row], value: Floats, unsure: Floats | None = None, **style: Any) -> None:
-    shift, good = _numbers(group, "lateral_shift_mm"), np.array([usable(row) for row in group])
+    shift, good = np.array([_place(row) for row in group]), np.array([usable(row) for row in group])
     shown, breaks = np.where(good, value, np.nan), _jumps(group)
     # NaN breaks the line, so that nobody reads a value between a good and a bad row, or within a jump
     ax.plot(np.insert(shift, breaks, np.nan), np.insert(shown, breaks, np.nan), lw=1.6, ms=5.5, **style)
@@ -173,7 +188,7 @@ def _jumps(group: Sequence[Row]) -> NDArray[np.int64]:
 
 
 def _draw_without_value(ax: Axes, group: Sequence[Row]) -> None:
-    lost = [float(row["lateral_shift_mm"]) for row in group if row.get("fe_p_max_MPa") is None]
+    lost = [_place(row) for row in group if row.get("fe_p_max_MPa") is None]
     ax.plot(lost, [0.04] * len(lost), transform=ax.get_xaxis_transform(), color="0.2", **_BAD)
 
 

@@ -16,7 +16,7 @@ from fnmatch import fnmatchcase
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any, Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 from fecontact import __version__
 from fecontact.case import Case, case_record
@@ -374,6 +374,7 @@ def hertz_record(found: HertzAlone) -> Record:
     }
 
 
+@runtime_checkable
 class Rowed(Protocol):
     """Results that tell themselves in rows, such as a map."""
 
@@ -383,9 +384,7 @@ class Rowed(Protocol):
 
 def rows(results: CaseResult | Rowed | Iterable[CaseResult]) -> list[Row]:
     """Results as flat dictionaries with units in their keys, one a case or a cell, as `pandas.DataFrame` takes them."""
-    if isinstance(results, CaseResult):
-        return [case_row(results)]
-    return [case_row(result) for result in results] if isinstance(results, Iterable) else results.rows()
+    return results.rows() if isinstance(results, Rowed) else [case_row(result) for result in results]
 
 
 def case_row(result: CaseResult) -> Row:
