@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ from fecontact.outputs.words import other_wheel_label, roll_words, shift_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 # --- The picture of a map: coloured columns over the load, one a lateral shift, with words at the loads.
@@ -71,7 +73,12 @@ class Sizes:
 
 
 def map_figure(view: MapView, path: str | Path) -> Path:
-    """Draw a map over lateral shift and load, as PNG and as SVG.
+    """Draw a map as PNG and as SVG; see `draw_map`."""
+    return save_figure(draw_map(view), path)
+
+
+def draw_map(view: MapView) -> Figure:
+    """Draw a map over lateral shift and load into a figure.
 
     The load axis is linear. The colour of a column changes at the loads at which the answer does, as far as they are
     known. Each load of the map has the words of its cell; every other load that was solved is a tick at both sides of
@@ -106,7 +113,27 @@ def map_figure(view: MapView, path: str | Path) -> Path:
     if label := other_wheel_label(case):
         above = ax.secondary_xaxis("top", functions=(np.negative, np.negative))
         above.set_xlabel(label)
-    return save_figure(figure, path)
+    return figure
+
+
+def cell_boxes(view: MapView, figure: Figure) -> list[tuple[float, float, float, float]]:
+    """Left, top, width and height of each cell of a drawn map, in percent of the picture, by shift and then by load.
+
+    A cell reaches half the way to the loads beside it.
+    """
+    (ax,) = figure.axes[:1]
+    frame, (left, right), ends = ax.get_position(), ax.get_xlim(), ax.get_ylim()
+    per_mm, per_kN = 100.0 * frame.width / (right - left), 100.0 * frame.height / (ends[1] - ends[0])
+    reach = 0.5 * _column_width(np.array([column.shift_mm for column in view.columns]))
+    boxes = []
+    for column in view.columns:
+        loads = [cell.load_kN for cell in column.cells]
+        edges = [ends[0], *(0.5 * (low + top) for low, top in pairwise(loads)), ends[1]]
+        x = 100.0 * frame.x0 + per_mm * (column.shift_mm - reach - left)
+        for low, top in pairwise(edges):
+            y = 100.0 * (1.0 - frame.y1) + per_kN * (ends[1] - top)
+            boxes.append((round(x, 2), round(y, 2), round(2.0 * reach * per_mm, 2), round(per_kN * (top - low), 2)))
+    return boxes
 
 
 def _handles(view: MapView, sizes: Sizes) -> list[Any]:
