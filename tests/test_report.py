@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from browser import assert_readable, shown
 from kept import keep_as
@@ -20,6 +21,7 @@ from fecontact.outputs import style
 from fecontact.outputs.cases import ReportedCase
 from fecontact.outputs.documents import ShownPair, reported_case, write_study_report, write_tables
 from fecontact.outputs.figures.case import ladder_figure, patches_figure
+from fecontact.outputs.figures.relief import relief_picture
 from fecontact.outputs.figures.study import study_figure
 from fecontact.outputs.tables import write_csv
 from fecontact.outputs.words import WORDS, answer_words
@@ -75,7 +77,7 @@ def test_a_report_says_question_answer_and_reason(study):
     assert head[2].startswith("May Hertz's ellipse stand for the contact of rail circle:300 and wheel cylinder:460?")
     assert [text_of(one) for one in page.iter("p") if "to decide it: --resolution standard" in text_of(one)]
     titles = [text_of(one) for one in page.iter("h2")]
-    assert titles == ["Verdicts", "The pair", "Cases", "Meshes and solver", "What made it", "Terms"]
+    assert titles == ["Verdicts", "The pair", "Cases", "Meshes and solver", "Terms", "What made it"]
     lines = [[text_of(cell) for cell in line.iter("td")] for line in next(page.iter("table")).iter("tr")][1:]
     assert [line[:3] for line in lines] == [
         ["-1.00", "100", "HOLDS"], ["+2.50", "100", "UNRESOLVED"], ["+30.00", "100", "failed"],
@@ -136,7 +138,7 @@ def test_numbers_of_a_report_are_those_of_the_result(study):
 
 def test_a_report_is_one_file_that_asks_for_nothing(study):
     text = (study / "report.html").read_text("utf-8")
-    sources = re.findall(r'(?:src|href)="([^"]{0,30})', text)
+    sources = re.findall(r'(?:src|href)="([^"#][^"]{0,30})', text)
     # section, study, ladder and two cases; and the icon that no browser shall ask for
     assert len(sources) == 6
     assert all(source.startswith("data:") for source in sources)
@@ -152,9 +154,16 @@ def test_a_case_alone_and_a_judged_one_have_a_report(elliptic_quick, tmp_path, m
     (decided,) = [text_of(one) for one in page.iter("p") if one.get("class") == "lead holds"]
     assert re.fullmatch(r"Hertz HOLDS: peak pressure -0\.\d\d % ± 0\.\d\d % \(limit ±5 %\)", decided)
     words = [text_of(one) for one in page.iter("figcaption")]
-    # section and the case itself: one point is no line over the shift
-    assert len(words) == 2
+    # section, the case itself, and its relief: one point is no line over the shift
+    assert len(words) == 3
     assert words[0] == "Section through the first touch point at +0.00 mm, 100 kN."
+    (relief,) = [json.loads(text_of(one)) for one in page.iter("script") if one.get("type") == "application/json"]
+    x, y, z, pressure = (np.array(relief[name]) for name in ("x", "y", "z", "p"))
+    assert relief["peak_MPa"] == pressure.max() == pytest.approx(1238.4, abs=1.0)
+    # on the rail of radius 300, and its pressure carries the load
+    assert np.hypot(y, z + 300.0) == pytest.approx(300.0, abs=1e-3)
+    carried = np.trapezoid(np.trapezoid(pressure.reshape(x.size, y.size), 300.0 * np.arctan2(y, z + 300.0)), x)
+    assert carried == pytest.approx(100e3, rel=2e-3)
     # by a limit that the elements' own error comes near; with forces a stored case is judged in test_load
     given = ["judge", str(tmp_path / "one"), "--out", str(tmp_path / "again")]
     assert call([*given, "--misplaced-load-percent", "0.01"]) == 0
@@ -172,6 +181,27 @@ def test_a_report_can_be_read_on_a_telephone_and_on_a_screen(study, tmp_path):
     assert found["title"] == "Rail circle:300 and wheel cylinder:460, 100 kN: where Hertz holds"
     assert len(found["pictures"]) == 5
     assert not any(is_open for _, is_open in found["folded"])
+
+
+def test_a_relief_turns_in_a_browser(elliptic_quick, tmp_path):
+    """In place of its picture; in the dark as well, and without a request."""
+    picture = relief_picture(elliptic_quick.load, elliptic_quick.placement)
+    page = tmp_path / "relief.html"
+    check = """
+    <script>addEventListener("load", () => requestAnimationFrame(() => requestAnimationFrame(() => {
+      const canvas = document.querySelector("canvas"), before = canvas.toDataURL();
+      canvas.dispatchEvent(new KeyboardEvent("keydown", {key: "ArrowLeft"}));
+      requestAnimationFrame(() => requestAnimationFrame(() => {
+        if (canvas.toDataURL() === before) console.error("it does not turn");
+        if (document.querySelector("img").checkVisibility()) console.error("the picture is still there");
+        document.title = "turned";
+      }));
+    })));</script></body>"""
+    page.write_text(style.page("relief", [picture]).replace("</body>", check), "utf-8")
+    found = shown(page, 800, tmp_path)
+    assert found["console"] == []
+    assert found["requests"] == []
+    assert found["content_width"] == 800
 
 
 def test_the_browser_finds_what_is_wrong(tmp_path):

@@ -203,6 +203,7 @@ def profiles(
     out: Path | None = None,
     write: Path | None = None,
     library: Path | None = None,
+    examples: Path | None = None,
 ) -> int:
     """List the profile library, or show one profile and plot its line and curvature.
 
@@ -218,6 +219,8 @@ def profiles(
         File of columns (.csv) to write the profile into.
     library
         Folder of profiles of your own.
+    examples
+        Folder into which a worn rail and a worn wheel are written, as they are measured: rail.csv, wheel.csv.
     """
     from fecontact.files import write_text
     from fecontact.outputs.profiles import library_lines, profile_figure, profile_lines
@@ -228,6 +231,11 @@ def profiles(
 
     if write is not None:
         refuse_other_endings(write)
+    if examples is not None:
+        from fecontact.profiles.examples import write_examples
+
+        print("\n".join(f"written: {path}" for path in write_examples(examples)))
+        return 0
     if name is None:
         show(library_lines(library))
         return 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -135,6 +136,26 @@ def draw_map(view: MapView, blank: Blank = blank_figure) -> Figure:
         above = ax.secondary_xaxis("top", functions=(np.negative, np.negative))
         above.set_xlabel(label)
     return figure
+
+
+def cell_boxes(view: MapView, figure: Figure) -> list[tuple[float, float, float, float]]:
+    """Left, top, width and height of each cell of a drawn map, in percent of the picture, by shift and then by load.
+
+    A cell reaches half the way to the loads beside it.
+    """
+    (ax,) = figure.axes[:1]
+    frame, (left, right), ends = ax.get_position(), ax.get_xlim(), ax.get_ylim()
+    per_mm, per_kN = 100.0 * frame.width / (right - left), 100.0 * frame.height / (ends[1] - ends[0])
+    reach = 0.5 * column_width([column.shift_mm for column in view.columns])
+    boxes = []
+    for column in view.columns:
+        loads = [cell.load_kN for cell in column.cells]
+        edges = [ends[0], *(0.5 * (low + top) for low, top in pairwise(loads)), ends[1]]
+        x = 100.0 * frame.x0 + per_mm * (column.shift_mm - reach - left)
+        for low, top in pairwise(edges):
+            y = 100.0 * (1.0 - frame.y1) + per_kN * (ends[1] - top)
+            boxes.append((round(x, 2), round(y, 2), round(2.0 * reach * per_mm, 2), round(per_kN * (top - low), 2)))
+    return boxes
 
 
 def _handles(view: MapView, sizes: Sizes) -> list[Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from textwrap import fill
 
@@ -11,20 +11,32 @@ from fecontact.comparison.judging import JudgedLoad
 from fecontact.comparison.theories import HERTZ, THEORIES
 from fecontact.features import offered
 from fecontact.files import write_text
-from fecontact.maps.model import ApplicabilityMap, cell_row
-from fecontact.maps.telling import share_records
-from fecontact.maps.views import CAUSE_LETTERS, map_answer, map_text, offered_view, verdict_view, views_of
-from fecontact.outputs.documents import REPORT, closing
-from fecontact.outputs.figures.case import ladder_figure, patches_figure
+from fecontact.maps.files import cell_boxes, draw_map
+from fecontact.maps.model import ApplicabilityMap, MapCell, cell_row
+from fecontact.maps.telling import cell_record, share_records
+from fecontact.maps.views import (
+    CAUSE_LETTERS,
+    MapView,
+    laws_judged,
+    map_answer,
+    map_text,
+    offered_view,
+    verdict_view,
+    views_of,
+)
+from fecontact.outputs.documents import REPORT, case_parts, closing
+from fecontact.outputs.figures.case import ladder_figure, patches_figure, small_figure
 from fecontact.outputs.figures.position import pair_figure
 from fecontact.outputs.records.results import cheapest_columns, cheapest_of, cheapest_words
 from fecontact.outputs.style import image_of, page, svg_of
 from fecontact.outputs.tables import (
+    Details,
     Heading,
     Item,
     Lead,
     Part,
     Picture,
+    Spot,
     Table,
     TableRow,
     columns_of,
@@ -39,7 +51,6 @@ from fecontact.outputs.words import (
     other_wheel_label,
     question,
     roll_words,
-    theory_terms,
     verdict_reason,
 )
 from fecontact.wheel_rail.placement import Placement
@@ -48,6 +59,8 @@ from fecontact.wheel_rail.placement import Placement
 _WIDE = 120
 # More patches in one picture are too small to see.
 _MOST_PATCHES = 24
+# More pictures of cells make a page of more than 5 MB.
+_MOST_CELLS = 80
 
 
 def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) -> Path:
@@ -56,10 +69,8 @@ def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) 
     pair = pair_words(case, " and ")
     verdicts = [cell.verdict if cell.usable else "failed" for cell in made.cells]
     shown, views = _largest_loads(made), views_of(made, theory)
-    drawn = [
-        Picture(content=out / f"map{of and f'_{of}'}.svg", words=f"{view.title[0].upper()}{view.title[1:]}.")
-        for of, view in views.items()
-    ]
+    cells = {f"cell-{number}": _cell(cell) for number, cell in enumerate(made.cells, start=1)}
+    drawn = [_drawn(view, cells) for view in views.values()]
     cheapest = list(views).index("theory")
     parts: list[Part] = [
         Heading(f"Applicability map: {pair}", 1),
@@ -78,12 +89,59 @@ def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) 
         *_pictures(made, shown),
         Heading("Cells"),
         _cells(made),
+        *_each(made, cells),
         *closing(
-            *theory_terms(str(one["theory"]) for one in share_records(made) if one["theory"] in THEORIES),
+            THEORIES,
             *((letter, cause) for cause, letter in CAUSE_LETTERS.items()),
+            laws=bool(laws_judged(made)),
         ),
     ]
     return write_text(out / REPORT, page(f"Where Hertz holds: {pair}", parts))
+
+
+def _cell(cell: MapCell) -> list[Part]:
+    """A cell by itself: where it is, its answer, and its measures, without what a case shows on demand."""
+    where = f"{cell.lateral_shift_mm:+z.2f} mm, {cell.load_N / 1e3:g} kN"
+    if not cell.usable:
+        return [f"{where}: {cell.status}"]
+    parts = case_parts(cell_record(cell))
+    return [f"{where}: Hertz {cell.verdict}", *(part for part in parts if part and not isinstance(part, Details))]
+
+
+def _drawn(view: MapView, cells: Mapping[str, Sequence[Part]]) -> Picture:
+    """The picture of a map, whose cells say their measures and lead to what is told of them."""
+    figure = draw_map(view)
+    # it is laid out where it is drawn
+    content = svg_of(figure)
+    spots = [
+        Spot(name=name, words="\n".join(_pointed(parts)), box=box)
+        for (name, parts), box in zip(cells.items(), cell_boxes(view, figure), strict=True)
+    ]
+    return Picture(content=content, words=f"{view.title[0].upper()}{view.title[1:]}.", spots=spots)
+
+
+def _pointed(parts: Sequence[Part]) -> Iterator[str]:
+    """What is said of a cell under the pointer: its answer, and a line for each measure."""
+    yield str(parts[0])
+    for table in (part for part in parts[:4] if isinstance(part, Table)):
+        for name, *_, off, unsure, limit, answer in (row.cells for row in table.rows):
+            yield f"{name}: {off} ± {unsure} (limit {limit}) {answer}"
+
+
+def _each(made: ApplicabilityMap, cells: Mapping[str, Sequence[Part]]) -> Iterator[Details]:
+    """What is told of each cell, with a picture of those that use most of a limit."""
+    placements = (position.placement for position in made.positions for _ in position.cells)
+    loads = {
+        name: (cell.judged, placement)
+        for name, cell, placement in zip(cells, made.cells, placements, strict=True)
+        if cell.judged is not None and placement is not None
+    }
+    drawn = sorted(loads, key=lambda name: -loads[name][0].limit_used)[:_MOST_CELLS]
+    for name, (title, *parts) in cells.items():
+        if name in drawn:
+            words = "Solid the patch, dashed Hertz; below, cut across."
+            parts.insert(0, Picture(content=image_of(small_figure(*loads[name])), words=words, width=480))
+        yield Details(str(title), parts, name)
 
 
 def map_lines(made: ApplicabilityMap, measure: str, theory: str, *, width: int | None) -> Iterator[Table | str]:

@@ -17,6 +17,7 @@ from fecontact.outputs.tables import (
     VARIED,
     Column,
     Item,
+    Picture,
     Table,
     TableRow,
     Tone,
@@ -59,11 +60,14 @@ class ReportedCase:
         What its `result.json` says; empty where there is none.
     picture
         File of its picture; None where there is none.
+    relief
+        Its pressure as a relief that turns; None where it is not drawn.
     """
 
     row: Item
     record: Item = field(default_factory=dict)
     picture: Path | None = None
+    relief: Picture | None = None
 
     @property
     def limits(self) -> Mapping[str, float]:

@@ -69,6 +69,7 @@ from fecontact.outputs.words import (
     reason_of_record,
     roll_words_of_rows,
     series,
+    theory_terms,
     unknown_text,
     what_would_decide,
 )
@@ -298,16 +299,19 @@ def write_study_report(
         *_cases(cases, pictures),
         Heading("Meshes and solver"),
         Details("Of each case", [solver_table(cases)]),
-        *closing(),
+        *closing(
+            (name for case in cases for name in case.record.get("theories", ())),
+            laws=any(name in case.record for case in cases for name in offered("TELLINGS")),
+        ),
     ]
     return write_text(out / REPORT, page(f"{title}: where Hertz holds", parts))
 
 
-def closing(*more: tuple[str, str]) -> list[Part]:
-    """The end of every report: versions, and the terms of all reports and `more`."""
+def closing(theories: Iterable[str], *more: tuple[str, str], laws: bool) -> list[Part]:
+    """What every report ends with: the terms of all reports, of theories and laws, and `more`; then versions."""
     packages = [f"{package} {version}" for package, version in versions().items() if version]
-    told = Terms((*GLOSSARY, *measure_terms(), *more))
-    return [Heading("What made it"), Items(packages), Heading("Terms"), told]
+    told = Terms((*GLOSSARY, *measure_terms(), *theory_terms(theories, laws=laws), *more))
+    return [Heading("Terms"), told, Heading("What made it"), Items(packages)]
 
 
 def _title(name: str, rows: Sequence[Row]) -> str:
@@ -375,6 +379,7 @@ def _cases(cases: Sequence[ReportedCase], pictures: str) -> list[Part]:
         parts += [
             Heading(f"{pair_of_row(row, ' and ')}, {position_text(row)}: {verdict_of(row)}", 3),
             Picture(content=case.picture, words=f"{decided(row, {})}. {words}"),
+            *([] if case.relief is None else [case.relief]),
             *(case_parts(case.record) if "theories" in case.record else ()),
         ]
     return parts

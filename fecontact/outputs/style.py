@@ -21,7 +21,6 @@ from fecontact.outputs.tables import Parts, Picture
 
 if TYPE_CHECKING:
     from jinja2 import Template
-    from markupsafe import Markup
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
@@ -170,8 +169,10 @@ _ANSWERS = ("HOLDS", "UNRESOLVED", "FAILS")
 
 def page(title: str, parts: Parts) -> str:
     """A document as a whole page, which is also well-formed XML."""
-    style = (_FILES / "style.css").read_text("utf-8")
-    return _template().render(title=title, parts=list(parts), style=style, answers=_ANSWERS, picture=_picture)
+    style, script = ((_FILES / name).read_text("utf-8") for name in ("style.css", "page.js"))
+    return _template().render(
+        title=title, parts=list(parts), style=style, script=script, answers=_ANSWERS, picture=_picture
+    )
 
 
 @cache
@@ -182,7 +183,7 @@ def _template() -> Template:
 
 
 def _picture(of: Picture) -> str:
-    """A picture as part of the page, with an alternative text; empty if the picture's file does not exist."""
+    """The source of a picture as part of the page; empty if the picture's file does not exist."""
     content = of.content
     if isinstance(content, Path):
         if not content.is_file():
@@ -191,11 +192,11 @@ def _picture(of: Picture) -> str:
             from PIL.Image import open as open_image
 
             with open_image(content) as image:
-                return _figure("image/webp", _webp(image, of.width), of)
+                return _source("image/webp", _webp(image, of.width))
         content = content.read_bytes()
     if isinstance(content, bytes):
-        return _figure("image/svg+xml", content, of)
-    return _figure("image/webp", _webp(content, of.width), of)
+        return _source("image/svg+xml", content)
+    return _source("image/webp", _webp(content, of.width))
 
 
 def _webp(image: Image, width: int) -> bytes:
@@ -211,11 +212,5 @@ def _webp(image: Image, width: int) -> bytes:
     return content.getvalue()
 
 
-def _figure(kind: str, content: bytes, of: Picture) -> Markup:
-    data = base64.b64encode(content).decode("ascii")
-    from markupsafe import Markup
-
-    return Markup(
-        '<figure><label><input type="checkbox" aria-label="Show the picture in its full size"/>'
-        '<img alt="{}" src="data:{};base64,{}"/></label><figcaption>{}</figcaption></figure>'
-    ).format(of.words, kind, data, of.words)
+def _source(kind: str, content: bytes) -> str:
+    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"

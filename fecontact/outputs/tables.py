@@ -267,23 +267,39 @@ class Terms:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Spot:
+    """A place of a picture that leads to `Details` by their name.
+
+    `box` is left, top, width and height, in percent of the picture. `words` are shown beside the pointer.
+    """
+
+    name: str
+    words: str
+    box: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Picture:
     """A picture for a page: a PNG or SVG file, the text of an SVG, or an image; left out if the file does not exist.
 
-    An image is shown at most `width` pixels wide.
+    An image is shown at most `width` pixels wide. `spots` are places to point at. `relief` is a surface that turns
+    under the pointer (see `outputs.figures.relief`); the picture stands for it if no script runs.
     """
 
     content: Path | bytes | Image
     words: str
     width: int = 1600
+    spots: Sequence[Spot] = ()
+    relief: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True)
 class Details:
-    """Parts that are shown on demand: folded on a page, with `--long` on a terminal."""
+    """Parts that are shown on demand: folded on a page, with `--long` on a terminal; spots find them by their name."""
 
     summary: str
     parts: Sequence[Part]
+    name: str = ""
 
 
 Part: TypeAlias = "str | Table | Heading | Lead | Items | Terms | Picture | Details"

@@ -19,6 +19,7 @@ from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEOR
 from fecontact.comparison.verdict import PROFILE
 from fecontact.criteria import Criteria
 from fecontact.errors import usable, with_remedy
+from fecontact.features import offered
 from fecontact.irregularity.shapes import irregularity_text
 from fecontact.outputs.tables import VARIED, Row, pair_words, relative_name, short_name
 from fecontact.profiles.reading import is_crane_rail, makes_a_wheelset
@@ -481,10 +482,14 @@ def measure_terms() -> tuple[tuple[str, str], ...]:
     )
 
 
-def theory_terms(names: Iterable[str]) -> tuple[tuple[str, str], ...]:
-    """Theories of the pressure: where each is from, what it takes for granted, and what it costs."""
-    told = ((THEORIES[name].words, THEORIES[name]) for name in names if name not in EITHER_SIDE)
-    return tuple((words, f"{of.source}. It takes for granted: {of.range}. Cost: {of.cost}.") for words, of in told)
+def theory_terms(names: Iterable[str], *, laws: bool) -> Iterator[tuple[str, str]]:
+    """Theories of the pressure, and the laws of features: their source, what they take for granted, and their cost."""
+    wanted = {*names} - {*EITHER_SIDE}
+    told: list[Mapping[str, Any]] = [vars(theory) for name, theory in THEORIES.items() if name in wanted]
+    if laws:
+        told += [law for found in offered("LAWS").values() for law in found.laws.values()]
+    for one in told:
+        yield one["words"], "{source}. It takes for granted: {range}. Cost: {cost}.".format_map(one)
 
 
 def question(pair: str, criteria: Criteria | None, roll: str = "") -> str:

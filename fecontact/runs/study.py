@@ -18,8 +18,8 @@ from fecontact.case import INPUTS, Case, unusual
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import FecontactError, InputError, failed, usable
 from fecontact.files import read_json, write_text
-from fecontact.jobs.engine import Progress, RunSettings, finish, open_run
-from fecontact.jobs.remaining import duration
+from fecontact.jobs.engine import RunSettings, finish, open_run
+from fecontact.jobs.remaining import Progress, duration
 from fecontact.jobs.workers import Done, default_workers
 from fecontact.outputs.cases import ReportedCase
 from fecontact.outputs.documents import (
@@ -31,6 +31,7 @@ from fecontact.outputs.documents import (
     write_tables,
 )
 from fecontact.outputs.figures.case import case_figure
+from fecontact.outputs.figures.relief import relief_picture
 from fecontact.outputs.figures.study import study_figure
 from fecontact.outputs.records.results import Row, input_columns, read_row, result_record, versions
 from fecontact.outputs.tables import VARIED
@@ -277,9 +278,10 @@ def keep_with_report(result: CaseResult, told: Told, folder: Path) -> Path:
     keep_solved(result, result.case, folder)
     keep_told(result, told, folder)
     seal_case(result.case, folder)
+    relief = relief_picture(result.load, result.placement)
     return write_study_report(
         case_words(result.case, result.placement),
-        [ReportedCase(row=told.row, record=told.record, picture=folder / "case.png")],
+        [ReportedCase(row=told.row, record=told.record, picture=folder / "case.png", relief=relief)],
         folder,
         shown=ShownPair(row=told.row, placement=result.placement),
         criteria=result.case.criteria,
@@ -305,7 +307,8 @@ def report_judged(
                 continue
             result = read_case(folder, criteria=criteria, creep=creep)
             path = case_figure(result, Path(temporary) / str(row["id"]) / "case.png")
-            cases.append(ReportedCase(row=row, record=result_record(result), picture=path))
+            relief = relief_picture(result.load, result.placement) if len(rows) == 1 else None
+            cases.append(ReportedCase(row=row, record=result_record(result), picture=path, relief=relief))
             if row is most[0]:
                 shown = ShownPair(row=row, placement=result.placement)
         rail = shown.placement.rail.profile if shown is not None and len(rails) == 1 else None

@@ -1138,6 +1138,11 @@ def test_the_png_changes_its_colour_where_the_verdict_does(monkeypatch):
     assert [text.get_text() for text in ax.texts][-1] == "!"
 
 
+def of_cells(page):
+    """Tables of cells by themselves."""
+    return {table for part in page.iter("details") for table in part.iter("table")}
+
+
 def test_the_report_of_a_map_says_limits_and_cells_beside_its_png(tmp_path):
     from xml.etree import ElementTree
 
@@ -1145,7 +1150,7 @@ def test_the_report_of_a_map_says_limits_and_cells_beside_its_png(tmp_path):
     map_figure(verdict_view(made), tmp_path / "map.png")
     text = write_map_report(made, tmp_path).read_text("utf-8")
     page = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
-    shares, limits, cells = list(page.iter("table"))
+    shares, limits, cells = [table for table in page.iter("table") if not {table} & of_cells(page)]
     # Hertz, and whatever else was judged, each with the cells where it is the cheapest that holds
     lines = [["".join(cell.itertext()) for cell in line] for line in shares.iter("tr")][1:]
     assert lines[0][0] == "Hertz"
@@ -1157,10 +1162,24 @@ def test_the_report_of_a_map_says_limits_and_cells_beside_its_png(tmp_path):
         [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", cell.verdict] for cell in made.cells
     ]
     assert [line[3] for line in lines] == [f"{cell.judged.limit_used:.2f}" for cell in made.cells]
-    # map, section, ladder, patches; none from elsewhere
+    # two maps, section, ladder, patches, and each cell; none from elsewhere
     assert [image.get("src").partition(";")[0] for image in page.iter("img")] == [
-        *["data:image/svg+xml"] * 3, "data:image/webp",
+        *["data:image/svg+xml"] * 4, *["data:image/webp"] * (1 + len(made.cells)),
     ]  # fmt: skip
+    # without a script a spot is a link with the words of its cell, and its target has the same answer
+    spots = [spot for spot in page.iter("a") if spot.get("title")]
+    targets = {part.get("id"): part for part in page.iter("div")}
+    assert len(spots) == 2 * len(made.cells)
+    for spot, cell in zip(spots, [*made.cells] * 2, strict=True):
+        head = f"{cell.lateral_shift_mm:+z.2f} mm, {cell.load_N / 1e3:g} kN: Hertz {cell.verdict}"
+        assert spot.get("title").startswith(f"{head}\npeak pressure (MPa): ")
+        own = targets[spot.get("href").removeprefix("#")]
+        assert f"Hertz {cell.verdict}; " in "".join(own.itertext())
+        assert len(list(own.iter("img"))) == 1
+    # the boxes lie on the cells: side by side, and the larger load above
+    boxes = [[float(one) for one in re.findall(r"[\d.]+(?=%)", spot.get("style"))] for spot in spots[: len(made.cells)]]
+    for (left, top, _, high), (right, below, *_) in zip(boxes[1::2], boxes[::2], strict=True):
+        assert (left, top + high) == pytest.approx((right, below), abs=0.02)
     verdicts = [cell.verdict for cell in made.cells]
     assert f"Hertz holds in {verdicts.count('HOLDS')} of {len(verdicts)} cells" in text
 

@@ -399,6 +399,18 @@ def _draw_step(ax: Axes, rows: Sequence[Row], name: str, colour: str, label: str
         ax.errorbar(shifts, values, yerr=np.array(unsure, dtype=float), fmt="none", ecolor="0.2", capsize=3, lw=1.0)
 
 
+def small_figure(load: JudgedLoad, placement: Placement) -> Figure:
+    """Draw a small picture of the pressure and the lateral cut of a load; without a layout engine, as `draw_case`."""
+    figure, fields = blank_figure(4.0, 5.0), PressureFields.of(load)
+    figure.set_layout_engine(None)
+    over, below = figure.add_axes((0.17, 0.55, 0.62, 0.4)), figure.add_axes((0.17, 0.1, 0.79, 0.3))
+    draw_pressure(over, load, "finite elements", fields)
+    draw_lateral_cut(below, placement, fields, label=True)
+    over.set(xlabel="", ylabel="x in mm")
+    below.set(title="", xlabel="s across in mm")
+    return figure
+
+
 def patches_figure(loads: Sequence[tuple[JudgedLoad, Placement]]) -> Figure:
     """Draw small pictures of pressure and lateral cut for several loads, each with its shift, load and verdict."""
     columns = min(4, len(loads))

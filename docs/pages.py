@@ -1,0 +1,140 @@
+"""Pages of the site, made from what the repository has: README, guide, studies, validation, and public names.
+
+Pages keep their places in the repository, so that links between them are right here and there.
+"""
+
+from __future__ import annotations
+
+import ast
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any
+
+from mkdocs.structure.files import File, Files
+
+import fecontact
+from fecontact.features import public_names
+from fecontact.guide.pages import titles
+
+ROOT = Path(__file__).parents[1]
+STUDIES = sorted(path for path in (ROOT / "studies").glob("*.py"))
+NAMES = [name for name in fecontact.__all__ if not name.startswith("_")]
+PICTURE = re.compile(r"!\[([^\]]*)\]\(([^)]+)\)")
+
+
+def on_config(config: Any) -> Any:
+    """Say in which order the pages are listed."""
+    config.nav = [
+        {"Home": "README.md"},
+        {"Guide": [{title: f"fecontact/guide/{topic}.md"} for topic, title in titles().items()]},
+        {"Gallery": "gallery.md"},
+        {"Studies": ["studies/README.md", *(f"studies/{path.stem}.md" for path in STUDIES)]},
+        {"Python": ["api/README.md", *({name: f"api/{name}.md"} for name in NAMES)]},
+        {"Project": ["CONTRIBUTING.md", "CHANGELOG.md", "VALIDATION.md"]},
+    ]
+    return config
+
+
+def on_files(files: Files, config: Any) -> Files:
+    """Add the pages, and the pictures that they show."""
+    for uri, content in pages():
+        files.append(File.generated(config, uri, content=content))
+    for path in (ROOT / "studies" / "figures").glob("*.png"):
+        files.append(File.generated(config, f"studies/figures/{path.name}", abs_src_path=str(path)))
+    gallery = files.get_file_from_path("gallery.md")
+    assert gallery is not None
+    folder = run(gallery.content_string)
+    for path in folder.rglob("*.png"):
+        files.append(File.generated(config, path.relative_to(folder).as_posix(), abs_src_path=str(path)))
+    text = gallery.content_string + "\n![The difference of both pressures](by_python.png)\n" + from_studies()
+    files.remove(gallery)
+    files.append(File.generated(config, "gallery.md", content=text))
+    return files
+
+
+def pages() -> Iterator[tuple[str, str]]:
+    """Places and texts of the pages, in Markdown."""
+    for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"):
+        yield name, (ROOT / name).read_text("utf-8")
+    for topic in titles():
+        yield f"fecontact/guide/{topic}.md", (ROOT / "fecontact" / "guide" / f"{topic}.md").read_text("utf-8")
+    yield "studies/README.md", re.sub(r"\((\w+)\.py\)", r"(\1.md)", (ROOT / "studies" / "README.md").read_text("utf-8"))
+    head, *sections = re.split(r"^## ", (ROOT / "VALIDATION.md").read_text("utf-8"), flags=re.MULTILINE)
+    checks = dict(section.split("\n", 1) for section in sections)
+    for path in STUDIES:
+        yield f"studies/{path.stem}.md", study(path, checks.get(path.stem, ""))
+    links = [f"- [{name}](studies/{name}.md): {table.count('| pass |')} passed" for name, table in checks.items()]
+    yield "VALIDATION.md", "\n".join([head, "Each study has its checks on its page.", "", *links])
+    yield "api/README.md", f"# Names\n\n::: fecontact\n    options: {{members: false}}\n\n{listed()}"
+    for name in NAMES:
+        place = f"fecontact.{fecontact._HOMES.get(name) or public_names().get(name) or name}"
+        yield f"api/{name}.md", f"# fecontact.{name}\n\n::: {place}\n"
+
+
+def listed() -> str:
+    """Public names with the first lines of their docstrings."""
+    docs = {name: (getattr(fecontact, name).__doc__ or "").partition("\n")[0] for name in NAMES}
+    return "\n".join(["| name | |", "|---|---|", *(f"| [`{name}`]({name}.md) | {doc} |" for name, doc in docs.items())])
+
+
+def study(path: Path, checks: str) -> str:
+    """A study: its question, how it was done and what was found, its answer, its checks, and its script."""
+    code = path.read_text("utf-8")
+    question, _, more = (ast.get_docstring(ast.parse(code)) or path.stem).partition("\n")
+    answer = re.search(rf"^\| \[`\w+`\]\({path.stem}\.py\).*?\|[^|]*\| (.*) \|$", STUDIES_TOLD, re.MULTILINE)
+    parts = [f"# {path.stem}: {question}", answer[1] if answer else "", more.strip()]
+    if checks:
+        parts += ["## Checks", AGAINST, beside_uncertainty(checks)]
+    script = "\n".join(f"    {line}".rstrip() for line in code.splitlines())
+    return "\n\n".join([*parts, "## Script", f'??? example "studies/{path.name}"\n\n    ```python\n{script}\n    ```'])
+
+
+STUDIES_TOLD = (ROOT / "studies" / "README.md").read_text("utf-8")
+AGAINST = """From the last validation at full size; nothing was run for this page. The last number is the deviation over
+the stated uncertainty of the value: below 1 the deviation is within it. The uncertainty of the reference is part of the
+limit."""
+
+
+def beside_uncertainty(table: str) -> str:
+    """A table of checks with the deviation over the uncertainty, where both are in one unit."""
+    lines = []
+    for line in table.strip().splitlines():
+        cells = line.split("|")
+        dev, unsure = (cell.split() for cell in (cells[7], cells[9])) if len(cells) > 9 else ([], [])
+        ratio = ""
+        if lines and len(lines) > 1 and dev and unsure and dev[1:] == unsure[1:] and float(unsure[0]):
+            ratio = f"{abs(float(dev[0])) / float(unsure[0]):.2g}"
+        added = {0: " over uncertainty |", 1: "---|"}.get(len(lines), f" {ratio} |")
+        lines.append(f"{line}{added}" if line.startswith("|") else line)
+    return "\n".join(lines)
+
+
+def from_studies() -> str:
+    """Pictures of the studies, with the questions that they answer and links to their scripts."""
+    parts = []
+    for name, question, answer in re.findall(
+        r"^\| \[`\w+`\]\((\w+)\.py\).*?\| ([^|]*) \| (.*) \|$", STUDIES_TOLD, re.M
+    ):
+        for picture in re.findall(r"\((figures/[^)]+)\)", answer):
+            command = f"fecontact run studies/{name}.py --out out/{name}"
+            parts += [f"## {question}", f"```console\n{command}\n```", f"![{question}](studies/{picture})"]
+            parts.append(f"[The study and its script](studies/{name}.md)")
+    return "\n\n" + "\n\n".join(parts) + "\n"
+
+
+def run(text: str) -> Path:
+    """Run the blocks of a page in their order, in an empty folder, which is returned."""
+    folder = Path(mkdtemp())
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, sys.path)])}
+    for language, code in re.findall(r"^```(\w+)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
+        if language == "python":
+            command = [sys.executable, "-c", code + '\nfigure.savefig("by_python.png", dpi=130)\n']
+        else:
+            command = ["bash", "-ec", f'fecontact() {{ "{sys.executable}" -m fecontact "$@"; }}\n{code}']
+        subprocess.run(command, cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
+    return folder
