@@ -130,7 +130,7 @@ def test_the_unit_is_asked_for_before_the_tape_circle(tmp_path):
 @pytest.mark.parametrize(("ending", "up"), [("whl", -1), ("txt", 1)])
 def test_a_mirrored_wheel_from_its_back_has_its_tape_circle_at_a_negative_y(tmp_path, ending, up):
     points = points_along(load("S1002"), 0.5)
-    path = written(tmp_path / f"mirrored.{ending}", (points + (70.0, 0.0)) * (-1, up))
+    path = written(tmp_path / f"mirrored.{ending}", (points + np.array([70.0, 0.0])) * (-1, up))
     try:
         told = " ".join(resolve_wheel(path, Reading(mirror=True)).profile.notes)
     except InputError as refused:

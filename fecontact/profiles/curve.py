@@ -533,9 +533,7 @@ def check_size(y: Floats, z: Floats, *, kind: Kind, what: str, unit: str = "mm")
     )
 
 
-def check_shape(
-    y: Floats, z: Floats, *, kind: Kind, what: str, turned_columns: str = "1,-2", unit: str = "mm"
-) -> None:
+def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str, turned_columns: str = "1,-2", unit: str = "mm") -> None:
     """Check the size of a line (mm, shape (n,)) and the direction of its axes.
 
     `turned_columns` are the columns of its file with the sign of z turned, `unit` is the one that it was read in.

@@ -276,10 +276,9 @@ def checked(given: Points, reading: Reading) -> Points:
     points, cut = _between_widest(points, given.kind)
     # a line that turns back has no shape to speak of
     points, problems, repaired = _without_wrong_ones(points, given, repair=reading.repair)
-    check_shape(
-        *points.T, kind=given.kind, what=name, turned_columns=given.turned_columns, unit=reading.units or "mm"
-    )
-    said += [*cut, *repaired, *_check_spacing(points, name), *_assumptions(points, given.kind, reading), *_kinks(points)]
+    check_shape(*points.T, kind=given.kind, what=name, turned_columns=given.turned_columns, unit=reading.units or "mm")
+    said += [*cut, *repaired, *_check_spacing(points, name)]
+    said += [*_assumptions(points, given.kind, reading), *_kinks(points)]
     return replace(given, points=points, notes=tuple(said), problems=problems)
 
 
@@ -496,7 +495,7 @@ def _assumptions(points: Floats, kind: Kind, reading: Reading) -> list[str]:
 
 
 def lower_on_field_side_mm(points: Floats) -> float | None:
-    """By how much points (n, 2) lie lower beside the field side of a head than beside its gauge side, if it is whole."""
+    """By how much points (n, 2) of a whole head lie lower beside its field side than beside its gauge side."""
     y, z = points.T
     # both sides of the head as deep below its top as both are there
     level = max(z.max() - _DEEP_MM, z[0], z[-1])

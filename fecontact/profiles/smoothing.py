@@ -141,7 +141,7 @@ def register(
         turn = float(np.clip(found.turn_rad + step[2], -_LARGEST_TURN_RAD, _LARGEST_TURN_RAD))
         added = found.turned(step[None, :2])[0]
         found = Registration(turn_rad=turn, shift=(found.shift[0] + added[0], found.shift[1] + added[1]))
-        if np.abs(step).max() < 1e-9:
+        if np.abs(step).max() < 1e-7:
             break
     feet = foot_points(line, found.to_reference(points))
     return found, _usual(feet.off_mm[feet.inside]) if np.count_nonzero(feet.inside) > 0.8 * len(points) else math.inf
@@ -534,9 +534,9 @@ _FARTHEST_MM = 2.0
 # One that they are farther off anywhere is not theirs for certain; nor is one that they are off by more than this, if
 # their deviation has shorter waves than they have themselves.
 _MOST_WEAR_MM, _UNWORN_MM = 3.0, 0.3
-# A head is worn and canted to the gauge side. One that leans outwards by more, is so much lower beside its field side or
-# has lost so much more there is mirrored, unless it has lost as much more on its gauge side (mm over the tops of both
-# halves). A new one canted by 1:40 is lower by 1.1 mm; the worn ones of 0.5 mm and more lean by 6 mrad and more.
+# A head is worn and canted to the gauge side. One that leans outwards by more, is so much lower beside its field side
+# or has lost so much more there is mirrored, unless it has lost as much more on its gauge side (mm over the tops of
+# both halves). A new one canted by 1:40 is lower by 1.1 mm; the worn ones of 0.5 mm and more lean by 6 mrad and more.
 _OUTWARDS_RAD, _LOWER_MM, _LOST_MM, _TOP_MM = 0.005, 1.0, 0.25, (6.0, 14.0)
 # Cants of rails (1:n), and how near to one a turn (as a part of it) makes one ask for it.
 _USUAL_CANT, _CANT_CLOSE = (20, 30, 40), 0.12
@@ -613,8 +613,8 @@ def _mirrored(given: Points, close: Sequence[Nearest]) -> list[str]:
         found = [f"the head is {lower:.1f} mm lower on its field side than on its gauge side"] if lower else []
         found += [f"{near.name} lies on it turned by {1e3 * turn:+.1f} mrad"] if near else []
         return [
-            f"{', and '.join(found)}: it may be worn or canted and mirrored; {remedy(given.kind, 'mirror', 'yes')} if it"
-            " is"
+            f"{', and '.join(found)}: it may be worn or canted and mirrored;"
+            f" {remedy(given.kind, 'mirror', 'yes')} if it is"
         ]
     return []
 
@@ -652,8 +652,8 @@ def _smoothed(given: Points, reading: Reading, near: Sequence[Nearest]) -> Measu
         found = [_deviation(one, given.points, smooth) for one in near]
         if not found or found[0] is None:
             raise InputError(
-                f"{given.name}: the points do not lie over {reading.nominal} within {_FARTHEST_MM:g} mm, or reach beyond its"
-                " ends; give another nominal profile, or none"
+                f"{given.name}: the points do not lie over {reading.nominal} within {_FARTHEST_MM:g} mm, or reach"
+                " beyond its ends; give another nominal profile, or none"
             )
         return found[0][0]
     close = [one for one in near[:2] if one.farthest_mm < _MOST_WEAR_MM]

@@ -451,9 +451,10 @@ def _from_tape_circle(points: Floats, keys: dict[str, str], source: Source) -> t
         return points, []
     at = _value(keys.get(_TAPERLINE, ""), "WheelDiameterTaperline", source)
     if not _TAPE_CIRCLE_MM[0] <= at <= _TAPE_CIRCLE_MM[1]:
+        usual = -70.0 if source.reading.mirror else 70.0
         raise InputError(
             f"{source.what}: the tip of the flange lies at X = {tip:.1f} mm, so X begins at the back of the flange, and"
-            f" the header does not say where the tape circle is; {source.remedy('tape_circle_mm', -70.0 if source.reading.mirror else 70.0)} for the usual"
+            f" the header does not say where the tape circle is; {source.remedy('tape_circle_mm', usual)} for the usual"
             " 70 mm from there"
         )
     said = f"X from the back of the flange: the tape circle at WheelDiameterTaperline = {at:g} mm is y = 0"
