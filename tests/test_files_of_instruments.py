@@ -109,6 +109,79 @@ def test_two_rails_in_one_file_are_refused_as_that(capsys):
             rail("guard_rail_test.ban", **reading)
 
 
+def written(path, points):
+    """A file of columns with what a format of nine digits leaves."""
+    np.savetxt(path, points, fmt="%.9f")
+    return str(path)
+
+
+def test_the_unit_is_asked_for_before_the_tape_circle(tmp_path):
+    """In inches the tip of a flange was sought at the wrong place, and the tape circle asked for."""
+    points = points_along(load("S1002"), 0.5)
+    path = written(tmp_path / "in.whl", (points * (1, -1) + (70.0, 0.0)) / 25.4)
+    with pytest.raises(InputError, match="the file looks like in: give --wheel-units in"):
+        resolve_wheel(path)
+    with pytest.raises(InputError, match=r"flange lies at X = 15.0 mm.* give --wheel-tape-circle-mm 70"):
+        resolve_wheel(path, Reading(units="in"))
+    line = resolve_wheel(path, Reading(units="in", tape_circle_mm=70.0)).profile
+    assert line.height(10.0) == pytest.approx(load("S1002").height(10.0), abs=1e-6)
+
+
+@pytest.mark.parametrize(("ending", "up"), [("whl", -1), ("txt", 1)])
+def test_a_mirrored_wheel_from_its_back_has_its_tape_circle_at_a_negative_y(tmp_path, ending, up):
+    points = points_along(load("S1002"), 0.5)
+    path = written(tmp_path / f"mirrored.{ending}", (points + np.array([70.0, 0.0])) * (-1, up))
+    try:
+        told = " ".join(resolve_wheel(path, Reading(mirror=True)).profile.notes)
+    except InputError as refused:
+        told = str(refused)
+    assert "give --wheel-tape-circle-mm -70 (" in told
+    line = resolve_wheel(path, Reading(mirror=True, tape_circle_mm=-70.0)).profile
+    assert line.height(10.0) == pytest.approx(load("S1002").height(10.0), abs=1e-6)
+    assert not any("tape-circle" in note for note in line.notes)
+
+
+@pytest.mark.parametrize(("kind", "name"), [("rail", "60E1"), ("wheel", "S1002")])
+def test_columns_the_other_way_round_are_told_as_that(tmp_path, kind, name):
+    """A repair was printed, which could not do it."""
+    path = written(tmp_path / "zy.txt", points_along(load(name), 0.5)[:, ::-1])
+    of = resolve_rail if kind == "rail" else lambda *a: resolve_wheel(*a).profile
+    for reading in (Reading(), Reading(repair=True)):
+        with pytest.raises(InputError, match=f"the other way round: give --{kind}-columns 2,1 "):
+            of(path, reading)
+    assert of(path, Reading(columns="2,1")).height(5.0) == pytest.approx(load(name).height(5.0), abs=1e-6)
+
+
+def worn(name, what, depth_mm, cant_rad=0.0):
+    """A head down to 16 mm, worn at its gauge corner, on its crown or on its gauge side, with 5 um of noise."""
+    line = load(name)
+    p = line.evaluate(line.at_arc_length(np.arange(0.3, line.length_mm - 0.3, 0.25)))
+    half, y, z, nx, nz = 0.5 * np.ptp(p.y), p.y, p.z, -np.sin(p.angle_rad), np.cos(p.angle_rad)
+    off = 0.005 * np.random.default_rng(3).normal(size=y.size)
+    if what == "side":
+        # a gauge face that leans by 1:5
+        y = y + 0.3 * np.log1p(np.exp(np.clip((depth_mm - half + 0.2 * (z + 14.0) - y) / 0.3, -50.0, 50.0)))
+    else:
+        middle, reach = (8.0 - half, 18.0) if what == "gauge corner" else (-8.0, 22.0)
+        off -= depth_mm * np.cos(0.5 * np.pi * np.clip((y - middle) / reach, -1.0, 1.0)) ** 2
+    points = np.column_stack((y + nx * off, z + nz * off))[z > -16.0]
+    c, s = np.cos(cant_rad), np.sin(cant_rad)
+    return points @ np.array([[c, s], [-s, c]])
+
+
+@pytest.mark.parametrize("name", ["60E1", "46E1"])
+@pytest.mark.parametrize(("what", "depth_mm", "cant_rad"), [
+    ("gauge corner", 0.5, 0.025), ("gauge corner", 1.0, 0.0), ("gauge corner", 2.0, 0.0), ("crown", 0.5, 0.0),
+    ("crown", 1.0, 0.0), ("crown", 2.0, 0.0), ("crown", 1.0, 0.025), ("side", 6.0, 0.025),
+])  # fmt: skip
+def test_a_worn_head_is_asked_for_its_mirror_on_the_wrong_side_alone(name, what, depth_mm, cant_rad):
+    """6 mm off the side make the gauge side the higher one; Hertz on a mirrored line is of another contact."""
+    points = worn(name, what, depth_mm, cant_rad)
+    for side, noticed in ((1, False), (-1, True)):
+        made = profile_from_points(*(points[::side] * (side, 1)).T, kind="rail", name="p", reading=Reading())
+        assert any("give --rail-mirror yes" in note for note in made.notes) == noticed
+
+
 def test_what_is_wrong_with_a_wheel_is_told_and_not_that_it_is_no_rail(capsys):
     assert call(["profiles", str(FILES / "Car7422_0001r.whl")]) == 2
     assert "give --wheel-tape-circle-mm 70" in capsys.readouterr().err

@@ -15,7 +15,7 @@ from fecontact.profiles.points import SPLINE_NOISE
 from fecontact.profiles.readers import formats
 from fecontact.profiles.readers.columns import Source, columns_of
 from fecontact.profiles.readers.formats import parse_toml, read_toml
-from fecontact.profiles.reading import Reading
+from fecontact.profiles.reading import MM, Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.segments import Line
 from fecontact.profiles.writers import points_along
@@ -248,12 +248,12 @@ def test_a_wheel_that_lost_its_minus_signs_has_a_kink():
 @pytest.mark.parametrize("kind", ["rail", "wheel"])
 def test_units_other_than_mm_are_refused(kind):
     y, z = rail_points() if kind == "rail" else wheel_points()
-    with pytest.raises(InputError, match=r"spans 0\.\d+ mm; allowed: 10 to 500 mm; .*metres, so multiply by 1000"):
-        profile_from_points(y / 1e3, z / 1e3, kind=kind, name="p")
-    with pytest.raises(InputError, match=r"for inches give --(rail|wheel)-units in \(units = \"in\" in"):
-        profile_from_points(y / 25.4, z / 25.4, kind=kind, name="p")
-    with pytest.raises(InputError, match="allowed: 10 to 500 mm"):
-        profile_from_points(y * 1e3, z * 1e3, kind=kind, name="p")
+    for unit, mm in MM.items():
+        if unit != "mm":
+            with pytest.raises(InputError, match=rf"to 500 mm; .* looks like {unit}: give --{kind}-units {unit} "):
+                profile_from_points(y / mm, z / mm, kind=kind, name="p")
+    with pytest.raises(InputError, match=f"the file looks like mm: give --{kind}-units mm"):
+        profile_from_points(1e3 * y, 1e3 * z, kind=kind, name="p", reading=Reading(units="m"))
 
 
 def test_axes_pointing_the_wrong_way_are_refused():

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.arrays import Floats, Integers
 from fecontact.errors import InputError, check_positive
-from fecontact.profiles.reading import remedy
+from fecontact.profiles.reading import MM, remedy
 from fecontact.profiles.segments import (
     GAUSS_NODES,
     GAUSS_WEIGHTS,
@@ -504,32 +504,46 @@ def cylinder_wheel(y_from_mm: float = -70.0, y_to_mm: float = 65.0) -> Profile:
 
 # --- Whether a line has the size and the axes of a rail or of a wheel: y to the field side, z up, mm.
 
-SPAN_RANGE_MM = (10.0, 500.0)
+# The least is above what a head or a tread has in cm.
+_SPAN_MM = {"rail": (10.0, 500.0), "wheel": (15.0, 500.0)}
+_USUAL_SPAN_MM = {"rail": 72.0, "wheel": 135.0}
 # A rail's head has no dip, and a wheel's rim no drop at its field side, of this depth.
 _DIP_MM = 8.0
 # What is so wide on top is a head; the back of a flange is not.
 _HEAD_WIDTH_MM = 20.0
 
 
-def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str, turned_columns: str = "1,-2") -> None:
+def check_size(y: Floats, z: Floats, *, kind: Kind, what: str, unit: str = "mm") -> None:
+    """Check the size of a line (mm, shape (n,)); `unit` is the one that its file was read in.
+
+    Raises
+    ------
+    InputError
+        Implausible size; with the unit in which the line has the usual one.
+    """
+    span, (low, high) = float(max(np.ptp(y), np.ptp(z))), _SPAN_MM[kind]
+    if low <= span <= high:
+        return
+    in_file, usual = max(span / MM[unit], 1e-300), _USUAL_SPAN_MM[kind]
+    likely = min(MM, key=lambda one: abs(math.log(in_file * MM[one] / usual)))
+    advice = f"the file looks like {likely}: {remedy(kind, 'units', likely)}"
+    raise InputError(
+        f"{what}: the line spans {span:.4g} mm; allowed: {low:g} to {high:g} mm; "
+        + (advice if likely != unit else f"give the running surface of the {kind} alone, whole")
+    )
+
+
+def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str, turned_columns: str = "1,-2", unit: str = "mm") -> None:
     """Check the size of a line (mm, shape (n,)) and the direction of its axes.
 
-    `turned_columns` are the columns of its file with the sign of z turned.
+    `turned_columns` are the columns of its file with the sign of z turned, `unit` is the one that it was read in.
 
     Raises
     ------
     InputError
         Implausible size, z pointing down, or a wheel with its flange on the field side.
     """
-    span = float(max(np.ptp(y), np.ptp(z)))
-    low, high = SPAN_RANGE_MM
-    if not low <= span <= high:
-        advice = (
-            f"this looks like metres, so multiply by 1000, or {remedy(kind, 'units', 'm')}"
-            if 0.01 <= span <= 0.5
-            else f"say the unit of the file: for inches {remedy(kind, 'units', 'in')}"
-        )
-        raise InputError(f"{what}: the line spans {span:.4g} mm; allowed: {low:g} to {high:g} mm; {advice}")
+    check_size(y, z, kind=kind, what=what, unit=unit)
     if kind == "rail":
         dip, at = _deepest_dip(z)
         sides = [(y[part], z[part]) for part in (slice(at), slice(at, None))]

@@ -14,7 +14,7 @@ import numpy as np
 from fecontact.arrays import Floats, Integers
 from fecontact.errors import InputError
 from fecontact.profiles.curve import FARTHEST_MM, Kind, Profile, check_shape, origin_notes
-from fecontact.profiles.reading import remedy
+from fecontact.profiles.reading import Reading, remedy
 from fecontact.profiles.segments import (
     Line,
     Measured,
@@ -212,8 +212,8 @@ _HEAD_MM, _TURNED_IN_MM = 45.0, 0.02
 # an instrument meet, points scatter by up to so much.
 _NOISE_SIGMAS, _MOST_LOCAL_MM = 8.0, 0.05
 # Both shoulders of a head that is so wide are compared, so far beside its sides, which are looked for so deep below its
-# top; new rails with a cant of 1:40 differ there by 1.4 mm.
-_WHOLE_HEAD_MM, _SIDE_MM, _DEEP_MM, _LEAST_DEEP_MM, _MIRRORED_MM = 50.0, 8.0, 14.0, 4.0, 1.0
+# top.
+_WHOLE_HEAD_MM, _SIDE_MM, _DEEP_MM, _LEAST_DEEP_MM = 50.0, 8.0, 14.0, 4.0
 _FLANGE_MM = 15.0
 # Points nearer than this are one: far below any instrument, and far above what arithmetic loses in some 100 mm.
 _SAME_MM = 1e-9
@@ -244,8 +244,8 @@ class Points:
     turned_columns: str = "1,-2"
 
 
-def checked(given: Points, *, repair: bool = False) -> Points:
-    """Points of a running surface in the axes of the library, from small to large y; `repair` leaves wrong ones out.
+def checked(given: Points, reading: Reading) -> Points:
+    """Points of a running surface in the axes of the library, from small to large y.
 
     Raises
     ------
@@ -275,9 +275,10 @@ def checked(given: Points, *, repair: bool = False) -> Points:
 
     points, cut = _between_widest(points, given.kind)
     # a line that turns back has no shape to speak of
-    points, problems, repaired = _without_wrong_ones(points, given, repair=repair)
-    check_shape(points[:, 0], points[:, 1], kind=given.kind, what=name, turned_columns=given.turned_columns)
-    said += [*cut, *repaired, *_check_spacing(points, name), *_assumptions(points, given.kind), *_kinks(points)]
+    points, problems, repaired = _without_wrong_ones(points, given, repair=reading.repair)
+    check_shape(*points.T, kind=given.kind, what=name, turned_columns=given.turned_columns, unit=reading.units or "mm")
+    said += [*cut, *repaired, *_check_spacing(points, name)]
+    said += [*_assumptions(points, given.kind, reading), *_kinks(points)]
     return replace(given, points=points, notes=tuple(said), problems=problems)
 
 
@@ -394,7 +395,7 @@ def _without_wrong_ones(
             large = [one for one in problems if one.what != "spike" or abs(one.size_mm) > tiny]
             too_many = len(left_out) + len(problems) > _MOST_LEFT_OUT * len(points)
             if large and (too_many or not repair):
-                raise InputError(_refusal(large, given.kind, given.name, repair=repair))
+                raise InputError(_refusal(large, given, repair=repair, too_many=too_many))
             if too_many:
                 break
             # points out of order are found once more from their new neighbours
@@ -434,15 +435,19 @@ def _local_noise(points: Floats) -> Floats:
     return _NOISE_SIGMAS * np.pad(local, 2, "edge")
 
 
-def _refusal(problems: list[Problem], kind: Kind, name: str, *, repair: bool) -> str:
-    said = _listed([problem.text for problem in problems])
-    if repair:
-        return f"{name}: {said}; that is more than {100 * _MOST_LEFT_OUT:g} % of the points; measure the profile again"
+def _refusal(problems: list[Problem], given: Points, *, repair: bool, too_many: bool) -> str:
+    said = f"{given.name}: {_listed([problem.text for problem in problems])}"
+    if too_many:
+        said += f"; that is more than {100 * _MOST_LEFT_OUT:g} % of the points"
+        if not _out_of_order(given.points[:, ::-1]):
+            y, z = given.turned_columns.replace("-", "").split(",")
+            return f"{said}; the columns are y and z the other way round: {remedy(given.kind, 'columns', f'{z},{y}')}"
+    mend = f"; or {remedy(given.kind, 'repair', 'yes')} to leave such points out" * (not (repair or too_many))
     if problems[0].what == "spike":
-        return f"{name}: {said}; correct the file, or {remedy(kind, 'repair', 'yes')} to leave such points out"
+        return f"{said}; {'correct the file' if mend else 'measure the profile again'}{mend}"
     return (
-        f"{name}: {said}; give the points of the running surface in their order along the line, once, without the"
-        f" inside of the body; or {remedy(kind, 'repair', 'yes')} to leave single points out"
+        f"{said}; give the points of the running surface in their order along the line, once, without the inside of the"
+        f" body{mend}"
     )
 
 
@@ -477,32 +482,27 @@ def _check_spacing(points: Floats, name: str) -> list[str]:
     return []
 
 
-def _assumptions(points: Floats, kind: Kind) -> list[str]:
+def _assumptions(points: Floats, kind: Kind, reading: Reading) -> list[str]:
     across = "y positive to the field side" + (" and 0 at the tape circle" if kind == "wheel" else "")
     canted = ", not canted" if kind == "rail" else ""
     said = [f"taken as: mm, {across}, z up{canted}", *origin_notes(points, kind)]
     y, z = points.T
-    if kind == "wheel" and y[np.argmin(z)] > 0.0 and np.ptp(z) > _FLANGE_MM:
+    if kind == "wheel" and y[np.argmin(z)] > 0.0 and np.ptp(z) > _FLANGE_MM and reading.tape_circle_mm is None:
         said.append(
             f"the tip of the flange lies at y = {y[np.argmin(z)]:.4g} mm: where y counts from the back of the flange,"
-            f" {remedy(kind, 'tape_circle_mm', 70.0)}"
-        )
-    if kind == "rail" and (lower := _lower_on_field_side_mm(points)) > _MIRRORED_MM:
-        said.append(
-            f"the head is {lower:.1f} mm lower on its field side than on its gauge side, as one is that is worn or"
-            f" canted and mirrored: {remedy(kind, 'mirror', 'yes')} if it is"
+            f" {remedy(kind, 'tape_circle_mm', -70.0 if reading.mirror else 70.0)}"
         )
     return said
 
 
-def _lower_on_field_side_mm(points: Floats) -> float:
+def lower_on_field_side_mm(points: Floats) -> float | None:
     """By how much points (n, 2) of a whole head lie lower beside its field side than beside its gauge side."""
     y, z = points.T
     # both sides of the head as deep below its top as both are there
     level = max(z.max() - _DEEP_MM, z[0], z[-1])
     above = y[z >= level]
     if np.ptp(above) < _WHOLE_HEAD_MM or level > z.max() - _LEAST_DEEP_MM:
-        return 0.0
+        return None
     gauge, field = np.interp((above[0] + _SIDE_MM, above[-1] - _SIDE_MM), np.maximum.accumulate(y), z)
     return float(gauge - field)
 

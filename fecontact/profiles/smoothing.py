@@ -23,7 +23,16 @@ from fecontact.arrays import Floats
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Kind, Profile
 from fecontact.profiles.library import find, load, names
-from fecontact.profiles.points import Points, apart, checked, is_exact, profile_of, spacing_mm, spline_through
+from fecontact.profiles.points import (
+    Points,
+    apart,
+    checked,
+    is_exact,
+    lower_on_field_side_mm,
+    profile_of,
+    spacing_mm,
+    spline_through,
+)
 from fecontact.profiles.reading import Reading, remedy
 from fecontact.profiles.segments import (
     Arc,
@@ -49,6 +58,8 @@ _HUBER = 2.0
 # No rail is inclined by more.
 _LARGEST_TURN_RAD = 0.2
 _FOOT_STEPS = 8
+# While the line still moves, fewer do: each begins at the feet of the one before.
+_FIRST_FOOT_STEPS = 3
 # Points whose nearest ones are looked up together.
 _AT_ONCE = 500
 
@@ -111,14 +122,14 @@ def foot_points(
 
 
 def register(
-    line: Profile, points: Floats, *, steps: int = _MOST_STEPS, foot_steps: int = _FOOT_STEPS
+    line: Profile, points: Floats, *, begin: Registration | None = None, steps: int = _MOST_STEPS
 ) -> tuple[Registration, float]:
     """Turn and move a line onto points (n, 2), worn ones counting less; with the usual distance that is left (mm)."""
-    found = Registration(shift=first_shift(line, points))
+    found = begin or Registration(shift=first_shift(line, points))
     feet: FootPoints | None = None
     for _ in range(steps):
         moved = found.to_reference(points)
-        feet = foot_points(line, moved, near=feet, steps=foot_steps)
+        feet = foot_points(line, moved, near=feet, steps=_FIRST_FOOT_STEPS)
         scale = _usual(feet.off_mm[feet.inside])
         weight = np.where(feet.inside, np.minimum(1.0, _HUBER * scale / np.maximum(np.abs(feet.off_mm), 1e-12)), 0.0)
         # moving the points by -shift and turning them by -turn, to first order about where they are
@@ -130,7 +141,7 @@ def register(
         turn = float(np.clip(found.turn_rad + step[2], -_LARGEST_TURN_RAD, _LARGEST_TURN_RAD))
         added = found.turned(step[None, :2])[0]
         found = Registration(turn_rad=turn, shift=(found.shift[0] + added[0], found.shift[1] + added[1]))
-        if np.abs(step).max() < 1e-9:
+        if np.abs(step).max() < 1e-7:
             break
     feet = foot_points(line, found.to_reference(points))
     return found, _usual(feet.off_mm[feet.inside]) if np.count_nonzero(feet.inside) > 0.8 * len(points) else math.inf
@@ -517,12 +528,16 @@ def _length(base: Line | Arc | Polynomial) -> float:
 # Points for the first look at a profile, and profiles that get a second one.
 _FEW_POINTS, _MOST_CLOSE = 60, 3
 # Steps of that: from 50 mrad and some mm off the true one of all rails is nearest after four.
-_FIRST_STEPS, _FIRST_FOOT_STEPS = 6, 3
+_FIRST_STEPS = 6
 # A profile that the points are usually farther off is another one.
 _FARTHEST_MM = 2.0
 # One that they are farther off anywhere is not theirs for certain; nor is one that they are off by more than this, if
 # their deviation has shorter waves than they have themselves.
 _MOST_WEAR_MM, _UNWORN_MM = 3.0, 0.3
+# A head is worn and canted to the gauge side. One that leans outwards by more, is so much lower beside its field side
+# or has lost so much more there is mirrored, unless it has lost as much more on its gauge side (mm over the tops of
+# both halves). A new one canted by 1:40 is lower by 1.1 mm; the worn ones of 0.5 mm and more lean by 6 mrad and more.
+_OUTWARDS_RAD, _LOWER_MM, _LOST_MM, _TOP_MM = 0.005, 1.0, 0.25, (6.0, 14.0)
 # Cants of rails (1:n), and how near to one a turn (as a part of it) makes one ask for it.
 _USUAL_CANT, _CANT_CLOSE = (20, 30, 40), 0.12
 # Points closer than this part of the usual spacing tell nothing about the line between them.
@@ -539,6 +554,8 @@ class Nearest:
         How far the points lie off it, usually (as a standard deviation) and at most.
     at_y_mm
         Where that is the most.
+    lost_on_field_side_mm
+        How much more of its field side than of its gauge side they have lost.
     """
 
     name: str
@@ -546,18 +563,18 @@ class Nearest:
     usual_mm: float
     farthest_mm: float
     at_y_mm: float
+    lost_on_field_side_mm: float
 
 
 def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) -> list[Nearest]:
     """Profiles of the library that points (n, 2) may be, the nearest first."""
     few = points[:: max(1, len(points) // _FEW_POINTS)]
     known = names(kind) if among is None else among
-    if len(known) > _MOST_CLOSE:
-        first = {name: register(load(name), few, steps=_FIRST_STEPS, foot_steps=_FIRST_FOOT_STEPS)[1] for name in known}
-        known = tuple(sorted((name for name in known if first[name] < 2.0 * _FARTHEST_MM), key=first.__getitem__))
+    first = {name: register(load(name), few, steps=_FIRST_STEPS) for name in known}
+    known = tuple(name for name in known if len(known) <= _MOST_CLOSE or first[name][1] < 2.0 * _FARTHEST_MM)
     found = []
-    for name in known[:_MOST_CLOSE]:
-        registration, usual = register(load(name), points)
+    for name in sorted(known, key=lambda one: first[one][1])[:_MOST_CLOSE]:
+        registration, usual = register(load(name), points, begin=first[name][0])
         if usual > _FARTHEST_MM:
             continue
         feet = foot_points(load(name), registration.to_reference(points))
@@ -570,9 +587,36 @@ def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) ->
                 usual_mm=usual,
                 farthest_mm=float(off[at]),
                 at_y_mm=float(points[at, 0]),
+                lost_on_field_side_mm=_lost_on_field_side_mm(feet),
             )
         )
     return sorted(found, key=lambda one: one.usual_mm)
+
+
+def _lost_on_field_side_mm(feet: FootPoints) -> float:
+    """How much more points have lost of the field side of a head's top than of its gauge side, on the average."""
+    (y, z), (beside, deep) = feet.points.T, _TOP_MM
+    top = feet.inside & (np.abs(y) > beside) & (z > -deep)
+    gauge, field = (feet.off_mm[top & (side * y > 0.0)] for side in (-1.0, 1.0))
+    return float(gauge.mean() - field.mean()) if gauge.size and field.size else 0.0
+
+
+def _mirrored(given: Points, close: Sequence[Nearest]) -> list[str]:
+    """What is to be said of a head that is canted or worn to the field side."""
+    if given.kind == "wheel":
+        return []
+    lower = lower_on_field_side_mm(given.points)
+    near = next((one for one in close if lower is not None or one.farthest_mm < _UNWORN_MM), None)
+    turn = near.registration.turn_rad if near else 0.0
+    lost = near.lost_on_field_side_mm if near and near.farthest_mm < _MOST_WEAR_MM else 0.0
+    if lost > _LOST_MM or (lost > -_LOST_MM and (turn < -_OUTWARDS_RAD or (lower or 0.0) > _LOWER_MM)):
+        found = [f"the head is {lower:.1f} mm lower on its field side than on its gauge side"] if lower else []
+        found += [f"{near.name} lies on it turned by {1e3 * turn:+.1f} mrad"] if near else []
+        return [
+            f"{', and '.join(found)}: it may be worn or canted and mirrored;"
+            f" {remedy(given.kind, 'mirror', 'yes')} if it is"
+        ]
+    return []
 
 
 def line_through(given: Points, reading: Reading) -> Profile:
@@ -584,35 +628,35 @@ def line_through(given: Points, reading: Reading) -> Profile:
         The points do not look like a running surface; or the nominal profile that is asked for is not in the library,
         or they do not lie over it.
     """
-    given = checked(given, repair=reading.repair)
+    given = checked(given, reading)
     if reading.filter_mm == 0.0 or len(given.points) < 20:
-        return spline_through(given)
+        return spline_through(replace(given, notes=(*given.notes, *_mirrored(given, []))))
     points = apart(given.points, _CLOSE_TO_SPACING * spacing_mm(given.points))
     asked = reading.filter_mm is not None or reading.noise_mm is not None or reading.nominal not in ("auto", "none")
     if not asked and is_exact(points):
-        return spline_through(given)
-    measured = _smoothed(replace(given, points=points), reading)
-    return profile_of(
-        given, segments_of(measured), [_note(measured, reading), *_choices(measured, given.kind)], measured
-    )
+        return spline_through(replace(given, notes=(*given.notes, *_mirrored(given, []))))
+    named = reading.nominal not in ("auto", "none")
+    close = nearest(points, given.kind, (find(reading.nominal, given.kind),) if named else None)
+    measured = _smoothed(replace(given, points=points), reading, close)
+    said = [*_mirrored(given, close), _note(measured, reading), *_choices(measured, given.kind)]
+    return profile_of(given, segments_of(measured), said, measured)
 
 
-def _smoothed(given: Points, reading: Reading) -> Measured:
+def _smoothed(given: Points, reading: Reading, near: Sequence[Nearest]) -> Measured:
     """Points as a smoothed deviation from a profile of the library that is theirs for certain, or by themselves."""
     smooth = partial(smoothed, filter_mm=reading.filter_mm, noise_mm=reading.noise_mm)
     by_itself = smooth(alone(given.points))
     if reading.nominal == "none":
         return by_itself[0]
     if reading.nominal != "auto":
-        name = find(reading.nominal, given.kind)
-        found = [_deviation(one, given.points, smooth) for one in nearest(given.points, given.kind, (name,))]
+        found = [_deviation(one, given.points, smooth) for one in near]
         if not found or found[0] is None:
             raise InputError(
-                f"{given.name}: the points do not lie over {name} within {_FARTHEST_MM:g} mm, or reach beyond its"
-                " ends; give another nominal profile, or none"
+                f"{given.name}: the points do not lie over {reading.nominal} within {_FARTHEST_MM:g} mm, or reach"
+                " beyond its ends; give another nominal profile, or none"
             )
         return found[0][0]
-    close = [one for one in nearest(given.points, given.kind)[:2] if one.farthest_mm < _MOST_WEAR_MM]
+    close = [one for one in near[:2] if one.farthest_mm < _MOST_WEAR_MM]
     found = [_deviation(one, given.points, smooth) for one in close]
     certain = [
         one
@@ -655,10 +699,9 @@ def _choices(made: Measured, kind: Kind) -> list[str]:
     turn_rad = made.held.registration.turn_rad
     near = [one for one in _USUAL_CANT if abs(abs(turn_rad) * one - 1.0) < _CANT_CLOSE]
     if kind == "rail" and near:
-        outwards = f"; it leans outwards, so the line may be mirrored: {remedy(kind, 'mirror', 'yes')}"
         said.append(
             f"{made.nominal} lies on the points turned by {1e3 * turn_rad:+.1f} mrad, near 1:{near[0]}:"
-            f" is the rail canted in the file already? Then give --inclination none{outwards if turn_rad < 0 else ''}"
+            f" is the rail canted in the file already? Then give --inclination none"
         )
     return said
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.errors import InputError
-from fecontact.profiles.curve import FARTHEST_MM, Kind
+from fecontact.profiles.curve import FARTHEST_MM, Kind, check_size
 from fecontact.profiles.points import FEWEST_POINTS, Points, apart, counted
 from fecontact.profiles.reading import MM, Reading, remedy
 
@@ -415,6 +415,9 @@ def read_miniprof(path: Path, kind: Kind, reading: Reading) -> Points:
     table = columns_of(rest, source, names=names, unnamed=True)
     y, z, moved = _moved(table.y, table.z, keys, source)
     points, done = in_mm(y, z, reading.units or _unit(keys, source), source, mirror=source.kind == "rail")
+    if points.size:
+        # what follows knows lengths
+        check_size(*points.T, kind=source.kind, what=str(path), unit=reading.units or "mm")
     points, turned = _upwards(points, source)
     points, placed = _from_tape_circle(points, keys, source)
     across = "X grows to the centre of the track: y is -X" if source.kind == "rail" else "X taken as y"
@@ -448,9 +451,10 @@ def _from_tape_circle(points: Floats, keys: dict[str, str], source: Source) -> t
         return points, []
     at = _value(keys.get(_TAPERLINE, ""), "WheelDiameterTaperline", source)
     if not _TAPE_CIRCLE_MM[0] <= at <= _TAPE_CIRCLE_MM[1]:
+        usual = -70.0 if source.reading.mirror else 70.0
         raise InputError(
             f"{source.what}: the tip of the flange lies at X = {tip:.1f} mm, so X begins at the back of the flange, and"
-            f" the header does not say where the tape circle is; {source.remedy('tape_circle_mm', 70.0)} for the usual"
+            f" the header does not say where the tape circle is; {source.remedy('tape_circle_mm', usual)} for the usual"
             " 70 mm from there"
         )
     said = f"X from the back of the flange: the tape circle at WheelDiameterTaperline = {at:g} mm is y = 0"
