@@ -461,7 +461,7 @@ def _other_lines(one: _ByContent) -> tuple[OtherLine, ...]:
 
 
 def _is_supported(score: float, measured: Measured) -> bool:
-    """Whether another line with this score is nearly as good as a smoothed one: without a nominal its corners are blunt.
+    """Whether another line with this score is nearly as good as the own one: without a nominal its corners are blunt.
 
     Waves that neighbouring points have together count as the fewer points that they are.
     """
