@@ -103,8 +103,12 @@ def test_peaks_that_move_leave_a_verdict_alone_where_the_theory_moves_with_them(
     assert judged.verdict.answer == "HOLDS"
     fe = load_record(judged)["fe"]
     own = judged.comparison.fe.p_max_MPa
-    assert (fe["p_max_low_MPa"], fe["p_max_high_MPa"]) == pytest.approx((0.7 * own, 1.3 * own))
-    assert band_text(fe) == f"peak pressure {0.7 * own:.0f} to {1.3 * own:.0f} MPa over the lines"
+    # and what two meshes leave open of the peak
+    unsure = elliptic_quick.load.uncertainty["p_max_MPa"] / (1.0 + judged.deviation["p_max_MPa"])
+    assert 0.0 < unsure < 0.01
+    low, high = 0.7 * own * (1.0 - unsure), 1.3 * own * (1.0 + unsure)
+    assert (fe["p_max_low_MPa"], fe["p_max_high_MPa"]) == pytest.approx((low, high))
+    assert band_text(fe) == f"peak pressure {low:.0f} to {high:.0f} MPa over the lines"
 
 
 def test_lines_that_differ_leave_it_open_and_say_on_how_many_it_holds(elliptic_quick):
@@ -161,10 +165,7 @@ def worn(noise_mm: float, step_mm: float, **reading: object) -> Profile:
 
 
 def test_a_worn_head_is_decided_as_its_true_line_is():
-    """Points with 10 um of noise every 0.2 mm: the peak is known to 5 % and worse, what Hertz is off to a third of it.
-
-    Charging the theory with what its line is not known to would leave all of it open.
-    """
+    """Points with 10 um of noise every 0.2 mm: the peak is known to 3 %, what Hertz is off to a third of it."""
     case = Case(lateral_shift_mm=-4.0, roll="given")
     hertz, expected = expect_on_half_space(case, place_case(case, rail=worn(0.0, 0.05, filter_mm=0.0)), nodes=16)
     true = deviations(expected.half_space, hertz)
@@ -181,8 +182,7 @@ def test_a_worn_head_is_decided_as_its_true_line_is():
     assert on_half_space[0].answer == "HOLDS"
     assert max(on_half_space[1].values()) < 1e-9
     low, high = moves.band(1.0)
-    in_full = {"p_max_MPa": max(1.0 - low, high - 1.0)}
-    assert judge(own, exact | in_full, case.criteria).answer == "UNRESOLVED"
+    assert 3.0 * stated["p_max_MPa"] < max(1.0 - low, high - 1.0) < 0.05
 
 
 # --- a failure that is certain --------------------------------------------------------------------------------------

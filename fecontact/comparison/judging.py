@@ -112,7 +112,8 @@ class LobeJudgement:
     Attributes
     ----------
     p_max_lines_MPa
-        Its least and largest peak over the lines that measured points allow; None of exact lines.
+        Its least and largest peak over the lines that measured points allow, with what meshes leave open of it where it
+        has an ellipse; None of exact lines.
     normal_force_N
         Sum of its pressures.
     centre_mm, rail_y_mm, contact_angle_rad
@@ -214,11 +215,10 @@ def _beside_hertz(judgement: LobeJudgement, part: Part, solved: SolvedLoad, plac
     assert number is not None
     if solved.lines is not None:
         moves = solved.lines.moves_of_lobe(judgement.rail_y_mm)
-        judgement = replace(judgement, p_max_lines_MPa=moves.band(judgement.fe["p_max_MPa"]))
     theory = _ellipse_below(part, number, placement, solved.case)
     if theory is None:
         # the surfaces conform there
-        return judgement
+        return replace(judgement, p_max_lines_MPa=moves.band(judgement.fe["p_max_MPa"]))
 
     def read(rung: Rung) -> dict[str, float]:
         same = _same(parts_of(rung), part)
@@ -228,9 +228,11 @@ def _beside_hertz(judgement: LobeJudgement, part: Part, solved: SolvedLoad, plac
     numerical = uncertainties(solved.levels, read, deviation)
     verdict, uncertainty = judge_on_lines(deviation, numerical, moves, solved.case.criteria)
     assert theory.single is not None
+    unsure = numerical["p_max_MPa"] / abs(1.0 + deviation["p_max_MPa"])
     return replace(
         judgement,
         hertz=theory.single.hertz,
+        p_max_lines_MPa=moves.band(judgement.fe["p_max_MPa"], unsure),
         deviation=deviation,
         uncertainty=uncertainty,
         verdict=verdict,

@@ -87,9 +87,13 @@ class Moves:
             for label, move in self.by_line.items()
         }
 
-    def band(self, p_max_MPa: float) -> tuple[float, float] | None:
-        """Least and largest peak over the lines, from that on the own line; None of exact lines."""
-        return (p_max_MPa * min(self.peaks), p_max_MPa * max(self.peaks)) if self.peaks else None
+    def band(self, p_max_MPa: float, unsure: float = 0.0) -> tuple[float, float] | None:
+        """Least and largest peak over the lines, from that on the own line; None of exact lines.
+
+        `unsure` is what meshes leave open of it (relative).
+        """
+        least, largest = min(self.peaks, default=math.nan), max(self.peaks, default=math.nan)
+        return (p_max_MPa * least * (1.0 - unsure), p_max_MPa * largest * (1.0 + unsure)) if self.peaks else None
 
 
 EXACT = Moves()

@@ -207,6 +207,11 @@ class Judgement:
     numerical: Mapping[str, float] = field(default_factory=dict)
     moves: Moves = EXACT
 
+    def band(self, p_max_MPa: float) -> tuple[float, float] | None:
+        """Least and largest peak over the lines, from that on the own line, with what meshes leave open of it."""
+        unsure = self.numerical["p_max_MPa"] / abs(1.0 + self.deviation["p_max_MPa"])
+        return self.moves.band(p_max_MPa, unsure)
+
     @property
     def measures(self) -> Measures:
         """The own measures of a theory of the pressure."""

@@ -416,14 +416,17 @@ class OtherLine:
 
 # Draws of other noise among the lines that the points allow.
 _OTHER_DRAWS = 4
+# How much worse than the own line, by Akaike's criterion, a line may be that points allow (Burnham and Anderson 2002,
+# section 2.6: beyond 10 it has essentially no support).
+_NO_SUPPORT = 10.0
 
 
 def other_lines(profile: Profile) -> tuple[OtherLine, ...]:
     """Lines that the points of a smoothed profile allow beside its own; none for exact lines.
 
     Smoothed over 4, 5.7 and 8 mm, or where the deviation from a profile of the library is smoothed over longer waves,
-    over 0.71 and 1.41 times its own length, and without that profile; and from points with other draws of equally
-    large noise. The draws are reproducible.
+    over 0.71 and 1.41 times its own length, and without that profile unless the points speak against it; and from
+    points with other draws of equally large noise. The draws are reproducible.
     """
     return _other_lines(_ByContent(profile=profile)) if profile.measured is not None else ()
 
@@ -456,7 +459,9 @@ def _other_lines(one: _ByContent) -> tuple[OtherLine, ...]:
     lengths = (low, math.sqrt(low * high), high) if usual else (math.sqrt(0.5) * own, math.sqrt(2.0) * own)
     changed = [(replace(measured, filter_mm=length), -1) for length in lengths if abs(length - own) > 0.05 * own]
     if measured.nominal:
-        changed.append((smoothed(alone(measured.points), filter_mm=None, noise_mm=None)[0], -1))
+        by_itself, score = smoothed(alone(measured.points), filter_mm=None, noise_mm=None)
+        if _is_supported(score, measured):
+            changed.append((by_itself, -1))
     changed += [(_drawn(profile, measured, k), k) for k in range(_OTHER_DRAWS)]
     found = ((_other(profile, line), line, draw) for line, draw in changed)
     return tuple(
@@ -464,6 +469,16 @@ def _other_lines(one: _ByContent) -> tuple[OtherLine, ...]:
         for made, line, draw in found
         if made is not None
     )
+
+
+def _is_supported(score: float, measured: Measured) -> bool:
+    """Whether another line with this score is nearly as good as the own one: without a nominal its corners are blunt.
+
+    Waves that neighbouring points have together count as the fewer points that they are.
+    """
+    *_, own = _fit(measured.held, measured.filter_mm, None)
+    by_itself = min(1.0, (measured.white_mm / measured.noise_mm) ** 2) * np.count_nonzero(_running(measured.held))
+    return bool(by_itself * math.log(score / own) <= _NO_SUPPORT)
 
 
 def _other(profile: Profile, changed: Measured) -> Profile | None:

@@ -179,8 +179,8 @@ def load_record(load: JudgedLoad) -> Record:
     comparison, patch = load.comparison, load.comparison.patch
     contacts: Record = {name: told(measures) for name, measures in load.ladder.rungs.items()}
     contacts["fe"] |= picked(patch, "centre_x_mm centre_y_mm pieces lobes")
-    if (band := load.judgements[HERTZ].moves.band(comparison.fe.p_max_MPa)) is not None:
-        # over the lines that measured points allow
+    if (band := load.judgements[HERTZ].band(comparison.fe.p_max_MPa)) is not None:
+        # over the lines that measured points allow, with what meshes leave open
         contacts["fe"] |= dict(zip(("p_max_low_MPa", "p_max_high_MPa"), band, strict=True))
     contacts["elements"] |= {
         # relative, of its own measures
