@@ -52,15 +52,10 @@ def errors(shape, seeds):
     return np.array(found).T
 
 
-def test_a_worn_top_is_known_to_a_percent_and_its_shoulder_as_far_as_its_nominal_is_sure():
-    """At 4 mm the line without the nominal profile has a radius where R 80 and R 13 meet, and 12.5 % less pressure.
-
-    A verdict does not hang on that: Hertz and the contact move together from line to line (`test_lines`).
-    """
+def test_a_worn_top_is_known_to_a_percent():
+    """Nor does the line without the nominal profile count, whose corners are blunt: its points speak against it."""
     error, stated = errors("top", (500,))
-    assert error.max() < 0.01
-    assert stated[:2].max() < 0.017
-    assert stated[2] < 0.13
+    assert stated.max() < 0.01
     assert np.all(error <= stated)
 
 
