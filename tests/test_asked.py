@@ -13,8 +13,9 @@ from fecontact.comparison.judging import judge_load
 from fecontact.comparison.measures import MEASURES, measures_of
 from fecontact.comparison.solved_load import PathPoint, Yielded, YieldedBody
 from fecontact.contact.grid import Rung
-from fecontact.maps.model import KnownLoad, MapCell
+from fecontact.maps.model import ApplicabilityMap, KnownLoad, MapCell, MapPosition, load_limit
 from fecontact.maps.telling import judged_by
+from fecontact.maps.views import map_answer, verdict_view
 from fecontact.outputs.cases import ReportedCase
 from fecontact.outputs.documents import case_parts, rows_parts, write_study_report
 from fecontact.outputs.figures.case import PressureFields, case_inches, draw_case
@@ -147,6 +148,16 @@ def test_a_map_takes_it(result):
     plastic = measures_of(result.load.level.yielded.fe).p_max_MPa
     assert known.excess == pytest.approx((result.hertz.p0_MPa / plastic - 1.0) / 0.05 - 1.0)
     assert judged_by(result.load, "hertz").verdict.answer == "FAILS"
+    position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=load_limit([cell]))
+    made = ApplicabilityMap(case=result.case, loads_N=(100e3,), positions=(position,))
+    view = verdict_view(made)
+    assert view.title == "where Hertz holds, against bodies that yield"
+    (shown,) = view.columns[0].cells
+    assert (shown.answer, shown.letter) == ("FAILS", "Y")
+    said = map_answer(made, "pressure")
+    assert "fails" in said[0]
+    assert "where the bodies yield" in said[0]
+    assert said[-1] == "Verdicts are against bodies that yield."
 
 
 @pytest.mark.slow
