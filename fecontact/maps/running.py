@@ -16,7 +16,8 @@ from fecontact.case import Case
 from fecontact.comparison.theories import HERTZ
 from fecontact.errors import InputError
 from fecontact.files import json_text
-from fecontact.jobs.engine import OpenRun, Progress, RunSettings, finish, open_run
+from fecontact.jobs.engine import OpenRun, RunSettings, finish, open_run
+from fecontact.jobs.remaining import Progress
 from fecontact.jobs.store import kept_folder
 from fecontact.jobs.workers import Done, Job
 from fecontact.maps.files import write_map

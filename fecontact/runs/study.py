@@ -18,8 +18,8 @@ from fecontact.case import INPUTS, Case, unusual
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import FecontactError, InputError, failed, usable
 from fecontact.files import read_json, write_text
-from fecontact.jobs.engine import Progress, RunSettings, finish, open_run
-from fecontact.jobs.remaining import duration
+from fecontact.jobs.engine import RunSettings, finish, open_run
+from fecontact.jobs.remaining import Progress, duration
 from fecontact.jobs.workers import Done, default_workers
 from fecontact.outputs.cases import ReportedCase
 from fecontact.outputs.documents import (

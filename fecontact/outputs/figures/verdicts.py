@@ -36,7 +36,7 @@ def verdicts_figure(comparison: TableComparison, path: str | Path) -> Path:
     ax = figure.subplots()
     for one in verdicts.itertuples():
         style = _MARK | (_CHANGED if one.baseline != one.new else _SAME)
-        colours = {"mfc": ANSWERS[one.baseline], "markerfacecoloralt": ANSWERS[one.new]}
+        colours: dict[str, Any] = {"mfc": ANSWERS[one.baseline], "markerfacecoloralt": ANSWERS[one.new]}
         ax.plot([one.lateral_shift_mm], [one.load_kN], fillstyle="left", **style, **colours)
     found = {*verdicts.baseline, *verdicts.new}
     for answer in (answer for answer in ANSWERS if answer in found):
