@@ -576,7 +576,7 @@ def _as_new(request, monkeypatch):
     monkeypatch.setattr(store, "judge_load", judged_once)
 
 
-def fake_position(case, loads_N, sweep=FakeSweep):
+def fake_position(case, loads_N, tell=None, sweep=FakeSweep):
     """A position solved by another sweep; by one thread at a time, for the sweep is one of the whole module."""
     with SWEEPING, pytest.MonkeyPatch.context() as patch:
         patch.setattr("fecontact.maps.model.LoadSweep", sweep)
@@ -1202,7 +1202,7 @@ def test_positions_of_several_workers_are_those_of_one(run, tmp_path, monkeypatc
     assert "faulty_position" in (tmp_path / "positions" / f"{name}.error.txt").read_text("utf-8")
 
 
-def faulty_position(case, loads_N):
+def faulty_position(case, loads_N, tell=None):
     if case.lateral_shift_mm == 1.0:
         raise RuntimeError("a fault\nof the program")
     return fake_position(case, loads_N)
@@ -1312,7 +1312,7 @@ def test_a_worker_that_dies_costs_its_position_and_no_other(tmp_path, workers):
 def test_a_position_short_of_memory_beside_others_is_solved_again_alone(run, tmp_path, monkeypatch, what):
     order = []
 
-    def hungry(case, loads_N):
+    def hungry(case, loads_N, tell=None):
         order.append(case.lateral_shift_mm)
         FakeSweep.short_of_memory = {what} if order.count(0.0) == 1 else set()
         return fake_position(case, loads_N)
@@ -1499,7 +1499,7 @@ def test_another_layout_is_solved_again_also_with_other_criteria(run, one):
 def test_a_number_that_was_none_is_read_as_none(run, tmp_path, monkeypatch):
     """Profiles by points that do not come into contact with half of them do not say how sure a measure is."""
 
-    def with_few_points(case, loads_N):
+    def with_few_points(case, loads_N, tell=None):
         position = fake_position(case, loads_N)
         cell = position.cells[0]
         solved = cell.judged.solved
