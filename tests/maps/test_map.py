@@ -743,7 +743,7 @@ class OneMeshALoad(FakeSweep):
 
 
 def test_the_search_follows_each_set_of_meshes_and_goes_on_between_them():
-    position = fake_position(ROUND, LOADS, OneMeshALoad)
+    position = fake_position(ROUND, LOADS, sweep=OneMeshALoad)
     what = [text.partition(" kN")[0] for text in FakeSweep.steps if text.endswith("contact")]
     # a limit between 100 and 150 kN is looked for as soon as both are known
     assert what[:2] == ["150", "100"]
@@ -764,7 +764,7 @@ def test_a_load_that_cannot_be_used_ends_the_search_of_its_position(fails, narro
             return super().solve(load_N, refine=refine)
 
     FakeSweep.solved = []
-    position = fake_position(ROUND, LOADS, Sweep)
+    position = fake_position(ROUND, LOADS, sweep=Sweep)
     assert len([load for load in FakeSweep.solved if load > 1e3]) == 1
     (lost,) = [load for load in FakeSweep.solved if load > 1e3]
     assert position.converged
