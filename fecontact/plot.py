@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
-from fecontact.comparison.theories import HERTZ
 from fecontact.errors import InputError
 from fecontact.features import the
 from fecontact.outputs.figures.case import PressureFields, case_inches, draw_case, draw_pressure
@@ -51,7 +50,7 @@ def case(result: CaseResult, axes: Axes | None = None, *, field: Field = "finite
     return figure
 
 
-def map(made: Any, *, measure: str = "pressure", theory: str = HERTZ) -> Figure:
+def map(made: Any, *, measure: str = "pressure", theory: str = "hertz") -> Figure:
     """Draw a map over lateral shift and load, as in `map.png`.
 
     Parameters

@@ -89,7 +89,7 @@ ROOMS: dict[str, set[str]] = {
         "solving",
         "outputs",
     },
-    "plot": {"errors", "solving", "outputs"},
+    "plot": {"errors", "features", "solving", "outputs"},
     "commands": {
         "errors",
         "features",

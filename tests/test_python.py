@@ -6,8 +6,10 @@ import inspect
 import pickle
 import pydoc
 import re
+import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -192,3 +194,47 @@ def test_the_example_of_the_guide_runs(elliptic_quick, monkeypatch, tmp_path, ca
     assert asked == [([Case(lateral_shift_mm=-4.0), Case(lateral_shift_mm=4.0)], "out/mine")]
     assert {path.name for path in tmp_path.iterdir()} == {"case.png", "rail.vtu"}
     assert "0.0 HOLDS" in capsys.readouterr().out
+
+
+def test_one_case_is_a_sequence_of_one_and_a_table(elliptic_quick):
+    assert [one is elliptic_quick for one in elliptic_quick] == [True] == [elliptic_quick[0] is elliptic_quick]
+    assert len(elliptic_quick) == 1
+    frame = fecontact.to_dataframe(elliptic_quick)
+    assert frame.to_dict("records") == fecontact.rows(elliptic_quick)
+    assert len(fecontact.to_dataframe([elliptic_quick, elliptic_quick])) == 2
+
+
+def test_fields_as_a_data_set_need_xarray_and_say_so(elliptic_quick, monkeypatch):
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(InputError, match=r"pip install 'fecontact\[xarray\]'"):
+        fecontact.to_xarray(elliptic_quick)
+    made = SimpleNamespace(Dataset=lambda fields, coords: (fields, coords))
+    monkeypatch.setitem(sys.modules, "xarray", made)
+    fields, coords = fecontact.to_xarray(elliptic_quick)
+    for dims, values in fields.values():
+        assert values.shape == tuple(len(coords[name]) for name in dims)
+    assert set(fields) == {"pressure_MPa", "gap_mm"}
+
+
+@pytest.mark.parametrize(("backend", "open_ones"), [("agg", 1), ("module://matplotlib_inline.backend_inline", 0)])
+def test_a_notebook_shows_a_figure_once_and_a_script_by_show(elliptic_quick, backend, open_ones, monkeypatch):
+    from matplotlib import pyplot
+
+    pyplot.close("all")
+    monkeypatch.setattr("matplotlib.get_backend", lambda: backend)
+    figure = fecontact.plot.case(elliptic_quick)
+    assert isinstance(figure, Figure)
+    assert len(pyplot.get_fignums()) == open_ones
+    pyplot.close("all")
+
+
+def test_what_is_shown_of_a_value_is_short(elliptic_quick):
+    assert [name for name in dir(fecontact.plot) if not name.startswith("__")] == ["case", "map"]
+    case = Case(lateral_shift_mm=3.0, resolution="fine")
+    assert repr(case) == "Case(rail='60E1', wheel='S1002', lateral_shift_mm=3.0, load_N=100000.0, resolution='fine')"
+    assert eval(repr(case), {"Case": Case}) == case
+    seen = fecontact.place(case)
+    for one in (case, seen, elliptic_quick):
+        assert len(repr(one)) < 200
+        assert "<table" in one._repr_html_()
+    assert "fine" in case._repr_html_()

@@ -22,6 +22,7 @@ def judge(
     measure: str = "pressure",
     theory: str = "hertz",
     out: Path | None = None,
+    json: bool = False,
 ) -> int:
     """Judge stored results again by other criteria, or with friction and creepages, without gmsh and finite elements.
 
@@ -38,7 +39,10 @@ def judge(
         Folder for report.html, tables and pictures of the new verdicts (study.csv and study.json, or map.csv,
         contacts.csv, map.json, map.png and map_theory.png, with friction map_force.png, of laws of forces map_law.csv
         and map_law.png).
+    json
+        Print the new verdicts as JSON and nothing else.
     """
+    from fecontact.files import json_text
     from fecontact.outputs.words import criteria_text
     from fecontact.runs.judging import judge as judge_stored
 
@@ -50,26 +54,30 @@ def judge(
         judged: Judged = judge_stored(
             folder, case.criteria, creep=case.creep, measure=measure, theory=theory, out=out, progress=progress
         )
-    show(judged.parts(width()))
+    if json:
+        print(json_text(judged.record))
+    else:
+        show(judged.parts(width()))
     for problem in judged.problems:
         print(f"not judged: {problem}", file=sys.stderr)
-    print(judged.words.format(criteria=criteria_text(case.criteria)))
+    if not json:
+        print(judged.words.format(criteria=criteria_text(case.criteria)))
     return 0 if judged.all_judged else 3
 
 
-def view(out: Path) -> int:
+def view(folder: Path) -> int:
     """Write view.py into a folder of results, which shows the contact in ParaView.
 
     Parameters
     ----------
-    out
+    folder
         Folder that run or solve --out wrote.
     """
     import shlex
 
     from fecontact.outputs.paraview.vtk import write_view
 
-    path = write_view(out)
+    path = write_view(folder)
     print(f"{path}: open it with (cd {shlex.quote(str(path.parent))}; paraview --script={path.name})")
     return 0
 

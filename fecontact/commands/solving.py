@@ -6,7 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_args
 
@@ -145,7 +145,7 @@ def solve(
     return 0 if result.load.usable else 3
 
 
-def run(study: Path, *, out: Path, quick: bool = False, how: RunOptions = AS_USUAL) -> int:
+def run(study: Path, *, out: Path, quick: bool = False, json: bool = False, how: RunOptions = AS_USUAL) -> int:
     """Run a study and write its tables, figures and ParaView files; finished cases are reused.
 
     Parameters
@@ -156,7 +156,10 @@ def run(study: Path, *, out: Path, quick: bool = False, how: RunOptions = AS_USU
         Folder for the results.
     quick
         The small version of the study.
+    json
+        Print the rows as JSON and nothing else.
     """
+    from fecontact.files import json_text
     from fecontact.outputs.documents import rows_parts
     from fecontact.runs.casefile import load_study
     from fecontact.runs.study import prepare_for_study, run_study
@@ -167,6 +170,9 @@ def run(study: Path, *, out: Path, quick: bool = False, how: RunOptions = AS_USU
         tell_notes(unusual(loaded.cases))
         with many("cases", quiet=how.quiet) as progress:
             outcome = run_study(loaded, out, settings=settings, progress=progress)
+        if json:
+            print(json_text(outcome.rows), flush=True)
+        how = replace(how, quiet=how.quiet or json)
         if not how.quiet:
             show(rows_parts(outcome.rows))
         _log_rows(outcome.rows)

@@ -23,6 +23,7 @@ def map_(
     out: Path,
     measure: str = "pressure",
     theory: str = "hertz",
+    json: bool = False,
     how: RunOptions = AS_USUAL,
 ) -> int:
     """Map where Hertz holds over lateral shift and load, with the load up to which it holds at each shift.
@@ -41,9 +42,13 @@ def map_(
         theory that holds, with friction also the cheapest law of creep forces (map_law.csv, map_law.png).
     theory
         Theory of the pressure whose map is printed, and drawn as map_NAME.png; `fecontact theories` lists them.
+    json
+        Print what map.json has, and nothing else.
     """
+    from fecontact.files import json_text
     from fecontact.maps.report import map_lines
     from fecontact.maps.running import prepare_for_map, run_map
+    from fecontact.maps.telling import map_record
     from fecontact.maps.views import refuse_measure
 
     settings, positions, case = how.settings(), grid.shifts_mm, options.case()
@@ -58,6 +63,9 @@ def map_(
             outcome = run_map(
                 *(case, positions, loads_N, out), measure=measure, theory=theory, settings=settings, progress=progress
             )
+        if json:
+            print(json_text(map_record(outcome.made)), flush=True)
+        how = replace(how, quiet=how.quiet or json)
         if not how.quiet:
             show(map_lines(outcome.made, measure, theory, width=width()))
         tell_reused(outcome.reused, outcome.recomputed, "positions", how)

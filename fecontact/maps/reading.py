@@ -18,7 +18,7 @@ from fecontact.maps.files import write_map
 from fecontact.maps.model import ApplicabilityMap, LoadInterval, LoadLimit, MapPosition, failed_position
 from fecontact.maps.report import map_lines, write_map_report
 from fecontact.maps.storing import position_folder, read_position
-from fecontact.maps.telling import MAP_SCHEMA
+from fecontact.maps.telling import MAP_SCHEMA, map_record
 from fecontact.maps.views import Band, bands_of, column_width, refuse_measure
 from fecontact.outputs.records.results import case_inputs
 from fecontact.outputs.tables import Part, Record
@@ -49,6 +49,11 @@ class JudgedMap:
     def words(self) -> str:
         """How many cells were judged."""
         return f"{count(len(self.map.cells), 'cell')} judged by {{criteria}}"
+
+    @property
+    def record(self) -> Mapping[str, Any]:
+        """The map as `map.json` has it."""
+        return map_record(self.map)
 
     def parts(self, width: int | None) -> Iterable[Part]:
         """The map by its measure."""

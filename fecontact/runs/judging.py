@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
@@ -42,6 +42,10 @@ class Judged(Protocol):
     def words(self) -> str:
         """What was judged; where the criteria stand is {criteria}."""
 
+    @property
+    def record(self) -> Mapping[str, Any]:
+        """All of it, for other programs."""
+
     def parts(self, width: int | None) -> Iterable[Part]:
         """All of it, for a terminal of so many columns."""
 
@@ -77,6 +81,11 @@ class JudgedStudy:
         lost = sum("verdict_answer" not in row for row in self.rows)
         cases, changed = count(len(self.rows), "case"), count(len(self.changed), "verdict")
         return f"{cases} judged by {{criteria}}: {changed} changed" + (f", {lost} not judged" if lost else "")
+
+    @property
+    def record(self) -> Mapping[str, Any]:
+        """The rows, and the verdicts before and now that differ, by id."""
+        return {"rows": self.rows, "changed": self.changed}
 
     def parts(self, width: int | None) -> Iterable[Part]:
         """The rows, and the verdicts that have changed."""

@@ -576,7 +576,7 @@ def _as_new(request, monkeypatch):
     monkeypatch.setattr(store, "judge_load", judged_once)
 
 
-def fake_position(case, loads_N, sweep=FakeSweep):
+def fake_position(case, loads_N, tell=None, sweep=FakeSweep):
     """A position solved by another sweep; by one thread at a time, for the sweep is one of the whole module."""
     with SWEEPING, pytest.MonkeyPatch.context() as patch:
         patch.setattr("fecontact.maps.model.LoadSweep", sweep)
@@ -743,7 +743,7 @@ class OneMeshALoad(FakeSweep):
 
 
 def test_the_search_follows_each_set_of_meshes_and_goes_on_between_them():
-    position = fake_position(ROUND, LOADS, OneMeshALoad)
+    position = fake_position(ROUND, LOADS, sweep=OneMeshALoad)
     what = [text.partition(" kN")[0] for text in FakeSweep.steps if text.endswith("contact")]
     # a limit between 100 and 150 kN is looked for as soon as both are known
     assert what[:2] == ["150", "100"]
@@ -764,7 +764,7 @@ def test_a_load_that_cannot_be_used_ends_the_search_of_its_position(fails, narro
             return super().solve(load_N, refine=refine)
 
     FakeSweep.solved = []
-    position = fake_position(ROUND, LOADS, Sweep)
+    position = fake_position(ROUND, LOADS, sweep=Sweep)
     assert len([load for load in FakeSweep.solved if load > 1e3]) == 1
     (lost,) = [load for load in FakeSweep.solved if load > 1e3]
     assert position.converged
@@ -1221,7 +1221,7 @@ def test_positions_of_several_workers_are_those_of_one(run, tmp_path, monkeypatc
     assert "faulty_position" in (tmp_path / "positions" / f"{name}.error.txt").read_text("utf-8")
 
 
-def faulty_position(case, loads_N):
+def faulty_position(case, loads_N, tell=None):
     if case.lateral_shift_mm == 1.0:
         raise RuntimeError("a fault\nof the program")
     return fake_position(case, loads_N)
@@ -1331,7 +1331,7 @@ def test_a_worker_that_dies_costs_its_position_and_no_other(tmp_path, workers):
 def test_a_position_short_of_memory_beside_others_is_solved_again_alone(run, tmp_path, monkeypatch, what):
     order = []
 
-    def hungry(case, loads_N):
+    def hungry(case, loads_N, tell=None):
         order.append(case.lateral_shift_mm)
         FakeSweep.short_of_memory = {what} if order.count(0.0) == 1 else set()
         return fake_position(case, loads_N)
@@ -1518,7 +1518,7 @@ def test_another_layout_is_solved_again_also_with_other_criteria(run, one):
 def test_a_number_that_was_none_is_read_as_none(run, tmp_path, monkeypatch):
     """Profiles by points that do not come into contact with half of them do not say how sure a measure is."""
 
-    def with_few_points(case, loads_N):
+    def with_few_points(case, loads_N, tell=None):
         position = fake_position(case, loads_N)
         cell = position.cells[0]
         solved = cell.judged.solved

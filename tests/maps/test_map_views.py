@@ -393,3 +393,15 @@ def test_load_on_separate_patches_is_told_as_load(made):
     view = verdict_view(replace(made, positions=(position,)))
     assert cells_of(view)[0].text.split()[0] == "33%"
     assert "%: load on separate patches" in view.number
+
+
+def test_a_map_is_gone_through_cell_by_cell_drawn_and_told_in_a_line(made):
+    assert list(made) == list(made.cells)
+    assert (len(made), made[0]) == (3, made.cells[0])
+    assert fecontact.to_dataframe(made).to_dict("records")[0]["verdict_answer"] == "HOLDS"
+    assert repr(made).endswith("3 shifts, 1 loads: Hertz in 3 cells 1 HOLDS, 1 FAILS, 1 failed>")
+    assert "<td>HOLDS</td>" in made._repr_html_()
+    figure = fecontact.plot.map(made, measure="theory")
+    assert "the cheapest theory that holds" in figure.axes[0].get_title()
+    with pytest.raises(InputError, match="measure is 'depth'"):
+        fecontact.plot.map(made, measure="depth")
