@@ -84,7 +84,10 @@ def pages() -> Iterator[tuple[str, str]]:
     yield "api/README.md", f"# Python\n\n{fenced(fecontact.__doc__ or '')}\n## Names\n\n{listed()}"
     for name in NAMES:
         place = f"fecontact.{fecontact._HOMES.get(name) or public_names().get(name) or name}"
-        yield f"api/{name}.md", f"# fecontact.{name}\n\n::: {place}\n\n{inputs(getattr(fecontact, name))}"
+        table = inputs(getattr(fecontact, name))
+        # what the table tells of the fields is told once
+        alone = "    options: {show_if_no_docstring: false}\n" if table else ""
+        yield f"api/{name}.md", f"# fecontact.{name}\n\n::: {place}\n{alone}\n{table}"
 
 
 def listed() -> str:
@@ -96,7 +99,9 @@ def listed() -> str:
 def inputs(kind: Any) -> str:
     """The inputs that a class has, as a table; empty for what has none."""
     found = described(kind) if is_dataclass(kind) else {}
-    rows = [f"| `{name}` | `{one.key}` | {one.allowed} | {one.help} |".replace("\n", " ") for name, one in found.items()]
+    rows = [
+        f"| `{name}` | `{one.key}` | {one.allowed} | {one.help} |".replace("\n", " ") for name, one in found.items()
+    ]
     head = ["## Inputs", "", "| in Python | in a study file | allowed in a study file | |", "|---|---|---|---|"]
     return "\n".join([*head, *rows]) if rows else ""
 
@@ -136,7 +141,9 @@ def beside_uncertainty(table: str) -> str:
 def from_studies() -> str:
     """Pictures of the studies, with the questions that they answer and links to their scripts."""
     parts = []
-    for name, question, answer in re.findall(r"^\| \[`\w+`\]\((\w+)\.py\).*?\| ([^|]*) \| (.*) \|$", STUDIES_TOLD, re.M):
+    for name, question, answer in re.findall(
+        r"^\| \[`\w+`\]\((\w+)\.py\).*?\| ([^|]*) \| (.*) \|$", STUDIES_TOLD, re.M
+    ):
         for picture in re.findall(r"\((figures/[^)]+)\)", answer):
             command = f"fecontact run studies/{name}.py --out out/{name}"
             parts += [f"## {question}", f"```console\n{command}\n```", f"![{question}](studies/{picture})"]

@@ -1177,9 +1177,7 @@ def test_the_report_of_a_map_says_limits_and_cells_beside_its_png(tmp_path):
         assert f"Hertz {cell.verdict}; " in "".join(own.itertext())
         assert len(list(own.iter("img"))) == 1
     # the boxes lie on the cells: side by side, and the larger load above
-    boxes = [
-        [float(one) for one in re.findall(r"[\d.]+(?=%)", spot.get("style"))] for spot in spots[: len(made.cells)]
-    ]
+    boxes = [[float(one) for one in re.findall(r"[\d.]+(?=%)", spot.get("style"))] for spot in spots[: len(made.cells)]]
     for (left, top, _, high), (right, below, *_) in zip(boxes[1::2], boxes[::2], strict=True):
         assert (left, top + high) == pytest.approx((right, below), abs=0.02)
     verdicts = [cell.verdict for cell in made.cells]
