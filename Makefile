@@ -22,7 +22,7 @@ endif
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup demo study test test-slow fresh-check regress validate fuzz paraview-check lint lock clean
+.PHONY: help setup demo study test test-slow fresh-check regress validate fuzz paraview-check docs lint lock clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)$$/\1|\2/' | awk -F'|' '{printf "  make %-15s %s\n", $$1, $$2}'
@@ -78,6 +78,12 @@ regress: setup ## run the quick studies that have a baseline and compare each wi
 
 validate: setup ## run the studies at full size and write VALIDATION.md; one to two hours
 	$(BIN)/fecontact validate --out out/validate --report VALIDATION.md
+
+# What only the site needs is no part of the lock.
+docs: setup ## build the site of the documentation; results in out/site
+	@$(BIN)/python -c 'import material, mkdocstrings' 2>/dev/null \
+	  || $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -e '.[docs]'
+	@PYTHONPATH=$(CURDIR) OMP_NUM_THREADS=1 $(BIN)/python -m mkdocs build --strict
 
 # Debian's ParaView draws on a screen only: xvfb-run stands in for one. It must not begin anew when its last client
 # leaves: ParaView tries a window first, and its next one would be refused meanwhile.

@@ -11,15 +11,19 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import is_dataclass
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
 
+from griffe import Extension
+from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
 import fecontact
 from fecontact.features import public_names
 from fecontact.guide.pages import titles
+from fecontact.inputs import described
 
 ROOT = Path(__file__).parents[1]
 STUDIES = sorted(path for path in (ROOT / "studies").glob("*.py"))
@@ -57,6 +61,13 @@ def on_files(files: Files, config: Any) -> Files:
     return files
 
 
+def on_post_page(output: str, page: Any, config: Any) -> str:
+    """Refuse a page that asks another place for something."""
+    if asked := re.findall(r'<(?:script|link|img|iframe)[^>]*(?:src|href)="(?:https?:)?//[^"]*"', output):
+        raise PluginError(f"{page.file.src_uri} needs something from elsewhere: {asked[0]}")
+    return output
+
+
 def pages() -> Iterator[tuple[str, str]]:
     """Places and texts of the pages, in Markdown."""
     for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"):
@@ -70,16 +81,29 @@ def pages() -> Iterator[tuple[str, str]]:
         yield f"studies/{path.stem}.md", study(path, checks.get(path.stem, ""))
     links = [f"- [{name}](studies/{name}.md): {table.count('| pass |')} passed" for name, table in checks.items()]
     yield "VALIDATION.md", "\n".join([head, "Each study has its checks on its page.", "", *links])
-    yield "api/README.md", f"# Names\n\n::: fecontact\n    options: {{members: false}}\n\n{listed()}"
+    yield "api/README.md", f"# Python\n\n{fenced(fecontact.__doc__ or '')}\n## Names\n\n{listed()}"
     for name in NAMES:
         place = f"fecontact.{fecontact._HOMES.get(name) or public_names().get(name) or name}"
-        yield f"api/{name}.md", f"# fecontact.{name}\n\n::: {place}\n"
+        table = inputs(getattr(fecontact, name))
+        # what the table tells of the fields is told once
+        alone = "    options: {show_if_no_docstring: false}\n" if table else ""
+        yield f"api/{name}.md", f"# fecontact.{name}\n\n::: {place}\n{alone}\n{table}"
 
 
 def listed() -> str:
     """Public names with the first lines of their docstrings."""
     docs = {name: (getattr(fecontact, name).__doc__ or "").partition("\n")[0] for name in NAMES}
     return "\n".join(["| name | |", "|---|---|", *(f"| [`{name}`]({name}.md) | {doc} |" for name, doc in docs.items())])
+
+
+def inputs(kind: Any) -> str:
+    """The inputs that a class has, as a table; empty for what has none."""
+    found = described(kind) if is_dataclass(kind) else {}
+    rows = [
+        f"| `{name}` | `{one.key}` | {one.allowed} | {one.help} |".replace("\n", " ") for name, one in found.items()
+    ]
+    head = ["## Inputs", "", "| in Python | in a study file | allowed in a study file | |", "|---|---|---|---|"]
+    return "\n".join([*head, *rows]) if rows else ""
 
 
 def study(path: Path, checks: str) -> str:
@@ -125,6 +149,20 @@ def from_studies() -> str:
             parts += [f"## {question}", f"```console\n{command}\n```", f"![{question}](studies/{picture})"]
             parts.append(f"[The study and its script](studies/{name}.md)")
     return "\n\n" + "\n\n".join(parts) + "\n"
+
+
+class Doctests(Extension):
+    """Doctests of docstrings as blocks of code: in Markdown they are quotations with links."""
+
+    def on_object(self, *, obj: Any, **more: Any) -> None:
+        """Fence the doctests of an object."""
+        if obj.docstring:
+            obj.docstring.value = fenced(obj.docstring.value)
+
+
+def fenced(text: str) -> str:
+    """A docstring with its doctests in fences."""
+    return re.sub(r"((?<=\n)( *)>>> (?:.+\n)+)", r"\2```pycon\n\1\2```\n", f"{text}\n")
 
 
 def run(text: str) -> Path:

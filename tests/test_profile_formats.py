@@ -14,6 +14,7 @@ from points import AS_IS, profile_from_points, simpack
 from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.files import toml_content
+from fecontact.profiles.examples import NOISE_MM, WEAR_MM
 from fecontact.profiles.library import load, toml_text
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
@@ -455,3 +456,18 @@ def test_toml_that_would_take_its_parser_minutes_is_refused_at_once(write, text)
 def test_long_lists_and_comments_in_toml_are_fine():
     numbers = ", ".join(f"{k}.25" for k in range(1000))
     assert len(toml_content(f"# {'.' * 500}\nx = [{numbers}]\n", "t")["x"]) == 1000
+
+
+def test_the_example_pair_is_read_back_with_its_noise_and_its_wear(tmp_path, capsys):
+    assert call(["profiles", "--examples", str(tmp_path)]) == 0
+    assert capsys.readouterr().out.splitlines() == [f"written: {tmp_path / one}.csv" for one in ("rail", "wheel")]
+    lines = resolve_rail(str(tmp_path / "rail.csv")), resolve_wheel(str(tmp_path / "wheel.csv")).profile
+    for line, name in zip(lines, ("60E1", "S1002"), strict=True):
+        assert line.measured.nominal == name
+        assert line.measured.noise_mm == pytest.approx(NOISE_MM, rel=0.1)
+    # in the middle of the wear the rail lies lower along its normal, the wheel's body higher
+    for line, name, y, side in zip(lines, ("60E1", "S1002"), (-12.0, 0.0), (-1.0, 1.0), strict=True):
+        new = load(name)
+        angle = np.arctan(new.slope(y))
+        worn = line.height(y - side * WEAR_MM * np.sin(angle))
+        assert float(worn - new.height(y)) == pytest.approx(float(side * WEAR_MM * np.cos(angle)), abs=0.01)

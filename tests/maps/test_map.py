@@ -1166,13 +1166,13 @@ def test_the_report_of_a_map_says_limits_and_cells_beside_its_png(tmp_path):
     assert [image.get("src").partition(";")[0] for image in page.iter("img")] == [
         *["data:image/svg+xml"] * 4, *["data:image/webp"] * (1 + len(made.cells)),
     ]  # fmt: skip
-    # without a script a spot is a link with the words of its cell, and its target has the same answer
+    # a spot is a link without a script, with the words of its cell (XML has blanks for line ends), and leads to them
     spots = [spot for spot in page.iter("a") if spot.get("title")]
     targets = {part.get("id"): part for part in page.iter("div")}
     assert len(spots) == 2 * len(made.cells)
     for spot, cell in zip(spots, [*made.cells] * 2, strict=True):
         head = f"{cell.lateral_shift_mm:+z.2f} mm, {cell.load_N / 1e3:g} kN: Hertz {cell.verdict}"
-        assert spot.get("title").startswith(f"{head}\npeak pressure (MPa): ")
+        assert spot.get("title").startswith(f"{head} peak pressure (MPa): ")
         own = targets[spot.get("href").removeprefix("#")]
         assert f"Hertz {cell.verdict}; " in "".join(own.itertext())
         assert len(list(own.iter("img"))) == 1
