@@ -70,20 +70,6 @@ PROBES = (
         code="import gmsh; gmsh.initialize(readConfigFiles=False, interruptible=False); gmsh.finalize()",
         consequence="nothing can be meshed without it",
     ),
-    # if nothing was drawn, the image has one colour
-    Probe(
-        name="off-screen rendering",
-        code="""
-import pyvista
-plotter = pyvista.Plotter(off_screen=True, window_size=(64, 64))
-plotter.add_mesh(pyvista.Sphere(), color="red")
-image = plotter.screenshot(None, return_img=True)
-plotter.close()
-assert image.min() < image.max(), "the off-screen image is empty"
-""",
-        consequence="three-dimensional pictures are left out; numbers, reports and VTK files do not need it",
-        needed=False,
-    ),
     Probe(
         name="MKL PARDISO",
         code="""
