@@ -44,7 +44,7 @@ from fecontact.cli import call
 from fecontact.comparison.theories import HERTZ, MULTI_HERTZ
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
-from fecontact.files import write_sealed
+from fecontact.files import SEAL, write_json, write_sealed
 from fecontact.jobs.engine import RunSettings
 from fecontact.maps.files import map_figure
 from fecontact.maps.model import (
@@ -328,6 +328,15 @@ def test_the_verdicts_of_a_stored_map_are_added_where_shift_and_load_are_the_sam
     # beside it nothing is taken over
     assert told[2:] == [("not in the map", None, None)] * 2
     assert [row["map_strip_verdict"] for row in rows] == ["HOLDS", "UNRESOLVED", None, None]
+
+
+def test_a_map_whose_seal_is_gone_is_refused(stored):
+    folder = stored(WHEELSET)
+    document = json.loads((folder / "map.json").read_text())
+    assert len(load_table(folder).rows) == 2
+    write_json(folder / "map.json", {name: value for name, value in document.items() if name != SEAL})
+    with pytest.raises(InputError, match="its checksum differs"):
+        load_table(folder)
 
 
 def test_a_map_of_another_contact_is_refused(stored, capsys):
