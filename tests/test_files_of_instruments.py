@@ -305,7 +305,8 @@ def test_the_lines_that_the_points_allow():
     points[:, 1] += 0.005 * np.random.default_rng(0).normal(size=len(points))
     by_nominal = profile_from_points(*points.T, kind="rail", name="p", reading=Reading())
     assert by_nominal.measured.nominal
-    assert {one.nominal for one in other_lines(by_nominal)} == {by_nominal.measured.nominal, ""}
+    # the points speak against the line without it, whose corners are blunt
+    assert {one.nominal for one in other_lines(by_nominal)} == {by_nominal.measured.nominal}
 
 
 @pytest.mark.parametrize("depth_mm", [0.3, 0.7, 1.0, 1.5])

@@ -452,8 +452,9 @@ def test_every_command_notes_what_is_not_usual_before_it_begins(command, capsys,
         "run": ["run", str(tmp_path / "one.toml"), *out],
     }
     assert call(words.get(command, [command, "--load-kn", "1e5"])) == 2
-    note, error = capsys.readouterr().err.splitlines()
+    note, *cost, error = capsys.readouterr().err.splitlines()
     assert note.startswith("note: load is 100000 kN; usual are 1 to 1000")
+    assert all(line.startswith("about ") for line in cost)
     assert error == "error: begun"
 
 

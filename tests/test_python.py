@@ -192,7 +192,7 @@ def test_the_example_of_the_guide_runs(elliptic_quick, monkeypatch, tmp_path, ca
     monkeypatch.setattr(fecontact, "load", lambda folder: (elliptic_quick,), raising=False)
     exec(compile(code, "python.md", "exec"), {"__name__": "__main__"})
     assert asked == [([Case(lateral_shift_mm=-4.0), Case(lateral_shift_mm=4.0)], "out/mine")]
-    assert {path.name for path in tmp_path.iterdir()} == {"case.png", "rail.vtu"}
+    assert {path.name for path in tmp_path.iterdir()} == {"case.png", "map.png", "out", "rail.vtu"}
     assert "0.0 HOLDS" in capsys.readouterr().out
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import errno
 import logging
+import re
 import shlex
 import shutil
 import sys
@@ -19,6 +20,7 @@ from fecontact import __version__
 from fecontact.jobs.remaining import duration
 
 _LOG = logging.getLogger("fecontact")
+_PART = r"\([1-9]\d* of \d+ \w+\)"
 _LOG.setLevel(logging.INFO)
 # it goes to the log file of a command alone
 _LOG.addHandler(logging.NullHandler())
@@ -66,8 +68,8 @@ def many(what: str, *, quiet: bool = False) -> Iterator[Callable[[int, int, str]
     with _line(quiet=quiet) as say:
 
         def show(number: int, count: int, text: str) -> None:
-            # the time that is left is no news
-            say(f"{number} of {count} {what} done: {text}", f"{number} {text.partition(';')[0]}")
+            # a line for each job that is done, and for each of its parts
+            say(f"{number} of {count} {what} done: {text}", f"{number} {re.findall(_PART, text)}")
 
         yield show
 
@@ -79,12 +81,12 @@ def logged(path: Path) -> Iterator[None]:
     Raises
     ------
     OSError
-        If the file cannot be opened, or is a link, a pipe or a device: a link may lead out of the folder, and a pipe
-        would wait for its reader.
+        If the file cannot be opened, or is a link or a pipe: a link may lead out of the folder, and a pipe would wait
+        for its reader.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    if path.is_symlink() or (path.exists() and not path.is_file()):
-        raise OSError(errno.EINVAL, "not a regular file; remove it", str(path))
+    if path.is_symlink() or path.is_fifo():
+        raise OSError(errno.EINVAL, "a link or a pipe, and no file; remove it", str(path))
     handler = _LogFile(path, encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)-7s %(message)s"))
     _LOG.addHandler(handler)

@@ -116,7 +116,9 @@ def solve(
     tell_notes(unusual([case]))
     if out is not None:
         prepare_for_case(out, case, force=force)
-    if cost := cost_of([case], 1):
+    cost = cost_of([case], 1)
+    # a case that does not fit into the memory is refused with what it needs
+    if cost and cost.memory_GB < cost.available_GB:
         announce(*cost.words)
     with solving() as progress:
         result = solve_case(case, progress=progress)

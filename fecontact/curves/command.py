@@ -100,8 +100,15 @@ def curve(*, options: CaseOptions, asked: CurveOptions = _AS_USUAL, json: bool =
 
     radii, theories = asked.shared_radii(), asked.theory.split(",")
     seconds = len(radii) * sum(_SECONDS.get(name, _MOST_SECONDS) for name in theories)
-    announce(f"{count(len(radii), 'curve')}: about {duration(seconds)}")
-    with many("curves" if 1 in (len(theories), asked.workers) else "theories") as progress:
+    # said when the first curve begins, after all inputs have been checked
+    to_say = [f"{count(len(radii), 'curve')}: about {duration(seconds)}"]
+    with many("curves" if 1 in (len(theories), asked.workers) else "theories") as show:
+
+        def progress(number: int, total: int, text: str) -> None:
+            while to_say:
+                announce(to_say.pop())
+            show(number, total, text)
+
         found = run_curves(
             asked.vehicle,
             radii,

@@ -70,7 +70,8 @@ class CoupledBodies:
         if self.grid.half:
             # the other half has the opposite of these
             force, moment = force * (0.0, 1.0, 1.0), moment * (1.0, 0.0, 0.0)
-        lever = sizes @ np.linalg.norm(arms[0], axis=1)
+        # a force on a single node has no arm of its own
+        lever = max(sizes @ np.linalg.norm(arms[0], axis=1), sizes.sum() * min(self.grid.steps_mm))
         return float(np.linalg.norm(force) / np.linalg.norm(forces[0].sum(axis=0))), float(
             np.linalg.norm(moment) / lever
         )

@@ -442,7 +442,7 @@ def _refusal(problems: list[Problem], given: Points, *, repair: bool, too_many: 
         if not _out_of_order(given.points[:, ::-1]):
             y, z = given.turned_columns.replace("-", "").split(",")
             return f"{said}; the columns are y and z the other way round: {remedy(given.kind, 'columns', f'{z},{y}')}"
-    mend = f"; or {remedy(given.kind, 'repair', 'yes')} to leave such points out" * (not (repair or too_many))
+    mend = f", or {remedy(given.kind, 'repair', 'yes')} to leave such points out" * (not (repair or too_many))
     if problems[0].what == "spike":
         return f"{said}; {'correct the file' if mend else 'measure the profile again'}{mend}"
     return (
