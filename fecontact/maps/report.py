@@ -27,7 +27,7 @@ from fecontact.maps.views import (
 from fecontact.outputs.documents import REPORT, case_parts, closing
 from fecontact.outputs.figures.case import ladder_figure, patches_figure, small_figure
 from fecontact.outputs.figures.position import pair_figure
-from fecontact.outputs.records.results import cheapest_columns, cheapest_of, cheapest_words
+from fecontact.outputs.records.results import case_inputs, cheapest_columns, cheapest_of, cheapest_words
 from fecontact.outputs.style import image_of, page, svg_of
 from fecontact.outputs.tables import (
     Details,
@@ -102,9 +102,10 @@ def write_map_report(made: ApplicabilityMap, out: Path, *, theory: str = HERTZ) 
 def _cell(cell: MapCell) -> list[Part]:
     """A cell by itself: where it is, its answer, and its measures, without what a case shows on demand."""
     where = f"{cell.lateral_shift_mm:+z.2f} mm, {cell.load_N / 1e3:g} kN"
-    if not cell.usable:
+    if not cell.usable or cell.judged is None:
         return [f"{where}: {cell.status}"]
-    parts = case_parts(cell_record(cell))
+    # what may decide an open verdict hangs on the case
+    parts = case_parts({**cell_record(cell), "case": case_inputs(cell.judged.case)})
     return [f"{where}: Hertz {cell.verdict}", *(part for part in parts if part and not isinstance(part, Details))]
 
 

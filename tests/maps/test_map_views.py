@@ -365,6 +365,15 @@ def test_a_report_defines_every_theory_of_its_table(made, tmp_path):
     assert text.index("At -4 mm Hertz holds at all loads") < text.index("May Hertz")
 
 
+def test_a_report_of_a_map_says_what_would_decide_an_open_cell(tmp_path):
+    off = abs(position(-4.0).cells[0].judged.deviation["p_max_MPa"])
+    # a limit at the deviation itself
+    one = position(-4.0, p_max=off, judged_by=("p_max",))
+    assert one.cells[0].verdict == "UNRESOLVED"
+    made = ApplicabilityMap(case=Case(roll="touching"), loads_N=(LOAD_N,), positions=(one,))
+    assert "to decide it: --resolution" in write_map_report(made, tmp_path).read_text("utf-8")
+
+
 def test_columns_are_as_wide_as_the_smallest_step_and_wide_ones_leave_gaps(made, monkeypatch):
     kept = []
     monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: kept.append(figure))
