@@ -258,6 +258,9 @@ def direction_of_case(case: Case, placement: Placement) -> Floats:
 # Deviations move from line to line by what lines are, and 16 nodes a semi-axis read that as well as 32.
 _NODES_A_LINE = 16
 OWN_LINE = "own line"
+_NOISE = "noise"
+# Of the scatter of four draws about the own line, for 95 %.
+_STUDENT = 2.78
 Value = TypeVar("Value")
 
 
@@ -278,6 +281,7 @@ def lines_of_case(case: Case, placement: Placement) -> Lines | None:
 def hertz_uncertainty(case: Case, placement: Placement) -> dict[str, float] | None:
     """What profiles given by points leave open of Hertz's peak pressure and semi-axes, relative, by closed forms alone.
 
+    The largest change by another filter or nominal, and the scatter by other noise for 95 %, as independent errors.
     None where both are exact lines; NaN where another line does not come into contact.
     """
 
@@ -289,10 +293,15 @@ def hertz_uncertainty(case: Case, placement: Placement) -> dict[str, float] | No
     if not found:
         return None
     own = read(OWN_LINE, placement)
-    return {
-        name: max(math.nan if one is None else abs(one[name] / value - 1.0) for one in found.values())
-        for name, value in own.items()
-    }
+
+    def left_open(name: str, value: float) -> float:
+        by = {label: math.nan if one is None else one[name] / value - 1.0 for label, one in found.items()}
+        drawn = np.array([change for label, change in by.items() if label.startswith(_NOISE)])
+        smoothed = np.abs([change for label, change in by.items() if not label.startswith(_NOISE)]).max()
+        scatter = math.sqrt(float(np.mean(drawn**2))) if drawn.size else 0.0
+        return math.hypot(float(smoothed), _STUDENT * scatter)
+
+    return {name: left_open(name, value) for name, value in own.items()}
 
 
 def _on_lines(case: Case, placement: Placement, evaluate: Callable[[str, Placement], Value]) -> dict[str, Value | None]:
@@ -330,7 +339,7 @@ def _labelled(profile: Profile) -> dict[str, Profile]:
         halves = {f"half {k + 1} of the points": profile.thinned(k) for k in (0, 1)}
         return {label: line for label, line in halves.items() if line is not None}
     return {
-        f"noise {one.draw + 1}" if one.draw >= 0 else _filter(one.filter_mm, one.nominal): one.profile
+        f"{_NOISE} {one.draw + 1}" if one.draw >= 0 else _filter(one.filter_mm, one.nominal): one.profile
         for one in other_lines(profile)
     }
 
