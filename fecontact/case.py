@@ -280,6 +280,11 @@ class Case:
 
     def _choose_roll(self) -> None:
         """Take the roll to which the numbers belong where none is said, and refuse numbers of another one."""
+        if isinstance(self.roll, _OfPair):
+            # of the case that this one was derived from, which may have another pair
+            object.__setattr__(self, "roll", None)
+            if self.roll_rad == 0.0:
+                object.__setattr__(self, "roll_rad", None)
         loads = {"roll load": self.roll_load_N, "opposite load": self.opposite.wheel_load_N}
         numbers: dict[str, tuple[Roll, str]] = {
             name: ("loaded", f"{load_N / 1e3:g} kN") for name, load_N in loads.items() if load_N is not None
@@ -289,7 +294,7 @@ class Case:
         if angle is not None and (angle != 0.0 or self.roll is None):
             numbers["roll angle"] = ("given", _angle_text(angle))
         if self.roll is None:
-            without: Roll = "touching" if makes_a_wheelset(self.rail, self.wheel) else "given"
+            without = _OfPair("touching" if makes_a_wheelset(self.rail, self.wheel) else "given")
             object.__setattr__(self, "roll", next((kind for kind, _ in numbers.values()), without))
         if angle is None:
             object.__setattr__(self, "roll_rad", 0.0)
@@ -358,6 +363,10 @@ class Case:
     def irregularities(self) -> tuple[Irregularity, ...]:
         """What rail and wheel have along the track beside their profiles."""
         return tuple(line for line in (self.rail_irregularity, self.wheel_irregularity) if line is not None)
+
+
+class _OfPair(str):
+    """A roll that nobody asked for: it follows from the pair, and in a case that is derived from another pair anew."""
 
 
 def _angle_text(roll_rad: float) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import re
 import sys
 from collections.abc import Sequence
 from io import TextIOWrapper
@@ -16,7 +15,7 @@ from cyclopts import App, CycloptsError, Group, Parameter, UnknownOptionError, U
 from fecontact import __version__, features
 from fecontact.commands import looking, results, solving, start
 from fecontact.commands.options import page_of
-from fecontact.errors import FecontactError, InputError
+from fecontact.errors import FecontactError, InputError, shortened
 from fecontact.inputs import renamed
 
 app = App(
@@ -65,8 +64,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     sys.exit(call(arguments))
 
 
-# Letters of a word that are shown, of one that is longer than a path usually is.
-_SHOWN, _ENDLESS = 80, re.compile(r"[^\s'\"]{300,}")
 _REMEDIES = {
     errno.ENOSPC: "make room, or choose a folder on another disk",
     errno.EDQUOT: "make room, or choose a folder on another disk",
@@ -78,12 +75,9 @@ _REMEDIES = {
 
 
 def _tell(what: str) -> None:
-    """Print an error; of a word that nobody reads to its end, which a value may be, the beginning.
-
-    Signs that move the cursor or turn the text, as names of files may have them, are shown as such.
-    """
-    shown = _ENDLESS.sub(lambda word: f"{word[0][:_SHOWN]}...", what)
-    print(f"error: {''.join(one if one.isprintable() else repr(one)[1:-1] for one in shown)}", file=sys.stderr)
+    """Print an error; signs that move the cursor or turn the text, as names may have them, are shown as such."""
+    shown = "".join(one if one.isprintable() else repr(one)[1:-1] for one in shortened(what))
+    print(f"error: {shown}", file=sys.stderr)
 
 
 def _system_error(error: OSError) -> str:
@@ -91,6 +85,10 @@ def _system_error(error: OSError) -> str:
     if "cannot open shared object file" in str(error):
         return f"a system library is missing ({error}); `fecontact doctor` says which package has it"
     what = f"{f'{error.filename}: ' if error.filename else ''}{error.strerror or error}"
+    try:
+        Path.cwd()
+    except OSError:
+        return f"{what}; the working folder is no more: change into one that is there"
     if remedy := _REMEDIES.get(error.errno or 0, ""):
         return f"{what}; {remedy}"
     if error.filename:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
@@ -12,10 +13,23 @@ SMALLEST, LARGEST = 1e-30, 1e20
 EXTREME = f"no body, load or material has that, and it could not be computed with; allowed: {SMALLEST:g} to {LARGEST:g}"
 
 
+# Letters of a word that are shown, of one that is longer than a path usually is.
+_SHOWN, _ENDLESS = 80, re.compile(r"[^\s'\"]{300,}")
+
+
+def shortened(text: str) -> str:
+    """A text in which of a word that nobody reads to its end, which a value may be, the beginning is left."""
+    return _ENDLESS.sub(lambda word: f"{word[0][:_SHOWN]}...", text)
+
+
 class FecontactError(Exception):
     """Base of every error that the package raises on purpose."""
 
     exit_code: ClassVar[int] = 1
+
+    def __str__(self) -> str:
+        """The message, without endless words."""
+        return shortened(super().__str__())
 
 
 class InputError(FecontactError, ValueError):

@@ -23,6 +23,8 @@ from fecontact.errors import InputError
 _MOST_TOML, _LONGEST_TOML_LINE, _MOST_DOTS = 1_000_000, 10_000, 100
 _TOML_BETWEEN = re.compile(r"[,={}\[\]]")
 SEAL, SEALED = "sha256", "all but sha256"
+FORMULA = ("=", "+", "-", "@", "\t", "\r", "'")
+"""How a text begins that spreadsheets would evaluate; in a CSV it has an apostrophe before it, which they hide."""
 # A row of a study has 4 kB, and a study up to 100,000 of them.
 _MOST_BYTES = 1_000_000_000
 

@@ -1,7 +1,9 @@
 """The command line: exit codes, one clear line for bad input, JSON alone on standard output."""
 
+import errno
 import json
 import math
+import os
 import subprocess
 import sys
 import time
@@ -12,7 +14,8 @@ from inline import inline_crew, study_by
 from pictures import draw_nothing
 
 from fecontact.case import Case, Criteria, case_from_record, case_record
-from fecontact.cli import call
+from fecontact.cli import _system_error, call
+from fecontact.criteria import Creep
 from fecontact.errors import InputError
 from fecontact.files import json_text
 from fecontact.inputs import parse_inclination
@@ -258,3 +261,34 @@ def test_hertz_says_how_touch_points_share_the_load(capsys):
     assert "they are one patch" in out
     assert call(["hertz", "--shift", "-4"]) == 0
     assert "share the load" not in capsys.readouterr().out
+
+
+def test_a_message_has_no_endless_word():
+    with pytest.raises(InputError) as refused:
+        Creep(curved="9" * 5000)
+    assert "curved" in str(refused.value)
+    assert len(str(refused.value)) < 300
+
+
+def test_a_working_folder_that_is_gone_is_said(tmp_path):
+    code = "import os, sys; os.rmdir(os.getcwd()); from fecontact.cli import call; sys.exit(call(sys.argv[1:]))"
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+    command = [sys.executable, "-c", code, "table", "--shifts", "3", "--loads-kn", "50", "--out", "table.csv"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=environment)
+    assert done.returncode == 2
+    assert "the working folder is no more: change into one that is there" in done.stderr
+
+
+def test_an_error_of_the_system_without_a_name_is_not_blamed_on_the_workers_where_the_folder_is_gone(monkeypatch):
+    # as `os.getcwd` raises it
+    gone = FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
+    assert "/dev/shm" in _system_error(gone)
+    monkeypatch.setattr(Path, "cwd", raising(gone))
+    assert "/dev/shm" not in _system_error(gone)
+
+
+def raising(error: Exception):
+    def call(*_):
+        raise error
+
+    return call

@@ -22,6 +22,7 @@ from fecontact.comparison.judging import judge_load
 from fecontact.errors import InputError
 from fecontact.jobs import workers
 from fecontact.jobs.store import MANIFEST, kept_folder, write_manifest
+from fecontact.outputs.documents import write_tables
 from fecontact.outputs.records.results import case_row, read_row
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
@@ -257,7 +258,22 @@ def test_a_study_is_read_back_and_judged_without_its_profile_files(twice, tmp_pa
     table = load_table(tmp_path / "strict")
     assert list(table.rows.index) == list(load_table(out).rows.index)
     assert set(table.rows.verdict_answer) <= {"FAILS", "UNRESOLVED"}
-    assert call(["judge", str(out), "--out", str(out)]) == 2
+    for inside in (out, out / "cases", out / "cases" / "strict"):
+        assert call(["judge", str(out), "--out", str(inside)]) == 2
+        assert f"{inside} {'is' if inside == out else 'lies in'} the folder of the results" in capsys.readouterr().err
+
+
+def test_judging_a_study_that_still_runs_says_how_many_cases_are_missing(twice, tmp_path, capsys):
+    out = shutil.copytree(twice[0] / "out", tmp_path / "out")
+    name, rows, cases = stored_study(out)
+    assert cases == len(rows) == 2
+    # as `run` writes it after the first of four cases
+    write_tables(name, 4, rows[:1], out / "study")
+    assert call(["judge", str(out), "--out", str(tmp_path / "again")]) == 3
+    assert "1 of 4 cases (3 not solved yet) judged by " in capsys.readouterr().out
+    judged = judge_study(out, Criteria())
+    assert (judged.missing, judged.all_judged) == (3, False)
+    assert stored_study(tmp_path / "again")[2] == 4
 
 
 def test_many_cases_are_judged_by_processes_with_the_same_rows(twice, monkeypatch):

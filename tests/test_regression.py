@@ -189,6 +189,18 @@ def test_nan_written_as_text_is_no_number(tmp_path, text):
     assert compare_tables(load_table(tmp_path / "now.csv"), load_table(tmp_path / "now.csv")).same
 
 
+def test_a_text_that_a_spreadsheet_would_evaluate_is_guarded_and_read_back(tmp_path):
+    rows = [case_row(rail=text) for text in ("=cmd|' /C calc'!A0@1f", "+1", "-a", "@a", "'=a", "60E1")]
+    rows = [{**row, "id": str(place)} for place, row in enumerate(rows)]
+    folder = write_study(tmp_path / "study", rows)
+    with (folder / "study.csv").open(newline="", encoding="utf-8") as file:
+        cells = [row["rail"] for row in csv.DictReader(file)]
+    assert cells == [*(f"'{row['rail']}" for row in rows[:5]), "60E1"]
+    tables = [load_table(folder / f"study.{ending}") for ending in ("csv", "json")]
+    for table in tables:
+        assert list(table.rows.rail) == [row["rail"] for row in rows]
+
+
 def test_infinite_values(tmp_path):
     for name, values in (("was", "inf,1,inf"), ("now", "inf,inf,-inf")):
         (tmp_path / f"{name}.csv").write_text(f"id,a_fe_mm,fe_b_mm,fe_p_max_MPa\none,{values}\n")

@@ -2,6 +2,7 @@
 
 import json
 import math
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -358,13 +359,35 @@ def test_a_file_on_the_other_side_counts_by_its_content_and_is_kept(tmp_path):
         (Case(roll="touching", track=Track(gauge_mm=1000.0)), "nor would it on a gauge up to 80 mm wider or narrower"),
         (Case(roll="touching", opposite=Opposite(rolling_radius_mm=300.0)), "no roll.*check gauge.*diameters of both"),
         (Case(roll="given", opposite=Opposite(rolling_radius_mm=459.0)), "give roll = 'touching'"),
-        (replace(Case(), rail="circle:300"), "'touching', but S1002 on circle:300 .* no wheelset; give roll = 'given'"),
+        (
+            Case(rail="circle:300", roll="touching"),
+            "S1002 on circle:300 .* no wheelset; give roll = 'given'",
+        ),
     ],
 )
 def test_wheelsets_that_cannot_stand_are_refused_in_one_line(case, says):
     with pytest.raises(InputError, match=says) as refused:
         place_case(case)
     assert "\n" not in str(refused.value)
+
+
+def test_a_roll_that_nobody_asked_for_follows_the_pair_of_a_derived_case():
+    circles = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
+    real = {"rail": "60E1", "wheel": "S1002", "inclination_rad": INCLINATION_40, "lateral_shift_mm": 3.0}
+    derived = replace(circles, **real)
+    assert (circles.roll, derived.roll) == ("given", "touching")
+    assert derived == Case(**real)
+    assert case_id(derived) == case_id(Case(**real))
+    # and not the roll of one wheel alone, with another peak
+    alone = Case(**real, roll="given")
+    peaks = [hertz_alone(case).hertz.p0_MPa for case in (derived, alone)]
+    assert peaks[1] / peaks[0] - 1.0 > 0.003
+    assert replace(derived, rail="circle:300", wheel="cylinder:460", inclination_rad=0.0).roll == "given"
+    assert replace(pickle.loads(pickle.dumps(circles)), **real).roll == "touching"
+    # what was asked for stays
+    assert replace(alone, lateral_shift_mm=1.0).roll == "given"
+    assert replace(derived, roll_rad=1e-3).roll == "given"
+    assert replace(Case(roll="touching"), load_N=50e3).roll == "touching"
 
 
 @pytest.mark.parametrize("shift", [-6.5, -7.0, -9.0, -12.0])

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 
-from fecontact.files import write_text
+from fecontact.files import FORMULA, write_text
 from fecontact.profiles.curve import radius_text
 from fecontact.profiles.library import file_of_identity, profile_identity
 
@@ -167,14 +167,23 @@ def number_text(value: float | None, form: str = "{:.5g}") -> str:
 
 
 def write_csv(rows: Iterable[Item], path: str | Path) -> Path:
-    """Write rows as CSV: the columns in the order in which they first occur, missing values and NaN empty."""
+    """Write rows as CSV: the columns in the order in which they first occur, missing values and NaN empty.
+
+    A text that spreadsheets would evaluate has an apostrophe before it (`files.FORMULA`).
+    """
     rows = list(rows)
     columns = list(dict.fromkeys(key for row in rows for key in row))
     text = io.StringIO()
     table = csv.DictWriter(text, columns, restval="", lineterminator="\n")
     table.writeheader()
-    table.writerows({key: None if missing(value) else value for key, value in row.items()} for row in rows)
+    table.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
     return write_text(path, text.getvalue())
+
+
+def _cell(value: object) -> object:
+    if isinstance(value, str) and value.startswith(FORMULA):
+        return f"'{value}"
+    return None if missing(value) else value
 
 
 # --- A value as a record, and a record as a row: results keep the names that they have in the program.

@@ -20,7 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fecontact.errors import InputError
 from fecontact.features import places
-from fecontact.files import SEAL, broken_seal, read_json, sha256
+from fecontact.files import FORMULA, SEAL, broken_seal, read_json, sha256
 
 TEXT = "text"
 """Kind of a column that is compared letter by letter."""
@@ -129,6 +129,7 @@ def _with(tolerance: Tolerance, parts: _Parts) -> Tolerance:
 
 _TABLE_NAMES = ("study.json", "study.csv", *(f"{kind}.csv" for kind in places("RESULTS")), "row.json")
 _SEALED_SCHEMAS = ("fecontact/study/2", "fecontact/map/4", "fecontact/map/5")
+_GUARDED = tuple(f"'{sign}" for sign in FORMULA)
 _MAP_KEY = ("lateral_shift_mm", "load_kN")
 # Entries of a document that are neither a result nor a setting.
 _NO_SETTINGS = ("schema", "cases", "rows", "row", "versions", "reason", SEAL)
@@ -281,7 +282,8 @@ def _from_csv(path: Path) -> tuple[list[str], list[list[str]]]:
     for count, row in enumerate(rows, start=1):
         if len(row) != len(columns):
             raise InputError(f"results {path}: row {count} has {len(row)} values of {len(columns)}; {_REMEDY}")
-    return columns, rows
+    # without the apostrophe that texts have where a spreadsheet would evaluate them
+    return columns, [[cell[cell.startswith(_GUARDED) :] for cell in row] for row in rows]
 
 
 def _text(value: Any) -> str:

@@ -60,15 +60,18 @@ class JudgedStudy:
         One row per case; the row of a case that cannot be judged has a status that says why.
     changed
         Verdicts before and now, by id, where there are both and they differ.
+    missing
+        Cases of the study that have no row yet, as it still runs or was interrupted.
     """
 
     rows: tuple[Row, ...]
     changed: dict[str, tuple[str, str]]
+    missing: int = 0
 
     @property
     def all_judged(self) -> bool:
         """Whether every case was judged and may be used."""
-        return all(usable(row) for row in self.rows)
+        return not self.missing and all(usable(row) for row in self.rows)
 
     @property
     def problems(self) -> tuple[str, ...]:
@@ -80,12 +83,15 @@ class JudgedStudy:
         """How many cases were judged, and how many verdicts are others."""
         lost = sum("verdict_answer" not in row for row in self.rows)
         cases, changed = count(len(self.rows), "case"), count(len(self.changed), "verdict")
+        if self.missing:
+            every = count(len(self.rows) + self.missing, "case")
+            cases = f"{len(self.rows)} of {every} ({self.missing} not solved yet)"
         return f"{cases} judged by {{criteria}}: {changed} changed" + (f", {lost} not judged" if lost else "")
 
     @property
     def record(self) -> Mapping[str, Any]:
-        """The rows, and the verdicts before and now that differ, by id."""
-        return {"rows": self.rows, "changed": self.changed}
+        """The rows, the verdicts before and now that differ, by id, and how many cases have no row."""
+        return {"rows": self.rows, "changed": self.changed, "missing": self.missing}
 
     def parts(self, width: int | None) -> Iterable[Part]:
         """The rows, and the verdicts that have changed."""
@@ -174,9 +180,9 @@ def judge_study(
     check_out(folder, out)
     if (folder / RESULT).is_file():
         row = read_row(folder / ROW)
-        name, before, folders = str(row["id"]), [row], [folder]
+        name, before, folders, cases = str(row["id"]), [row], [folder], 1
     else:
-        name, before = stored_study(folder)
+        name, before, cases = stored_study(folder)
         folders = [case_folder(folder, str(row["id"])) for row in before]
     rows = _judged_rows(before, folders, criteria, creep, progress)
     changed = {
@@ -185,9 +191,9 @@ def judge_study(
         if old.get("verdict_answer") and new.get("verdict_answer") and old["verdict_answer"] != new["verdict_answer"]
     }
     if out is not None:
-        write_tables(name, len(rows), rows, out / "study")
+        write_tables(name, cases, rows, out / "study")
         report_judged(name, rows, folders, out, criteria, creep)
-    return JudgedStudy(rows=tuple(rows), changed=changed)
+    return JudgedStudy(rows=tuple(rows), changed=changed, missing=cases - len(rows))
 
 
 def _judged_rows(
@@ -224,6 +230,7 @@ def _judged_row(folder: Path, criteria: Criteria, creep: Creep | None) -> Row:
 
 
 def check_out(folder: Path, out: Path | None) -> None:
-    """Refuse to write into the folder of the results."""
-    if out is not None and out.resolve() == folder.resolve():
-        raise InputError(f"--out {out} is the folder of the results, which stay as they are; give another one")
+    """Refuse to write into the folder of the results, or into one below it."""
+    if out is not None and out.resolve().is_relative_to(folder.resolve()):
+        where = "is" if out.resolve() == folder.resolve() else "lies in"
+        raise InputError(f"--out {out} {where} the folder of the results, which stay as they are; give another one")

@@ -53,7 +53,7 @@ def load(folder: str | Path) -> Any:
         refuse_unusable(folder)
         return read_case(folder)
     if (folder / "study.json").is_file():
-        _, rows = stored_study(folder)
+        _, rows, _ = stored_study(folder)
         folders = [case_folder(folder, row["id"]) for row in rows if has_numbers(row)]
         for one in folders:
             refuse_unusable(one)
@@ -90,8 +90,8 @@ def unusable(folder: Path) -> str | None:
     return f"{folder}: made by another version: {SOLVING_SOURCE} {made} -> {here}; solve it again"
 
 
-def stored_study(folder: Path) -> tuple[str, list[Row]]:
-    """Name and rows of a study as `study.json` has them.
+def stored_study(folder: Path) -> tuple[str, list[Row], int]:
+    """Name and rows of a study as `study.json` has them, and how many cases it has or will have.
 
     Raises
     ------
@@ -104,7 +104,8 @@ def stored_study(folder: Path) -> tuple[str, list[Row]]:
     name, rows = document.get("study"), document.get("rows")
     if not isinstance(name, str) or not isinstance(rows, list) or not all(map(_is_row, rows)):
         raise InputError(f"{folder / 'study.json'}: it is no list of rows; run the study again")
-    return name, rows
+    cases = document.get("cases")
+    return name, rows, max(cases if isinstance(cases, int) else 0, len(rows))
 
 
 def _is_row(row: Any) -> bool:
