@@ -1,6 +1,7 @@
 """Bodies that yield: the law at a point, in a block, and the first loading of a sphere and of a wheel."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -298,6 +299,32 @@ def lobes(solved):
 
 
 @needs_factors
+@pytest.mark.parametrize(
+    ("used", "starts", "status"),
+    [(0.95, "converged", "converged"), (0.5, "converged", "not converged"), (0.95, "not converged", "not converged")],
+    ids=["healthy", "the search failed", "the elastic contact failed"],
+)
+def test_a_variant_whose_first_yield_is_not_found_is_not_converged(used, starts, status, monkeypatch):
+    """Half as many steps, and other yield stresses: what is stated hangs on each."""
+    nodal = SimpleNamespace(status="converged")
+    monkeypatch.setattr(plastic_contact, "_steps", lambda *_: {})
+    monkeypatch.setattr(plastic_contact, "replace", lambda one, **changes: SimpleNamespace(**{**vars(one), **changes}))
+    loaded, start, last = (
+        SimpleNamespace(solution=SimpleNamespace(status=one)) for one in ("converged", starts, "converged")
+    )
+    bodies = SimpleNamespace(
+        virgin=lambda *_: loaded,
+        yield_used=lambda contact: (2.0, 0.0) if contact is loaded else (used, 0.0),
+        first_yield=lambda _: start,
+        climb=lambda *_: [last],
+        holds=lambda _: True,
+    )
+    bodies.with_yield = lambda _: bodies
+    climbed = SimpleNamespace(contact=last, yielded=SimpleNamespace(nodal=nodal))
+    found = plastic_contact.with_variants(climbed, bodies, (None, None, None), 1e5, lambda *_: (None, None))
+    assert found.yielded.nodal.status == status
+
+
 def test_first_yield_below_narrow_lobes_is_where_the_climb_yields(lobes):
     found = lobes.load.plastic
     first = found.yielded.first_yield_N

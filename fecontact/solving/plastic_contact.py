@@ -138,7 +138,7 @@ class YieldingBodies:
     def first_yield(self, loaded: PlasticContact) -> PlasticContact:
         """The elastic contact just below first yield, from a contact under a larger load, by secants of the logarithms.
 
-        If the search fails, the last contact is returned, and `_is_below_yield` is false for it.
+        If the search fails, the last contact is returned, and `_arrived` is false for a climb from it.
         """
         power, before, here = 1.0 / 3.0, None, loaded
         for _ in range(_SEARCHES):
@@ -335,7 +335,7 @@ def climb(
     way = bodies.climb(start, load_N)
     last = way[-1]
     on_nodes, on_finer = read(last.solution, load_N)
-    if not _arrived(bodies, last) or not _is_below_yield(max(bodies.yield_used(start))):
+    if not _arrived(bodies, start, last):
         on_nodes = replace(on_nodes, status="not converged")
     rungs = Yielded(
         fe=on_finer,
@@ -358,7 +358,7 @@ def with_variants(
 ) -> Climb:
     """A climb repeated with half as many steps and with other yield stresses, for which coarse meshes are good enough.
 
-    Not converged if a repetition does not reach the load, since stated errors depend on all of them.
+    Not converged if a repetition does not find first yield or reach the load: stated errors depend on all of them.
     """
     if climbed.contact is None:
         return climbed
@@ -371,9 +371,10 @@ def with_variants(
         if max(other.yield_used(loaded)) <= 1.0:
             found[factor] = fe
             continue
-        way = other.climb(other.first_yield(loaded), load_N, STEPS // 2)
+        start = other.first_yield(loaded)
+        way = other.climb(start, load_N, STEPS // 2)
         found[factor] = read(way[-1].solution, load_N)[1]
-        if not _arrived(other, way[-1]):
+        if not _arrived(other, start, way[-1]):
             nodal = replace(nodal, status="not converged")
     names = {1.0 - YIELD_BAND: "lower", 1.0: "given", 1.0 + YIELD_BAND: "higher"}
     return replace(
@@ -387,9 +388,10 @@ def with_variants(
     )
 
 
-def _arrived(bodies: YieldingBodies, last: PlasticContact) -> bool:
-    """Whether a climb, which ends with the first contact that fails, reached its load with a valid contact."""
-    return last.solution.status == "converged" and bodies.holds(last)
+def _arrived(bodies: YieldingBodies, start: PlasticContact, last: PlasticContact) -> bool:
+    """Whether a climb, which ends with the first contact that fails, went from first yield to its load."""
+    converged = start.solution.status == last.solution.status == "converged"
+    return converged and _is_below_yield(max(bodies.yield_used(start))) and bodies.holds(last)
 
 
 def _path(
