@@ -342,7 +342,7 @@ _LITTLE = 0.1
 _APART = 2.0
 # The centres of pressure of both contacts may be apart by what both are unsure of: of 80 contacts with healthy elements
 # by 0.38 of it at most; elements with a gap 0.2 mm beside the finer nodes' by 2.2.
-_CENTRES_APART = 1.0
+_CENTRES_APART, _CENTRE = 1.0, "centre_over_b"
 ELEMENTS_OFF: Status = "elements too soft or too stiff"
 """Status of a load whose elements are not those of the bodies' material, or of too poor a shape."""
 REFERENCES_OFF: Status = "references disagree"
@@ -491,28 +491,32 @@ def elements_off(levels: Sequence[Level]) -> bool:
     finest, coarser = levels[:2]
     if abs(finest.compliance_error) > COMPLIANCE_LIMIT:
         return True
-    own, fine, before = (_measures(rung) for rung in (finest.on_elements, finest.fe, coarser.fe))
-    unsure = elements_uncertainties(levels)
-    return centres_apart(levels) > _CENTRES_APART or any(
+    read = with_centre(finest)
+    own, fine, before = (read(rung) for rung in (finest.on_elements, finest.fe, coarser.fe))
+    unsure = elements_uncertainties(levels, read)
+    return centres_apart(levels, unsure) > _CENTRES_APART or any(
         abs(own[name] / fine[name] - 1.0) > _APART * (unsure[name] + abs(before[name] / fine[name] - 1.0))
         for name in ("p_max_MPa", "a_mm", "b_mm")
     )
 
 
-def centres_apart(levels: Sequence[Level]) -> float:
+def with_centre(level: Level) -> Callable[[Rung], dict[str, float]]:
+    """What reads the measures off a rung, with its centre of pressure over the half-width b of a level's contact."""
+    b_mm = patch_of(level.fe).b_mm
+    return lambda rung: _measures(rung) | {_CENTRE: patch_of(rung).centre_y_mm / b_mm}
+
+
+def centres_apart(levels: Sequence[Level], unsure: Mapping[str, float]) -> float:
     """Distance of the centres of pressure on the elements' nodes and on the finer nodes, over what both are unsure of.
 
-    It sees elements whose gap lies beside the gap of the finer nodes: peak and half-widths do not.
+    `unsure` has that of the elements' nodes, as `with_centre` reads. It sees elements whose gap lies beside the gap
+    of the finer nodes: peak and half-widths do not.
     """
-    b_mm, name = patch_of(levels[0].fe).b_mm, "centre_over_b"
-
-    def centre(rung: Rung) -> dict[str, float]:
-        return {name: patch_of(rung).centre_y_mm / b_mm}
-
-    own, fine = (centre(rung)[name] for rung in (levels[0].on_elements, levels[0].fe))
-    of_fine = uncertainty(name, [centre(level.fe)[name] for level in levels], as_solved(levels))
+    b_mm = patch_of(levels[0].fe).b_mm
+    own, *fine = (patch_of(rung).centre_y_mm / b_mm for rung in (levels[0].on_elements, *(one.fe for one in levels)))
+    of_fine = uncertainty(_CENTRE, fine, as_solved(levels))
     assert of_fine is not None
-    return abs(own - fine) / (elements_uncertainties(levels, centre)[name] + of_fine)
+    return abs(own - fine[0]) / (unsure[_CENTRE] + of_fine)
 
 
 def _measures(rung: Rung) -> dict[str, float]:

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from html import escape
 from itertools import pairwise
-from typing import Literal, TypeVar
+from typing import Literal, NamedTuple, TypeVar
 
 import numpy as np
 import psutil
@@ -258,10 +258,16 @@ def direction_of_case(case: Case, placement: Placement) -> Floats:
 # Deviations move from line to line by what lines are, and 16 nodes a semi-axis read that as well as 32.
 _NODES_A_LINE = 16
 OWN_LINE = "own line"
-_NOISE = "noise"
 # Of the scatter of four draws about the own line, for 95 %.
 _STUDENT = 2.78
 Value = TypeVar("Value")
+
+
+class _Label(NamedTuple):
+    """What a line is, in words, and whether it is a draw of other noise."""
+
+    words: str
+    drawn: bool = False
 
 
 def lines_of_case(case: Case, placement: Placement) -> Lines | None:
@@ -274,7 +280,7 @@ def lines_of_case(case: Case, placement: Placement) -> Lines | None:
     found = _on_lines(case, placement, on_line)
     if not found:
         return None
-    own, *others = (OnLine(label=label) if one is None else one for label, one in found.items())
+    own, *others = (OnLine(label=label.words) if one is None else one for label, one in found.items())
     return Lines(own=own, others=tuple(others))
 
 
@@ -296,15 +302,17 @@ def hertz_uncertainty(case: Case, placement: Placement) -> dict[str, float] | No
 
     def left_open(name: str, value: float) -> float:
         by = {label: math.nan if one is None else one[name] / value - 1.0 for label, one in found.items()}
-        drawn = np.array([change for label, change in by.items() if label.startswith(_NOISE)])
-        smoothed = np.abs([change for label, change in by.items() if not label.startswith(_NOISE)]).max()
+        drawn = np.array([change for label, change in by.items() if label.drawn])
+        smoothed = np.abs([change for label, change in by.items() if not label.drawn]).max()
         scatter = math.sqrt(float(np.mean(drawn**2))) if drawn.size else 0.0
         return math.hypot(float(smoothed), _STUDENT * scatter)
 
     return {name: left_open(name, value) for name, value in own.items()}
 
 
-def _on_lines(case: Case, placement: Placement, evaluate: Callable[[str, Placement], Value]) -> dict[str, Value | None]:
+def _on_lines(
+    case: Case, placement: Placement, evaluate: Callable[[str, Placement], Value]
+) -> dict[_Label, Value | None]:
     """Something of the case on its own line and on every other one by its label; empty of exact lines.
 
     The same filter is taken for rail and wheel, and None stands for lines that do not come into contact.
@@ -312,15 +320,15 @@ def _on_lines(case: Case, placement: Placement, evaluate: Callable[[str, Placeme
     rail, wheel = placement.rail.profile, placement.wheel.profile
     rails, wheels = _labelled(rail), _labelled(wheel)
     labels = dict.fromkeys([*rails, *wheels])
-    own = _own_label(rail, wheel)
+    own = _Label(_own_label(rail, wheel))
 
-    def with_lines(label: str) -> Value | None:
+    def with_lines(label: _Label) -> Value | None:
         try:
-            return evaluate(label, place_case(case, rail=rails.get(label, rail), wheel=wheels.get(label, wheel)))
+            return evaluate(label.words, place_case(case, rail=rails.get(label, rail), wheel=wheels.get(label, wheel)))
         except (InputError, ConvergenceError):
             return None
 
-    return {own: evaluate(own, placement), **{label: with_lines(label) for label in labels}} if labels else {}
+    return {own: evaluate(own.words, placement), **{label: with_lines(label) for label in labels}} if labels else {}
 
 
 def _own_label(rail: Profile, wheel: Profile) -> str:
@@ -333,13 +341,15 @@ def _filter(filter_mm: float, nominal: str) -> str:
     return f"{FILTER} {filter_mm:.3g} mm" + (f" from {nominal}" if nominal else "")
 
 
-def _labelled(profile: Profile) -> dict[str, Profile]:
+def _labelled(profile: Profile) -> dict[_Label, Profile]:
     """Lines that the points of a profile allow beside its own by their labels, as they are through either half."""
     if profile.measured is None:
-        halves = {f"half {k + 1} of the points": profile.thinned(k) for k in (0, 1)}
+        halves = {_Label(f"half {k + 1} of the points"): profile.thinned(k) for k in (0, 1)}
         return {label: line for label, line in halves.items() if line is not None}
     return {
-        f"{_NOISE} {one.draw + 1}" if one.draw >= 0 else _filter(one.filter_mm, one.nominal): one.profile
+        _Label(f"noise {one.draw + 1}", drawn=True)
+        if one.draw >= 0
+        else _Label(_filter(one.filter_mm, one.nominal)): one.profile
         for one in other_lines(profile)
     }
 
