@@ -16,7 +16,7 @@ do not. Half-widths come near with the power 2.7 and 2.8 of the element size, pe
 open places are open by the area of a thin tail. Means over elements read half-widths 5 / (12 n2) too long and peaks 1 /
 (6 n2) too low. What is stated for own nodes holds in 191 of 192 measures of 24 exact gaps; its peak is seven times too
 large. CalculiX 2.20 on meshes of four elements (C3D8) has a largest nodal pressure 0.8 % below the own nodes' peak,
-which is read between nodes, at 3 mm and 0.3 % at R 300; at 3 mm the largest nodal pressures themselves are 0.09 % apart.
+which is read between nodes, at 3 mm and 0.3 % at R 300; at 3 mm the largest nodal pressures are 0.09 % apart.
 Check and own verdict cost 0.4 to 0.9 % of the CPU time. With 20 elements nothing was run, for want of time.
 
 Errors planted in the elements alone (tests/test_planted_errors.py): a modulus off by 3, 5 and 20 %, Poisson's ratio
