@@ -235,11 +235,11 @@ class Placement:
 
         NaN beyond the running surface.
         """
-        x, s = np.broadcast_arrays(np.asarray(x, float), np.asarray(s, float))
-        u = self.rail.profile.at_arc_length(s + self.first_arc_length_mm)
+        u = self.rail.profile.at_arc_length(np.asarray(s, float) + self.first_arc_length_mm)
         y, z, angle = self.rail.section(u)
-        points = np.stack([x + self.first.x_mm, y, z], axis=-1)
-        return points, np.stack([np.zeros_like(y), -np.sin(angle), np.cos(angle)], axis=-1)
+        points = np.broadcast_arrays(np.asarray(x, float) + self.first.x_mm, y, z)
+        normals = np.broadcast_arrays(np.zeros_like(points[0]), -np.sin(angle), np.cos(angle))
+        return np.stack(points, axis=-1), np.stack(normals, axis=-1)
 
     def project(self, points: Floats) -> Floats:
         """Surface coordinates (x, s) (..., 2) in mm of points near the rail's surface, along its normals.
