@@ -60,8 +60,8 @@ _LARGEST_TURN_RAD = 0.2
 _FOOT_STEPS = 8
 # While the line still moves, fewer do: each begins at the feet of the one before.
 _FIRST_FOOT_STEPS = 3
-# Points whose nearest ones are looked up together.
-_AT_ONCE = 500
+# Points whose nearest ones are looked up together, and of which ends of pieces.
+_AT_ONCE, _APART = 500, 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -92,8 +92,9 @@ def foot_points(
     ends, lengths, places = line._pieces.ends, line._pieces.lengths, line._pieces.u
     if near is None:
         parts = np.array_split(points, max(1, len(points) // _AT_ONCE))
-        squared = ((part[:, :1] - ends.y) ** 2 + (part[:, 1:] - ends.z) ** 2 for part in parts)
-        s = np.concatenate([lengths[one.argmin(axis=1)] for one in squared])
+        # a nearest place to begin at
+        y, z, far = ends.y[::_APART], ends.z[::_APART], lengths[::_APART]
+        s = np.concatenate([far[((part[:, :1] - y) ** 2 + (part[:, 1:] - z) ** 2).argmin(axis=1)] for part in parts])
     else:
         s = near.s_mm
     for _ in range(steps):
@@ -322,7 +323,7 @@ def _fit(held: Held, filter_mm: float, noise: float | None) -> tuple[Floats, flo
     That is cross-validation on the running part, or with a known noise Mallows' estimate of the error.
     """
     s, values, running = held.s_mm, held.values, _running(held)
-    probes = np.random.default_rng(SEED).choice([-1.0, 1.0], size=(s.size, _PROBES))
+    probes = _probes(s.size)
     fitted = smoothed_by(s, np.column_stack((values, probes)), filter_mm, held.relative_filter)(s)
     # the trace of the smoother (Hutchinson), which is its degrees of freedom
     freedom = float(np.mean((probes * fitted[:, 2:])[running]))
@@ -331,6 +332,11 @@ def _fit(held: Held, filter_mm: float, noise: float | None) -> tuple[Floats, flo
     if noise is None:
         return residual, freedom, off / max(1.0 - _COST * freedom, 1e-3) ** 2
     return residual, freedom, off + 2.0 * _COST * noise**2 * freedom
+
+
+@lru_cache(maxsize=8)
+def _probes(number: int) -> Floats:
+    return np.random.default_rng(SEED).choice([-1.0, 1.0], size=(number, _PROBES))
 
 
 def _noise_draws(measured: Measured, seed: Sequence[int], number: int) -> Floats:

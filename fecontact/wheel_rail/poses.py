@@ -206,13 +206,13 @@ def places_near(rail: RailPose, wheel: WheelPose, points: CurvePoints, above_mm:
     """
     _, _, y, z = wheel.silhouette_of(points.taken(slice(None, None, _EVERY)))
     gap = z - np.interp(y, *rail.seen_from_above, left=-np.inf, right=-np.inf)
-    near = np.zeros(points.y.size)
-    near[::_EVERY] = np.isfinite(gap) & (gap < gap.min() + above_mm + _NEAR_MM)
-    return np.flatnonzero(np.convolve(near, np.ones(4 * _EVERY + 1), "same") > 0.5)
+    near = np.isfinite(gap) & (gap < gap.min() + above_mm + _NEAR_MM)
+    beside = np.convolve(near, np.ones(5), "same") > 0.5
+    return np.flatnonzero(np.repeat(beside, _EVERY)[: points.y.size])
 
 
 # Secants end with a step of the parameter this small: the next would be lost in rounding.
-_LAST_SECANT = 1e-13
+_LAST_SECANT = 1e-11
 
 
 def sign_changes(f: Callable[[Floats], Floats], low: Floats, high: Floats, f_low: Floats, f_high: Floats) -> Floats:
