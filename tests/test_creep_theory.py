@@ -11,8 +11,8 @@ from scipy.integrate import quad
 from fecontact.bodies import STEEL, Material, RollingPair
 from fecontact.errors import InputError
 from fecontact.rolling.fastsim import (
-    Strips,
     CELLS,
+    Strips,
     ellipse_strips,
     fastsim,
     fastsim_strips,

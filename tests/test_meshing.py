@@ -318,7 +318,8 @@ BOW_TIE = SQUARE[[0, 2, 1, 3]]
 def test_cells_that_fold_are_seen_in_any_direction_and_order(turn):
     axes = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
     square, dart, tie = (3.0 * shape @ axes + 50.0 for shape in (SQUARE, DART, BOW_TIE))
-    assert _all_convex(np.array([square, square + 1.0])) and _all_convex(square[None, ::-1])
+    assert _all_convex(np.array([square, square + 1.0]))
+    assert _all_convex(square[None, ::-1])
     for wrong in (dart, tie, dart[::-1]):
         assert not _all_convex(np.array([square, wrong]))
     # two cells of unlike order overlap
