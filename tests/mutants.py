@@ -84,7 +84,9 @@ def pytest_sessionfinish() -> None:
     """Writes what this process noted."""
     folder = Path(os.environ["FECONTACT_CALLS"])
     told = {"calls": {test: sorted(what) for test, what in CALLS.of.items()}, "seconds": CALLS.seconds}
-    (folder / f"{os.environ.get('PYTEST_XDIST_WORKER', 'main')}.json").write_text(json.dumps(told))
+    path = folder / f"{os.environ.get('PYTEST_XDIST_WORKER', 'main')}.json"
+    path.with_suffix(".part").write_text(json.dumps(told))
+    path.with_suffix(".part").rename(path)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -173,7 +175,7 @@ def noted(folder: Path, workers: int) -> None:
 def reached(folder: Path) -> tuple[dict[str, list[str]], dict[str, float]]:
     """Tests that call each function, quickest first, and what each test takes (s)."""
     tests, seconds = defaultdict(list), {}
-    for path in folder.glob("gw*.json"):
+    for path in folder.glob("*.json"):
         told = json.loads(path.read_text())
         seconds |= told["seconds"]
         for test, functions in told["calls"].items():
@@ -234,7 +236,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "mutants")
     asked = parser.parse_args()
     asked.out.mkdir(parents=True, exist_ok=True)
-    if not list(asked.out.glob("gw*.json")):
+    if not list(asked.out.glob("*.json")):
         noted(asked.out, asked.workers)
     tests, seconds = reached(asked.out)
     package = ROOT / "fecontact"
