@@ -76,6 +76,11 @@ class Clock:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
             self.memory_MB[name] = psutil.Process().memory_info().rss / 1e6
 
+    def taken(self) -> dict[str, float]:
+        """Seconds by step since they were taken the last time."""
+        seconds, self.seconds = self.seconds, {}
+        return seconds
+
 
 def hertz_of_case(case: Case, placement: Placement) -> HertzContact:
     """Hertz's ellipse at the first touch point under the case's load; at a junction the ellipse of its field side.
