@@ -70,7 +70,7 @@ regress: setup ## run the quick studies that have a baseline and compare each wi
 	@different=; for csv in studies/baselines/*.csv; do \
 	  name=$$(basename "$$csv" .csv); out=out/regress/$$name; rm -rf "$$out"; echo "== $$name"; \
 	  $(BIN)/fecontact run "studies/$$name.py" --quick --out "$$out"; \
-	  $(BIN)/fecontact compare "$$csv" "$$out" --json "$$out/comparison.json" --html "$$out/comparison.html" \
+	  $(BIN)/fecontact compare "$$csv" "$$out" --out "$$out" \
 	    || different="$$different $$name"; \
 	done; \
 	if [ -n "$$different" ]; then echo "regress: not the same as the baseline:$$different" >&2; exit 1; fi; \
