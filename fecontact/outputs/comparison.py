@@ -233,7 +233,6 @@ def write_comparison(comparison: TableComparison, folder: Path) -> Path:
     return folder
 
 
-
 # More values than these are folded away.
 _MOST_OPEN = 40
 
