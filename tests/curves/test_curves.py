@@ -726,7 +726,12 @@ def test_the_picture_over_the_curvature_tells_both_wheelsets_of_one_radius_apart
     )
     curves_figure(found, "a.png")
     assert "rail 60E1 1:40, wheel S1002" in drawn[0].get_suptitle()
-    visits_figure(replace(found, columns=(MapColumn(lateral_shift_mm=0.0, reach_mm=0.5, bands=((20.0, 80.0, "HOLDS"),), cells=()),)), "b.png")
+    visits_figure(
+        replace(
+            found, columns=(MapColumn(lateral_shift_mm=0.0, reach_mm=0.5, bands=((20.0, 80.0, "HOLDS"),), cells=()),)
+        ),
+        "b.png",
+    )
     assert "rail 60E1 1:40, wheel S1002" in drawn[1].axes[0].get_title()
     shift = drawn[0].axes[0]
     assert [line.get_xdata() for line in shift.lines] == [[pytest.approx(2.0)]] * 2
