@@ -76,7 +76,7 @@ regress: setup ## run the quick studies that have a baseline and compare each wi
 	if [ -n "$$different" ]; then echo "regress: not the same as the baseline:$$different" >&2; exit 1; fi; \
 	echo "regress: all the same as their baselines"
 
-validate: setup ## run the studies at full size and write VALIDATION.md; one to two hours
+validate: setup ## run the studies at full size and write VALIDATION.md with its pages; one to two hours
 	$(BIN)/fecontact validate --out out/validate --report VALIDATION.md
 
 # What only the site needs is no part of the lock.
