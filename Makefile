@@ -70,13 +70,13 @@ regress: setup ## run the quick studies that have a baseline and compare each wi
 	@different=; for csv in studies/baselines/*.csv; do \
 	  name=$$(basename "$$csv" .csv); out=out/regress/$$name; rm -rf "$$out"; echo "== $$name"; \
 	  $(BIN)/fecontact run "studies/$$name.py" --quick --out "$$out"; \
-	  $(BIN)/fecontact compare "$$csv" "$$out" --json "$$out/comparison.json" --html "$$out/comparison.html" \
+	  $(BIN)/fecontact compare "$$csv" "$$out" --out "$$out" \
 	    || different="$$different $$name"; \
 	done; \
 	if [ -n "$$different" ]; then echo "regress: not the same as the baseline:$$different" >&2; exit 1; fi; \
 	echo "regress: all the same as their baselines"
 
-validate: setup ## run the studies at full size and write VALIDATION.md; one to two hours
+validate: setup ## run the studies at full size and write VALIDATION.md with its pages; one to two hours
 	$(BIN)/fecontact validate --out out/validate --report VALIDATION.md
 
 # What only the site needs is no part of the lock.

@@ -138,7 +138,7 @@ def test_what_is_imported_in_an_example_exists(page):
 
 # what is done in a second or two
 QUICK = {"check", "creep", "doctor", "hertz", "init", "place", "profiles", "table", "theories", "theory"}
-WRITTEN = {"--examples", "--out", "--png", "--write"}
+WRITTEN = {"--examples", "--out", "--write"}
 A_FILE = re.compile(r"[\w.+-]*/[\w./+-]+|[\w+-]+\.[a-z]+")
 
 

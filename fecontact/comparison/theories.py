@@ -60,7 +60,7 @@ class Theory:
     words
         Name of the theory for readers.
     letter
-        Letter of the theory in the cells of a map.
+        One or two letters of the theory in the cells of a map; no picture has them for anything else.
     cost
         Class of cost for a vehicle code.
     source, range

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from fecontact.bodies import TrackSide
+from fecontact.case import Case
 from fecontact.curves.curve import Conditions, CurveRun, WheelRun, WheelsetRun
 from fecontact.curves.model import Vehicle
 from fecontact.curves.stability import StraightTrack
@@ -144,6 +145,8 @@ class Curves:
 
     Attributes
     ----------
+    case
+        Rail and wheel of all wheelsets.
     runs
         By theory, in the order of the radii.
     share
@@ -157,6 +160,7 @@ class Curves:
     """
 
     vehicle: Vehicle
+    case: Case
     conditions: Conditions
     radii_m: tuple[float, ...]
     share: tuple[float, ...]
