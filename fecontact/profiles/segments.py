@@ -435,7 +435,7 @@ def _powers(segment: Segment, v: Floats) -> Floats:
 
 def _polynomial(powers: Floats, x: Floats) -> Floats:
     """Polynomials (n,) with powers (k, n) at x (n,)."""
-    value = powers[-1].copy()
+    value: Floats = powers[-1].copy()
     for power in powers[-2::-1]:
         value *= x
         value += power
