@@ -106,7 +106,7 @@ def test_what_is_taken_for_granted_of_a_measured_rail_is_said_with_the_way_back(
         line = read(sampled("60E1", 0.01, moved=Registration(turn_rad=turn_rad)), **reading)
         return " ".join(line.notes)
 
-    kept = "where the curvature of 60E1 jumps, that of the rail is taken to jump too: --rail-nominal none"
+    kept = "where the curvature of 60E1 jumps, the curvature of the rail is taken to jump too: --rail-nominal none"
     assert kept in notes(0.0)
     assert kept not in notes(0.0, nominal="none")
     for turn_rad, asked in ((0.0, ""), (0.01, ""), (0.025, "1:40"), (-0.0245, "1:40"), (0.05, "1:20")):
