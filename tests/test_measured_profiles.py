@@ -241,7 +241,11 @@ def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):
     assert "the measured profiles leave ±" in out
     assert (tmp_path / "seen.png").exists()
     assert call(["place", "--rail", "mine.csv", "--shift", "-4", "--json"]) == 0
-    part = json.loads(capsys.readouterr().out)["uncertainty_of_profile"]
+    record = json.loads(capsys.readouterr().out)
+    # which body a note is about
+    assert record["notes"]
+    assert all(note.startswith("rail: ") for note in record["notes"])
+    part = record["uncertainty_of_profile"]
     assert 0.0 < part["p_max_MPa"] < 0.05
     assert call(["profiles", "mine.csv", "--kind", "rail", "--write", "again.csv", "--out", "mine.png"]) == 0
     out = capsys.readouterr().out

@@ -46,8 +46,8 @@ _INPUTS = (
 
 
 def profile_notes(placement: Placement) -> list[str]:
-    """Notes about both profiles."""
-    return [*placement.rail.profile.notes, *placement.wheel.profile.notes]
+    """Notes about both profiles, each with its body."""
+    return [f"{one.kind}: {note}" for one in (placement.rail.profile, placement.wheel.profile) for note in one.notes]
 
 
 def touch_records(placement: Placement) -> Record:
