@@ -432,7 +432,7 @@ PAIR = RollingPair(friction=0.3, shear_MPa=82e3, poisson=0.28)
 def test_strips_over_hertzs_pressure_are_the_ellipse(bound):
     x, y = np.linspace(-8.3, 8.3, 97), np.linspace(-4.4, 4.4, 93)
     (lobe,) = pressure_strips(x, y, hertz_field(LONG, x, y), PAIR)
-    # 32 nodes a semi-axis and more read a Hertz ellipse to some 1e-3
+    # 32 nodes per semi-axis and more read a Hertz ellipse to some 1e-3
     assert (lobe.contact.a_mm, lobe.contact.b_mm) == pytest.approx((8.0, 4.0), rel=4e-3)
     assert lobe.contact.normal_force_N == pytest.approx(LONG.normal_force_N, rel=1e-3)
     for creepages in (Creepages(xi=1e-3), Creepages(eta=-6e-4, spin_per_mm=6e-4), Creepages(xi=5e-4, eta=5e-4)):

@@ -117,8 +117,8 @@ def test_the_first_study_stands_on_both_rails():
         (Case(), "rolled until both wheels touch"),
         (Case(roll_rad=0.0), "roll fixed at 0 mrad"),
         (Case(roll_rad=4e-4), "roll fixed at 0.4 mrad"),
-        (Case(rail="circle:300"), "roll fixed at 0 mrad (lines given by their radii make no wheelset)"),
-        (Case(rail="A75"), "roll fixed at 0 mrad (a crane rail makes no wheelset)"),
+        (Case(rail="circle:300"), "roll fixed at 0 mrad (lines given by their radii have no wheelset)"),
+        (Case(rail="A75"), "roll fixed at 0 mrad (a crane rail has no wheelset)"),
         (Case(roll="loaded"), "roll of the loaded wheelset"),
         (Case(roll_load_N=80e3), "roll of the wheelset under 80 kN a wheel"),
         (

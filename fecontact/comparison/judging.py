@@ -75,7 +75,7 @@ from fecontact.wheel_rail.poses import TouchPoint
 
 # --- Every patch of a contact, and every lobe of a joined one, as a contact of its own beside Hertz's ellipse.
 
-# What is read off a lobe; its approach is that of the bodies, and its extents end where the next one begins.
+# What is read off a lobe; its approach is the approach of the bodies, and its extents end where the next one begins.
 _READ = ("p_max_MPa", "area_mm2", "a_mm", "b_mm")
 
 
@@ -440,7 +440,7 @@ class JudgedLoad:
 
     @property
     def limit_used(self) -> float:
-        """By how much the measure that uses most of its limit does so, on the worst side; Hertz is off from 1 on."""
+        """Largest part of a limit that Hertz uses, on the worst side; above 1 Hertz fails."""
         used = [side.limit_used for side in self.sides.values()]
         return math.nan if any(math.isnan(part) for part in used) else max(used)
 
@@ -456,7 +456,7 @@ def warnings_of(load: JudgedLoad) -> Iterator[str]:
     level, sides = load.level, load.sides
     if len(sides) > 1:
         said = (
-            f"with that of its {side} side Hertz {one.verdict.answer} ({one.deviation['p_max_MPa']:+.1%} in peak"
+            f"with the ellipse of its {side} side Hertz {one.verdict.answer} ({one.deviation['p_max_MPa']:+.1%} in peak"
             f" pressure, {one.deviation['area_mm2']:+.1%} in area)"
             for side, one in sides.items()
         )
@@ -628,7 +628,7 @@ def judge_theory(
 
     if by == "elements":
         deviation = deviations_of(levels[0].on_elements, made)
-        # of (Hertz - FE) / FE, from that of the finite-element measure
+        # of (Hertz - FE) / FE, from the uncertainty of the finite-element measure
         known = {
             name: value * abs(1.0 + deviation[name]) if name in MEASURES else value
             for name, value in elements_uncertainties(levels, read).items()

@@ -94,7 +94,7 @@ def _outside_hertz(placement: Placement, hertz: HertzContact) -> tuple[str, ...]
     """Why a single ellipse is out of its range: a junction, or further touch points whose gap is closed."""
     first, notes = placement.first, []
     if first.at_junction:
-        notes.append("the touch point lies at a curvature junction: the ellipse is that of one side")
+        notes.append("the touch point lies at a curvature junction: the ellipse has the curvature of one side")
     closed = sum(
         hertz.approach_mm * float(touch.normal @ first.normal) > touch.vertical_gap_mm * float(touch.normal[2])
         for touch in placement.touch_points

@@ -140,7 +140,7 @@ def _speed_m_s(conditions: Conditions, curvature_per_mm: float, tilt_rad: float,
     across = part * conditions.unbalanced_m_s2 + GRAVITY_M_S2 * math.sin(tilt_rad)
     if across < 0.0:
         raise InputError(
-            f"unbalanced acceleration is {conditions.unbalanced_m_s2:g} m/s2; allowed: not below that of a vehicle that"
+            f"unbalanced acceleration is {conditions.unbalanced_m_s2:g} m/s2; allowed: no less than a vehicle has that"
             f" stands on the cant of {conditions.cant_mm:g} mm; give a larger one, or more cant"
         )
     return math.sqrt(across / (1e3 * abs(curvature_per_mm) * math.cos(tilt_rad)))
@@ -213,7 +213,7 @@ CurveStatus = Literal["equilibrium", "no equilibrium", "derails"]
 # A contact so near to the steepest place of the flange climbs.
 _STEEPEST_RAD = math.radians(0.5)
 _ROUNDING_M_S2 = 1e-9
-# A wheel whose steepest place is flatter has no flange; those of flanges are 60 to 75 degrees.
+# A wheel whose steepest place is flatter has no flange; flanges have 60 to 75 degrees.
 _FLANGE_RAD = math.radians(40.0)
 
 

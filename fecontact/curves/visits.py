@@ -130,8 +130,8 @@ class MapColumn:
 class Visit:
     """Where a wheel is on a map of the left wheel: its shift there, its load, its yaw, and what the map says there.
 
-    The verdict is what the map's load limits say at the load of the wheel, the cheapest theory is that of the cell with
-    the nearest load; `cell` is None beside the shifts and loads that were solved.
+    The map's load limits at the load of the wheel give the verdict, the cell with the nearest load gives the cheapest
+    theory; `cell` is None beside the shifts and loads that were solved.
     """
 
     theory: str

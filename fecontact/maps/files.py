@@ -290,7 +290,7 @@ def write_map(
     write_sealed(out / f"{name}.json", map_record(made, provenance), [out / f"{name}.csv"])
     if not (drawn and made.positions):
         return
-    # those of another friction, or of theories before, would not belong to this map
+    # pictures of another friction, or of theories before, would not belong to this map
     for old in (*offered("MAPS"), *offered("LAWS"), *THEORIES):
         for ending in ("png", "svg", "csv"):
             (out / f"{name}_{old}.{ending}").unlink(missing_ok=True)

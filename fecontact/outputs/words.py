@@ -343,7 +343,7 @@ def roll_words(case: Case) -> str:
     fixed = f"roll fixed at {1e3 * case.roll_rad:g} mrad"
     if makes_a_wheelset(case.rail, case.wheel):
         return fixed
-    why = "a crane rail makes" if is_crane_rail(case.rail) else "lines given by their radii make"
+    why = "a crane rail has" if is_crane_rail(case.rail) else "lines given by their radii have"
     return f"{fixed} ({why} no wheelset)"
 
 

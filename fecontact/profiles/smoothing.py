@@ -704,7 +704,7 @@ def _choices(made: Measured, kind: Kind) -> list[str]:
     said = []
     if load(made.nominal).junctions:
         said.append(
-            f"where the curvature of {made.nominal} jumps, that of the {kind} is taken to jump too:"
+            f"where the curvature of {made.nominal} jumps, the curvature of the {kind} is taken to jump too:"
             f" --{kind}-nominal none takes the points alone"
         )
     turn_rad = made.held.registration.turn_rad

@@ -635,7 +635,7 @@ def demo_words(out: Path, outcome: StudyOutcome) -> str:
             f"S1002 on 60E1 1:40, shifted by {POSITION.lateral_shift_mm:g} mm, {POSITION.load_N / 1e3:g} kN: Hertz"
             f" {verdict}.",
             f"  {verdict_reason(result.load)}",
-            f"  Hertz's peak pressure is {result.comparison.hertz.p_max_MPa:.0f} MPa, that of the finite elements"
+            f"  Peak pressure: Hertz {result.comparison.hertz.p_max_MPa:.0f} MPa, finite elements"
             f" {result.comparison.fe.p_max_MPa:.0f} MPa.",
             "",
             f"Report:   {out / 'report.html'}",

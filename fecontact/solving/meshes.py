@@ -48,7 +48,7 @@ from fecontact.wheel_rail.placement import Placement
 _BESIDE = 0.15
 _ENLARGEMENTS = 4
 # How layers grow downwards where steel may yield: a plastic zone reaches down to 1.2 semi-axes at 2.5 yield stresses.
-# Six elements a semi-axis have the peak of a sphere within 0.2 % then, and 1 % too high where layers grow by 1.3.
+# Six elements per semi-axis have the peak of a sphere within 0.2 % then, and 1 % too high where layers grow by 1.3.
 _LAYERS_THAT_YIELD = 1.2
 # Element sizes tried one after the other where a section's elements fold: another size is another mesh.
 _SIZES_IF_FOLDED = (1.0, 0.97, 0.94, 0.91)

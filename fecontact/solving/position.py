@@ -260,7 +260,7 @@ def direction_of_case(case: Case, placement: Placement) -> Floats:
 
 # --- A case on the other lines that its measured points allow: what they leave open of Hertz and of the half-space.
 
-# Deviations move from line to line by what lines are, and 16 nodes a semi-axis read that as well as 32.
+# Deviations move from line to line by what lines are, and 16 nodes per semi-axis read that as well as 32.
 _NODES_A_LINE = 16
 OWN_LINE = "own line"
 # Of the scatter of four draws about the own line, for 95 %.

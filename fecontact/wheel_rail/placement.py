@@ -187,7 +187,8 @@ class Placement:
             " wheel stands at the roll which that gives"
         )
         said = (*((climbing,) if self.climbs else ()), *((other,) if self.other_climbs else ()))
-        return (*self.rail.profile.notes, *self.wheel.profile.notes, *said)
+        profiles = (self.rail.profile, self.wheel.profile)
+        return (*(f"{one.kind}: {note}" for one in profiles for note in one.notes), *said)
 
     @property
     def first(self) -> TouchPoint:

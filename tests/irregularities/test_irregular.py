@@ -54,7 +54,7 @@ def test_the_smooth_pair_is_that_of_the_reference():
     assert found == pytest.approx((7.1617, 5.3872, 0.104119, 1237.56, 2.9765), rel=2e-5)
 
 
-# independent program, patches with up to 64 nodes a semi-axis; an edge has no peak
+# independent program, patches with up to 64 nodes per semi-axis; an edge has no peak
 @pytest.mark.parametrize(
     ("line", "s", "approach", "peak"),
     [
