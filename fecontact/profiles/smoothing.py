@@ -539,10 +539,12 @@ _FARTHEST_MM = 2.0
 # One that they are farther off anywhere is not theirs for certain; nor is one that they are off by more than this, if
 # their deviation has shorter waves than they have themselves.
 _MOST_WEAR_MM, _UNWORN_MM = 3.0, 0.3
+# Nor is one that most points are off: where all that runs is worn, another profile of the same kind fits as well.
+_MOST_WORN_ALL_OVER_MM = 0.5
 # A head is worn and canted to the gauge side. One that leans outwards by more, is so much lower beside its field side
 # or has lost so much more there is mirrored, unless it has lost as much more on its gauge side. A new one canted by
 # 1:40 is lower by 1.1 mm; the worn ones of 0.5 mm and more lean by 6 mrad and more.
-_OUTWARDS_RAD, _LOWER_MM, _LOST_MM = 0.005, 1.0, 0.3
+_OUTWARDS_RAD, _LOWER_MM, _LOST_MM = 0.005, 1.0, 0.5
 # What a side has lost, nine tenths of its points have at most: from so far beside the middle, down to as deep below the
 # top (mm) as both sides are measured, and that is nothing where one of them ends sooner.
 _BESIDE_MM, _DEEPEST_MM, _LEAST_DEEP_MM, _OF_A_SIDE = 6.0, 14.0, 4.0, 0.9
@@ -667,17 +669,18 @@ def _smoothed(given: Points, reading: Reading, near: Sequence[Nearest]) -> Measu
                 " beyond its ends; give another nominal profile, or none"
             )
         return found[0][0]
-    close = [one for one in near[:2] if one.farthest_mm < _MOST_WEAR_MM]
-    found = [_deviation(one, given.points, smooth) for one in close]
+    close = [one for one in near if one.farthest_mm < _MOST_WEAR_MM]
+    found = [(one, *made) for one in close if (made := _deviation(one, given.points, smooth)) is not None]
     certain = [
-        one
-        for one, near in zip(found, close, strict=True)
-        if one is not None and (near.farthest_mm < _UNWORN_MM or one[0].filter_mm >= _on_running_part_mm(by_itself[0]))
+        (one.usual_mm, made, score)
+        for one, made, score in found
+        if one.farthest_mm < _UNWORN_MM or made.filter_mm >= _on_running_part_mm(by_itself[0])
     ]
-    lines = [*certain, by_itself]
-    best = min(score for _, score in lines)
+    lines = [*certain, (0.0, *by_itself)]
+    best = min(score for *_, score in lines)
     # the first one of those that are as good
-    return next(measured for measured, score in lines if score <= best * (1.0 + 1e-9))
+    usual, measured = next((usual, made) for usual, made, score in lines if score <= best * (1.0 + 1e-9))
+    return measured if usual < _MOST_WORN_ALL_OVER_MM else by_itself[0]
 
 
 def _on_running_part_mm(line: Measured) -> float:
