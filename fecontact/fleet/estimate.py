@@ -122,28 +122,26 @@ def bounds(strata: Sequence[Stratum], holds: str, undecided: Collection[str]) ->
 # --- Which positions are drawn.
 
 
-def inclusion_probabilities(weights: Floats, draws: int) -> Floats:
-    """The probability of each position to be among so many draws, min(1, c w), which sum to the draws."""
+def draw_scale(weights: Floats, draws: int) -> float:
+    """The number c by which positions are drawn with the probabilities min(1, c w), which sum to the draws."""
     if draws >= weights.size:
-        return np.ones(weights.size)
+        return float(1.0 / weights.min())
     heaviest = np.sort(weights)[::-1]
     # with the k heaviest drawn surely, the others share what is left of the draws
-    left = np.cumsum(heaviest[::-1])[::-1]
-    sure = np.arange(draws)
-    scale = (draws - sure) / left[:draws]
-    first = int(np.argmax(scale * heaviest[:draws] <= 1.0))
-    return np.minimum(1.0, scale[first] * weights)
+    left = np.cumsum(heaviest[::-1])[::-1][:draws]
+    scales = (draws - np.arange(draws)) / left
+    return float(scales[np.argmax(scales * heaviest[:draws] <= 1.0)])
 
 
 def allocation(
-    weights: Floats, shares: Floats, costs: Floats, positions: NDArray[np.int64], drawn: NDArray[np.int64], draws: int
+    weights: Floats, shares: Floats, positions: NDArray[np.int64], drawn: NDArray[np.int64], draws: int
 ) -> NDArray[np.int64]:
-    """Draws of each stratum: half in proportion to its weight, half by W sqrt(p (1 - p) / cost) (Neyman 1934).
+    """Draws of each stratum: half in proportion to its weight W, half to W sqrt(p (1 - p)) (Neyman 1934).
 
-    A stratum keeps what was drawn, and has two draws at least, so that nothing is taken for known; what it has no
-    positions for the others have (whole numbers by Webster's method).
+    A position costs the same in each stratum. A stratum keeps what was drawn, and has two draws at least, so that
+    nothing is taken for known; what it has no positions for the others have (whole numbers by Webster's method).
     """
-    spread = weights * np.sqrt(shares * (1.0 - shares) / costs)
+    spread = weights * np.sqrt(shares * (1.0 - shares))
     wanted = 0.5 * weights / weights.sum() + 0.5 * spread / spread.sum()
     given = np.minimum(positions, np.maximum(drawn, 2))
     while given.sum() < min(draws, positions.sum()):
