@@ -31,6 +31,11 @@ class Made:
         """The share of the weight at which Hertz holds."""
         return sum(self.weights[key] for key, answer in self.truth.items() if answer == "HOLDS")
 
+    def answer(self, case: Case) -> str:
+        """What finite elements would say of a case that was made here."""
+        wheel, rail = (int(name.partition(":")[2]) for name in (case.wheel, case.rail))
+        return self.truth[f"w{wheel - 400}", f"r{rail - 300}", case.lateral_shift_mm, case.load_N / 1e3]
+
     @staticmethod
     def case(wheel: str, rail: str, shift_mm: float, load_kN: float) -> Case:
         """A case whose number of both profiles is in its radii, so that each position is another case."""

@@ -65,7 +65,7 @@ def percent(share: float) -> str:
     edge = min(value, 100.0 - value)
     if edge >= 1.0 or edge < 5e-7:
         return f"{value:.0f}"
-    return f"{value:.{1 - int(np.floor(np.log10(edge)))}f}"
+    return f"{value:.{1 - int(np.floor(np.log10(edge)))}f}".rstrip("0")
 
 
 def interval(share: Share) -> str:
@@ -301,8 +301,8 @@ def map_figure(cells: Sequence[Row]) -> Figure:
         float(np.clip(0.45 * len(shifts) + 2.5, 6.0, 16.0)), float(np.clip(0.5 * len(loads) + 1.6, 3.0, 10.0))
     )
     ax = figure.add_subplot()
-    colours = LinearSegmentedColormap.from_list("share", [ANSWERS[one] for one in ("FAILS", "UNRESOLVED", "HOLDS")])
-    colours.set_bad(ANSWERS["failed"])
+    ends = [ANSWERS[one] for one in ("FAILS", "UNRESOLVED", "HOLDS")]
+    colours = LinearSegmentedColormap.from_list("share", ends).with_extremes(bad=ANSWERS["failed"])
     image = ax.imshow(shares, cmap=colours, vmin=0.0, vmax=100.0, aspect="auto", origin="lower")
     for (load, shift), share in np.ndenumerate(shares):
         if np.isfinite(share):
