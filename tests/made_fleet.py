@@ -99,10 +99,17 @@ def made_fleet(folder: Path, wheels: int = 12, rails: int = 10, *, seed: int = 1
                         | {
                             "weight": weights[key],
                             "p_max_percent": 5.0 - seen,
+                            "hertz_p_max_MPa": 1400.0 - 60.0 * seen + 2.0 * load,
                             "verdict": "REFUSED" if refused else verdict,
                             "margin": None if refused else seen,
                             "cause": "curvature changes in the patch" if verdict == "FAILS" and not refused else None,
-                            "cheapest_theory": None if refused else "hertz" if verdict == "HOLDS" else "strip",
+                            "cheapest_theory": None
+                            if refused
+                            else "hertz"
+                            if verdict == "HOLDS"
+                            else "strip_method"
+                            if seen < -2.0
+                            else "OPEN",
                             "reason": "the wheel does not run on the rail" if refused else None,
                         }
                     )

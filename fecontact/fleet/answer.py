@@ -98,7 +98,7 @@ class Answer:
     cells
         Shares by the screen at each shift and load.
     causes, theories
-        Shares of all positions, by why Hertz fails and by the cheapest theory that holds.
+        Shares of all positions, by why Hertz does not hold and by the cheapest theory that holds.
     worst
         Pairs with the smallest share, each with its worst position.
     strata
@@ -140,7 +140,7 @@ def answer_of(folder: Path) -> Answer:
                 for value, part in _groups(tables, body, column).items()
             },
             cells=_cells(tables),
-            causes=_shares_by(tables, "cause", f"verdict = '{FAILS}'"),
+            causes=_shares_by(tables, "coalesce(cause, reason)", f"verdict <> '{HOLDS}'"),
             theories=_shares_by(tables, "cheapest_theory", "verdict <> 'REFUSED'"),
             worst=asked(tables, _WORST_PAIRS),
             strata=[_stratum_row(tables, one) for one in whole.strata],
@@ -316,11 +316,13 @@ def _distinct(tables: DuckDBPyConnection, column: str) -> int:
     return int(found["number"])
 
 
-def _shares_by(tables: DuckDBPyConnection, column: str, where: str) -> list[Record]:
+def _shares_by(tables: DuckDBPyConnection, value: str, where: str) -> list[Record]:
+    """Shares of all positions by a value, and which verdicts the screen gives where it has it."""
     return asked(
         tables,
-        f"SELECT coalesce({column}, 'none') AS value, sum(weight) / (SELECT sum(weight) FROM screen) AS share,"
-        f" count(*) AS positions FROM screen WHERE {where} GROUP BY 1 ORDER BY 2 DESC, 1",
+        f"SELECT coalesce({value}, 'none') AS value, string_agg(DISTINCT lower(verdict), ', ') AS verdicts,"
+        " sum(weight) / (SELECT sum(weight) FROM screen) AS share, count(*) AS positions"
+        f" FROM screen WHERE {where} GROUP BY value ORDER BY share DESC, value",
     )
 
 

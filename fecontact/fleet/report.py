@@ -160,7 +160,7 @@ def report_parts(answer: Answer, pictures: Path) -> Iterator[Part]:
         )
         yield table_of("By group, in percent of its weight", _GROUPS, answer_rows(answer))
     yield Heading("Why not, and what instead")
-    yield table_of("Why Hertz fails by the screen, in percent of all positions", _NAMED, answer.causes)
+    yield table_of("Why Hertz does not hold by the screen, in percent of all positions", _CAUSES, answer.causes)
     yield table_of("The cheapest theory that holds, in percent of all positions", _NAMED, answer.theories)
     yield Heading("The worst pairs")
     yield table_of("Pairs with the smallest share, and the worst position of each", _WORST, answer.worst)
@@ -235,11 +235,13 @@ _GROUPS = [
         "number",
     ),
 ]
+_NO_THEORY = {"OPEN": "open which", "none": "none of them"}
 _NAMED = [
-    text("", lambda row: THEORIES[row["value"]].words if row["value"] in THEORIES else row["value"]),
+    text("", lambda row: THEORIES[row["value"]].words if row["value"] in THEORIES else _NO_THEORY[row["value"]]),
     _percent("%", lambda row: row["share"]),
     number("positions", "positions"),
 ]
+_CAUSES = [text("cause", "value", wraps=True), text("screen", "verdicts"), *_NAMED[1:]]
 _WORST = [
     text("wheel", lambda row: short_name(row["wheel"])),
     text("rail", lambda row: short_name(row["rail"])),
