@@ -62,10 +62,12 @@ NUMBERS = (
 TEXTS = ("verdict", "measure", "cause", "cheapest_theory", "reason")
 Row = dict[str, Any]
 
-# What strips leave open against the half-space on the same gap: of a measure relative, of the others as they are.
+# What strips leave open against the half-space on the same gap: of a measure relative, of the others as they are. S1002
+# on 60E1 at -6 to 6 mm under 60 to 120 kN: the peak is within 0.32 %, a within 1.8 %, b and the centre within 0.9 %; at
+# 5 mm, where patches lie in two planes, the peak within 1.7 % and a within 4.8 %.
 _OF_STRIPS = {
-    **{"p_max_MPa": 0.005, "area_mm2": 0.01, "a_mm": 0.005, "b_mm": 0.005},
-    **{"centre_over_b": 0.01, "valley": 0.01, "separate_load": 0.0005, "misplaced_load": 0.005},
+    **{"p_max_MPa": 0.005, "area_mm2": 0.01, "a_mm": 0.02, "b_mm": 0.01},
+    **{"centre_over_b": 0.01, "valley": 0.01, "separate_load": 0.0005, "misplaced_load": 0.01},
 }
 # Nodes on the narrowest semi-axis of a half-space, and how much more than `FLOORS` those leave open.
 _NODES, _COARSER = 16, 4.0

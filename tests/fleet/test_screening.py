@@ -19,7 +19,7 @@ from inline import inline_crew, stand_ins
 
 import fecontact
 from fecontact import Case
-from fecontact.comparison.measures import Approximation, deviations_of
+from fecontact.comparison.measures import deviations_of
 from fecontact.comparison.theories import HERTZ, THEORIES, Loaded, of_many
 from fecontact.errors import InputError
 from fecontact.fleet import running, screening
@@ -128,7 +128,7 @@ def test_what_strips_say_of_hertz_is_what_the_half_space_says(shift, load_kN):
     )
     wanted, found = deviations_of(half_space, ellipse), screening.off_strips(strips, ellipse)
     # what is stated as the uncertainty of the strips; at 5 mm patches lie in two planes, which strips do not see
-    often = 1.0 if shift < 5.0 else 6.0
+    often = 1.0 if shift < 5.0 else 4.0
     for name in screening.COLUMN:
         assert found[name] == pytest.approx(wanted[name], abs=often * screening._OF_STRIPS[name] + 2e-3), name
 
@@ -141,9 +141,10 @@ def test_an_ellipse_is_no_off_strips_of_constant_curvature():
     off = screening.off_strips(strips, ellipse)
     # 100 strips are within 0.3 % of Hertz (normal/strip_method.py), and the load of an edge of cells is elsewhere
     assert all(abs(off[name]) < 3.5e-3 for name in screening.COLUMN)
-    # a lower peak is seen as such, and half of what it lacks as load elsewhere
-    planted = screening.off_strips(strips, Approximation.of(replace(ellipse.single.hertz, normal_force_N=0.9e5)))
-    assert planted["p_max_MPa"] != pytest.approx(off["p_max_MPa"], abs=1e-3) or planted != off
+    # a peak that is 10 % too large is seen as such
+    patch = ellipse.single
+    planted = screening.off_strips(strips, replace(ellipse, patches=(replace(patch, p_max_MPa=1.1 * patch.p_max_MPa),)))
+    assert planted["p_max_MPa"] == pytest.approx(1.1 * (1.0 + off["p_max_MPa"]) - 1.0)
 
 
 def test_theories_in_coarse_steps_find_the_same_contact():
@@ -245,10 +246,10 @@ def test_a_position_that_cannot_be_has_its_reason(tmp_path):
     assert found.verdicts["REFUSED"] == pytest.approx(0.75)
 
 
-def test_lines_that_do_not_agree_leave_a_position_open(monkeypatch):
-    case = Case(lateral_shift_mm=2.0)
+def test_lines_that_do_not_agree_leave_a_position_open():
+    case = Case(lateral_shift_mm=4.0)
     line = screening._on_line(case, place_case(case), "strip")
-    # the same contact with a limit between both deviations: one holds, the other fails
+    # the same contact with a limit between both deviations: it holds on one line and fails on the other
     far = replace(line, off=lambda theory: {**line.off(theory), "p_max_MPa": 0.2})
     assert screening._row([line, line])["verdict"] == "HOLDS"
     row = screening._row([line, far])
@@ -256,6 +257,7 @@ def test_lines_that_do_not_agree_leave_a_position_open(monkeypatch):
     assert row["p_max_uncertainty_percent"] == pytest.approx(abs(20.0 - row["p_max_percent"]) + 0.5, abs=1e-6)
     assert screening._row([far, far])["verdict"] == "FAILS"
     assert screening._row([far, far])["margin"] == pytest.approx((0.05 - 0.2) / 0.005)
+    assert screening._row([far, line])["lines_holding"] == 1
 
 
 def test_a_screened_fleet_gives_the_cases_of_its_positions(fleet):
@@ -263,7 +265,9 @@ def test_a_screened_fleet_gives_the_cases_of_its_positions(fleet):
     case = opened.case("wheel", "60E1", 3.0, 100.0)
     assert (case.rail, case.load_N, case.lateral_shift_mm) == ("60E1", 100e3, 3.0)
     row = screened(fleet[1].out).query("wheel == 'wheel' and rail == '60E1' and shift_mm == 3 and load_kN == 100")
-    assert place_case(case).first.rail_y_mm == pytest.approx(row["place_y_mm"].item(), abs=0.5)
+    # the first line of the screen
+    placed = place_case(replace(case, wheel_file=Reading(filter_mm=4.0)))
+    assert placed.first.rail_y_mm == pytest.approx(row["place_y_mm"].item(), abs=1e-6)
     with pytest.raises(InputError, match="fleet run"):
         fecontact.open_fleet(fleet[0].parent)
 
