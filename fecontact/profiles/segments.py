@@ -46,6 +46,10 @@ class CurvePoints:
         (y, z), (dy, dz), (ddy, ddz) = (np.moveaxis(both, -1, 0) for both in (place, first, second))
         return cls(y=y, z=z, dy=dy, dz=dz, ddy=ddy, ddz=ddz)
 
+    def taken(self, which: Integers | slice) -> CurvePoints:
+        """Some of the points."""
+        return CurvePoints(**{name: values[which] for name, values in vars(self).items()})
+
     @property
     def angle_rad(self) -> Floats:
         """Angle of the tangent, atan2(dz, dy)."""
@@ -327,8 +331,7 @@ class Pieces:
         before = _polynomial(whole[:, 2], -half)
         lengths = _polynomial(whole[:, 2], half) - before
         whole[0, 2] = np.cumsum(lengths) - lengths - before
-        fields = ("y", "z", "dy", "dz", "ddy", "ddz")
-        joined = {name: np.concatenate([getattr(one, name) for one in ends]) for name in fields}
+        joined = {name: np.concatenate([getattr(one, name) for one in ends]) for name in vars(ends[0])}
         return cls(u=u, ends=CurvePoints(**joined), powers=whole)
 
     @cached_property
@@ -376,7 +379,7 @@ class Pieces:
     def arc_length(self, u: Floats) -> Floats:
         """Arc length (mm) from the beginning to parameters u."""
         i, x = self.of_parameter(u)
-        return _polynomial(self.powers[:, 2].take(i, axis=1), x)
+        return np.asarray(_polynomial(self.powers[:, 2].take(i, axis=1), x))
 
     def inverted(self, values: Floats, powers: Floats, t: Floats, part: slice = slice(None)) -> Floats:
         """Parameters where an increasing function is t, in the shape of t; NaN beyond its ends.
@@ -435,7 +438,7 @@ def _powers(segment: Segment, v: Floats) -> Floats:
 
 def _polynomial(powers: Floats, x: Floats) -> Floats:
     """Polynomials (n,) with powers (k, n) at x (n,)."""
-    value = powers[-1].copy()
+    value: Floats = powers[-1].copy()
     for power in powers[-2::-1]:
         value *= x
         value += power
