@@ -27,7 +27,7 @@ from fecontact.inputs import given, inputs, number
 from fecontact.jobs.remaining import Progress
 from fecontact.rolling.laws import rolling_pair
 from fecontact.wheel_rail.placement import Pair
-from fecontact.wheel_rail.poses import search_parameters
+from fecontact.wheel_rail.poses import search_points
 from fecontact.wheel_rail.wheelset import SIDES, Wheelset
 
 # --- Track and running conditions of a curve: cant, speed, friction, and the pair of wheel and rail.
@@ -378,7 +378,7 @@ def _derailing(runs: Sequence[WheelsetRun], wheelset: Wheelset, friction: float)
 def steepest_rad(wheelset: Wheelset, side: TrackSide) -> float:
     """Largest angle of a wheel's flange."""
     profile = (wheelset.left if side == "left" else wheelset.right).pair.wheel
-    points = profile.evaluate(search_parameters(profile)[1:-1])
+    points = search_points(profile)[1].taken(slice(1, -1))
     return float(np.max(np.where(points.y < 0.0, np.arctan2(points.dz, points.dy), 0.0)))
 
 

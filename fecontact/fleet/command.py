@@ -36,7 +36,7 @@ def run(file: Path, *, out: Path, how: RunOptions = AS_USUAL) -> int:
             found = run_fleet(file, out, settings=how.settings(), progress={"files": files, "pairs": pairs})
         say(found.headline, quiet=how.quiet)
         if found.reused:
-            say(f"{found.reused} pairs and files were finished before", quiet=how.quiet)
+            say(f"{found.reused} of {found.pairs} pairs were finished before", quiet=how.quiet)
         print_reasons(f"{len(found.refused)} of {found.profiles} files could not be read", found.refused)
         failed = {f"{wheel} on {rail}": why for (wheel, rail), why in found.failed.items()}
         print_reasons(f"{len(failed)} of {found.pairs} pairs failed", failed)

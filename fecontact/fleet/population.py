@@ -139,9 +139,10 @@ def _of_table(path: Path, body: Body) -> Iterator[Candidate]:
     for number, row in enumerate(rows_of(path, ["file"], MOST_FILES), start=1):
         known = {name: value for name, value in row.items() if name not in _OWN_COLUMNS}
         weight = _weight(row, f"table {path}, row {number}")
-        file = path.parent / str(row["file"])
-        name = str(row.get("name") or Path(str(row["file"])).stem)
-        yield Candidate(body=body, name=name, spec=str(file.absolute()), weight=weight, known=known)
+        given = str(row["file"])
+        file = path.parent / given
+        spec = given if is_known(given) and not file.exists() else str(file.absolute())
+        yield Candidate(body=body, name=str(row.get("name") or file.stem), spec=spec, weight=weight, known=known)
 
 
 def _weight(row: Mapping[str, Any], where: str) -> float:

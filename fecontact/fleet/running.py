@@ -69,6 +69,8 @@ class Screened:
         Weight of each verdict; they sum to 1.
     profiles, refused
         Files, and those that were refused.
+    reused
+        Pairs that were finished before.
     failed
         Why pairs have no rows of their own, by the names of wheel and rail.
     """
@@ -121,7 +123,7 @@ def run_fleet(
         profiles = _read(asked, found, folder, by)
         _write(PROFILES, [one.row for one in profiles], folder)
         pairs = _population(asked, profiles)
-        run = replace(by, progress=progress.get("pairs"))
+        run, read = replace(by, progress=progress.get("pairs")), len(by.reused)
         failed = _screen(asked, profiles, pairs, folder, run)
         (folder / TABLE).unlink(missing_ok=True)
         counted = _write_screen(asked, profiles, pairs, failed, folder)
@@ -133,7 +135,7 @@ def run_fleet(
             verdicts={name: counted[name] for name in ("HOLDS", "FAILS", "OPEN", "REFUSED") if counted[name]},
             profiles=len(profiles),
             refused={f"{one.given.body} {one.given.name}": _why(one) for one in profiles if one.kept is None},
-            reused=len(run.reused),
+            reused=len(run.reused) - read,
             failed=failed,
         )
         _seal(asked, screened)

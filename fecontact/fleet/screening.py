@@ -28,14 +28,14 @@ from fecontact.comparison.measures import (
     unknown_load,
 )
 from fecontact.comparison.patch import standing_peaks
-from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES, Loaded
+from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES, Loaded, of_many
 from fecontact.comparison.verdict import AT_JUNCTION, FROM_BEST, PROFILE, Answer, answer_of, judge
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.fleet.model import Screen
 from fecontact.fleet.population import of_arrow
 from fecontact.fleet.reading import Kept
 from fecontact.profiles.curve import Profile
-from fecontact.solving.alone import STRIPS, normal_force_of
+from fecontact.solving.alone import HALF_SPACE, STRIPS, normal_force_of
 from fecontact.solving.placing import place_case, wheelset_of_case
 from fecontact.solving.position import expect_on_half_space
 from fecontact.wheel_rail.placement import Placement
@@ -62,10 +62,12 @@ NUMBERS = (
 TEXTS = ("verdict", "measure", "cause", "cheapest_theory", "reason")
 Row = dict[str, Any]
 
-# What strips leave open against the half-space on the same gap: of a measure relative, of the others as they are.
+# What strips leave open against the half-space on the same gap: of a measure relative, of the others as they are. S1002
+# on 60E1 at -6 to 6 mm under 60 to 120 kN: the peak is within 0.32 %, a within 1.8 %, b and the centre within 0.9 %; at
+# 5 mm, where patches lie in two planes, the peak within 1.7 % and a within 4.8 %.
 _OF_STRIPS = {
-    **{"p_max_MPa": 0.005, "area_mm2": 0.01, "a_mm": 0.005, "b_mm": 0.005},
-    **{"centre_over_b": 0.01, "valley": 0.01, "separate_load": 0.0005, "misplaced_load": 0.005},
+    **{"p_max_MPa": 0.005, "area_mm2": 0.01, "a_mm": 0.02, "b_mm": 0.01},
+    **{"centre_over_b": 0.01, "valley": 0.01, "separate_load": 0.0005, "misplaced_load": 0.01},
 }
 # Nodes on the narrowest semi-axis of a half-space, and how much more than `FLOORS` those leave open.
 _NODES, _COARSER = 16, 4.0
@@ -131,7 +133,7 @@ class _OnLine:
         """Answer for a theory, what it is off and the measure that decides; None where it has no contact of its own."""
         found: list[tuple[Answer, Mapping[str, float], str]] = []
         for side in EITHER_SIDE if name == HERTZ else (name,):
-            made = THEORIES[side].approximate(self.loaded)
+            made = of_many(side)(self.loaded)
             if isinstance(made, Approximation):
                 off = self.off(made)
                 verdict = judge(off, self.open, self.loaded.case.criteria)
@@ -222,21 +224,20 @@ def _geometry(placement: Placement, contact: Approximation) -> PatchGeometry:
 
 
 def _cheapest(lines: Sequence[_OnLine], answers: Sequence[Answer]) -> str:
-    """The first theory by cost that does not fail on every line: its name where it holds on all, OPEN where not."""
+    """Hertz where it holds, OPEN where that is open; where it fails the first theory by cost that holds on all lines.
+
+    The last one is the screen's own, by which all are judged.
+    """
     if set(answers) != {"FAILS"}:
         return HERTZ if set(answers) == {"HOLDS"} else "OPEN"
-    for name in THEORIES:
-        if name in EITHER_SIDE or (name == STRIPS and lines[0].open is _OF_STRIPS):
-            continue
-        first = lines[0].judged(name)
-        if first is None or (first[0] == "FAILS" and len(lines) == 1):
-            continue
-        others = {one[0] for one in (line.judged(name) for line in lines[1:]) if one is not None} | {first[0]}
-        if others == {"HOLDS"}:
-            return name
-        if others != {"FAILS"}:
-            return "OPEN"
-    return STRIPS if lines[0].open is _OF_STRIPS else "none"
+    own = STRIPS if lines[0].open is _OF_STRIPS else HALF_SPACE
+    others = (name for name in THEORIES if name not in (*EITHER_SIDE, STRIPS, HALF_SPACE))
+    return next((name for name in others if all(_holds(line, name) for line in lines)), own)
+
+
+def _holds(line: _OnLine, name: str) -> bool:
+    judged = line.judged(name)
+    return judged is not None and judged[0] == "HOLDS"
 
 
 # --- A pair: its lines, placed once for each shift, and what its wheelset tells.

@@ -89,11 +89,10 @@ def foot_points(
     line: Profile, points: Floats, *, near: FootPoints | None = None, steps: int = _FOOT_STEPS
 ) -> FootPoints:
     """The nearest points of a line to points (n, 2) that lie a few mm off it at most; `near` has places to begin at."""
-    table, lengths = line._table, line._table_lengths
-    places = table.segment + table.v
+    ends, lengths, places = line._pieces.ends, line._pieces.lengths, line._pieces.u
     if near is None:
         parts = np.array_split(points, max(1, len(points) // _AT_ONCE))
-        squared = ((part[:, :1] - table.points.y) ** 2 + (part[:, 1:] - table.points.z) ** 2 for part in parts)
+        squared = ((part[:, :1] - ends.y) ** 2 + (part[:, 1:] - ends.z) ** 2 for part in parts)
         s = np.concatenate([lengths[one.argmin(axis=1)] for one in squared])
     else:
         s = near.s_mm
@@ -153,7 +152,7 @@ def _usual(off: Floats) -> float:
 
 def first_shift(line: Profile, points: Floats) -> tuple[float, float]:
     """The crowns of two rails, or the flange tips of two wheels, on one another."""
-    table = line._table.points
+    table = line._pieces.ends
     if line.kind == "rail":
         i, j = int(np.argmax(table.z)), int(np.argmax(points[:, 1]))
         # a crown is flat: across, the middles of the heads are surer
@@ -372,7 +371,7 @@ def pieces_of(held: Held, filter_mm: float) -> tuple[Segment, ...]:
         low, high = max(first, whole.s_from), min(last, whole.s_to)
         start = whole.s_to
         if high - low > 1e-6:
-            v_from, v_to = (float(v) for v in _exact_local(whole, np.array([low, high])))
+            v_from, v_to = (float(v) for v in whole.local(np.array([low, high])))
             made.append(replace(whole, s_from=low, s_to=high, v_from=v_from, v_to=v_to))
     return tuple(made)
 
@@ -523,15 +522,6 @@ def _at(profile: Profile, s: Floats) -> tuple[Floats, Floats]:
 def _local(segment: Smoothed, s: Floats) -> Floats:
     grid = np.linspace(0.0, 1.0, 257)
     return np.interp(s, segment._arc(grid), grid)
-
-
-def _exact_local(segment: Smoothed, s: Floats) -> Floats:
-    v = np.interp(s, (segment.s_from, segment.s_to), (0.0, 1.0))
-    for _ in range(20):
-        before, v = v, np.clip(v - (segment._arc(v) - s) / segment._arc(v, 1), 0.0, 1.0)
-        if np.array_equal(before, v):
-            break
-    return v
 
 
 def _length(base: Line | Arc | Polynomial) -> float:
