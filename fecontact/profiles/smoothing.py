@@ -351,9 +351,13 @@ def _noise_draws(measured: Measured, seed: Sequence[int], number: int) -> Floats
 
 
 def segments_of(measured: Measured) -> tuple[Segment, ...]:
-    """The pieces of a smoothed line: one for each segment of the nominal profile, or a single one."""
-    held = measured.held
-    field = smoothed_by(held.s_mm, held.values, measured.filter_mm, held.relative_filter)
+    """The pieces of a smoothed line."""
+    return pieces_of(measured.held, measured.filter_mm)
+
+
+def pieces_of(held: Held, filter_mm: float) -> tuple[Segment, ...]:
+    """The pieces of a line through held points: one for each segment of the nominal profile, or a single one."""
+    field = smoothed_by(held.s_mm, held.values, filter_mm, held.relative_filter)
     first, last = float(held.s_mm[0]), float(held.s_mm[-1])
     if not held.reference:
         return (Smoothed(field=field, s_from=first, s_to=last),)
