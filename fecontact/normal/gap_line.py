@@ -328,11 +328,13 @@ _MET = 1e-9
 _JUMP = 2e-3
 
 
-def under_load(line: GapLine, normal_force_N: float, theory: AtApproach) -> StripContact:
+def under_load(
+    line: GapLine, normal_force_N: float, theory: AtApproach, *, factor: float = _FACTOR
+) -> StripContact:
     """Contact at the smallest approach that carries a load, with the number of such approaches.
 
-    Approaches from a quarter of Hertz's to twice Hertz's are tried in steps of 2 %, so that two solutions between
-    neighbouring steps are missed. If none carries the load, smaller and larger approaches are tried.
+    Approaches from a quarter of Hertz's to twice Hertz's are tried in steps of a factor, 2 % if not given, so that two
+    solutions between neighbouring steps are missed. If none carries the load, smaller and larger approaches are tried.
 
     Raises
     ------
@@ -341,14 +343,14 @@ def under_load(line: GapLine, normal_force_N: float, theory: AtApproach) -> Stri
     """
     check_positive("normal force", normal_force_N, "N", "give the compressive force")
     guess, at_approach = approach_of_hertz_mm(line, normal_force_N), partial(theory, line)
-    ladder = guess * _LOWEST * _FACTOR ** np.arange(np.ceil(np.log(_HIGHEST / _LOWEST) / np.log(_FACTOR)) + 1)
+    ladder = guess * _LOWEST * factor ** np.arange(np.ceil(np.log(_HIGHEST / _LOWEST) / np.log(factor)) + 1)
     steps = [float(approach) for approach in ladder]
     above = [at_approach(approach).normal_force_N >= normal_force_N for approach in steps]
     while above[0] and len(steps) < 1000:
-        steps.insert(0, steps[0] / _FACTOR)
+        steps.insert(0, steps[0] / factor)
         above.insert(0, at_approach(steps[0]).normal_force_N >= normal_force_N)
     while not above[-1] and len(steps) < 1000:
-        steps.append(steps[-1] * _FACTOR)
+        steps.append(steps[-1] * factor)
         above.append(at_approach(steps[-1]).normal_force_N >= normal_force_N)
     changes = [number for number in range(len(steps) - 1) if above[number] != above[number + 1]]
     if not changes:
