@@ -27,7 +27,7 @@ from fecontact.inputs import given, inputs, number
 from fecontact.jobs.remaining import Progress
 from fecontact.rolling.laws import rolling_pair
 from fecontact.wheel_rail.placement import Pair
-from fecontact.wheel_rail.poses import search_parameters
+from fecontact.wheel_rail.poses import search_points
 from fecontact.wheel_rail.wheelset import SIDES, Wheelset
 
 # --- Track and running conditions of a curve: cant, speed, friction, and the pair of wheel and rail.
@@ -140,7 +140,7 @@ def _speed_m_s(conditions: Conditions, curvature_per_mm: float, tilt_rad: float,
     across = part * conditions.unbalanced_m_s2 + GRAVITY_M_S2 * math.sin(tilt_rad)
     if across < 0.0:
         raise InputError(
-            f"unbalanced acceleration is {conditions.unbalanced_m_s2:g} m/s2; allowed: not below that of a vehicle that"
+            f"unbalanced acceleration is {conditions.unbalanced_m_s2:g} m/s2; allowed: no less than a vehicle has that"
             f" stands on the cant of {conditions.cant_mm:g} mm; give a larger one, or more cant"
         )
     return math.sqrt(across / (1e3 * abs(curvature_per_mm) * math.cos(tilt_rad)))
@@ -213,7 +213,7 @@ CurveStatus = Literal["equilibrium", "no equilibrium", "derails"]
 # A contact so near to the steepest place of the flange climbs.
 _STEEPEST_RAD = math.radians(0.5)
 _ROUNDING_M_S2 = 1e-9
-# A wheel whose steepest place is flatter has no flange; those of flanges are 60 to 75 degrees.
+# A wheel whose steepest place is flatter has no flange; flanges have 60 to 75 degrees.
 _FLANGE_RAD = math.radians(40.0)
 
 
@@ -381,7 +381,7 @@ def _derailing(runs: Sequence[WheelsetRun], wheelset: Wheelset, friction: float)
 def steepest_rad(wheelset: Wheelset, side: TrackSide) -> float:
     """Largest angle of a wheel's flange."""
     profile = (wheelset.left if side == "left" else wheelset.right).pair.wheel
-    points = profile.evaluate(search_parameters(profile)[1:-1])
+    points = search_points(profile)[1].taken(slice(1, -1))
     return float(np.max(np.where(points.y < 0.0, np.arctan2(points.dz, points.dy), 0.0)))
 
 

@@ -108,7 +108,7 @@ def linear_model(vehicle: Vehicle, line: Line) -> LinearModel:
         If a contact beside it is not solved.
     """
     if line.curvature_per_mm != 0.0:
-        raise InputError("stability is that of straight track; allowed: curvature 0")
+        raise InputError("stability is computed on straight track alone; allowed: curvature 0")
     found = solve_at(straight_start(vehicle, line), vehicle, line)
     if found.status != "equilibrium":
         why = "; ".join(found.notes) or f"{found.left_over_N:.0f} N left; check profiles"

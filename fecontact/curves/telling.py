@@ -20,7 +20,7 @@ from fecontact.outputs.style import (
     save_figure,
     series_style,
 )
-from fecontact.outputs.tables import Record, Table, flat, number, number_text, picked, table_of, text, told
+from fecontact.outputs.tables import Record, Table, flat, number, number_text, pair_words, picked, table_of, text, told
 from fecontact.outputs.terminal import Lines, notes
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ def curves_record(found: Curves) -> Record:
     """All runs, with units in the keys; each wheelset is told in the frame of its place on the track."""
     record: Record = {
         "schema": "fecontact/curve/1",
+        "pair": pair_words(found.case),
         **picked(found, "vehicle conditions differences"),
         "straight_track": told(found.straight),
         "stability_notes": [_OF_STABILITY],
@@ -143,10 +144,12 @@ def curves_figure(found: Curves, path: str | Path) -> Path:
         if ax.lines:
             ax.legend(fontsize=8)
     headline = [difference_words(one) for one in found.differences]
-    figure.suptitle(
-        "\n".join([*headline, f"{found.vehicle.name}, friction {found.conditions.friction:g}"]), fontsize=10
-    )
+    figure.suptitle("\n".join([*headline, f"{_title(found)}, friction {found.conditions.friction:g}"]), fontsize=10)
     return save_figure(figure, Path(path))
+
+
+def _title(found: Curves) -> str:
+    return f"{found.vehicle.name}, {pair_words(found.case)}"
 
 
 def visits_figure(found: Curves, path: str | Path) -> Path:
@@ -159,7 +162,7 @@ def visits_figure(found: Curves, path: str | Path) -> Path:
     axes.set(xlabel="lateral shift towards the wheel's own rail, mm", ylabel="vertical force, kN")
     finish(axes)
     axes.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.01, 1.0))
-    axes.set_title(f"{found.vehicle.name}: all wheels on the map; numbers are radii in m", fontsize=10)
+    axes.set_title(f"{_title(found)}:\nall wheels on the map; numbers are radii in m", fontsize=10)
     return save_figure(figure, Path(path))
 
 

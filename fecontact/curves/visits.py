@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from fecontact.bodies import TrackSide
+from fecontact.case import Case
 from fecontact.curves.curve import Conditions, CurveRun, WheelRun, WheelsetRun
 from fecontact.curves.model import Vehicle
 from fecontact.curves.stability import StraightTrack
@@ -129,8 +130,8 @@ class MapColumn:
 class Visit:
     """Where a wheel is on a map of the left wheel: its shift there, its load, its yaw, and what the map says there.
 
-    The verdict is what the map's load limits say at the load of the wheel, the cheapest theory is that of the cell with
-    the nearest load; `cell` is None beside the shifts and loads that were solved.
+    The map's load limits at the load of the wheel give the verdict, the cell with the nearest load gives the cheapest
+    theory; `cell` is None beside the shifts and loads that were solved.
     """
 
     theory: str
@@ -149,6 +150,8 @@ class Curves:
 
     Attributes
     ----------
+    case
+        Rail and wheel of all wheelsets.
     runs
         By theory, in the order of the radii.
     share
@@ -162,6 +165,7 @@ class Curves:
     """
 
     vehicle: Vehicle
+    case: Case
     conditions: Conditions
     radii_m: tuple[float, ...]
     share: tuple[float, ...]

@@ -68,7 +68,7 @@ def theory(case: Case, name: str) -> Record:
 
 
 def theories() -> Record:
-    """The theories of the pressure that are judged, and laws such as those of creep forces, from the cheapest.
+    """The theories of the pressure that are judged, and laws, such as of creep forces, from the cheapest.
 
     >>> import fecontact
     >>> list(fecontact.theories()["pressure"])[0]

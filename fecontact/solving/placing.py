@@ -167,7 +167,7 @@ def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Pr
         # a case that was derived from another case has the other case's roll
         raise InputError(
             f"roll is {case.roll!r}, but {case.wheel} on {case.rail} has no place in the track where both wheels could"
-            " touch: circles, cylinders and crane rails make no wheelset; give roll = 'given'"
+            " touch: circles, cylinders and crane rails have no wheelset; give roll = 'given'"
         ) from error
 
 

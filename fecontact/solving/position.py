@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from fecontact.arrays import Floats
 from fecontact.case import RESOLUTIONS, Case
 from fecontact.comparison.judging import judge_line
-from fecontact.comparison.lines import FILTER, Lines, OnLine
+from fecontact.comparison.lines import FILTER, NOISE, Lines, OnLine
 from fecontact.contact.grid import Rung
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.fe.body import BodyMesh, check_memory, choose_solver
@@ -75,6 +75,11 @@ class Clock:
         finally:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
             self.memory_MB[name] = psutil.Process().memory_info().rss / 1e6
+
+    def taken(self) -> dict[str, float]:
+        """Seconds by step since they were taken the last time."""
+        seconds, self.seconds = self.seconds, {}
+        return seconds
 
 
 def hertz_of_case(case: Case, placement: Placement) -> HertzContact:
@@ -255,7 +260,7 @@ def direction_of_case(case: Case, placement: Placement) -> Floats:
 
 # --- A case on the other lines that its measured points allow: what they leave open of Hertz and of the half-space.
 
-# Deviations move from line to line by what lines are, and 16 nodes a semi-axis read that as well as 32.
+# Deviations move from line to line by what lines are, and 16 nodes per semi-axis read that as well as 32.
 _NODES_A_LINE = 16
 OWN_LINE = "own line"
 # Of the scatter of four draws about the own line, for 95 %.
@@ -347,7 +352,7 @@ def _labelled(profile: Profile) -> dict[_Label, Profile]:
         halves = {_Label(f"half {k + 1} of the points"): profile.thinned(k) for k in (0, 1)}
         return {label: line for label, line in halves.items() if line is not None}
     return {
-        _Label(f"noise {one.draw + 1}", drawn=True)
+        _Label(f"{NOISE} {one.draw + 1}", drawn=True)
         if one.draw >= 0
         else _Label(_filter(one.filter_mm, one.nominal)): one.profile
         for one in other_lines(profile)

@@ -40,8 +40,8 @@ from fecontact.curves.steady import (
     wheel_force,
     without_rails,
 )
-from fecontact.curves.telling import curves_figure, difference_words, straight_words
-from fecontact.curves.visits import Curves, MapCell, Visit, differences
+from fecontact.curves.telling import curves_figure, difference_words, straight_words, visits_figure
+from fecontact.curves.visits import Curves, MapCell, MapColumn, Visit, differences
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.profiles.curve import Profile, circular_rail_head
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
@@ -696,6 +696,7 @@ def test_shares_of_the_way_add_up_where_a_curve_has_no_equilibrium():
     cell = MapCell(lateral_shift_mm=1.0, load_kN=60.0, verdict="FAILS", cheapest_theory="strip")
     found = Curves(
         vehicle=FREE,
+        case=Case(),
         conditions=Conditions(),
         radii_m=(500.0, 300.0),
         share=(0.6, 0.4),
@@ -742,9 +743,18 @@ def test_the_picture_over_the_curvature_tells_both_wheelsets_of_one_radius_apart
     drawn = []
     monkeypatch.setattr("fecontact.curves.telling.save_figure", lambda figure, path: drawn.append(figure))
     runs = run("manchester", (500.0,))
-    curves_figure(
-        Curves(vehicle=FREE, conditions=Conditions(), radii_m=(500.0,), share=(1.0,), runs={"overlap": runs}), "a.png"
+    found = Curves(
+        vehicle=FREE, case=Case(), conditions=Conditions(), radii_m=(500.0,), share=(1.0,), runs={"overlap": runs}
     )
+    curves_figure(found, "a.png")
+    assert "rail 60E1 1:40, wheel S1002" in drawn[0].get_suptitle()
+    visits_figure(
+        replace(
+            found, columns=(MapColumn(lateral_shift_mm=0.0, reach_mm=0.5, bands=((20.0, 80.0, "HOLDS"),), cells=()),)
+        ),
+        "b.png",
+    )
+    assert "rail 60E1 1:40, wheel S1002" in drawn[1].axes[0].get_title()
     shift = drawn[0].axes[0]
     assert [line.get_xdata() for line in shift.lines] == [[pytest.approx(2.0)]] * 2
     assert shift.get_xlabel().startswith("curvature 1/R in 1/km")

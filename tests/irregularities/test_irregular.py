@@ -54,7 +54,7 @@ def test_the_smooth_pair_is_that_of_the_reference():
     assert found == pytest.approx((7.1617, 5.3872, 0.104119, 1237.56, 2.9765), rel=2e-5)
 
 
-# independent program, patches with up to 64 nodes a semi-axis; an edge has no peak
+# independent program, patches with up to 64 nodes per semi-axis; an edge has no peak
 @pytest.mark.parametrize(
     ("line", "s", "approach", "peak"),
     [
@@ -233,6 +233,10 @@ def test_the_command_prints_a_map_and_writes_it(capsys, tmp_path):
     record = json.loads(capsys.readouterr().out)
     assert record == json.loads((tmp_path / "irregular.json").read_text())
     assert (tmp_path / "irregular.png").stat().st_size > 10_000
+    # the picture says which pair, position and force, and what the models are
+    drawn = (tmp_path / "irregular.svg").read_text("utf-8")
+    for told in ("rail circle:300", "shift +0.00 mm", "the cheapest model that holds", "in the middle"):
+        assert told in drawn
     # corrugation of 30 mm: between 5 and 20 um, as in the sheet 8 um
     limits = {one["wavelength_mm"]: one["amplitude_mm"]["eq6"] for one in record["limits"]}
     assert 0.006 < limits[30.0] < 0.0105
