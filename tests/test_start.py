@@ -18,7 +18,7 @@ from fecontact.commands.console import log_only, logged, many, print_reasons, sa
 from fecontact.errors import InputError
 from fecontact.runs.casefile import load_study
 from fecontact.runs.study import SPHERE, StudyOutcome, check_study, cost_of, demo_study, demo_words, exact_peak_MPa
-from fecontact.solving.position import hertz_of_case, mesh_pair, place_case, preview
+from fecontact.solving.position import hertz_of_case, memory_GB, mesh_pair, place_case, preview
 
 ROOT = Path(__file__).parents[1]
 # what is on the other side counts for a wheelset alone: these fail at once
@@ -171,6 +171,20 @@ def test_expected_times_and_memory_are_those_that_were_measured(case, unknowns, 
     assert seen.degrees_of_freedom == pytest.approx(unknowns, rel=0.05)
     assert 1 / 1.45 < seen.cpu_seconds / seconds < 1.15
     assert seen.memory_GB == pytest.approx(memory, rel=0.15)
+
+
+@pytest.mark.parametrize(("unknowns", "memory"), [(67_518, 0.62), (99_402, 0.93), (189_414, 1.80)])
+def test_memory_grows_faster_than_unknowns_as_measured_at_the_flange(unknowns, memory):
+    """At 6 and 5.5 mm (`quick`) and 6 mm (`standard`), with the unknowns that the meshes have."""
+    assert memory_GB(unknowns) == pytest.approx(memory, rel=0.04)
+
+
+def test_memory_where_verdicts_stay_open_is_that_of_the_finest_meshes_allowed():
+    # a map at the flange, of first meshes that take 0.8 GB, took 4.5 GB
+    cells = [Case(lateral_shift_mm=6.0), Case(lateral_shift_mm=3.0)]
+    assert cost_of(cells, 1).most_memory_GB == pytest.approx(4.5, rel=0.12)
+    never = cost_of([replace(case, refine="never") for case in cells], 1)
+    assert never.most_memory_GB == never.memory_GB < 1.0
 
 
 def test_a_study_costs_more_if_verdicts_stay_open(tmp_path):

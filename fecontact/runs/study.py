@@ -64,7 +64,8 @@ class Cost:
     seconds, memory_GB
         Of the whole and of its largest case, if every verdict is clear on its first meshes.
     most_seconds, most_memory_GB
-        Of the whole and of its largest case with finer meshes, where verdicts stay open.
+        Of the whole and of its largest case with finer meshes, where verdicts stay open: these go on up to as many
+        unknowns as cases may have, however few the first meshes have.
     available_GB
         Memory that is free now.
     """
@@ -96,13 +97,14 @@ def cost_of(cases: Sequence[Case], workers: int) -> Cost | None:
     """
     import psutil
 
-    first, most = [], []
+    first, most, finest = [], [], []
     for case in spread(cases, _MOST_SEEN):
         # what cannot be solved says so when it is its turn
         with suppress(FecontactError):
             unknowns = preview(case).degrees_of_freedom
             first.append(unknowns)
             most.append(max(unknowns, min(_REFINED * unknowns, case.most_unknowns)))
+            finest.append(max(unknowns, case.most_unknowns))
     if not first:
         return None
     each = len(cases) / len(first) / workers
@@ -111,7 +113,7 @@ def cost_of(cases: Sequence[Case], workers: int) -> Cost | None:
         seconds=START_SECONDS + each * sum(map(cpu_seconds, first)),
         memory_GB=memory_GB(max(first)),
         most_seconds=START_SECONDS + each * sum(map(cpu_seconds, most)),
-        most_memory_GB=memory_GB(max(most)),
+        most_memory_GB=memory_GB(max(finest)),
         available_GB=psutil.virtual_memory().available / 1e9,
     )
 
