@@ -22,7 +22,7 @@ endif
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup demo study test test-slow fresh-check regress validate fuzz paraview-check docs lint lock clean
+.PHONY: help setup demo study test test-slow fresh-check regress validate fuzz mutants paraview-check docs lint lock clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)$$/\1|\2/' | awk -F'|' '{printf "  make %-15s %s\n", $$1, $$2}'
@@ -105,6 +105,9 @@ fuzz: setup ## mutate profile files of every format, study files, results and co
 	OMP_NUM_THREADS=1 PYTHONPATH=$(CURDIR) $(BIN)/python tests/fuzz_profiles.py --count $(FUZZ_COUNT) --seed $(FUZZ_SEED)
 	OMP_NUM_THREADS=1 PYTHONPATH=$(CURDIR) $(BIN)/python tests/fuzz_results.py $(FUZZ_RESULTS) --seed $(FUZZ_SEED)
 	OMP_NUM_THREADS=1 PYTHONPATH=$(CURDIR) $(BIN)/python tests/fuzz_commands.py --seed $(FUZZ_SEED)
+
+mutants: setup ## change one operator, constant or sign of the physics at a time and see whether a test notices; two hours
+	PYTHONPATH=$(CURDIR) $(BIN)/python tests/mutants.py
 
 lint: $(INSTALLED) ## ruff check, ruff format --check, mypy; how large the program is
 	$(BIN)/python -m ruff check .

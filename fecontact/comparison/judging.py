@@ -482,14 +482,9 @@ def warnings_of(load: JudgedLoad) -> Iterator[str]:
 def position_notes(placement: Placement, comparison: Comparison) -> Iterator[str]:
     """What is to be known of the profiles and of the contact as a whole."""
     rail = placement.rail.profile
-    yield from (*rail.notes, *placement.wheel.profile.notes)
+    yield from placement.notes
     if not rail.outline:
         yield f"rail {rail.name}: only its running surface is known; the body below it is a block down to the cut"
-    if placement.climbs:
-        yield (
-            f"the flange climbs: it touches the rail beyond its steepest place, at"
-            f" {math.degrees(placement.first.contact_angle_rad):.1f} degrees; a lateral force alone holds it there"
-        )
     if placement.first.at_junction:
         yield (
             "the touch point lies at a curvature junction: deviations are those from Hertz with the curvature of its"

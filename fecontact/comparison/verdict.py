@@ -101,8 +101,8 @@ def judge_on_lines(
 ) -> tuple[Verdict, dict[str, float]]:
     """Judge on every line that measured points allow; with the uncertainty that the lines make of the one given.
 
-    The measure that decided is the one that has the answer on most lines. What is stated covers all lines that have the
-    contact; one that does not have it leaves the answer on it open.
+    The measure that decided is the one that has the answer on most lines. What is stated covers every filter with every
+    noise, of lines that have the contact; one that does not have it leaves the answer on it open.
     """
     own, stated = judge(deviation, uncertainty, criteria), dict(uncertainty)
     if not moves.by_line:
@@ -117,8 +117,7 @@ def judge_on_lines(
         }
         on_lines[label] = judge(moved, known, criteria)
     for name in stated:
-        moved_by = (abs(moved[name] - deviation[name]) for moved in there.values())
-        stated[name] += max((by for by in moved_by if not math.isnan(by)), default=math.nan)
+        stated[name] += moves.farthest(name, deviation[name])
     each = {name: _of_lines([one.each[name] for one in on_lines.values()]) for name in own.each}
     answer = _of_lines([one.answer for one in on_lines.values()])
 

@@ -15,7 +15,7 @@ from fecontact.features import offered
 from fecontact.normal.hertz import HertzContact
 from fecontact.normal.touch_hertz import HertzPoints
 from fecontact.outputs.cases import cheapest_column
-from fecontact.outputs.geometry import profile_notes, touch_columns, touch_record
+from fecontact.outputs.geometry import touch_columns, touch_record
 from fecontact.outputs.records.results import (
     case_inputs,
     cheapest_columns,
@@ -69,7 +69,7 @@ def alone_record(found: TheoryAlone) -> Record:
         "given_normal_force_N": found.normal_force_N,
         "problem": found.problem,
         **said,
-        "warnings": profile_notes(placement),
+        "warnings": list(placement.notes_by_body),
         "versions": versions(),
     }
 
@@ -88,7 +88,7 @@ def preview_record(seen: Preview) -> dict[str, Any]:
         "expected_patch": picked(seen.expected, _EXPECTED),
         **picked(seen, "element_size_mm elements degrees_of_freedom cpu_seconds memory_GB"),
         "junctions": junctions_of(seen),
-        "notes": profile_notes(seen.placement),
+        "notes": list(seen.placement.notes_by_body),
     }
 
 
@@ -247,7 +247,7 @@ def preview_lines(seen: Preview) -> Lines:
         f" {round(seen.degrees_of_freedom, -3)} unknowns, {seen.cpu_seconds:.0f} CPU s and {seen.memory_GB:.1f} GB;"
         f" more where the verdict is open, up to {seen.case.most_unknowns} unknowns"
     )
-    yield from notes(profile_notes(seen.placement))
+    yield from notes(seen.placement.notes_by_body)
 
 
 def uncertainty_text(part: dict[str, float]) -> str:

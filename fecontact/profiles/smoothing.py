@@ -89,11 +89,10 @@ def foot_points(
     line: Profile, points: Floats, *, near: FootPoints | None = None, steps: int = _FOOT_STEPS
 ) -> FootPoints:
     """The nearest points of a line to points (n, 2) that lie a few mm off it at most; `near` has places to begin at."""
-    table, lengths = line._table, line._table_lengths
-    places = table.segment + table.v
+    ends, lengths, places = line._pieces.ends, line._pieces.lengths, line._pieces.u
     if near is None:
         parts = np.array_split(points, max(1, len(points) // _AT_ONCE))
-        squared = ((part[:, :1] - table.points.y) ** 2 + (part[:, 1:] - table.points.z) ** 2 for part in parts)
+        squared = ((part[:, :1] - ends.y) ** 2 + (part[:, 1:] - ends.z) ** 2 for part in parts)
         s = np.concatenate([lengths[one.argmin(axis=1)] for one in squared])
     else:
         s = near.s_mm
@@ -153,7 +152,7 @@ def _usual(off: Floats) -> float:
 
 def first_shift(line: Profile, points: Floats) -> tuple[float, float]:
     """The crowns of two rails, or the flange tips of two wheels, on one another."""
-    table = line._table.points
+    table = line._pieces.ends
     if line.kind == "rail":
         i, j = int(np.argmax(table.z)), int(np.argmax(points[:, 1]))
         # a crown is flat: across, the middles of the heads are surer
@@ -368,7 +367,7 @@ def segments_of(measured: Measured) -> tuple[Segment, ...]:
         low, high = max(first, whole.s_from), min(last, whole.s_to)
         start = whole.s_to
         if high - low > 1e-6:
-            v_from, v_to = (float(v) for v in _exact_local(whole, np.array([low, high])))
+            v_from, v_to = (float(v) for v in whole.local(np.array([low, high])))
             made.append(replace(whole, s_from=low, s_to=high, v_from=v_from, v_to=v_to))
     return tuple(made)
 
@@ -521,15 +520,6 @@ def _local(segment: Smoothed, s: Floats) -> Floats:
     return np.interp(s, segment._arc(grid), grid)
 
 
-def _exact_local(segment: Smoothed, s: Floats) -> Floats:
-    v = np.interp(s, (segment.s_from, segment.s_to), (0.0, 1.0))
-    for _ in range(20):
-        before, v = v, np.clip(v - (segment._arc(v) - s) / segment._arc(v, 1), 0.0, 1.0)
-        if np.array_equal(before, v):
-            break
-    return v
-
-
 def _length(base: Line | Arc | Polynomial) -> float:
     if isinstance(base, Line):
         return math.hypot(base.end[0] - base.start[0], base.end[1] - base.start[1])
@@ -550,9 +540,12 @@ _FARTHEST_MM = 2.0
 # their deviation has shorter waves than they have themselves.
 _MOST_WEAR_MM, _UNWORN_MM = 3.0, 0.3
 # A head is worn and canted to the gauge side. One that leans outwards by more, is so much lower beside its field side
-# or has lost so much more there is mirrored, unless it has lost as much more on its gauge side (mm over the tops of
-# both halves). A new one canted by 1:40 is lower by 1.1 mm; the worn ones of 0.5 mm and more lean by 6 mrad and more.
-_OUTWARDS_RAD, _LOWER_MM, _LOST_MM, _TOP_MM = 0.005, 1.0, 0.25, (6.0, 14.0)
+# or has lost so much more there is mirrored, unless it has lost as much more on its gauge side. A new one canted by
+# 1:40 is lower by 1.1 mm; the worn ones of 0.5 mm and more lean by 6 mrad and more.
+_OUTWARDS_RAD, _LOWER_MM, _LOST_MM = 0.005, 1.0, 0.3
+# What a side has lost, nine tenths of its points have at most: from so far beside the middle, down to as deep below the
+# top (mm) as both sides are measured, and that is nothing where one of them ends sooner.
+_BESIDE_MM, _DEEPEST_MM, _LEAST_DEEP_MM, _OF_A_SIDE = 6.0, 14.0, 4.0, 0.9
 # Cants of rails (1:n), and how near to one a turn (as a part of it) makes one ask for it.
 _USUAL_CANT, _CANT_CLOSE = (20, 30, 40), 0.12
 # Points closer than this part of the usual spacing tell nothing about the line between them.
@@ -570,7 +563,7 @@ class Nearest:
     at_y_mm
         Where that is the most.
     lost_on_field_side_mm
-        How much more of its field side than of its gauge side they have lost.
+        How much more of its field side than of its gauge side they have lost; None where one of them is not measured.
     """
 
     name: str
@@ -578,7 +571,7 @@ class Nearest:
     usual_mm: float
     farthest_mm: float
     at_y_mm: float
-    lost_on_field_side_mm: float
+    lost_on_field_side_mm: float | None
 
 
 def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) -> list[Nearest]:
@@ -608,25 +601,28 @@ def nearest(points: Floats, kind: Kind, among: tuple[str, ...] | None = None) ->
     return sorted(found, key=lambda one: one.usual_mm)
 
 
-def _lost_on_field_side_mm(feet: FootPoints) -> float:
-    """How much more points have lost of the field side of a head's top than of its gauge side, on the average."""
-    (y, z), (beside, deep) = feet.points.T, _TOP_MM
-    top = feet.inside & (np.abs(y) > beside) & (z > -deep)
-    gauge, field = (feet.off_mm[top & (side * y > 0.0)] for side in (-1.0, 1.0))
-    return float(gauge.mean() - field.mean()) if gauge.size and field.size else 0.0
+def _lost_on_field_side_mm(feet: FootPoints) -> float | None:
+    """How much more points have lost of the field side of a head than of its gauge side; None without both sides."""
+    y, z = feet.points.T
+    sides = [feet.inside & (side * y > _BESIDE_MM) for side in (-1.0, 1.0)]
+    level = max(-_DEEPEST_MM, *(float(z[side].min(initial=0.0)) for side in sides))
+    if level > -_LEAST_DEEP_MM:
+        return None
+    gauge, field = (np.quantile(-feet.off_mm[side & (z >= level)], _OF_A_SIDE) for side in sides)
+    return float(field - gauge)
 
 
 def _mirrored(given: Points, close: Sequence[Nearest]) -> list[str]:
     """What is to be said of a head that is canted or worn to the field side."""
     if given.kind == "wheel":
         return []
-    lower = lower_on_field_side_mm(given.points)
-    near = next((one for one in close if lower is not None or one.farthest_mm < _UNWORN_MM), None)
-    turn = near.registration.turn_rad if near else 0.0
-    lost = near.lost_on_field_side_mm if near and near.farthest_mm < _MOST_WEAR_MM else 0.0
-    if lost > _LOST_MM or (lost > -_LOST_MM and (turn < -_OUTWARDS_RAD or (lower or 0.0) > _LOWER_MM)):
-        found = [f"the head is {lower:.1f} mm lower on its field side than on its gauge side"] if lower else []
+    lower = lower_on_field_side_mm(given.points) or 0.0
+    near = next((one for one in close if one.lost_on_field_side_mm is not None or one.farthest_mm < _UNWORN_MM), None)
+    turn, lost = (near.registration.turn_rad, near.lost_on_field_side_mm or 0.0) if near else (0.0, 0.0)
+    if lost > _LOST_MM or (lost > -_LOST_MM and (turn < -_OUTWARDS_RAD or lower > _LOWER_MM)):
+        found = [f"the head is {lower:.1f} mm lower on its field side than on its gauge side"] * (lower > 0.0)
         found += [f"{near.name} lies on it turned by {1e3 * turn:+.1f} mrad"] if near else []
+        found += [f"its field side has lost {lost:.1f} mm more than its gauge side"] * (lost > _LOST_MM)
         return [
             f"{', and '.join(found)}: it may be worn or canted and mirrored;"
             f" {remedy(given.kind, 'mirror', 'yes')} if it is"

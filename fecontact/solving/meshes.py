@@ -444,6 +444,13 @@ class Meshes:
                 short_of_memory=any(isinstance(error, NotEnoughMemory) for error in (*self._not_enlarged, stop)),
             )
 
+    def bodies_of(self, solved: SolvedLoad) -> SolvedBodies:
+        """Both bodies of the finest meshes under the load that was solved last."""
+        if self._keep:
+            self._recover(self._meshes[MESH_RATIO ** (2 - len(solved.levels))], solved.levels[0])
+        assert self.bodies is not None
+        return self.bodies
+
     def close(self) -> None:
         """Release all factors; a further load makes its meshes again."""
         for mesh in self._meshes.values():
@@ -487,17 +494,20 @@ class Meshes:
         if self._keep:
             self._meshes[coarser] = mesh
             return level
-        with self.position.clock.step("recover"):
-            # the coarse mesh comes second, a refinement after it
-            if self.bodies is None or coarser < 1.0:
-                rail, wheel = mesh.bodies.displacements(level.nodal.pressure_MPa.ravel())
-                self.bodies = SolvedBodies(
-                    coupled=mesh.bodies,
-                    displacement_mm={"rail": rail, "wheel": wheel},
-                    yielded={} if mesh.plastic is None else nodal_fields(*mesh.plastic),
-                )
-            mesh.close()
+        # the coarse mesh comes second, a refinement after it
+        if self.bodies is None or coarser < 1.0:
+            self._recover(mesh, level)
+        mesh.close()
         return level
+
+    def _recover(self, mesh: CoupledMesh, level: Level) -> None:
+        with self.position.clock.step("recover"):
+            rail, wheel = mesh.bodies.displacements(level.nodal.pressure_MPa.ravel())
+            self.bodies = SolvedBodies(
+                coupled=mesh.bodies,
+                displacement_mm={"rail": rail, "wheel": wheel},
+                yielded={} if mesh.plastic is None else nodal_fields(*mesh.plastic),
+            )
 
 
 def _turned(position: Position) -> Rung | None:

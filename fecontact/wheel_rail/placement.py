@@ -156,6 +156,7 @@ class Placement:
     """A wheel resting on a rail: poses, touch points (the first one carries the rigid wheel) and the true gap.
 
     `climbs` says that the wheel touches beyond the steepest place of its flange: only a lateral force holds it there.
+    `other_climbs` says so of the other wheel of its wheelset, which has the wheelset's roll from there.
     `along` holds the irregularities of both bodies along the track, if any.
     """
 
@@ -163,7 +164,31 @@ class Placement:
     wheel: WheelPose
     touch_points: tuple[TouchPoint, ...]
     climbs: bool = False
+    other_climbs: bool = False
     along: AlongTrack | None = None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is to be known of both profiles, and of flanges that climb."""
+        return (*self.rail.profile.notes, *self.wheel.profile.notes, *self._climbing)
+
+    @property
+    def notes_by_body(self) -> tuple[str, ...]:
+        """The same, with the body before each note on a profile."""
+        profiles = (self.rail.profile, self.wheel.profile)
+        return (*(f"{one.kind}: {note}" for one in profiles for note in one.notes), *self._climbing)
+
+    @property
+    def _climbing(self) -> tuple[str, ...]:
+        climbing = (
+            f"the flange climbs: it touches the rail beyond its steepest place, at"
+            f" {math.degrees(self.first.contact_angle_rad):.1f} degrees; a lateral force alone holds it there"
+        )
+        other = (
+            "the wheelset derails on its other side: there the flange touches the rail beyond its steepest place; this"
+            " wheel stands at the roll which that gives"
+        )
+        return (*((climbing,) if self.climbs else ()), *((other,) if self.other_climbs else ()))
 
     @property
     def first(self) -> TouchPoint:

@@ -30,7 +30,7 @@ from fecontact.features import offered
 from fecontact.files import read_json, write_json
 from fecontact.irregularity.shapes import irregularity_text
 from fecontact.normal.hertz import HertzContact
-from fecontact.outputs.geometry import profile_notes, touch_records
+from fecontact.outputs.geometry import touch_records
 from fecontact.outputs.tables import Item, Record, flat, picked, told
 from fecontact.outputs.words import theory_words
 from fecontact.profiles.library import profile_identity
@@ -369,7 +369,7 @@ def hertz_record(found: HertzAlone) -> Record:
             ],
         },
         "uncertainty_of_profile": found.uncertainty_of_profile,
-        "warnings": profile_notes(found.placement),
+        "warnings": list(found.placement.notes_by_body),
         "versions": versions(),
     }
 
