@@ -45,7 +45,12 @@ for group, commands in {
     _DEVELOPMENT: (solving.validate,),
 }.items():
     for place, command in enumerate((*commands, *features.commands(group.name))):
-        app.command(command, name=command.__name__.rstrip("_"), group=group, sort_key=place)
+        if isinstance(command, App):
+            # it has commands of its own
+            command.group, command.sort_key = (group,), place
+            app.command(command)
+        else:
+            app.command(command, name=command.__name__.rstrip("_"), group=group, sort_key=place)
 baseline_app = App(name="baseline", help="Baselines: the results that later ones are held against.", group=_DEVELOPMENT)
 baseline_app.command(results.baseline_update, name="update")
 app.command(baseline_app)

@@ -47,6 +47,7 @@ from fecontact.comparison.solved_load import (
     elements_uncertainties,
     step_uncertainty,
     uncertainties,
+    unmeshed_uncertainties,
     unmeshed_uncertainty,
 )
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, HERTZ_GAUGE, THEORIES, Loaded
@@ -563,6 +564,7 @@ def judge_hertz(
     lines: Lines | None,
     *,
     by: Evidence = "fe",
+    refinements: int | None = None,
 ) -> dict[str, Judgement]:
     """Judge Hertz with the curvature of each side of the first touch point, under the finest level's normal force."""
     found = {}
@@ -571,15 +573,33 @@ def judge_hertz(
             Loaded(placement=placement, case=case, normal_force_N=levels[0].fe.normal_force_N)
         )
         if isinstance(made, Approximation):
-            found[name] = judge_theory(case, levels, made, EXACT if lines is None else lines.moves(name), by=by)
+            moves = EXACT if lines is None else lines.moves(name)
+            found[name] = judge_theory(case, levels, made, moves, by=by, refinements=refinements)
     return found
 
 
 def profiles_leave_open(case: Case, levels: Sequence[Level], placement: Placement, lines: Lines | None) -> bool:
-    """Whether Hertz is open by the lines that measured points allow alone: no mesh decides that."""
+    """Whether Hertz is open by the lines that measured points allow alone."""
     if lines is None:
         return False
     return worst_of(judge_hertz(case, levels, placement, lines, by="profiles")).answer == "UNRESOLVED"
+
+
+def no_mesh_decides(
+    case: Case,
+    levels: Sequence[Level],
+    placement: Placement,
+    lines: Lines | None,
+    *,
+    by: Evidence = "fe",
+    refinements: int = 0,
+) -> bool:
+    """Whether Hertz stays open by what so many finer meshes leave as it is, if their numbers are those of today's.
+
+    These are the lines that measured points allow, reading a measure off its nodes, and the bodies' cut planes.
+    """
+    worst = worst_of(judge_hertz(case, levels, placement, lines, by=by, refinements=refinements))
+    return worst.answer == "UNRESOLVED" and (lines is not None or not worst.unknown)
 
 
 def _judge_theories(
@@ -611,6 +631,7 @@ def judge_theory(
     moves: Moves = EXACT,
     *,
     by: Evidence = "fe",
+    refinements: int | None = None,
 ) -> Judgement:
     """Judge a theory against the finest level, by the criteria of a case.
 
@@ -621,12 +642,25 @@ def judge_theory(
     by
         The contact on the finer nodes, that on the elements' own ones, or the finer one as if its meshes were exact, by
         the uncertainty of the profiles alone.
+    refinements
+        If given, the deviations are those of the finer nodes, and their uncertainty is what so many finer meshes would
+        leave of it.
     """
 
     def read(rung: Rung) -> dict[str, float]:
         return values_of(rung, made)
 
-    if by == "elements":
+    if refinements is not None:
+        deviation = deviations_of(levels[0].fe, made)
+        on_elements = refinements if by == "elements" else None
+        left = unmeshed_uncertainties(levels[0], read, deviation, on_elements=on_elements)
+        # of what meshes know less well than that finer ones may say anything
+        known = {
+            name: left[name] if value <= 2.0 * left[name] else 0.0
+            for name, value in uncertainties(levels, read, deviation).items()
+            if name in left
+        }
+    elif by == "elements":
         deviation = deviations_of(levels[0].on_elements, made)
         # of (Hertz - FE) / FE, from the uncertainty of the finite-element measure
         known = {
@@ -636,8 +670,8 @@ def judge_theory(
     else:
         deviation = deviations_of(levels[0].fe, made)
         known = uncertainties(levels, read, deviation)
-    exact = by == "profiles"
     slope = sum(line.largest_slope for line in case.irregularities)
+    exact = by == "profiles"
     numerical = {
         name: (0.0 if exact else value) + unmeshed_uncertainty(name, deviation[name], slope=slope)
         for name, value in known.items()

@@ -218,7 +218,8 @@ def uncertainty(
     Parameters
     ----------
     values
-        The measure on two or more meshes, the finest first, each MESH_RATIO coarser than the one before.
+        The measure on two or more meshes, the finest first, each MESH_RATIO coarser than the one before; on a single
+        one it is as if coarser ones had the same value.
     otherwise
         The measure on the finest one with another idea of what is the elements' and what the bodies'.
 
@@ -240,6 +241,11 @@ def reading_uncertainty(measure: str, value: float) -> float | None:
         return None
     # what is read is the root of the sum of both squares
     return floor + (noise if value <= noise else value - math.sqrt(value**2 - noise**2))
+
+
+def unmeshed(measure: str, value: float, *, shared: bool) -> float | None:
+    """What no mesh takes away of the uncertainty of a measure; relative or absolute, None where it is not known."""
+    return uncertainty(measure, [value], Solved(shared=shared))
 
 
 def step_uncertainty(
@@ -272,7 +278,9 @@ def _change(values: Sequence[float]) -> float:
 
     A last change that is small by chance does not hide them.
     """
-    return max(abs(finer - coarser) / MESH_RATIO**k for k, (finer, coarser) in enumerate(pairwise(values)))
+    return max(
+        (abs(finer - coarser) / MESH_RATIO**k for k, (finer, coarser) in enumerate(pairwise(values))), default=0.0
+    )
 
 
 def _cut_planes(measure: str, value: float, shared: bool) -> float:
@@ -527,8 +535,7 @@ def elements_uncertainties(
     Relative, or absolute where Hertz has no value of a measure.
     """
     finest, rungs = levels[0], [level.on_elements for level in levels]
-    patch, (step_x, step_s) = patch_of(rungs[0]), rungs[0].grid.steps_mm
-    elements = min(patch.a_mm / step_x, patch.b_mm / step_s / len(patch.lobes))
+    elements = _elements(finest)
     measured = [read(rung) for rung in rungs]
     found = {
         name: elements_uncertainty(
@@ -541,6 +548,35 @@ def elements_uncertainties(
         for name in measured[0]
     }
     return {name: value for name, value in found.items() if value is not None}
+
+
+def _elements(level: Level) -> float:
+    """Elements on the semi-axis."""
+    patch, (step_x, step_s) = patch_of(level.on_elements), level.on_elements.grid.steps_mm
+    return min(patch.a_mm / step_x, patch.b_mm / step_s / len(patch.lobes))
+
+
+def unmeshed_uncertainties(
+    level: Level,
+    read: Callable[[Rung], Mapping[str, float]],
+    deviation: Mapping[str, float],
+    *,
+    on_elements: int | None,
+) -> dict[str, float]:
+    """What no finer meshes take away of the uncertainty of each deviation, where it is known.
+
+    Of the elements' own contact what so many refinements leave, if its measures are those of the finer nodes.
+    """
+    measured, shared, found = read(level.fe), patch_of(level.fe).pieces > 1, {}
+    for name in deviation:
+        if on_elements is None:
+            known = unmeshed(name, measured[name], shared=shared)
+        else:
+            elements = _elements(level) * MESH_RATIO**on_elements
+            known = elements_uncertainty(name, [measured[name]], elements=elements, compliance_error=0.0)
+        if known is not None:
+            found[name] = known * abs(1.0 + deviation[name]) if name in MEASURES else known
+    return found
 
 
 def uncertainties(

@@ -32,6 +32,7 @@ _SHARES: Mapping[str, Literal["verdict", "cheapest_theory"]] = {
     "cheapest_theory_percent": "cheapest_theory",
 }
 _OF_MAPS = "the map's wheels have no yaw"
+_OF_STABILITY = "the critical speed is that of straight track; whether the motion in a curve is stable is not looked at"
 
 
 def curves_record(found: Curves) -> Record:
@@ -41,6 +42,7 @@ def curves_record(found: Curves) -> Record:
         "pair": pair_words(found.case),
         **picked(found, "vehicle conditions differences"),
         "straight_track": told(found.straight),
+        "stability_notes": [_OF_STABILITY],
         "curves": [told(run) for runs in found.runs.values() for run in runs],
     }
     if found.columns:
@@ -89,6 +91,8 @@ def difference_words(one: Difference) -> str:
         parts.append(f"Y/Q by up to {one.y_over_q:.3f} (R {one.y_over_q_at_m:g} m)")
     if one.critical_speed is not None:
         parts.append(f"the critical speed by {1e2 * one.critical_speed:+.0f} %")
+    elif one.without_speed:
+        parts.append(f"critical speeds are not compared ({one.without_speed})")
     return f"{one.theory} against {one.reference}: {', '.join(parts) or 'nothing to compare'}"
 
 
@@ -222,6 +226,7 @@ def curves_lines(found: Curves) -> Lines:
         yield _wheelset_table(title, runs)
         yield from notes(f"R {run.radius_m:g} m: {run.status}: {'; '.join(run.notes)}" for run in runs if run.notes)
     yield from map(straight_words, found.straight)
+    yield from notes([_OF_STABILITY])
     if found.columns:
         for theory in found.runs:
             way, enough = (found.shares(theory, of) for of in _SHARES.values())

@@ -30,6 +30,8 @@ class Difference:
         The same of Y/Q, over all wheels.
     critical_speed
         Critical speed over the reference's critical speed, less 1; None if either has no critical speed.
+    without_speed
+        Why there is none to compare.
     """
 
     theory: str
@@ -40,6 +42,7 @@ class Difference:
     y_over_q: float
     y_over_q_at_m: float
     critical_speed: float | None
+    without_speed: str = ""
 
 
 def differences(
@@ -47,12 +50,12 @@ def differences(
 ) -> tuple[Difference, ...]:
     """Each theory against the last one, curve by curve in their order."""
     *others, reference = runs
-    speeds = {one.theory: one.critical_speed_km_h for one in straight}
-    return tuple(_difference(runs, speeds, theory, reference) for theory in others)
+    of_straight = {one.theory: one for one in straight}
+    return tuple(_difference(runs, of_straight, theory, reference) for theory in others)
 
 
 def _difference(
-    runs: Mapping[str, Sequence[CurveRun]], speeds: Mapping[str, float | None], theory: str, reference: str
+    runs: Mapping[str, Sequence[CurveRun]], straight: Mapping[str, StraightTrack], theory: str, reference: str
 ) -> Difference:
     pairs = list(zip(runs[theory], runs[reference], strict=True))
     shifts = [(abs(a.lateral_shift_mm - b.lateral_shift_mm), radius) for radius, a, b in _wheelsets(pairs)]
@@ -61,7 +64,8 @@ def _difference(
     ]
     nothing = (math.nan, math.nan)
     (shift, shift_at), (y_over_q, y_over_q_at) = max(shifts, default=nothing), max(guiding, default=nothing)
-    own, other = speeds.get(theory), speeds.get(reference)
+    both = [straight[name] for name in (theory, reference) if name in straight]
+    speeds = [one.critical_speed_km_h for one in both if one.critical_speed_km_h]
     return Difference(
         theory=theory,
         reference=reference,
@@ -70,7 +74,8 @@ def _difference(
         shift_at_m=shift_at,
         y_over_q=y_over_q,
         y_over_q_at_m=y_over_q_at,
-        critical_speed=own / other - 1.0 if own and other else None,
+        critical_speed=speeds[0] / speeds[1] - 1.0 if len(speeds) == 2 else None,
+        without_speed="; ".join(f"{one.theory}: {one.problem}" for one in both if one.problem),
     )
 
 

@@ -172,7 +172,7 @@ class Profile:
     def _inside(self, u: ArrayLike) -> Floats:
         """Parameters, NaN outside the running surface; they come out of sums, so allow for their rounding."""
         u, n = np.asarray(u, dtype=float), len(self.segments)
-        return np.where((u >= -1e-12 * n) & (u <= n * (1.0 + 1e-12)), np.clip(u, 0.0, n), np.nan)
+        return np.where((u >= -1e-12 * n) & (u <= n * (1.0 + 1e-12)), u, np.nan)
 
     @cached_property
     def _pieces(self) -> Pieces:

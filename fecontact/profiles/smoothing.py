@@ -60,8 +60,8 @@ _LARGEST_TURN_RAD = 0.2
 _FOOT_STEPS = 8
 # While the line still moves, fewer do: each begins at the feet of the one before.
 _FIRST_FOOT_STEPS = 3
-# Points whose nearest ones are looked up together.
-_AT_ONCE = 500
+# Points whose nearest ones are looked up together, and of which ends of pieces.
+_AT_ONCE, _APART = 500, 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -92,8 +92,9 @@ def foot_points(
     ends, lengths, places = line._pieces.ends, line._pieces.lengths, line._pieces.u
     if near is None:
         parts = np.array_split(points, max(1, len(points) // _AT_ONCE))
-        squared = ((part[:, :1] - ends.y) ** 2 + (part[:, 1:] - ends.z) ** 2 for part in parts)
-        s = np.concatenate([lengths[one.argmin(axis=1)] for one in squared])
+        # a nearest place to begin at
+        y, z, far = ends.y[::_APART], ends.z[::_APART], lengths[::_APART]
+        s = np.concatenate([far[((part[:, :1] - y) ** 2 + (part[:, 1:] - z) ** 2).argmin(axis=1)] for part in parts])
     else:
         s = near.s_mm
     for _ in range(steps):
@@ -322,7 +323,7 @@ def _fit(held: Held, filter_mm: float, noise: float | None) -> tuple[Floats, flo
     That is cross-validation on the running part, or with a known noise Mallows' estimate of the error.
     """
     s, values, running = held.s_mm, held.values, _running(held)
-    probes = np.random.default_rng(SEED).choice([-1.0, 1.0], size=(s.size, _PROBES))
+    probes = _probes(s.size)
     fitted = smoothed_by(s, np.column_stack((values, probes)), filter_mm, held.relative_filter)(s)
     # the trace of the smoother (Hutchinson), which is its degrees of freedom
     freedom = float(np.mean((probes * fitted[:, 2:])[running]))
@@ -331,6 +332,11 @@ def _fit(held: Held, filter_mm: float, noise: float | None) -> tuple[Floats, flo
     if noise is None:
         return residual, freedom, off / max(1.0 - _COST * freedom, 1e-3) ** 2
     return residual, freedom, off + 2.0 * _COST * noise**2 * freedom
+
+
+@lru_cache(maxsize=8)
+def _probes(number: int) -> Floats:
+    return np.random.default_rng(SEED).choice([-1.0, 1.0], size=(number, _PROBES))
 
 
 def _noise_draws(measured: Measured, seed: Sequence[int], number: int) -> Floats:
@@ -351,9 +357,13 @@ def _noise_draws(measured: Measured, seed: Sequence[int], number: int) -> Floats
 
 
 def segments_of(measured: Measured) -> tuple[Segment, ...]:
-    """The pieces of a smoothed line: one for each segment of the nominal profile, or a single one."""
-    held = measured.held
-    field = smoothed_by(held.s_mm, held.values, measured.filter_mm, held.relative_filter)
+    """The pieces of a smoothed line."""
+    return pieces_of(measured.held, measured.filter_mm)
+
+
+def pieces_of(held: Held, filter_mm: float) -> tuple[Segment, ...]:
+    """The pieces of a line through held points: one for each segment of the nominal profile, or a single one."""
+    field = smoothed_by(held.s_mm, held.values, filter_mm, held.relative_filter)
     first, last = float(held.s_mm[0]), float(held.s_mm[-1])
     if not held.reference:
         return (Smoothed(field=field, s_from=first, s_to=last),)
@@ -539,10 +549,12 @@ _FARTHEST_MM = 2.0
 # One that they are farther off anywhere is not theirs for certain; nor is one that they are off by more than this, if
 # their deviation has shorter waves than they have themselves.
 _MOST_WEAR_MM, _UNWORN_MM = 3.0, 0.3
+# Nor is one that most points are off: where all that runs is worn, another profile of the same kind fits as well.
+_MOST_WORN_ALL_OVER_MM = 0.5
 # A head is worn and canted to the gauge side. One that leans outwards by more, is so much lower beside its field side
 # or has lost so much more there is mirrored, unless it has lost as much more on its gauge side. A new one canted by
 # 1:40 is lower by 1.1 mm; the worn ones of 0.5 mm and more lean by 6 mrad and more.
-_OUTWARDS_RAD, _LOWER_MM, _LOST_MM = 0.005, 1.0, 0.3
+_OUTWARDS_RAD, _LOWER_MM, _LOST_MM = 0.005, 1.0, 0.5
 # What a side has lost, nine tenths of its points have at most: from so far beside the middle, down to as deep below the
 # top (mm) as both sides are measured, and that is nothing where one of them ends sooner.
 _BESIDE_MM, _DEEPEST_MM, _LEAST_DEEP_MM, _OF_A_SIDE = 6.0, 14.0, 4.0, 0.9
@@ -667,17 +679,18 @@ def _smoothed(given: Points, reading: Reading, near: Sequence[Nearest]) -> Measu
                 " beyond its ends; give another nominal profile, or none"
             )
         return found[0][0]
-    close = [one for one in near[:2] if one.farthest_mm < _MOST_WEAR_MM]
-    found = [_deviation(one, given.points, smooth) for one in close]
+    close = [one for one in near if one.farthest_mm < _MOST_WEAR_MM]
+    found = [(one, *made) for one in close if (made := _deviation(one, given.points, smooth)) is not None]
     certain = [
-        one
-        for one, near in zip(found, close, strict=True)
-        if one is not None and (near.farthest_mm < _UNWORN_MM or one[0].filter_mm >= _on_running_part_mm(by_itself[0]))
+        (one.usual_mm, made, score)
+        for one, made, score in found
+        if one.farthest_mm < _UNWORN_MM or made.filter_mm >= _on_running_part_mm(by_itself[0])
     ]
-    lines = [*certain, by_itself]
-    best = min(score for _, score in lines)
+    lines = [*certain, (0.0, *by_itself)]
+    best = min(score for *_, score in lines)
     # the first one of those that are as good
-    return next(measured for measured, score in lines if score <= best * (1.0 + 1e-9))
+    usual, measured = next((usual, made) for usual, made, score in lines if score <= best * (1.0 + 1e-9))
+    return measured if usual < _MOST_WORN_ALL_OVER_MM else by_itself[0]
 
 
 def _on_running_part_mm(line: Measured) -> float:

@@ -51,6 +51,21 @@ def toml_cases(path: Path, *, quick: bool = False) -> tuple[Case, ...]:
     return tuple(cases)
 
 
+def case_of(table: Mapping[str, Any]) -> Case:
+    """The case that the table `case` of another file describes, with the keys of a study.
+
+    Raises
+    ------
+    InputError
+        For a key or a value that is not allowed, and for lists, which make several cases.
+    """
+    with _named("[case]"):
+        cases = _combined(_values(table, "case."), quick=False)
+        if len(cases) > 1:
+            raise InputError(f"its lists make {len(cases)} cases; allowed: one; give one value for each key")
+    return cases[0]
+
+
 def _parsed(path: Path) -> dict[str, Any]:
     try:
         text = path.read_text("utf-8")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fecontact.arrays import Floats
 from fecontact.case import Case
-from fecontact.comparison.judging import Evidence, JudgedLoad, fails_for_certain, judge_hertz, profiles_leave_open
+from fecontact.comparison.judging import Evidence, JudgedLoad, fails_for_certain, judge_hertz, no_mesh_decides
 from fecontact.comparison.lines import Lines
 from fecontact.comparison.measures import patch_of
 from fecontact.comparison.solved_load import MESH_RATIO, Level, SolvedLoad, elements_off
@@ -560,13 +560,15 @@ def is_open(case: Case, levels: Sequence[Level], placement: Placement, lines: Li
     most = _MOST_FOR_EVIDENCE if case.refine == "evidence" else _MOST_MESHES
     if any(level.status != "converged" for level in levels) or len(levels) == most:
         return False
-    # what the profiles alone leave open no mesh decides
-    if profiles_leave_open(case, levels, placement, lines):
-        return False
-    if elements_off(levels):
-        return not fails_for_certain(judge_hertz(case, levels, placement, lines), half_space)
     asked: tuple[Evidence, ...] = ("fe", "elements") if case.refine == "evidence" else ("fe",)
-    return any(_open_by(one, case, levels, placement, lines) for one in asked)
+    hopeless = {
+        by: no_mesh_decides(case, levels, placement, lines, by=by, refinements=most - len(levels)) for by in asked
+    }
+    if elements_off(levels):
+        # of numbers that are not right only the lines that points allow say that no mesh decides
+        seen = lines is None or not all(hopeless.values())
+        return seen and not fails_for_certain(judge_hertz(case, levels, placement, lines), half_space)
+    return any(_open_by(by, case, levels, placement, lines) for by in asked if not hopeless[by])
 
 
 def _open_by(by: Evidence, case: Case, levels: Sequence[Level], placement: Placement, lines: Lines | None) -> bool:
