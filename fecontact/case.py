@@ -72,7 +72,10 @@ _RADII = "railway wheels have 300 to 625 mm"
 
 
 def _load(
-    default: float | None, help: str, remedy: str = "give the wheel load, for example 100000 N (100 kN)", **more: Any
+    default: float | None,
+    help: str,
+    remedy: str = "give the wheel load, usually about 100 kN (100000 N)",
+    **more: Any,
 ) -> Any:
     return number(default, help, shown_unit="kN", low=1.0, high=1e9, usual=(1e3, 1e6), remedy=remedy, **more)
 

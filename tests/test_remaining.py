@@ -82,10 +82,10 @@ def test_a_run_tells_what_is_left_of_it(monkeypatch, tmp_path):
     report = _Report(jobs, by, None)
     report.under_way(["a", "b"])
     now[0] += 10.0
-    report.done(Done(name="a"))
+    report.done(Done(name="a", seconds=10.0))
     report.under_way(["b", "c"])
     now[0] += 10.0
-    report.done(Done(name="b"))
+    report.done(Done(name="b", seconds=20.0))
     # a cluster has all of them, and does two at a time
     report.under_way(["c", "d", "e", "f"])
     assert heard == [

@@ -237,6 +237,30 @@ def test_progress_of_a_case_is_a_line_for_each_of_its_meshes_where_nobody_watche
     ]
 
 
+@pytest.mark.parametrize(
+    ("words", "worked_by", "time"),
+    [
+        ("curve --radii 400", "fecontact.curves.running.curve", "1 curve: about 2 s"),
+        ("table --shifts 1,2 --loads-kn 50,80", "fecontact.runs.alone.table", "4 lines: about 4 s"),
+        ("geometry --shifts 1 --loaded-kn 60", "fecontact.curves.loaded.loaded_conicities", "takes about 15 s"),
+        ("judge folder --friction 0.3", "fecontact.runs.judging.judge", "some 2 s per case or cell"),
+    ],
+)
+def test_a_command_that_takes_long_says_so_before_it_works(words, worked_by, time, capsys, monkeypatch):
+    """And then how far it is."""
+
+    def work(*given, progress, **more):
+        progress(0, 4, "working")
+        raise InputError("the work begins")
+
+    monkeypatch.setattr(worked_by, work)
+    assert call(words.split()) == 2
+    first, then, last = capsys.readouterr().err.splitlines()
+    assert time in first
+    assert "0 of 4" in then
+    assert last == "error: the work begins"
+
+
 def test_progress_of_many_cases_is_a_line_each_time_one_is_done(capsys, monkeypatch):
     now = [100.0]
     monkeypatch.setattr("fecontact.commands.console.time.monotonic", lambda: now[0])

@@ -84,7 +84,7 @@ def init(folder: Path) -> int:
     made = write_templates(folder)
     for path in made:
         print(path)
-    print(f"Next: fecontact check {made[0]}, then: fecontact run {made[0]} --out {folder / 'out'}")
+    print(f"Next: fecontact check {made[0]}, then: fecontact run {made[0]} --out {folder / 'results'}")
     return 0
 
 

@@ -308,7 +308,8 @@ def _sweep_positions(zone: FineZone, end: float, half: bool, cover: int, what: s
     start = intervals * step
     if end < start + 2.0 * step:
         raise InputError(
-            f"{what} of {end:g} mm must reach at least two elements past the contact zone ({start:.2f} mm)"
+            f"{what} of {end:g} mm must reach at least two elements past the contact zone ({start:.2f} mm):"
+            " give a larger half_length_mm, or a smaller load or stiffer steel if that is a mistake"
         )
     count = int(np.ceil(np.log1p((_SWEEP_RATIO - 1.0) * (end - start) / step) / np.log(_SWEEP_RATIO)))
     steps = np.minimum(step * _SWEEP_RATIO ** np.arange(1, count + 8), _LONGEST_OF_SWEEP * end)

@@ -26,7 +26,7 @@ class WrongKindError(InputError):
 _NO_RADIUS = " has no number after the colon; give a radius in mm, as in {}"
 _NO_ARCS = (
     ": give the radii on the field and on the gauge side and the junction's distance from the crown in mm, as in"
-    " arcs:300/80@2.5"
+    " arcs:300/80@2.5; a head of more radii is a file with [head], as fecontact/profiles/data/A75.toml is"
 )
 
 
