@@ -60,8 +60,8 @@ _LARGEST_TURN_RAD = 0.2
 _FOOT_STEPS = 8
 # While the line still moves, fewer do: each begins at the feet of the one before.
 _FIRST_FOOT_STEPS = 3
-# Points whose nearest ones are looked up together.
-_AT_ONCE = 500
+# Points whose nearest ones are looked up together, and of which ends of pieces.
+_AT_ONCE, _APART = 500, 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -89,12 +89,12 @@ def foot_points(
     line: Profile, points: Floats, *, near: FootPoints | None = None, steps: int = _FOOT_STEPS
 ) -> FootPoints:
     """The nearest points of a line to points (n, 2) that lie a few mm off it at most; `near` has places to begin at."""
-    table, lengths = line._table, line._table_lengths
-    places = table.segment + table.v
+    ends, lengths, places = line._pieces.ends, line._pieces.lengths, line._pieces.u
     if near is None:
         parts = np.array_split(points, max(1, len(points) // _AT_ONCE))
-        squared = ((part[:, :1] - table.points.y) ** 2 + (part[:, 1:] - table.points.z) ** 2 for part in parts)
-        s = np.concatenate([lengths[one.argmin(axis=1)] for one in squared])
+        # a nearest place to begin at
+        y, z, far = ends.y[::_APART], ends.z[::_APART], lengths[::_APART]
+        s = np.concatenate([far[((part[:, :1] - y) ** 2 + (part[:, 1:] - z) ** 2).argmin(axis=1)] for part in parts])
     else:
         s = near.s_mm
     for _ in range(steps):
@@ -153,7 +153,7 @@ def _usual(off: Floats) -> float:
 
 def first_shift(line: Profile, points: Floats) -> tuple[float, float]:
     """The crowns of two rails, or the flange tips of two wheels, on one another."""
-    table = line._table.points
+    table = line._pieces.ends
     if line.kind == "rail":
         i, j = int(np.argmax(table.z)), int(np.argmax(points[:, 1]))
         # a crown is flat: across, the middles of the heads are surer
@@ -323,7 +323,7 @@ def _fit(held: Held, filter_mm: float, noise: float | None) -> tuple[Floats, flo
     That is cross-validation on the running part, or with a known noise Mallows' estimate of the error.
     """
     s, values, running = held.s_mm, held.values, _running(held)
-    probes = np.random.default_rng(SEED).choice([-1.0, 1.0], size=(s.size, _PROBES))
+    probes = _probes(s.size)
     fitted = smoothed_by(s, np.column_stack((values, probes)), filter_mm, held.relative_filter)(s)
     # the trace of the smoother (Hutchinson), which is its degrees of freedom
     freedom = float(np.mean((probes * fitted[:, 2:])[running]))
@@ -332,6 +332,11 @@ def _fit(held: Held, filter_mm: float, noise: float | None) -> tuple[Floats, flo
     if noise is None:
         return residual, freedom, off / max(1.0 - _COST * freedom, 1e-3) ** 2
     return residual, freedom, off + 2.0 * _COST * noise**2 * freedom
+
+
+@lru_cache(maxsize=8)
+def _probes(number: int) -> Floats:
+    return np.random.default_rng(SEED).choice([-1.0, 1.0], size=(number, _PROBES))
 
 
 def _noise_draws(measured: Measured, seed: Sequence[int], number: int) -> Floats:
@@ -352,9 +357,13 @@ def _noise_draws(measured: Measured, seed: Sequence[int], number: int) -> Floats
 
 
 def segments_of(measured: Measured) -> tuple[Segment, ...]:
-    """The pieces of a smoothed line: one for each segment of the nominal profile, or a single one."""
-    held = measured.held
-    field = smoothed_by(held.s_mm, held.values, measured.filter_mm, held.relative_filter)
+    """The pieces of a smoothed line."""
+    return pieces_of(measured.held, measured.filter_mm)
+
+
+def pieces_of(held: Held, filter_mm: float) -> tuple[Segment, ...]:
+    """The pieces of a line through held points: one for each segment of the nominal profile, or a single one."""
+    field = smoothed_by(held.s_mm, held.values, filter_mm, held.relative_filter)
     first, last = float(held.s_mm[0]), float(held.s_mm[-1])
     if not held.reference:
         return (Smoothed(field=field, s_from=first, s_to=last),)
@@ -368,7 +377,7 @@ def segments_of(measured: Measured) -> tuple[Segment, ...]:
         low, high = max(first, whole.s_from), min(last, whole.s_to)
         start = whole.s_to
         if high - low > 1e-6:
-            v_from, v_to = (float(v) for v in _exact_local(whole, np.array([low, high])))
+            v_from, v_to = (float(v) for v in whole.local(np.array([low, high])))
             made.append(replace(whole, s_from=low, s_to=high, v_from=v_from, v_to=v_to))
     return tuple(made)
 
@@ -519,15 +528,6 @@ def _at(profile: Profile, s: Floats) -> tuple[Floats, Floats]:
 def _local(segment: Smoothed, s: Floats) -> Floats:
     grid = np.linspace(0.0, 1.0, 257)
     return np.interp(s, segment._arc(grid), grid)
-
-
-def _exact_local(segment: Smoothed, s: Floats) -> Floats:
-    v = np.interp(s, (segment.s_from, segment.s_to), (0.0, 1.0))
-    for _ in range(20):
-        before, v = v, np.clip(v - (segment._arc(v) - s) / segment._arc(v, 1), 0.0, 1.0)
-        if np.array_equal(before, v):
-            break
-    return v
 
 
 def _length(base: Line | Arc | Polynomial) -> float:
@@ -717,7 +717,7 @@ def _choices(made: Measured, kind: Kind) -> list[str]:
     said = []
     if load(made.nominal).junctions:
         said.append(
-            f"where the curvature of {made.nominal} jumps, that of the {kind} is taken to jump too:"
+            f"where the curvature of {made.nominal} jumps, the curvature of the {kind} is taken to jump too:"
             f" --{kind}-nominal none takes the points alone"
         )
     turn_rad = made.held.registration.turn_rad

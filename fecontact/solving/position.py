@@ -76,6 +76,11 @@ class Clock:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
             self.memory_MB[name] = psutil.Process().memory_info().rss / 1e6
 
+    def taken(self) -> dict[str, float]:
+        """Seconds by step since they were taken the last time."""
+        seconds, self.seconds = self.seconds, {}
+        return seconds
+
 
 def hertz_of_case(case: Case, placement: Placement) -> HertzContact:
     """Hertz's ellipse at the first touch point under the case's load; at a junction the ellipse of its field side.
@@ -255,7 +260,7 @@ def direction_of_case(case: Case, placement: Placement) -> Floats:
 
 # --- A case on the other lines that its measured points allow: what they leave open of Hertz and of the half-space.
 
-# Deviations move from line to line by what lines are, and 16 nodes a semi-axis read that as well as 32.
+# Deviations move from line to line by what lines are, and 16 nodes per semi-axis read that as well as 32.
 _NODES_A_LINE = 16
 OWN_LINE = "own line"
 # Of the scatter of four draws about the own line, for 95 %.
