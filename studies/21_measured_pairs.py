@@ -8,8 +8,9 @@ Reference: CONTACT 25 on 66 positions of four pairs of its own test bank (files 
 those of the Manchester Contact Benchmark, exact), by Hertz's ellipse against its pressure on its smoothing spline with
 filters of 4 and 8 mm: half-space, frictionless, cells of 0.1 mm, E 210 GPa, nu 0.3, no roll and no yaw, within 5 % of
 the peak pressure, 10 % of area, a and b, and 0.1 % of the load on separate patches (`profiles/contact_verdicts.csv`,
-with its largest peak pressures). Where both filters say the same, the answer must be that one in 95 %, and in none the
-other one; where they do not, it should be open. Expected: that, and peaks within 2 % with one filter in both.
+with its largest peak pressures, what Hertz is off and how long the edge of the cells is). Where both filters say the
+same, the answer must be that one in 95 %, and in none the other one; where they do not, it should be open. Expected:
+that, and peaks within 2 % with one filter in both.
 
 The survey is by half-spaces, without finite elements: a line costs some tenths of a second. No number was fitted to
 these positions, but that filters have one width from end to end was chosen with them in view: they are no blind test.
@@ -18,9 +19,12 @@ these positions, but that filters have one width from end to end was chosen with
 
 Found: 57 of 60 positions where its filters agree are decided as it has them, 3 are open, where a line is within 0.4 %
 of a limit, none is wrong; 6 of 6 that its filters split are open. With one filter in both, 90 % of the peaks of single
-patches are within 0.2 %, all within 1.1 %. Its filter of 8 mm is the longest of the lines, so that its peaks lie on the
-edge of the band over the lines: 33 % inside, 95 % inside or within 0.5 %. Its areas, counted in cells, are 0.7 %
-larger.
+patches are within 0.2 %, all within 1.1 %.
+
+What is stated of the deviation is asked to cover CONTACT's with its filters, both at an end of the range of lines: with
+4 mm in 100 % of the positions for peak, area, a and b; with 8 mm in 91, 94, 95 and 98 %. The band over the lines has 97
+% of its peaks with 4 mm, all with 8 mm, and is 1.3 times as wide as these are apart (median). The edge of a contact of
+cells lies outside: its areas are corrected for that, by which alone the area with 4 mm was covered in 94 %.
 """
 
 import csv
@@ -50,6 +54,13 @@ TAPE_CIRCLE_MM = 70.0
 # As CONTACT's verdicts are.
 CRITERIA = Criteria(judged_by=("p_max", "area", "a", "b", "separate"))
 LEAST_DECIDED_PERCENT = 95.0
+# What is stated must cover CONTACT's deviation, and a band its peak, with the filter of 4 and of 8 mm.
+LEAST_COVERED_PERCENT = {4: 95.0, 8: 85.0}
+LEAST_IN_BAND_PERCENT = 90.0
+COVERED = {"p": "p_max_MPa", "area": "area_mm2", "a": "a_mm", "b": "b_mm"}
+# Cells of constant pressure that are pressed on are more than lie inside the contact: its edge is outside by this part
+# of a cell, measured on five Hertz ellipses (0.09 to 0.16); and its peak is lower by up to this part.
+CELLS_OUTSIDE, CELLS_LOWER = 0.13, 0.002
 
 
 @dataclass(frozen=True)
@@ -82,14 +93,24 @@ SOLVED = (
 )
 
 
+def two_patches(load_kN: float) -> Case:
+    """Head and flange at once, under a lobe of 0.4 mm: what grids of contacts that are wide and narrow are tried on.
+
+    Roll and yaw are given. A roll to the left wheel is +1.3 mrad here and -1.3 mrad in programs with z down.
+    """
+    case = case_of(("site_b", "worn_hm"), 14.74, load_kN)
+    return replace(case, roll_rad=1.3e-3, yaw_rad=5e-3)
+
+
 @dataclass(frozen=True)
 class Position:
-    """A position as CONTACT knows it, with its verdicts and peaks for filters of 4 and 8 mm."""
+    """A position as CONTACT knows it, with its verdicts, and by the filter in mm its peaks and Hertz's deviations."""
 
     case: Case
     pair: tuple[str, str]
     verdicts: tuple[str, str]
-    peaks_MPa: tuple[float, float]
+    peaks_MPa: dict[int, float]
+    deviations: dict[int, dict[str, float]]
 
     @property
     def agreed(self) -> str:
@@ -99,14 +120,23 @@ class Position:
 
 @dataclass(frozen=True)
 class Found:
-    """The answer at a position by half-spaces, on how many lines Hertz holds, the peak over them, and CPU seconds."""
+    """The answer at a position by half-spaces, on how many lines Hertz holds, the peak over them, and CPU seconds.
+
+    `covered` says of each filter in mm and measure whether CONTACT's deviation is within what is stated.
+    """
 
     position: Position
     answer: Answer
     holds_on: int
     lines: int
     peaks_MPa: tuple[float, float]
+    covered: dict[tuple[int, str], bool]
     seconds: float
+
+    def in_band(self, filter_mm: int) -> bool:
+        """Whether CONTACT's peak with a filter is one of the lines', by what its cells leave open."""
+        (low, high), peak = self.peaks_MPa, self.position.peaks_MPa[filter_mm]
+        return low <= peak * (1.0 + CELLS_LOWER) and peak <= high * (1.0 + CELLS_LOWER)
 
     @property
     def outcome(self) -> str:
@@ -150,10 +180,18 @@ def positions() -> list[Position]:
                 case_of(pair := (row["rail"], row["wheel"]), float(row["lateral_shift_mm"]), float(row["load_kN"])),
                 pair,
                 (row["verdict_4mm"], row["verdict_8mm"]),
-                (float(row["p_max_4mm_MPa"]), float(row["p_max_8mm_MPa"])),
+                {filter_mm: float(row[f"p_max_{filter_mm}mm_MPa"]) for filter_mm in LEAST_COVERED_PERCENT},
+                {filter_mm: _deviations(row, filter_mm) for filter_mm in LEAST_COVERED_PERCENT},
             )
             for row in csv.DictReader(file)
         ]
+
+
+def _deviations(row: dict[str, str], filter_mm: int) -> dict[str, float]:
+    """Hertz against CONTACT, whose area is that inside its edge (`edge`: a cell along it, over the area)."""
+    found = {name: float(row[f"{short}_{filter_mm}mm_percent"]) / 100.0 for short, name in COVERED.items()}
+    outside = CELLS_OUTSIDE * float(row[f"edge_{filter_mm}mm_percent"]) / 100.0
+    return found | {"area_mm2": (1.0 + found["area_mm2"]) / (1.0 - outside) - 1.0}
 
 
 def survey(of: list[Position]) -> list[Found]:
@@ -164,11 +202,16 @@ def survey(of: list[Position]) -> list[Found]:
         lines = lines_of_case(case, place_case(case))
         assert lines is not None
         own = lines.own.deviations[HERTZ]
-        verdict, _ = judge_on_lines(own, dict.fromkeys(own, 0.0), lines.moves(HERTZ), case.criteria)
+        verdict, stated = judge_on_lines(own, dict.fromkeys(own, 0.0), lines.moves(HERTZ), case.criteria)
+        covered = {
+            (filter_mm, name): abs(value - own[name]) <= stated[name]
+            for filter_mm, deviation in position.deviations.items()
+            for name, value in deviation.items()
+        }
         answers, band = [*verdict.lines.values()], lines.moves(HERTZ).band(lines.own.p_max_MPa)
         assert band is not None
         seconds = time.process_time() - start
-        found.append(Found(position, verdict.answer, answers.count("HOLDS"), len(answers), band, seconds))
+        found.append(Found(position, verdict.answer, answers.count("HOLDS"), len(answers), band, covered, seconds))
     return found
 
 
@@ -188,32 +231,58 @@ def _survey(rows: list[dict[str, Any]]) -> list[Found]:
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """How many positions are decided as CONTACT has them, of those where its filters agree, and that none is wrong."""
-    count = _counted(_survey(rows))
+    """How many positions are decided as CONTACT has them, of those where its filters agree, and that none is wrong.
+
+    Of all positions also in how many what is stated covers CONTACT's; the part of a few says nothing.
+    """
+    found = _survey(rows)
+    count = _counted(found)
     agreed = count["decided"] + count["open"] + count["wrong"]
+    of_agreed, of_all = f"{agreed} positions where filters agree", f"{len(found)} positions"
+    parts = [
+        ("part that is decided", of_agreed, 1.0 - count["open"] / agreed, LEAST_DECIDED_PERCENT),
+        ("part that is not wrong", of_agreed, 1.0 - count["wrong"] / agreed, 100.0 - 1e-6),
+    ]
+    for filter_mm, least in LEAST_COVERED_PERCENT.items() if len(rows) > 1 else ():
+        parts += [(f"{name} covered, {filter_mm} mm", of_all, part, least) for name, part in _covered(found, filter_mm)]
+        in_band = float(np.mean([one.in_band(filter_mm) for one in found]))
+        parts.append((f"peaks in the band, {filter_mm} mm", of_all, in_band, LEAST_IN_BAND_PERCENT))
     return [
         Check(
             quantity=quantity,
-            case=f"{agreed} positions where filters agree",
+            case=case,
             reference="CONTACT 25",
             kind="other code",
-            value=1.0 - count[without] / agreed,
+            value=part,
             expected=1.0,
-            limit_percent=limit,
+            limit_percent=100.0 - least,
         )
-        for quantity, without, limit in (
-            ("part that is decided", "open", 100.0 - LEAST_DECIDED_PERCENT),
-            ("part that is not wrong", "wrong", 1e-6),
-        )
+        for quantity, case, part, least in parts
     ]
+
+
+def _covered(found: list[Found], filter_mm: int) -> list[tuple[str, float]]:
+    """Of each measure in how many positions CONTACT's deviation is within what is stated."""
+    return [(short, float(np.mean([one.covered[filter_mm, name] for one in found]))) for short, name in COVERED.items()]
+
+
+def _told(found: list[Found]) -> list[str]:
+    """What is decided, what is covered, and how wide the band is beside CONTACT's two peaks."""
+    lines = [", ".join(f"{number} {outcome}" for outcome, number in sorted(_counted(found).items()))]
+    for filter_mm in LEAST_COVERED_PERCENT:
+        parts = ", ".join(f"{name} {100.0 * part:.0f} %" for name, part in _covered(found, filter_mm))
+        in_band = 100.0 * float(np.mean([one.in_band(filter_mm) for one in found]))
+        lines.append(f"covered with {filter_mm} mm: {parts}; peaks in the band: {in_band:.0f} %")
+    wide = [np.ptp(one.peaks_MPa) / np.ptp([*one.position.peaks_MPa.values()]) for one in found]
+    return [*lines, f"width of the band over what CONTACT's peaks are apart: {np.median(wide):.2f} in the median"]
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     """What is decided, what it costs, and what finite elements say."""
     found = _survey(rows)
-    count, seconds = _counted(found), [one.seconds for one in found]
+    seconds = [one.seconds for one in found]
     lines = [
-        ", ".join(f"{number} {outcome}" for outcome, number in sorted(count.items())),
+        *_told(found),
         f"CPU seconds a position: {np.median(seconds):.1f} in the median, {max(seconds):.1f} at most",
     ]
     for row in rows:
@@ -234,11 +303,11 @@ def draw(found: list[Found], path: Path) -> Path:
         parts = [100.0 * found[i].holds_on / found[i].lines for i in own]
         label = f"CONTACT: {says or 'its filters differ'}"
         above.plot(own, parts, MARKS[k], color=SERIES[k], mfc="none", label=label)
-    middle = np.array([sum(one.position.peaks_MPa) / 2.0 for one in found])
+    middle = np.array([np.mean([*one.position.peaks_MPa.values()]) for one in found])
     low, high = 100.0 * (np.array([one.peaks_MPa for one in found]).T / middle - 1.0)
     below.vlines(places, low, high, color=SERIES[7], lw=6, alpha=0.5, label="over the lines")
-    for k, filter_mm in enumerate((4, 8)):
-        off = 100.0 * (np.array([one.position.peaks_MPa[k] for one in found]) / middle - 1.0)
+    for k, filter_mm in enumerate(LEAST_COVERED_PERCENT):
+        off = 100.0 * (np.array([one.position.peaks_MPa[filter_mm] for one in found]) / middle - 1.0)
         below.plot(places, off, MARKS[k], color=SERIES[k], mfc="none", label=f"CONTACT, {filter_mm} mm")
     pairs = [one.position.pair for one in found]
     starts = [i for i in places if pairs[i] not in pairs[:i]]
@@ -263,7 +332,7 @@ def main() -> None:
         case, said = position.case, f"{one[0].answer} ({one[0].holds_on} of {one[0].lines} lines hold)"
         at = f"{' x '.join(position.pair)}, {case.lateral_shift_mm:+g} mm, {case.load_N / 1e3:g} kN"
         print(f"{at}: {'/'.join(position.verdicts)}: {said}: {one[0].outcome}, {one[0].seconds:.1f} s", flush=True)
-    print(dict(_counted(found)))
+    print("\n".join(_told(found)))
     print(draw(found, Path(__file__).parent / "figures" / "measured_pairs.png"))
 
 

@@ -20,7 +20,8 @@ from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
 from fecontact.runs.casefile import load_study
 from fecontact.solving.meshes import CoupledMesh, couple
-from fecontact.solving.position import fine_zone, position_of
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import expect_on_half_space, fine_zone, position_of
 
 STUDIES = Path(__file__).parents[1] / "studies"
 BASELINES = STUDIES / "baselines"
@@ -403,3 +404,54 @@ def test_19_force_over_interference_of_known_spheres(ratio, approach, limit):
     w, force = study.interference(row)
     assert w == pytest.approx(approach * (ratio / 1.615) ** 2, rel=1e-3)
     assert force / study.kogut_etsion(w) == pytest.approx(1.0, abs=limit)
+
+
+def test_two_patches_of_measured_lines_touch_at_head_and_flange_at_once():
+    """Three touch points within 0.05 mm, and a contact 65 mm wide whose lobe on the flange's root is 0.4 mm narrow.
+
+    By few nodes: what a lobe carries moves by some percent with more of them, where it lies does not.
+    """
+    case = module("21_measured_pairs").two_patches(92.0)
+    placed = place_case(case)
+    places = {round(float(touch.rail_y_mm)): touch.vertical_gap_mm for touch in placed.touch_points}
+    assert sorted(places) == [-35, -26, 6]
+    assert max(places.values()) < 0.05
+    _, expected = expect_on_half_space(case, placed, nodes=4)
+    assert expected.s_high_mm - expected.s_low_mm == pytest.approx(65.3, abs=1.0)
+    assert len(expected.parts) == 3
+    assert min(part.semi_axes_mm[1] for part in expected.parts) == pytest.approx(0.36, abs=0.1)
+    # its opposite has one touch point there
+    other = place_case(replace(case, roll_rad=-case.roll_rad))
+    assert len(other.touch_points) == 1
+
+
+def test_cells_of_constant_pressure_reach_beyond_the_contact():
+    """Hertz's circle pressed flat by cells (Love 1929): their edge lies where study 21 says, which takes it off."""
+    study, radius, steps = module("21_measured_pairs"), 13.0, np.random.default_rng(5).uniform(-0.5, 0.5, (8, 2))
+
+    def corner(u, v):
+        return u * np.arcsinh(v / np.abs(u)) + v * np.arcsinh(u / np.abs(v))
+
+    outside, peaks = [], []
+    for step in steps:
+        x, y = (np.arange(-15.0, 16.0)[:, None] + step).T
+        x, y = (one.ravel() for one in np.meshgrid(x, y))
+        pressed = np.hypot(x, y) < radius + 1.5
+        while True:
+            u, v = np.subtract.outer(x[pressed], x[pressed]), np.subtract.outer(y[pressed], y[pressed])
+            of_cells = sum(i * j * corner(u + 0.5 * i, v + 0.5 * j) for i in (1, -1) for j in (1, -1))
+            found = np.linalg.solve(of_cells, 1.0 - 0.5 * (x**2 + y**2)[pressed] / radius**2)
+            if np.all(found > 0.0):
+                break
+            pressed[pressed] = found > 0.0
+        outside.append((np.count_nonzero(pressed) - np.pi * radius**2) / (2.0 * np.pi * radius))
+        # 1 = pi^2 a p0 / 2 under a unit modulus over pi
+        peaks.append(found.max() * 0.5 * np.pi**2 * radius)
+    # a contact of 26 cells across is counted to a part of a cell
+    assert np.mean(outside) == pytest.approx(study.CELLS_OUTSIDE, abs=0.04)
+    assert 1.0 - study.CELLS_LOWER < min(peaks) <= max(peaks) < 1.0 + 1e-3
+    row = {"edge_4mm_percent": "10", **{f"{short}_4mm_percent": "2" for short in study.COVERED}}
+    # the area inside the edge is smaller by 1.3 %, and Hertz's so much larger beside it
+    assert study._deviations(row, 4) == pytest.approx(
+        {"p_max_MPa": 0.02, "area_mm2": 1.02 / 0.987 - 1.0, "a_mm": 0.02, "b_mm": 0.02}
+    )

@@ -680,10 +680,10 @@ def _smoothed(given: Points, reading: Reading, near: Sequence[Nearest]) -> Measu
             )
         return found[0][0]
     close = [one for one in near if one.farthest_mm < _MOST_WEAR_MM]
-    found = [(one, *made) for one in close if (made := _deviation(one, given.points, smooth)) is not None]
+    over = [(one, *made) for one in close if (made := _deviation(one, given.points, smooth)) is not None]
     certain = [
         (one.usual_mm, made, score)
-        for one, made, score in found
+        for one, made, score in over
         if one.farthest_mm < _UNWORN_MM or made.filter_mm >= _on_running_part_mm(by_itself[0])
     ]
     lines = [*certain, (0.0, *by_itself)]

@@ -1,0 +1,134 @@
+"""How often what is said of worn heads is right: heads of the library with wear that is known, and noise that is drawn.
+
+Ten heads, each with a smooth depth taken off in the vertical: exact points every 0.05 mm are the truth, points every
+0.2 mm with 10 um of noise the measurement. Hertz against the half-space on every line that these allow is kept in a
+file, one head and draw a line of it; a later call goes on where the file ends, and says what all of it comes to.
+
+    python studies/benchmark_wear.py FILE FIRST_SEED LAST_SEED
+
+A draw takes 4 CPU seconds.
+"""
+
+import json
+import sys
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import fecontact
+from fecontact.case import Case
+from fecontact.comparison.judging import judge_line
+from fecontact.comparison.lines import Lines, OnLine
+from fecontact.comparison.theories import HERTZ
+from fecontact.comparison.verdict import judge, judge_on_lines
+from fecontact.criteria import Criteria
+from fecontact.profiles.library import GivenProfile, load
+from fecontact.profiles.reading import Reading
+from fecontact.solving.placing import place_case
+from fecontact.solving.position import expect_on_half_space, lines_of_case
+
+NOISE_MM, STEP_MM, EXACT_STEP_MM = 0.01, 0.2, 0.05
+CRITERIA = Criteria(judged_by=("p_max", "area", "a", "b", "separate"))
+MEASURES = ("p_max_MPa", "area_mm2", "a_mm", "b_mm")
+# Rail; middle of the wear, its half width and depth; lateral shift (mm) and load (kN).
+HEADS = (
+    ("60E1", -5, 18, 1.0, 0, 60),
+    ("60E1", 8, 14, 1.0, -4, 60),
+    ("60E1", -22, 12, 1.0, 4, 60),
+    ("60E1", -8, 22, 1.0, -2, 100),
+    ("60E1", 0, 12, 0.5, 2, 60),
+    ("54E1", -5, 18, 1.0, -3, 60),
+    ("54E1", 8, 14, 0.7, 0, 60),
+    ("60E2", -10, 15, 1.0, 1, 60),
+    ("49E1", 0, 20, 1.0, -4, 60),
+    ("60E1", -15, 10, 0.6, 3, 100),
+)
+
+
+def head(number: int, noise_mm: float, step_mm: float, seed: int) -> GivenProfile:
+    """Points of a worn head."""
+    name, middle, width, depth, *_ = HEADS[number]
+    line = load(name)
+    p = line.evaluate(line.at_arc_length(np.arange(0.0, line.length_mm, step_mm)))
+    noise = noise_mm * np.random.default_rng([seed, number]).normal(size=p.y.size)
+    worn = depth * np.exp(-(((p.y - middle) / width) ** 2))
+    return fecontact.profile(p.y - noise * np.sin(p.angle_rad), p.z - worn + noise * np.cos(p.angle_rad), name="worn")
+
+
+def case_of(number: int, rail: GivenProfile, **reading: float) -> Case:
+    """A wheel of S1002 on a worn head."""
+    *_, shift, load_kN = HEADS[number]
+    return Case(
+        rail=rail,
+        rail_file=Reading(**reading),
+        lateral_shift_mm=float(shift),
+        load_N=1e3 * load_kN,
+        roll="given",
+        criteria=CRITERIA,
+    )
+
+
+def kept(line: OnLine) -> dict[str, Any]:
+    """What is kept of a line."""
+    return {"p": line.p_max_MPa, "dev": dict(line.deviations.get(HERTZ, {}))}
+
+
+@cache
+def truth(number: int) -> dict[str, Any]:
+    """Hertz and the half-space on the exact worn line."""
+    case = case_of(number, head(number, 0.0, EXACT_STEP_MM, 0), filter_mm=0.0)
+    placed = place_case(case)
+    _, expected = expect_on_half_space(case, placed, nodes=16)
+    return kept(judge_line("exact", case, placed, expected.half_space))
+
+
+def measured(number: int, seed: int) -> dict[str, Any]:
+    """A head and a draw: the truth, and what is on each line."""
+    case = case_of(number, head(number, NOISE_MM, STEP_MM, seed))
+    lines = lines_of_case(case, place_case(case))
+    assert lines is not None
+    return {"k": number, "seed": seed, "truth": truth(number), "lines": {one.label: kept(one) for one in lines.all}}
+
+
+def judged(record: dict[str, Any]) -> tuple[str, str, dict[str, float]]:
+    """The true answer, the one that is given, and of each measure what is stated over the true error."""
+    own, *others = (
+        OnLine(label=label, p_max_MPa=one["p"], deviations={HERTZ: one["dev"]} if one["dev"] else {})
+        for label, one in record["lines"].items()
+    )
+    lines, true, deviation = Lines(own=own, others=tuple(others)), record["truth"]["dev"], own.deviations[HERTZ]
+    exact = dict.fromkeys(true, 0.0)
+    verdict, stated = judge_on_lines(deviation, exact, lines.moves(HERTZ), CRITERIA)
+    ratios = {name: stated[name] / max(abs(true[name] - deviation[name]), 1e-9) for name in MEASURES}
+    return judge(true, exact, CRITERIA).answer, verdict.answer, ratios
+
+
+def summary(records: list[dict[str, Any]]) -> str:
+    """How much is decided and right, and what is stated beside the true errors."""
+    found = [judged(one) for one in records]
+    decided = [(true, said) for true, said, _ in found if said != "UNRESOLVED"]
+    wrong = sum(true != said for true, said in decided)
+    lines = [f"{len(found)} draws: {100.0 * len(decided) / len(found):.0f} % decided, {wrong} of them wrong"]
+    for name in MEASURES:
+        ratios = np.array([one[name] for *_, one in found])
+        inside = 100.0 * np.mean(ratios >= 1.0)
+        lines.append(f"{name}: true error inside in {inside:.0f} %, stated over true {np.median(ratios):.2f} (median)")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    path, first, last = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
+    records = [json.loads(line) for line in path.read_text("utf-8").splitlines()] if path.exists() else []
+    done = {(one["k"], one["seed"]) for one in records}
+    with path.open("a", encoding="utf-8") as file:
+        for number, seed in ((k, seed) for seed in range(first, last + 1) for k in range(len(HEADS))):
+            if (number, seed) not in done:
+                records.append(measured(number, seed))
+                print(json.dumps(records[-1]), file=file, flush=True)
+    print(summary(records))
+
+
+if __name__ == "__main__":
+    main()
