@@ -209,7 +209,7 @@ def _compliance_error(responses: Sequence[UnitResponse], placement: Placement, b
 class CoupledMesh:
     """Bodies of a position on one mesh, coupled once; the fine zone grows where a patch comes to its edge.
 
-    `stopped_by` is the error that kept it from growing.
+    `enlarged` is how often it grew, and `stopped_by` the error that kept it from growing.
     """
 
     def __init__(self, position: Position, coarser: float) -> None:
@@ -217,7 +217,7 @@ class CoupledMesh:
         self.plastic: tuple[YieldingBodies, PlasticContact] | None = None
         self._position, self._coarser = position, coarser
         self._room = Room()
-        self._enlarged = 0
+        self.enlarged = 0
         self.stopped_by: InputError | None = None
         self._take(self._couple(self._room))
 
@@ -230,7 +230,7 @@ class CoupledMesh:
             position = replace(position, true_gap=true_gap)
             more = self._more_room(position, nodal, added)
             at_edge, larger = more != self._room, None
-            if at_edge and self._enlarged < _ENLARGEMENTS:
+            if at_edge and self.enlarged < _ENLARGEMENTS:
                 try:
                     larger = self._couple(more)
                 except InputError as error:
@@ -240,7 +240,7 @@ class CoupledMesh:
                 return self._with_yield(position, problem, solution, level)
             self.bodies.close()
             self._take(larger)
-            self._room, self._enlarged = more, self._enlarged + 1
+            self._room, self.enlarged = more, self.enlarged + 1
 
     def _contact(self, position: Position) -> tuple[TrueGap, CoupledProblem, ContactSolution]:
         """Gap with the slide of the bodies on a steep surface, and the contact on the elements' nodes."""
@@ -359,7 +359,7 @@ class CoupledMesh:
             slide_mm=position.true_gap.slide_mm,
             force_balance=force_balance,
             moment_balance=moment_balance,
-            enlarged=self._enlarged,
+            enlarged=self.enlarged,
             at_edge=at_edge,
         )
 
@@ -467,6 +467,11 @@ class Meshes:
             self._recover(self._meshes[MESH_RATIO ** (2 - len(solved.levels))], solved.levels[0])
         assert self.bodies is not None
         return self.bodies
+
+    def drop_enlarged(self) -> None:
+        """Release meshes that grew under a load, so that the next load begins as it would by itself."""
+        for coarser in [coarser for coarser, mesh in self._meshes.items() if mesh.enlarged]:
+            self._meshes.pop(coarser).close()
 
     def close(self) -> None:
         """Release all factors; a further load makes its meshes again."""
