@@ -76,7 +76,7 @@ from fecontact.wheel_rail.poses import TouchPoint
 
 # --- Every patch of a contact, and every lobe of a joined one, as a contact of its own beside Hertz's ellipse.
 
-# What is read off a lobe; its approach is that of the bodies, and its extents end where the next one begins.
+# What is read off a lobe; its approach is the approach of the bodies, and its extents end where the next one begins.
 _READ = ("p_max_MPa", "area_mm2", "a_mm", "b_mm")
 
 
@@ -441,7 +441,7 @@ class JudgedLoad:
 
     @property
     def limit_used(self) -> float:
-        """By how much the measure that uses most of its limit does so, on the worst side; Hertz is off from 1 on."""
+        """Largest part of a limit that Hertz uses, on the worst side; above 1 Hertz fails."""
         used = [side.limit_used for side in self.sides.values()]
         return math.nan if any(math.isnan(part) for part in used) else max(used)
 
@@ -457,7 +457,7 @@ def warnings_of(load: JudgedLoad) -> Iterator[str]:
     level, sides = load.level, load.sides
     if len(sides) > 1:
         said = (
-            f"with that of its {side} side Hertz {one.verdict.answer} ({one.deviation['p_max_MPa']:+.1%} in peak"
+            f"with the ellipse of its {side} side Hertz {one.verdict.answer} ({one.deviation['p_max_MPa']:+.1%} in peak"
             f" pressure, {one.deviation['area_mm2']:+.1%} in area)"
             for side, one in sides.items()
         )
@@ -483,14 +483,9 @@ def warnings_of(load: JudgedLoad) -> Iterator[str]:
 def position_notes(placement: Placement, comparison: Comparison) -> Iterator[str]:
     """What is to be known of the profiles and of the contact as a whole."""
     rail = placement.rail.profile
-    yield from (*rail.notes, *placement.wheel.profile.notes)
+    yield from placement.notes
     if not rail.outline:
         yield f"rail {rail.name}: only its running surface is known; the body below it is a block down to the cut"
-    if placement.climbs:
-        yield (
-            f"the flange climbs: it touches the rail beyond its steepest place, at"
-            f" {math.degrees(placement.first.contact_angle_rad):.1f} degrees; a lateral force alone holds it there"
-        )
     if placement.first.at_junction:
         yield (
             "the touch point lies at a curvature junction: deviations are those from Hertz with the curvature of its"
@@ -667,7 +662,7 @@ def judge_theory(
         }
     elif by == "elements":
         deviation = deviations_of(levels[0].on_elements, made)
-        # of (Hertz - FE) / FE, from that of the finite-element measure
+        # of (Hertz - FE) / FE, from the uncertainty of the finite-element measure
         known = {
             name: value * abs(1.0 + deviation[name]) if name in MEASURES else value
             for name, value in elements_uncertainties(levels, read).items()

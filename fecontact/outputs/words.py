@@ -346,7 +346,7 @@ def case_annotation(result: CaseResult) -> str:
 
 SHIFT = "lateral shift of the wheelset in mm  (positive: towards this rail)"
 """Label of an axis over the shift."""
-OF_WHEELSET = "roll of the wheelset"
+OF_WHEELSET = "rolled until both wheels touch"
 UNDER_LOAD = "roll of the loaded wheelset"
 _OTHER = {"left": "right", "right": "left"}
 _TOWARDS = {"left": "positive: towards its rail", "right": "negative: towards its rail"}
@@ -362,7 +362,7 @@ def roll_words(case: Case) -> str:
     fixed = f"roll fixed at {1e3 * case.roll_rad:g} mrad"
     if makes_a_wheelset(case.rail, case.wheel):
         return fixed
-    why = "a crane rail makes" if is_crane_rail(case.rail) else "lines given by their radii make"
+    why = "a crane rail has" if is_crane_rail(case.rail) else "lines given by their radii have"
     return f"{fixed} ({why} no wheelset)"
 
 
@@ -429,7 +429,7 @@ _OWN_IF_NEEDED = (
 # Rows of single left wheels have neither column.
 _ABSENT = {"side": "left", "roll": "given"}
 _WORDS = {
-    ("roll", "touching"): "roll of the wheelset",
+    ("roll", "touching"): "both wheels touch",
     ("roll", "loaded"): "roll of the loaded wheelset",
     ("roll", "given"): "fixed roll",
 }

@@ -61,7 +61,7 @@ def case_folder(out: Path, name: str) -> Path:
 
 @dataclass(frozen=True, kw_only=True)
 class Solving:
-    """What a worker does with a case: solve it and keep it; `settings` are those of the command.
+    """What a worker does with a case: solve it and keep it; `settings` are the command's.
 
     `loads` are all loads of a study at its position, which its group shares; None where it is the only one.
     """
@@ -177,7 +177,7 @@ def keep_loads(result: OfLoads, case: Case, folder: Path, **own: Any) -> None:
 
 
 def keep_told(result: CaseResult, told: Told, folder: Path, settings: Mapping[str, Any] | None = None) -> None:
-    """Put what is told of a case beside what was solved; `settings` are those of the command."""
+    """Put what is told of a case beside what was solved; `settings` are the command's."""
     from fecontact.outputs.figures.case import case_figure
 
     case_figure(result, folder / "case.png")

@@ -38,7 +38,7 @@ from fecontact.outputs.tables import VARIED
 from fecontact.outputs.words import case_words, verdict_reason
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.resolve import resolve_rail
-from fecontact.regression.checks import Check, report
+from fecontact.regression.checks import Check, reports
 from fecontact.runs.casefile import Study, kinds, load_study
 from fecontact.runs.identity import case_id, with_absolute_paths
 from fecontact.runs.store import ROW, Solving, Told, case_folder, job_of, keep_solved, keep_told, read_case, seal_case
@@ -666,7 +666,7 @@ def demo_words(out: Path, outcome: StudyOutcome) -> str:
             f"S1002 on 60E1 1:40, shifted by {POSITION.lateral_shift_mm:g} mm, {POSITION.load_N / 1e3:g} kN: Hertz"
             f" {verdict}.",
             f"  {verdict_reason(result.load)}",
-            f"  Hertz's peak pressure is {result.comparison.hertz.p_max_MPa:.0f} MPa, that of the finite elements"
+            f"  Peak pressure: Hertz {result.comparison.hertz.p_max_MPa:.0f} MPa, finite elements"
             f" {result.comparison.fe.p_max_MPa:.0f} MPa.",
             "",
             f"Report:   {out / 'report.html'}",
@@ -703,14 +703,14 @@ def validate(
     workers: int | None = None,
     watched: Callable[[str], AbstractContextManager[Progress]],
 ) -> Validation:
-    """Run studies that have checks, and write the table of all of them.
+    """Run studies that have checks, and write a table of them and a page for each.
 
     Parameters
     ----------
     out
         Folder for the results, one folder a study.
     table
-        Markdown file for the table; VALIDATION.md in `out`, if not given.
+        Markdown file for a line of each study; VALIDATION.md in `out`, if not given. Their pages are beside it.
     watched
         Who hears of the progress of a study, by its name.
     """
@@ -728,7 +728,11 @@ def validate(
         except FecontactError as error:
             # hours of other studies are not lost with one
             unusable.append(f"{study.name}: its checks: {error}")
-    path = write_text(table or out / "VALIDATION.md", report(found, versions(), unusable))
+    path = table or out / "VALIDATION.md"
+    asked = {study.name: study.question for study in studies}
+    summary, *pages = reports(found, asked, versions(), unusable).items()
+    for place, text in ((path.name, summary[1]), *pages):
+        write_text(path.parent / place, text)
     checks = tuple(check for own in found.values() for check in own)
     return Validation(checks=checks, unusable=tuple(unusable), path=path)
 

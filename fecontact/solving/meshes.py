@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -40,6 +41,7 @@ from fecontact.solving.position import (
     Clock,
     Position,
     Room,
+    cpu_seconds,
     fine_zone,
     lines_of_case,
     more_room,
@@ -55,7 +57,7 @@ _ENLARGEMENTS = 4
 # A slide needs the approach to some 1e-3, as exact as the next slide leaves it.
 _SLIDING = 1e-4
 # How layers grow downwards where steel may yield: a plastic zone reaches down to 1.2 semi-axes at 2.5 yield stresses.
-# Six elements a semi-axis have the peak of a sphere within 0.2 % then, and 1 % too high where layers grow by 1.3.
+# Six elements per semi-axis have the peak of a sphere within 0.2 % then, and 1 % too high where layers grow by 1.3.
 _LAYERS_THAT_YIELD = 1.2
 # Element sizes tried one after the other where a section's elements fold: another size is another mesh.
 _SIZES_IF_FOLDED = (1.0, 0.97, 0.94, 0.91)
@@ -426,6 +428,7 @@ class Meshes:
         self._keep = keep
         self._meshes: dict[float, CoupledMesh] = {}
         self._not_enlarged: list[InputError] = []
+        self._took: dict[float, float] = {}
 
     def solve(self, position: Position) -> SolvedLoad:
         """Solve a position's load on two meshes; refine while the verdict is open and the limit allows.
@@ -436,7 +439,8 @@ class Meshes:
         with position.clock.step("expect the patch"):
             lines = lines_of_case(case, placement)
         self._not_enlarged = []
-        levels = [self._level(position, 1.0), self._level(position, MESH_RATIO)]
+        levels = [self._level(position, 1.0)]
+        levels.append(self._level(position, MESH_RATIO, self._left_s(levels, coarser_degrees_of_freedom(levels[0]))))
         stop: InputError | None = None
         while stop is None and is_open(case, levels, placement, lines, position.expected.half_space):
             stop = self._refine(position, levels)
@@ -482,23 +486,31 @@ class Meshes:
     def _refine(self, position: Position, levels: list[Level]) -> InputError | None:
         """Put a level on finer meshes before the others, or say why there is none."""
         case = position.case
-        if (expected := finer_degrees_of_freedom(levels)) > case.most_unknowns:
+        expected = finer_degrees_of_freedom(levels)
+        if expected > case.most_unknowns:
             return InputError(
                 f"the next meshes would have about {expected} of at most {case.most_unknowns} degrees of freedom"
             )
         try:
-            levels.insert(0, self._level(position, MESH_RATIO ** (1 - len(levels))))
+            levels.insert(0, self._level(position, MESH_RATIO ** (1 - len(levels)), self._left_s(levels, expected)))
         except InputError as error:
             return error
         return None
 
-    def _level(self, position: Position, coarser: float) -> Level:
-        clock = position.clock
-        clock.stage = _stage(coarser)
+    def _level(self, position: Position, coarser: float, left_s: float | None = None) -> Level:
+        clock, begun = position.clock, time.perf_counter()
+        clock.stage = _stage(coarser, left_s)
         try:
             return self._solved(position, coarser)
         finally:
             clock.stage = ""
+            self._took[coarser] = time.perf_counter() - begun
+
+    def _left_s(self, levels: Sequence[Level], degrees_of_freedom: float) -> float | None:
+        """Seconds that meshes of so many unknowns take by what the finest ones took; None where bodies yield."""
+        finest = sum(levels[0].degrees_of_freedom.values())
+        took = self._took[min(self._took)]
+        return None if self.position.case.may_yield else took * cpu_seconds(degrees_of_freedom) / cpu_seconds(finest)
 
     def _solved(self, position: Position, coarser: float) -> Level:
         mesh = self._meshes.get(coarser) or CoupledMesh(self.position, coarser)
@@ -533,11 +545,14 @@ def _turned(position: Position) -> Rung | None:
     return position.true_gap.solve(rung.grid, position.case.load_N, start=rung.pressure, angle_rad=angle)
 
 
-def _stage(coarser: float) -> str:
-    """Which meshes are under way, for those who wait."""
+def _stage(coarser: float, left_s: float | None) -> str:
+    """Which meshes are under way, and how long they take, for those who wait."""
     if coarser == 1.0:
         return "first meshes"
-    return "coarser meshes, for the uncertainty" if coarser > 1.0 else "finer meshes, because the verdict is open"
+    left = "" if left_s is None else f", about {max(left_s, 1.0):.0f} s left"
+    if coarser > 1.0:
+        return f"coarser meshes, for the uncertainty{left}"
+    return f"finer meshes, because the verdict is open{left}{' if these decide it' * bool(left)}"
 
 
 def _limits(position: Position, levels: Sequence[Level]) -> Iterator[str]:
@@ -591,6 +606,11 @@ def would_be_refined(load: JudgedLoad, placement: Placement) -> bool:
     solved = load.solved
     affordable = finer_degrees_of_freedom(solved.levels) <= load.case.most_unknowns
     return affordable and is_open(load.case, solved.levels, placement, solved.lines, solved.half_space)
+
+
+def coarser_degrees_of_freedom(level: Level) -> float:
+    """Degrees of freedom to expect of the coarser meshes: graded ones grow with about the square of MESH_RATIO."""
+    return sum(level.degrees_of_freedom.values()) / MESH_RATIO**2
 
 
 def finer_degrees_of_freedom(levels: Sequence[Level]) -> int:
