@@ -167,13 +167,7 @@ def _read(fleet: Fleet, found: Sequence[Candidate], out: Path, by: OpenRun) -> l
             body=one.body, spec=one.spec, content_hash=one.content_hash, reading=reading, filters_mm=fleet.filters_mm
         )
         # the ending decides how the content is read
-        decides = (
-            one.body,
-            one.content_hash or one.spec,
-            Path(one.spec).suffix.lower(),
-            repr(reading),
-            fleet.filters_mm,
-        )
+        decides = (one.body, one.content_hash or one.spec, Path(one.spec).suffix.lower(), repr(reading), fleet.filters_mm)
         names.append("" if one.problem else json_digest(decides)[:20])
         if not one.problem:
             works[names[-1]] = work
@@ -194,7 +188,9 @@ def _kept(one: Candidate, done: Done | None, work: ReadingProfile | None, folder
     return ReadProfile(given=one, record=done.value, kept=kept)
 
 
-def _do(works: Mapping[str, Work], labels: Mapping[str, str], folder: Path, read: Any, by: OpenRun) -> dict[str, Done]:
+def _do(
+    works: Mapping[str, Work], labels: Mapping[str, str], folder: Path, read: Any, by: OpenRun
+) -> dict[str, Done]:
     """Do all jobs that are not finished, by their ids, which are the names of their folders."""
     found: dict[str, Done] = {}
     here = folder.absolute()
@@ -239,9 +235,7 @@ def _case_of(fleet: Fleet, wheel: ReadProfile, rail: ReadProfile) -> Case:
     return case if radius is None else replace(case, rolling_radius_mm=float(radius))
 
 
-def _names(
-    fleet: Fleet, profiles: Sequence[ReadProfile], pairs: Iterable[Pair]
-) -> Iterator[tuple[Pair, str, ScreeningPair]]:
+def _names(fleet: Fleet, profiles: Sequence[ReadProfile], pairs: Iterable[Pair]) -> Iterator[tuple[Pair, str, ScreeningPair]]:
     """The pairs with the ids of their jobs, and those."""
     by_name = {(one.given.body, one.given.name): one for one in profiles}
     shifts, loads = tuple(fleet.shifts_mm), tuple(fleet.loads_kN)
@@ -312,9 +306,7 @@ def _write(name: str, rows: Sequence[Row], out: Path) -> None:
     try:
         table = lib.Table.from_pydict({column: [row.get(column) for row in rows] for column in columns})
     except (TypeError, ValueError) as error:
-        raise InputError(
-            f"{name}: a column has values of several kinds ({error}); give one kind in all tables"
-        ) from error
+        raise InputError(f"{name}: a column has values of several kinds ({error}); give one kind in all tables") from error
     write_atomically(out / name, lambda temporary: parquet.write_table(table, temporary))
 
 

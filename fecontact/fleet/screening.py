@@ -168,7 +168,9 @@ def _row(lines: Sequence[_OnLine]) -> Row:
     answers = [answer for answer, _, _ in judged]
     verdict = answers[0] if len(set(answers)) == 1 else "UNRESOLVED"
     off = {name: float(np.mean([one[name] for _, one, _ in judged])) for name in COLUMN}
-    unsure = {name: max(abs(one[name] - off[name]) for _, one, _ in judged) + lines[0].open[name] for name in COLUMN}
+    unsure = {
+        name: max(abs(one[name] - off[name]) for _, one, _ in judged) + lines[0].open[name] for name in COLUMN
+    }
     row: Row = {"hertz_p_max_MPa": _hertz_peak(lines), "screen_p_max_MPa": _mean_peak(lines)}
     for name, column in COLUMN.items():
         row[f"{column}_percent"], row[f"{column}_uncertainty_percent"] = 1e2 * off[name], 1e2 * unsure[name]
@@ -185,9 +187,7 @@ def _row(lines: Sequence[_OnLine]) -> Row:
 
 def _hertz_peak(lines: Sequence[_OnLine]) -> float:
     made = [THEORIES[HERTZ].approximate(one.loaded) for one in lines]
-    return float(
-        np.mean([max(patch.p_max_MPa for patch in one.patches) for one in made if isinstance(one, Approximation)])
-    )
+    return float(np.mean([max(patch.p_max_MPa for patch in one.patches) for one in made if isinstance(one, Approximation)]))
 
 
 def _mean_peak(lines: Sequence[_OnLine]) -> float:
@@ -337,7 +337,9 @@ class _LineOfPair:
             return place_case(replace(case, lateral_shift_mm=shift_mm), rail=self.rail, wheel=self.wheel)
         stand = self.wheelset.stand(shift_mm, case.yaw_rad)
         placed = (
-            stand if isinstance(stand, str) else self.wheelset.placed(case.side, shift_mm, stand.roll_rad, case.yaw_rad)
+            stand
+            if isinstance(stand, str)
+            else self.wheelset.placed(case.side, shift_mm, stand.roll_rad, case.yaw_rad)
         )
         if isinstance(placed, str):
             raise InputError(f"lateral shift {shift_mm:g} mm of the wheelset: {placed}")
