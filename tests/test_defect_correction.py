@@ -144,6 +144,19 @@ def test_start_does_not_change_the_answer():
     np.testing.assert_allclose(one.pressure_MPa, two.pressure_MPa, atol=2e-6 * one.pressure_MPa.max())
 
 
+def test_a_known_error_of_the_model_saves_compliance_calls_and_not_the_answer():
+    base, grid = problem(half=True)
+    whole = replace(base, compliance=bodies_like(base, grid, 0.1))
+    model = UnitResponse.of(whole.compliance, grid, contact_modulus_MPa=MODULUS).model()
+    before = solve_by_correction(whole, LOAD, model)
+    error = whole.opening_mm(before) - model(before.pressure_MPa)
+    moved = replace(whole, gap_mm=1.01 * whole.gap_mm)
+    plain = solve_by_correction(moved, LOAD, model, start_MPa=before.pressure_MPa)
+    known = solve_by_correction(moved, LOAD, model, start_MPa=before.pressure_MPa, model_error_mm=error)
+    assert known.compliance_calls < plain.compliance_calls
+    np.testing.assert_allclose(known.pressure_MPa, plain.pressure_MPa, atol=2e-6 * plain.pressure_MPa.max())
+
+
 # --- a half-space as soft as the elements ---------------------------------------------------------------------------
 
 

@@ -36,7 +36,7 @@ from fecontact.runs.casefile import Study
 from fecontact.runs.identity import case_id
 from fecontact.runs.sources import digests
 from fecontact.runs.store import Solving, case_folder, job_of
-from fecontact.runs.study import StudyOutcome, _shared, run_study, varied_words
+from fecontact.runs.study import StudyOutcome, _shared, longest_first, run_study, varied_words
 from fecontact.solving.solve import SharedLoads
 
 LOADS_KN = (50, 60, 70, 80, 90)
@@ -291,6 +291,27 @@ def test_groups_are_split_only_where_they_are_fewer_than_workers(tmp_path, worke
     groups = groups_of(jobs, workers)
     assert [len(one) for one in groups] == sizes
     assert [one for group in groups for one in group] == jobs
+
+
+@pytest.mark.parametrize(
+    ("workers", "order"), [(1, "abcd"), (2, "bdac"), (3, "bdac"), (4, "abcd")], ids=["one", "two", "three", "enough"]
+)
+def test_the_longest_position_is_solved_first_where_workers_would_wait_for_it(monkeypatch, workers, order):
+    seconds = {50e3: 3.0, 60e3: 9.0, 80e3: 5.0}
+
+    def seen(given: Case) -> Any:
+        if given.load_N not in seconds:
+            raise InputError("no contact")
+        return type("Preview", (), {"cpu_seconds": seconds[given.load_N]})
+
+    monkeypatch.setattr("fecontact.runs.study.preview", seen)
+    cases = dict(zip("abcd", map(case, (50, 60, 70, 80)), strict=True))
+    assert longest_first(cases, workers) == list(order)
+
+
+def test_the_forecast_knows_that_two_patches_take_longer_than_one():
+    cases = {f"{shift}": Case(lateral_shift_mm=shift, load_N=50e3) for shift in (3.0, 5.0, -2.0)}
+    assert longest_first(cases, 2)[0] == "5.0"
 
 
 def test_loads_of_a_position_are_one_group_and_what_else_varies_is_another():

@@ -261,6 +261,7 @@ def solve_by_correction(
     model: Compliance,
     *,
     start_MPa: Floats | None = None,
+    model_error_mm: Floats | float = 0.0,
     tolerance: float = CONTACT_TOLERANCE,
 ) -> ContactSolution:
     """Solve a contact problem by repeated solutions with a model of its compliance.
@@ -275,12 +276,15 @@ def solve_by_correction(
         Positive definite approximation of the compliance, much cheaper to apply.
     start_MPa (n,)
         Start of the first solution of the model.
+    model_error_mm (n,)
+        By how much more the compliance opens than its model under a pressure like the one to be found, if it is known.
     tolerance
         Bound of both residuals, relative to the approach, as in `solve_contact`.
     """
     weight = np.sqrt(problem.area_mm2)
     cheap = replace(problem, compliance=model)
-    p = solve_contact(cheap, load_N, start_MPa=start_MPa, tolerance=1e-6).pressure_MPa
+    first = replace(cheap, gap_mm=problem.gap_mm + model_error_mm)
+    p = solve_contact(first, load_N, start_MPa=start_MPa, tolerance=1e-6).pressure_MPa
     solved: list[Floats] = []
     changes: list[Floats] = []
     best, best_p = np.inf, p

@@ -28,7 +28,7 @@ from fecontact.maps.views import refuse_measure
 from fecontact.outputs.records.results import case_inputs
 from fecontact.runs.identity import case_id, provenance, with_absolute_paths
 from fecontact.runs.store import job_of
-from fecontact.runs.study import prepare
+from fecontact.runs.study import longest_first, prepare
 
 # Pictures are drawn while a map is made, but in its first minute; tables take so small a part of the time: what they
 # cost grows with the positions, and it is taken from those who solve.
@@ -125,6 +125,8 @@ class _Run:
         names = self.by.settings.own_part(list(self._shifts))
         # towards the gauge corner curvatures are large and second patches come: what takes longest is not left for last
         names = tuple(sorted(names, key=self._shifts.__getitem__, reverse=self.base_case.side == "left"))
+        largest = {name: replace(self.cases[self._shifts[name]], load_N=self.loads_N[-1]) for name in names}
+        names = tuple(longest_first(largest, self.by.crew.workers))
         # loads that failed or did not converge are tried once more, after all others
         jobs = sorted(map(self._job, names), key=lambda job: job.force)
         finish(jobs, self.by, on_done=self._done)

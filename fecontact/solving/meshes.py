@@ -19,7 +19,14 @@ from fecontact.comparison.solved_load import MESH_RATIO, Level, SolvedLoad, elem
 from fecontact.comparison.verdict import worst_of
 from fecontact.contact.elements import Bands, UnitResponse
 from fecontact.contact.grid import ContactGrid, Field, Rung
-from fecontact.contact.solver import Compliance, ContactProblem, ContactSolution, solve_by_correction, solve_contact
+from fecontact.contact.solver import (
+    CONTACT_TOLERANCE,
+    Compliance,
+    ContactProblem,
+    ContactSolution,
+    solve_by_correction,
+    solve_contact,
+)
 from fecontact.errors import FoldedMesh, InputError, NotCovered, NotEnoughMemory
 from fecontact.fe.body import check_memory, choose_solver, elastic_body, stiffness
 from fecontact.fe.coupling import CoupledBodies, mortar_matrix
@@ -47,6 +54,8 @@ from fecontact.wheel_rail.placement import Placement
 # way to the edge of the patch.
 _BESIDE = 0.15
 _ENLARGEMENTS = 4
+# A slide needs the approach to some 1e-3, as exact as the next slide leaves it.
+_SLIDING = 1e-4
 # How layers grow downwards where steel may yield: a plastic zone reaches down to 1.2 semi-axes at 2.5 yield stresses.
 # Six elements per semi-axis have the peak of a sphere within 0.2 % then, and 1 % too high where layers grow by 1.3.
 _LAYERS_THAT_YIELD = 1.2
@@ -131,10 +140,20 @@ class CoupledProblem:
             self, bodies=replace(self.bodies, gap_mm=gap_mm), half_space=replace(self.half_space, gap_mm=gap_mm)
         )
 
-    def solve(self, load_N: float) -> ContactSolution:
+    def solve(self, load_N: float, *, tolerance: float = CONTACT_TOLERANCE) -> ContactSolution:
         """Solve the contact on the half-space, and from there the contact of the bodies."""
         start = solve_contact(self.half_space, load_N).pressure_MPa
-        return solve_by_correction(self.bodies, load_N, self.model, start_MPa=start)
+        return solve_by_correction(self.bodies, load_N, self.model, start_MPa=start, tolerance=tolerance)
+
+    def moved(
+        self, gap_mm: Floats, before: ContactSolution, load_N: float, *, tolerance: float
+    ) -> tuple[CoupledProblem, ContactSolution]:
+        """Contact of these bodies with nearly the same gap (n,), solved from the solution before."""
+        problem, p = self.with_gap(gap_mm), before.pressure_MPa
+        error_mm = self.bodies.opening_mm(before) - self.model(p)
+        return problem, solve_by_correction(
+            problem.bodies, load_N, self.model, start_MPa=p, model_error_mm=error_mm, tolerance=tolerance
+        )
 
     def read(self, solution: ContactSolution, true_gap: TrueGap, bodies: CoupledBodies) -> tuple[Rung, Field, Field]:
         """Rung of a solution on the elements' nodes, and what the bodies open more than a half-space of elements.
@@ -192,7 +211,7 @@ def _compliance_error(responses: Sequence[UnitResponse], placement: Placement, b
 class CoupledMesh:
     """Bodies of a position on one mesh, coupled once; the fine zone grows where a patch comes to its edge.
 
-    `stopped_by` is the error that kept it from growing.
+    `enlarged` is how often it grew, and `stopped_by` the error that kept it from growing.
     """
 
     def __init__(self, position: Position, coarser: float) -> None:
@@ -200,7 +219,7 @@ class CoupledMesh:
         self.plastic: tuple[YieldingBodies, PlasticContact] | None = None
         self._position, self._coarser = position, coarser
         self._room = Room()
-        self._enlarged = 0
+        self.enlarged = 0
         self.stopped_by: InputError | None = None
         self._take(self._couple(self._room))
 
@@ -213,7 +232,7 @@ class CoupledMesh:
             position = replace(position, true_gap=true_gap)
             more = self._more_room(position, nodal, added)
             at_edge, larger = more != self._room, None
-            if at_edge and self._enlarged < _ENLARGEMENTS:
+            if at_edge and self.enlarged < _ENLARGEMENTS:
                 try:
                     larger = self._couple(more)
                 except InputError as error:
@@ -223,18 +242,20 @@ class CoupledMesh:
                 return self._with_yield(position, problem, solution, level)
             self.bodies.close()
             self._take(larger)
-            self._room, self._enlarged = more, self._enlarged + 1
+            self._room, self.enlarged = more, self.enlarged + 1
 
     def _contact(self, position: Position) -> tuple[TrueGap, CoupledProblem, ContactSolution]:
         """Gap with the slide of the bodies on a steep surface, and the contact on the elements' nodes."""
         problem, true_gap, grid = self._problem, position.true_gap, self.bodies.grid
         if true_gap.slide_mm != self._position.true_gap.slide_mm:
             problem = problem.with_gap(grid.weighted_mean(true_gap.gap))
-        solution = problem.solve(position.case.load_N)
-        for _ in range(SLIDES if true_gap.is_steep else 0):
+        load_N, slides = position.case.load_N, SLIDES if true_gap.is_steep else 0
+        solution = problem.solve(load_N, tolerance=_SLIDING if slides else CONTACT_TOLERANCE)
+        for more in reversed(range(slides)):
             true_gap = replace(true_gap, slide_mm=self._slide_mm(true_gap, solution))
-            problem = problem.with_gap(grid.weighted_mean(true_gap.gap))
-            solution = problem.solve(position.case.load_N)
+            tolerance = _SLIDING if more else CONTACT_TOLERANCE
+            gap_mm = grid.weighted_mean(true_gap.gap)
+            problem, solution = problem.moved(gap_mm, solution, load_N, tolerance=tolerance)
         return true_gap, problem, solution
 
     def _with_yield(
@@ -340,7 +361,7 @@ class CoupledMesh:
             slide_mm=position.true_gap.slide_mm,
             force_balance=force_balance,
             moment_balance=moment_balance,
-            enlarged=self._enlarged,
+            enlarged=self.enlarged,
             at_edge=at_edge,
         )
 
@@ -450,6 +471,11 @@ class Meshes:
             self._recover(self._meshes[MESH_RATIO ** (2 - len(solved.levels))], solved.levels[0])
         assert self.bodies is not None
         return self.bodies
+
+    def drop_enlarged(self) -> None:
+        """Release meshes that grew under a load, so that the next load begins as it would by itself."""
+        for coarser in [coarser for coarser, mesh in self._meshes.items() if mesh.enlarged]:
+            self._meshes.pop(coarser).close()
 
     def close(self) -> None:
         """Release all factors; a further load makes its meshes again."""

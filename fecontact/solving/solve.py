@@ -245,12 +245,17 @@ class LoadSweep:
     def result(self, load_N: float) -> CaseResult:
         """Solve a planned load as `fecontact.solve` does, with the meshes that all planned loads lead to.
 
-        They do not depend on which of these loads are solved before. The first effort has what all loads share.
+        It does not depend on which of these loads are solved before, but for last digits by multigrid. The first effort
+        has what all loads share.
         """
         for planned in self._planned.values():
             self._meshes_for(planned)
         wanted = self._planned.get(load_N) or self._position.for_load(load_N)
-        return _solved(wanted, self._opened_for(wanted))
+        meshes = self._opened_for(wanted)
+        try:
+            return _solved(wanted, meshes)
+        finally:
+            meshes.drop_enlarged()
 
     def solve(self, load_N: float, *, refine: bool = True) -> JudgedLoad:
         """Solve a load; with `refine` also on finer meshes while its verdict is open, as far as the case allows.
