@@ -25,12 +25,14 @@ TOPICS = [path.stem for path in sorted(GUIDE.glob("*.md"))]
 PLACEHOLDER = re.compile(r"\b(FOLDER|FILE|BASELINE|NEW|COLUMNS|NAME|TOPIC)\b")
 
 
+def leaves(command):
+    """A command, or those of a group of commands."""
+    inner = [command[name] for name in command if not name.startswith("-")]
+    return [leaf for one in inner for leaf in leaves(one)] if inner else [command]
+
+
 OPTIONS = {
-    name
-    for command in [app[name] for name in app if not name.startswith("-") and name != "baseline"]
-    + [app["baseline"]["update"]]
-    for argument in command.assemble_argument_collection()
-    for name in argument.names
+    name for command in leaves(app) for argument in command.assemble_argument_collection() for name in argument.names
 }
 
 

@@ -10,7 +10,9 @@ from cyclopts import App
 from fecontact.commands.console import announce, logged, many, print_reasons, say
 from fecontact.commands.solving import AS_USUAL, RunOptions, tell_files
 
-fleet = App(name="fleet", help="In how many contacts of many measured wheels and rails Hertz holds; no finite elements.")
+fleet = App(
+    name="fleet", help="In how many contacts of many measured wheels and rails Hertz holds; no finite elements."
+)
 
 
 @fleet.command

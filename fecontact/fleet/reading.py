@@ -1,4 +1,4 @@
-"""The profiles of a fleet: each file is read and smoothed once, and kept; one that is refused is kept with its reason."""
+"""The profiles of a fleet: each file is read and smoothed once, and kept, as is the reason of one that is refused."""
 
 from __future__ import annotations
 

@@ -9,7 +9,6 @@ the run was interrupted, and wherever it ran.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
@@ -29,8 +28,10 @@ from fecontact.jobs.workers import Done, Job, Work
 from fecontact.profiles.library import is_known
 from fecontact.profiles.reading import Reading
 from fecontact.runs.identity import json_digest
+from fecontact.runs.study import prepare
 
 FLEET, TABLE, PROFILES, SCREEN = "fleet.json", "fleet.toml", "profiles.parquet", "screen"
+VERDICTS = ("HOLDS", "FAILS", "OPEN", "REFUSED")
 _OF_PAIR = (("wheel", "string"), ("rail", "string"), ("weight", "double"))
 # A library profile that stands for a file in a case whose lines are handed in.
 _STANDS_FOR = {"wheel": "S1002", "rail": "60E1"}
@@ -110,8 +111,8 @@ def run_fleet(
     ------
     InputError
         For a file that does not describe a fleet, one of which no wheel or no rail can be read, and a folder that
-        another run has. A profile that cannot be read is a row of `profiles.parquet`, a position that cannot be placed a
-        row of the screen with its reason.
+        another run has, or that holds other results. A profile that cannot be read is a row of `profiles.parquet`, a position that cannot be placed
+        is a row of the screen with its reason.
     """
     path, folder = Path(fleet), Path(out)
     of_arrow("parquet")
@@ -119,6 +120,7 @@ def run_fleet(
     if settings.part is not None:
         raise InputError("fleets have no parts; give --scheduler for many machines")
     found = [one for body in ("wheel", "rail") for one in candidates(asked, _body(body))]
+    prepare(folder, FLEET, lambda stored: True, settings.force)
     with open_run(folder, folder / "pairs", settings, progress.get("files")) as by:
         profiles = _read(asked, found, folder, by)
         _write(PROFILES, [one.row for one in profiles], folder)
@@ -132,7 +134,7 @@ def run_fleet(
             out=folder,
             pairs=len(pairs),
             positions=len(pairs) * len(asked.shifts_mm) * len(asked.loads_kN),
-            verdicts={name: counted[name] for name in ("HOLDS", "FAILS", "OPEN", "REFUSED") if counted[name]},
+            verdicts={name: share for name, share in counted.items() if share},
             profiles=len(profiles),
             refused={f"{one.given.body} {one.given.name}": _why(one) for one in profiles if one.kept is None},
             reused=len(run.reused) - read,
@@ -167,7 +169,13 @@ def _read(fleet: Fleet, found: Sequence[Candidate], out: Path, by: OpenRun) -> l
             body=one.body, spec=one.spec, content_hash=one.content_hash, reading=reading, filters_mm=fleet.filters_mm
         )
         # the ending decides how the content is read
-        decides = (one.body, one.content_hash or one.spec, Path(one.spec).suffix.lower(), repr(reading), fleet.filters_mm)
+        decides = (
+            one.body,
+            one.content_hash or one.spec,
+            Path(one.spec).suffix.lower(),
+            repr(reading),
+            fleet.filters_mm,
+        )
         names.append("" if one.problem else json_digest(decides)[:20])
         if not one.problem:
             works[names[-1]] = work
@@ -188,9 +196,7 @@ def _kept(one: Candidate, done: Done | None, work: ReadingProfile | None, folder
     return ReadProfile(given=one, record=done.value, kept=kept)
 
 
-def _do(
-    works: Mapping[str, Work], labels: Mapping[str, str], folder: Path, read: Any, by: OpenRun
-) -> dict[str, Done]:
+def _do(works: Mapping[str, Work], labels: Mapping[str, str], folder: Path, read: Any, by: OpenRun) -> dict[str, Done]:
     """Do all jobs that are not finished, by their ids, which are the names of their folders."""
     found: dict[str, Done] = {}
     here = folder.absolute()
@@ -231,11 +237,17 @@ def _case_of(fleet: Fleet, wheel: ReadProfile, rail: ReadProfile) -> Case:
     radius = wheel.given.known.get("rolling_radius_mm")
     specs = {one.given.body: one.given.spec for one in (wheel, rail)}
     stands = {body: spec if is_known(spec) else _STANDS_FOR[body] for body, spec in specs.items()}
-    case = replace(fleet.case, **stands, rail_file=Reading(), wheel_file=Reading())
+    case = replace(
+        fleet.case.with_profiles({str(body): spec for body, spec in stands.items()}),
+        rail_file=Reading(),
+        wheel_file=Reading(),
+    )
     return case if radius is None else replace(case, rolling_radius_mm=float(radius))
 
 
-def _names(fleet: Fleet, profiles: Sequence[ReadProfile], pairs: Iterable[Pair]) -> Iterator[tuple[Pair, str, ScreeningPair]]:
+def _names(
+    fleet: Fleet, profiles: Sequence[ReadProfile], pairs: Iterable[Pair]
+) -> Iterator[tuple[Pair, str, ScreeningPair]]:
     """The pairs with the ids of their jobs, and those."""
     by_name = {(one.given.body, one.given.name): one for one in profiles}
     shifts, loads = tuple(fleet.shifts_mm), tuple(fleet.loads_kN)
@@ -266,7 +278,7 @@ def _screen(
 
 def _write_screen(
     fleet: Fleet, profiles: Sequence[ReadProfile], pairs: Mapping[Pair, float], failed: Mapping[Pair, str], out: Path
-) -> Counter[str]:
+) -> dict[str, float]:
     """Write a part for each wheel, from what its pairs kept, with names and weights; the weight of each verdict."""
     parquet, lib = of_arrow("parquet"), of_arrow("lib")
     positions = [
@@ -274,7 +286,7 @@ def _write_screen(
         for shift, by_shift in fleet.shifts_mm.items()
         for load, by_load in fleet.loads_kN.items()
     ]
-    counted: Counter[str] = Counter()
+    counted: dict[str, float] = {name: 0.0 for name in VERDICTS}
     written = set()
     for number, (_, own) in enumerate(groupby(_names(fleet, profiles, sorted(pairs)), key=lambda one: one[0][0])):
         path = out / SCREEN / f"part-{number:06d}.parquet"
@@ -306,7 +318,9 @@ def _write(name: str, rows: Sequence[Row], out: Path) -> None:
     try:
         table = lib.Table.from_pydict({column: [row.get(column) for row in rows] for column in columns})
     except (TypeError, ValueError) as error:
-        raise InputError(f"{name}: a column has values of several kinds ({error}); give one kind in all tables") from error
+        raise InputError(
+            f"{name}: a column has values of several kinds ({error}); give one kind in all tables"
+        ) from error
     write_atomically(out / name, lambda temporary: parquet.write_table(table, temporary))
 
 
@@ -336,7 +350,7 @@ def _words(fleet: Fleet, screened: Screened) -> str:
     how = "listed" if fleet.pairing.table else "drawn at random" if fleet.pairing.draw else "every wheel on every rail"
     ends = [f"{min(one):g} to {max(one):g}" for one in (fleet.shifts_mm, fleet.loads_kN)]
     return (
-        f"{screened.pairs} pairs ({how}) of the wheels {', '.join(fleet.wheels)} and the rails {', '.join(fleet.rails)},"
+        f"{screened.pairs} pairs ({how}) of the wheels {', '.join(fleet.wheels)} and rails {', '.join(fleet.rails)},"
         f" each at {len(fleet.shifts_mm)} shifts ({ends[0]} mm) and {len(fleet.loads_kN)} loads ({ends[1]} kN) by their"
         " weights"
     )

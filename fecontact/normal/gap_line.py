@@ -318,9 +318,7 @@ _MET = 1e-9
 _JUMP = 2e-3
 
 
-def under_load(
-    line: GapLine, normal_force_N: float, theory: AtApproach, *, factor: float = _FACTOR
-) -> StripContact:
+def under_load(line: GapLine, normal_force_N: float, theory: AtApproach, *, factor: float = _FACTOR) -> StripContact:
     """Contact at the smallest approach that carries a load, with the number of such approaches.
 
     Approaches from a quarter of Hertz's to twice Hertz's are tried in steps of a factor, 2 % if not given, so that two
