@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from cyclopts import App
 
 from fecontact.cli import app, call
 from fecontact.fleet.model import read_fleet
@@ -26,15 +27,13 @@ TOPICS = [path.stem for path in sorted(GUIDE.glob("*.md"))]
 PLACEHOLDER = re.compile(r"\b(FOLDER|FILE|BASELINE|NEW|COLUMNS|NAME|TOPIC)\b")
 
 
-def leaves(command):
-    """A command, or those of a group of commands."""
-    inner = [command[name] for name in command if not name.startswith("-")]
-    return [leaf for one in inner for leaf in leaves(one)] if inner else [command]
+def leaves(one: App) -> list[App]:
+    """A command, or the commands below it."""
+    below = [one[name] for name in one if not name.startswith("-")]
+    return [leaf for each in below for leaf in leaves(each)] or [one]
 
 
-OPTIONS = {
-    name for command in leaves(app) for argument in command.assemble_argument_collection() for name in argument.names
-}
+OPTIONS = {name for one in leaves(app) for argument in one.assemble_argument_collection() for name in argument.names}
 
 
 def without_breaks(text: str) -> str:
@@ -142,7 +141,7 @@ def test_what_is_imported_in_an_example_exists(page):
 
 # what is done in a second or two
 QUICK = {"check", "creep", "doctor", "hertz", "init", "place", "profiles", "table", "theories", "theory"}
-WRITTEN = {"--examples", "--out", "--png", "--write"}
+WRITTEN = {"--examples", "--out", "--write"}
 A_FILE = re.compile(r"[\w.+-]*/[\w./+-]+|[\w+-]+\.[a-z]+")
 
 

@@ -9,9 +9,10 @@ from cyclopts import App
 
 from fecontact.commands.console import announce, logged, many, print_reasons, say
 from fecontact.commands.solving import AS_USUAL, RunOptions, tell_files
+from fecontact.fleet.asking import report, sample
 
 fleet = App(
-    name="fleet", help="In how many contacts of many measured wheels and rails Hertz holds; no finite elements."
+    name="fleet", help="In how many contacts of many measured wheels and rails Hertz holds, and how sure that is."
 )
 
 
@@ -84,3 +85,7 @@ def examples(folder: Path, *, wheels: int = 10, rails: int = 10, seed: int = 1) 
 
     say(f"{write_fleet(folder, wheels=wheels, rails=rails, seed=seed)}: fecontact fleet run it")
     return 0
+
+
+fleet.command(sample)
+fleet.command(report)
