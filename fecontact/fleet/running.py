@@ -111,8 +111,8 @@ def run_fleet(
     ------
     InputError
         For a file that does not describe a fleet, one of which no wheel or no rail can be read, and a folder that
-        another run has, or that holds other results. A profile that cannot be read is a row of `profiles.parquet`, a position that cannot be placed
-        is a row of the screen with its reason.
+        another run has, or that holds other results. A profile that cannot be read is a row of `profiles.parquet`, a
+        position that cannot be placed is a row of the screen with its reason.
     """
     path, folder = Path(fleet), Path(out)
     of_arrow("parquet")
