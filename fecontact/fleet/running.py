@@ -20,7 +20,7 @@ from fecontact.errors import InputError
 from fecontact.files import read_json, write_atomically, write_sealed, write_text
 from fecontact.fleet.model import Fleet, read_fleet
 from fecontact.fleet.population import Body, Candidate, Pair, candidates, of_arrow, pairs_of
-from fecontact.fleet.reading import Kept, ReadingProfile, origin, read_record
+from fecontact.fleet.reading import TILE, Kept, ReadingProfile, origin, read_record
 from fecontact.fleet.screening import PART, Row, ScreeningPair, refused, schema
 from fecontact.jobs.engine import OpenRun, RunSettings, finish, open_run
 from fecontact.jobs.remaining import Progress
@@ -119,7 +119,7 @@ def run_fleet(
     asked, settings, progress = read_fleet(path), settings or RunSettings(), progress or {}
     if settings.part is not None:
         raise InputError("fleets have no parts; give --scheduler for many machines")
-    found = [one for body in ("wheel", "rail") for one in candidates(asked, _body(body))]
+    found = [_usable(asked, one) for body in ("wheel", "rail") for one in candidates(asked, _body(body))]
     prepare(folder, FLEET, lambda stored: True, settings.force)
     with open_run(folder, folder / "pairs", settings, progress.get("files")) as by:
         profiles = _read(asked, found, folder, by)
@@ -153,6 +153,18 @@ def _why(one: ReadProfile) -> str:
 
 
 # --- Files.
+
+
+def _usable(fleet: Fleet, one: Candidate) -> Candidate:
+    """A wheel whose radius no case can have has a problem."""
+    if (radius := one.known.get("rolling_radius_mm")) is None or one.problem:
+        return one
+    try:
+        replace(fleet.case, rolling_radius_mm=radius)
+    except InputError as error:
+        reason, _, remedy = str(error).partition("; ")
+        return replace(one, problem=reason, remedy=remedy)
+    return one
 
 
 def _reading(fleet: Fleet, one: Candidate) -> Reading:
@@ -232,17 +244,20 @@ def _population(fleet: Fleet, profiles: Sequence[ReadProfile]) -> dict[Pair, flo
     return pairs_of(fleet, weights["wheel"], weights["rail"], known)
 
 
-def _case_of(fleet: Fleet, wheel: ReadProfile, rail: ReadProfile) -> Case:
+Stand = tuple[str, str, float | None]
+"""What stands for wheel and rail in the case of a pair, and the radius of the wheel where its table has one."""
+
+
+def _stand(wheel: Candidate, rail: Candidate) -> Stand:
+    specs = (one.spec if is_known(one.spec) else _STANDS_FOR[one.body] for one in (wheel, rail))
+    return *specs, wheel.known.get("rolling_radius_mm")  # type: ignore[return-value]
+
+
+def _case_of(fleet: Fleet, stand: Stand) -> Case:
     """The case of a pair, whose lines are handed in: its files are not read again."""
-    radius = wheel.given.known.get("rolling_radius_mm")
-    specs = {one.given.body: one.given.spec for one in (wheel, rail)}
-    stands = {body: spec if is_known(spec) else _STANDS_FOR[body] for body, spec in specs.items()}
-    case = replace(
-        fleet.case.with_profiles({str(body): spec for body, spec in stands.items()}),
-        rail_file=Reading(),
-        wheel_file=Reading(),
-    )
-    return case if radius is None else replace(case, rolling_radius_mm=float(radius))
+    wheel, rail, radius = stand
+    case = replace(fleet.case.with_profiles({"wheel": wheel, "rail": rail}), rail_file=Reading(), wheel_file=Reading())
+    return case if radius is None else replace(case, rolling_radius_mm=radius)
 
 
 def _names(
@@ -251,29 +266,38 @@ def _names(
     """The pairs with the ids of their jobs, and those."""
     by_name = {(one.given.body, one.given.name): one for one in profiles}
     shifts, loads = tuple(fleet.shifts_mm), tuple(fleet.loads_kN)
-    every = {}
+    cases: dict[Stand, tuple[Case, str]] = {}
     for pair in pairs:
         wheel, rail = by_name["wheel", pair[0]], by_name["rail", pair[1]]
         assert wheel.kept is not None
         assert rail.kept is not None
-        case = _case_of(fleet, wheel, rail)
-        if (key := (case.wheel, case.rail, case.rolling_radius_mm)) not in every:
-            every[key] = json_digest([case_record(case), shifts, loads, fleet.theory])
-        decides = [every[key], wheel.kept.folder.name, rail.kept.folder.name]
+        if (stand := _stand(wheel.given, rail.given)) not in cases:
+            case = _case_of(fleet, stand)
+            cases[stand] = case, json_digest([case_record(case), shifts, loads, fleet.theory])
+        case, decides = cases[stand]
         work = ScreeningPair(
             wheel=wheel.kept, rail=rail.kept, case=case, shifts_mm=shifts, loads_kN=loads, theory=fleet.theory
         )
-        yield pair, json_digest(decides)[:20], work
+        yield pair, json_digest([decides, wheel.kept.folder.name, rail.kept.folder.name])[:20], work
 
 
 def _screen(
     fleet: Fleet, profiles: Sequence[ReadProfile], pairs: Mapping[Pair, float], out: Path, by: OpenRun
 ) -> dict[Pair, str]:
     """Screen what is not screened; why pairs failed."""
-    named = list(_names(fleet, profiles, pairs))
+    named = list(_names(fleet, profiles, _in_tiles(pairs)))
     labels = {name: f"{wheel} on {rail}" for (wheel, rail), name, _ in named}
     done = _do({name: work for _, name, work in named}, labels, out / "pairs", None, by)
     return {pair: why for pair, name, _ in named if (why := done[name].failure) is not None}
+
+
+def _in_tiles(pairs: Iterable[Pair]) -> list[Pair]:
+    """Pairs in an order in which few wheels meet few rails at a time, whose lines a worker keeps at hand."""
+    given = list(pairs)
+    wheels, rails = (
+        {name: k // TILE for k, name in enumerate(dict.fromkeys(pair[body] for pair in given))} for body in (0, 1)
+    )
+    return sorted(given, key=lambda pair: (wheels[pair[0]], rails[pair[1]], pair))
 
 
 def _write_screen(
