@@ -42,7 +42,11 @@ def test_weights_of_positions_are_products_and_sum_to_one(tmp_path):
     known = {"wheel a", "wheel b", "wheel lost", "rail x", "rail y"}
     found = pairs_of(fleet, {"a": 2.0, "b": 6.0}, {"x": 1.0, "y": 1.0}, known)
     # by hand: a x 1 * 2, a y 2 * 2, b x 1 * 6, over 12; what was refused is left out
-    assert found == {("a", "x"): pytest.approx(2 / 12), ("a", "y"): pytest.approx(4 / 12), ("b", "x"): pytest.approx(0.5)}
+    assert found == {
+        ("a", "x"): pytest.approx(2 / 12),
+        ("a", "y"): pytest.approx(4 / 12),
+        ("b", "x"): pytest.approx(0.5),
+    }
 
 
 def test_quantiles_of_a_normal_distribution_are_equally_likely(tmp_path):
@@ -144,7 +148,9 @@ def test_without_pyarrow_the_command_names_the_remedy(tmp_path, monkeypatch, cap
 
 def test_examples_are_the_same_for_a_seed_and_say_what_they_are(tmp_path):
     for name, seed in (("a", 3), ("b", 3), ("c", 4)):
-        assert call(["fleet", "examples", str(tmp_path / name), "--wheels", "1", "--rails", "1", "--seed", str(seed)]) == 0
+        assert (
+            call(["fleet", "examples", str(tmp_path / name), "--wheels", "1", "--rails", "1", "--seed", str(seed)]) == 0
+        )
     texts = [(tmp_path / name / "rails" / "rail00000.csv").read_bytes() for name in "abc"]
     assert texts[0] == texts[1] != texts[2]
     assert np.loadtxt(tmp_path / "a/rails/rail00000.csv", delimiter=",", skiprows=2).shape[1] == 2

@@ -253,7 +253,12 @@ def test_lines_that_do_not_agree_leave_a_position_open():
     far = replace(line, off=lambda theory: {**line.off(theory), "p_max_MPa": 0.2})
     assert screening._row([line, line])["verdict"] == "HOLDS"
     row = screening._row([line, far])
-    assert (row["verdict"], row["cause"], row["lines_holding"], row["cheapest_theory"]) == ("OPEN", "profile", 1, "OPEN")
+    assert (row["verdict"], row["cause"], row["lines_holding"], row["cheapest_theory"]) == (
+        "OPEN",
+        "profile",
+        1,
+        "OPEN",
+    )
     assert row["p_max_uncertainty_percent"] == pytest.approx(abs(20.0 - row["p_max_percent"]) + 0.5, abs=1e-6)
     assert screening._row([far, far])["verdict"] == "FAILS"
     assert screening._row([far, far])["margin"] == pytest.approx((0.05 - 0.2) / 0.005)
