@@ -11,7 +11,7 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
-from cyclopts import App, CycloptsError, Group, Parameter, UnknownOptionError, UnusedCliTokensError
+from cyclopts import App, CoercionError, CycloptsError, Group, Parameter, UnknownOptionError, UnusedCliTokensError
 
 from fecontact import __version__, features
 from fecontact.commands import looking, results, solving, start
@@ -113,9 +113,13 @@ def _misunderstood(error: CycloptsError) -> str:
         if of_each:
             return f"--{name}: each body has an option of its own: {' and '.join(of_each)}"
         return renamed(name.replace("-", "_")) or str(error)
+    if isinstance(error, CoercionError) and error.target_type is bool and error.token:
+        return f"{error.token.keyword}: it is a flag, and {error.token.value} behind it is too much; leave it out"
     if isinstance(error, UnusedCliTokensError):
         command = " ".join(("fecontact", *(error.command_chain or ())))
         unused = " ".join(error.unused_tokens or ())
+        if unused.endswith(".json"):
+            return f"{unused}: --json is a flag, and JSON goes to standard output; write: --json > {unused}"
         return (
             f"{unused}: {command} does not know what to do with it; values stand behind their options: {command} --help"
         )

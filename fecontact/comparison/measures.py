@@ -306,7 +306,7 @@ def _measure(
 class Measures:
     """Peak pressure, area, half-widths (a along x, b across), full extents and approach of one contact.
 
-    `floor` in the metadata is the relative uncertainty of reading the measure off 32 nodes a semi-axis; None where it
+    `floor` in the metadata is the relative uncertainty of reading the measure off 32 nodes per semi-axis; None where it
     is not known. The approach is measured down to the bodies' cut planes: a deeper rail moves it, and no mesh says
     by how much. `cut_planes` is how much the other measures change at most when one cut plane is moved out by half
     (studies/02_independence.py), `meshes` what two meshes of 4 and 2.7 elements happen to have in common: with it 81 or
@@ -396,7 +396,7 @@ class Misfit:
     )
     # cells at the edge of the patch are wholly in contact or not: so much is read for Hertz's own ellipse. On finer
     # elements the change from mesh to mesh does not show it: of 63 slender exact contacts on meshes of 6, 4 and 2.7
-    # elements a semi-axis 86 % were inside the floor alone; with what is common all, and all of 59 others
+    # elements per semi-axis 86 % were inside the floor alone; with what is common all, and all of 59 others
     # (studies/12_uncertainty.py)
     misplaced_load: float = _measure(
         lambda patch, rung, theory: _misplaced_load(rung, theory),

@@ -60,7 +60,7 @@ class Theory:
     words
         Name of the theory for readers.
     letter
-        Letter of the theory in the cells of a map.
+        One or two letters of the theory in the cells of a map; no picture has them for anything else.
     cost
         Class of cost for a vehicle code.
     source, range
@@ -94,7 +94,7 @@ def _outside_hertz(placement: Placement, hertz: HertzContact) -> tuple[str, ...]
     """Why a single ellipse is out of its range: a junction, or further touch points whose gap is closed."""
     first, notes = placement.first, []
     if first.at_junction:
-        notes.append("the touch point lies at a curvature junction: the ellipse is that of one side")
+        notes.append("the touch point lies at a curvature junction: the ellipse has the curvature of one side")
     closed = sum(
         hertz.approach_mm * float(touch.normal @ first.normal) > touch.vertical_gap_mm * float(touch.normal[2])
         for touch in placement.touch_points

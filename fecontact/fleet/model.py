@@ -79,7 +79,9 @@ class Distribution:
     weights: Any = _numbers("Weight of each value; equal ones if not given", "a list of numbers")
     normal: Any = _numbers("Mean and standard deviation", "two numbers: mean and standard deviation")
     uniform: Any = _numbers("Smallest and largest value", "two numbers: smallest and largest value")
-    count: float = number(10.0, "How many values stand for a distribution", low=1.0, high=_MOST_POINTS, remedy="5 to 20")
+    count: float = number(
+        10.0, "How many values stand for a distribution", low=1.0, high=_MOST_POINTS, remedy="5 to 20"
+    )
 
     def __post_init__(self) -> None:
         given = [name for name in ("values", "normal", "uniform") if getattr(self, name) is not None]
@@ -88,13 +90,17 @@ class Distribution:
         if self.values is None and len(getattr(self, given[0])) != 2:
             raise InputError(f"{given[0]} has {len(getattr(self, given[0]))} numbers; allowed: 2")
         if self.weights is not None and len(self.weights) != len(self.values or ()):
-            raise InputError(f"{len(self.weights)} weights for {len(self.values or ())} values; give one for each value")
+            raise InputError(
+                f"{len(self.weights)} weights for {len(self.values or ())} values; give one for each value"
+            )
 
     @property
     def points(self) -> dict[float, float]:
         """Weight of each value, increasing; the weights sum to 1."""
         if self.values is not None:
-            return shares(zip(map(float, self.values), self.weights or [1.0] * len(self.values), strict=True), "weights")
+            return shares(
+                zip(map(float, self.values), self.weights or [1.0] * len(self.values), strict=True), "weights"
+            )
         count = int(self.count)
         middles = [(k + 0.5) / count for k in range(count)]
         if self.uniform is not None:
@@ -185,13 +191,22 @@ def read_fleet(path: Path, folder: Path | None = None) -> Fleet:
 
 
 def _fleet(content: dict[str, Any], folder: Path) -> Fleet:
-    tables = {"wheels": Sources, "rails": Sources, "pairs": Pairing, "shifts_mm": Distribution, "loads_kN": Distribution}
+    tables = {
+        "wheels": Sources,
+        "rails": Sources,
+        "pairs": Pairing,
+        "shifts_mm": Distribution,
+        "loads_kN": Distribution,
+    }
     top = {one.name for one in fields(_Asked)}
     for key in content.keys() - {*tables, *top, "case"}:
-        raise InputError(f"{key}: there is no such key; keys: {', '.join(sorted(top))}; tables: {', '.join(tables)}, case")
+        raise InputError(
+            f"{key}: there is no such key; keys: {', '.join(sorted(top))}; tables: {', '.join(tables)}, case"
+        )
     asked = read_table(_Asked, "fleet", {key: value for key, value in content.items() if key in top})
     read: dict[str, Any] = {
-        name: read_table(kind, name, content.get(name, {} if kind is Pairing else None)) for name, kind in tables.items()
+        name: read_table(kind, name, content.get(name, {} if kind is Pairing else None))
+        for name, kind in tables.items()
     }
     for name in ("wheels", "rails"):
         if not read[name].texts:

@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from importlib import import_module
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any, Literal
 
@@ -130,7 +130,9 @@ def rows_of(path: Path, needed: Iterable[str], most: int) -> list[dict[str, Any]
     if missing := [name for name in needed if name not in table.column_names]:
         raise InputError(f"table {path}: it has no column {missing[0]}; it has {', '.join(table.column_names)[:200]}")
     if table.num_rows > most:
-        raise InputError(f"table {path}: {table.num_rows} rows; allowed: up to {most}; give a part of it, or draw pairs")
+        raise InputError(
+            f"table {path}: {table.num_rows} rows; allowed: up to {most}; give a part of it, or draw pairs"
+        )
     rows: list[dict[str, Any]] = table.to_pylist()
     return rows
 
@@ -151,7 +153,9 @@ def _weight(row: Mapping[str, Any], where: str) -> float:
     except (TypeError, ValueError):
         weight = -1.0
     if not 0.0 <= weight < np.inf:
-        raise InputError(f"{where}: weight is {row['weight']!r}; allowed: finite and >= 0; mend the row, or take it out")
+        raise InputError(
+            f"{where}: weight is {row['weight']!r}; allowed: finite and >= 0; mend the row, or take it out"
+        )
     return weight
 
 
@@ -160,7 +164,7 @@ def _named(one: Candidate, taken: dict[str, str]) -> Candidate:
     path = Path(one.spec)
     choices = (one.name, path.name, f"{path.parent.name}/{path.name}")
     numbered = (f"{one.name}#{number}" for number in range(2, MOST_FILES + 3))
-    name = next(name for name in (*choices, *numbered) if name not in taken)
+    name = next(name for name in chain(choices, numbered) if name not in taken)
     taken[name] = one.spec
     return replace(one, name=name)
 
@@ -180,7 +184,9 @@ def _checked(one: Candidate, contents: dict[tuple[str, str], str]) -> Candidate:
     return one
 
 
-def pairs_of(fleet: Fleet, wheels: Mapping[str, float], rails: Mapping[str, float], known: set[str]) -> dict[Pair, float]:
+def pairs_of(
+    fleet: Fleet, wheels: Mapping[str, float], rails: Mapping[str, float], known: set[str]
+) -> dict[Pair, float]:
     """Weight of each pair of wheels and rails that were read; the weights sum to 1.
 
     Parameters
@@ -215,6 +221,8 @@ def _listed(
     for number, row in enumerate(rows_of(path, ["wheel", "rail"], MOST_PAIRS), start=1):
         wheel, rail = str(row["wheel"]), str(row["rail"])
         if unknown := {f"wheel {wheel}", f"rail {rail}"} - known:
-            raise InputError(f"table {path}, row {number}: there is no {min(unknown)}; give names as profiles have them")
+            raise InputError(
+                f"table {path}, row {number}: there is no {min(unknown)}; give names as profiles have them"
+            )
         if wheel in wheels and rail in rails:
             yield (wheel, rail), _weight(row, f"table {path}, row {number}") * wheels[wheel] * rails[rail]

@@ -29,7 +29,7 @@ from fecontact.comparison.measures import (
 )
 from fecontact.comparison.patch import standing_peaks
 from fecontact.comparison.theories import EITHER_SIDE, HERTZ, THEORIES, Loaded, of_many
-from fecontact.comparison.verdict import AT_JUNCTION, FROM_BEST, PROFILE, Answer, answer_of, judge
+from fecontact.comparison.verdict import AT_JUNCTION, FROM_BEST, PROFILE, Answer, judge
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.fleet.model import Screen
 from fecontact.fleet.population import of_arrow
@@ -52,7 +52,7 @@ COLUMN = {
     "separate_load": "separate",
     "misplaced_load": "misplaced",
 }
-"""What begins the columns of each measure, all in percent: of the screen's value, of Hertz's b, of the peak, of the load."""
+"""What the columns of each measure begin with; in percent of the screen's value, of Hertz's b, the peak, the load."""
 _FIRST = ("place_y_mm", "touch_angle_mrad", "conicity", "contact_concentration", "hertz_p_max_MPa", "screen_p_max_MPa")
 NUMBERS = (
     *("shift_mm", "load_kN", *_FIRST),
@@ -168,9 +168,7 @@ def _row(lines: Sequence[_OnLine]) -> Row:
     answers = [answer for answer, _, _ in judged]
     verdict = answers[0] if len(set(answers)) == 1 else "UNRESOLVED"
     off = {name: float(np.mean([one[name] for _, one, _ in judged])) for name in COLUMN}
-    unsure = {
-        name: max(abs(one[name] - off[name]) for _, one, _ in judged) + lines[0].open[name] for name in COLUMN
-    }
+    unsure = {name: max(abs(one[name] - off[name]) for _, one, _ in judged) + lines[0].open[name] for name in COLUMN}
     row: Row = {"hertz_p_max_MPa": _hertz_peak(lines), "screen_p_max_MPa": _mean_peak(lines)}
     for name, column in COLUMN.items():
         row[f"{column}_percent"], row[f"{column}_uncertainty_percent"] = 1e2 * off[name], 1e2 * unsure[name]
@@ -187,7 +185,9 @@ def _row(lines: Sequence[_OnLine]) -> Row:
 
 def _hertz_peak(lines: Sequence[_OnLine]) -> float:
     made = [THEORIES[HERTZ].approximate(one.loaded) for one in lines]
-    return float(np.mean([max(patch.p_max_MPa for patch in one.patches) for one in made if isinstance(one, Approximation)]))
+    return float(
+        np.mean([max(patch.p_max_MPa for patch in one.patches) for one in made if isinstance(one, Approximation)])
+    )
 
 
 def _mean_peak(lines: Sequence[_OnLine]) -> float:
@@ -251,7 +251,7 @@ def conicity_and_concentration(wheelset: Wheelset) -> tuple[float, float]:
 
     The conicity is by harmonic linearisation (EN 15302). The concentration is the largest part of equally likely
     shifts at which first touch lies within a band of `BAND_MM` on the rail: 1 where it does not move, small where wear
-    is spread. It is a definition of this program: the formula of the index of Polach and Nicklisch (2016) was not found.
+    is spread. It is a definition of this program: the formula of Polach and Nicklisch's (2016) index was not found.
     NaN where a wheel does not stand over its rail.
     """
     count = round(AMPLITUDE_MM / _STEP_MM)
@@ -337,9 +337,7 @@ class _LineOfPair:
             return place_case(replace(case, lateral_shift_mm=shift_mm), rail=self.rail, wheel=self.wheel)
         stand = self.wheelset.stand(shift_mm, case.yaw_rad)
         placed = (
-            stand
-            if isinstance(stand, str)
-            else self.wheelset.placed(case.side, shift_mm, stand.roll_rad, case.yaw_rad)
+            stand if isinstance(stand, str) else self.wheelset.placed(case.side, shift_mm, stand.roll_rad, case.yaw_rad)
         )
         if isinstance(placed, str):
             raise InputError(f"lateral shift {shift_mm:g} mm of the wheelset: {placed}")

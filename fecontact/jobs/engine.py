@@ -159,6 +159,7 @@ class _Report:
         self._durations: list[float] = []
         self._done: set[str] = set()
         self._labels = {job.name: job.label or job.name for job in jobs}
+        self._folders = {job.name: job.folder for job in jobs}
 
     @property
     def open(self) -> list[Job]:
@@ -189,7 +190,7 @@ class _Report:
         # a cluster is handed all jobs, and begins with the first ones
         self._begun = {name: self._begun.get(name, now) for name in names[:workers]}
         if self._by.progress is not None:
-            parts = {job.name: part_done(job.folder, job.name) for job in self._jobs if job.name in self._begun}
+            parts = {name: part_done(self._folders[name], name) for name in self._begun}
             labels = (f"{self._labels[name]} {parts[name][1] if name in parts else ''}".strip() for name in names)
             text = ", ".join(labels) if len(names) <= _MOST_NAMES else f"{len(names)} jobs"
             done, total = len(self._done), len(self._labels)
@@ -204,12 +205,12 @@ class _Report:
     def done(self, done: Done) -> None:
         """Keep the outcome of a job."""
         self._done.add(done.name)
-        begun = self._begun.pop(done.name, None)
+        self._begun.pop(done.name, None)
         if done.unreadable is not None:
             self._by.reused.remove(done.name)
             self._by.recomputed[done.name] = done.unreadable
         # a job that was finished before took next to no time, which tells nothing about other jobs
-        if begun is not None and done.name not in self._by.reused:
-            self._durations.append(time.monotonic() - begun)
+        if done.seconds and done.name not in self._by.reused:
+            self._durations.append(done.seconds)
         if self._on_done is not None:
             self._on_done(done)

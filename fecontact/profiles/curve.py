@@ -172,7 +172,7 @@ class Profile:
     def _inside(self, u: ArrayLike) -> Floats:
         """Parameters, NaN outside the running surface; they come out of sums, so allow for their rounding."""
         u, n = np.asarray(u, dtype=float), len(self.segments)
-        return np.where((u >= -1e-12 * n) & (u <= n * (1.0 + 1e-12)), np.clip(u, 0.0, n), np.nan)
+        return np.where((u >= -1e-12 * n) & (u <= n * (1.0 + 1e-12)), u, np.nan)
 
     @cached_property
     def _pieces(self) -> Pieces:
@@ -518,7 +518,7 @@ def check_shape(y: Floats, z: Floats, *, kind: Kind, what: str, turned_columns: 
     middle = z[(y > y[0] + 0.3 * (y[-1] - y[0])) & (y < y[0] + 0.7 * (y[-1] - y[0]))]
     if middle.size and float(np.median(middle)) - max(z[0], z[-1]) > _DIP_MM and _deepest_dip(z)[0] < 1.0:
         raise InputError(
-            f"{what}: both ends of the line lie more than {_DIP_MM:g} mm below its middle, as those of a rail do;"
+            f"{what}: both ends of the line lie more than {_DIP_MM:g} mm below its middle, as on a rail;"
             " a wheel is wanted: give the file as the rail"
         )
     # the flange back and the rim face reach up far, so they do not count

@@ -51,9 +51,7 @@ def write_examples(folder: Path) -> list[Path]:
     return [
         write_text(
             folder / f"{body}.csv",
-            points_text(
-                measured_points(name), f"{name} with wear and noise, made by fecontact profiles --examples"
-            ),
+            points_text(measured_points(name), f"{name} with wear and noise, made by fecontact profiles --examples"),
         )
         for body, name in (("rail", "60E1"), ("wheel", "S1002"))
     ]

@@ -356,7 +356,8 @@ class Pieces:
 
     def of_parameter(self, u: Floats, side: Literal["left", "right"] = "right") -> tuple[Integers, Floats]:
         """Number of the piece at parameters u, and the parameter from its middle."""
-        i = np.clip(np.searchsorted(self.u, u, side=side) - 1, 0, self.u.size - 2)
+        # this and `inverted` are called a hundred times for a placement, and np.clip takes as long as five of these
+        i = np.minimum(np.maximum(np.searchsorted(self.u, u, side=side) - 1, 0), self.u.size - 2)
         return i, u - self.middle[i]
 
     def evaluate(self, u: Floats, side: Literal["left", "right"] = "right") -> CurvePoints:
@@ -389,14 +390,15 @@ class Pieces:
         """
         first, values = part.start or 0, values[part]
         inside = (t >= values[0] - _END_SLACK_MM) & (t <= values[-1] + _END_SLACK_MM)
-        target = np.clip(t[inside], values[0], values[-1])
+        target = np.minimum(np.maximum(t[inside], values[0]), values[-1])
         # rounded data may step back by a hair at a joint
         j = np.searchsorted(np.maximum.accumulate(values), target, side="right") - 1
-        j = np.clip(j, 0, values.size - 2)
+        j = np.minimum(j, values.size - 2)
         rise, i = values[j + 1] - values[j], j + first
         high = self.u[i + 1] - self.middle[i]
         low = -high
-        x = high * (2.0 * np.clip((target - values[j]) / np.where(rise > 0.0, rise, 1.0), 0.0, 1.0) - 1.0)
+        share = (target - values[j]) / np.where(rise > 0.0, rise, 1.0)
+        x = high * (2.0 * np.minimum(np.maximum(share, 0.0), 1.0) - 1.0)
         c = powers.take(i, axis=1)
         for _ in range(60):
             value, rate = c[-1].copy(), np.zeros_like(x)
@@ -745,7 +747,9 @@ def crossings(points: Floats) -> list[Problem]:
     a, b = points[:-1], points[1:]
     d = b - a
     found = []
-    for i in range(len(a) - 2):
+    # the least y of all that comes from the second point after a chord on
+    later = np.minimum.accumulate(points[::-1, 0])[::-1][2:]
+    for i in np.flatnonzero(later[: len(a) - 2] < np.maximum(a[:-2, 0], b[:-2, 0])):
         c, e = a[i + 2 :], d[i + 2 :]
         cross = d[i, 0] * e[:, 1] - d[i, 1] * e[:, 0]
         off = c - a[i]
@@ -753,5 +757,5 @@ def crossings(points: Floats) -> list[Problem]:
             t = (off[:, 0] * e[:, 1] - off[:, 1] * e[:, 0]) / cross
             u = (off[:, 0] * d[i, 1] - off[:, 1] * d[i, 0]) / cross
         if np.any((t > 0.0) & (t < 1.0) & (u > 0.0) & (u < 1.0)):
-            found.append(Problem.at("crosses itself", i, a[i], float(np.hypot(*d[i]))))
+            found.append(Problem.at("crosses itself", int(i), a[i], float(np.hypot(*d[i]))))
     return found

@@ -167,12 +167,13 @@ def _place(slot: Slot) -> tuple[int, int]:
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """The cases of a study and what it makes of their rows when they are solved: a text, and checks of its numbers."""
+    """The cases of a study, its question, and what it makes of their rows: a text, and checks of its numbers."""
 
     name: str
     cases: tuple[Case, ...]
     conclude: Callable[[list[dict[str, Any]], Path], str | None] | None = None
     checks: Callable[[list[dict[str, Any]]], list[Check]] | None = None
+    question: str = ""
 
 
 def load_study(path: str | Path, *, quick: bool = False) -> Study:
@@ -223,6 +224,7 @@ def _from_script(path: Path, quick: bool) -> Study:
         cases=cases,
         conclude=getattr(module, "conclude", None),
         checks=getattr(module, "checks", None),
+        question=(module.__doc__ or "").partition("\n")[0],
     )
 
 

@@ -164,6 +164,7 @@ class Placement:
     """A wheel resting on a rail: poses, touch points (the first one carries the rigid wheel) and the true gap.
 
     `climbs` says that the wheel touches beyond the steepest place of its flange: only a lateral force holds it there.
+    `other_climbs` says so of the other wheel of its wheelset, which has the wheelset's roll from there.
     `along` holds the irregularities of both bodies along the track, if any.
     """
 
@@ -171,7 +172,23 @@ class Placement:
     wheel: WheelPose
     touch_points: tuple[TouchPoint, ...]
     climbs: bool = False
+    other_climbs: bool = False
     along: AlongTrack | None = None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is to be known of both profiles, and of flanges that climb."""
+        climbing = (
+            f"the flange climbs: it touches the rail beyond its steepest place, at"
+            f" {math.degrees(self.first.contact_angle_rad):.1f} degrees; a lateral force alone holds it there"
+        )
+        other = (
+            "the wheelset derails on its other side: there the flange touches the rail beyond its steepest place; this"
+            " wheel stands at the roll which that gives"
+        )
+        said = (*((climbing,) if self.climbs else ()), *((other,) if self.other_climbs else ()))
+        profiles = (self.rail.profile, self.wheel.profile)
+        return (*(f"{one.kind}: {note}" for one in profiles for note in one.notes), *said)
 
     @property
     def first(self) -> TouchPoint:
@@ -235,11 +252,11 @@ class Placement:
 
         NaN beyond the running surface.
         """
-        x, s = np.broadcast_arrays(np.asarray(x, float), np.asarray(s, float))
-        u = self.rail.profile.at_arc_length(s + self.first_arc_length_mm)
+        u = self.rail.profile.at_arc_length(np.asarray(s, float) + self.first_arc_length_mm)
         y, z, angle = self.rail.section(u)
-        points = np.stack([x + self.first.x_mm, y, z], axis=-1)
-        return points, np.stack([np.zeros_like(y), -np.sin(angle), np.cos(angle)], axis=-1)
+        points = np.broadcast_arrays(np.asarray(x, float) + self.first.x_mm, y, z)
+        normals = np.broadcast_arrays(np.zeros_like(points[0]), -np.sin(angle), np.cos(angle))
+        return np.stack(points, axis=-1), np.stack(normals, axis=-1)
 
     def project(self, points: Floats) -> Floats:
         """Surface coordinates (x, s) (..., 2) in mm of points near the rail's surface, along its normals.

@@ -20,6 +20,8 @@ _SEARCH_STEP_MM = 0.02
 
 # A direction meets the surface if the last step along it is below this; without steps of the line it is below 1e-9.
 _STEP_OF_A_LINE_MM = 1e-3
+# After a Newton step this small the next would be lost in rounding: they converge quadratically.
+_LAST_STEP_MM = 1e-8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -158,25 +160,27 @@ class WheelPose:
 
         NaN if a direction does not meet the surface within a few mm. Newton's method on the body of revolution.
         """
-        d0 = (points - self.centre_mm) @ self.axes
-        n = normals @ self.axes
-        t = np.zeros(d0.shape[:-1])
+        start = np.ascontiguousarray(((points - self.centre_mm) @ self.axes).reshape(-1, 3).T)
+        along = np.ascontiguousarray((normals @ self.axes).reshape(-1, 3).T)
         y_low, y_high = self.profile.y_range_mm
+        t, active = np.zeros(start.shape[1]), np.arange(start.shape[1])
+        met = np.zeros(t.size, dtype=bool)
         for _ in range(12):
-            d = d0 + t[..., None] * n
-            y = d[..., 1] - self.tape_circle_y_mm
-            rho = np.hypot(d[..., 0], d[..., 2])
+            n = along[:, active]
+            d = start[:, active] + t[active] * n
+            y = d[1] - self.tape_circle_y_mm
+            rho = np.hypot(d[0], d[2])
             # beyond its ends the surface is continued by its end point; such points are removed below by their y
-            u = self.profile.locate(np.clip(y, y_low, y_high))
-            p = self.profile.evaluate(u)
-            rate = (d[..., 0] * n[..., 0] + d[..., 2] * n[..., 2]) / rho + p.dz / p.dy * n[..., 1]
+            p = self.profile.evaluate(self.profile.locate(np.clip(y, y_low, y_high)))
+            rate = (d[0] * n[0] + d[2] * n[2]) / rho + p.dz / p.dy * n[1]
             step = -(rho - self.rolling_radius_mm + p.z) / rate
-            t = t + np.clip(step, -5.0, 5.0)
-            if not np.any(np.abs(step) > 1e-12):
+            t[active] += np.clip(step, -5.0, 5.0)
+            # rounded coefficients let a line step at a junction (S1002: 2e-4 mm), and Newton steps alternate there
+            met[active] = (y >= y_low) & (y <= y_high) & (np.abs(step) < _STEP_OF_A_LINE_MM)
+            active = active[np.abs(step) > _LAST_STEP_MM]
+            if not active.size:
                 break
-        # coefficients are rounded, so that a line may step at a junction (S1002: 2e-4 mm) and Newton steps alternate
-        inside = (y >= y_low) & (y <= y_high) & (np.abs(step) < _STEP_OF_A_LINE_MM)
-        return np.where(inside, t, np.nan)
+        return np.where(met, t, np.nan).reshape(points.shape[:-1])
 
 
 # cached: equal for every position of the profile, and a table of positions has many searches
@@ -202,13 +206,13 @@ def places_near(rail: RailPose, wheel: WheelPose, points: CurvePoints, above_mm:
     """
     _, _, y, z = wheel.silhouette_of(points.taken(slice(None, None, _EVERY)))
     gap = z - np.interp(y, *rail.seen_from_above, left=-np.inf, right=-np.inf)
-    near = np.zeros(points.y.size)
-    near[::_EVERY] = np.isfinite(gap) & (gap < gap.min() + above_mm + _NEAR_MM)
-    return np.flatnonzero(np.convolve(near, np.ones(4 * _EVERY + 1), "same") > 0.5)
+    near = np.isfinite(gap) & (gap < gap.min() + above_mm + _NEAR_MM)
+    beside = np.convolve(near, np.ones(5), "same") > 0.5
+    return np.flatnonzero(np.repeat(beside, _EVERY)[: points.y.size])
 
 
 # Secants end with a step of the parameter this small: the next would be lost in rounding.
-_LAST_SECANT = 1e-13
+_LAST_SECANT = 1e-11
 
 
 def sign_changes(f: Callable[[Floats], Floats], low: Floats, high: Floats, f_low: Floats, f_high: Floats) -> Floats:

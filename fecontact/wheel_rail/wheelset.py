@@ -115,8 +115,9 @@ class PlacedWheelset:
     right: Placement
 
     def side(self, side: TrackSide) -> Placement:
-        """The wheel of a side on its rail."""
-        return self.left if side == "left" else self.right
+        """The wheel of a side on its rail, which knows whether the other one climbs."""
+        own, other = (self.left, self.right) if side == "left" else (self.right, self.left)
+        return replace(own, other_climbs=other.climbs)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,10 +131,15 @@ class Stand:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Wheelset:
-    """A rigid wheelset on a track: left and right wheel over their rails."""
+    """A rigid wheelset on a track: left and right wheel over their rails.
+
+    `asked` is the side whose wheel is asked for: what the flange of the other wheel does is no reason against it. With
+    None both are asked for.
+    """
 
     left: HungPair
     right: HungPair
+    asked: TrackSide | None = None
 
     @classmethod
     def of(cls, left: Pair, right: Pair) -> Wheelset:
@@ -171,6 +177,8 @@ class Wheelset:
     def placed(self, side: TrackSide, shift_mm: float, roll_rad: float, yaw_rad: float) -> Placement | str:
         """A wheel on its rail, at a shift, roll and yaw of the wheelset; or why it cannot stand there."""
         sign, pair = SIGN[side], (self.left if side == "left" else self.right).pair
+        if self.asked not in (None, side):
+            pair = replace(pair, flange_climb=True)
         placement = pair.placed(sign * shift_mm, sign * roll_rad, sign * yaw_rad)
         return f"{side} side: {placement}" if isinstance(placement, str) else placement
 
@@ -205,7 +213,7 @@ def place_wheelset(wheelset: Wheelset, lateral_shift_mm: float, yaw_rad: float =
     Raises
     ------
     InputError
-        If a wheel leaves its rail or climbs over it; the message gives the possible shifts.
+        If a wheel leaves its rail, or one that is asked for climbs over it; the message gives the possible shifts.
     """
     placed = wheelset.at(lateral_shift_mm, yaw_rad)
     if isinstance(placed, str):

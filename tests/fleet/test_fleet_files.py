@@ -115,9 +115,9 @@ def test_an_empty_folder_and_too_many_pairs_are_refused(tmp_path):
     path = written(tmp_path, FLEET.replace("wheels.csv", "empty"))
     with pytest.raises(InputError, match="empty has no file"):
         fecontact.check_fleet(path)
+    fleet, many = read_fleet(written(tmp_path)), {str(k): 1.0 for k in range(1001)}
     with pytest.raises(InputError, match="1002001 pairs; allowed: up to 1000000; draw some"):
-        many = {str(k): 1.0 for k in range(1001)}
-        pairs_of(read_fleet(written(tmp_path)), many, many, set())
+        pairs_of(fleet, many, many, set())
 
 
 def test_doubled_files_and_files_of_the_other_body_in_a_folder(tmp_path):
